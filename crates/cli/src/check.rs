@@ -1,4 +1,4 @@
-//! `hpu check`: the VHDL held against the emulator in GHDL.
+//! `hpu check`: compares the VHDL with the emulator in GHDL.
 
 use std::path::PathBuf;
 
@@ -51,12 +51,15 @@ pub struct Args {
     pub seed: u64,
     /// Prove the VHDL of the blocks, of all without names, equal to the emulator for all inputs and states
     ///
-    /// GHDL synthesises the VHDL, Yosys writes it as a transition, and solvers (z3 and yices, raced) look for a state
-    /// and inputs of which an output or a register after the edge differs. A difference is shown as a row; a block that
-    /// they do not decide in 60 s a question (--tool-timeout) stays under vectors. With --scene, the blocks of a
-    /// scene are proved in its widths. With --entity, a block of your own is
-    /// proved: against one without registers as it is, against one with registers by what --state and --invariant say.
-    /// Exit code 1, then, too, where it is not proved.
+    /// GHDL synthesises the VHDL, Yosys writes it as a transition, and solvers (z3, yices and bitwuzla, raced) look for
+    /// a state and inputs of which an output or a register after the edge differs. A difference is shown as a row; a
+    /// block that they do not decide in 60 s a question (--tool-timeout) stays under vectors. A proof is remembered in
+    /// hpu/proofs of the user's cache, by the SHA-256 of the VHDL, the equations, the widths and the tools. The netlist
+    /// of a loop, or of another block made of blocks alone, is compared with the emulator's wiring, connection by
+    /// connection: such a block is proved when the wiring equals and every block inside is proved in its generics, and
+    /// wired when it equals and some of them are not. With --scene, wiring and blocks of a scene are proved in its
+    /// widths. With --entity, a block of your own is proved: against one without registers as it is, against one with
+    /// registers by what --state and --invariant say. Exit code 1, then, too, where it is not proved.
     #[arg(long, conflicts_with_all = ["exhaustive", "junit", "edges"])]
     formal: bool,
     /// All 2^24 products of the 12 x 12 multiplier instead of 2^16 in strata
@@ -80,7 +83,7 @@ pub struct Args {
     pub json: bool,
 }
 
-/// `hpu check`.
+/// Runs `hpu check`.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
     if args.theirs.is_asked() {
         return if args.formal { prove::theirs(args) } else { theirs(args) };
@@ -94,7 +97,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     }
     let all = args.blocks.is_empty() && args.scenes.is_empty();
     let (blocks, scenes) = if all { everything() } else { (args.blocks.clone(), args.scenes.clone()) };
-    // Refused before anything runs: scenes that are none, and places that cannot be written to.
+    // Files that are not scenes, and places that cannot be written to, are refused before anything runs.
     let scenes: Vec<_> = scenes.iter().map(|name| Loaded::new(name, &args.set.set, None)).collect::<Result<_, _>>()?;
     let folder = args.out.as_deref().map(Folder::open).transpose()?;
     let junit_file = args.junit.as_deref().map(Single::open).transpose()?;
@@ -122,7 +125,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     shown.end(&report, &format!("VHDL {}", setup.hdl), object(&report, &setup.hdl), junit_file, args)
 }
 
-/// `hpu check --entity`.
+/// Runs `hpu check --entity`.
 fn theirs(args: &Args) -> Result<Exit, Failure> {
     let folder = args.out.as_deref().map(Folder::open).transpose()?;
     let junit_file = args.junit.as_deref().map(Single::open).transpose()?;
@@ -135,17 +138,17 @@ fn theirs(args: &Args) -> Result<Exit, Failure> {
     shown.end(&report, &engine, json, junit_file, args)
 }
 
-/// Edges of a scene to compare.
+/// Returns the number of edges of a scene to compare.
 fn edges(args: &Args, scene: &Experiment) -> u64 {
     args.edges.map_or_else(|| comparison_edges(scene), |edges| edges.min(scene.edges()))
 }
 
-/// Checks blocks and scenes and shows the table as it grows.
+/// Checks blocks and scenes, and shows the table as it grows.
 fn checked(options: &CheckOptions, shown: &mut Shown) -> Result<CheckReport, Failure> {
     let control = interrupt::heed();
     let check = match Check::new(options) {
         Err(error @ GhdlError::Failed { .. }) => {
-            // VHDL that does not analyse is told once: all is analysed together.
+            // All VHDL is analysed together, so an error of the analysis is shown once.
             let row = unfinished(options, &error);
             shown.row(&row)?;
             return Ok(CheckReport { rows: vec![row], loops: Vec::new() });
@@ -176,12 +179,12 @@ fn checked(options: &CheckOptions, shown: &mut Shown) -> Result<CheckReport, Fai
     })
 }
 
-/// A number of things.
+/// Returns a number of things, with the plural where it is needed.
 fn counted(count: usize, what: &str) -> String {
     format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
 
-/// Seconds or minutes, for people.
+/// Returns a time in seconds or minutes as text.
 fn duration(ms: u64) -> String {
     match ms.div_ceil(1000) {
         seconds @ 0..=99 => format!("{seconds} s"),
@@ -189,7 +192,7 @@ fn duration(ms: u64) -> String {
     }
 }
 
-/// All blocks and all shipped scenes.
+/// Returns the names of all blocks and of all shipped scenes.
 fn everything() -> (Vec<String>, Vec<String>) {
     (
         registry().iter().map(|block| block.name().to_string()).collect(),
@@ -197,7 +200,7 @@ fn everything() -> (Vec<String>, Vec<String>) {
     )
 }
 
-/// A row for VHDL that does not analyse: of the first block, or of the first scene.
+/// Returns the row for VHDL that does not analyse: of the first block, or of the first scene.
 fn unfinished(options: &CheckOptions, error: &GhdlError) -> CheckRow {
     let block = options.blocks.first().map_or("loop", String::as_str);
     CheckRow {
@@ -213,16 +216,16 @@ fn unfinished(options: &CheckOptions, error: &GhdlError) -> CheckRow {
     }
 }
 
-/// The table, shown as it grows.
+/// The table, which is shown as it grows.
 pub struct Shown {
     quiet: bool,
     text: String,
-    /// Where waveforms of mismatches are written.
+    /// The folder for the waveforms of mismatches.
     folder: Option<Folder>,
 }
 
 impl Shown {
-    /// Sums up, and writes what is to be written.
+    /// Shows the total, and writes the files that were asked for.
     fn end(
         mut self,
         report: &CheckReport,
@@ -279,7 +282,8 @@ pub fn header(what: &str, which: &str) -> String {
     format!("{what:<22} {which:<30} {:>10} {:>10} {:>10} {:>8}\n", "vectors", "edges", "mismatches", "s")
 }
 
-/// Of the loops: their vectors are their edges, and in their place stands how many of those were in contact.
+/// Returns the header of the table of loops. The vectors of a loop are its edges, so that column has the number of
+/// edges in contact.
 fn loops_header() -> String {
     header("loop", "scene").replace("   vectors", "in contact")
 }
@@ -291,7 +295,7 @@ fn total(report: &CheckReport, of: &str) -> String {
         if failed == 0 { "all agree".to_string() } else { format!("{failed} of {} differ", report.all().count()) };
     format!(
         "{said}: {} vectors, {} edges, {} mismatches; {of}\n",
-        // Of loops each edge is compared: they have no vectors.
+        // Every edge of a loop is compared, so loops have no vectors.
         report.rows.iter().map(|row| row.vectors).sum::<u64>(),
         sum(|row| row.edges),
         sum(|row| row.mismatches)

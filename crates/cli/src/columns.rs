@@ -1,15 +1,15 @@
-//! Tables whose columns stay aligned, however long a cell is.
+//! Tables whose columns stay aligned, whatever the length of the cells.
 
-/// On which side of its column a cell stands, and how wide the column is at least.
+/// The side of its column on which a cell stands, and the least width of the column.
 #[derive(Clone, Copy)]
 pub enum Column {
-    /// To the left: words.
+    /// On the left: words.
     Left(usize),
-    /// To the right: numbers.
+    /// On the right: numbers.
     Right(usize),
 }
 
-/// Pads every cell to the width of its column, which is that of its widest cell.
+/// Pads every cell to the width of its column: that of the widest cell, but at least that of the [`Column`].
 pub fn aligned<const N: usize>(columns: [Column; N], mut rows: Vec<[String; N]>) -> Vec<[String; N]> {
     for (index, column) in columns.into_iter().enumerate() {
         let (Column::Left(least) | Column::Right(least)) = column;

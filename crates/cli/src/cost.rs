@@ -1,4 +1,4 @@
-//! `hpu cost`: what a block costs in an FPGA.
+//! `hpu cost`: the cost of a block in an FPGA.
 
 use std::path::PathBuf;
 use std::sync::Mutex;
@@ -60,7 +60,7 @@ pub struct Remember {
 }
 
 impl Remember {
-    /// The cache. A missing tool, or a folder that cannot be, ends the command.
+    /// Opens the cache. The command ends with an error when a tool is missing, or when the folder cannot be made.
     pub fn open(&self) -> Result<Cache, Failure> {
         let dir = self.cache.clone().or_else(|| cache_folder("cost"));
         let dir = dir.ok_or_else(|| Failure::usage("no HOME to remember costs in; write --cache DIR"))?;
@@ -71,14 +71,14 @@ impl Remember {
     }
 }
 
-/// A folder of ours in the user's cache, if there is one.
+/// Returns a folder of this program in the user's cache, if the user has one.
 pub fn cache_folder(name: &str) -> Option<PathBuf> {
     let set = |name| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
     let users = set("XDG_CACHE_HOME").or_else(|| Some(set("HOME")?.join(".cache")));
     Some(users?.join("hpu").join(name))
 }
 
-/// `hpu cost`.
+/// Runs `hpu cost`.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
     match (&args.scene, &args.name) {
         (Some(scene), _) => of_scene(args, scene),
@@ -87,7 +87,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     }
 }
 
-/// Writes a cost's two files, where a folder is asked for.
+/// Writes the two files of a cost, if a folder is given.
 fn write(folder: Option<Folder>, json: &Value, text: &str) -> Result<(), Failure> {
     let Some(mut folder) = folder else { return Ok(()) };
     folder.write("cost.json", format!("{json:#}\n"))?;
@@ -115,7 +115,7 @@ fn of_scene(args: &Args, scene: &str) -> Result<Exit, Failure> {
     Ok(Exit::Fine)
 }
 
-/// A design of the user's own.
+/// Prices a design of the user's own.
 fn of_design(args: &Args, scene: &DutScene, folder: Option<Folder>) -> Result<Exit, Failure> {
     let mut simulators = args.hdl.simulators()?;
     if let Some(cache) = &args.remember.cache {
@@ -185,7 +185,7 @@ fn of_block(args: &Args, name: &str) -> Result<Exit, Failure> {
         return Err(Failure::usage(format!("a block has no key `{key}`; write --scene SCENE, or --variant LABEL")));
     }
     let variants = if args.variants.is_empty() { labels(name) } else { args.variants.clone() };
-    // Refused before anything runs: variants that are none, and places that cannot be written to.
+    // Variants that do not exist, and places that cannot be written to, are refused before anything runs.
     let blocks = variants.iter().map(|variant| find(name, variant)).collect::<Result<Vec<_>, _>>()?;
     let folder = args.out.as_deref().map(Folder::open).transpose()?;
     let cache = args.remember.open()?;
@@ -199,11 +199,11 @@ fn of_block(args: &Args, name: &str) -> Result<Exit, Failure> {
     if !args.json {
         print(&text)?;
     }
-    // Each goes out as soon as it and all before it are done.
+    // A row is printed as soon as it and all rows before it are complete.
     let found: Vec<Mutex<Option<Result<Cost, CostError>>>> = variants.iter().map(|_| Mutex::new(None)).collect();
     let all: Vec<usize> = (0..variants.len()).collect();
     let unit = |index: usize, _: &_| {
-        // Blocks are of the thread that made them.
+        // A block belongs to the thread that made it.
         let block = find(name, &variants[index]).ok()?;
         let cost = cache.cost(&*block, &setup);
         *found[index].lock().expect("nobody panics with it") = Some(cost);
@@ -237,7 +237,7 @@ fn of_block(args: &Args, name: &str) -> Result<Exit, Failure> {
     Ok(if good { Exit::Fine } else { Exit::BadFile })
 }
 
-/// Turns a refusal by a tool into its reason, to be shown in place of the cost. A tool at fault or a missing file ends
+/// Turns a tool's refusal into its reason, which is shown in place of the cost. A tool at fault or a missing file ends
 /// the command.
 pub fn or_reason<T>(found: Result<T, CostError>) -> Result<Result<T, String>, Failure> {
     match found {
@@ -257,14 +257,14 @@ fn header(name: &str, clocked: bool) -> String {
     )
 }
 
-/// What a cost is told by: the primitives of the HX8K, or of the FPGA that is larger.
+/// Returns the primitives of the HX8K with the name of that FPGA; for a block that is too large, those of the ECP5.
 pub fn target(cost: &Cost) -> (&'static str, Counts) {
     cost.ecp5.map_or(("ice40-hx8k", cost.ice40), |ecp5| ("ecp5", ecp5))
 }
 
-/// Megahertz of a clocked block, nanoseconds of any other.
+/// Returns the speed: megahertz for a clocked block, nanoseconds for any other.
 pub fn speed(clocked: bool, cost: &Cost) -> Option<f64> {
-    // Hundredths are all that nextpnr tells.
+    // nextpnr prints no more than hundredths.
     let speed = if clocked { cost.fmax_mhz() } else { cost.path_ns() };
     speed.map(|speed| (speed * 100.0).round() / 100.0)
 }
@@ -290,7 +290,7 @@ fn row(variant: &str, clocked: bool, cost: &Result<Cost, String>) -> String {
     )
 }
 
-/// The clocks of all placements; none where there was no room or no path.
+/// Returns the clocks of all placements in megahertz; `None` where there was no room or no path.
 pub fn placed(cost: &Cost) -> Vec<Option<f64>> {
     let mhz = |placed: &Placed| match placed {
         Placed::Mhz(mhz) => Some(*mhz),
@@ -299,7 +299,7 @@ pub fn placed(cost: &Cost) -> Vec<Option<f64>> {
     cost.placed.iter().flatten().map(mhz).collect()
 }
 
-/// A variant as JSON.
+/// Returns a variant as JSON.
 pub fn object(variant: &str, clocked: bool, cost: &Result<Cost, String>) -> Value {
     let cost = match cost {
         Ok(cost) => cost,

@@ -1,4 +1,4 @@
-//! `hpu check --entity`: a block of somebody else's held against one of ours.
+//! `hpu check --entity`: compares a block by somebody else with one of ours.
 
 use std::path::Path;
 
@@ -64,13 +64,13 @@ pub struct Theirs {
 }
 
 impl Theirs {
-    /// Whether a block of the user's own is asked for.
+    /// Returns whether the command line names a block of the user's own.
     pub fn is_asked(&self) -> bool {
         self.entity.is_some()
     }
 }
 
-/// The block that the command line describes.
+/// Returns the block that the command line describes.
 pub fn entity(args: &Args) -> Result<Entity, Failure> {
     let Theirs { port, generic, clock, reset, latency, state, invariant, standard, library, .. } = &args.theirs;
     let link = |text: &String| match text.parse() {
@@ -106,7 +106,7 @@ pub fn entity(args: &Args) -> Result<Entity, Failure> {
     })
 }
 
-/// A generic of ours.
+/// Reads a generic of ours.
 fn value(name: &str, text: &str) -> Result<(String, Generic), Failure> {
     let value = match (text.parse(), text) {
         (Ok(number), _) => Generic::Integer(number),
@@ -138,7 +138,7 @@ fn files(names: &[String]) -> Result<Vec<SourceFile>, Failure> {
     names.iter().map(read).collect()
 }
 
-/// What is told of an error.
+/// Returns the message and exit code for an error.
 pub fn failure(error: EntityError) -> Failure {
     match error {
         EntityError::Refused(why) => Failure::usage(why),
@@ -146,7 +146,7 @@ pub fn failure(error: EntityError) -> Failure {
     }
 }
 
-/// Compares, and shows the table as it grows; the report, and what simulated theirs.
+/// Compares the blocks, and shows the table as it grows. Returns the report, and the name of the simulator of theirs.
 pub fn checked(args: &Args, shown: &mut Shown) -> Result<(CheckReport, String), Failure> {
     let entity = entity(args)?;
     let simulators = args.hdl.simulators()?;

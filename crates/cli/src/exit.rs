@@ -1,4 +1,4 @@
-//! How the program ends: exit codes are a contract.
+//! The exit codes of the program. They are a contract.
 
 use std::fmt;
 use std::path::Path;
@@ -9,31 +9,31 @@ use hpu_rtl::{CostError, GhdlError, ToolError};
 /// An exit code.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Exit {
-    /// All is well.
+    /// Everything is well.
     Fine = 0,
-    /// A mismatch, or an unmet expectation.
+    /// A mismatch, or an expectation that is not met.
     Differs = 1,
-    /// Wrong usage; a place for output that cannot be used is wrong usage too.
+    /// Wrong usage. A place for output that cannot be used is wrong usage, too.
     Usage = 2,
     /// A needed tool is missing, or too old.
     NoTool = 3,
     /// A bad scene, vector or data file, a file that could not be written to its end (a full disk), or a tool that
     /// failed.
     BadFile = 4,
-    /// Interrupted: by SIGINT, unless it is known to have been another signal.
+    /// Interrupted by SIGINT, or by an unknown signal.
     Interrupted = 130,
     /// Interrupted by SIGTERM.
     Terminated = 143,
 }
 
 impl Exit {
-    /// Fine when something holds.
+    /// Returns `Fine` if `holds`, else `Differs`.
     pub fn when(holds: bool) -> Self {
         if holds { Self::Fine } else { Self::Differs }
     }
 }
 
-/// Why the program could not do what it was asked.
+/// The reason why the program could not do its job, with the exit code.
 #[derive(Debug)]
 pub struct Failure {
     exit: Exit,
@@ -41,27 +41,27 @@ pub struct Failure {
 }
 
 impl Failure {
-    /// With any exit code.
+    /// Returns a failure with any exit code.
     pub fn new(exit: Exit, message: impl fmt::Display) -> Self {
         Self { exit, message: message.to_string() }
     }
 
-    /// Wrong usage.
+    /// Returns a failure of usage.
     pub fn usage(message: impl fmt::Display) -> Self {
         Self::new(Exit::Usage, message)
     }
 
-    /// A bad file.
+    /// Returns a failure of a bad file.
     pub fn file(message: impl fmt::Display) -> Self {
         Self::new(Exit::BadFile, message)
     }
 
-    /// A file that could not be read, or not be written to its end.
+    /// Returns the failure of a file that could not be read, or not be written to its end.
     pub fn at(path: &Path, error: impl fmt::Display) -> Self {
         Self::file(format!("{}: {error}", path.display()))
     }
 
-    /// The code to end with.
+    /// Returns the exit code.
     pub fn exit(&self) -> Exit {
         self.exit
     }
@@ -90,7 +90,7 @@ impl From<GhdlError> for Failure {
             GhdlError::Tool(error) => error.into(),
             GhdlError::NoLibrary(_) => Self::new(Exit::NoTool, error),
             GhdlError::Io(..) | GhdlError::Scene(_) => Self::file(error),
-            // VHDL that GHDL refuses has not passed.
+            // VHDL that GHDL refuses has not passed the check.
             GhdlError::Failed { .. } => Self::new(Exit::Differs, error),
         }
     }
@@ -101,7 +101,7 @@ impl From<hpu_cosim::dut::Fault> for Failure {
         match fault.downcast::<DutError>() {
             Ok(error) => match *error {
                 DutError::Tool(error) => error.into(),
-                // A design that a tool refuses, or that ends its simulation, has not passed.
+                // A design that a tool refuses, or that ends its simulation, has not passed the check.
                 error @ (DutError::Refused { .. } | DutError::Lost { .. } | DutError::Ended(_)) => {
                     Self::new(Exit::Differs, error)
                 }

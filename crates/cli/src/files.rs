@@ -1,4 +1,5 @@
-//! Files that appear whole or not at all: written beside their place under a temporary name, then renamed together.
+//! Files that appear whole or not at all: they are written beside their place under a temporary name, then renamed
+//! together.
 
 use std::fs::{self, File};
 use std::io::Write;
@@ -8,7 +9,7 @@ use hpu_rtl::temporary::{self, Temporary, sweep_files};
 
 use crate::exit::Failure;
 
-/// A folder that files are written to. Unless committed, none of them stays.
+/// A folder for files. They are removed unless they are committed.
 pub struct Folder {
     dir: PathBuf,
     created: bool,
@@ -17,8 +18,8 @@ pub struct Folder {
 }
 
 impl Folder {
-    /// Opens or creates a folder, and removes what killed processes have left half written in it. One that cannot be
-    /// written to is refused here, before anything is computed.
+    /// Opens or creates a folder, and removes the half-written files that killed processes have left in it. A folder
+    /// that cannot be written to is refused here, before anything is computed.
     pub fn open(dir: &Path) -> Result<Self, Failure> {
         let created = !dir.exists();
         let unusable = |error| Failure::usage(format!("cannot write to {}: {error}", dir.display()));
@@ -29,7 +30,7 @@ impl Folder {
         Ok(folder)
     }
 
-    /// Creates a file; `name` may have folders in front, which are created.
+    /// Creates a file. `name` may have folders in front, which are created.
     pub fn create(&mut self, name: &str) -> Result<File, Failure> {
         let place = self.dir.join(name);
         let parent = place.parent().unwrap_or(&self.dir);
@@ -50,12 +51,12 @@ impl Folder {
         file.write_all(content.as_ref()).map_err(|error| Failure::at(&self.dir.join(name), error))
     }
 
-    /// The path that a file will have.
+    /// Returns the path that a file will have.
     pub fn place(&self, name: &str) -> PathBuf {
         self.dir.join(name)
     }
 
-    /// The paths that all files will have.
+    /// Returns the paths that all files will have.
     pub fn places(&self) -> impl Iterator<Item = &Path> {
         self.staged.iter().map(|(_, place)| place.as_path())
     }
@@ -72,14 +73,14 @@ impl Drop for Folder {
         let mut inner: Vec<_> = self.staged.iter().filter_map(|(_, place)| place.parent().map(PathBuf::from)).collect();
         self.staged.clear();
         if self.created {
-            // Folders go only when they are empty.
+            // Only empty folders are removed.
             inner.push(self.dir.clone());
             inner.iter().for_each(|dir| drop(fs::remove_dir(dir)));
         }
     }
 }
 
-/// A file of its own, refused before anything is computed when its folder cannot be written to.
+/// A single file. It is refused before anything is computed when its folder cannot be written to.
 pub struct Single {
     folder: Folder,
     name: String,

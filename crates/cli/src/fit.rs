@@ -1,4 +1,4 @@
-//! `hpu fit`: the least model that still answers a scene's question.
+//! `hpu fit`: finds the least model, the cheapest one that still answers a scene's question.
 
 use hpu_cosim::Control;
 use hpu_cosim::scene::{Experiment, Hand, Output, shipped};
@@ -37,7 +37,7 @@ pub struct Args {
     json: bool,
 }
 
-/// A share, as in 1% or 0.01.
+/// Reads a share, as in 1% or 0.01.
 pub fn share(text: &str) -> Result<f64, String> {
     let (number, unit) = match text.trim().strip_suffix('%') {
         Some(number) => (number, 0.01),
@@ -49,7 +49,7 @@ pub fn share(text: &str) -> Result<f64, String> {
         .ok_or_else(|| "write a share between 0 and 1, as in 1% or 0.01".into())
 }
 
-/// `hpu fit`.
+/// Runs `hpu fit`.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
     let Some(name) = &args.scene else {
         return all(args);
@@ -71,7 +71,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     Ok(Exit::Fine)
 }
 
-/// All shipped scenes with a device.
+/// Fits all shipped scenes with a device.
 fn all(args: &Args) -> Result<Exit, Failure> {
     let control = interrupt::heed();
     let mut rows = Vec::new();
@@ -104,7 +104,7 @@ fn all(args: &Args) -> Result<Exit, Failure> {
     Ok(Exit::Fine)
 }
 
-/// The columns of the table of all scenes.
+/// Returns the header of the table of all scenes.
 fn header() -> String {
     table_line(["scene", "speed", "error", "of what is judged", "trace"].map(String::from), "model")
 }
@@ -129,7 +129,7 @@ fn command(name: &str, args: &Args, found: &Fit) -> String {
     format!("hpu run {}{}", scene::quoted(name), set_options(&set))
 }
 
-/// The least model of a scene; `None` when interrupted.
+/// Returns the least model of a scene; `None` when interrupted.
 pub fn least(
     source: &Source,
     set: &[(String, String)],
@@ -145,7 +145,7 @@ pub fn least(
     }
 }
 
-/// What was chosen and why, as lines of a name and what is said.
+/// Returns the chosen model and the reasons as lines, each with a name and a text.
 pub fn lines(found: &Fit) -> Vec<(&'static str, String)> {
     let mut lines = Vec::new();
     let model = match &found.set[..] {
@@ -200,7 +200,7 @@ fn object(scene: &str, found: &Fit, command: &str) -> Value {
     object
 }
 
-/// What was chosen, as JSON.
+/// Returns the chosen model as JSON.
 pub fn model(found: &Fit) -> Value {
     let set: serde_json::Map<_, _> = found.set.iter().map(|(key, value)| (key.clone(), json!(value))).collect();
     let errors: serde_json::Map<_, _> =

@@ -1,4 +1,4 @@
-//! Where commands have the VHDL from, and how long its tools may run.
+//! The source of a command's VHDL, and the time limit of its tools.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -9,8 +9,8 @@ use hpu_rtl::{Hdl, Setup};
 use crate::cost::cache_folder;
 use crate::exit::Failure;
 
-/// The shared library that GHDL calls in a closed loop. The build leaves it where it leaves all libraries, before it
-/// compiles this program; it is empty where nothing but this program's own code was looked at (`cargo check`).
+/// The shared library that GHDL calls in a closed loop. The build makes it before it compiles this program. It is empty
+/// when only this program's own code was checked (`cargo check`).
 static LIBRARY: &[u8] = include_bytes!(env!("HPU_RTL_LIBRARY"));
 
 /// The VHDL and its tools.
@@ -33,7 +33,7 @@ pub struct Simulated {
 }
 
 impl Simulated {
-    /// What builds and simulates designs of the user's own.
+    /// Returns the simulators of designs of the user's own.
     pub fn simulators(&self) -> Result<Simulators, Failure> {
         simulators(Setup { hdl: Hdl::Carried, library: LIBRARY, timeout: self.tool_timeout })
     }
@@ -50,7 +50,7 @@ fn seconds(text: &str) -> Result<Duration, String> {
 }
 
 impl Vhdl {
-    /// The VHDL, the library and the time limit that these options ask for.
+    /// Returns the VHDL, the library and the time limit that these options ask for.
     pub fn setup(&self) -> Setup {
         let hdl = match &self.hdl {
             Some(folder) => Hdl::Folder(folder.clone()),
@@ -59,7 +59,7 @@ impl Vhdl {
         Setup { hdl, library: LIBRARY, timeout: self.tool_timeout }
     }
 
-    /// What builds and simulates designs of the user's own.
+    /// Returns the simulators of designs of the user's own.
     pub fn simulators(&self) -> Result<Simulators, Failure> {
         simulators(self.setup())
     }

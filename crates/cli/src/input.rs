@@ -1,4 +1,4 @@
-//! Files that are read: plain ones, or what a command line names, up to a size, as text.
+//! Reads files as text, up to a size: ordinary files, or anything that a command line names.
 
 use std::fs::{self, File};
 use std::io::{self, Error, ErrorKind, Read};
@@ -8,11 +8,11 @@ use hpu_cosim::utf8;
 
 use crate::exit::Failure;
 
-/// No file may be larger.
+/// The largest size of a file, in bytes.
 const MOST_BYTES: u64 = 256 << 20;
 
-/// Reads a file that a scene names. It is an ordinary file of at most [`MOST_BYTES`]: a device or a pipe might never
-/// end.
+/// Reads a file that a scene names. It must be an ordinary file of at most [`MOST_BYTES`], because a device or a pipe
+/// might never end.
 pub fn read_plain(path: &Path) -> io::Result<Vec<u8>> {
     if !fs::metadata(path)?.is_file() {
         return Err(Error::new(ErrorKind::InvalidInput, "not an ordinary file"));
@@ -20,7 +20,7 @@ pub fn read_plain(path: &Path) -> io::Result<Vec<u8>> {
     read(File::open(path)?)
 }
 
-/// Reads what the command line names, which may be a pipe too, as text.
+/// Reads, as text, a file that the command line names; it may be a pipe.
 pub fn read_text(path: &Path) -> Result<String, Failure> {
     let bytes = File::open(path).and_then(read).map_err(|error| Failure::at(path, error))?;
     text(&path.display().to_string(), bytes)

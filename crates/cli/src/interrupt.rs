@@ -1,5 +1,5 @@
-//! Ctrl-C (SIGINT) and SIGTERM: a run stops at its next event and tells what was done; anything else ends at once.
-//! Tools that run are ended, and nothing temporary stays.
+//! Handles Ctrl-C (SIGINT) and SIGTERM. A run stops at its next event and reports what was done; any other command ends
+//! at once. Running tools are ended, and temporary files are removed.
 
 use std::sync::atomic::{AtomicBool, AtomicI32, Ordering};
 use std::thread;
@@ -13,16 +13,16 @@ use signal_hook::iterator::Signals;
 use crate::exit::{Exit, Failure};
 
 static CONTROL: Control = Control::new();
-/// Whether somebody looks at `CONTROL.stop`.
+/// Whether a command checks `CONTROL.stop`.
 static HEEDED: AtomicBool = AtomicBool::new(false);
-/// The first signal.
+/// The first signal that was received.
 static SIGNAL: AtomicI32 = AtomicI32::new(0);
 
-/// How long who heeds a signal may take to end.
+/// The time in which a command that checks `CONTROL.stop` must end after a signal.
 const PATIENCE: Duration = Duration::from_millis(1500);
 
-/// Begins to listen. The first signal asks who heeds it to stop, and soon; the second, or the first when nobody does,
-/// ends the program.
+/// Starts to listen for signals. The first signal asks the command to stop within [`PATIENCE`], if the command checks
+/// `CONTROL.stop`. The second signal ends the program, and so does the first if the command does not check.
 pub fn listen() -> Result<(), Failure> {
     let listening = Signals::new([SIGINT, SIGTERM]).and_then(|mut signals| {
         thread::Builder::new().name("signals".to_string()).spawn(move || {
@@ -43,25 +43,25 @@ pub fn listen() -> Result<(), Failure> {
     listening.map(drop).map_err(|error| Failure::usage(format!("cannot listen for signals: {error}")))
 }
 
-/// Ends the program, with what it has written.
+/// Ends the program. What was printed or committed until then remains.
 pub fn end() -> ! {
     stop_tools();
     temporary::remove_temporaries();
     std::process::exit(code().into());
 }
 
-/// The exit code of what was interrupted: 130 by SIGINT, 143 by SIGTERM.
+/// Returns the exit code of an interrupted program: 130 after SIGINT, 143 after SIGTERM.
 pub fn code() -> u8 {
     if SIGNAL.load(Ordering::Relaxed) == SIGTERM { Exit::Terminated as u8 } else { Exit::Interrupted as u8 }
 }
 
-/// The control of a run, for those who heed it from here on.
+/// Returns the control of a run. From here on the caller must check `CONTROL.stop`.
 pub fn heed() -> &'static Control {
     HEEDED.store(true, Ordering::Relaxed);
     &CONTROL
 }
 
-/// Whether a signal asked to stop.
+/// Returns whether a signal has asked the command to stop.
 pub fn pressed() -> bool {
     CONTROL.stop.load(Ordering::Relaxed)
 }

@@ -1,4 +1,4 @@
-//! How many jobs a command runs side by side.
+//! The number of jobs that a command runs at the same time.
 
 use std::num::NonZeroUsize;
 use std::thread;
@@ -16,7 +16,7 @@ fn number(text: &str) -> Result<NonZeroUsize, String> {
 }
 
 impl Jobs {
-    /// As many as asked for, or as the machine has cores.
+    /// Returns the number that was asked for, or the number of the machine's cores.
     pub fn get(&self) -> NonZeroUsize {
         self.jobs.or(thread::available_parallelism().ok()).unwrap_or(NonZeroUsize::MIN)
     }

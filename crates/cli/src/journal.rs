@@ -1,5 +1,5 @@
-//! The journal of a set of runs in its folder: a line a unit, added as the unit is done, so that an interrupted set
-//! goes on.
+//! The journal of a set of runs, a file in the set's folder. A line is added for each unit when the unit is done, so
+//! that an interrupted set can be continued.
 
 use std::collections::BTreeMap;
 use std::env;
@@ -13,15 +13,15 @@ use hpu_study::units::{self, JournalError, Row};
 use crate::exit::Failure;
 use crate::terminal;
 
-/// A journal that this process alone writes to.
+/// A journal that only this process writes to.
 pub struct Journal {
     path: PathBuf,
     header: String,
     file: File,
 }
 
-/// A set's journal and the rows that are in it; without a folder none. `header` is asked only where there is a journal:
-/// it reads the whole program.
+/// Returns a set's journal and the rows in it; without a folder there is no journal and no row. `header` is called only
+/// if there is a journal, because it reads the whole program.
 pub fn resume(
     dir: Option<&Path>,
     count: usize,
@@ -32,7 +32,7 @@ pub fn resume(
     Ok((Some(journal), rows))
 }
 
-/// What names a set in its journal: a print of all that its rows depend on, this very program included, and the
+/// Returns the header of a set's journal: a hash of everything that its rows depend on, including this program, and the
 /// command.
 pub fn header<'a>(kind: &str, parts: impl IntoIterator<Item = &'a [u8]>, command: &str) -> Result<String, Failure> {
     let program = env::current_exe().and_then(fs::read);
@@ -44,12 +44,12 @@ pub fn header<'a>(kind: &str, parts: impl IntoIterator<Item = &'a [u8]>, command
     Ok(format!("{kind} {} of {command}", units::fingerprint(all)))
 }
 
-/// Name of the file.
+/// The name of the file.
 pub const NAME: &str = "journal.txt";
 
 impl Journal {
-    /// Opens or begins the journal of the set with this header, and returns the rows that are there. Rows that are not
-    /// whole are counted on stderr and taken out; their units are run again.
+    /// Opens or begins the journal of the set with this header, and returns its rows. Damaged rows are counted on
+    /// stderr and removed, and their units are run again.
     fn open(dir: &Path, header: &str, count: usize) -> Result<(Self, BTreeMap<usize, Row>), Failure> {
         let path = dir.join(NAME);
         let at = |error| Failure::at(&path, error);
@@ -80,7 +80,8 @@ impl Journal {
         }
         let mut journal = Self { header: header.to_string(), file, path: path.clone() };
         if read.damaged > 0 {
-            // Whole in its place at every moment: beside it first, and locked before anybody else can open it.
+            // The journal must be whole at every moment, so it is written to another file, which is locked before
+            // another process can open it, and then renamed.
             let beside = dir.join(format!(".{NAME}.{}.tmp", process::id()));
             let mut new = File::options().append(true).create_new(true).open(&beside).map_err(at)?;
             locked(&new)?;

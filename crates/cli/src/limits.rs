@@ -1,4 +1,4 @@
-//! `hpu limits`: how stiff a scene's wall may be.
+//! `hpu limits`: the stiffnesses at which a scene's wall settles.
 
 use std::path::PathBuf;
 
@@ -59,7 +59,7 @@ pub struct Args {
     json: bool,
 }
 
-/// `hpu limits`.
+/// Runs `hpu limits`.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
     let source = scene::source(&args.scene)?;
     let mut load = |file: &str| source.load(file);
@@ -85,7 +85,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let most = args.words.unwrap_or(if over.is_empty() { 256 } else { 96 });
     let looks = Looks::words(most as usize, args.phases);
     let in_box = (!over.is_empty()).then(|| BoxSet::new(&world, &worlds, range));
-    // Until the runs begin a signal ends the command at once.
+    // Until the runs begin, a signal ends the command at once.
     let found = limits(&nominal, range, || WordsSet::new(&worlds, range, looks, args.jobs.get(), interrupt::heed()));
     let found = Limits { in_box, ..found };
     if interrupt::pressed() {
@@ -103,11 +103,11 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     } else {
         print(&limits_text::text(&nominal.name, &found, &over, &files))?
     }
-    // That there is no limit is a result.
+    // The absence of a limit is a result, not a failure.
     Ok(Exit::Fine)
 }
 
-/// The limits of a design of the user's own: over the generic or constant that its scene names.
+/// Finds the limits of a design of the user's own: over the generic or constant that its scene names.
 fn of_design(args: &Args, text: &SceneText, scene: &DutScene) -> Result<Exit, Failure> {
     let usage = |said: &str| Failure::usage(format!("{}: {said}", scene.name));
     if !args.over.is_empty() || args.hands.is_some() {
@@ -160,7 +160,7 @@ fn of_design(args: &Args, text: &SceneText, scene: &DutScene) -> Result<Exit, Fa
     Ok(Exit::Fine)
 }
 
-/// The worlds of a box that are run.
+/// Returns the worlds of a box that are run.
 fn points(world: &World) -> Result<Vec<Scene>, Failure> {
     let usage = |said: String| Failure::usage(format!("--over: {said}"));
     let unknown = world.unknown;
@@ -181,7 +181,7 @@ fn points(world: &World) -> Result<Vec<Scene>, Failure> {
     world.points().map_err(usage)
 }
 
-/// A length in metres.
+/// Reads a length in metres.
 fn length(text: &str) -> Result<f64, String> {
     let units = [("mm", 1e-3), ("cm", 1e-2), ("m", 1.0)];
     let read = |(unit, by): (&str, f64)| Some(text.trim().strip_suffix(unit)?.trim().parse::<f64>().ok()? * by);
@@ -189,7 +189,7 @@ fn length(text: &str) -> Result<f64, String> {
     length.ok_or_else(|| "write a radius up to 10 m, as in 50mm".into())
 }
 
-/// The command, without what changes no figure.
+/// Returns the command, without options that change no figure.
 fn command(args: &Args) -> String {
     let over: String = args.over.iter().map(|over| format!(" --over {}", quoted(&over.to_string()))).collect();
     let range = args.range.as_ref().map_or(String::new(), |range| format!(" --range {}", quoted(range)));
@@ -204,7 +204,7 @@ fn command(args: &Args) -> String {
     format!("hpu limits {}{}{range}{over}{hands}{words}{phases}", args.scene, set_options(&args.set.set))
 }
 
-/// The scene, if it is one of an axis.
+/// Returns the scene, if it is a scene of an axis.
 fn axis(experiment: Experiment) -> Result<Scene, Failure> {
     match experiment {
         Experiment::Axis(scene) => Ok(scene),
@@ -216,13 +216,13 @@ fn axis(experiment: Experiment) -> Result<Scene, Failure> {
     }
 }
 
-/// The ends of a range, as the scene reads a stiffness.
+/// Reads the ends of a range, in the units that the scene accepts for a stiffness.
 fn asked(text: &SceneText, args: &Args, range: &str) -> Result<[f64; 2], Failure> {
     const SYNTAX: &str = "write A..B with A below B, as in '0.1..3 N.m/rad'";
     let usage = |said: String| Failure::usage(format!("--range {range}: {said}"));
     let (from, to) = range.split_once("..").ok_or_else(|| usage(SYNTAX.into()))?;
     let to = to.trim();
-    // The unit stands behind the second number, or behind both.
+    // The unit stands after the second number, or after both.
     let number = to.find(|c: char| !(c.is_ascii_digit() || ".eE+-".contains(c))).unwrap_or(to.len());
     let unit = to[number..].trim();
     let from = from.trim();

@@ -1,4 +1,4 @@
-//! The limits of a scene's wall in words and as JSON.
+//! The limits of a scene's wall as text and as JSON.
 
 use std::path::PathBuf;
 
@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 
 use crate::parameters::{missed, missed_object};
 
-/// Limits as JSON.
+/// Returns limits as JSON.
 pub fn object(scene: &str, found: &Limits, over: &[Unknown], files: &[PathBuf]) -> Value {
     let criteria = found.criteria.iter().map(|criterion| {
         let Criterion { name, limit, unit, .. } = criterion;
@@ -88,7 +88,7 @@ fn in_words(set: &WordsSet) -> Value {
     })
 }
 
-/// Limits in words.
+/// Returns limits as text.
 pub fn text(scene: &str, found: &Limits, over: &[Unknown], files: &[PathBuf]) -> String {
     let unit = found.linear.as_ref().map_or("", |set| set.unit);
     let [low, high] = found.range.map(figure);
@@ -201,12 +201,12 @@ pub fn text(scene: &str, found: &Limits, over: &[Unknown], files: &[PathBuf]) ->
     text
 }
 
-/// Nine decimals of a limit; of one that they would not show, its first digits.
+/// Returns a limit with nine decimals. If they would not show it, returns its first digits with a power of ten.
 fn nine(limit: f64) -> String {
     if limit == 0.0 || (1e-4..1e9).contains(&limit) { format!("{limit:.9}") } else { format!("{limit:.6e}") }
 }
 
-/// Every assumption once.
+/// Returns every assumption once.
 fn legend(criteria: &[Criterion]) -> Vec<Assumption> {
     let mut all: Vec<Assumption> = Vec::new();
     for assumption in criteria.iter().flat_map(|criterion| &criterion.assumptions) {

@@ -1,4 +1,4 @@
-//! The `hpu` command: arguments, files and colours. All else lives in the libraries.
+//! The `hpu` command: arguments, files and colours. Everything else is in the libraries.
 
 mod block;
 mod block_csv;
@@ -105,7 +105,7 @@ fn main() -> ExitCode {
     let command = match Command::try_parse() {
         Ok(command) => command,
         Err(refusal) if refusal.use_stderr() => refusal.exit(),
-        // Help, or the version: a result like any other, which a full disk cuts short.
+        // Help and the version are results like any other: a full disk is an error.
         Err(help) => return ended(terminal::print(&help.render().to_string()).map(|()| Exit::Fine)),
     };
     if !command.quiet {
@@ -132,7 +132,7 @@ fn main() -> ExitCode {
 
 fn ended(done: Result<Exit, Failure>) -> ExitCode {
     let exit = done.unwrap_or_else(|failure: Failure| {
-        // Who interrupted a command knows why it ended.
+        // The user who interrupted a command knows why it ended.
         if failure.exit() != Exit::Interrupted {
             terminal::complain(&failure);
         }
@@ -142,7 +142,7 @@ fn ended(done: Result<Exit, Failure>) -> ExitCode {
     ExitCode::from(if exit == Exit::Interrupted { interrupt::code() } else { exit as u8 })
 }
 
-/// The name of a command in progress lines: its verb and the argument after it, as in `chart friction-wall`.
+/// Returns the name of a command in progress lines: its verb and the argument after it, as in `chart friction-wall`.
 fn named(arguments: impl Iterator<Item = OsString>) -> String {
     let words = arguments.map(|argument| argument.to_string_lossy().into_owned());
     words.take_while(|word| !word.starts_with('-')).take(2).collect::<Vec<_>>().join(" ")

@@ -34,7 +34,7 @@ pub struct ManArgs {
     out: Option<PathBuf>,
 }
 
-/// `hpu completions`.
+/// Runs `hpu completions`.
 pub fn completions(args: &CompletionArgs, mut command: Command) -> Result<Exit, Failure> {
     let mut script = Vec::new();
     clap_complete::generate(args.shell, &mut command, "hpu", &mut script);
@@ -42,7 +42,7 @@ pub fn completions(args: &CompletionArgs, mut command: Command) -> Result<Exit, 
     Ok(Exit::Fine)
 }
 
-/// `hpu man`.
+/// Runs `hpu man`.
 pub fn man(args: &ManArgs, command: Command) -> Result<Exit, Failure> {
     let command = whole(command);
     let Some(out) = &args.out else {
@@ -64,7 +64,7 @@ pub fn man(args: &ManArgs, command: Command) -> Result<Exit, Failure> {
     Ok(Exit::Fine)
 }
 
-/// The command with all that clap adds to it; the pages of verbs tell of no `help` verb.
+/// Returns the command with everything that clap adds to it. The pages of verbs do not mention a `help` verb.
 fn whole(command: Command) -> Command {
     let mut command = command.disable_help_subcommand(true);
     command.build();
@@ -80,12 +80,12 @@ fn write(command: &Command, folder: &mut Folder) -> Result<(), Failure> {
     verbs(command).try_for_each(|verb| write(verb, folder))
 }
 
-/// `hpu-run` of the verb `run`.
+/// Returns the title of a page: `hpu-run` for the verb `run`.
 fn title(command: &Command) -> &str {
     command.get_display_name().unwrap_or(command.get_name())
 }
 
-/// The page of a command or verb.
+/// Returns the page of a command or verb.
 fn page(command: &Command) -> Result<String, Failure> {
     let mut page = Vec::new();
     let made =

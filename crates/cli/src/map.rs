@@ -1,4 +1,4 @@
-//! `hpu map`: a scene over two of its keys.
+//! `hpu map`: runs a scene over two of its keys.
 
 use std::io::BufWriter;
 use std::panic::resume_unwind;
@@ -77,7 +77,7 @@ fn time(text: &str) -> Result<Duration, String> {
 }
 
 impl Args {
-    /// The command, without what changes no cell.
+    /// Returns the command, without options that change no cell.
     fn command(&self) -> String {
         let mut command = format!("hpu map {}", quoted(&self.scene));
         for (name, axis) in [("x", &self.x), ("y", &self.y)] {
@@ -93,7 +93,7 @@ impl Args {
         command + &set_options(&self.set.set)
     }
 
-    /// What else is to be said to make the same map.
+    /// Returns the other options that are needed to make the same map.
     fn options(&self) -> String {
         let full = if self.full { " --full" } else { "" };
         let events = if self.cell_events == CellLimits::default().events {
@@ -130,24 +130,24 @@ impl Args {
     }
 }
 
-/// A map that is through.
+/// A complete map.
 pub struct Mapped {
-    /// What was run.
+    /// The map that was run.
     pub map: Map,
-    /// What is known of each cell.
+    /// The result of each cell.
     pub found: Vec<Found>,
-    /// The criteria's curves of each method, or why there are none.
+    /// The curves of the criteria for each method, or the reason why there are none.
     pub curves: Vec<Result<Curves, String>>,
-    /// The command that made it.
+    /// The command that made the map.
     pub command: String,
-    /// The scene, as it was named.
+    /// The scene, as the command names it.
     pub scene: String,
-    /// Files that were written.
+    /// The files that were written.
     pub files: Vec<PathBuf>,
 }
 
 impl Mapped {
-    /// The command that runs a cell again.
+    /// Returns the command that runs a cell again.
     pub fn replay(&self, index: usize) -> String {
         let overrides = self.map.overrides(self.map.point(index));
         format!("hpu run {}{}", quoted(&self.scene), set_options(&overrides))
@@ -168,7 +168,7 @@ impl Mapped {
     }
 }
 
-/// `hpu map`.
+/// Runs `hpu map`.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
     hpu_cosim::dut::provide(args.hdl.simulators()?);
     let map = args.map()?;
@@ -186,7 +186,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let control = interrupt::heed();
     let mut kept = done.len();
     let (found, curves) = thread::scope(|scope| {
-        // Beside the cells: behind them one thread would work alone.
+        // The curves are computed beside the cells: after them, a single thread would work alone.
         let curves = scope.spawn(|| (0..map.methods.len()).map(|method| Curves::new(&map, method)).collect());
         let found = with_progress((map.len() - done.len()) as u64, "cells", control, || {
             map.run(plan, done, control, |index, row| {
@@ -195,7 +195,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
             })
         });
         if let Ok(None) = found {
-            // Nobody waits for the curves of a map that is not drawn.
+            // The map is not drawn, so the curves are not needed.
             map_text::interrupted(&map, kept, args.out.as_deref(), args.json)?;
             interrupt::end();
         }

@@ -1,4 +1,4 @@
-//! A map in words and as JSON, and what is said of one that was interrupted.
+//! A map as text and as JSON, and the message for an interrupted map.
 
 use std::path::Path;
 
@@ -15,10 +15,10 @@ use crate::map::Mapped;
 use crate::parameters::{missed, missed_object};
 use crate::terminal::{print, print_json};
 
-/// Columns up to which a map is drawn in letters.
+/// The most columns of a map that is drawn in letters.
 const WIDEST: usize = 120;
 
-/// Tells how far a map came.
+/// Reports how many cells of an interrupted map are done.
 pub fn interrupted(map: &Map, done: usize, out: Option<&Path>, as_json: bool) -> Result<Exit, Failure> {
     if as_json {
         print_json(&json!({ "scene": map.scene.name, "complete": false, "done": done, "cells": map.len() }))?;
@@ -42,7 +42,7 @@ fn letter(class: Option<Class>) -> char {
 }
 
 impl Mapped {
-    /// Numbers of a method's cells.
+    /// Returns the numbers of a method's cells.
     fn layer(&self, method: usize) -> std::ops::Range<usize> {
         method * self.map.layer()..(method + 1) * self.map.layer()
     }
@@ -51,11 +51,12 @@ impl Mapped {
         matches!(self.found[index], Found::Run(_))
     }
 
-    /// How many cells of a layer are of a class, and the first of them that was run.
+    /// Returns the number of cells of a class in a layer, and the first of them that was run; if there are some at a
+    /// boundary, the first of those.
     fn count(&self, method: usize, of: Option<Class>) -> (usize, Option<usize>) {
         let known = |index: &usize| !is_late(&self.found, *index);
         let of_class = || self.layer(method).filter(known).filter(|index| class(&self.found, *index) == of);
-        // One at the boundary says more than one in a corner.
+        // A cell at the boundary shows more than a cell in a corner, so it is preferred.
         let columns = self.map.x.cells();
         let borders = |index: &usize| {
             let point = self.map.point(*index);
@@ -66,18 +67,18 @@ impl Mapped {
         (of_class().count(), run().find(borders).or(run().next()))
     }
 
-    /// How many cells of a layer took longer than they may.
+    /// Returns how many cells of a layer exceeded their time limit.
     fn late(&self, method: usize) -> usize {
         self.layer(method).filter(|index| is_late(&self.found, *index)).count()
     }
 
-    /// Where a method's region of rest ends, and why.
+    /// Returns where a method's region of rest ends, and why.
     fn edge(&self, method: usize) -> Edge {
         Edge::new(&self.map, &self.found, self.curves[method].as_ref().ok(), method)
     }
 
-    /// How many cells of a layer that were run miss the stiffness that they ask for, the miss whose format holds them
-    /// all, and the key of that format, where there is one.
+    /// Returns how many cells of a layer that were run have a stiffness far from the one that they ask for. Returns
+    /// also the miss whose format holds all of them, and the key of that format, if there is one.
     fn missed(&self, method: usize) -> Option<(usize, Miss, Option<&'static str>)> {
         let far = |cell: &Cell| cell.stiffness_error.is_some_and(|error| error.abs() > Miss::FLAGGED);
         let far = |index: &usize| matches!(&self.found[*index], Found::Run(Ok(cell)) if far(cell));
@@ -97,7 +98,7 @@ impl Mapped {
         Some((missing.len(), Miss { error, format: format.filter(|_| all_held) }, missing[0].1))
     }
 
-    /// What went wrong in the cells of a layer, each reason once, with how often.
+    /// Returns the errors in the cells of a layer, each reason once with its number of cells.
     fn reasons(&self, method: usize) -> Vec<(&str, usize)> {
         let mut reasons: Vec<(&str, usize)> = Vec::new();
         for index in self.layer(method) {
@@ -112,7 +113,7 @@ impl Mapped {
     }
 }
 
-/// A map in words.
+/// Returns a map as text.
 pub fn text(mapped: &Mapped) -> String {
     let Mapped { map, curves, command, .. } = mapped;
     let mut text = format!("$ {command}\n");
@@ -184,7 +185,7 @@ pub fn text(mapped: &Mapped) -> String {
     text + &mapped.files.iter().map(|file| format!("file       {}\n", file.display())).collect::<String>()
 }
 
-/// A layer in letters, the last row uppermost.
+/// Returns a layer in letters, with the last row on top.
 fn letters(mapped: &Mapped, method: usize) -> String {
     let map = &mapped.map;
     let name = |axis: &Axis| {
@@ -201,7 +202,7 @@ fn letters(mapped: &Mapped, method: usize) -> String {
     format!("  up: {}\n{}  across: {}\n", name(&map.y), rows.collect::<String>(), name(&map.x))
 }
 
-/// A map as JSON.
+/// Returns a map as JSON.
 pub fn object(mapped: &Mapped) -> Value {
     let Mapped { map, found, curves, command, files, .. } = mapped;
     let axis = |axis: &Axis| {

@@ -1,5 +1,5 @@
-//! `hpu run SCENE --beside OURS --compare PORT=NET`: ports of a design of the user's own held against nets of a scene of
-//! ours, at every clock edge.
+//! `hpu run SCENE --beside OURS --compare PORT=NET`: compares ports of a design of the user's own with nets of a scene
+//! of ours, at every clock edge.
 
 use std::collections::VecDeque;
 use std::ops::Range;
@@ -13,9 +13,9 @@ use crate::exit::Failure;
 use crate::terminal;
 use crate::units::si;
 
-/// Rows that are told before a difference.
+/// Rows that are shown before a difference.
 const ROWS: usize = 16;
-/// Changes of ours that are sent at a time, and such batches that wait at most.
+/// Changes of our nets that are sent in one batch, and the most batches that wait.
 const BATCH: usize = 4096;
 const WAITING: usize = 16;
 
@@ -39,7 +39,8 @@ impl Pair {
 pub struct Pairs(Vec<Pair>);
 
 impl Pairs {
-    /// Of two scenes made ready, by name. A word is compared bit by bit, so that both have as many.
+    /// Finds the ports and nets by name in two scenes. Words are compared bit by bit, so a port and its net must have
+    /// the same width.
     pub fn new(theirs: &impl Rig, ours: &Ready, names: &[(String, String)]) -> Result<Self, Failure> {
         if theirs.clock() != ours.clock() {
             let [of_theirs, of_ours] =
@@ -74,10 +75,10 @@ impl Pairs {
     }
 }
 
-/// Words of the compared nets from an edge on.
+/// Words of the compared nets from an edge on, until the next row.
 type Row = (u64, Vec<i64>);
 
-/// Sends what our nets do.
+/// Observes our nets and sends their changes.
 struct Send<'p> {
     pairs: &'p [Pair],
     last: Vec<i64>,
@@ -91,7 +92,7 @@ impl Observe for Send<'_> {
             self.last = self.pairs.iter().map(|pair| words[pair.ours]).collect();
             self.batch.push((cycle.0, self.last.clone()));
             if self.batch.len() == BATCH {
-                // Who does not listen any more has stopped.
+                // The receiver is gone only when the comparison has ended.
                 let _ = self.to.send(std::mem::take(&mut self.batch));
             }
         }
@@ -107,24 +108,24 @@ pub struct First {
     pub edge: u64,
     /// Index of the pair.
     pair: usize,
-    /// Rows before it and with it: edge, our words, theirs.
+    /// The rows up to the difference: edge, our words, their words.
     rows: Vec<(u64, Vec<i64>, Vec<i64>)>,
 }
 
-/// What a comparison has found.
+/// The result of a comparison.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Held {
     pairs: Pairs,
-    /// The scene of ours.
+    /// The name of our scene.
     pub beside: String,
-    /// Edges compared, and words that differed over all of them.
+    /// Edges that were compared, and the number of words that differed at these edges.
     pub edges: u64,
     pub mismatches: u64,
-    /// The first of them.
+    /// The first difference.
     pub first: Option<First>,
 }
 
-/// Watches theirs, and hands on what it sees with a net more: whether anything has differed.
+/// Observes theirs, compares it with ours, and passes its nets on with one more net: whether any word has differed.
 struct Beside<'a> {
     inner: &'a mut dyn Observe,
     pairs: &'a [Pair],
@@ -132,7 +133,7 @@ struct Beside<'a> {
     waiting: VecDeque<Row>,
     theirs: Vec<i64>,
     ours: Vec<i64>,
-    /// The edge from which both stand so.
+    /// The edge of the last change of either side.
     since: u64,
     mismatches: u64,
     rows: VecDeque<(u64, Vec<i64>, Vec<i64>)>,
@@ -141,7 +142,7 @@ struct Beside<'a> {
 }
 
 impl Beside<'_> {
-    /// Our next change, as far as it is known to come.
+    /// Returns our next change; `None` when there are no more.
     fn next(&mut self) -> Option<&Row> {
         while self.waiting.is_empty() {
             self.waiting.extend(self.from.recv().ok()?);
@@ -149,19 +150,19 @@ impl Beside<'_> {
         self.waiting.front()
     }
 
-    /// Both stood as they are up to an edge, from which one of them changes.
+    /// Counts the differences from the last change up to an edge at which one side changes.
     fn stand(&mut self, edge: u64) {
         if self.theirs.is_empty() || self.ours.is_empty() {
             return;
         }
         let differ = self.pairs.iter().zip(self.theirs.iter().zip(&self.ours));
         let differ = differ.filter(|(pair, (theirs, ours))| pair.differs(**theirs, **ours)).count() as u64;
-        // Before the first edge both come out of their resets.
+        // Before the first edge both sides come out of their resets, so nothing is counted.
         self.mismatches += differ * edge.saturating_sub(self.since.max(1));
         self.since = edge;
     }
 
-    /// Looks at both after all changes of an edge.
+    /// Compares both sides after all changes of an edge.
     fn look(&mut self, edge: u64) {
         if self.first.is_some() || self.theirs.is_empty() || self.ours.is_empty() {
             return;
@@ -217,8 +218,8 @@ impl Observe for Beside<'_> {
     }
 }
 
-/// Runs theirs by `run`, and ours beside it; shows the observer what theirs does, with a net more: 1 from where a word
-/// has differed, as soon as theirs changes.
+/// Runs theirs by `run`, and ours beside it. The observer sees their nets and one net more. It is 1 once a word has
+/// differed, and is updated when theirs changes.
 pub fn hold<T>(
     pairs: Pairs,
     ours: &Ready,
@@ -256,7 +257,7 @@ pub fn hold<T>(
         });
         control.stop.store(true, std::sync::atomic::Ordering::Relaxed);
         let Beside { from, mismatches, first, .. } = beside;
-        // Ours may wait to be heard.
+        // Our side may be waiting for the receiver.
         drop(from);
         side.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
         let (ran, edges) = ran?;
@@ -266,12 +267,12 @@ pub fn hold<T>(
 }
 
 impl Held {
-    /// Whether nothing differed.
+    /// Returns whether no word differed.
     pub fn ok(&self) -> bool {
         self.mismatches == 0
     }
 
-    /// For people: a line, and the rows of the first difference.
+    /// Returns the result as text: a line, and the rows of the first difference.
     pub fn text(&self, period_s: f64) -> String {
         let said = terminal::verdict(&format!("{} mismatches", self.mismatches), self.ok());
         let pairs = self.pairs.0.iter().map(|pair| format!("{}={}", pair.port.name, pair.net.name));
@@ -303,7 +304,7 @@ impl Held {
         text
     }
 
-    /// As JSON.
+    /// Returns the result as JSON.
     pub fn object(&self) -> Value {
         let pairs: Vec<_> =
             self.pairs.0.iter().map(|pair| json!({ "port": pair.port.name, "net": pair.net.name })).collect();
@@ -325,7 +326,7 @@ fn shown(port: &Signal, word: i64) -> String {
     if word == UNKNOWN { "unknown".to_string() } else { port.shown(word).to_string() }
 }
 
-/// Rows of words, aligned.
+/// Returns rows of words, aligned.
 fn lines(table: &[Vec<String>]) -> Vec<String> {
     let width = |column: usize| table.iter().map(|row| row[column].len()).max().unwrap_or(0);
     let widths: Vec<_> = (0..table.first().map_or(0, Vec::len)).map(width).collect();

@@ -1,4 +1,4 @@
-//! How a command writes word formats.
+//! The notation in which a command writes word formats.
 
 use clap::ValueEnum;
 use hpu_signal::Notation;
@@ -26,7 +26,7 @@ enum Name {
 }
 
 impl Written {
-    /// The notation, if one was asked for.
+    /// Returns the notation, if one was asked for.
     pub fn asked(&self) -> Option<Notation> {
         self.notation.map(|name| match name {
             Name::Triple => Notation::Triple,
@@ -36,7 +36,7 @@ impl Written {
         })
     }
 
-    /// The notation.
+    /// Returns the notation that was asked for, or the default.
     pub fn get(&self) -> Notation {
         self.asked().unwrap_or(Notation::Triple)
     }

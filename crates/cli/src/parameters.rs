@@ -1,4 +1,4 @@
-//! The parameters of a run: what they are, and who said so.
+//! The parameters of a run, each with the source of its value.
 
 use hpu_cosim::number;
 use hpu_cosim::scene::{Experiment, Miss, Origin, Parameter, ParameterValue};
@@ -7,14 +7,14 @@ use serde_json::{Value, json};
 
 use crate::units::error_percent;
 
-/// A parameter and who said it.
+/// A parameter and the source of its value.
 pub struct Said {
     parameter: Parameter,
     by: String,
 }
 
-/// Every parameter of a run: of its scene, of the model that was chosen for it, and of `--edges`, where that gave the
-/// duration.
+/// Returns every parameter of a run. The source of its value is the scene, the model that was chosen for the scene, or
+/// `--edges` for a duration that it gave.
 pub fn of(scene: &Experiment, fitted: Option<&Fit>, by_edges: bool) -> Vec<Said> {
     let chosen = |key: &str| fitted.is_some_and(|found| found.set.iter().any(|(set, _)| set == key));
     let said = scene.parameters().iter().map(|parameter| Said {
@@ -32,7 +32,7 @@ pub fn of(scene: &Experiment, fitted: Option<&Fit>, by_edges: bool) -> Vec<Said>
     said.collect()
 }
 
-/// A line for each.
+/// Returns the parameters as text, one a line.
 pub fn text(all: &[Said]) -> String {
     let lines = all.iter().map(|Said { parameter: Parameter { key, value, unit, .. }, by }| {
         let value = match value {
@@ -46,7 +46,7 @@ pub fn text(all: &[Said]) -> String {
     lines.collect()
 }
 
-/// All as JSON: key, value in that unit, and who said it.
+/// Returns the parameters as JSON: key, value in that unit, and the source of the value.
 pub fn object(all: &[Said]) -> Vec<Value> {
     let objects = all.iter().map(|Said { parameter: Parameter { key, value, unit, .. }, by }| {
         let value = match value {
@@ -60,7 +60,7 @@ pub fn object(all: &[Said]) -> Vec<Value> {
     objects.collect()
 }
 
-/// That a stiffness is missed, and the format that would hold it.
+/// Returns the message that a stiffness word misses the stiffness, with the format that would hold it.
 pub fn missed(Miss { error, format }: &Miss, key: Option<&str>) -> String {
     let remedy = match (format, key) {
         (Some(format), Some(key)) => format!("{key} = \"{format}\" holds it"),
@@ -70,7 +70,7 @@ pub fn missed(Miss { error, format }: &Miss, key: Option<&str>) -> String {
     format!("stiffness misses what is asked for by {}; {remedy}", error_percent(*error))
 }
 
-/// The miss of a scene's stiffness, if its word is far from it.
+/// Returns the miss of a scene's stiffness, if its word is far from it.
 pub fn stiffness_miss(experiment: &Experiment) -> Option<Miss> {
     match experiment {
         Experiment::Axis(scene) => scene.words().ok()?.realised.stiffness_miss,
@@ -79,13 +79,13 @@ pub fn stiffness_miss(experiment: &Experiment) -> Option<Miss> {
     }
 }
 
-/// That a scene's stiffness is missed, and the format that would hold it.
+/// Returns the message that a scene's stiffness word misses the stiffness, with the format that would hold it.
 pub fn stiffness_missed(experiment: &Experiment) -> Option<String> {
     let key = matches!(experiment, Experiment::Axis(_)).then_some("method.stiffness_format");
     stiffness_miss(experiment).map(|miss| missed(&miss, key))
 }
 
-/// The same as JSON.
+/// Returns a miss as JSON.
 pub fn missed_object(miss: &Miss) -> Value {
     json!({ "error": miss.error, "format": miss.format.map(|format| format.to_string()) })
 }

@@ -7,14 +7,14 @@ use crate::exit::Failure;
 use crate::files::Folder;
 use crate::run::Ran;
 
-/// Draws and writes them, each as SVG and as PNG.
+/// Draws the pictures, and writes each as SVG and as PNG.
 pub fn write(ran: &Ran, command: &str, folder: &mut Folder) -> Result<(), Failure> {
     let pictures = match ran.session {
         AnyRig::Ours(Ready::Axis(session)) => run_pictures(&chart_run(session, ran, command)),
         AnyRig::Ours(Ready::Phantom(session)) => chart::drop_pictures(session, &ran.trace, &ran.summary, command),
         AnyRig::Dut(session) => chart::dut_pictures(session, &ran.trace, &ran.summary, command),
     };
-    // What the words of VHDL that differs have lost nobody saw.
+    // Where VHDL differs, the bits that its words have lost are unknown, and the picture of them is left out.
     let losses_seen = ran.summary.nets.iter().all(|net| net.losses_seen);
     let known = pictures.into_iter().filter(|picture| losses_seen || picture.name != "bits");
     known.into_iter().try_for_each(|picture| put(&picture, folder))
@@ -37,7 +37,7 @@ fn chart_run<'a>(session: &'a Session, ran: &'a Ran, command: &'a str) -> chart:
     chart::Run { scene: session.scene(), words: session.words(), trace: &ran.trace, summary: &ran.summary, command }
 }
 
-/// Writes a picture in both forms.
+/// Writes a picture as SVG and as PNG.
 pub fn put(Picture { name, svg, png, .. }: &Picture, folder: &mut Folder) -> Result<(), Failure> {
     folder.write(&format!("{name}.svg"), svg)?;
     folder.write(&format!("{name}.png"), png)

@@ -1,8 +1,7 @@
-//! How far a command is, on stderr: a bar on a terminal, a line every 10 s elsewhere, nothing with `--quiet`.
+//! The progress of a command on stderr: a bar on a terminal, a line every 10 s elsewhere, nothing with `--quiet`.
 //!
-//! One thread tells for the whole command, whatever the command is about to do. A verb that counts its work says so
-//! ([`with_progress`]), a verb of several parts names the part ([`doing`]); all others are told by their name and their
-//! time.
+//! One thread shows the progress of the whole command. A verb that counts its work calls [`with_progress`], and a verb
+//! with several parts names each part by [`doing`]. For any other verb, the thread shows its name and the time so far.
 
 use std::io::{self, IsTerminal, Write};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -13,19 +12,19 @@ use std::time::{Duration, Instant};
 
 use hpu_cosim::Control;
 
-/// Time from line to line where stderr is no terminal.
+/// Time from one line to the next where stderr is not a terminal.
 const LINE: Duration = Duration::from_secs(10);
 
-/// Time from bar to bar on a terminal.
+/// Time from one bar to the next on a terminal.
 const BAR: Duration = Duration::from_millis(200);
 
-/// Of the command.
+/// The progress of this process's command.
 static PROGRESS: Progress = Progress::new();
 
-/// Begins to tell of the command of this name, as in `chart friction-wall`.
+/// Begins to show the progress of the command of this name, as in `chart friction-wall`.
 pub fn begin(command: &str) {
     PROGRESS.begin(command);
-    // The thread ends with the process: there is no end to wait for.
+    // The thread ends with the process, so nothing waits for it.
     thread::spawn(|| {
         let (alive, ended) = mpsc::channel();
         if io::stderr().is_terminal() {
@@ -37,7 +36,7 @@ pub fn begin(command: &str) {
     });
 }
 
-/// Tells no more, and leaves no bar behind.
+/// Ends the progress, and erases the bar.
 pub fn end() {
     aside(|state| {
         state.erase();
@@ -51,7 +50,7 @@ pub fn doing(part: impl Into<String>) {
     aside(|state| state.part = part);
 }
 
-/// Says how far the part is, where nothing is counted.
+/// Reports the progress of a part in which nothing is counted.
 pub fn note(said: impl Into<String>) {
     let said = said.into();
     aside(|state| state.said = said);
@@ -65,8 +64,8 @@ pub fn print(printed: impl FnOnce() -> io::Result<()>) -> io::Result<()> {
     })
 }
 
-/// Works while `control.progress` counts from 0 to `total` of what `what` names; of no things that anybody counts where
-/// it is empty.
+/// Calls `work` while `control.progress` counts from 0 to `total`. `what` names the things that are counted; if it is
+/// empty, nothing is counted.
 pub fn with_progress<T>(total: u64, what: &'static str, control: &'static Control, work: impl FnOnce() -> T) -> T {
     control.progress.store(0, Ordering::Relaxed);
     aside(|state| state.count = Some(Count { done: &control.progress, total, what, begin: Instant::now() }));
@@ -82,7 +81,7 @@ fn aside<T>(change: impl FnOnce(&mut State) -> T) -> T {
     change(&mut PROGRESS.lock())
 }
 
-/// Where a command is, for the threads that change it and the one that tells.
+/// The state of the command, shared by the threads that change it and the thread that shows it.
 struct Progress(Mutex<State>);
 
 struct State {
@@ -91,7 +90,7 @@ struct State {
     part: String,
     said: String,
     count: Option<Count>,
-    /// Whether a bar stands on the terminal.
+    /// Whether a bar is on the terminal.
     drawn: bool,
 }
 
@@ -142,14 +141,14 @@ impl State {
         self.begin.map_or(0.0, |begin| begin.elapsed().as_secs_f64())
     }
 
-    /// The bar of what is counted; without a count, the line.
+    /// Draws the bar of the work that is counted; without a count, the line.
     fn draw(&mut self) {
         let line = match &self.count {
             Some(count) => bar(count.so_far(), count.total, count.what, count.begin.elapsed().as_secs_f64()),
             None if self.elapsed_s() < 2.0 => return,
             None => self.line(),
         };
-        // Without a stderr nobody looks.
+        // An error is ignored, because nobody reads a missing stderr.
         let _ = write!(io::stderr(), "\r{line}\x1b[K");
         self.drawn = true;
     }
@@ -164,8 +163,8 @@ impl State {
         let _ = writeln!(out, "{}", self.line());
     }
 
-    /// The progress line: the part of the command, the share done, the time so far and the time left, as far as they
-    /// are known.
+    /// Returns the progress line: the part of the command, the share done, the time so far and the time left, as far as
+    /// they are known.
     fn line(&self) -> String {
         let mut line = self.command.clone();
         if !self.part.is_empty() {
@@ -193,12 +192,12 @@ impl Count {
     }
 }
 
-/// How long the rest takes if it goes on as it did; nothing before anything is done.
+/// Returns the time that the rest takes at the same rate; `None` before anything is done.
 fn left_s(done: u64, total: u64, elapsed_s: f64) -> Option<f64> {
     (done > 0).then(|| (total - done) as f64 * elapsed_s / done as f64)
 }
 
-/// A time as in `47 s` or `3 min 20 s`.
+/// Returns a time as in `47 s` or `3 min 20 s`.
 fn time(seconds: f64) -> String {
     let seconds = seconds.round() as u64;
     match (seconds / 60, seconds % 60) {
@@ -278,7 +277,7 @@ mod tests {
             }
             drop(alive);
         });
-        // The thread has ended: what it told until then is all.
+        // The thread has ended, so it shows no more lines.
         assert!(lines.iter().count() < 1000);
     }
 }

@@ -1,4 +1,4 @@
-//! `hpu reproduce`: a published study, run again.
+//! `hpu reproduce`: runs a published study again.
 
 use clap::Subcommand;
 use hpu_study::reproduce::{errs, hybrid, lag, scaling, shaper};
@@ -61,7 +61,7 @@ enum Study {
     Scaling(reproduce_beside::Args),
 }
 
-/// `hpu reproduce`.
+/// Runs `hpu reproduce`.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
     match &args.study {
         Study::Table2(args) => reproduce_drop::run(Name::Table2, args),

@@ -1,4 +1,4 @@
-//! `hpu reproduce` of a paper's statements, line by line.
+//! `hpu reproduce` for a paper's statements, line by line.
 
 use std::path::PathBuf;
 
@@ -27,7 +27,7 @@ pub struct Args {
     json: bool,
 }
 
-/// Measures every line, prints them beside what was published.
+/// Measures every line, and prints the results beside the published ones.
 pub fn run(comparison: &Comparison, args: &Args) -> Result<Exit, Failure> {
     let command = format!("hpu reproduce {}", comparison.name);
     let lines = comparison.lines.len();
@@ -92,7 +92,7 @@ pub fn run(comparison: &Comparison, args: &Args) -> Result<Exit, Failure> {
     Ok(Exit::when(rows.iter().all(Result::is_ok)))
 }
 
-/// A claim as JSON.
+/// Returns a claim as JSON.
 pub fn claim(Sum { statement, finding, found }: &Sum) -> Value {
     json!({
         "letter": statement.letter,

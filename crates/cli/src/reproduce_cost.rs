@@ -1,4 +1,4 @@
-//! `hpu reproduce phantom-cost`: what the PHANToM's blocks and loops cost in an FPGA, and what a bit costs.
+//! `hpu reproduce phantom-cost`: the cost of the PHANToM's blocks and loops in an FPGA, and the cost of a bit.
 
 use std::path::PathBuf;
 
@@ -16,7 +16,7 @@ use crate::reproduce_cost_text::{Proof, Row, csv, object, text};
 use crate::terminal::{print, print_json, with_progress};
 use crate::{hdl, interrupt, journal};
 
-/// Blocks and loops, each with the label of its configuration: cheap ones first, full tables last.
+/// Blocks and loops, each with the label of its configuration: the cheap ones first, full tables last.
 const PLAN: [(&str, &str); 20] = [
     ("trig_quarter", "default"),
     ("trig_interpolated", "default"),
@@ -64,7 +64,7 @@ fn planned(name: &str) -> Result<String, String> {
     if names.contains(&name) { Ok(name.to_string()) } else { Err(format!("it is none of {}", names.join(", "))) }
 }
 
-/// `hpu reproduce phantom-cost`.
+/// Runs `hpu reproduce phantom-cost`.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
     let folder = args.out.as_deref().map(Folder::open).transpose()?;
     let plan: Vec<_> = PLAN
@@ -85,7 +85,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let rows = with_progress(left, "syntheses", control, || {
         let unit = |index: usize, _: &_| {
             let (name, label) = plan[index];
-            // Blocks are of the thread that made them.
+            // A block belongs to the thread that made it.
             let block = find(name, label).ok()?;
             let made = cost(&*block, &setup);
             (!interrupt::pressed()).then(|| made.map(|cost| cost.line()).map_err(|error| error.to_string()))

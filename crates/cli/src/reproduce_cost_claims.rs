@@ -5,15 +5,16 @@ use hpu_study::reproduce::{Finding, Statement, Sum};
 
 use crate::reproduce_cost_text::Row;
 
-/// Clocks of a sample period in which the shared loop shows a result: one more than its engine takes.
+/// Clocks of the sample period in which the shared loop shows a result: one more than its engine takes.
 const CLOCKS: f64 = 33.0;
 
-/// The paper's claims, and what the rows say to them; a claim whose rows were not asked for, or failed, cannot be told.
+/// Returns the paper's claims with the findings from the rows. A claim whose rows were not asked for, or failed, cannot
+/// be judged.
 pub fn sums(rows: &[Row]) -> Vec<Sum> {
     vec![rate(rows), modest(rows), costly(rows)]
 }
 
-/// The costs of one block's rows, by label.
+/// Returns the costs in the rows of a block, by label.
 fn of<'a>(rows: &'a [Row], name: &'a str) -> impl Iterator<Item = (&'static str, &'a Cost)> {
     rows.iter().filter(move |row| row.name == name).filter_map(|row| Some((row.label, row.cost.as_ref().ok()?)))
 }
@@ -78,7 +79,7 @@ mod tests {
 
     use super::*;
 
-    /// A row as far as claims ask for it: cells, and the fastest clock of one that fits.
+    /// Returns a row with the numbers that claims read: cells, and the fastest clock of a block that fits.
     fn row(name: &'static str, label: &'static str, cells: u64, mhz: Option<f64>) -> Row {
         let some = Counts { lut4: 1, ff: 1, carry: 1, bram: 1, dsp: 0 };
         let ecp5 = mhz.is_none().then_some(some);
@@ -94,7 +95,7 @@ mod tests {
     #[test]
     fn findings_follow_the_rows_and_what_was_not_asked_for_or_failed_cannot_be_told() {
         use Finding::{CannotBeTold, Confirmed, NotConfirmed};
-        // 400 kHz are 13.2 MHz over 33 clocks.
+        // 400 kHz over 33 clocks are 13.2 MHz.
         let fast = [
             row("phantom_shared_loop", "fraction_22", 6298, Some(13.3)),
             row("phantom_shared_loop", "default", 8514, None),

@@ -1,15 +1,16 @@
 //! The rows of `hpu reproduce phantom-cost` as text, CSV and JSON.
 
-use hpu_datapath::phantom::{PhantomConfig, bounds, loop_variants};
+use hpu_datapath::phantom::{PhantomConfig, loop_variants};
 use hpu_rtl::{Cost, Counts, HX8K_BRAM, HX8K_CELLS};
 use hpu_study::reproduce::formats::{STIFFNESS_MAX_N_PER_M, full_scales_nm};
 use hpu_study::reproduce::summing_up;
+use hpu_study::widths::proof::bounds;
 use serde_json::{Value, json};
 
 use crate::cost::{speed, target};
 use crate::reproduce_cost_claims::sums;
 
-/// A block or loop, and what became of it.
+/// A block or loop with its result.
 pub struct Row {
     /// Its name.
     pub name: &'static str,
@@ -17,28 +18,28 @@ pub struct Row {
     pub label: &'static str,
     /// Whether it has a clock.
     pub clocked: bool,
-    /// Its cost, or why there is none.
+    /// Its cost, or the reason why it has none.
     pub cost: Result<Cost, String>,
-    /// What is proved of it, if it is a loop.
+    /// The proved errors, if it is a loop.
     pub proof: Option<Proof>,
 }
 
-/// What is proved of a loop's words.
+/// The proved errors of a loop's words.
 pub struct Proof {
-    /// Width of the counts that its tables hold.
+    /// Width in bits of the counts that its tables hold.
     depth_width: u32,
-    /// Greatest error of the tip, over its own tables.
+    /// Greatest error of the tip in micrometres, over the loop's own tables.
     position_um: f64,
-    /// The same over tables of 13 bits, the published ones.
+    /// Greatest error of the tip in micrometres, over tables of 13 bits, the published ones.
     position_13_um: f64,
-    /// Greatest error of a torque, of the joint's full scale.
+    /// Greatest error of a torque, in per cent of the joint's full scale.
     torque_percent: f64,
-    /// How far the words of the lengths are off.
+    /// Error of the words of the lengths, in micrometres.
     length_um: f64,
 }
 
 impl Proof {
-    /// That of a loop in the configuration with that label.
+    /// Returns the proved errors of a loop in the configuration with that label.
     pub fn of(name: &str, label: &str) -> Option<Self> {
         let named = name.ends_with("_loop").then(loop_variants)?;
         let config = named.into_iter().find(|(of, _)| *of == label)?.1;
@@ -67,7 +68,7 @@ impl Proof {
     }
 }
 
-/// All of it as text.
+/// Returns all rows as text.
 pub fn text(versions: &[String], rows: &[Row]) -> String {
     let mut text = format!(
         "PHANToM: what its blocks and loops cost\n$ hpu reproduce phantom-cost\n{}\n\n\
@@ -130,7 +131,7 @@ fn table_row(row: &Row) -> String {
     line
 }
 
-/// Which tables an HX8K holds.
+/// Returns the text about the tables that fit into an HX8K.
 fn tables() -> String {
     let mut text = format!(
         "\nTables of sine and cosine for three joints that the {HX8K_BRAM} block RAMs of an HX8K have bits for, {} of them:\n",
@@ -158,7 +159,7 @@ fn tables() -> String {
 const CSV_HEADER: &str = "block,variant,target,lut4,ff,carry,bram,dsp,hx8k_cells,hx8k_bram,fits_hx8k,fmax_mhz,path_ns,\
      depth_bits,position_error_um,position_error_13_bits_um,torque_error_13_bits_percent,length_error_um,failure\n";
 
-/// One block or loop a row, under a line with the tools.
+/// Returns a CSV with a row for each block or loop, below a line with the tools.
 pub fn csv(versions: &[String], rows: &[Row]) -> String {
     let mut text = format!("# {}\n{CSV_HEADER}", versions.join(", "));
     for Row { name, label, clocked, cost, proof } in rows {
@@ -184,7 +185,7 @@ pub fn csv(versions: &[String], rows: &[Row]) -> String {
     text
 }
 
-/// A row as JSON.
+/// Returns a row as JSON.
 pub fn object(row: &Row) -> Value {
     let mut object = crate::cost::object(row.label, row.clocked, &row.cost);
     object["block"] = json!(row.name);

@@ -1,4 +1,4 @@
-//! `hpu reproduce phantom-table-2` and `phantom-ladder`: the published drop test, run again.
+//! `hpu reproduce phantom-table-2` and `phantom-ladder`: run the published drop test again.
 
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
@@ -48,15 +48,15 @@ pub struct Args {
     json: bool,
 }
 
-/// The key of the scene that says the first seed.
+/// The key of the scene that holds the first seed.
 const SEED: &str = "run.seed";
 
-/// Which study of the drop test.
+/// The studies of the drop test.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Name {
-    /// Table 2 of Sevcik et al. (2009)
+    /// Table 2 of Sevcik et al. (2009).
     Table2,
-    /// The same by models of ever more physics
+    /// The same table with models of ever more physics.
     Ladder,
 }
 
@@ -68,7 +68,7 @@ impl Name {
         }
     }
 
-    /// On the command line.
+    /// Returns the name on the command line.
     fn text(self) -> &'static str {
         match self {
             Self::Table2 => "phantom-table-2",
@@ -121,14 +121,14 @@ impl Args {
                 format!("--set {key}: the study sets that itself; see --axes, --platforms, --stiffness and --trials");
             return Err(Failure::usage(said));
         }
-        // What is wrong with any of the cells shall be said before the first is run.
+        // An error in any cell must be reported before the first cell is run.
         for point in study.points().iter().filter(|point| (point.seed, point.trial) == (study.first_seed, 1)) {
             study::scene().parse(&study.overrides(point)).map_err(Failure::file)?;
         }
         Ok(study)
     }
 
-    /// The command, without what changes no row.
+    /// Returns the command, without options that change no row.
     fn command(&self, name: Name, study: &Study) -> String {
         let whole = Study::whole(name.rungs());
         let mut command = format!("hpu reproduce {}", name.text());
@@ -149,7 +149,7 @@ impl Args {
     }
 }
 
-/// `hpu reproduce` of the drop test.
+/// Runs `hpu reproduce` for the drop test.
 pub fn run(name: Name, args: &Args) -> Result<Exit, Failure> {
     let study = args.study(name)?;
     let points = study.points();
@@ -190,8 +190,8 @@ pub fn run(name: Name, args: &Args) -> Result<Exit, Failure> {
     Ok(Exit::when(result.tables.iter().all(|table| table.failures().is_empty())))
 }
 
-/// Runs trials until none is wanted or the study is stopped: every cell at the first seed, then what turns out to be near
-/// a boundary.
+/// Runs trials until none is wanted or the study is stopped: first every cell at the first seed, then the cells that
+/// turn out to be near a boundary at the other seeds.
 fn fill(
     study: &Study,
     points: &[Point],
@@ -220,33 +220,33 @@ fn fill(
     Ok(())
 }
 
-/// A row of the journal as the trial that it was.
+/// Reads a trial from a row of the journal.
 fn read(row: Row) -> Result<Trial, String> {
     row.and_then(|line| Trial::read(&line).ok_or_else(|| format!("`{line}` in the journal is no trial")))
 }
 
-/// What names a study in its journal: a print of all that its rows depend on, this very program included, and the
-/// command.
+/// Returns the header of a study's journal: a hash of everything that its rows depend on, including this program, and
+/// the command.
 fn header(study: &Study, points: &[Point], command: &str) -> Result<String, Failure> {
-    // A seed changes nothing but itself, and the command tells the seeds.
+    // A seed changes nothing but itself, and the command has the seeds.
     let first = points.iter().filter(|point| point.seed == study.first_seed);
     let overrides: Vec<String> = first.map(|point| format!("{:?}", study.overrides(point))).collect();
     journal::header("study", overrides.iter().map(String::as_bytes), command)
 }
 
-/// A study that is through.
+/// A complete study.
 pub struct Outcome {
     /// Its name.
     pub name: &'static str,
-    /// What was run.
+    /// The study that was run.
     pub study: Study,
     /// All trials that might have been run.
     points: Vec<Point>,
-    /// What became of each trial that was run.
+    /// The result of each trial that was run.
     pub outcomes: Outcomes,
     /// The tables of each rung.
     pub tables: Vec<Tables>,
-    /// The command that made it.
+    /// The command that ran the study.
     pub command: String,
 }
 
@@ -256,7 +256,7 @@ impl Outcome {
         rungs.map(|(rung, tables)| ladder::Summary::new(*rung, tables.clone())).collect()
     }
 
-    /// What is printed, and the files.
+    /// Returns the text to print, and the files.
     fn files(&self, name: Name) -> (String, Vec<(String, String)>) {
         let head = format!("PHANToM drop test of Sevcik et al. 2009\n$ {}\n\n", self.command);
         let tail = format!("\nOne of these trials again:\n$ {}\n", self.replay());
@@ -288,8 +288,8 @@ impl Outcome {
         }
     }
 
-    /// The command of one trial: of a cell that is printed otherwise at every seed, else of one that is not passive at
-    /// some, else the first.
+    /// Returns the command of one trial. Prefers a cell that differs from the printed table at every seed, then a cell
+    /// that is not passive at some seed, then the first trial.
     pub fn replay(&self) -> String {
         let differs = |point: &&Point| {
             let tables = &self.tables[point.rung];

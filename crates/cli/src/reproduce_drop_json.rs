@@ -1,4 +1,4 @@
-//! A study as JSON, and what is said of one that was interrupted.
+//! A study as JSON, and the message for an interrupted study.
 
 use std::path::PathBuf;
 
@@ -14,16 +14,16 @@ use crate::terminal::{print, print_json};
 pub struct Interrupted {
     /// Its name.
     pub study: &'static str,
-    /// Trials done, those of earlier commands among them.
+    /// Trials that are done, including those of earlier commands.
     pub done: usize,
-    /// Trials that are known to be left: the cells near a boundary are known only when those before them are done.
+    /// Trials that are known to be left. The cells near a boundary are known only when the cells before them are done.
     pub left: usize,
-    /// Where they are kept.
+    /// The folder in which the trials are kept.
     pub out: Option<PathBuf>,
 }
 
 impl Interrupted {
-    /// Tells how far it came.
+    /// Reports how many trials are done.
     pub fn tell(self, as_json: bool) -> Result<Exit, Failure> {
         let Self { study, done, left, out } = self;
         if as_json {
@@ -38,7 +38,7 @@ impl Interrupted {
     }
 }
 
-/// A study that is through.
+/// Returns a complete study as JSON.
 pub fn object(outcome: &Outcome, files: &[PathBuf]) -> Value {
     let rungs = outcome.study.rungs.iter().zip(&outcome.tables).map(|(rung, tables)| {
         let Agreement { legible, same, mixed } = Agreement::of(tables);
@@ -63,7 +63,7 @@ pub fn object(outcome: &Outcome, files: &[PathBuf]) -> Value {
     })
 }
 
-/// A claim, with what the table of each seed says to it.
+/// Returns a claim as JSON, with the finding from the table of each seed.
 fn repeated(told: &Repeated) -> Value {
     let mut object = claim(&told.sum());
     object["met_at_seeds"] = told.seeds.iter().map(|(_, claim)| claim.met).collect();

@@ -30,7 +30,7 @@ pub struct Args {
     json: bool,
 }
 
-/// `hpu reproduce phantom-formats`.
+/// Runs `hpu reproduce phantom-formats`.
 pub fn formats(args: &Args) -> Result<Exit, Failure> {
     let folder = args.out.as_deref().map(Folder::open).transpose()?;
     let command = "hpu reproduce phantom-formats";
@@ -85,7 +85,7 @@ fn configuration(formats: &Formats) -> Value {
     })
 }
 
-/// `hpu reproduce phantom-sines`.
+/// Runs `hpu reproduce phantom-sines`.
 pub fn sines(args: &Args) -> Result<Exit, Failure> {
     let folder = args.out.as_deref().map(Folder::open).transpose()?;
     let command = "hpu reproduce phantom-sines";
@@ -115,7 +115,7 @@ fn source(sine: &Sine) -> Value {
     })
 }
 
-/// Writes what was asked for and prints the rest.
+/// Writes the files that were asked for, and prints the result.
 fn give(
     args: &Args,
     folder: Option<Folder>,

@@ -1,5 +1,4 @@
-//! The rows of a run's trace on their way to disk: `trace.csv`, and `trace.parquet` when asked, written as the rows
-//! come.
+//! Writes the rows of a run's trace to disk as they come: `trace.csv`, and `trace.parquet` when asked for.
 
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
@@ -23,12 +22,12 @@ use crate::units::si;
 const CSV: &str = "trace.csv";
 const PARQUET: &str = "trace.parquet";
 
-/// Bytes of CSV that an output of the plant takes in a row: what shipped scenes take, and one more.
+/// Bytes of CSV for an output of the plant in a row: those of the shipped scenes, and one more.
 const REAL_BYTES: u64 = 21;
-/// Bytes that a time, or a word, takes.
+/// Bytes of CSV for a time, or for a word.
 const WORD_BYTES: u64 = 6;
 
-/// The rows and bytes that a run will write, as far as they are known before it.
+/// The rows and bytes that a run will write, as far as they are known before the run.
 pub struct Estimate {
     rows: u64,
     csv_bytes: u64,
@@ -36,7 +35,7 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    /// Of a run with so many nets in its table.
+    /// Returns the estimate for a run with `nets` nets in its table.
     pub fn of(session: &AnyRig, nets: usize, parquet: bool) -> Self {
         let rows = session.edges() / session.stride() + 1;
         let reals = (session.columns().len() + session.commands().len()) as u64;
@@ -48,7 +47,7 @@ impl Estimate {
         }
     }
 
-    /// Tells rows and bytes, and refuses what the disk of this folder has no room for.
+    /// Reports rows and bytes. Returns an error when the disk of this folder has no room for them.
     pub fn tell(&self, dir: &Path) -> Result<(), Failure> {
         let bytes = |bytes: u64| si(bytes as f64, "B");
         let mut said = format!("{CSV}: {} rows, about {}", self.rows, bytes(self.csv_bytes));
@@ -70,7 +69,7 @@ impl Estimate {
     }
 }
 
-/// Bytes that are free for this user on the disk of a folder, where the system tells.
+/// Returns the bytes that are free for this user on the disk of a folder; `None` where the system does not tell.
 fn free_bytes(dir: &Path) -> Option<u64> {
     #[cfg(unix)]
     {
@@ -85,11 +84,11 @@ fn free_bytes(dir: &Path) -> Option<u64> {
     }
 }
 
-/// Rows that go to the writer at a time, and such batches that wait for it at most.
+/// Rows that are sent to the writer in one batch, and the most batches that wait.
 const BATCH: usize = 1024;
 const WAITING: usize = 64;
 
-/// A column of a word: its name with the unit, a line about it, and the net.
+/// A column of words: its name with the unit, a line about it, and the net.
 struct Column {
     name: String,
     doc: String,
@@ -101,7 +100,7 @@ struct Column {
 }
 
 impl Column {
-    /// The value of a word, never a negative zero; NaN for a word with an unknown bit.
+    /// Returns the value of a word, never a negative zero; NaN for a word with an unknown bit.
     fn value(&self, word: i64) -> f64 {
         match self.scale {
             _ if self.net.format.is_unknown(word) => f64::NAN,
@@ -111,17 +110,17 @@ impl Column {
     }
 }
 
-/// Watches a run, whose rows are written by a thread of its own. A row that cannot be written ends the run.
+/// Observes a run, and passes its rows to a thread that writes them. A row that cannot be written ends the run.
 pub struct Rows {
     clock: Clock,
-    /// Where the columns of the plant are in a row.
+    /// The indices of the plant's columns in a row.
     reals: Vec<usize>,
     words: Vec<Column>,
-    /// Where the nets are among all nets.
+    /// The indices of the nets among all nets.
     picks: Vec<usize>,
-    /// Their words now.
+    /// The present words of these nets.
     now: Vec<i64>,
-    /// Values of a row.
+    /// The number of values in a row.
     columns: usize,
     /// Rows that have not been sent, one after the other.
     batch: Vec<f64>,
@@ -136,11 +135,11 @@ struct Files {
     parquet: Option<TraceTable<File>>,
 }
 
-/// The file that could not be written, and why.
+/// The file that could not be written, and the reason.
 type Failed = (&'static str, String);
 
 impl Files {
-    /// Writes rows as they come, to the last.
+    /// Writes the rows as they come, until the sender is gone.
     fn write(mut self, batches: &Receiver<Vec<f64>>) -> Result<(), Failed> {
         let of_csv = |error: io::Error| (CSV, error.to_string());
         let mut line = Vec::new();
@@ -163,7 +162,7 @@ impl Files {
     }
 }
 
-/// The columns of words: what actuators are asked for, in the plant's units, then the nets in their own.
+/// Returns the columns of words: first the commands to the actuators, in the plant's units, then the nets in their own.
 fn words(session: &AnyRig, nets: &[Signal]) -> Vec<Column> {
     let commands = session.commands().into_iter().filter_map(|(net, name, scale)| {
         let pick = nets.iter().position(|other| other.name == net)?;
@@ -178,13 +177,13 @@ fn words(session: &AnyRig, nets: &[Signal]) -> Vec<Column> {
     commands.chain(own).collect()
 }
 
-/// A net's name with its unit: `velocity` in `count/sample` is `velocity_count_per_sample`.
+/// Returns a net's name with its unit: `velocity` in `count/sample` is `velocity_count_per_sample`.
 fn named(net: &Signal) -> String {
     let unit = net.unit.replace('/', "_per_").replace([' ', '.', '*'], "_").to_lowercase();
     if unit == "1" { net.name.into() } else { format!("{}_{unit}", net.name) }
 }
 
-/// The columns of the trace, each with a line about it, by their order in the files.
+/// Returns the columns of the trace, each with a line about it, in the order of the files.
 pub fn columns(session: &AnyRig, nets: &[Signal]) -> Vec<(String, String)> {
     let row = session.row();
     let time = ("time_s".to_string(), "Time since the reset".to_string());
@@ -194,8 +193,8 @@ pub fn columns(session: &AnyRig, nets: &[Signal]) -> Vec<(String, String)> {
 }
 
 impl Rows {
-    /// Begins the files: times, what the plant does, what the actuator is asked for, then the nets; each name with its
-    /// unit.
+    /// Begins the files with the times, the outputs of the plant, the commands to the actuator, and the nets. Each name
+    /// has its unit.
     pub fn begin(
         session: &AnyRig,
         nets: &[Signal],
@@ -204,7 +203,7 @@ impl Rows {
         folder: &mut Folder,
         control: &'static Control,
     ) -> Result<Self, Failure> {
-        // A run of VHDL shows this one too.
+        // A run of VHDL also shows the net `differs`.
         let all = [session.nets(), vec![differs()]].concat();
         let picks = nets.iter().filter_map(|net| all.iter().position(|other| other.name == net.name)).collect();
         let mut csv = BufWriter::new(folder.create(CSV)?);
@@ -242,7 +241,7 @@ impl Rows {
         })
     }
 
-    /// Hands the rows to the writer, which is gone only after an error that [`finish`](Self::finish) tells.
+    /// Sends the rows to the writer. The writer is gone only after an error, which [`finish`](Self::finish) reports.
     fn hand_over(&mut self) {
         let next = Vec::with_capacity(BATCH * self.columns);
         let _ = self.send.send(std::mem::replace(&mut self.batch, next));

@@ -1,4 +1,4 @@
-//! `hpu run`: a scene, run; its summary, its files.
+//! `hpu run`: runs a scene, and writes its summary and its files.
 
 use std::fs;
 use std::path::PathBuf;
@@ -87,42 +87,42 @@ enum DriverArg {
     Rtl,
 }
 
-/// A run and all that is said of it.
+/// A complete run with everything that is reported about it.
 pub struct Ran<'s> {
     /// Name of the driver.
     pub driver: &'static str,
-    /// What moved the device, as the scene has it.
+    /// The solver that moved the device, by its name in the scene.
     pub solver: &'static str,
-    /// The scene, ready.
+    /// The scene, ready to run.
     pub session: &'s AnyRig<'s>,
-    /// What it was.
+    /// The summary.
     pub summary: Summary,
-    /// What was recorded.
+    /// The recorded trace.
     pub trace: Trace,
     /// The judged window of the complete run, in seconds.
     pub window_s: [f64; 2],
-    /// Every parameter, and who said it.
+    /// Every parameter, with the source of its value.
     pub parameters: Vec<Said>,
-    /// The scene of ours whose nets the ports of a design were held against.
+    /// The comparison of a design's ports with the nets of a scene of ours.
     pub held: Option<Held>,
-    /// The VHDL beside it, and where that was from.
+    /// The comparison with the VHDL, and the source of the VHDL.
     pub rtl: Option<(CheckRow, Hdl)>,
-    /// Whether the outcome was the expected one, when one was.
+    /// The expected outcome, if there is one, and whether it was met.
     pub outcome_met: Option<(OutcomeKind, bool)>,
-    /// The expected numbers, what they were, and whether that is within tolerance.
+    /// The expected numbers, the actual ones, and whether each is within its tolerance.
     pub numbers: Vec<(Expectation, Option<f64>, bool)>,
-    /// Why the scene's expectations were not judged, if it has some.
+    /// The reason why the scene's expectations were not judged, if the scene has any.
     pub unjudged: Option<&'static str>,
-    /// The model that was chosen, where the scene leaves it open.
+    /// The model that was chosen, if the scene leaves the model open.
     pub fitted: Option<Fit>,
-    /// How its formats are written.
+    /// The notation of word formats.
     pub notation: Notation,
-    /// Files written.
+    /// The files that were written.
     pub files: Vec<PathBuf>,
 }
 
 impl Args {
-    /// What the options ask of each other.
+    /// Checks that the options agree with each other.
     fn agree(&self) -> Result<(), Failure> {
         let said = match (&self.compare, &self.beside) {
             (Some(pairs), _) if pairs.is_empty() && (self.out.is_some() || self.driver.is_some()) => {
@@ -139,11 +139,11 @@ impl Args {
         Err(Failure::usage(said))
     }
 
-    /// The changes of the scene that `--set` and `--dut` ask for.
+    /// Returns the changes of the scene that `--set` and `--dut` ask for.
     fn changes(&self) -> Result<Vec<(String, String)>, Failure> {
         let mut set = self.set.set.clone();
         if !self.dut.is_empty() {
-            // A scene's files are beside the scene; these are where the command runs.
+            // The files that a scene names are beside the scene, but these are relative to the working directory.
             let place = |file: &PathBuf| {
                 let place = fs::canonicalize(file).map_err(|error| Failure::at(file, error))?;
                 Ok(format!("{:?}", place.display().to_string()))
@@ -154,9 +154,9 @@ impl Args {
         Ok(set)
     }
 
-    /// Why a run's expectations are not judged: they are of the scene as written, and of all of it.
+    /// Returns the reason why a run's expectations are not judged: they are for the whole run of the scene as written.
     fn unjudged(&self, complete: bool) -> Option<&'static str> {
-        // These sections change no run.
+        // Changes in these sections change no run.
         let of_no_run = |key: &str| ["expect", "accuracy", "about"].contains(&key.split('.').next().unwrap_or(key));
         let asked = self.expect || self.set.set.iter().any(|(key, _)| key.split('.').next() == Some("expect"));
         if !complete {
@@ -180,7 +180,7 @@ impl Ran<'_> {
     }
 }
 
-/// `hpu run`.
+/// Runs `hpu run`.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
     let Some(name) = &args.scene else {
         return scene::list(args.json);
@@ -278,7 +278,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     Ok(ran.exit())
 }
 
-/// Writes all but the waveforms and the trace; `other` is the scene to draw beside.
+/// Writes everything except the waveforms and the trace. `other` is a scene to draw beside.
 fn write(
     args: &Args,
     command: &str,
@@ -302,26 +302,26 @@ fn write(
     folder.write("summary.json", format!("{:#}\n", run_json::summary(ran)))
 }
 
-/// The nets that are drawn and tabled.
+/// Returns the nets that are drawn, and written to the table.
 pub fn nets(session: &AnyRig) -> Vec<Signal> {
     let names = match session {
         AnyRig::Ours(Ready::Axis(session)) => chart::nets(session.scene()),
         AnyRig::Ours(Ready::Phantom(_)) => &PHANTOM_NETS,
-        // Those inside are for the waveform.
+        // The inner signals of a design are only in the waveform.
         AnyRig::Dut(session) => return chart::dut_nets(session),
     };
     let all = session.nets();
     names.iter().filter_map(|name| all.iter().find(|net| net.name == *name).cloned()).collect()
 }
 
-/// The nets in the table: those that are drawn, and of VHDL whether it has differed.
+/// Returns the nets of the table: those that are drawn and, for VHDL, whether any net has differed.
 pub fn table(session: &AnyRig, of_vhdl: bool) -> Vec<Signal> {
     let mut nets = nets(session);
     nets.extend(of_vhdl.then(differs));
     nets
 }
 
-/// The command that runs a scene, by the emulator or in this VHDL.
+/// Returns the command that runs a scene, in the emulator or in this VHDL.
 fn command(loaded: &Loaded, vhdl: Option<&(LoopScene, Setup)>) -> String {
     let hdl = match vhdl {
         None => String::new(),
@@ -331,7 +331,7 @@ fn command(loaded: &Loaded, vhdl: Option<&(LoopScene, Setup)>) -> String {
     loaded.command() + &hdl
 }
 
-/// Waveforms and rows of a run, on their way to disk.
+/// The waveforms and rows of a run, as they are written to disk.
 struct Recorded(Waves, Rows);
 
 impl Observe for Recorded {
@@ -352,8 +352,8 @@ impl Observe for Recorded {
     }
 }
 
-/// Runs the scene, in VHDL if there is some. Waveforms and rows are recorded when there is a folder for them; the
-/// command is for their heads.
+/// Runs the scene, in VHDL if `vhdl` is given. With a folder, records waveforms and rows; `command` goes into the heads
+/// of the files.
 fn simulate<'s>(
     scene: &Experiment,
     session: &'s AnyRig<'s>,
@@ -367,7 +367,7 @@ fn simulate<'s>(
     let (driver, name) = match args.driver {
         Some(DriverArg::Events) => (Driver::Events, "events"),
         Some(DriverArg::Clock) => (Driver::Clock, "clock"),
-        // The VHDL's own world is what advances.
+        // The world that the VHDL drives is the one that advances.
         Some(DriverArg::Rtl) => (Driver::Clock, "rtl"),
         None => match session {
             AnyRig::Ours(ours) if ours.direct().is_some() => (ours.driver(), solver(scene)),
@@ -377,7 +377,8 @@ fn simulate<'s>(
         },
     };
     let control = interrupt::heed();
-    // Without pictures nobody looks at more than the verdict does. The length of a run is no matter for memory.
+    // Without pictures the trace needs only the columns for the verdict. The length of the run does not change the
+    // memory.
     let drawn: Vec<&str> = nets(session).iter().map(|net| net.name).collect();
     let trace = if args.out.is_some() && !args.no_plot { session.drawn_trace(&drawn) } else { session.brief_trace() };
     let mut trace = trace.bounded(Trace::USUAL, &session.judged());
@@ -412,7 +413,7 @@ fn simulate<'s>(
             let mut recorded = Recorded(waves, rows);
             let advanced = advance(&mut trace, &mut recorded);
             let Recorded(waves, rows) = recorded;
-            // A row that could not be written has ended the run.
+            // If a row could not be written, that error has ended the run.
             rows.finish(folder)?;
             let (summary, rtl) = advanced?;
             let first = rtl.as_ref().and_then(|(row, _): &(CheckRow, _)| row.first.as_ref());
@@ -450,7 +451,7 @@ fn simulate<'s>(
     })
 }
 
-/// `model.solver`.
+/// Returns `model.solver`.
 fn solver(scene: &Experiment) -> &'static str {
     match scene {
         Experiment::Axis(scene) => scene.model.solver.name(),
@@ -468,7 +469,7 @@ fn interrupted(ran: &Ran, as_json: bool) -> Result<Exit, Failure> {
     Ok(Exit::Interrupted)
 }
 
-/// `hpu run --compare`.
+/// Runs `hpu run --compare`.
 fn compare(session: &Ready, as_json: bool) -> Result<Exit, Failure> {
     let Comparison { edges, mismatches, first } = session.compare(session.edges());
     if as_json {

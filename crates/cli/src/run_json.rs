@@ -1,4 +1,4 @@
-//! The summary of a run as JSON: a contract, to which keys may be added. Numbers are in SI units.
+//! The summary of a run as JSON. Its keys are a contract, and more may be added. Numbers are in SI units.
 
 use hpu_cosim::dut::Wire;
 use hpu_cosim::{AnyRig, NetUse, Ready, Rig, SIGNS, Verdict, unseen_growth_per_s};
@@ -12,7 +12,7 @@ use crate::run::Ran;
 use crate::run_text::{displayed, unseen, wraps};
 use crate::{fit, parameters, rows, run};
 
-/// The object that `hpu run --json` prints.
+/// Returns the object that `hpu run --json` prints.
 pub fn summary(ran: &Ran) -> Value {
     let summary = &ran.summary;
     let energy = &summary.energy;
@@ -43,7 +43,7 @@ pub fn summary(ran: &Ran) -> Value {
         "steps": summary.steps,
         "encoder_edges": summary.encoder_edges,
         "output_changes": summary.output_changes,
-        // The name that this had first.
+        // `gate_changes` is the older name of this key.
         "gate_changes": summary.output_changes,
         "mode_changes": summary.mode_changes,
         "decided_again": summary.redecided,
@@ -85,7 +85,7 @@ pub fn summary(ran: &Ran) -> Value {
     })
 }
 
-/// Where VHDL first differed from the emulator: `expected` is the emulator's word, `got` the VHDL's.
+/// Returns where the VHDL first differed from the emulator: `expected` is the emulator's word, `got` the VHDL's.
 fn first_difference(first: &Mismatch, clock: Clock) -> Value {
     let (columns, history) = first.around.table(first.row);
     json!({
@@ -99,7 +99,7 @@ fn first_difference(first: &Mismatch, clock: Clock) -> Value {
     })
 }
 
-/// A design of the user's own: what simulates it, and what its ports are connected to.
+/// Describes a design of the user's own: its simulator, and the connections of its ports.
 fn dut(session: &AnyRig) -> Option<Value> {
     let AnyRig::Dut(session) = session else { return None };
     let wire = |Wire { port, connection }: &Wire| {
@@ -117,14 +117,14 @@ fn dut(session: &AnyRig) -> Option<Value> {
     }))
 }
 
-/// The columns of trace.csv and trace.parquet: names, units and meanings.
+/// Describes the columns of trace.csv and trace.parquet: names, units and meanings.
 fn trace(ran: &Ran) -> Value {
     let columns = rows::columns(ran.session, &run::table(ran.session, ran.rtl.is_some() || ran.held.is_some()));
     let columns: Vec<_> = columns.iter().map(|(name, doc)| json!({ "name": name, "doc": doc })).collect();
     json!({ "signs": SIGNS, "columns": columns })
 }
 
-/// The parameters as the scene's words realise them.
+/// Returns the parameters as the scene's words realise them.
 fn realised(session: &AnyRig) -> Value {
     match session {
         AnyRig::Ours(Ready::Axis(session)) => {
@@ -181,7 +181,7 @@ fn outcome(verdict: Verdict, [from_s, to_s]: [f64; 2]) -> Value {
 
 fn signal(net @ NetUse { signal, usage, losses_seen }: &NetUse) -> Value {
     let format = signal.format;
-    // A run that was stopped before its first edge has seen no word.
+    // A run that was stopped before its first edge has no words.
     let seen = |word| (usage.min <= usage.max).then(|| format.to_f64(word));
     json!({
         "name": signal.name,
@@ -195,7 +195,7 @@ fn signal(net @ NetUse { signal, usage, losses_seen }: &NetUse) -> Value {
     })
 }
 
-/// A format as `[s, i, f]`.
+/// Returns a format as `[s, i, f]`.
 pub fn triple(format: Format) -> [i32; 3] {
     [i32::from(format.is_signed()), format.int(), format.frac()]
 }

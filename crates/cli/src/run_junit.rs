@@ -6,7 +6,7 @@ use hpu_rtl::{Case, junit_suite};
 use crate::run::Ran;
 use crate::run_text::outcome_name;
 
-/// Tells the scene's expectations and comparisons as tests; the first is that the run came to its end.
+/// Returns the scene's expectations and comparisons as tests. The first test is that the run came to its end.
 pub fn report(ran: &Ran) -> String {
     junit_suite("hpu run", &cases(ran))
 }

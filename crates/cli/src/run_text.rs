@@ -1,4 +1,4 @@
-//! The summary of a run for people.
+//! The summary of a run as text.
 
 mod contact;
 mod phantom;
@@ -21,12 +21,12 @@ use crate::units::{error_percent, percent, rounded_up, si};
 
 pub use contact::{displayed, unseen, wraps};
 
-/// An axis's angle among its outputs.
+/// The index of an axis's angle among its outputs.
 const ANGLE: usize = 2;
-/// The torque or force of its actuator.
+/// The index of the torque or force of its actuator.
 const TORQUE: usize = 3;
 
-/// All that a run was.
+/// Returns the summary.
 pub fn summary(ran: &Ran) -> String {
     let mut text = String::new();
     let mut row = |name: &str, said: String| {
@@ -113,7 +113,7 @@ pub fn summary(ran: &Ran) -> String {
     text
 }
 
-/// The name of an outcome, as scenes and JSON have it.
+/// Returns the name of an outcome, as scenes and JSON write it.
 pub fn outcome_name(kind: OutcomeKind) -> &'static str {
     match kind {
         OutcomeKind::Settled => "settled",
@@ -156,7 +156,7 @@ fn outcome(verdict: Verdict, unit: &str, [from_s, to_s]: [f64; 2]) -> String {
     }
 }
 
-/// The ports of a design and what they are connected to.
+/// Describes the ports of a design and their connections.
 fn wires(session: &DutSession) -> Vec<String> {
     let wire = |Wire { port, connection }: &Wire| {
         let width = port.format.width();
@@ -268,7 +268,7 @@ fn activity(ran: &Ran) -> String {
     )
 }
 
-/// How often each fault has happened, and when first.
+/// Returns the number of times that each fault has happened, and when it happened first.
 fn faults(ran: &Ran) -> Vec<String> {
     let line = |kind: &&'static str| {
         let mut of_kind = ran.summary.faults.iter().filter(|mark| mark.what == *kind);
@@ -286,11 +286,11 @@ fn faults(ran: &Ran) -> Vec<String> {
     Mark::KINDS.iter().filter_map(line).chain(waiting).collect()
 }
 
-/// The words of the datapath: what they held, and for what share of the edges they had lost bits.
+/// Returns the table of the datapath's words: their ranges, and the share of the edges at which they had lost bits.
 fn nets(ran: &Ran) -> String {
     let edges = ran.summary.edges;
     let nets: Vec<_> = ran.summary.nets.iter().filter(|net| net.signal.format.width() > 1).collect();
-    // What a design of the user's own loses within, nobody sees; which of its bits are idle, its ports tell.
+    // The losses inside a design of the user's own are unknown. The idle bits of its ports are known.
     let is_own = matches!(ran.session, AnyRig::Dut(_));
     let last = if is_own { ["idle bits", ""] } else { ["rounded", "overflowed"] };
     let heads = ["", "net", "format", "min", "max", last[0], last[1], "unit"].map(String::from);
@@ -300,7 +300,7 @@ fn nets(ran: &Ran) -> String {
             true => format.to_f64(word).to_string(),
             false => "unknown".to_string(),
         };
-        // Its range is that of the unsigned word, which wraps where the device passes the place where it began.
+        // The range is that of the unsigned word, which wraps where the device passes its starting position.
         let modulo =
             if net.signal.is_counter() { format!(", modulo 2^{}, as unsigned", format.width()) } else { String::new() };
         let idle = |net: &NetUse| idle_bits(net).map_or("unknown".to_string(), |bits| bits.to_string());
@@ -350,7 +350,7 @@ fn expectations(ran: &Ran) -> Vec<String> {
     outcome.into_iter().chain(numbers).chain(unjudged).collect()
 }
 
-/// The unit of the device's positions.
+/// Returns the unit of the device's positions.
 fn position(ran: &Ran) -> &'static str {
     axis_units(ran).map_or("m", |units| units.position)
 }

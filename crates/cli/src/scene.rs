@@ -42,7 +42,7 @@ impl Template {
     }
 }
 
-/// `hpu scenes`.
+/// Runs `hpu scenes`.
 pub fn scenes(args: &ListArgs) -> Result<Exit, Failure> {
     if let Some(template) = args.template {
         print(template.text())?;
@@ -70,7 +70,7 @@ pub fn pair(text: &str) -> Result<(String, String), String> {
     Ok((key.to_string(), value.to_string()))
 }
 
-/// A scene, and where it came from.
+/// A scene, and its source.
 pub struct Loaded {
     /// The scene.
     pub scene: Experiment,
@@ -82,7 +82,7 @@ pub struct Loaded {
 }
 
 impl Loaded {
-    /// Reads a scene; `edges`, when given, replace its duration.
+    /// Reads a scene. `edges`, if given, replaces its duration.
     pub fn new(scene: &str, overrides: &[(String, String)], edges: Option<u64>) -> Result<Self, Failure> {
         let source = source(scene)?;
         let mut overrides = overrides.to_vec();
@@ -96,7 +96,7 @@ impl Loaded {
         Ok(Self { scene: parsed, name, text, overrides, data, is_shipped })
     }
 
-    /// The scene for GHDL.
+    /// Returns the scene for GHDL.
     pub fn in_vhdl(&self, edges: u64) -> LoopScene {
         LoopScene {
             name: self.name.clone(),
@@ -107,19 +107,19 @@ impl Loaded {
         }
     }
 
-    /// The command that runs this scene.
+    /// Returns the command that runs this scene.
     pub fn command(&self) -> String {
         let place = if self.is_shipped { self.scene.name() } else { &self.name };
         format!("hpu run {place}{}", set_options(&self.overrides))
     }
 }
 
-/// Overrides as options, each after a space.
+/// Returns overrides as options, each after a space.
 pub fn set_options(overrides: &[(String, String)]) -> String {
     overrides.iter().map(|(key, value)| format!(" --set {key}={}", quoted(value))).collect()
 }
 
-/// A word as a shell takes it.
+/// Returns a word quoted for a shell.
 pub fn quoted(word: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "._-+/:,".contains(c);
     if !word.is_empty() && word.chars().all(plain) {
@@ -129,9 +129,9 @@ pub fn quoted(word: &str) -> String {
     }
 }
 
-/// Text of a scene.
+/// The text of a scene.
 pub struct Source {
-    /// The file, as errors call it.
+    /// The name of the file in errors.
     pub name: String,
     /// Its text.
     pub text: String,
@@ -160,7 +160,7 @@ pub fn source(scene: &str) -> Result<Source, Failure> {
 }
 
 impl Source {
-    /// The scene under overrides.
+    /// Parses the scene with these overrides.
     pub fn parse(&self, overrides: &[(String, String)]) -> Result<Experiment, Failure> {
         let mut load = |file: &str| self.load(file);
         Experiment::parse(&self.name, &self.text, overrides, &mut load).map_err(Failure::file)
@@ -173,7 +173,7 @@ impl Source {
     }
 }
 
-/// `hpu scenes`: the shipped scenes, one line each.
+/// Lists the shipped scenes, one line each.
 pub fn list(as_json: bool) -> Result<Exit, Failure> {
     let scenes: Vec<_> =
         shipped().iter().map(|shipped| shipped.parse(&[])).collect::<Result<_, SceneError>>().map_err(Failure::file)?;
@@ -187,7 +187,7 @@ pub fn list(as_json: bool) -> Result<Exit, Failure> {
     Ok(Exit::Fine)
 }
 
-/// The first sentence, which a full stop, a space and a capital letter end, on a line of its own.
+/// Returns the first sentence of a text on one line. A full stop, a space and a capital letter mark its end.
 fn first_sentence(about: &str) -> String {
     let text = about.split_whitespace().collect::<Vec<_>>().join(" ");
     let ends = text.match_indices(". ").find(|(at, _)| text[at + 2..].starts_with(char::is_uppercase));

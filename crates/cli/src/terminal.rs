@@ -1,4 +1,4 @@
-//! What people see: results on stdout, errors and progress on stderr, colours on a terminal only.
+//! Output for users: results on stdout, errors and progress on stderr, colours only on a terminal.
 
 use std::env;
 use std::io::{self, ErrorKind, IsTerminal, Write};
@@ -7,7 +7,7 @@ use crate::exit::Failure;
 use crate::progress;
 pub use crate::progress::with_progress;
 
-/// Prints a result. A reader who has seen enough (a closed pipe) is no error; a full disk is.
+/// Prints a result. A closed pipe is no error, because its reader wants no more; a full disk is an error.
 pub fn print(text: &str) -> Result<(), Failure> {
     let printed = progress::print(|| {
         let mut out = io::stdout().lock();
@@ -24,15 +24,15 @@ pub fn print_json(value: &serde_json::Value) -> Result<(), Failure> {
     print(&format!("{value:#}\n"))
 }
 
-/// Tells why the program could not do what it was asked.
+/// Prints the reason why the program could not do its job.
 pub fn complain(failure: &Failure) {
-    // Without a stderr there is the exit code.
+    // Without a stderr, the exit code tells.
     let _ = progress::print(|| writeln!(io::stderr(), "error: {failure}"));
 }
 
-/// Tells on stderr what somebody should know who reads the result, or waits for it.
+/// Prints a message on stderr for the user who reads the result, or waits for it.
 pub fn tell(said: &str) {
-    // Without a stderr nobody is told.
+    // Without a stderr, the message is lost.
     let _ = progress::print(|| writeln!(io::stderr(), "{said}"));
 }
 
@@ -41,7 +41,7 @@ fn coloured() -> bool {
     io::stdout().is_terminal() && !set("NO_COLOR") && env::var_os("TERM").is_none_or(|term| term != "dumb")
 }
 
-/// Text in green or red on a terminal that shows colours.
+/// Returns text in green or red on a terminal that shows colours.
 pub fn verdict(text: &str, good: bool) -> String {
     match (coloured(), good) {
         (false, _) => text.to_string(),

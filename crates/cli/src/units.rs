@@ -1,8 +1,9 @@
-//! Numbers for people.
+//! Numbers as text.
 
 use hpu_cosim::number;
 
-/// A quantity with an SI prefix and five significant digits, as in `1.5183 N.m/rad`; a number without a unit is itself.
+/// Returns a quantity with an SI prefix and five significant digits, as in `1.5183 N.m/rad`. A number without a unit
+/// gets no prefix.
 pub fn si(value: f64, unit: &str) -> String {
     if unit.is_empty() {
         return number(value);
@@ -20,7 +21,7 @@ pub fn si(value: f64, unit: &str) -> String {
     }
 }
 
-/// Five significant digits of a number from 1 to 1000, without trailing zeros.
+/// Returns five significant digits of a number from 1 to 1000, without trailing zeros.
 fn significant(value: f64) -> String {
     let decimals = match value.abs() {
         size if size < 9.999_95 => 4,
@@ -31,14 +32,14 @@ fn significant(value: f64) -> String {
     text.trim_end_matches('0').trim_end_matches('.').to_string()
 }
 
-/// Two digits of a number above zero, rounded up: of what holds for more than that.
+/// Returns two digits of a number above zero, rounded up, for a condition that holds above that number.
 pub fn rounded_up(value: f64) -> String {
     let tenth = 10f64.powi(value.log10().floor() as i32 - 1);
     let text = format!("{:.1e}", (value / tenth).ceil() * tenth);
     text.parse().map_or(text, number)
 }
 
-/// A share in percent; never 0 for something, never 100 for less than all.
+/// Returns a share in percent; never 0 for something, never 100 for less than all.
 pub fn percent(part: u64, whole: u64) -> String {
     let share = 100.0 * part as f64 / whole.max(1) as f64;
     match part {
@@ -50,7 +51,7 @@ pub fn percent(part: u64, whole: u64) -> String {
     }
 }
 
-/// A relative error in percent, with its sign.
+/// Returns a relative error in percent, with its sign.
 pub fn error_percent(error: f64) -> String {
     if error == 0.0 { "exact".to_string() } else { format!("{:+.3} %", 100.0 * error) }
 }

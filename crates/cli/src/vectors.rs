@@ -1,4 +1,4 @@
-//! `hpu vectors`: golden vectors, and the committed files that are made from the blocks.
+//! `hpu vectors`: writes golden vectors, and the committed files that are generated from the blocks.
 
 use std::path::PathBuf;
 
@@ -15,7 +15,7 @@ use crate::scene::{self, Loaded};
 use crate::terminal::print;
 use crate::verify::verify;
 
-/// Rows of a set at most: they are gathered in memory.
+/// The most rows of a set, because they are gathered in memory.
 const MOST_ROWS: u64 = 10_000_000;
 
 /// Write golden vectors of blocks, one set to stdout or all into a folder; refresh or verify those there are
@@ -110,7 +110,7 @@ impl Form {
     }
 }
 
-/// A set, its name, as in `displacement/8_bit-random`, and where it comes from.
+/// A set, its name, as in `displacement/8_bit-random`, and its origin.
 struct Named {
     name: String,
     origin: Origin,
@@ -118,7 +118,7 @@ struct Named {
 }
 
 impl Named {
-    /// The set in this form.
+    /// Returns the set in this form.
     fn text(&self, form: Form) -> Result<String, Failure> {
         match form {
             Form::Txt => Ok(self.vectors.to_text()),
@@ -143,7 +143,7 @@ impl Named {
     }
 }
 
-/// `hpu vectors`.
+/// Runs `hpu vectors`.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
     if args.update {
         return update();
@@ -214,7 +214,7 @@ fn of_blocks(args: &Args) -> Result<Vec<Named>, Failure> {
     Ok(found.into_iter().map(record).collect())
 }
 
-/// The lookup tables of these blocks.
+/// Returns the lookup tables of these blocks.
 fn tables(args: &Args, blocks: &[(String, Box<dyn AnyBlock>)]) -> Result<Vec<Named>, Failure> {
     let mut sets = Vec::new();
     for (label, block) in blocks {
@@ -231,7 +231,7 @@ fn tables(args: &Args, blocks: &[(String, Box<dyn AnyBlock>)]) -> Result<Vec<Nam
     Ok(sets)
 }
 
-/// The names of a block's tables, as in `trig_table sines`.
+/// Returns the names of a block's tables, as in `trig_table sines`.
 fn tables_of(block: &dyn AnyBlock) -> Vec<String> {
     block.roms().iter().map(|rom| format!("{} {}", block.name(), rom.name)).collect()
 }
@@ -240,7 +240,7 @@ fn of_scene(args: &Args, scene: &str) -> Result<Vec<Named>, Failure> {
     let loaded = Loaded::new(scene, &args.set.set, None)?;
     let session = Ready::new(&loaded.scene).map_err(Failure::file)?;
     let (scene, wiring) = (loaded.scene.name(), session.wiring().name());
-    // To stdout goes one set: that of the loop, unless a block is named.
+    // Only one set is written to stdout: that of the loop, unless a block is named.
     let of_loop = args.blocks.is_empty() && args.out.is_none();
     let wanted = |name: &str| {
         if of_loop { name == wiring } else { args.blocks.is_empty() || args.blocks.iter().any(|block| block == name) }

@@ -1,4 +1,4 @@
-//! `hpu vectors --verify`: vector files held against the emulator.
+//! `hpu vectors --verify`: compares vector files with the emulator.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -13,7 +13,7 @@ use crate::input::read_text;
 use crate::terminal::{print, verdict};
 use crate::waves::waveform;
 
-/// What answers a file.
+/// The model that answers the rows of a file.
 enum Model {
     /// A block, row by row.
     Block(Box<dyn AnyBlock>),
@@ -21,7 +21,7 @@ enum Model {
     Table(Vectors),
 }
 
-/// Reads each file and plays it to the block that it names. With a folder, a waveform of each first difference goes
+/// Reads each file, and runs it on the block that it names. With a folder, writes a waveform of each first difference
 /// there.
 pub fn verify(files: &[PathBuf], out: Option<&Path>) -> Result<Exit, Failure> {
     let mut folder = out.map(Folder::open).transpose()?;
@@ -49,7 +49,7 @@ pub fn verify(files: &[PathBuf], out: Option<&Path>) -> Result<Exit, Failure> {
     Ok(Exit::when(all_equal))
 }
 
-/// The name of a file's waveform; of two files with the same name, the second is numbered.
+/// Returns a free name for a file's waveform. The second of two files with the same name gets a number.
 fn free_name(file: &Path, block: &str, folder: Option<&Folder>) -> String {
     let stem = format!("{block}-{}", file.file_stem().unwrap_or_default().to_string_lossy());
     let is_taken = |name: &String| {
@@ -59,7 +59,7 @@ fn free_name(file: &Path, block: &str, folder: Option<&Folder>) -> String {
     names.find(|name| !is_taken(name)).expect("there are names without end")
 }
 
-/// Every configuration of every block, and every table in it.
+/// Returns every configuration of every block, and every table in it.
 fn models() -> impl Iterator<Item = (Header, Model)> {
     variants().into_iter().flat_map(|(_, block)| {
         let tables = block.roms().iter().map(|rom| Vectors::of_rom(&*block, rom)).collect::<Vec<_>>();
@@ -68,7 +68,7 @@ fn models() -> impl Iterator<Item = (Header, Model)> {
     })
 }
 
-/// The vectors, and what should answer so.
+/// Returns the vectors of a file, and the model that they are compared with.
 fn read(file: &Path, text: &str) -> Result<(Vectors, Model), Failure> {
     let at = |line: usize, error: &dyn fmt::Display| Failure::file(format!("{}:{line}: {error}", file.display()));
     if text.starts_with('{') {
@@ -77,8 +77,8 @@ fn read(file: &Path, text: &str) -> Result<(Vectors, Model), Failure> {
         let model = models().find(|(header, _)| *header == vectors.header);
         return Ok((vectors, model.expect("it was found by its header").1));
     }
-    // The configuration that line 1 tells; the block's first when there is no such one, for the reader to say what the
-    // line should be.
+    // The configuration of line 1. If there is none, the block's first configuration is taken, so that the reader can
+    // report what line 1 should be.
     let line = text.lines().next().unwrap_or("");
     let name = line.split(' ').nth(1).unwrap_or("");
     let exact = models().find(|(header, _)| header.to_string() == line);
@@ -89,17 +89,17 @@ fn read(file: &Path, text: &str) -> Result<(Vectors, Model), Failure> {
     Ok((Vectors::parse(text, header).map_err(|error| Failure::file(format!("{}:{error}", file.display())))?, model))
 }
 
-/// The first word that is answered otherwise.
+/// The first word that differs.
 struct Difference {
-    /// Its row, from 1.
+    /// Its row, counted from 1.
     row: usize,
     /// The message about it.
     said: String,
-    /// The rows around it, where file and emulator have them.
+    /// The rows around it, if both the file and the emulator have them.
     around: Option<Around>,
 }
 
-/// The first word that the emulator answers otherwise than the file says.
+/// Returns the first word in which the emulator differs from the file.
 fn difference(vectors: &Vectors, model: Model) -> Option<Difference> {
     let Header { clocked, inputs, .. } = &vectors.header;
     let stimulus = |row: &Vec<i64>| Stimulus {

@@ -14,8 +14,8 @@ use crate::files::Folder;
 const FST: &str = "wave.fst";
 const VCD: &str = "wave.vcd";
 
-/// Writes a VCD of the rows around a mismatch and its GTKWave save file, under this name; the line that tells where
-/// they are, or of what there would be a waveform.
+/// Writes a VCD of the rows around a mismatch, and its GTKWave save file, under this name. Returns the line with their
+/// paths; without a folder, the line says which rows a waveform would show.
 pub fn waveform(around: &Around, number: u64, name: &str, folder: Option<&mut Folder>) -> Result<String, Failure> {
     let [Some(first), Some(last)] = [around.rows.first(), around.rows.last()] else { return Ok(String::new()) };
     let rows = format!("{}s {} to {}", around.counted, first.number, last.number);
@@ -27,8 +27,8 @@ pub fn waveform(around: &Around, number: u64, name: &str, folder: Option<&mut Fo
     Ok(format!("    waveform of {rows}: gtkwave {}\n", folder.place(&save).display()))
 }
 
-/// Writes an FST, and a VCD when asked, each with its GTKWave save file, while it watches a run: each file on a thread
-/// of its own.
+/// Observes a run and writes an FST, and a VCD when asked for, each with its GTKWave save file. Each file is written on
+/// a thread of its own.
 pub struct Waves {
     layout: Layout,
     clock: Clock,
@@ -39,7 +39,7 @@ pub struct Waves {
 }
 
 impl Waves {
-    /// Begins the files; a run of VHDL has a net more than the wiring.
+    /// Begins the files. A run of VHDL has one net more than the wiring.
     pub fn begin(session: &AnyRig, folder: &mut Folder, with_vcd: bool, of_vhdl: bool) -> Result<Self, Failure> {
         let clock = session.clock();
         let layout = layout(session);
@@ -57,7 +57,7 @@ impl Waves {
         Ok(Self { layout, clock, saves, fst, vcd })
     }
 
-    /// Completes the files of a run of so many edges, with a mark at one of them, if there is one to mark, and at faults.
+    /// Completes the files of a run that ends at `end`. Marks the edge `mark`, if it is given, and the faults.
     pub fn finish(self, folder: &Folder, end: Cycle, mark: Option<Cycle>, faults: &[Mark]) -> Result<(), Failure> {
         let faults: Vec<_> = faults.iter().map(|mark| Cycle(mark.edge)).collect();
         for (dump, mut file) in self.saves {
@@ -69,7 +69,7 @@ impl Waves {
     }
 }
 
-/// The save file of a dump.
+/// Returns the name of a dump's save file.
 fn save_name(dump: &str) -> String {
     format!("{dump}.gtkw")
 }

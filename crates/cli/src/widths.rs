@@ -1,4 +1,4 @@
-//! `hpu widths`: what every signal of a scene needs, and what each bit buys.
+//! `hpu widths`: the bits that every signal of a scene needs, and the effect of each bit.
 
 use std::path::PathBuf;
 
@@ -87,37 +87,37 @@ fn seconds(text: &str) -> Result<f64, String> {
     number.filter(|s| *s > 0.0 && *s <= 3600.0).ok_or_else(|| "write seconds above 0 and up to 3600, as in 2".into())
 }
 
-/// All that is told on the page.
+/// All contents of the page.
 pub struct Page {
     /// Names of the scenes.
     pub scenes: Vec<String>,
-    /// Which scenes' stiffness its word misses by far, and what would hold it.
+    /// Messages about scenes whose stiffness word misses the stiffness by far, with the format that would hold it.
     pub missed: Vec<String>,
-    /// The FPGA's clock.
+    /// The frequency of the FPGA's clock.
     pub clock_hz: u64,
-    /// Seconds and seed of random motion.
+    /// Seconds and seed of the random motion, if there is one.
     pub random: Option<(f64, u64)>,
-    /// What was measured.
+    /// The measured ranges and losses.
     pub measured: Measured,
-    /// What is proved, or why nothing is.
+    /// The proved ranges, or the reason why nothing is proved.
     pub proved: Result<Proved, String>,
-    /// What widths are good for, or why that was not asked.
+    /// The recommended widths, or the reason why no widths were tried.
     pub recommended: Result<Recommended, String>,
-    /// LUT4 and flip-flops that one bit more of each width costs, or why that is not told.
+    /// LUT4 and flip-flops that one more bit of each width costs, or the reason why this is unknown.
     pub one_more: Result<Vec<(Field, OneMore)>, String>,
-    /// The tables of sines of a PHANToM, where they are asked for.
+    /// The tables of sines of a PHANToM, if they are asked for.
     pub tables: Option<Tables>,
-    /// What the loop costs as it is.
+    /// The cost of the loop as it is.
     pub price: Option<Price>,
     /// The notation that was asked for.
     pub notation: Option<Notation>,
     /// The command that makes the page.
     pub command: String,
-    /// Files written.
+    /// The files that were written.
     pub files: Vec<PathBuf>,
 }
 
-/// `hpu widths`.
+/// Runs `hpu widths`.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
     if args.gappa {
         let [name] = &args.scenes[..] else { return Err(Failure::usage("--gappa takes one scene")) };
@@ -178,7 +178,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     Ok(Exit::Fine)
 }
 
-/// The page; `None` when interrupted.
+/// Makes the page; `None` when interrupted.
 fn page(args: &Args, experiments: &[Experiment]) -> Result<Option<Page>, Failure> {
     let control = interrupt::heed();
     let mut runs = Vec::new();
@@ -225,10 +225,10 @@ fn page(args: &Args, experiments: &[Experiment]) -> Result<Option<Page>, Failure
     }))
 }
 
-/// What is said where a verb is about our own words.
+/// The message of a verb about our own words, for a design of the user's own.
 pub const OF_YOURS: &str = "the words of a design of yours are its own; write a scene with a [method]";
 
-/// The tables of sines of a scene.
+/// Returns the tables of sines of a scene.
 fn tables_of(experiment: &Experiment) -> Result<Tables, Failure> {
     match experiment {
         Experiment::Phantom(scene) => tables(&scene.method.config).map_err(Failure::file),
@@ -239,7 +239,7 @@ fn tables_of(experiment: &Experiment) -> Result<Tables, Failure> {
     }
 }
 
-/// Puts prices on the page: of one bit more, and of the loop as it is; says whether it was not interrupted.
+/// Puts prices on the page: of one more bit, and of the loop as it is. Returns false when interrupted.
 fn price(page: &mut Page, experiment: &Experiment, setup: &Setup, cache: &Cache) -> Result<bool, Failure> {
     let Some(price) = widths_price::price(experiment, setup, cache, interrupt::heed())? else { return Ok(false) };
     page.price = Some(price);
@@ -248,7 +248,7 @@ fn price(page: &mut Page, experiment: &Experiment, setup: &Setup, cache: &Cache)
         return Ok(true);
     }
     if page.recommended.is_err() {
-        // Nowhere to tell it; the price has the scene's own keys.
+        // The page has no place for it; the price has the scene's own keys.
         return Ok(true);
     }
     let Some(all) = one_more(experiment, setup, cache)? else { return Ok(false) };
@@ -256,7 +256,7 @@ fn price(page: &mut Page, experiment: &Experiment, setup: &Setup, cache: &Cache)
     Ok(true)
 }
 
-/// What widths are good for, or why that is not told; `None` when interrupted.
+/// Returns the recommended widths, or the reason why no widths were tried; `None` when interrupted.
 fn recommended(
     args: &Args,
     experiments: &[Experiment],

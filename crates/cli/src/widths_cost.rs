@@ -1,4 +1,4 @@
-//! What one bit more of each width would cost, by Yosys alone.
+//! The cost of one more bit of each width, by Yosys alone.
 
 use hpu_cosim::scene::Experiment;
 use hpu_cosim::{Ready, Wired};
@@ -11,10 +11,10 @@ use crate::interrupt;
 use crate::terminal::with_progress;
 use crate::widths_price::on_all_cores;
 
-/// LUT4 and flip-flops that one bit more of a width costs in the whole loop, or why there is no such loop.
+/// LUT4 and flip-flops that one more bit of a width costs in the whole loop, or the reason why there is no such loop.
 pub type OneMore = Result<[i64; 2], String>;
 
-/// One bit more of every width of an axis's scene; `None` when interrupted.
+/// Returns the cost of one more bit for every width of an axis's scene; `None` when interrupted.
 pub fn one_more(
     experiment: &Experiment,
     setup: &Setup,
@@ -38,7 +38,7 @@ pub fn one_more(
     let found = with_progress(fields.len() as u64, "syntheses", control, || {
         on_all_cores(fields.len(), control, |index| one(fields[index]))
     });
-    // What was killed half-way has no price, but for no reason of its own.
+    // A tool that was killed by the interruption has no result, so its missing price is no reason to show.
     if interrupt::pressed() { Ok(None) } else { found.into_iter().flatten().collect::<Result<_, _>>().map(Some) }
 }
 

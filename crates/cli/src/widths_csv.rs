@@ -8,12 +8,12 @@ use hpu_study::widths::Loss;
 use crate::widths::Page;
 use crate::widths_proved::how;
 
-/// Columns of the table.
+/// The columns of the table.
 const COLUMNS: &str = "signal,format,unit,measured_min,measured_max,proved_min,proved_max,how,never_overflows,idle_bits,\
                        rounded_edges,rounded_worst,rounded_first_s,overflowed_edges,overflowed_worst,overflowed_first_s,\
                        sqnr_db,needs";
 
-/// Every signal, one a line; values in the signal's unit, what is not known empty.
+/// Returns a line for every signal. Values are in the signal's unit; unknown ones are empty.
 pub fn table(page: &Page) -> String {
     let mut text = format!("{COLUMNS}\n");
     let seconds = |loss: &Loss| {

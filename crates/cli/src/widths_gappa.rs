@@ -1,4 +1,4 @@
-//! `hpu widths SCENE --gappa`: the proof's straight-line parts, for who wants an outside proof.
+//! `hpu widths SCENE --gappa`: the straight-line parts of the proof as a script, for an independent proof by Gappa.
 
 use std::path::Path;
 

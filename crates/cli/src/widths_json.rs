@@ -1,4 +1,4 @@
-//! `hpu widths --json`: a contract; more keys may follow.
+//! `hpu widths --json`: its keys are a contract, and more may be added.
 
 use hpu_signal::{Clock, Format};
 use hpu_study::map::outcome_name;
@@ -10,7 +10,8 @@ use crate::widths::Page;
 use crate::widths_price::Price;
 use crate::widths_proved::{Proved, how};
 
-/// The page as one object. Ranges and worst cases are in the signal's unit, `words` tells the measured range in words.
+/// Returns the page as one object. Ranges and worst cases are in the signal's unit; `words` has the measured range in
+/// words.
 pub fn object(page: &Page) -> Value {
     let measured = &page.measured;
     json!({

@@ -1,5 +1,5 @@
-//! The price of a scene's loop: what it costs, how long its torque takes, whether the loop notices, and what a bit
-//! costs.
+//! The price of a scene's loop: its cost, the time that its torque takes, whether the loop notices that time, and the
+//! cost of a bit.
 
 use std::num::NonZeroUsize;
 use std::sync::Mutex;
@@ -16,7 +16,7 @@ use crate::cost::or_reason;
 use crate::exit::Failure;
 use crate::terminal::with_progress;
 
-/// A loop in the widths of its scene.
+/// The price of a loop in the widths of its scene.
 pub struct Price {
     pub(crate) scene: String,
     pub(crate) block: &'static str,
@@ -27,7 +27,7 @@ pub struct Price {
     /// Label and entity of each instance, and its primitives by Yosys alone.
     pub(crate) parts: Vec<(&'static str, &'static str, Counts)>,
     pub(crate) knobs: Vec<Knob>,
-    /// Clocks that the loop gives its torque.
+    /// Clocks that the loop has for computing its torque.
     pub(crate) given: Option<u32>,
     pub(crate) notices: Option<Result<Settling, String>>,
 }
@@ -36,11 +36,11 @@ pub struct Price {
 pub(crate) struct Knob {
     pub(crate) key: &'static str,
     pub(crate) now: String,
-    /// What it becomes, and the loop's primitives, or why there is none.
+    /// The changed width, and the loop's primitives with it, or the reason why there are none.
     pub(crate) other: [(String, Result<Counts, String>); 2],
 }
 
-/// What a scene's loop costs, by the tools or from the cache; nothing if it was stopped.
+/// Returns the price of a scene's loop, by the tools or from the cache; `None` when it was stopped.
 pub fn price(
     experiment: &Experiment,
     setup: &Setup,
@@ -52,7 +52,7 @@ pub fn price(
     if !wiring.is_hardware() {
         return Err(Failure::file("a law in floats has no price; write model.datapath = \"words\""));
     }
-    // Placed three times by different seeds, while nothing else can begin.
+    // Places the loop with three seeds, while nothing else can begin.
     let cost = with_progress(1, "loops placed", control, || cache.cost(wiring.block(), setup))?;
     let mut price = Price {
         scene: experiment.name().to_string(),
@@ -66,7 +66,7 @@ pub fn price(
         given: None,
         notices: None,
     };
-    // A PHANToM's parts take minutes each, and its loop has no clock to hold against the scene's unless it fits.
+    // A PHANToM's parts take minutes each, and its loop has no clock to compare with the scene's unless it fits.
     let Experiment::Axis(scene) = experiment else { return Ok(Some(price)) };
     let (instances, knobs) = (wiring.instances(), knobs(scene));
     let parts = instances.len();
@@ -91,7 +91,7 @@ pub fn price(
     if matches!(scene.method.kind, Loop::Hybrid | Loop::Conventional) && scene.model.datapath == Datapath::Words {
         price.given = Some(1 + scene.method.settling);
         if let Some(clocks) = price.clocks() {
-            // A loop that has time enough is looked at with a clock more, so that there is something to notice.
+            // A loop that has enough time is run with one more clock of delay, so that there is an effect to see.
             let late = (clocks - 1).max(scene.method.settling + 1);
             match settling(scene, late, control) {
                 Ok(None) => return Ok(None),
@@ -103,8 +103,7 @@ pub fn price(
     Ok(Some(price))
 }
 
-/// What comes of each of so many pieces of work, which begin in order; nothing of those that were not begun when it was
-/// stopped.
+/// Runs the jobs in order on all cores. Returns `None` for jobs that had not started when it was stopped.
 pub(crate) fn on_all_cores<T: Send>(
     count: usize,
     control: &Control,
@@ -130,14 +129,14 @@ pub(crate) fn on_all_cores<T: Send>(
     found.into_inner().expect("no worker panics with it")
 }
 
-/// Primitives of an instance in the loop of a scene, or why a tool refused it.
+/// Returns the primitives of an instance in the loop of a scene, or the reason why a tool refused it.
 fn part(scene: &Scene, index: usize, setup: &Setup, cache: &Cache) -> Result<Result<Counts, String>, Failure> {
     let experiment = Experiment::Axis(scene.clone());
     let ready = Ready::new(&experiment).map_err(Failure::file)?;
     or_reason(cache.counts(&*ready.wiring().instances()[index].model, setup))
 }
 
-/// Primitives of the loop of a scene, or why there is none.
+/// Returns the primitives of the loop of a scene, or the reason why there are none.
 fn counts(scene: &Scene, setup: &Setup, cache: &Cache) -> Result<Result<Counts, String>, Failure> {
     let experiment = Experiment::Axis(scene.clone());
     match Ready::new(&experiment) {
@@ -148,7 +147,7 @@ fn counts(scene: &Scene, setup: &Setup, cache: &Cache) -> Result<Result<Counts, 
 
 type Widths = (&'static str, String, [(String, Scene); 2]);
 
-/// The scene's widths by their keys, each with a bit less and a bit more.
+/// Returns the scene's widths by their keys, each with a bit less and a bit more.
 fn knobs(scene: &Scene) -> Vec<Widths> {
     let with = |change: &dyn Fn(&mut Scene)| {
         let mut changed = scene.clone();
@@ -179,14 +178,14 @@ fn knobs(scene: &Scene) -> Vec<Widths> {
     all
 }
 
-/// A gain's format without its last bit of fraction, or without its first one if it has no fraction.
+/// Returns a gain's format without its last fraction bit; or without its first bit if it has no fraction.
 fn one_less(format: Format) -> Option<Format> {
     let (int, frac) = (format.int(), format.frac());
     if frac > 0 { Format::new(false, int, frac - 1).ok() } else { Format::new(false, int - 1, 0).ok() }
 }
 
 impl Price {
-    /// Clocks of the scene that the longest path takes.
+    /// Returns the clock cycles of the scene that the longest path takes.
     pub(crate) fn clocks(&self) -> Option<u32> {
         self.cost.path_ns().map(|path_ns| ((path_ns * 1e-9 * self.clock_hz as f64).ceil() as u32).max(1))
     }

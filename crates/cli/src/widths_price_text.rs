@@ -11,12 +11,12 @@ use crate::cost::placed;
 use crate::widths_price::{Knob, Price};
 
 impl Price {
-    /// As text of at most 120 columns.
+    /// Returns the price as text of at most 120 columns.
     pub fn text(&self) -> String {
         self.head_text() + &self.parts_text() + &self.knobs_text()
     }
 
-    /// The loop as a whole.
+    /// Returns the lines about the loop as a whole.
     pub fn head_text(&self) -> String {
         let Counts { lut4, ff, carry, bram, dsp } = self.cost.ecp5.unwrap_or(self.cost.ice40);
         let target = if self.cost.fits() { "iCE40 HX8K" } else { "ECP5; an HX8K is too small" };
@@ -46,7 +46,7 @@ impl Price {
         text
     }
 
-    /// A bit less and a bit more of each width.
+    /// Returns the lines about a bit less and a bit more of each width.
     pub fn knobs_text(&self) -> String {
         let mut text = String::new();
         if !self.knobs.is_empty() {
@@ -95,7 +95,7 @@ impl Price {
         text + &self.notices.as_ref().map_or(String::new(), noticed)
     }
 
-    /// As JSON.
+    /// Returns the price as JSON.
     pub fn json(&self) -> Value {
         let counts = |Counts { lut4, ff, carry, bram, dsp }: &Counts| json!({ "lut4": lut4, "ff": ff, "carry": carry, "bram": bram, "dsp": dsp });
         let part = |(label, entity, found): &(&str, &str, Counts)| json!({ "label": label, "block": entity, "counts": counts(found) });
@@ -129,7 +129,7 @@ impl Price {
     }
 }
 
-/// Whether the loop notices, in two lines.
+/// Returns two lines on whether the loop notices the delay of its torque.
 fn noticed(found: &Result<Settling, String>) -> String {
     let found = match found {
         Ok(found) => found,

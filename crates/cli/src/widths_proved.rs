@@ -1,4 +1,5 @@
-//! What is proved of the scenes of a page: ranges together, limits and the first overflow of each by itself.
+//! The proved properties of the scenes of a page: the ranges of all scenes together, the limits and the first overflow
+//! of each scene by itself.
 
 use std::fmt::Write as _;
 
@@ -9,27 +10,27 @@ use serde_json::{Value, json};
 
 use crate::widths_text::digits;
 
-/// The most inputs of one block that a page tries.
+/// The most inputs of a block for which a page tries all of them.
 const MOST_INPUTS: u128 = 1 << 24;
-/// Scenes whose limits a page has room for.
+/// The most scenes whose limits fit on a page.
 const MOST_SCENES: usize = 2;
 
-/// What is proved.
+/// The proved properties of all scenes.
 pub struct Proved {
     /// The widest range of every net.
     pub bounds: Vec<Bound>,
-    /// The rest, of each scene.
+    /// The limits and the first overflow of each scene.
     pub scenes: Vec<OfScene>,
 }
 
-/// What is proved of one scene by itself.
+/// The proved properties of one scene.
 pub struct OfScene {
     name: String,
     limits: Vec<Limit>,
     overflow: Option<Overflow>,
 }
 
-/// Where the spring's product first leaves its word, beside the run.
+/// Where the spring's product first overflows its word, compared with the run.
 struct Overflow {
     at: WrapsAt,
     /// The unit of a stiffness.
@@ -38,11 +39,11 @@ struct Overflow {
     run: Option<[i64; 2]>,
 }
 
-/// What is proved of all scenes, beside the runs of them.
+/// Returns the proved properties of all scenes. `runs` are the runs of these scenes.
 ///
 /// # Errors
 ///
-/// Why nothing is.
+/// The reason why nothing is proved.
 pub fn proved(experiments: &[Experiment], runs: &[Measured]) -> Result<Proved, String> {
     let mut all = Proved { bounds: Vec::new(), scenes: Vec::new() };
     for (experiment, run) in experiments.iter().zip(runs) {
@@ -59,7 +60,7 @@ pub fn proved(experiments: &[Experiment], runs: &[Measured]) -> Result<Proved, S
     if all.bounds.is_empty() { Err("nothing is proved of this wiring".into()) } else { Ok(all) }
 }
 
-/// The proof of a scene; where all inputs of a block are few, what trying them has shown stands in its place.
+/// Returns the proof of a scene. Where a block has few inputs, the result of trying all of them replaces the bound.
 fn of(experiment: &Experiment) -> Result<Proof, String> {
     let scene = match experiment {
         Experiment::Axis(scene) => scene,
@@ -75,7 +76,7 @@ fn of(experiment: &Experiment) -> Result<Proof, String> {
     Ok(proof)
 }
 
-/// Takes in the bound of another scene.
+/// Widens a bound to include the bound of another scene.
 fn widen(all: &mut Bound, bound: &Bound, scene: &str) {
     all.min = all.min.min(bound.min);
     all.max = all.max.max(bound.max);
@@ -98,14 +99,14 @@ fn unit(experiment: &Experiment) -> &'static str {
     }
 }
 
-/// The stiffness as a word, and the deepest penetration of a run.
+/// Returns the stiffness as a word, and the deepest penetration of a run.
 fn depth(run: &Measured) -> Option<[i64; 2]> {
     let most = |name: &str| Some(run.row(name)?.measured?.1);
     Some([most("stiffness")?, most("penetration")?])
 }
 
 impl Overflow {
-    /// Whether the run went as deep as overflows.
+    /// Returns whether the run went deep enough for the overflow.
     fn was_reached(&self) -> Option<bool> {
         let [_, deepest] = self.run?;
         Some(self.at.at_scene.is_some_and(|at| deepest >= at))
@@ -115,7 +116,7 @@ impl Overflow {
         format!("{word} ({} {})", digits(word as f64 * self.at.of_a_word), self.unit)
     }
 
-    /// In a line of what is proved, and one of the scene's own stiffness.
+    /// Returns a line with the proved overflow, and one for the scene's own stiffness.
     fn lines(&self) -> Vec<String> {
         let WrapsAt { penetration, word, at_scene, at_rest, reached, .. } = self.at;
         let mut lines = vec![match word {
@@ -162,12 +163,12 @@ impl Overflow {
 }
 
 impl Proved {
-    /// What is known of a net.
+    /// Returns the bound of a net, if there is one.
     pub fn of(&self, net: &str) -> Option<&Bound> {
         self.bounds.iter().find(|bound| bound.name == net)
     }
 
-    /// Limits and first overflows, a line each.
+    /// Returns limits and first overflows, one a line.
     pub fn lines(&self) -> Vec<String> {
         let mut lines = Vec::new();
         for scene in self.scenes.iter().take(MOST_SCENES) {
@@ -188,7 +189,7 @@ impl Proved {
         lines
     }
 
-    /// Limits and first overflows of every scene.
+    /// Returns the limits and first overflow of every scene as JSON.
     pub fn json(&self) -> Value {
         let limit = |Limit { name, unit, min, max, why }: &Limit| json!({ "name": name, "unit": unit, "min": min, "max": max, "how": how(How::Proved), "why": why });
         let scene = |scene: &OfScene| {
@@ -201,7 +202,7 @@ impl Proved {
         self.scenes.iter().map(scene).collect()
     }
 
-    /// Limits and first overflows as a table; what is not known is empty.
+    /// Returns limits and first overflows as a table. Unknown values are empty.
     pub fn csv(&self) -> String {
         let mut text = String::from("scene,limit,unit,min,max,how,why\n");
         let mut row = |scene: &str, cells: [&str; 6]| {
@@ -230,7 +231,7 @@ impl Proved {
     }
 }
 
-/// The word for how a figure came about.
+/// Returns the word for the way in which a figure was found.
 pub fn how(how: How) -> &'static str {
     match how {
         How::Measured => "measured",

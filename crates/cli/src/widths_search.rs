@@ -1,4 +1,4 @@
-//! `hpu widths SCENE --search`: which widths buy what.
+//! `hpu widths SCENE --search`: finds the effect of the widths.
 
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -46,7 +46,7 @@ pub struct Search {
     lose: f64,
 }
 
-/// Changes of a scene, and as they were written.
+/// Changes of a scene, with their text on the command line.
 #[derive(Clone)]
 struct Changes {
     set: Vec<(String, String)>,
@@ -58,7 +58,7 @@ fn changes(text: &str) -> Result<Changes, String> {
     Ok(Changes { set: set?, said: text.split(';').map(str::trim).collect::<Vec<_>>().join("; ") })
 }
 
-/// A width of either device.
+/// A width of an axis or of a PHANToM.
 #[derive(Clone)]
 enum Vary {
     Axis(Knob),
@@ -84,7 +84,7 @@ impl FromStr for Vary {
 }
 
 impl Search {
-    /// The widths of an axis that are named.
+    /// Returns the widths that the command line names for an axis.
     fn of_an_axis(&self) -> Result<Vec<Knob>, Failure> {
         let knob = |vary: &Vary| match vary {
             Vary::Axis(knob) => Ok(*knob),
@@ -93,7 +93,7 @@ impl Search {
         self.vary.iter().map(knob).collect()
     }
 
-    /// The widths of a PHANToM that are named.
+    /// Returns the widths that the command line names for a PHANToM.
     fn of_a_phantom(&self, scenes: &[String]) -> Result<Vec<phantom::Knob>, Failure> {
         if scenes.len() > 1 || !self.also.is_empty() || self.proved {
             let why = "a search over a PHANToM's widths takes one scene, as it is; its page tells what is proved";
@@ -113,7 +113,7 @@ impl Search {
     }
 }
 
-/// A scene that every design runs on, by its name.
+/// A scene that every design runs on, with its name.
 struct Case {
     name: String,
     text: SceneText,
@@ -121,7 +121,7 @@ struct Case {
 }
 
 impl Search {
-    /// The scenes as they are, then all of them under each change.
+    /// Returns the scenes as they are, then all of them under each change.
     fn cases(&self, scenes: &[String], set: &[(String, String)]) -> Result<Vec<Case>, Failure> {
         let read = |name: &String, also: Option<&Changes>| -> Result<Case, Failure> {
             let source = scene::source(name)?;
@@ -140,7 +140,7 @@ impl Search {
         also.flat_map(|also| scenes.iter().map(move |name| (name, also))).map(|(name, also)| read(name, also)).collect()
     }
 
-    /// The command of all that rows of a search depend on.
+    /// Returns the command with everything that the rows of a search depend on.
     fn command(&self, asked: &Asked, named: &[Knob]) -> String {
         let scenes: Vec<String> = asked.scenes.iter().map(|scene| quoted(scene)).collect();
         let mut command = format!("hpu widths {}{} --search", scenes.join(" "), set_options(asked.set));
@@ -158,60 +158,60 @@ fn share(text: &str) -> Result<f64, String> {
     share.filter(|share| (0.0..1.0).contains(share)).ok_or_else(|| "write a share below 1, as in 1% or 0.01".into())
 }
 
-/// A search that is through.
+/// A complete search.
 pub struct Searched {
-    /// What was found.
+    /// The result.
     pub found: Found,
     /// The widths that were varied.
     pub knobs: Vec<Knob>,
-    /// How much the outputs of a design may be off.
+    /// The largest error of a design's outputs.
     pub within: f64,
-    /// How much stiffness the smallest design may lose.
+    /// The share of stiffness that the smallest design may lose.
     pub lose: f64,
-    /// The command that made it.
+    /// The command that made the search.
     pub command: String,
-    /// The first scene, as it was named, and its overrides.
+    /// The first scene, as the command names it, and its overrides.
     pub scene: String,
     set: Vec<(String, String)>,
-    /// Whether the words hold the range proved.
+    /// Whether the words hold the proved range.
     pub proved: bool,
-    /// By Yosys: the reference, and the designs of the front in its order.
+    /// Prices by Yosys: of the reference, and of the front's designs in their order.
     pub prices: Option<Prices>,
 }
 
 impl Searched {
-    /// The command that runs the scene with a design.
+    /// Returns the command that runs the scene with a design.
     pub fn replay(&self, point: &Point) -> String {
         let set: Vec<_> = self.set.iter().cloned().chain(point.design.set()).collect();
         format!("hpu run {}{}", quoted(&self.scene), set_options(&set))
     }
 
-    /// What Yosys makes of the smallest design.
+    /// Returns Yosys's primitives of a design that is on the front.
     pub fn price_of(&self, point: &Point) -> Option<Counts> {
         let place = self.found.best().position(|best| best == point)?;
         self.prices.as_ref().map(|(_, front)| front[place])
     }
 }
 
-/// What a search takes of the verb's other arguments.
+/// The verb's other arguments that a search takes.
 pub struct Asked<'a> {
-    /// The scenes, as they were named.
+    /// The scenes, as the command names them.
     pub scenes: &'a [String],
     /// Their overrides.
     pub set: &'a [(String, String)],
-    /// How much the outputs of a design may be off, if it is said.
+    /// The largest error of a design's outputs, if the command gives it.
     pub within: Option<f64>,
-    /// Threads.
+    /// The number of threads.
     pub jobs: NonZeroUsize,
-    /// A cache to price the front with, and the folder of the VHDL.
+    /// The cache to price the front with, and the settings for the VHDL.
     pub prices: Option<(&'a Cache, &'a Setup)>,
-    /// Where tables and pictures go.
+    /// The folder for tables and pictures.
     pub out: Option<&'a Path>,
     /// Whether one JSON object is wanted.
     pub json: bool,
 }
 
-/// Searches.
+/// Runs a search.
 pub fn run(args: &Search, asked: &Asked) -> Result<Exit, Failure> {
     let Asked { scenes, set, jobs, out, .. } = *asked;
     let cases = args.cases(scenes, set)?;
@@ -281,10 +281,10 @@ pub fn run(args: &Search, asked: &Asked) -> Result<Exit, Failure> {
     Ok(Exit::Fine)
 }
 
-/// LUT4s and all else of the reference, and of the front in its order.
+/// Primitives of the reference, and of the front in its order.
 type Prices = (Counts, Vec<Counts>);
 
-/// What Yosys makes of the reference and of the front; `None` when interrupted.
+/// Returns Yosys's primitives of the reference and of the front; `None` when interrupted.
 fn price(text: &SceneText, searched: &Searched, cache: &Cache, setup: &Setup) -> Result<Option<Prices>, Failure> {
     let counts = |design: &Design| -> Result<Counts, Failure> {
         let set: Vec<_> = searched.set.iter().cloned().chain(design.set()).collect();

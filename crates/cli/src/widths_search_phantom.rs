@@ -1,4 +1,4 @@
-//! `hpu widths SCENE --search` of a PHANToM: text, JSON and CSV.
+//! `hpu widths SCENE --search` for a PHANToM: text, JSON and CSV.
 
 use std::path::PathBuf;
 
@@ -18,10 +18,10 @@ use crate::terminal::{print, print_json};
 use crate::widths_search::Asked;
 use crate::{interrupt, progress};
 
-/// Rows of the front that text shows.
+/// Rows of the front in the text.
 const ROWS: usize = 40;
 
-/// A search that is through.
+/// A complete search.
 struct Searched<'a> {
     found: &'a Found,
     base: &'a PhantomScene,
@@ -32,7 +32,7 @@ struct Searched<'a> {
     scene: &'a str,
 }
 
-/// Searches; `knobs` are those that are named.
+/// Runs a search; `knobs` are the widths that the command names.
 pub fn run(
     (text, base): (&SceneText, &PhantomScene),
     knobs: Vec<Knob>,
@@ -86,7 +86,7 @@ impl Searched<'_> {
         Ok(files)
     }
 
-    /// As text, of 120 columns.
+    /// Returns the result as text of 120 columns.
     fn text(&self) -> String {
         let found = self.found;
         let mut text = format!("{}: which widths buy what\n", self.scene);
@@ -196,7 +196,7 @@ impl Searched<'_> {
         )
     }
 
-    /// As JSON.
+    /// Returns the result as JSON.
     fn object(&self, files: &[PathBuf]) -> Value {
         let found = self.found;
         let widths = |design: &Design| -> Map<String, Value> {

@@ -1,4 +1,4 @@
-//! What a search over widths found, as text and as JSON.
+//! The result of a search over widths, as text and as JSON.
 
 use hpu_cosim::figure;
 use std::path::PathBuf;
@@ -11,10 +11,10 @@ use serde_json::{Map, Value, json};
 
 use crate::widths_search::Searched;
 
-/// Rows of the front that text shows.
+/// Rows of the front in the text.
 const ROWS: usize = 40;
 
-/// As text, of 120 columns.
+/// Returns the result as text of 120 columns.
 pub fn text(searched: &Searched) -> String {
     let found = &searched.found;
     let Found { reference, unit, .. } = found;
@@ -144,7 +144,7 @@ fn widths(design: &Design) -> String {
     )
 }
 
-/// For what the designs hold, in lines.
+/// Returns the lines on the motions for which the designs are valid.
 fn holds_for(searched: &Searched) -> Vec<String> {
     let found = &searched.found;
     let motions = match found.on.len() {
@@ -172,7 +172,7 @@ fn cut(text: &str, most: usize) -> String {
     if line.chars().count() <= most { line } else { line.chars().take(most - 1).chain(['\u{2026}']).collect() }
 }
 
-/// As JSON.
+/// Returns the result as JSON.
 pub fn object(searched: &Searched, files: &[PathBuf]) -> Value {
     let found = &searched.found;
     let prices = searched.prices.as_ref();

@@ -1,4 +1,4 @@
-//! The one page of `hpu widths`.
+//! The page of `hpu widths`.
 
 use std::fmt::Write as _;
 
@@ -13,10 +13,10 @@ use crate::widths::Page;
 
 /// Columns of the page.
 const WIDTH: usize = 120;
-/// Signals that a page has room for.
+/// The most signals that fit on the page.
 const MOST: usize = 36;
 
-/// The page.
+/// Returns the page.
 pub fn page(page: &Page) -> String {
     let mut text = String::new();
     let mut line = |said: &str| writeln!(text, "{said}").expect("a string grows");
@@ -70,7 +70,8 @@ fn head(page: &Page, line: &mut impl FnMut(&str)) {
     line(&format!("$ {}", page.command));
 }
 
-/// The signals of the page, and those that it has no room for: single bits always, constants when there are many.
+/// Returns the signals of the page, and those that do not fit: single bits always, constants when there are many
+/// signals.
 fn shown(page: &Page) -> (Vec<&SignalRow>, Vec<&str>) {
     let rows = || page.measured.rows.iter().filter(|row| row.format.width() > 2);
     let constant = |row: &SignalRow| row.measured.is_none_or(|(min, max)| min == max);
@@ -81,7 +82,7 @@ fn shown(page: &Page) -> (Vec<&SignalRow>, Vec<&str>) {
     (shown, left_out.into_iter().map(|row| row.name).collect())
 }
 
-/// The cells of a line, within the page.
+/// Returns the cells as a line, within the width of the page.
 fn row(cells: [&str; 9]) -> String {
     let [signal, format, measured, proved, idle, rounded, overflowed, sqnr, needs] = cells;
     let line = format!(
@@ -122,7 +123,7 @@ fn signal_cells(page: &Page, signal: &SignalRow) -> [String; 9] {
     ]
 }
 
-/// Share of the edges, worst case, first time.
+/// Returns the share of the edges with losses, the worst case, and the first time.
 fn lost(page: &Page, loss: &Loss) -> String {
     if loss.edges == 0 {
         return "-".into();
@@ -143,7 +144,7 @@ fn lost(page: &Page, loss: &Loss) -> String {
     format!("{share} {worst} {first}")
 }
 
-/// A time with three digits.
+/// Returns a time with three digits.
 fn first_time(seconds: f64) -> String {
     let (value, unit) = match seconds {
         s if s < 1e-3 => (s * 1e6, "us"),
@@ -164,7 +165,7 @@ fn span(min: f64, max: f64) -> String {
     if min == max { digits(min) } else { format!("{}..{}", digits(min), digits(max)) }
 }
 
-/// A whole number as it is, any other with four digits.
+/// Returns a whole number as it is, any other with four digits.
 pub fn digits(value: f64) -> String {
     match value.abs() {
         size if !size.is_finite() => value.to_string(),
@@ -178,7 +179,7 @@ pub fn digits(value: f64) -> String {
     }
 }
 
-/// What every width is good for.
+/// Writes the recommended widths.
 fn widths(page: &Page, line: &mut impl FnMut(&str)) {
     let found = match &page.recommended {
         Ok(found) => found,
@@ -214,7 +215,7 @@ fn widths(page: &Page, line: &mut impl FnMut(&str)) {
     line(&format!("needs, together: hold for {motion} alone; another hand or wall may need more bits"));
 }
 
-/// What one bit more of a width costs.
+/// Returns the cost of one more bit of a width.
 fn one_more(page: &Page, field: Field) -> String {
     let found = page.one_more.as_ref().ok().and_then(|all| all.iter().find(|(other, _)| *other == field));
     match found {
@@ -234,7 +235,7 @@ fn notes(page: &Page, line: &mut impl FnMut(&str)) {
             line(
                 "proved: for every motion within the device's limits; x exhausted: every input within these ranges; ! may overflow",
             );
-            // What is said of a few signals only is in the JSON.
+            // An assumption about a few signals only is in the JSON.
             let mut said: Vec<(&str, usize)> = Vec::new();
             for assumption in proved.bounds.iter().flat_map(|bound| &bound.assumptions) {
                 match said.iter_mut().find(|(other, _)| other == assumption) {
@@ -263,7 +264,7 @@ fn notes(page: &Page, line: &mut impl FnMut(&str)) {
     }
 }
 
-/// A text in lines of the page, broken at spaces.
+/// Writes a text in lines of the page, broken at spaces.
 fn wrapped(text: &str, line: &mut impl FnMut(&str)) {
     let mut now = String::new();
     for word in text.split(' ') {

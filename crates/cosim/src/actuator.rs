@@ -1,45 +1,47 @@
-//! What stands between the datapath and the device: a bridge, or an amplifier with or without an analog shaper.
+//! The actuator between the datapath and the device: a bridge, or an amplifier with or without an analog shaper.
 
 use hpu_plant::Shaper;
 
-/// What drives the device of a scene.
+/// The actuator that drives the device of a scene.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) enum Actuator {
-    /// The bridge, every switching of it.
+    /// The bridge with every switching of its gates.
     Switching,
     /// The bridge's mean voltage.
     Averaged {
         /// PWM counts of full scale.
         full_scale: f64,
-        /// When the duty changes; `None`: at once.
+        /// The modulator's latch, which decides when the mean changes; `None`: the mean changes at once.
         latch: Option<Latch>,
     },
     /// A force amplifier that follows the command.
     Amplified {
         /// Force of one count, in N.
         quantum_n: f64,
-        /// The shaper before it.
+        /// The shaper between the command and the amplifier, if there is one.
         shaping: Option<Shaping>,
     },
 }
 
-/// An analog shaper at work. Its output is handed on when its input changes and every `hold` edges after that.
+/// An analog shaper at work. The device gets its output anew when the shaper's input changes, and every `hold` edges
+/// after that.
 ///
-/// In between it moves on, by no more than [`Shaper::slope_bound_per_s`] of full scale: that is all that the hold costs
-/// the force. A shaper that has nothing to push with (no input, or one that pulls) rests at 0 and is not asked.
+/// In between, the output of the shaper moves on by no more than [`Shaper::slope_bound_per_s`] of full scale. The hold
+/// causes no other error of the force. A shaper whose input is 0 or pulls has nothing to push with: it rests at 0, and
+/// `next` then never comes.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct Shaping {
     shaper: Shaper,
     edge_s: f64,
     hold: u64,
-    /// When the input last changed.
+    /// The edge at which the input last changed.
     anchor: u64,
-    /// When the output is handed on next.
+    /// The edge at which the device gets the output next.
     pub(crate) next: u64,
 }
 
 impl Shaping {
-    /// A shaper at rest at edge 0.
+    /// Creates a shaper at rest at edge 0.
     pub(crate) fn new(cutoff_hz: f64, edge_s: f64, hold: u64) -> Self {
         Self { shaper: Shaper::new(cutoff_hz), edge_s, hold, anchor: 0, next: u64::MAX }
     }
@@ -48,7 +50,8 @@ impl Shaping {
         self.shaper.after((edge - self.anchor) as f64 * self.edge_s)
     }
 
-    /// The input is this from `edge` on; the output there, if it is another input than before.
+    /// Sets the input from `edge` on. Returns the output at `edge` if the input differs from the one before, else
+    /// `None`.
     pub(crate) fn take(&mut self, edge: u64, input: f64) -> Option<f64> {
         if self.shaper.input() == input {
             return None;
@@ -59,42 +62,43 @@ impl Shaping {
         Some(self.shaper.output())
     }
 
-    /// The output at an edge at which it is due.
+    /// Returns the output at an edge at which it is due, and plans the next one.
     pub(crate) fn hand_on(&mut self, edge: u64) -> f64 {
         self.next = edge + self.hold;
         self.at(edge).output()
     }
 }
 
-/// What an averaged bridge gives, and when.
+/// The output of an averaged bridge, and the edges at which it changes.
 ///
-/// A modulator takes its duty at the start of a period, and what another duty changes is where the pulse ends. The mean
-/// of a pulse has its area, but its middle is the period's, where the pulse's is sooner. Both agree in area and in
-/// first moment once the mean changes at the right moment: between duties of one sign `(1 - d - d') / 2` periods before
-/// the start of the one that takes `d'` after `d`. A command that comes after that moment is made up for: what the
-/// bridge still owes it gives in addition, up to the middle of that period.
+/// A modulator takes its duty at the start of a period; another duty moves only the end of the pulse. The mean of a
+/// pulse has the pulse's area, but its middle is the middle of the period, and the middle of the pulse comes sooner.
+/// Pulse and mean agree in area and in first moment if the mean changes at the right moment: between duties `d` and
+/// `d'` of one sign, that is `(1 - d - d') / 2` periods before the start of the period that takes `d'`. If the command
+/// comes after that moment, the bridge still owes an area. It gives this area in addition, up to the middle of that
+/// period.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct Latch {
     period: u64,
     antiphase: bool,
     /// The duty that the modulator has taken.
     held: f64,
-    /// The duty that it is given, and the edge at which it takes it.
+    /// The duty that the modulator is given, and the edge at which it takes it.
     wanted: f64,
     begin: u64,
-    /// The edge at which the mean changes from one to the other.
+    /// The edge at which the mean changes from `held` to `wanted`, as a real number.
     due: f64,
-    /// What the bridge gives since the edge `since`, and what it owed then, in edges of full duty, to a modulator that
-    /// goes on with the duty it has taken.
+    /// The duty that the bridge gives since the edge `since`, and the area that it owed at that edge, in edges of full
+    /// duty. The area is reckoned for a modulator that goes on with the duty it has taken.
     pub(crate) given: f64,
     since: u64,
     owed: f64,
-    /// The edge at which what it gives changes by itself.
+    /// The edge at which the given duty changes without a new command.
     pub(crate) next: u64,
 }
 
 impl Latch {
-    /// A latch at edge 0, where the modulator starts with duty 0; that has a moment in antiphase.
+    /// Creates a latch at edge 0, where the modulator starts with duty 0. In antiphase, duty 0 has a first moment too.
     pub(crate) fn new(period: u64, antiphase: bool) -> Self {
         let next = u64::MAX;
         let rest = Self {
@@ -113,13 +117,14 @@ impl Latch {
         if owed == 0.0 { rest } else { Self { owed, given: owed / rest.end() as f64, next: rest.end(), ..rest } }
     }
 
-    /// The first moment of a period at a duty, before that of its mean: in squares of the period.
+    /// Returns by how much the first moment of a period at a duty is less than that of its mean, in squares of the
+    /// period.
     #[inline]
     fn moment(&self, duty: f64) -> f64 {
         if self.antiphase { 0.25 * (1.0 - duty * duty) } else { 0.5 * duty * (1.0 - duty.abs()) }
     }
 
-    /// Goes on to an edge, before `from` comes a command.
+    /// Accounts for the time up to an edge, given that no other command comes before `from`.
     #[inline]
     fn settle(&mut self, edge: u64, from: u64) {
         self.owed += (self.held - self.given) * (edge - self.since) as f64;
@@ -130,25 +135,26 @@ impl Latch {
         }
     }
 
-    /// Another duty from `from` on, known at `edge`.
+    /// Takes another duty, which stands from `from` on and is known at `edge`.
     #[inline]
     fn want(&mut self, edge: u64, from: u64, duty: f64) {
         self.settle(edge, from);
         self.wanted = duty;
-        // Periods begin at the edges after those that `period` divides; a word is seen at the edge after its own.
+        // Periods begin at the edges after those that `period` divides; the modulator sees a word at the edge after its
+        // own.
         self.begin = from.div_ceil(self.period) * self.period + 1;
         let change = duty - self.held;
         let lead = if change == 0.0 { 0.0 } else { (self.moment(duty) - self.moment(self.held)) / change };
         self.due = self.begin as f64 - lead * self.period as f64;
     }
 
-    /// The edge up to which a late command is made up for.
+    /// Returns the edge up to which the area owed by a late command is given.
     #[inline]
     fn end(&self) -> u64 {
         self.begin + self.period / 2
     }
 
-    /// The duty is this from `edge` on; what the bridge gives from there, if that changes now.
+    /// Sets the duty from `edge` on. Returns what the bridge gives from there, if that changes now.
     #[inline]
     pub(crate) fn give(&mut self, edge: u64, duty: f64) -> Option<f64> {
         if self.wanted == duty {
@@ -157,8 +163,8 @@ impl Latch {
         self.want(edge, edge, duty);
         let (change, end) = (duty - self.held, self.end());
         if self.given == self.held && change != 0.0 {
-            // One change is enough, at the moment that also settles what is owed; often that is half an edge, which
-            // noise is not to decide.
+            // One change is enough, at the moment that also settles the owed area. That moment is often half an edge,
+            // so 0.25 is added: noise must not decide which way it is rounded.
             let at = (self.due - self.owed / change + 0.25).floor();
             if at > edge as f64 && at <= end as f64 {
                 self.next = at as u64;
@@ -171,7 +177,7 @@ impl Latch {
         Some(self.given)
     }
 
-    /// What the bridge gives from the edge on at which it changes by itself.
+    /// Returns the duty that the bridge gives from the edge `next` on, at which it changes without a new command.
     #[inline]
     pub(crate) fn take(&mut self) -> f64 {
         self.settle(self.next, self.next);
@@ -180,7 +186,8 @@ impl Latch {
         self.given
     }
 
-    /// What the bridge gives on an average from one edge to another, the duty being this from `from` on.
+    /// Returns the mean duty that the bridge gives between two edges, where the commanded duty is `duty` from `from`
+    /// on.
     #[inline(always)]
     pub(crate) fn mean(&mut self, (edge, next): (u64, u64), from: u64, duty: f64) -> f64 {
         if self.wanted != duty {
@@ -209,7 +216,8 @@ mod tests {
     const PERIOD: u64 = 1 << WIDTH;
     const PERIODS: u64 = 24;
 
-    /// For each period, the mean over it of what a signal has added up to since edge 0, `first` up to edge 1; in edges.
+    /// Returns, for each period, the mean of the running integral of a signal since edge 0, in edges; the signal is
+    /// `first` up to edge 1.
     fn running_means(first: f64, signal: impl FnMut(u64) -> f64) -> Vec<f64> {
         let mut sum = first;
         let halves = (1..).map(signal).map(|level| {
@@ -220,13 +228,14 @@ mod tests {
         halves.chunks(PERIOD as usize).map(|period| period.iter().sum::<f64>() / PERIOD as f64).collect()
     }
 
-    /// The running means of the switched bridge, and of the averaged one, for these commands, each from its edge on.
+    /// Returns the running means of the switched bridge and of the averaged one for these commands, each from its edge
+    /// on.
     fn both(antiphase: bool, commands: &[(u64, i64)]) -> (Vec<f64>, Vec<f64>) {
         let command = |edge: u64| commands.iter().rev().find(|(from, _)| *from <= edge).map_or(0, |(_, word)| *word);
         let mut pwm = Pwm::new(PwmConfig { width: WIDTH, antiphase, ..PwmConfig::default() }).unwrap();
         pwm.reset();
         let switched = running_means(0.0, |edge| {
-            // The modulator finds the word that stood before its edge; its gates hold until the next.
+            // The modulator reads the word that stood before its edge; its gates hold until the next edge.
             let gates = pwm.tick(pwm::In { command: command(edge - 1) });
             (gates.a_high - gates.b_high) as f64
         });
@@ -244,15 +253,16 @@ mod tests {
 
     #[test]
     fn an_averaged_bridge_has_given_as_much_as_the_switched_one_on_the_mean_of_every_period_without_a_change() {
-        // Early in a period, at its last edge but one, at its last, at its first; from and to duties for which the mean
-        // changes at a whole edge: sign and magnitude want an even sum of words, antiphase one that 4 divides.
+        // Commands early in a period, at its last edge but one, at its last and at its first edge. The duties are such
+        // that the mean changes at a whole edge: for sign and magnitude the sum of two words must be even, in antiphase
+        // divisible by 4.
         let commands =
             [(3, 16), (64 * 5 - 1, 40), (64 * 8, 8), (64 * 11 + 1, 48), (64 * 14 + 30, 16), (64 * 17 + 62, 0)];
         for antiphase in [false, true] {
             let (switched, averaged) = both(antiphase, &commands);
             let mut compared = 0;
             for period in 2..PERIODS {
-                // Settled: the last change is taken by a period that is over.
+                // Settled: the period that takes the last change is over.
                 let from = period * PERIOD + 1;
                 let changing =
                     commands.iter().any(|(edge, _)| (from.saturating_sub(2 * PERIOD)..from + PERIOD).contains(edge));

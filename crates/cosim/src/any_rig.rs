@@ -1,4 +1,4 @@
-//! Any scene made ready, whoever closes its loop.
+//! Any scene made ready, whether blocks of this project or a design of the user's own close its loop.
 
 use hpu_signal::{Clock, Real, Signal};
 
@@ -13,14 +13,15 @@ use crate::verdict::Verdict;
 /// Any scene made ready.
 #[allow(clippy::large_enum_variant, reason = "one of them exists a run")]
 pub enum AnyRig<'s> {
-    /// Blocks of ours close the loop.
+    /// Blocks of this project close the loop.
     Ours(Ready<'s>),
-    /// A design of the user's own does.
+    /// A design of the user's own closes the loop.
     Dut(DutSession<'s>),
 }
 
 impl<'s> AnyRig<'s> {
-    /// Makes a scene ready, whose design is built by these if it has one, with the signals `inside` if they are asked for.
+    /// Makes a scene ready. If the scene has a design, `designs` builds it, with the signals `inside` if they are asked
+    /// for.
     ///
     /// # Errors
     ///

@@ -9,7 +9,7 @@ use crate::stepped::DIVERGED;
 #[derive(Clone)]
 #[allow(clippy::large_enum_variant, reason = "one of them exists a run, and the larger is the usual one")]
 pub(crate) enum ArmBody<'p> {
-    /// By its series.
+    /// Flowed by its Taylor series.
     Exact(ArmMotion<'p>),
     /// In fixed steps.
     Stepped(SteppedArm<'p>),
@@ -25,7 +25,8 @@ macro_rules! forward {
 }
 
 impl<'p> ArmBody<'p> {
-    /// An arm at edge 0, by its series or by a method over so many clock edges.
+    /// Creates an arm at edge 0: stepped by `(method, clock edges of a step)` if these are given, else flowed by its
+    /// series.
     pub(crate) fn new(
         arm: &'p Arm,
         stepping: Option<(Method, u64)>,
@@ -38,19 +39,20 @@ impl<'p> ArmBody<'p> {
         }
     }
 
-    /// The first edge in (`from`, `limit`] at which an encoder's angle leaves its band, or the motion changes by
-    /// itself.
+    /// Returns the first edge in (`from`, `limit`] at which an encoder's angle leaves its band, or the motion changes
+    /// without a new command (as when a joint sticks or slips).
     pub(crate) fn next_event(&mut self, from: u64, limit: u64, bands: &[Band; 3]) -> Option<u64> {
         forward!(self, body => body.next_event(from, limit, bands))
     }
 
-    /// Comes to an edge: the angles that the encoders see there.
+    /// Moves the arm to an edge and returns the angles that the encoders see there.
     #[inline]
     pub(crate) fn step(&mut self, edge: u64) -> [f64; 3] {
         forward!(self, body => body.step(edge))
     }
 
-    /// Whether an encoder passed a limit so near this edge that `f64` alone may have put it on another one.
+    /// Returns whether an encoder passed a limit so near this edge that `f64` alone may have assigned it to another
+    /// edge.
     pub(crate) fn is_near(&self, edge: u64, joint: usize, limit_rad: f64) -> bool {
         match self {
             Self::Exact(body) => body.is_near(edge, joint, limit_rad),
@@ -58,7 +60,7 @@ impl<'p> ArmBody<'p> {
         }
     }
 
-    /// Commands torques from `edge` on: a step that has begun goes on as it was.
+    /// Commands torques from `edge` on. A step that has begun goes on with the torques before.
     pub(crate) fn drive(&mut self, edge: u64, torques_nm: [f64; 3]) {
         match self {
             Self::Exact(body) => body.drive(edge, torques_nm),
@@ -70,12 +72,12 @@ impl<'p> ArmBody<'p> {
         forward!(self, body => body.state(edge))
     }
 
-    /// Keeps what [`measured`](Self::measured) tells.
+    /// Gathers from now on what [`measured`](Self::measured) returns.
     pub(crate) fn measure(&mut self, pace: Pace) {
         forward!(self, body => body.measure(pace));
     }
 
-    /// The motors' torques between the row at an edge and the one before it.
+    /// Returns mean and extremes of the motors' torques between the row at an edge and the row before it.
     pub(crate) fn measured(&self, edge: u64) -> Option<[Measured; 3]> {
         forward!(self, body => body.measured(edge))
     }
@@ -92,7 +94,7 @@ impl<'p> ArmBody<'p> {
         forward!(self, body => body.mode_changes())
     }
 
-    /// Steps done: of an arm that has them.
+    /// Returns the steps done; 0 for an arm flowed by its series.
     pub(crate) fn steps(&self) -> u64 {
         match self {
             Self::Exact(_) => 0,
@@ -100,7 +102,7 @@ impl<'p> ArmBody<'p> {
         }
     }
 
-    /// Why it cannot go on, if it cannot.
+    /// Returns why the motion cannot go on, or `None` if it can.
     #[inline]
     pub(crate) fn over(&self) -> Option<&'static str> {
         match self {

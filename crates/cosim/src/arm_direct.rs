@@ -1,16 +1,17 @@
 //! A PHANToM's law in floats, closed around the arm in steps: no words, no wiring and no clock.
 //!
-//! The law is that of the [host](crate::host), whoever computes it. At its sample instants it reads the counts, or the
-//! angles themselves; its commands come as late as they do with a clock, and what counters show is as old. A step that
-//! an instant of the host would fall into ends there.
+//! The law is that of the [host](crate::host), also where an FPGA computes it. At its sample instants it reads the
+//! counts, or the true angles. Its commands are as late, and the counters' values as old, as they are with a clock. A
+//! step ends at an instant of the host that would fall inside it.
 //!
-//! An FPGA samples far more often than an arm needs steps. Where its period is shorter than a step, its law follows the
-//! arm: at every state at which the method asks for slopes it reads the angles as they were half a period and the
-//! datapath's latency before, by the present speeds. That is the mean age of what a sampled and held command is made
-//! of. Counts are read by their mean too, half a count below the angles, and commands are not rounded.
+//! An FPGA samples far more often than an arm needs steps. Where its period is shorter than a step, the law follows the
+//! arm: at every state at which the method asks for slopes, it reads the angles as they were half a period and the
+//! datapath's latency before, extrapolated by the present speeds. This is the mean age of the angles behind a sampled
+//! and held command. Counts are replaced by their mean too, half a count below the angles, and commands are not
+//! rounded.
 //!
-//! Within a step angles go on the straight line between its ends; rows of the trace and changes of counts are of that
-//! line. Words are shown with the rows alone, the decoders at rest.
+//! Within a step the angles move on the straight line between its ends; the rows of the trace and the changes of counts
+//! are those of that line. Words are shown only at the rows, as with the decoders at rest.
 
 use std::sync::atomic::Ordering;
 use std::time::Instant;
@@ -32,27 +33,26 @@ const NETS: usize = 27;
 /// A PHANToM's law in floats, closed around the arm in steps.
 pub struct ArmDirect<'p> {
     pub(crate) plant: &'p ArmPlant,
-    /// Clock edges of a step.
+    /// Clock edges per step.
     pub(crate) step: u64,
     pub(crate) edge_s: f64,
-    /// How old the angles are, on the average, that a command is made of, where the law follows the arm and has no
-    /// sample instants.
+    /// Mean age, in seconds, of the angles behind a command, where the law follows the arm and has no sample instants.
     pub(crate) follows: Option<f64>,
 }
 
-/// A run of it.
+/// The state of one run of an [`ArmDirect`].
 struct Course<'d, 'p> {
     direct: &'d ArmDirect<'p>,
     state: ArmState<'p>,
     host: HostState<'p>,
     output_changes: u64,
-    /// Whether rows tell means and extremes.
+    /// Whether rows also have means and extremes.
     measures: bool,
 }
 
 impl ArmDirect<'_> {
-    /// Runs to the edge at which the window ends, or until stopped, or until the arm cannot go on. Returns the edges of
-    /// contact in the window, too, and why it cannot go on.
+    /// Runs to the edge at which the window ends, until stopped, or until the arm cannot go on. Returns the edges of
+    /// contact in the window, and why the arm cannot go on.
     pub(crate) fn run(
         &self,
         (from, end): (u64, u64),
@@ -126,7 +126,7 @@ impl<'d, 'p> Course<'d, 'p> {
         }
     }
 
-    /// Begins a step, which ends by `end`; returns where.
+    /// Begins a step, which ends at `end` at the latest, and returns the edge at which it ends.
     fn begin(&mut self, end: u64) -> u64 {
         let ArmDirect { plant, step, edge_s, follows } = *self.direct;
         let Self { state, host, output_changes, .. } = self;
@@ -163,7 +163,7 @@ impl<'d, 'p> Course<'d, 'p> {
         next
     }
 
-    /// Goes to a row of the trace within the step, and shows it.
+    /// Moves to a row of the trace within the step, and shows the row.
     fn show(&mut self, row: u64, trace: &mut Trace, observer: &mut dyn Observe) {
         let (mut reals, at) = (self.state.pass(row).to_vec(), Cycle(row));
         if self.measures {
@@ -191,7 +191,7 @@ impl<'d, 'p> Course<'d, 'p> {
     }
 }
 
-/// Where motors were so long ago, by their present speeds.
+/// Returns the motor angles of `age_s` ago, extrapolated by the present speeds.
 fn earlier(angles_rad: &[f64; 3], speeds_rad_per_s: &[f64; 3], age_s: f64) -> [f64; 3] {
     [0, 1, 2].map(|i| angles_rad[i] - speeds_rad_per_s[i] * age_s)
 }

@@ -30,45 +30,45 @@ pub const ARM_REALS: [Real; 9] = [
 /// The immutable laws of a PHANToM's world.
 pub struct ArmPlant {
     pub(crate) arm: Arm,
-    /// The method and the clock edges of its steps, where the arm is stepped.
+    /// The method and the clock edges of a step, if the arm is stepped.
     pub(crate) stepping: Option<(Method, u64)>,
-    /// Angle of one count of each joint.
+    /// Angle of one count of each joint, in rad.
     pub(crate) count_rad: [f64; 3],
-    /// Torque of one count of each joint's DAC.
+    /// Torque of one count of each joint's DAC, in N·m.
     pub(crate) command_nm: [f64; 3],
-    /// Angles and speeds at the start.
+    /// Angles and speeds at the start, in rad and rad/s.
     pub(crate) start_rad: [f64; 3],
     pub(crate) start_rad_per_s: [f64; 3],
     /// Whether the joints' limits are known.
     pub(crate) limited: bool,
-    /// Counts that the tables of sines hold lie in `-half..half`.
+    /// The tables of sines hold the counts in `-half..half`.
     pub(crate) half: i64,
-    /// The axis of a drop test, and how high the tip may rise along it.
+    /// The axis of a drop test, and how high the tip may rise along it, in m.
     pub(crate) axis: usize,
     pub(crate) opposite_m: f64,
     /// The host, if one computes the force.
     pub(crate) host: Option<Host>,
 }
 
-/// Whether these angles bring an arm so near a singular posture that its Jacobian means nothing: stretched, folded, or
-/// with the tip on its own axis.
+/// Returns whether these angles bring an arm so near a singular posture that its Jacobian is unusable: the arm is
+/// stretched or folded, or the tip lies on the arm's own axis.
 pub(crate) fn is_singular(lengths_m: [f64; 2], angles_rad: [f64; 3]) -> bool {
     let [upper_m, fore_m] = lengths_m;
     kinematics::determinant_m3(lengths_m, angles_rad) < 0.01 * upper_m * fore_m * upper_m
 }
 
 impl ArmPlant {
-    /// Angles as counters tell them.
+    /// Returns angles rounded down to whole counts, as counters read them.
     pub(crate) fn counted_rad(&self, angles_rad: [f64; 3]) -> [f64; 3] {
         [0, 1, 2].map(|joint| (angles_rad[joint] / self.count_rad[joint]).floor() * self.count_rad[joint])
     }
 
-    /// The joints as the counts tell them.
+    /// Returns the joints' angles at these counts.
     fn angles_rad(&self, counts: [i64; 3]) -> [f64; 3] {
         [0, 1, 2].map(|joint| counts[joint] as f64 * self.count_rad[joint])
     }
 
-    /// The tip as the counts tell it.
+    /// Returns the tip's position at these counts.
     fn logged_m(&self, counts: [i64; 3]) -> [f64; 3] {
         kinematics::tip_m(self.arm.model().lengths_m, self.angles_rad(counts))
     }
@@ -81,10 +81,10 @@ pub(crate) struct ArmState<'p> {
     pub(crate) motion: ArmBody<'p>,
     encoders: [Encoder; 3],
     pub(crate) edge: u64,
-    /// The edge of the motion's next event, as long as nothing drives it otherwise.
+    /// The edge of the motion's next event if the drive does not change before it.
     ahead: Option<u64>,
     pub(crate) command: [i64; 3],
-    /// Crossings too near a clock edge for plain `f64`.
+    /// Crossings too near a clock edge to be decided in plain `f64`.
     redecided: u64,
     over: Option<&'static str>,
 }
@@ -117,7 +117,7 @@ impl<'p> ArmState<'p> {
         [0, 1, 2].map(|i| self.encoders[i].band())
     }
 
-    /// The encoders are at these angles now.
+    /// Tells the encoders their present angles.
     #[inline]
     fn sense(&mut self, angles_rad: [f64; 3]) {
         let mut changed = false;
@@ -135,7 +135,7 @@ impl<'p> ArmState<'p> {
         }
     }
 
-    /// Whether the test has to be aborted, decided at every change of a count.
+    /// Decides whether the test must be aborted. Called at every change of a count.
     #[cold]
     fn watch(&mut self) {
         let (plant, counts) = (self.plant, self.counts());
@@ -152,7 +152,7 @@ impl<'p> ArmState<'p> {
         }
     }
 
-    /// The edge of the arm's next event, up to `limit`.
+    /// Returns the edge of the arm's next event, up to `limit`.
     fn next(&mut self, limit: u64) -> u64 {
         let ahead = match self.ahead {
             Some(ahead) => ahead,
@@ -162,7 +162,7 @@ impl<'p> ArmState<'p> {
         ahead.min(limit)
     }
 
-    /// Flows to an edge.
+    /// Moves the arm to an edge.
     pub(crate) fn go(&mut self, edge: u64) {
         self.edge = edge;
         if self.ahead.is_some_and(|ahead| ahead <= edge) {
@@ -184,7 +184,7 @@ impl<'p> ArmState<'p> {
         }
     }
 
-    /// Flows to an edge, up to which nothing but the encoders changes: the continuous outputs there.
+    /// Moves to an edge before which only the encoders change, and returns the continuous outputs there.
     pub(crate) fn pass(&mut self, edge: u64) -> [f64; 9] {
         self.edge = edge;
         let state = self.motion.state(edge);
@@ -196,12 +196,12 @@ impl<'p> ArmState<'p> {
         self.shown(&self.motion.state(edge))
     }
 
-    /// Keeps what rows tell of the torques; a DAC has no modulator.
+    /// Gathers from now on mean and extremes of the torques for the rows; a DAC has no modulator.
     pub(crate) fn measure(&mut self, stride: u64) {
         self.motion.measure(Pace { stride, period: None });
     }
 
-    /// Adds what a row tells of the torques.
+    /// Appends mean, least and greatest torques to a row.
     pub(crate) fn measured(&self, edge: u64, row: &mut Vec<f64>) {
         for measured in self.motion.measured(edge).iter().flatten() {
             row.extend(three(measured, 1.0));
@@ -233,7 +233,7 @@ impl<'p> ArmState<'p> {
         }
     }
 
-    /// Why it cannot go on, if it cannot.
+    /// Returns why the motion cannot go on, or `None` if it can.
     pub(crate) fn over(&self) -> Option<&'static str> {
         self.over
     }
@@ -250,7 +250,7 @@ pub struct FpgaWorld<'p> {
 }
 
 impl<'p> FpgaWorld<'p> {
-    /// The world at edge 0.
+    /// Creates the world at edge 0.
     #[must_use]
     pub fn new(plant: &'p ArmPlant) -> Self {
         Self { state: ArmState::new(plant) }
@@ -328,12 +328,12 @@ impl World for FpgaWorld<'_> {
 pub struct HostWorld<'p> {
     state: ArmState<'p>,
     host: HostState<'p>,
-    /// What the counters show.
+    /// The counters' values as the host reads them.
     positions: [i64; 3],
 }
 
 impl<'p> HostWorld<'p> {
-    /// The world at edge 0.
+    /// Creates the world at edge 0.
     ///
     /// # Panics
     ///
@@ -344,7 +344,7 @@ impl<'p> HostWorld<'p> {
         Self { state: ArmState::new(plant), host: HostState::new(host), positions: [0; 3] }
     }
 
-    /// What the host does at the present edge.
+    /// Lets the host do all that is due at the present edge.
     fn due(&mut self) {
         let Self { state, host, positions } = self;
         let law = host.host();

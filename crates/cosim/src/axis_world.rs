@@ -1,7 +1,7 @@
 //! The world of an axis: a motor or a mass with its encoder, its bridge or amplifier and its hand, or a recording in
-//! their place; and the words of the wall that change by themselves.
+//! their place; and the scheduled words of the wall (ramps).
 //!
-//! [`Plant`] holds the immutable laws of a scene, [`AxisWorld`] their state.
+//! [`Plant`] holds the immutable laws of a scene, [`AxisWorld`] its state.
 
 use hpu_datapath::{LoopIn, LoopOut, Repeat};
 use hpu_plant::{Band, Device, Drive, Gates, Pace, Pulses, REALS};
@@ -18,10 +18,10 @@ use crate::stepped::Stepped;
 use crate::summary::EnergyAudit;
 use crate::world::{Pins, World};
 
-/// Steps that are passed at a time: so many that leaps between them cost little, so few that a run can be stopped.
+/// Steps passed at a time: enough that the leaps between them cost little, few enough that a run can be stopped.
 const GLIDES: u32 = 64;
 
-/// The state of an axis and what is around it, at one clock edge.
+/// The state of an axis and its surroundings, at one clock edge.
 #[derive(Clone)]
 pub struct AxisWorld<'p> {
     plant: &'p Plant,
@@ -31,20 +31,21 @@ pub struct AxisWorld<'p> {
     shaping: Option<Shaping>,
     latch: Option<Latch>,
     device: Option<Body<'p>>,
-    /// The outputs that the device was last told, unless it has gone on by itself since.
+    /// The outputs that the device was last told; `None` if it has cruised since, without being told every change.
     told: Option<LoopOut<i64>>,
     encoder: Encoder,
     /// Faults between device and logic, if the scene asks for any.
     faults: Option<Box<FaultState<'p>>>,
-    /// Why the run cannot go on, for all that the device knows of.
+    /// Why the run cannot go on, apart from the reasons that the device itself knows.
     over: Option<&'static str>,
     edge: u64,
     pins: Pins,
     /// Index of the next knot or recorded change.
     next: usize,
-    /// The next edge at which anything is due by itself: a knot, a recorded change, a word, the shaper, a duty.
+    /// The next edge at which something is due at a time fixed beforehand: a knot, a recorded change, a word, the
+    /// shaper, a duty.
     next_due: u64,
-    /// Words that are not the scene's constants.
+    /// Scheduled words in the place of the scene's constants.
     stiffness: Option<i64>,
     scale: Option<i64>,
     /// Changes of recorded pins so far.
@@ -52,8 +53,8 @@ pub struct AxisWorld<'p> {
 }
 
 impl<'p> AxisWorld<'p> {
-    /// The world at edge 0, all gates off. `command` is the index of the net that an averaged bridge or an amplifier
-    /// follows.
+    /// Creates the world at edge 0, all gates off. `command` is the index of the net that an averaged bridge or an
+    /// amplifier follows.
     #[must_use]
     pub fn new(plant: &'p Plant, command: usize, schedule: Schedule) -> Self {
         let mut world = Self {
@@ -102,7 +103,7 @@ impl<'p> AxisWorld<'p> {
         world
     }
 
-    /// The device, unless it is stepped or a recording stands in for it.
+    /// Returns the device, unless it is stepped or a recording stands in for it.
     #[must_use]
     pub fn device(&self) -> Option<&Device<'p>> {
         match &self.device {
@@ -111,7 +112,8 @@ impl<'p> AxisWorld<'p> {
         }
     }
 
-    /// The first edge after the present one, up to `limit`, at which anything may change by itself as things stand.
+    /// Returns the first edge after the present one, up to `limit`, at which anything may change if the outputs stay as
+    /// they are.
     pub(crate) fn next_change(&mut self, limit: u64) -> u64 {
         let last = self.next_due.max(self.edge + 1).min(limit);
         let Band { low, high, .. } = self.encoder.band();
@@ -119,27 +121,27 @@ impl<'p> AxisWorld<'p> {
         event.map_or(last, |event| event.0)
     }
 
-    /// The levels of the encoder's lines.
+    /// Returns the levels of the encoder's lines.
     pub(crate) fn pins(&self) -> Pins {
         self.pins
     }
 
-    /// The encoder's count.
+    /// Returns the encoder's count.
     pub(crate) fn count(&self) -> i64 {
         self.encoder.count()
     }
 
-    /// The count that its lines show.
+    /// Returns the count that the encoder's lines show, with faults.
     pub(crate) fn shown_count(&self) -> i64 {
         self.faults.as_ref().map_or(self.count(), |faults| faults.count(self.count()))
     }
 
-    /// Whether its index comes.
+    /// Returns whether the encoder's index pulse works.
     pub(crate) fn has_index(&self) -> bool {
         self.faults.as_ref().is_none_or(|faults| faults.has_index())
     }
 
-    /// The encoder looks at the angle at the present edge.
+    /// Tells the encoder its angle at the present edge.
     #[inline(always)]
     fn look_at(&mut self, angle_rad: f64) {
         let Band { low, high, .. } = self.encoder.band();
@@ -167,8 +169,8 @@ impl<'p> AxisWorld<'p> {
         };
     }
 
-    /// Takes in what is due at the present edge: the hand's knot, a recorded change, a word, the shaper's output, the
-    /// duty.
+    /// Carries out what is due at the present edge: the hand's knot, a recorded change, a word, the shaper's output,
+    /// the duty.
     fn due(&mut self) {
         let edge = self.edge;
         self.stiffness = self.schedule.stiffness.map(|ramp| ramp.word(edge));
@@ -205,7 +207,7 @@ impl<'p> AxisWorld<'p> {
             if faults.happen(edge)
                 && let (Some(out), Some(device)) = (self.told, &mut self.device)
             {
-                // The switches may be others, though the outputs are the same.
+                // A fault may have moved the switches although the outputs are the same.
                 device.driven(edge, Drive::Gates(gates(faults.drive(out))));
                 self.over = self.over.or(faults.over());
             }
@@ -214,7 +216,7 @@ impl<'p> AxisWorld<'p> {
         self.plan();
     }
 
-    /// Finds what is due next.
+    /// Finds the next edge at which something is due.
     fn plan(&mut self) {
         let outside = match &self.plant.kind {
             Kind::Axis { knots, .. } => knots.get(self.next).map(|knot| knot.edge),
@@ -228,7 +230,7 @@ impl<'p> AxisWorld<'p> {
     }
 }
 
-/// The gates of a wiring's outputs.
+/// Returns the gates that a wiring's outputs drive.
 #[inline(always)]
 fn gates(out: LoopOut<i64>) -> Gates {
     let [a_high, a_low, b_high, b_low] = [out.a_high, out.a_low, out.b_high, out.b_low].map(|gate| gate != 0);
@@ -272,7 +274,7 @@ impl World for AxisWorld<'_> {
 
     #[inline]
     fn advance(&mut self, limit: u64, before: impl FnOnce(&Self, u64)) {
-        // Whatever has no edge of its own comes with the next one.
+        // Whatever is due at no edge of its own takes effect at the next edge.
         let last = self.next_due.max(self.edge + 1).min(limit);
         let Band { low, high, .. } = self.encoder.band();
         let event = self.device.as_mut().and_then(|device| device.next_event(self.edge, last, (low, high)));
@@ -338,7 +340,7 @@ impl World for AxisWorld<'_> {
                     }
                 }
             }
-            // As a bridge does, a positive command pushes against the positive direction.
+            // As with a bridge, a positive command pushes against the positive direction.
             Actuator::Amplified { quantum_n, .. } => {
                 let force_n = words[self.command] as f64 * quantum_n;
                 match &mut self.shaping {
@@ -362,7 +364,7 @@ impl World for AxisWorld<'_> {
         let Band { low, high, .. } = self.encoder.band();
         let pulses = Pulses { period: repeat.period, duty: repeat.first, pause: gates(repeat.others) };
         let end = self.device.as_mut()?.cruise(self.edge, last, (low, high), &pulses)?;
-        // Until then it may not be told every change.
+        // During a cruise the device is not told every change.
         self.told = None;
         Some(end)
     }

@@ -28,18 +28,18 @@ macro_rules! forward {
 }
 
 impl Body<'_> {
-    /// The angle at an edge that has not been left yet.
+    /// Returns the angle at an edge that has not been left yet.
     #[inline]
     pub(crate) fn angle_rad(&self, edge: u64) -> f64 {
         forward!(self, body => body.state(edge)[ANGLE])
     }
 
-    /// The outputs at such an edge.
+    /// Returns the outputs at an edge that has not been left yet.
     pub(crate) fn reals(&self, edge: u64) -> [f64; REALS.len()] {
         forward!(self, body => body.reals(edge))
     }
 
-    /// The outputs at such an edge, `stride` after it, and so on.
+    /// Writes the outputs at the edges `first`, `first + stride` and so on; the body has not left them yet.
     pub(crate) fn rows(&self, first: u64, stride: u64, rows: &mut [[f64; REALS.len()]]) {
         match self {
             Self::Exact(body) => body.rows(first, stride, rows),
@@ -51,33 +51,33 @@ impl Body<'_> {
         }
     }
 
-    /// Keeps what [`measured`](Self::measured) tells.
+    /// Gathers from now on what [`measured`](Self::measured) returns.
     pub(crate) fn measure(&mut self, pace: Pace) {
         forward!(self, body => body.measure(pace));
     }
 
-    /// Current and speed between the row at such an edge and the one before it.
+    /// Returns mean and extremes of current and speed between the row at an edge not left yet and the row before it.
     pub(crate) fn measured(&self, edge: u64) -> Option<[Measured; 2]> {
         forward!(self, body => body.measured(edge))
     }
 
-    /// The hand's angle and torque at such an edge.
+    /// Returns the hand's angle and torque at an edge that has not been left yet.
     pub(crate) fn felt(&self, edge: u64) -> [f64; 2] {
         forward!(self, body => body.felt(edge))
     }
 
-    /// From `edge` on the hand means to be at this angle and to move at this speed.
+    /// Sets the angle and the speed that the hand intends from `edge` on.
     pub(crate) fn intend(&mut self, edge: u64, angle_rad: f64, speed_rad_per_s: f64) {
         forward!(self, body => body.intend(edge, angle_rad, speed_rad_per_s));
     }
 
-    /// Sets what drives it from `edge` on.
+    /// Sets the drive of the device from `edge` on.
     #[inline(always)]
     pub(crate) fn driven(&mut self, edge: u64, drive: Drive) {
         forward!(self, body => body.driven(edge, drive));
     }
 
-    /// See [`Device::cruise`]; a body in steps keeps to those.
+    /// Cruises as [`Device::cruise`] does; a body in steps never cruises and returns `None`.
     pub(crate) fn cruise(&mut self, edge: u64, last: u64, band: (f64, f64), pulses: &Pulses) -> Option<u64> {
         match self {
             Self::Exact(body) => body.cruise(edge, last, band, pulses),
@@ -85,26 +85,26 @@ impl Body<'_> {
         }
     }
 
-    /// The first edge in (`from`, `to`] at which the motion changes by itself or the angle leaves a band.
+    /// Returns the first edge in (`from`, `to`] at which the motion changes its mode or the angle leaves a band.
     #[inline]
     pub(crate) fn next_event(&mut self, from: u64, to: u64, band: (f64, f64)) -> Option<Event> {
         forward!(self, body => body.next_event(from, to, band))
     }
 
-    /// Comes to the edge of an event, and returns the angle there.
+    /// Moves to the edge of an event and returns the angle there.
     #[inline(always)]
     pub(crate) fn arrive(&mut self, event: Event) -> f64 {
         forward!(self, body => body.arrive(event)[ANGLE])
     }
 
-    /// Comes to the next edge, and returns the angle there.
+    /// Moves to the next edge and returns the angle there.
     #[inline(always)]
     pub(crate) fn step(&mut self, edge: u64) -> f64 {
         forward!(self, body => body.step(edge)[ANGLE])
     }
 
-    /// On which side of a band the angle lies at an edge, where its `f64` value is `angle_rad`: -1 below, 0 inside, 1
-    /// above.
+    /// Returns on which side of a band the angle lies at an edge, where its `f64` value is `angle_rad`: -1 below, 0
+    /// inside, 1 above.
     #[inline(always)]
     pub(crate) fn side_of_band(&mut self, edge: u64, angle_rad: f64, band: (f64, f64)) -> i8 {
         match self {
@@ -113,7 +113,7 @@ impl Body<'_> {
         }
     }
 
-    /// Whether the angle, whose `f64` value this is, lies inside a band so far that `f64` can tell.
+    /// Returns whether the angle, whose `f64` value this is, lies so far inside a band that `f64` can tell.
     #[inline(always)]
     pub(crate) fn is_surely_within(&mut self, edge: u64, angle_rad: f64, band: (f64, f64)) -> bool {
         match self {
@@ -122,7 +122,7 @@ impl Body<'_> {
         }
     }
 
-    /// Decisions made again in higher precision: of a body that has it.
+    /// Returns how many decisions were made again in double-double; 0 for a body in steps.
     pub(crate) fn redecided(&self) -> u64 {
         match self {
             Self::Exact(body) => body.redecided(),
@@ -142,7 +142,7 @@ impl Body<'_> {
         forward!(self, body => body.mode_changes())
     }
 
-    /// Why it cannot go on, if it cannot.
+    /// Returns why the motion cannot go on, or `None` if it can.
     #[inline]
     pub(crate) fn over(&self) -> Option<&'static str> {
         match self {
@@ -151,7 +151,7 @@ impl Body<'_> {
         }
     }
 
-    /// Steps done: of a body that has them.
+    /// Returns the steps done; 0 for a body flowed exactly.
     pub(crate) fn steps(&self) -> u64 {
         match self {
             Self::Exact(_) => 0,

@@ -2,15 +2,15 @@
 //!
 //! Every torque and force is positive along the positive direction of the position that it acts on, so a wall at a
 //! positive position pushes back with a negative one. A row of an axis has the outputs at its instant, then mean, least
-//! and greatest current, speed and torque (see [`hpu_plant::Gauge`]), then what is felt. A row of a PHANToM has its
-//! outputs, then mean, least and greatest torque of each motor.
+//! and greatest current, speed and torque (see [`hpu_plant::Gauge`]), then the hand's angle and torque. A row of a
+//! PHANToM has its outputs, then mean, least and greatest torque of each motor.
 
 use hpu_plant::{Axis, Measured, REALS};
 use hpu_signal::Real;
 
 use crate::arm_world::ARM_REALS;
 
-/// The convention of signs: what traces, waveforms and summaries say of it.
+/// The convention of signs, as traces, waveforms and summaries state it.
 pub const SIGNS: &str = "torques and forces are positive along the positive direction of the position that they act on; \
                          a wall at a positive position pushes back with a negative one; a net is the value of its word, \
                          and a positive command of an axis asks for a negative torque or force, one of a PHANToM for a \
@@ -43,7 +43,7 @@ pub const AXIS_ROW: [Real; 15] = [
     real("hand_torque_nm", "Torque of the hand on the shaft, positive along the positive angle"),
 ];
 
-/// Columns of a mass's row, whose amplifier is known by its force.
+/// Columns of a mass's row. Its amplifier is known by its force.
 pub const RAIL_ROW: [Real; 15] = [
     real("current_a", "The force, as the current of an amplifier that gives one newton an ampere"),
     real("speed_m_per_s", "Speed of the mass"),
@@ -62,10 +62,10 @@ pub const RAIL_ROW: [Real; 15] = [
     real("hand_force_n", "Force of the hand on the mass, positive along the positive position"),
 ];
 
-/// Columns of [`RAIL_ROW`] that stand for nothing: an amplifier's current is its force by another name.
+/// Columns of [`RAIL_ROW`] without information of their own: the amplifier's current is its force by another name.
 pub(crate) const CURRENTS: [usize; 4] = [0, 4, 5, 6];
 
-/// Index, in a row of an axis, of mean, least and greatest torque or force.
+/// Indices of the mean, least and greatest torque or force in a row of an axis.
 pub const TORQUE_BETWEEN: [usize; 3] = [10, 11, 12];
 
 /// Columns of a PHANToM's row.
@@ -90,12 +90,12 @@ pub const ARM_ROW: [Real; 18] = [
     real("torque3_greatest_nm", GREATEST),
 ];
 
-/// Mean, least and greatest value of one output over a row, in the column's unit.
+/// Returns mean, least and greatest value of one output over a row, in the column's unit.
 pub(crate) fn three(measured: &Measured, scale: f64) -> [f64; 3] {
     [measured.mean, measured.extent.least, measured.extent.greatest].map(|x| scale * x)
 }
 
-/// Adds to a row of an axis what it tells of current, speed and torque between rows, and of the hand.
+/// Appends to a row of an axis the measured current, speed and torque between rows, and the hand's angle and torque.
 pub(crate) fn tell(axis: &Axis, [current, speed]: &[Measured; 2], felt: [f64; 2], row: &mut Vec<f64>) {
     let torque = three(current, axis.torque_constant_nm_per_a());
     for values in [three(current, 1.0), three(speed, 1.0), torque] {

@@ -1,31 +1,31 @@
 //! Contact: the share of the judged window in which the wall sees penetration.
 //!
-//! The window is that of the [verdict](crate::verdict): the last 30 % of the run. What counts is penetration as the
-//! wall sees it, from the position that its law reads, and not the true angle:
+//! The window is that of the [verdict](crate::verdict): the last 30 % of the run. The position that the wall's law
+//! reads decides, not the true angle. The share is
 //!
-//! - of a loop with a clock, the share of the clock cycles in which the net `penetration` is above 0 (a PHANToM's
-//!   `contact`); nets change at ticks alone, so that the count is exact with both drivers;
-//! - of a PHANToM whose force a host computes, the share of the cycles in which the tested joint's command is not 0;
-//! - of an axis in steps without a clock, the share of the time beyond the first count inside the wall (with an ideal
+//! - for a loop with a clock, the share of the clock cycles in which the net `penetration` is above 0 (a PHANToM's
+//!   `contact`); nets change only at ticks, so the count is exact with both drivers;
+//! - for a PHANToM whose force a host computes, the share of the cycles in which the tested joint's command is not 0;
+//! - for an axis in steps without a clock, the share of the time beyond the first count inside the wall (with an ideal
 //!   encoder, beyond the wall itself), on the straight line between the ends of a step;
-//! - of a design of the user's own, the share of the cycles in which the encoder's count is beyond the wall's.
+//! - for a design of the user's own, the share of the cycles in which the encoder's count is beyond the wall's.
 
 use hpu_signal::{Clock, Cycle, Signal};
 
 use crate::scene::Experiment;
 use crate::window::window;
 
-/// Clock edges from one row of a trace at this rate to the next.
+/// Returns the clock edges from one row of a trace at this rate to the next; at least 1.
 pub(crate) fn stride(clock: Clock, rate_hz: f64) -> u64 {
     clock.edges(1.0 / rate_hz).max(1)
 }
 
-/// The first clock edge of the window of a run of so many edges, with a row every `stride` edges.
+/// Returns the first clock edge of the judged window of a run of `edges` edges, with a row every `stride` edges.
 pub(crate) fn window_start(edges: u64, stride: u64) -> u64 {
     window(edges / stride + 1).start * stride
 }
 
-/// When the judged window of a scene's complete run begins and ends, in seconds.
+/// Returns begin and end of the judged window of a scene's complete run, in seconds.
 #[must_use]
 pub fn judged_window_s(experiment: &Experiment) -> [f64; 2] {
     let clock = experiment.clock();
@@ -41,9 +41,9 @@ pub fn judged_window_s(experiment: &Experiment) -> [f64; 2] {
 /// Counts the clock edges of the window in which the wall is touched.
 #[derive(Clone, PartialEq, Debug)]
 pub(crate) struct Contact {
-    /// The net that tells: it is not 0.
+    /// Index of the net that shows contact: its word is then not 0.
     net: usize,
-    /// Its word, and the edge since which it stands.
+    /// The present word of that net, and the edge from which it stands.
     word: i64,
     since: u64,
     /// The window's first edge.
@@ -52,7 +52,8 @@ pub(crate) struct Contact {
 }
 
 impl Contact {
-    /// Of a wiring with these nets, from this edge on. Of a host's wiring it is the command of joint number `joint`.
+    /// Creates the count for a wiring with these nets, from this edge on. A host's wiring has no net of its own for
+    /// contact: the command of joint number `joint` takes its place.
     pub(crate) fn new(nets: &[Signal], from: u64, joint: usize) -> Self {
         let net = |name: &str| nets.iter().position(|net| net.name == name);
         let command = || net("command1").map(|first| first + joint);
@@ -60,12 +61,12 @@ impl Contact {
         Self::of(told.expect("a loop around a wall"), from)
     }
 
-    /// Of the net that tells, from this edge on.
+    /// Creates the count for the net of this index, from this edge on.
     pub(crate) fn of(net: usize, from: u64) -> Self {
         Self { net, word: 0, since: 0, from, edges: 0 }
     }
 
-    /// Takes the words from `edge` on.
+    /// Takes note of the words that stand from `edge` on.
     #[inline(always)]
     pub(crate) fn see(&mut self, edge: u64, words: &[i64]) {
         let word = words[self.net];
@@ -80,14 +81,14 @@ impl Contact {
         (self.word, self.since) = (word, edge);
     }
 
-    /// Edges of contact in the window up to an edge.
+    /// Returns the edges of contact in the window up to an edge.
     pub(crate) fn edges(&self, end: u64) -> u64 {
         let standing = if self.word == 0 { 0 } else { end.max(self.from) - self.since.max(self.from) };
         self.edges + standing
     }
 }
 
-/// How much of a straight line from `from` to `to` lies beyond a limit: 0 to 1.
+/// Returns how much of a straight line from `from` to `to` lies beyond a limit: 0 to 1.
 #[inline(always)]
 pub(crate) fn share_beyond(limit: f64, from: f64, to: f64) -> f64 {
     match (from >= limit, to >= limit) {

@@ -1,5 +1,5 @@
-//! What closes a loop around an axis in steps, without a clock: a law in floats, or a loop in words that is loaded with
-//! counts.
+//! Controllers that close a loop around an axis in steps, without a clock: a law in floats, or a loop in words whose
+//! counter is loaded with counts.
 
 use hpu_datapath::{Loaded, LoopIn};
 
@@ -8,45 +8,46 @@ use crate::law_loop::{COMMAND, LawConfig, NETS, PENETRATION, POSITION};
 use crate::schedule::Schedule;
 use crate::world::Pins;
 
-/// A position as a controller may read it.
+/// A position, as counts and as the true angle; a controller reads one of the two.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Reading {
     /// Counts from the start.
     pub(crate) count: i64,
-    /// The true one.
+    /// The true angle.
     pub(crate) angle_rad: f64,
 }
 
-/// What a controller asks for.
+/// The force that a controller asks for.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Asked {
-    /// The force against the penetration, and the duty of a bridge that makes it.
+    /// The force against the penetration, in N, and the duty of a bridge that gives it.
     pub(crate) force_n: f64,
     pub(crate) duty: f64,
-    /// The edge from which it is asked for; before, it was the one before.
+    /// The edge from which force and duty are asked for; before it, the previous ones are.
     pub(crate) from: u64,
 }
 
-/// What closes a loop around an axis in steps.
+/// A `Controller` closes a loop around an axis in steps. The law in floats and the loop in words implement it, so that
+/// [`AxisDirect`](crate::direct::AxisDirect) runs both alike.
 pub(crate) trait Controller {
-    /// Edges from the encoder to what reads it.
+    /// Clock edges by which the position read is older than the edge at which it is read.
     const LATE: u64;
 
-    /// Whether it reads counts, and not the true position.
+    /// Returns whether the controller reads counts, not the true position.
     fn counts(&self) -> bool;
-    /// Whether a spring reads the position at every step, beside the samples.
+    /// Returns whether a spring also reads the position at every step, between the samples.
     fn is_live(&self) -> bool;
     /// Reads a position at a sample's edge.
     fn sample(&mut self, edge: u64, at: Reading);
-    /// A live spring reads a position at an edge in a step.
+    /// Lets a live spring read a position at an edge within a step.
     fn follow(&mut self, edge: u64, at: Reading);
-    /// What it asks for in a step from one edge to another.
+    /// Returns the force asked for in the step from `edge` to `next`.
     fn asked(&mut self, edge: u64, next: u64) -> Asked;
-    /// How many nets there are.
+    /// Returns the number of nets.
     fn nets(&self) -> usize;
-    /// The word of a net at a row, where that does not depend on the position there.
+    /// Returns the word of a net at a row, or `None` if it depends on the position there.
     fn word(&self, net: usize) -> Option<i64>;
-    /// The words of the nets that depend on the position, with the device at this count.
+    /// Returns the word of a net that depends on the position, with the device at this count.
     fn word_at(&self, net: usize, count: i64) -> i64;
 }
 
@@ -65,7 +66,7 @@ impl<'d> FloatsLaw<'d> {
         Self { config, schedule, ideal_wall_rad, law: config.law.clone(), force_n: 0.0 }
     }
 
-    /// The position beyond the wall's surface.
+    /// Returns the position beyond the wall's surface, in m.
     #[inline(always)]
     fn position_m(&self, at: Reading) -> f64 {
         match self.ideal_wall_rad {
@@ -74,7 +75,7 @@ impl<'d> FloatsLaw<'d> {
         }
     }
 
-    /// The words that change by themselves, as they are then.
+    /// Sets stiffness and scale to the values of their ramps at an edge.
     #[inline(always)]
     fn vary(&mut self, edge: u64) {
         if self.schedule != Schedule::default() {
@@ -145,7 +146,7 @@ impl Controller for FloatsLaw<'_> {
     }
 }
 
-/// A loop in words whose counter is loaded: at samples, and by a live spring at every step.
+/// A loop in words. Its counter is loaded at samples, and for a live spring also at every step.
 pub(crate) struct LoadedLoop<W> {
     wiring: W,
     input: LoopIn<i64>,
@@ -153,7 +154,7 @@ pub(crate) struct LoadedLoop<W> {
     /// Index of the net that the actuator follows.
     command: usize,
     live: bool,
-    /// Force and duty of a count of it.
+    /// Force in N, and duty, of one count of the command.
     quantum_n: f64,
     duty: f64,
     /// The next edge of the wiring.
@@ -161,7 +162,7 @@ pub(crate) struct LoadedLoop<W> {
 }
 
 impl<W: Loaded> LoadedLoop<W> {
-    /// A loop as it stands after reset, its modulator at rest.
+    /// Creates a loop after reset, its modulator at rest.
     pub(crate) fn new(
         mut wiring: W,
         input: LoopIn<i64>,
@@ -192,7 +193,7 @@ impl<W: Loaded> LoadedLoop<W> {
 }
 
 impl<W: Loaded> Controller for LoadedLoop<W> {
-    /// Synchroniser, decoder and counter.
+    /// Edges that synchroniser, decoder and counter take.
     const LATE: u64 = 4;
 
     #[inline(always)]

@@ -1,14 +1,17 @@
-//! A loop around an axis in steps, without a clock: by the law in floats, what users of other tools write, or by the
-//! words of its wiring, whose counter is loaded with counts.
+//! A loop around an axis in steps, without a clock. It is closed by the law in floats, as users of other tools write
+//! it, or by the words of its wiring, whose counter is loaded with counts.
 //!
-//! At a sample instant, one clock after the start and every sample period from there, the controller reads the
-//! position; a live spring reads it at every step too. A step that a sample instant would fall into ends there. The law
-//! in floats reads the position as it is, in whole counts or the true one, and its force, within what the actuator
-//! gives, is held over the step. Words read it as it was four edges before, what synchroniser, decoder and counter
-//! take; their wiring then ticks and leaps through the step, and what changes in its course is given by the mean. The
-//! hand's knots, a ramp and an analog shaper are heeded at the next step's start. An averaged bridge gives the mean
-//! over a step of what it would give (see [`Latch`]). The rows of the trace lie on the straight line between the ends
-//! of a step, and words are shown with them alone: those of a wiring as they stand at the step's end.
+//! At a sample instant (one clock after the start and every sample period from there) the controller reads the
+//! position; a live spring reads it at every step too. A step ends at a sample instant that would fall inside it.
+//!
+//! - The law in floats reads the present position, in whole counts or the true one. Its force, limited to what the
+//!   actuator gives, is held over the step.
+//! - A loop in words reads the position of four edges before, the time that synchroniser, decoder and counter take. Its
+//!   wiring then ticks and leaps through the step. A command that changes within the step acts by its mean.
+//!
+//! The hand's knots, a ramp and an analog shaper take effect at the start of the next step. An averaged bridge gives
+//! the mean over the step of its output (see [`Latch`]). The rows of the trace lie on the straight line between the
+//! ends of a step. Words are shown only at the rows; those of a wiring are the words at the step's end.
 
 use std::sync::atomic::Ordering;
 use std::time::Instant;
@@ -36,15 +39,15 @@ use crate::trace::{Lines, Trace};
 /// A scene's loop without wiring and clock.
 #[allow(clippy::large_enum_variant, reason = "one of them exists a run")]
 pub enum Direct<'p> {
-    /// An axis's.
+    /// The loop of an axis.
     Axis(AxisDirect<'p>),
-    /// A PHANToM's.
+    /// The loop of a PHANToM.
     Arm(ArmDirect<'p>),
 }
 
 impl Direct<'_> {
-    /// Runs to the edge at which the window ends, or until stopped, or until it cannot go on. Returns the edges of
-    /// contact in the window, too, and why it cannot go on.
+    /// Runs to the edge at which the window ends, until stopped, or until the device cannot go on. Returns the edges of
+    /// contact in the window, and why the device cannot go on.
     pub(crate) fn run(
         &self,
         window: (u64, u64),
@@ -60,7 +63,7 @@ impl Direct<'_> {
     }
 }
 
-/// What closes a loop around an axis in steps.
+/// The law that an [`AxisDirect`] closes its loop with.
 pub(crate) enum Computed<'p> {
     /// A law in floats, and the wall's position if it reads the true position.
     Law(&'p LawConfig, Option<f64>),
@@ -75,7 +78,7 @@ pub struct AxisDirect<'p> {
     pub(crate) schedule: Schedule,
     /// The least angle at which the wall sees penetration.
     pub(crate) touched_rad: f64,
-    /// The method; none flows exactly.
+    /// The stepping method; `None` flows exactly.
     pub(crate) method: Option<Method>,
     /// Clock edges of a step.
     pub(crate) step: u64,
@@ -83,14 +86,14 @@ pub struct AxisDirect<'p> {
     pub(crate) period: u64,
 }
 
-/// A run of it.
+/// The state of one run of an [`AxisDirect`].
 struct Course<'d, 'p, C> {
     direct: &'d AxisDirect<'p>,
     axis: &'p Axis,
     edge_s: f64,
     mover: Mover<'p>,
     controller: C,
-    /// What was asked for in the step before: a force, or a duty.
+    /// The force, in N, or the duty asked for in the step before.
     asked: f64,
     drive: Drive,
     latch: Option<Latch>,
@@ -102,14 +105,14 @@ struct Course<'d, 'p, C> {
     output_changes: u64,
     next_sample: u64,
     next_knot: usize,
-    /// Current and speed between rows, if anybody asked.
+    /// Current and speed between rows, if the observer asks for them.
     gauge: Option<Gauge<2>>,
-    /// Integrals of current and angle from the window of the verdict on.
+    /// Integrals of current and angle from the start of the verdict's window.
     sums: [f64; 2],
 }
 
 impl AxisDirect<'_> {
-    /// Runs to the edge at which the window ends, or until stopped, or until the steps diverge.
+    /// Runs to the edge at which the window ends, until stopped, or until the steps diverge.
     fn run(
         &self,
         window: (u64, u64),
@@ -135,7 +138,7 @@ impl AxisDirect<'_> {
         close!(Hybrid, Conventional, SampledWall, VirtualCoupling, PassivityController, EnergyBounding, PassiveSpring)
     }
 
-    /// Edges of contact in a step that ends in the window, of a straight line between two angles.
+    /// Returns the edges of contact in a step that ends in the window, on a straight line between two angles.
     #[inline(always)]
     fn contact(&self, (edge, next): (u64, u64), from: u64, (before_rad, after_rad): (f64, f64)) -> f64 {
         let per_edge = (after_rad - before_rad) / (next - edge) as f64;
@@ -143,7 +146,7 @@ impl AxisDirect<'_> {
         share_beyond(self.touched_rad, start_rad, after_rad) * (next - edge.max(from)) as f64
     }
 
-    /// A loop in words, ready to be loaded.
+    /// Returns the loop in words, ready to be loaded.
     fn loaded<W: Loaded + Clone>(&self, wiring: &W, input: LoopIn<i64>, live: bool) -> LoadedLoop<W> {
         let command = wiring.nets().iter().position(|net| net.name == "command").expect("a haptic loop has a command");
         let (quantum_n, duty) = match self.plant.actuator {
@@ -154,7 +157,7 @@ impl AxisDirect<'_> {
         LoadedLoop::new(wiring.clone(), input, self.schedule, (command, live), (quantum_n, duty))
     }
 
-    /// Closes the loop with a controller.
+    /// Closes the loop with a controller and runs it.
     fn close<C: Controller>(
         &self,
         controller: C,
@@ -191,7 +194,7 @@ impl AxisDirect<'_> {
                 let change = rate.map(|rate| rate * stride.cast_signed() as f64);
                 let (start, change) = (course.axis.reals(&start), course.axis.reals(&change));
                 let (first, rows) = (next_row, (next - 1 - next_row) / stride + 1);
-                // Most often all at once.
+                // One pass is enough for nearly all steps.
                 for part in (0..rows).step_by(1 << 20) {
                     let gone = |k: usize| start[k] + change[k] * part as f64;
                     let start = if part == 0 { start } else { std::array::from_fn(gone) };
@@ -291,7 +294,7 @@ impl<'d, 'p, C: Controller> Course<'d, 'p, C> {
         }
     }
 
-    /// A position as the controller reads it.
+    /// Returns a position as the controller reads it.
     #[inline(always)]
     fn reading(&mut self, angle_rad: f64) -> Reading {
         if self.controller.counts() {
@@ -300,7 +303,8 @@ impl<'d, 'p, C: Controller> Course<'d, 'p, C> {
         Reading { count: self.encoder.count() - self.start_count, angle_rad }
     }
 
-    /// All that is due at the start of a step, which ends by `end`; returns where.
+    /// Carries out all that is due at the start of a step, which ends at `end` at the latest. Returns the edge at which
+    /// it ends.
     #[inline(always)]
     fn act(&mut self, edge: u64, end: u64) -> u64 {
         let knots = match &self.direct.plant.kind {
@@ -335,7 +339,7 @@ impl<'d, 'p, C: Controller> Course<'d, 'p, C> {
         self.x = self.mover.intend(self.axis, edge, (angle_rad, speed_rad_per_s), &self.x);
     }
 
-    /// How old a position is that is read at an edge.
+    /// Returns the age, in seconds, of a position that is read at an edge.
     #[inline(always)]
     fn late_s(&self, edge: u64) -> f64 {
         C::LATE.min(edge.saturating_sub(1)) as f64 * self.edge_s
@@ -343,7 +347,7 @@ impl<'d, 'p, C: Controller> Course<'d, 'p, C> {
 
     fn sample(&mut self, edge: u64) {
         if edge == 1 {
-            // Counts are from the first lines seen.
+            // Counts start from the lines' first levels.
             self.reading(self.x[2]);
             self.start_count = self.encoder.count();
         }
@@ -352,8 +356,8 @@ impl<'d, 'p, C: Controller> Course<'d, 'p, C> {
         self.next_sample += self.direct.period;
     }
 
-    /// A live spring reads the middle of a step: the words then, and where the device will be by its present speed; a
-    /// method that moves on by the new speed has the middle in itself.
+    /// Lets a live spring read the middle of a step: the words there, and the angle extrapolated by the present speed.
+    /// The semi-implicit method moves on by the new speed, which already places the reading in the middle.
     #[inline(always)]
     fn follow(&mut self, edge: u64, next: u64) {
         let ahead_s = match self.direct.method {
@@ -364,11 +368,11 @@ impl<'d, 'p, C: Controller> Course<'d, 'p, C> {
         self.controller.follow(edge + (next - edge) / 2, at);
     }
 
-    /// What the actuator makes in a step of what is asked for.
+    /// Returns the actuator's drive in a step for the force or duty that the controller asks for.
     #[inline(always)]
     fn output(&mut self, edge: u64, next: u64) -> Drive {
         let Asked { force_n, duty, from } = self.controller.asked(edge, next);
-        // Until `from` it was what it was.
+        // Before the edge `from` the previous value is asked for.
         let mut mean = |after: f64| {
             let before = std::mem::replace(&mut self.asked, after);
             if from == edge { after } else { before + (after - before) * ((next - from) as f64 / (next - edge) as f64) }
@@ -387,7 +391,7 @@ impl<'d, 'p, C: Controller> Course<'d, 'p, C> {
         }
     }
 
-    /// Takes note of current and angle over a step, as far as it lies in the window.
+    /// Adds current and angle over a step to the sums, for the part of the step that lies in the window.
     #[inline(always)]
     fn average(&mut self, edge: u64, next: u64, window: u64, before: &State) {
         if next <= window {
@@ -401,27 +405,27 @@ impl<'d, 'p, C: Controller> Course<'d, 'p, C> {
         }
     }
 
-    /// The means of torque and angle from the window on.
+    /// Returns the means of torque and angle from the window's start on; `None` before it.
     fn averages(&self, edge: u64, window: u64) -> Option<[f64; 2]> {
         let length_s = edge.checked_sub(window).filter(|edges| *edges > 0)? as f64 * self.edge_s;
         let [current, angle] = self.sums.map(|sum| sum / length_s);
         Some([self.axis.torque_constant_nm_per_a() * current, angle])
     }
 
-    /// A part of the step at hand, from its start.
+    /// Returns a part of the present step, from its start, as a chord.
     fn chord(&self, start: u64, end: u64, before: &State, x: &State) -> Chord<2> {
         let ends = [before, x].map(|x| [x[0], x[1]]);
         Chord { start, edges: end - start, edge_s: self.edge_s, ends }
     }
 
-    /// Takes note of current and speed over the step at hand.
+    /// Tells the gauge the current and speed over the present step.
     fn pass(&mut self, (edge, next): (u64, u64), before: &State) {
         if let Some(gauge) = &self.gauge {
             self.gauge = Some(gauge.after(edge, next, Some(next), &self.chord(edge, next, before, &self.x)));
         }
     }
 
-    /// A row at an edge of the step at hand, which began in the state `before`, with means and extremes.
+    /// Shows a row, with means and extremes, at an edge of the present step, which began in the state `before`.
     fn show_measured(
         &self,
         row: u64,
@@ -450,7 +454,7 @@ impl<'d, 'p, C: Controller> Course<'d, 'p, C> {
         observer.reals(cycle, &reals);
     }
 
-    /// Rows of the trace, and the words at them.
+    /// Shows rows of the trace, and the words at them.
     #[inline(always)]
     fn show(&self, lines: &Lines<4>, trace: &mut Trace, observer: &mut dyn Observe) {
         let controller = &self.controller;

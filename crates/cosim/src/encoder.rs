@@ -1,4 +1,4 @@
-//! An incremental encoder: the count of an angle, and the two lines that tell it.
+//! An incremental encoder: it counts an angle and shows the count on two lines.
 
 use hpu_plant::Band;
 
@@ -12,15 +12,15 @@ pub(crate) struct Encoder {
     band: Band,
     /// Changes of the count so far.
     pub(crate) edges: u64,
-    /// Whether the angle has left the range of counts, or is no number.
+    /// Whether the angle has left the range of counts, or is NaN.
     lost: bool,
 }
 
-/// The greatest size of a count: to twice as many an angle in `f64` still tells one from the next.
+/// The greatest size of a count. Up to twice this size, `f64` still tells the angle of one count from that of the next.
 const MOST_COUNT: f64 = (1u64 << 52) as f64;
 
 impl Encoder {
-    /// An encoder whose count turns over every `step_rad`, at an angle.
+    /// Creates an encoder whose count changes every `step_rad`, at an angle.
     pub(crate) fn new(step_rad: f64, angle_rad: f64) -> Self {
         let mut encoder =
             Self { step_rad, count: 0, band: Band { low: 0.0, high: 0.0, open: true }, edges: 0, lost: false };
@@ -33,7 +33,7 @@ impl Encoder {
         self.count
     }
 
-    /// Why no count follows the angle any more, if none does.
+    /// Returns why no count follows the angle any more, or `None` if one does.
     #[inline]
     pub(crate) fn over(&self) -> Option<&'static str> {
         self.lost.then_some("the motion has left the 2^52 counts to either side that an encoder can tell apart")
@@ -43,25 +43,25 @@ impl Encoder {
         Pins::at(self.count)
     }
 
-    /// The angles of the present count.
+    /// Returns the angles of the present count.
     #[inline(always)]
     pub(crate) fn band(&self) -> Band {
         self.band
     }
 
-    /// The shaft is at an angle now; whether the count has changed.
+    /// Takes the shaft's present angle. Returns whether the count has changed.
     #[inline(always)]
     pub(crate) fn sense(&mut self, angle_rad: f64) -> bool {
         self.sense_by(angle_rad, |band| side_of(band, angle_rad))
     }
 
-    /// The same where somebody else knows better than `f64` on which side of a band the angle lies: -1 below, 0 inside,
-    /// 1 above.
+    /// Takes the shaft's present angle, as [`sense`](Self::sense). The caller decides on which side of a band it lies
+    /// (-1 below, 0 inside, 1 above), because it may know that better than `f64`.
     #[inline(always)]
     pub(crate) fn sense_by(&mut self, angle_rad: f64, mut side: impl FnMut((f64, f64)) -> i8) -> bool {
         let Band { low, high, .. } = self.band;
         let beyond = side((low, high));
-        // Not a number is outside of every band.
+        // NaN lies outside of every band.
         if beyond == 0 && !angle_rad.is_nan() {
             return false;
         }
@@ -69,13 +69,13 @@ impl Encoder {
         true
     }
 
-    /// The count of an angle: the integer `c` with `c·δ <= angle < (c+1)·δ` in the products as computed, so that it
-    /// does not depend on how the angle was reached.
+    /// Sets the count of an angle: the integer `c` with `c·δ <= angle < (c+1)·δ`, with the products as computed, so
+    /// that it does not depend on how the angle was reached.
     fn recount(&mut self, angle_rad: f64, mut side: impl FnMut((f64, f64)) -> i8) {
         let step = self.step_rad;
         let band = |count: i64| (count as f64 * step, (count + 1) as f64 * step);
         let near = angle_rad / step;
-        // Not a number is not within the range either.
+        // NaN is not within the range either.
         self.lost = near.is_nan() || near.abs() >= MOST_COUNT;
         if self.lost {
             return;
@@ -94,7 +94,7 @@ impl Encoder {
     }
 }
 
-/// Where an angle lies with respect to a band: -1 below, 0 inside, 1 above.
+/// Returns where an angle lies with respect to a band: -1 below, 0 inside, 1 above.
 #[inline(always)]
 pub(crate) fn side_of((low, high): (f64, f64), angle_rad: f64) -> i8 {
     i8::from(angle_rad >= high) - i8::from(angle_rad < low)

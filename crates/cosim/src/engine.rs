@@ -1,9 +1,9 @@
 //! The engine: cycle-accurate, not cycle-driven.
 //!
-//! `events` asks the wiring for how long it is quiet and the world when it next changes, leaps to the earlier of the
-//! two, and ticks there. `clock` ticks every edge. Both flow the plant from the same anchors by the same function, so
-//! their registers, pins and plant states are identical to the bit at every edge. The third driver, the VHDL itself,
-//! lives in the `rtl` crate and meets the same [`World`].
+//! `events` asks the wiring for how many edges it is quiet (its outputs certainly stay) and the world when it next
+//! changes, leaps to the earlier of the two, and ticks there. `clock` ticks every edge. Both flow the plant from the
+//! same anchors by the same function, so their registers, pins and plant states are identical to the bit at every edge.
+//! The third driver, the VHDL itself, lives in the `rtl` crate and uses the same [`World`].
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
@@ -23,37 +23,38 @@ pub enum Driver {
 }
 
 impl From<Solver> for Driver {
-    /// Whatever the solver is, but for `clock`, events are what leads to the next edge of interest.
+    /// Returns `clock` for the solver of this name; for every other solver `events`, which leaps to the next edge that
+    /// matters.
     fn from(solver: Solver) -> Self {
         if solver == Solver::Clock { Self::Clock } else { Self::Events }
     }
 }
 
-/// A run looks at its control once in so many events. An event can take a millisecond: a body at rest on the edge of a
-/// count is decided in double-double at every clock edge.
+/// Number of events between two looks at the run's control. An event can take a millisecond: for a body at rest on the
+/// edge of a count, each clock edge is decided in double-double.
 pub(crate) const TURN: u32 = 256;
 
-/// What others may do with a run while it lasts.
+/// Handles by which other threads stop a run or watch its progress.
 #[derive(Debug, Default)]
 pub struct Control {
-    /// Set by anybody to end the run at the next opportunity.
+    /// Set by any thread to end the run at the next opportunity.
     pub stop: AtomicBool,
     /// Edges done so far, for a progress display.
     pub progress: AtomicU64,
-    /// Events after which the run ends, not complete: a number that depends on the scene alone, as no time does. An
-    /// event is a clock edge at which the engine looks at the loop, or a step; they are counted by hundreds.
+    /// Number of events after which the run ends incomplete. It depends on the scene alone, as no limit of time does.
+    /// An event is a clock edge at which the engine looks at the loop, or a step; events are counted by hundreds.
     pub most_events: Option<u64>,
 }
 
 impl Control {
-    /// Nobody has stopped it, and any number of events is fine.
+    /// Creates a control that does not stop the run, with any number of events allowed.
     #[must_use]
     pub const fn new() -> Self {
         Self { stop: AtomicBool::new(false), progress: AtomicU64::new(0), most_events: None }
     }
 
-    /// At every [`TURN`]th event: takes note of how far the run is, and says whether it may go on after so many of
-    /// them.
+    /// Records the run's progress and returns whether it may go on after `events` events. Called at every [`TURN`]th
+    /// event.
     #[inline]
     pub(crate) fn goes_on(&self, edge: u64, events: u64) -> bool {
         self.progress.store(edge, Ordering::Relaxed);
@@ -65,7 +66,7 @@ impl Control {
 pub struct ClosedLoop<W, E: World> {
     /// The datapath.
     pub wiring: W,
-    /// All else.
+    /// The world around it.
     pub world: E,
     input: E::In,
     out: E::Out,
@@ -73,13 +74,13 @@ pub struct ClosedLoop<W, E: World> {
     ticks: u64,
     output_changes: u64,
     rows: Rows,
-    /// What the outputs do up to an edge until which the world goes on by itself.
+    /// The repetition of the outputs, and the edge up to which the world goes on by itself under it.
     repeated: Option<(Repeat<E::Out>, u64)>,
 }
 
 impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
-    /// The loop after reset, at edge 0. `input` holds the constant words; what the world drives of it is the world's
-    /// business. The plant's outputs are shown to the observer every `stride` edges.
+    /// Creates the loop after reset, at edge 0. `input` holds the constant words; the world sets those that it drives.
+    /// The plant's outputs are shown to the observer every `stride` edges.
     pub fn new(mut wiring: W, world: E, mut input: E::In, stride: u64) -> Self {
         let out = wiring.reset();
         world.place(&mut input);
@@ -96,7 +97,7 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
         }
     }
 
-    /// The same, in rows that also tell means and extremes.
+    /// Returns the loop with means and extremes in its rows.
     #[must_use]
     pub fn measured(mut self) -> Self {
         self.world.measure(self.rows.stride);
@@ -104,42 +105,43 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
         self
     }
 
-    /// The same, with a look at the means of the actuator's torque and of the position from the row at this edge on.
+    /// Returns the loop with means of the actuator's torque and of the position, from the row at this edge on.
     #[must_use]
     pub fn averaged_from(mut self, edge: u64) -> Self {
         self.rows.window = edge;
         self
     }
 
-    /// The means of the actuator's torque and of the position from the row that was asked for to the present edge, by
-    /// the clock period in seconds.
+    /// Returns the means of the actuator's torque and of the position from the requested row to the present edge.
+    /// `edge_s` is the clock period in seconds.
     #[must_use]
     pub fn averages(&self, edge_s: f64) -> Option<[f64; 2]> {
         self.rows.averages(&self.world, self.edge, edge_s)
     }
 
-    /// Edges done.
+    /// Returns the edges done.
     pub fn edge(&self) -> u64 {
         self.edge
     }
 
-    /// Edges at which the datapath was ticked, or would have been if anybody had looked at its outputs.
+    /// Returns the edges at which the datapath was ticked, or would have been if its outputs were observed.
     pub fn ticks(&self) -> u64 {
         self.ticks
     }
 
-    /// Edges at which an output changed.
+    /// Returns the edges at which an output changed.
     pub fn output_changes(&self) -> u64 {
         self.output_changes
     }
 
-    /// Runs to `end`, or until the world gives up, or until `control` ends it; says whether it did not.
+    /// Runs to `end`, or until the world cannot go on, or until `control` ends the run. Returns `false` if `control`
+    /// ended it.
     pub fn run<O: Observe>(&mut self, driver: Driver, end: u64, observer: &mut O, control: &Control) -> bool
     where
         W: Clone,
     {
         if self.edge == 0 {
-            // A copy: what settles between reset and the first edge counts as no use of a word.
+            // A copy is settled: words that settle between reset and the first edge do not count as used.
             let mut settled = self.wiring.clone();
             settled.settle(&self.input);
             observer.nets(Cycle(0), settled.words());
@@ -163,12 +165,12 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
         true
     }
 
-    /// One edge.
+    /// Runs one edge.
     #[inline]
     pub fn step<O: Observe>(&mut self, observer: &mut O) {
         let edge = self.edge + 1;
         self.repeated = None;
-        // Until this edge the plant flows as it was driven after the last one.
+        // Up to this edge the plant flows as it was driven after the edge before.
         self.rows.log(&self.world, self.edge, observer);
         self.world.sense();
         self.world.place(&mut self.input);
@@ -176,14 +178,15 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
         self.tick(observer);
     }
 
-    /// To the next edge at which anything happens, in the world or in the datapath, or to `end`. A change of the world
-    /// that no pin shows leaves the datapath where it is.
+    /// Leaps to the next edge at which anything happens, in the world or in the datapath, or to `end`. A change of the
+    /// world that no pin shows leaves the datapath where it is.
     #[inline]
     pub fn leap<O: Observe>(&mut self, end: u64, observer: &mut O) {
         self.leap_over::<false, O>(end, observer);
     }
 
-    /// The same, ends of steps passed on the way if `GLIDE`: between them the loop cannot be looked at.
+    /// Leaps as [`leap`](Self::leap) does. With `GLIDE` it passes ends of steps on the way; an observer cannot see the
+    /// loop between them.
     #[inline(always)]
     fn leap_over<const GLIDE: bool, O: Observe>(&mut self, end: u64, observer: &mut O) {
         let ahead = self.repeated.take().filter(|&(_, edge)| edge <= end);
@@ -192,7 +195,7 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
             self.advance(*edge, observer);
             self.pass(repeat);
         }
-        // Until a pin changes, the first edge that must be ticked is the one after the quiet ones.
+        // Until a pin changes, the first edge that must be ticked is the edge after the quiet ones.
         let quiet = self.wiring.quiet(&self.input);
         let due = self.edge.saturating_add(quiet).saturating_add(1);
         if ahead.is_none() {
@@ -216,14 +219,14 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
         }
     }
 
-    /// The world goes to its next change, or to `limit`.
+    /// Moves the world to its next change, or to `limit`.
     #[inline(always)]
     fn advance<O: Observe>(&mut self, limit: u64, observer: &mut O) {
         let rows = &mut self.rows;
         self.world.advance(limit, |world, edge| rows.log(world, edge - 1, observer));
     }
 
-    /// The datapath, over repeated outputs, to the edge before the world's.
+    /// Moves the datapath, over repeated outputs, to the edge before the world's.
     fn pass(&mut self, repeat: &Repeat<E::Out>) {
         let edges = self.world.edge() - 1 - self.edge;
         self.wiring.skip_repeats(edges, &self.input);
@@ -251,7 +254,7 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
         }
     }
 
-    /// Asks the wiring whether its outputs repeat, and the world what it makes of that.
+    /// Asks the wiring whether its outputs repeat and, if so, the world how far it can cruise on the repetition.
     #[inline(never)]
     fn look_ahead(&mut self) {
         if let Some(repeat) = self.wiring.repeats(&self.input) {
@@ -260,7 +263,7 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
     }
 }
 
-/// The nets that are outputs: they come after the inputs.
+/// Returns the indices of the nets that are outputs: they come after the inputs.
 fn outputs(input: &impl Ports<i64>, out: &impl Ports<i64>) -> std::ops::Range<usize> {
     let (mut inputs, mut outputs) = (0, 0);
     input.each(|_| inputs += 1);
@@ -268,7 +271,7 @@ fn outputs(input: &impl Ports<i64>, out: &impl Ports<i64>) -> std::ops::Range<us
     inputs..inputs + outputs
 }
 
-/// Looks at everything, and at nothing.
+/// An observer that asks for everything and ignores it.
 struct Everything;
 
 impl Observe for Everything {
@@ -278,31 +281,31 @@ impl Observe for Everything {
 
 /// The rows of a run: the plant's outputs every `stride` edges.
 pub(crate) struct Rows {
-    /// The edge of the next one.
+    /// The edge of the next row.
     next: u64,
     stride: u64,
-    /// The edge of the row from which torque and position are averaged, and their integrals there.
+    /// The edge of the row from which torque and position are averaged, and their integrals at it.
     window: u64,
     before: Option<[f64; 2]>,
-    /// The row at hand, where rows tell means and extremes.
+    /// The present row, if rows have means and extremes.
     row: Option<Vec<f64>>,
 }
 
 impl Rows {
-    /// Rows from edge 0 on.
+    /// Creates rows from edge 0 on.
     pub(crate) fn new(stride: u64) -> Self {
         Self { next: 0, stride: stride.max(1), window: u64::MAX, before: None, row: None }
     }
 
-    /// The same, with a look at the means of the actuator's torque and of the position from the row at this edge on;
-    /// `measured`, they tell means and extremes.
+    /// Returns the rows with means of the actuator's torque and of the position from the row at this edge on. If
+    /// `measured` is set, rows also have means and extremes.
     pub(crate) fn averaged(mut self, from: u64, measured: bool) -> Self {
         self.window = from;
         self.row = measured.then(Vec::new);
         self
     }
 
-    /// Those means, from the row that was asked for to an edge at which the world stands.
+    /// Returns the means of torque and position from the requested row to an edge at which the world stands.
     pub(crate) fn averages(&self, world: &impl World, edge: u64, edge_s: f64) -> Option<[f64; 2]> {
         let before = self.before?;
         let edges = edge.checked_sub(self.window).filter(|edges| *edges > 0)?;
@@ -310,7 +313,7 @@ impl Rows {
         Some([0, 1].map(|k| (after[k] - before[k]) / (edges as f64 * edge_s)))
     }
 
-    /// Shows those up to `edge`, which the world must not have left yet.
+    /// Shows the rows up to `edge`, which the world must not have left yet.
     #[inline(always)]
     pub(crate) fn log<O: Observe + ?Sized>(&mut self, world: &impl World, edge: u64, observer: &mut O) {
         if self.next <= edge {
@@ -323,7 +326,7 @@ impl Rows {
         if (self.next..=edge).contains(&self.window) {
             self.before = Some(world.torque_and_angle(self.window));
         }
-        // Most often it is one.
+        // In most cases it is one row.
         let count = if edge - self.next < self.stride { 1 } else { (edge - self.next) / self.stride + 1 };
         if let Some(row) = &mut self.row {
             for edge in (0..count).map(|index| self.next + index * self.stride) {
@@ -346,20 +349,20 @@ pub struct Difference {
     pub edge: u64,
     /// The net or plant state.
     pub name: &'static str,
-    /// What `events` has there.
+    /// Its value under `events`.
     pub events: f64,
-    /// What `clock` has there.
+    /// Its value under `clock`.
     pub clock: f64,
 }
 
-/// What a comparison of drivers found.
+/// The result of a comparison of drivers.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Comparison {
     /// Edges compared.
     pub edges: u64,
     /// Words and plant states that differed, over all edges.
     pub mismatches: u64,
-    /// The first of them.
+    /// The first difference.
     pub first: Option<Difference>,
 }
 
@@ -390,7 +393,7 @@ where
             before.1.copy_from_slice(events.wiring.words());
             events.leap(edges, &mut Everything);
         }
-        // Between its events the leaping loop is where it was before the leap, flowed on.
+        // Between its events the leaping loop has the words of before the leap; its world is flowed on from there.
         let words = if events.edge() <= edge { events.wiring.words() } else { &before.1 };
         for ((net, &leapt), &stepped) in nets.iter().zip(words).zip(clock.wiring.words()) {
             if leapt != stepped {
@@ -406,7 +409,7 @@ where
         }
     }
     let (leapt, stepped) = (events.world.audit(), clock.world.audit());
-    // As text, in which what is no number equals itself: an arm that passed a singular pose has no energy.
+    // Compared as text, where NaN equals itself: an arm that passed a singular pose has no energy.
     if format!("{leapt:?}") != format!("{stepped:?}") {
         note(edges, "energy_j", leapt.exchanged_j, stepped.exchanged_j);
     }

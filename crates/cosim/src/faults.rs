@@ -1,11 +1,13 @@
-//! Faults between device and logic: what the lines show of the encoder, and what the switches do with their gates.
+//! Faults between device and logic: wrong levels of the encoder's lines, and switches that do not follow their gates.
 //!
-//! The device moves as it is driven; the encoder counts as it moves. The lines show that count, displaced by edges that
-//! were missed or doubled, shaken by bounce, held by a late clock, a line inverted or both exchanged. All of it happens
-//! at clock edges, on which the world stops as on any other change, so that every driver sees the same.
+//! The device moves as it is driven, and the encoder counts as it moves. The lines show that count with errors:
+//! displaced by edges that were missed or doubled, shaken by bounce, held by a late clock, one line inverted, or both
+//! exchanged. All faults happen at clock edges, on which the world stops as on any other change, so that every driver
+//! sees the same.
 //!
-//! A clock that jitters comes up to `J` before its ideal edge, evenly spread: an edge of the encoder, at any time of the
-//! period `T` before, is then seen one clock later with probability `J / 2T`. The gates switch on ideal edges.
+//! A clock that jitters comes up to `J` before its ideal edge, evenly spread. An edge of the encoder falls at any time
+//! of the period `T` before; it is then seen one clock later with probability `J / 2T`. The gates switch on ideal
+//! edges.
 
 use std::collections::BTreeMap;
 
@@ -21,12 +23,12 @@ use crate::world::Pins;
 pub struct Mark {
     /// The clock edge at which it began.
     pub edge: u64,
-    /// Its name, as scenes have it.
+    /// Its name, as in scenes.
     pub what: &'static str,
 }
 
 impl Mark {
-    /// All that a fault can be called.
+    /// All names of faults.
     pub const KINDS: [&'static str; 9] = [
         "missed_edge",
         "doubled_edge",
@@ -43,7 +45,7 @@ impl Mark {
 /// The faults of a scene, on clock edges.
 #[derive(Clone, PartialEq, Debug)]
 pub(crate) struct FaultPlan {
-    /// Faults that wait for an edge of the encoder, the first from a clock edge on; in order.
+    /// Faults that wait for an edge of the encoder, in order, each with the clock edge from which it waits.
     at_edges: Vec<(u64, AtEdge)>,
     /// Faults at clock edges, in order.
     timed: Vec<(u64, Action)>,
@@ -53,7 +55,7 @@ pub(crate) struct FaultPlan {
     glitch_clocks: u64,
     lost_index: bool,
     stuck: Option<(Switch, bool)>,
-    /// How often an edge of the encoder is seen a clock late, in 2^32.
+    /// Probability, in 2^-32, that an edge of the encoder is seen one clock late.
     late: u64,
     seed: u64,
 }
@@ -69,26 +71,26 @@ enum AtEdge {
 /// A change at a clock edge.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Action {
-    /// The lines are displaced by so many counts more.
+    /// Displaces the lines by this number of counts in addition, for good.
     Displace(i64),
-    /// For now they are displaced by so many counts.
+    /// Displaces the lines by this number of counts for a while.
     Shake(i64),
-    /// They show the count again.
+    /// Ends `Shake` and a late clock's hold: the lines show the count again.
     Release,
-    /// A line is inverted for some clocks.
+    /// Inverts a line for some clocks, or ends that.
     Glitch(EncoderLine, bool),
     Swap,
     Invert(EncoderLine),
     LoseIndex,
-    /// The switch does not follow its gate, or does so again.
+    /// Lets the switch stick, or follow its gate again.
     Stick(bool),
 }
 
 impl FaultPlan {
-    /// The faults of a scene that runs for so many edges.
+    /// Creates the faults of a scene that runs for `edges` clock edges.
     pub(crate) fn new(faults: &Faults, clock: Clock, run: Run, edges: u64) -> Self {
         let at = |seconds: f64| clock.edges(seconds).max(1);
-        // Each kind has random times of its own: more of one kind are those there were, and others.
+        // Each kind has its own random times: a greater number of one kind keeps the times there were and adds others.
         let times = |times: &Times, kind: u64| match times {
             Times::At(all) => all.iter().map(|&seconds| at(seconds)).collect::<Vec<_>>(),
             Times::Random(count) => {
@@ -136,16 +138,16 @@ impl FaultPlan {
 #[derive(Clone)]
 pub(crate) struct FaultState<'p> {
     plan: &'p FaultPlan,
-    /// Places in the two lists of the plan.
+    /// Indices of the next entries in the plan's two lists.
     next_at_edge: usize,
     next_timed: usize,
-    /// Changes still to come of faults that have begun, by their clock edges.
+    /// Changes that faults already begun still have to make, by their clock edges.
     begun: BTreeMap<u64, Vec<Action>>,
     displaced: i64,
     shaken: i64,
     /// The count that a late clock still sees.
     held: Option<i64>,
-    /// Lines that are inverted now, A and B: by a glitch, and for good.
+    /// Whether lines A and B are inverted now: by a glitch, and for good.
     glitched: [bool; 2],
     inverted: [bool; 2],
     swapped: bool,
@@ -175,18 +177,18 @@ impl<'p> FaultState<'p> {
         }
     }
 
-    /// The clock edge at which something happens next.
+    /// Returns the clock edge at which something happens next.
     pub(crate) fn next(&self) -> Option<u64> {
         let timed = self.plan.timed.get(self.next_timed).map(|(edge, _)| *edge);
         timed.into_iter().chain(self.begun.keys().next().copied()).min()
     }
 
-    /// The faults so far.
+    /// Returns the faults so far.
     pub(crate) fn marks(&self) -> &[Mark] {
         &self.marks
     }
 
-    /// How many wait for an edge of the encoder that has not come.
+    /// Returns how many faults still wait for an edge of the encoder.
     pub(crate) fn waiting(&self) -> u64 {
         (self.plan.at_edges.len() - self.next_at_edge) as u64
     }
@@ -199,7 +201,7 @@ impl<'p> FaultState<'p> {
         self.begun.entry(edge).or_default().push(action);
     }
 
-    /// The encoder's count has changed at an edge.
+    /// Tells the faults that the encoder's count has changed at an edge.
     pub(crate) fn moved(&mut self, edge: u64, from: i64, to: i64) {
         let way = (to - from).signum();
         if let Some(&(_, what)) = self.plan.at_edges.get(self.next_at_edge).filter(|(due, _)| *due <= edge) {
@@ -230,7 +232,7 @@ impl<'p> FaultState<'p> {
         }
     }
 
-    /// What happens up to an edge; whether the switches are others now.
+    /// Carries out what is due up to an edge. Returns whether the switches have changed.
     pub(crate) fn happen(&mut self, edge: u64) -> bool {
         let before = self.is_stuck;
         while let Some(&(at, action)) = self.plan.timed.get(self.next_timed).filter(|(at, _)| *at <= edge) {
@@ -274,12 +276,12 @@ impl<'p> FaultState<'p> {
         }
     }
 
-    /// The count that the lines show.
+    /// Returns the count that the lines show.
     pub(crate) fn count(&self, count: i64) -> i64 {
         self.held.unwrap_or(count) + self.displaced + self.shaken
     }
 
-    /// The levels of the lines.
+    /// Returns the levels of the lines.
     pub(crate) fn pins(&self, count: i64) -> Pins {
         let Pins { a, b } = Pins::at(self.count(count));
         let is_other = |line: usize| i64::from(self.glitched[line] != self.inverted[line]);
@@ -287,12 +289,12 @@ impl<'p> FaultState<'p> {
         if self.swapped { Pins { a: b, b: a } } else { Pins { a, b } }
     }
 
-    /// Whether the index comes.
+    /// Returns whether the index pulse works.
     pub(crate) fn has_index(&self) -> bool {
         !self.plan.lost_index
     }
 
-    /// The logic drives so: what the switches do.
+    /// Returns the levels that the switches follow, given the outputs of the logic.
     pub(crate) fn drive(&mut self, mut out: LoopOut<i64>) -> LoopOut<i64> {
         if let (Some((switch, closed)), true) = (self.plan.stuck, self.is_stuck) {
             // Leg A of the wirings hangs on the motor's minus terminal.
@@ -302,19 +304,19 @@ impl<'p> FaultState<'p> {
                 Switch::MinusHigh => (&mut out.a_high, out.a_low),
                 Switch::MinusLow => (&mut out.a_low, out.a_high),
             };
-            // Where both are closed the run is over; until then the leg is open.
+            // If both switches of a leg are closed, the run ends; until then the leg counts as open.
             self.is_short |= closed && other != 0;
             *stuck = i64::from(closed && other == 0);
         }
         out
     }
 
-    /// Whether the switches may at some time not follow the outputs.
+    /// Returns whether a switch may at some time not follow its gate.
     pub(crate) fn may_stick(&self) -> bool {
         self.plan.stuck.is_some()
     }
 
-    /// Why the run cannot go on.
+    /// Returns why the run cannot go on, or `None` if it can.
     pub(crate) fn over(&self) -> Option<&'static str> {
         self.is_short.then_some("a switch that is stuck and the other one of its leg short the supply")
     }

@@ -1,5 +1,5 @@
-//! The host of the operating-system platforms: samples the counters, computes the wall's force in floating point, and
-//! commands the DACs a while later. The FPGA only counts and converts.
+//! The host of the operating-system platforms. It samples the counters, computes the wall's force in floating point,
+//! and commands the DACs after a delay. The FPGA only counts and converts.
 //!
 //! Samples are due every period. `PMOS-1` takes each one late by a random time up to its jitter, and some not at all
 //! (both assumed: the paper gives no figures). The same law without quantisation, on the continuous angles, is the
@@ -32,24 +32,24 @@ pub(crate) struct Host {
     pub(crate) first: u64,
     pub(crate) delay: u64,
     pub(crate) jitter: u64,
-    /// Missed samples in 2^32.
+    /// Probability of a missed sample, in 2^-32.
     pub(crate) missed: u64,
     pub(crate) seed: u64,
 }
 
 impl Host {
-    /// The joints as the words of the counters tell them.
+    /// Returns the joints' angles as the words of the counters show them.
     pub(crate) fn counted_rad(&self, positions: [i64; 3]) -> [f64; 3] {
         let counts = Format::signed(self.position.width());
         [0, 1, 2].map(|i| counts.from_bits(self.position.bits(positions[i])) as f64 * self.count_rad[i])
     }
 
-    /// The command for these angles: the law's torques in DAC counts.
+    /// Returns the command for these angles: the law's torques in DAC counts.
     fn law(&self, angles_rad: [f64; 3]) -> [i64; 3] {
         self.words(self.torques_nm(&Pose::of(self.lengths_m, angles_rad)))
     }
 
-    /// The law's torques in a pose: wall force, Jacobian transpose.
+    /// Returns the law's torques in a pose: the wall's force times the transposed Jacobian.
     pub(crate) fn torques_nm(&self, pose: &Pose) -> [f64; 3] {
         let tip = pose.tip_m();
         let mut force = [0.0; 3];
@@ -66,13 +66,13 @@ impl Host {
         if force == [0.0; 3] { force } else { pose.torques_nm(force) }
     }
 
-    /// Torques in DAC counts.
+    /// Returns torques in DAC counts, rounded and limited to what the DACs give.
     pub(crate) fn words(&self, torques_nm: [f64; 3]) -> [i64; 3] {
         let [least, most] = self.commands;
         [0, 1, 2].map(|i| (torques_nm[i] / self.command_nm[i]).round().clamp(least, most) as i64)
     }
 
-    /// Torques within what the DACs give.
+    /// Returns torques limited to what the DACs give.
     pub(crate) fn within(&self, torques_nm: [f64; 3]) -> [f64; 3] {
         let [least, most] = self.commands;
         [0, 1, 2].map(|i| torques_nm[i].clamp(least * self.command_nm[i], most * self.command_nm[i]))
@@ -84,7 +84,7 @@ impl Host {
 pub(crate) struct HostState<'p> {
     host: &'p Host,
     random: SplitMix64,
-    /// When the next sample was due, and when it is taken.
+    /// The edge at which the next sample is due, and the edge at which it is taken.
     nominal: u64,
     sample: u64,
     /// Commands under way, the earliest first.
@@ -110,7 +110,7 @@ impl<'p> HostState<'p> {
         if self.host.jitter == 0 { 0 } else { self.random.below(self.host.jitter + 1) }
     }
 
-    /// The edge at which it does something next.
+    /// Returns the next edge at which the host does something.
     #[inline]
     pub(crate) fn due(&self) -> u64 {
         self.pending.front().map_or(self.sample, |(edge, _)| self.sample.min(*edge))
@@ -124,7 +124,7 @@ impl<'p> HostState<'p> {
         self.host
     }
 
-    /// Does what is due at an edge, where the joints are `counted_rad` by the counters, and `angles_rad` in truth.
+    /// Does what is due at an edge. `counted_rad` gives the joints' angles by the counters, `angles_rad` the true ones.
     pub(crate) fn act(
         &mut self,
         edge: u64,
@@ -135,7 +135,7 @@ impl<'p> HostState<'p> {
             let taken = self.host.missed == 0 || self.random.below(1 << 32) >= self.host.missed;
             if taken {
                 let read_rad = if self.host.ideal { angles_rad() } else { counted_rad() };
-                // Every command takes as long, so the order stays.
+                // Every command takes equally long, so the order stays.
                 self.pending.push_back((edge + self.host.delay, self.host.law(read_rad)));
             }
             self.nominal += self.host.period;

@@ -1,8 +1,9 @@
-//! A loop whose law is computed in floats: what the datapaths in words are held against.
+//! A loop whose law is computed in floats: the reference for the datapaths in words.
 //!
-//! It reads the encoder's lines as every loop does, counts at once, and makes the law's force a command of 40 bits,
-//! beside which no other word of a loop is fine. What is left is the encoder's count, the sampling, and the gains,
-//! which are those that words realise. It drives an averaged bridge or an amplifier; it has no PWM, and no VHDL.
+//! It reads the encoder's lines as every loop does, but counts at once, and converts the law's force to a command of 40
+//! bits, which is finer than any other word of a loop. What remains of the hardware is the encoder's count, the
+//! sampling, and the gains, which are those that words realise. The loop drives an averaged bridge or an amplifier; it
+//! has no PWM, and no VHDL.
 
 use hpu_datapath::{Block, Generic, Instance, LoopIn, LoopOut, Wiring, flatten};
 use hpu_signal::{Format, Meter, Ports, Signal, SignalUse};
@@ -12,22 +13,22 @@ use crate::law::{AnyLaw, SampledLaw};
 /// Bits of the command's magnitude.
 pub const COMMAND_BITS: u32 = 40;
 
-/// What a law's loop is made of.
+/// The configuration of a [`LawLoop`].
 #[derive(Clone, PartialEq, Debug)]
 pub struct LawConfig {
-    /// The law, its device at the start.
+    /// The law, with its device at the start.
     pub law: AnyLaw,
-    /// The spring of a [`Wall`](crate::law::Wall) follows every count instead of the sample before.
+    /// Whether the spring of a [`Wall`](crate::law::Wall) follows every count instead of the sample before.
     pub live: bool,
     /// The wall's surface, in counts from the start.
     pub surface: i64,
-    /// Position of a count.
+    /// Position of one count, in m.
     pub count_m: f64,
     /// Force of a command of `2^40`.
     pub full_scale_n: f64,
-    /// The most that the actuator gives.
+    /// The actuator's greatest force.
     pub limit_n: f64,
-    /// Formats of stiffness, damping and scale, which tell how far a ramp has come.
+    /// Formats of stiffness, damping and scale; a ramp's progress is reckoned in them.
     pub formats: [Format; 3],
     /// The words of stiffness and scale at the start.
     pub start: [i64; 2],
@@ -36,14 +37,14 @@ pub struct LawConfig {
 }
 
 impl LawConfig {
-    /// The command that a force makes.
+    /// Returns the command for a force.
     pub(crate) fn command(&self, force_n: f64) -> i64 {
         let full = Format::unsigned(COMMAND_BITS).max() as f64 + 1.0;
         (force_n.clamp(-self.limit_n, self.limit_n) / self.full_scale_n * full).round() as i64
     }
 }
 
-/// A loop whose law is computed in floats, on counts: what the datapaths in words are held against. No PWM, and no
+/// A loop whose law is computed in floats, on counts: the reference for the datapaths in words. It has no PWM, and no
 /// VHDL.
 #[derive(Clone, PartialEq, Debug)]
 pub struct LawLoop {
@@ -53,7 +54,7 @@ pub struct LawLoop {
     left: u64,
     phase: Option<i64>,
     force_n: f64,
-    /// Stiffness and scale as they stand.
+    /// The present words of stiffness and scale.
     wanted: [i64; 2],
     words: [i64; NETS],
     meter: Meter<NETS>,
@@ -65,7 +66,7 @@ pub(crate) const COMMAND: usize = 13;
 pub(crate) const NETS: usize = 14;
 
 impl LawLoop {
-    /// A loop as it stands after reset.
+    /// Creates a loop after reset.
     #[must_use]
     pub fn new(config: LawConfig) -> Self {
         let law = config.law.clone();
@@ -81,13 +82,13 @@ impl LawLoop {
         }
     }
 
-    /// What it is made of.
+    /// Returns the configuration.
     #[must_use]
     pub fn config(&self) -> &LawConfig {
         &self.config
     }
 
-    /// Counts the lines' phase, from the first one seen on.
+    /// Counts the changes of the lines' phase, from the first phase seen on.
     fn count(&mut self, input: &LoopIn<i64>) -> bool {
         let phase = if input.b_pin == 1 { 1 + input.a_pin } else { 3 * input.a_pin };
         let before = self.phase.replace(phase).unwrap_or(phase);
@@ -149,7 +150,7 @@ impl Block for LawLoop {
         self.left = if sampled { Self::period(&input) } else { self.left } - 1;
         let wanted = [input.stiffness, input.scale];
         let varied = std::mem::replace(&mut self.wanted, wanted) != wanted;
-        // A live spring takes its stiffness as it is, a sampled law at its samples.
+        // A live spring takes a new stiffness at once, a sampled law at its samples.
         if sampled || self.config.live && varied {
             let [stiffness, scale] = [0, 1].map(|index| {
                 let start = self.config.start[index];

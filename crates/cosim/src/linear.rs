@@ -1,13 +1,13 @@
 //! The reference law in floats: linear, unquantised, unsaturated, pulling as well as pushing.
 //!
 //! `u = -(k (θ - θ_w) + b v)`, as a torque at stall (voltage `u R / K`) for a motor and as a force for a mass. The
-//! hybrid loop's spring is continuous, part of the plant's matrix, and so is a hand that is a spring and damper;
-//! everything sampled is held for a period `T` after a delay. The velocity is the backward difference. What is left is
-//! exactly the loop of which the published limits speak.
+//! hybrid loop's spring is continuous, part of the plant's matrix, and so is a hand that is a spring and damper.
+//! Everything sampled is held for a period `T` after a delay. The velocity is the backward difference. This is exactly
+//! the loop that the published limits describe.
 //!
-//! Being linear it never ends anywhere: the verdict is the sign of its growth rate. That is measured as the ratio of
-//! the mean squares over two Hann-weighted windows, whose end effects vanish with the third power of the number of
-//! swings.
+//! The motion of a linear loop has no end state, so the verdict is the sign of its growth rate. The rate is measured as
+//! the ratio of the mean squares over two Hann-weighted windows, whose end effects vanish with the third power of the
+//! number of oscillations.
 
 use hpu_plant::{Linear, Mass, Matrix, Motor, State, Stride};
 
@@ -15,12 +15,12 @@ use crate::scene::{Device, Scene};
 
 /// A linear loop, ready to run.
 pub struct LinearLoop {
-    /// Change of speed or current's derivative for a unit of effort.
+    /// Change of the speed's or the current's derivative per unit of effort.
     input: State,
     /// The step from a sample to the edge where its effort begins (none without delay), and from there to the next
     /// sample.
     strides: [Option<Stride>; 2],
-    /// Whole samples that an effort comes late.
+    /// Whole samples by which an effort is late.
     whole: usize,
     spring: f64,
     damper: f64,
@@ -28,7 +28,7 @@ pub struct LinearLoop {
 }
 
 impl LinearLoop {
-    /// The loop of a scene with another wall: stiffness in N·m/rad (N/m), damping in N·m·s/rad (N·s/m).
+    /// Creates the loop of a scene with another wall: stiffness in N·m/rad (N/m), damping in N·m·s/rad (N·s/m).
     #[must_use]
     pub fn new(scene: &Scene, stiffness: f64, damping: f64) -> Self {
         let (mut a, input): (Matrix, State) = match &scene.device {
@@ -55,7 +55,7 @@ impl LinearLoop {
             Device::Motor(motor) => motor.inertia_kg_m2(),
             Device::Mass(mass) => mass.mass_kg,
         };
-        // The hand's intention is a constant: where the motion ends, not whether.
+        // The hand's intention is a constant: it decides where the motion ends, not whether it ends.
         a[1][1] -= grip_damping / inertia;
         a[1][2] -= grip / inertia;
         let mut spring = stiffness;
@@ -74,13 +74,13 @@ impl LinearLoop {
         Self { input, strides, whole, spring, damper, period_s: period as f64 * scene.clock.period_s() }
     }
 
-    /// Positions at the sample instants from a start at position 1, at rest, scaled so that they never overflow:
-    /// `visit` gets each position and the logarithm of its scale.
+    /// Computes the positions at the sample instants from a start at position 1, at rest, scaled so that they never
+    /// overflow. Calls `visit` with each position and the logarithm of its scale.
     pub fn samples(&self, count: usize, mut visit: impl FnMut(f64, f64)) {
         let mut x: State = [0.0, 0.0, 1.0, 0.0];
         let mut scale = 0.0;
         let mut previous = x[2];
-        // Efforts on their way: the sample that takes effect `delay` edges later.
+        // Efforts on their way: each takes effect `delay` edges after its sample.
         let mut waiting = std::collections::VecDeque::from(vec![0.0; self.whole]);
         let [late, rest] = &self.strides;
         let after = |x: &State, effort: f64, stride: &Option<Stride>| match stride {
@@ -99,8 +99,8 @@ impl LinearLoop {
             x = after(&x, held, rest);
             let greater = |most: f64, value: &f64| most.max(value.abs());
             let size = x.iter().fold(previous.abs(), greater);
-            // While efforts on their way are large, a small motion is not scaled. The queue is long: it is looked at
-            // once a delay.
+            // While efforts on their way are large, a small motion is not scaled. The queue is long, so it is checked
+            // once per delay.
             if size >= 1e100 || size < 1e-100 && index >= next_look {
                 next_look = index + self.whole;
                 let size = waiting.iter().chain([&held]).fold(size, greater);
@@ -115,7 +115,7 @@ impl LinearLoop {
         }
     }
 
-    /// Growth rate of the motion in 1/s, over `samples` samples: negative settles, positive diverges.
+    /// Returns the growth rate of the motion in 1/s, over `samples` samples: negative settles, positive diverges.
     #[must_use]
     pub fn growth_per_s(&self, samples: usize) -> f64 {
         let window = samples / 2;
@@ -126,7 +126,7 @@ impl LinearLoop {
             if index % window == 0 {
                 sum = (0.0, scale);
             }
-            // The sum stays in the greatest scale that its window has seen: what is far below it rightly vanishes.
+            // The sum stays in the greatest scale seen in its window; values far below that scale rightly vanish.
             if scale > sum.1 {
                 sum = (sum.0 * libm::exp(2.0 * (sum.1 - scale)), scale);
             }

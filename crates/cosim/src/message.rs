@@ -1,9 +1,9 @@
-//! Numbers and excerpts of input as messages write them, and input that is no text.
+//! Numbers and excerpts of input as messages write them, and the error for input that is not text.
 
 /// Characters of input that a message repeats.
 const MOST_REPEATED: usize = 60;
 
-/// A number with all of its digits: plain from 0.0001 to below 10^10, with an exponent beyond.
+/// Returns a number with all of its digits: plain from 0.0001 to below 10^10, with an exponent beyond.
 ///
 /// # Example
 ///
@@ -19,25 +19,25 @@ pub fn number(value: f64) -> String {
     if plain { value.to_string() } else { format!("{value:e}") }
 }
 
-/// Seven digits of a number that was computed.
+/// Returns a computed number with seven digits.
 #[must_use]
 pub fn figure(value: f64) -> String {
     number(rounded(value, |_| false, 0.0))
 }
 
-/// Seven digits of a number, rounded down: for the greatest number that is accepted.
+/// Returns a number with seven digits, rounded down, as messages show the greatest accepted number.
 #[must_use]
 pub(crate) fn number_below(value: f64) -> String {
     number(rounded(value, |near| near > value, -1e-6))
 }
 
-/// Seven digits of a number, rounded up: for the least number that is accepted.
+/// Returns a number with seven digits, rounded up, as messages show the least accepted number.
 #[must_use]
 pub(crate) fn number_above(value: f64) -> String {
     number(rounded(value, |near| near < value, 1e-6))
 }
 
-/// The nearest number of seven digits, or the next one where that is wrong.
+/// Returns the nearest number of seven digits or, where that lies on the wrong side, the next one.
 fn rounded(value: f64, is_wrong: impl Fn(f64) -> bool, next: f64) -> f64 {
     let text = format!("{value:.6e}");
     let read = |text: &str| text.parse().unwrap_or(value);
@@ -47,7 +47,7 @@ fn rounded(value: f64, is_wrong: impl Fn(f64) -> bool, next: f64) -> f64 {
     }
 }
 
-/// Text as a message repeats it: its beginning, when it is long.
+/// Returns text as a message repeats it: only its beginning when it is long.
 #[must_use]
 pub fn excerpt(text: &str) -> String {
     match text.char_indices().nth(MOST_REPEATED) {
@@ -56,11 +56,12 @@ pub fn excerpt(text: &str) -> String {
     }
 }
 
-/// Input as text.
+/// Returns input as text.
 ///
 /// # Errors
 ///
-/// For what is not UTF-8: the line where that begins, and the reason, as they follow a file's name and a colon.
+/// For input that is not UTF-8: the line where the invalid bytes begin, and the reason, as they follow a file's name
+/// and a colon.
 pub fn utf8(bytes: &[u8]) -> Result<&str, String> {
     std::str::from_utf8(bytes).map_err(|error| {
         let line = bytes[..error.valid_up_to()].iter().filter(|byte| **byte == b'\n').count() + 1;

@@ -1,4 +1,4 @@
-//! From a scene's method to what closes its loop: the wiring in words, or the reference law in floats.
+//! Builds a scene's loop from its method: the wiring in words, or the reference law in floats.
 
 use hpu_datapath::{
     BoundingConfig, ConventionalLoop, CouplingConfig, EnergyBounding, HybridLoop, Law, LawWidths, MethodLoop,
@@ -13,7 +13,7 @@ use crate::rig::TheLoop;
 use crate::scene::{Datapath, EncoderModel, LawMethod, Loop, LoopWords, Realised, SampledWallMethod, Scene};
 use crate::session::SessionError;
 
-/// What closes the scene's loop, as it stands before reset.
+/// Returns the scene's wiring before reset.
 pub(crate) fn wiring(scene: &Scene, words: &LoopWords) -> Result<TheLoop, SessionError> {
     if scene.model.datapath == Datapath::Law {
         let Realised { stiffness_nm_per_rad, damping_nm_s_per_rad, .. } = words.realised;
@@ -68,7 +68,7 @@ pub(crate) fn wiring(scene: &Scene, words: &LoopWords) -> Result<TheLoop, Sessio
     }
 }
 
-/// The loop around a law: its shaper samples when the law's torque has come.
+/// Puts the loop around a law. A shaper samples when the law's torque is there.
 fn around<L: Law>(
     scene: &Scene,
     words: &LoopWords,
@@ -94,19 +94,19 @@ fn around<L: Law>(
     MethodLoop::new(law, MethodLoopConfig { pwm: words.config.pwm, shaping }).map_err(SessionError::Config)
 }
 
-/// What a word is worth in the scene's units.
+/// The value of a word in the scene's units.
 struct Units<'a> {
     scene: &'a Scene,
     realised: &'a Realised,
 }
 
 impl Units<'_> {
-    /// Stiffness of one PWM count per count.
+    /// Returns the stiffness of one PWM count per count.
     fn stiffness(&self) -> f64 {
         self.realised.torque_quantum_nm / self.realised.count_rad
     }
 
-    /// Energy of one PWM count times one count.
+    /// Returns the energy of one PWM count times one count.
     fn energy_j(&self) -> f64 {
         self.realised.torque_quantum_nm * self.realised.count_rad
     }
@@ -132,7 +132,7 @@ impl Units<'_> {
         })
     }
 
-    /// The shares are those of the coupling that the words realise.
+    /// Returns the coupling's configuration, with shares computed from the gains that the words realise.
     fn coupling(&self, rigid: bool, widths: LawWidths) -> CouplingConfig {
         let Realised { stiffness_nm_per_rad: coupling, damping_nm_s_per_rad: damper, .. } = *self.realised;
         let environment = if rigid { f64::INFINITY } else { self.scene.wall.stiffness_nm_per_rad };
@@ -176,13 +176,14 @@ impl Units<'_> {
     }
 }
 
-/// The reference law of a scene with the stiffness and damping that it asks for, however finely its words can hold
-/// them: what the words are measured against. In a loop of its own (`model.datapath = "law"`) the law has those that
-/// the words realise, as its wall stands at a whole count: what it leaves out there is what words do to a motion.
+/// Returns the reference law of a scene with the stiffness and damping that the scene asks for, however finely its
+/// words can hold them. Errors of the words are measured against it. In a loop of its own (`model.datapath = "law"`)
+/// the law has the gains that the words realise, and its wall stands at a whole count; it then leaves out only the
+/// words' effect on the motion.
 ///
 /// # Errors
 ///
-/// When the scene has no words, or its method no law.
+/// When the scene has no words, or its method has no law.
 pub fn law_as_asked(scene: &Scene) -> Result<LawConfig, SessionError> {
     let words = scene.words().map_err(SessionError::Scene)?;
     let gains = match scene.method.kind {
@@ -194,8 +195,8 @@ pub fn law_as_asked(scene: &Scene) -> Result<LawConfig, SessionError> {
     law_config(scene, &words, gains)
 }
 
-/// The reference law of a scene with these stiffness and damping, of the coupling where there is one, and what its loop
-/// needs.
+/// Returns the configuration of a scene's reference law with stiffness `k` and damping `b` (those of the coupling,
+/// where there is one).
 fn law_config(scene: &Scene, words: &LoopWords, (k, b): (f64, f64)) -> Result<LawConfig, SessionError> {
     let Realised { torque_quantum_nm, count_rad, .. } = words.realised;
     let limit_n = torque_quantum_nm * Format::unsigned(words.config.pwm.width).max() as f64;

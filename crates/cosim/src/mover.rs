@@ -1,24 +1,26 @@
-//! What brings a device over the steps of a run without a clock.
+//! Moves a device over the steps of a run without a clock.
 
 use hpu_plant::{Axis, Device, Drive, Energy, Feed, Held, Method, Powers, State, Stepper};
 
-/// What brings the device over a step.
+/// The device with its integrator: fixed steps of a method, or exact flows.
 #[allow(clippy::large_enum_variant, reason = "one of them exists a run")]
 pub(crate) enum Mover<'p> {
     Fixed {
         full: Stepper,
-        /// For steps that are cut short.
+        /// The stepper for steps that are cut short.
         part: Stepper,
         energy: Energy,
         feed: Feed,
-        /// The feed's powers in the present state, while neither has changed by itself.
+        /// The feed's powers in the present state, as long as they stand (drive and state unchanged since the last
+        /// step).
         powers: Option<Powers>,
     },
     Exact(Held<'p>),
 }
 
 impl<'p> Mover<'p> {
-    /// By a method, or exactly, over steps of so many edges; from where the device is at edge 0.
+    /// Creates a mover with steps of `step` clock edges, by a method or, without one, by exact flows. It starts in the
+    /// device's state at edge 0.
     pub(crate) fn new(axis: &Axis, device: Device<'p>, method: Option<Method>, step: u64, edge_s: f64) -> Self {
         let Some(method) = method else { return Self::Exact(Held::new(device, step)) };
         Self::Fixed {
@@ -30,7 +32,8 @@ impl<'p> Mover<'p> {
         }
     }
 
-    /// The energy exchanged until `edge`, changes of modes, and decisions made again.
+    /// Returns the energy exchanged until `edge`, the number of changes of mode, and the number of decisions made
+    /// again.
     pub(crate) fn audit(&self, edge: u64) -> (Energy, u64, u64) {
         match self {
             Self::Fixed { energy, .. } => (*energy, 0, 0),
@@ -38,7 +41,7 @@ impl<'p> Mover<'p> {
         }
     }
 
-    /// Driven so from `edge` on; returns the state then.
+    /// Sets the drive from `edge` on; returns the state there.
     #[inline(always)]
     pub(crate) fn driven(&mut self, axis: &Axis, edge: u64, drive: Drive, x: &State, intent_rad_per_s: f64) -> State {
         match self {
@@ -52,7 +55,7 @@ impl<'p> Mover<'p> {
         }
     }
 
-    /// From `edge` on the hand means to be there and to move so; returns the state then.
+    /// Sets the hand's intended angle and speed from `edge` on; returns the state there.
     pub(crate) fn intend(
         &mut self,
         axis: &Axis,

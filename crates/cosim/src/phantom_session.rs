@@ -55,31 +55,31 @@ impl<'s> PhantomSession<'s> {
         Ok(Self { scene, plant: plant(scene)?, words, wiring })
     }
 
-    /// The scene.
+    /// Returns the scene.
     #[must_use]
     pub fn scene(&self) -> &'s PhantomScene {
         self.scene
     }
 
-    /// The scene's words.
+    /// Returns the scene's words.
     #[must_use]
     pub fn words(&self) -> &PhantomWords {
         &self.words
     }
 
-    /// Angle of one count of each joint.
+    /// Returns the angle of one count of each joint.
     #[must_use]
     pub fn count_rad(&self) -> [f64; 3] {
         self.plant.count_rad
     }
 
-    /// The apparent mass at the tip, of a model that has one in place of its links' inertias.
+    /// Returns the apparent mass at the tip, if the model has one in place of its links' inertias.
     #[must_use]
     pub fn apparent_kg(&self) -> Option<f64> {
         (self.scene.drop.premium == Premium::OneZero).then_some(APPARENT_KG)
     }
 
-    /// The constant inputs of the datapath, pins at 0.
+    /// Returns the constant inputs of the datapath, pins at 0.
     #[must_use]
     pub fn input(&self) -> PhantomIn<i64> {
         let PhantomWords { low, high, room, stiffness, period, .. } = self.words;
@@ -98,22 +98,24 @@ impl<'s> PhantomSession<'s> {
     }
 }
 
-/// Whether the force is computed outside the FPGA: by a host, or in floats where the scene leaves the words out.
+/// Returns whether the force is computed outside the FPGA: by a host, or in floats where the scene leaves the words
+/// out.
 fn by_host(scene: &PhantomScene) -> bool {
     scene.platform.is_host() || scene.model.law != PhantomLaw::Words
 }
 
-/// Edges that the FPGA's law takes from a sample to the command: to its capture, and through the one multiplier.
+/// Returns the edges that the FPGA's law takes from a sample to the command: to its capture, and through the one
+/// multiplier.
 fn latency(scene: &PhantomScene) -> u64 {
     u64::from(scene.method.config.delay) + if scene.method.shared { 32 } else { 0 }
 }
 
-/// The arm of a scene: friction and transmission as felt at the tip become torques and stiffnesses about the joints by
-/// the levers that the joints have at the origin.
+/// Returns the arm of a scene. Friction and transmission as felt at the tip become torques and stiffnesses about the
+/// joints, by the levers that the joints have at the origin.
 fn model(scene: &PhantomScene) -> ArmModel {
     let (drop, rungs) = (&scene.drop, &scene.model);
     let flexible = rungs.transmission_n_per_m > 0.0;
-    // What a flexible transmission leaves on the motors' side is taken off the tip.
+    // The part of the apparent mass that a flexible transmission leaves on the motors' side is taken off the tip.
     let behind_kg = if flexible && drop.premium == Premium::OneZero { APPARENT_KG * rungs.motor_share } else { 0.0 };
     let arm = match drop.premium {
         Premium::OneZero => {
@@ -122,7 +124,7 @@ fn model(scene: &PhantomScene) -> ArmModel {
         }
         Premium::OneFive => ArmModel::premium_1_5(),
     };
-    // The arm is balanced: the weight alone pulls.
+    // The arm is balanced: only the weight pulls.
     let mut model = arm.balanced().with_tip_mass(drop.weight_n / GRAVITY_M_PER_S2);
     let levers_m = [model.lengths_m[0], model.lengths_m[0], model.lengths_m[1]];
     let square = |at_tip: f64| levers_m.map(|lever_m| at_tip * lever_m * lever_m);
@@ -157,7 +159,7 @@ fn plant(scene: &PhantomScene) -> Result<ArmPlant, SessionError> {
     };
     let command_nm = ratios.map(|ratio| MOTOR_FULL_SCALE_NM * ratio / full);
 
-    // A release is never the same twice: where within a count it begins, how fast, and when the host samples.
+    // No two releases are the same: the place within a count, the speed, and the host's sample instants differ.
     let mut random = SplitMix64::new(scene.run.seed.wrapping_mul(1_000_003).wrapping_add(scene.drop.trial));
     let mut unit = || random.below(1 << 53) as f64 / (1u64 << 53) as f64;
     let start_rad = count_rad.map(|count_rad| count_rad * (0.05 + 0.9 * unit()));
@@ -208,13 +210,13 @@ fn plant(scene: &PhantomScene) -> Result<ArmPlant, SessionError> {
         limited: scene.drop.premium == Premium::OneFive,
         half: 1 << (config.depth_width - 1),
         axis,
-        // A tip that is thrown may well come there; one that is let go may not.
+        // A thrown tip may reach the opposite wall; a released tip may not.
         opposite_m: if scene.drop.speed_m_per_s == 0.0 { scene.room.distance_m } else { f64::INFINITY },
         host,
     })
 }
 
-/// The greatest speed at which the solenoid lets go.
+/// The greatest speed at which the solenoid releases the tip.
 const RELEASE_M_PER_S: f64 = 1e-3;
 
 impl Rig for PhantomSession<'_> {
@@ -305,7 +307,7 @@ impl Wired for PhantomSession<'_> {
         }
         let (_, step) = self.plant.stepping?;
         let (period, edge_s) = (self.scene.period_clocks(), self.scene.clock.period_s());
-        // A command is held for a period once it is there, which takes the ideal law no time.
+        // A command is held for a period once it is there. In the ideal law it is there at once.
         let late = if self.scene.model.law == PhantomLaw::Ideal { 0 } else { COUNTING + latency(self.scene) };
         let age_s = (late as f64 + 0.5 * period as f64) * edge_s;
         let follows = (!self.scene.platform.is_host() && step > period).then_some(age_s);

@@ -12,7 +12,7 @@ use crate::scene::{self, BridgeModel, Datapath, Friction, PathPoint, Scene, Wind
 use crate::stepped::Stepping;
 use crate::world::Pins;
 
-/// Why a scene has no plant of this kind.
+/// The reason why a scene has no plant of this kind.
 #[derive(Clone, PartialEq, Debug)]
 pub struct PlantError(String);
 
@@ -24,7 +24,7 @@ impl fmt::Display for PlantError {
 
 impl std::error::Error for PlantError {}
 
-/// The hand means to be at an angle, and to move on with a speed, from an edge on.
+/// From an edge on, the hand intends to be at an angle and to move on with a speed.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct Knot {
     pub(crate) edge: u64,
@@ -44,15 +44,15 @@ pub struct Plant {
     pub(crate) count_rad: f64,
     pub(crate) actuator: Actuator,
     pub(crate) edge_s: f64,
-    /// Edges of a period of the modulator whose gates drive the device, if they do.
+    /// Edges of a period of the modulator, if its gates drive the device.
     pub(crate) modulator: Option<u64>,
-    /// How its device is stepped, if it is.
+    /// The stepping of the device, if it is stepped.
     pub(crate) stepping: Option<Stepping>,
-    /// What goes wrong between it and the logic.
+    /// The faults between device and logic.
     pub(crate) faults: Option<FaultPlan>,
 }
 
-/// What of a scene makes its world.
+/// The parts of a scene that make up its world.
 pub(crate) struct Around<'a> {
     pub(crate) device: &'a scene::Device,
     pub(crate) bridge: scene::Bridge,
@@ -62,7 +62,7 @@ pub(crate) struct Around<'a> {
     pub(crate) clock: Clock,
     pub(crate) count_rad: f64,
     pub(crate) actuator: Actuator,
-    /// Edges of a period of the modulator whose gates drive the device, if they do.
+    /// Edges of a period of the modulator, if its gates drive the device.
     pub(crate) modulator: Option<u64>,
     pub(crate) stepping: Option<Stepping>,
     pub(crate) faults: Option<FaultPlan>,
@@ -71,7 +71,7 @@ pub(crate) struct Around<'a> {
 }
 
 impl Plant {
-    /// The world of a scene.
+    /// Creates the world of a scene.
     ///
     /// # Errors
     ///
@@ -89,12 +89,12 @@ impl Plant {
             modulator: scene.modulator_clocks(),
             stepping: stepping(scene),
             faults: scene.faults.as_ref().map(|all| FaultPlan::new(all, scene.clock, scene.run, scene.edges())),
-            // A step may be longer than what is run of it.
+            // A step may be longer than the part of it that is run.
             horizon: scene.edges().max(scene.step_clocks()),
         })
     }
 
-    /// The world of these parts.
+    /// Creates the world from these parts.
     pub(crate) fn around(around: Around) -> Result<Self, PlantError> {
         let Around { device, bridge, hand, friction, winding, clock, horizon, .. } = around;
         let Around { count_rad, actuator, modulator, stepping, faults, .. } = around;
@@ -175,14 +175,14 @@ impl Plant {
         Ok(Self { kind, count_rad, actuator, edge_s, modulator, stepping, faults })
     }
 
-    /// Whether there is a device, and not a recording in its place.
+    /// Returns whether there is a device, not a recording in its place.
     #[must_use]
     pub fn has_device(&self) -> bool {
         matches!(self.kind, Kind::Axis { .. })
     }
 }
 
-/// The steps of the scene's solver.
+/// Returns the steps of the scene's solver.
 fn stepping(scene: &Scene) -> Option<Stepping> {
     if scene.model.solver.is_exact() {
         return None;
@@ -191,7 +191,7 @@ fn stepping(scene: &Scene) -> Option<Stepping> {
     Some(Stepping { method: scene.model.solver.method(), first: edges, edges })
 }
 
-/// What drives the scene's device.
+/// Returns the actuator of the scene's device.
 fn actuator(scene: &Scene) -> Result<Actuator, PlantError> {
     let bits = if scene.model.datapath == Datapath::Law { COMMAND_BITS } else { scene.method.pwm.bits };
     let full_scale = 2f64.powi(bits.cast_signed());
@@ -212,7 +212,7 @@ fn actuator(scene: &Scene) -> Result<Actuator, PlantError> {
     }
 }
 
-/// The path as knots on clock edges: where it starts, and where its speed changes.
+/// Returns the path as knots on clock edges: one at its start, and one wherever its speed changes.
 fn knots(path: &[PathPoint], clock: Clock) -> Vec<Knot> {
     let mut knots: Vec<Knot> = Vec::with_capacity(path.len() + 1);
     let points: Vec<(u64, f64)> = path.iter().map(|p| (clock.edges(p.time_s), p.angle_rad)).collect();

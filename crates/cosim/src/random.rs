@@ -14,13 +14,13 @@ pub struct SplitMix64 {
 }
 
 impl SplitMix64 {
-    /// A sequence; every seed is a good one.
+    /// Creates a sequence; every seed is a good one.
     #[must_use]
     pub const fn new(seed: u64) -> Self {
         Self { state: seed }
     }
 
-    /// The next 64 bits.
+    /// Returns the next 64 bits.
     pub const fn next_u64(&mut self) -> u64 {
         self.state = self.state.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut mixed = self.state;
@@ -29,12 +29,12 @@ impl SplitMix64 {
         mixed ^ (mixed >> 31)
     }
 
-    /// A number below `bound`, which must not be 0. (A bias of `bound / 2^64` does not matter to stimuli.)
+    /// Returns a number below `bound`, which must not be 0. (A bias of `bound / 2^64` does not matter to stimuli.)
     pub const fn below(&mut self, bound: u64) -> u64 {
         ((self.next_u64() as u128 * bound as u128) >> 64) as u64
     }
 
-    /// True once in `odds` times on average.
+    /// Returns true once in `odds` times on average.
     pub const fn one_in(&mut self, odds: u64) -> bool {
         self.below(odds) == 0
     }

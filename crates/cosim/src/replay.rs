@@ -19,12 +19,12 @@ pub struct PinEdge {
     pub b: bool,
 }
 
-/// Why a recording was refused, and at which of its lines.
+/// The reason why a recording was refused, and the line of the recording.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct ReplayError {
     /// Line of the recording, from 1.
     pub line: u64,
-    /// What is wrong there, and what is accepted.
+    /// The fault there, and what is accepted.
     pub reason: String,
 }
 
@@ -51,7 +51,7 @@ impl std::error::Error for ReplayError {}
 ///
 /// # Errors
 ///
-/// [`ReplayError`] for a file that is not VCD, a missing, ambiguous or wide channel (told with those there are), an
+/// [`ReplayError`] for a file that is not VCD, a missing, ambiguous or wide channel (listed with the existing ones), an
 /// unknown level (`x`, `z`), time running backwards, a time beyond 2^64 ps, and a last line without its line feed.
 pub fn read_capture(bytes: &[u8], channel_a: &str, channel_b: &str) -> Result<Vec<PinEdge>, ReplayError> {
     whole(bytes)?;
@@ -105,7 +105,8 @@ pub fn read_capture(bytes: &[u8], channel_a: &str, channel_b: &str) -> Result<Ve
     Ok(edges)
 }
 
-/// Refuses a recording whose last line does not end: it may be cut within a number, which nothing else tells.
+/// Refuses a recording whose last line has no line feed: it may be cut within a number, and nothing else would show
+/// that.
 fn whole(bytes: &[u8]) -> Result<(), ReplayError> {
     if bytes.last().is_none_or(|last| *last == b'\n') {
         return Ok(());
@@ -114,14 +115,14 @@ fn whole(bytes: &[u8]) -> Result<(), ReplayError> {
     Err(ReplayError::new(line as u64, CUT))
 }
 
-/// Why a table or a recording is refused whose last line does not end.
+/// The reason for refusing a table or a recording whose last line has no line feed.
 pub const CUT: &str = "the last line has no line feed, so the file may be cut short; end a whole one with a line feed";
 
-/// Appends the levels reached at a time, unless they are those of before.
+/// Appends the levels reached at a time, unless they equal the levels before.
 fn settle(edges: &mut Vec<PinEdge>, now: PinEdge) {
     match edges.last_mut() {
         Some(last) if (last.a, last.b) == (now.a, now.b) => {}
-        // Time may be told twice, and then only the last levels count.
+        // A time may occur twice; then only its last levels count.
         Some(last) if last.picoseconds == now.picoseconds => *last = now,
         _ => edges.push(now),
     }
@@ -172,13 +173,13 @@ fn from_parser(error: &std::io::Error, line: u64) -> ReplayError {
 
 /// Reads a motion: a table with the header `time_s,angle_rad` or `time_s,angle_deg`, one point a line.
 ///
-/// Lines that are empty or start with `#` are passed over. Returns times in seconds, strictly increasing, and angles in
-/// radians; `most` are the latest time and the greatest size of an angle.
+/// Empty lines and lines that start with `#` are skipped. Returns times in seconds, strictly increasing, and angles in
+/// radians; `most` holds the latest accepted time and the greatest accepted size of an angle.
 ///
 /// # Errors
 ///
-/// [`ReplayError`] for another header, another number of columns, what is not a finite number, a time that does not
-/// increase, a time or an angle beyond the greatest, a table without points, and a last line without its line feed.
+/// [`ReplayError`] for another header, another number of columns, a value that is not a finite number, a time that does
+/// not increase, a time or an angle beyond the greatest, a table without points, and a last line without its line feed.
 ///
 /// # Example
 ///

@@ -1,4 +1,4 @@
-//! A scene made ready: a wiring, a world, constant inputs; and what can be done with any such.
+//! A scene made ready: a wiring, a world, constant inputs; and the operations on any such scene.
 
 use std::ops::Range;
 use std::time::Instant;
@@ -40,15 +40,15 @@ pub enum TheLoop {
     PassiveSpring(MethodLoop<PassiveSpring>),
     /// An axis's law in floats.
     Law(LawLoop),
-    /// A PHANToM's, every block its own logic.
+    /// A PHANToM's loop, every block its own logic.
     Phantom(PhantomLoop),
-    /// A PHANToM's, one multiplier for all.
+    /// A PHANToM's loop, one multiplier for all blocks.
     PhantomShared(PhantomSharedLoop),
     /// Counters and DACs around a host.
     PhantomIo(PhantomIo),
 }
 
-/// What an expression makes of the wiring, whichever it is.
+/// Evaluates an expression with the wiring bound to a name, whatever its type.
 macro_rules! with_wiring {
     ($the_loop:expr, $wiring:ident => $call:expr) => {
         match $the_loop {
@@ -68,7 +68,7 @@ macro_rules! with_wiring {
 }
 
 impl TheLoop {
-    /// Every wiring that is hardware, in its default configuration.
+    /// Returns every wiring that is hardware, in its default configuration.
     #[must_use]
     pub fn all() -> Vec<Self> {
         vec![
@@ -85,31 +85,31 @@ impl TheLoop {
         ]
     }
 
-    /// The wiring as a block.
+    /// Returns the wiring as a block.
     #[must_use]
     pub fn block(&self) -> &dyn AnyBlock {
         with_wiring!(self, wiring => wiring)
     }
 
-    /// The wiring's name.
+    /// Returns the wiring's name.
     #[must_use]
     pub fn name(&self) -> &'static str {
         self.block().name()
     }
 
-    /// The nets.
+    /// Returns the nets.
     #[must_use]
     pub fn nets(&self) -> Vec<Signal> {
         with_wiring!(self, wiring => wiring.nets())
     }
 
-    /// The instances, in the order of the VHDL.
+    /// Returns the instances, in the order of the VHDL.
     #[must_use]
     pub fn instances(&self) -> Vec<Instance> {
         with_wiring!(self, wiring => wiring.instances())
     }
 
-    /// Clock edges from a sample to the torque that it makes, beyond the one at which it is taken.
+    /// Returns the clock edges from a sample to the torque computed from it, beyond the edge at which it is taken.
     #[must_use]
     pub fn latency(&self) -> u64 {
         u64::from(match self {
@@ -122,115 +122,119 @@ impl TheLoop {
         })
     }
 
-    /// Whether there is VHDL of it.
+    /// Returns whether there is VHDL of the wiring.
     #[must_use]
     pub fn is_hardware(&self) -> bool {
         !matches!(self, Self::Law(_))
     }
 }
 
-/// Something to do with a scene's loop, whatever its wiring and its world are.
+/// `Visit` is a generic callback: [`Wired::visit`] calls it with the concrete wiring and world types, so that run,
+/// compare, record and check are each written once.
 pub trait Visit<'s> {
-    /// What comes of it.
+    /// The result of the visit.
     type Out;
-    /// Does it. The wiring stands as after reset, the world at edge 0; `input` holds the constant words.
+    /// Called with the wiring as after reset and the world at edge 0; `input` holds the constant words.
     fn visit<E, W>(self, wiring: &W, world: E, input: E::In) -> Self::Out
     where
         E: World + 's,
         W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone + 'static;
 }
 
-/// A scene made ready, whatever closes its loop: what recordings, pictures and verdicts ask of it.
+/// A `Rig` is a scene made ready, whatever closes its loop. Recordings, pictures and verdicts use it. Implemented by
+/// the sessions of an axis, of a PHANToM and of a design of the user's own, and by the enums over them.
 pub trait Rig {
-    /// The scene's name.
+    /// Returns the scene's name.
     fn name(&self) -> &str;
-    /// The FPGA's clock.
+    /// Returns the FPGA's clock.
     fn clock(&self) -> Clock;
-    /// Clock edges of the whole run.
+    /// Returns the clock edges of the whole run.
     fn edges(&self) -> u64;
-    /// What a recording shows beside the nets.
+    /// Returns the recording's plant rate, and whether it shows the clock.
     fn record(&self) -> Record;
-    /// What closes the loop, by name.
+    /// Returns the name of the datapath or simulator that closes the loop.
     fn closed_by(&self) -> &str;
-    /// The nets.
+    /// Returns the nets.
     fn nets(&self) -> Vec<Signal>;
-    /// The continuous outputs of the world.
+    /// Returns the continuous outputs of the world.
     fn reals(&self) -> &'static [Real];
-    /// What a row of the trace tells: [`reals`](Self::reals), then what goes on between rows.
+    /// Returns the columns of a row of the trace: [`reals`](Self::reals), then means and extremes between rows.
     fn row(&self) -> &'static [Real];
-    /// Those of [`row`](Self::row) that mean something in this scene; none without a device.
+    /// Returns the indices of the columns of [`row`](Self::row) that mean something in this scene; none without a
+    /// device.
     fn columns(&self) -> Vec<usize> {
         if self.has_device() { (0..self.row().len()).collect() } else { Vec::new() }
     }
-    /// Nets that command an actuator, each with the column that tells what they ask for, and how much of it an ulp of
-    /// the word is, positive along the positive direction.
+    /// Returns the nets that command an actuator, each with the column of the effort it asks for and the effort of one
+    /// ulp of its word, positive along the positive direction.
     fn commands(&self) -> Vec<(&'static str, &'static str, f64)>;
-    /// Whether there is a device, and not a recording in its place.
+    /// Returns whether there is a device, not a recording in its place.
     fn has_device(&self) -> bool;
-    /// The plant's outputs that verdicts and metrics are made of, as indices into [`reals`](Self::reals).
+    /// Returns the plant's outputs that verdicts and metrics are computed from, as indices into [`reals`](Self::reals).
     fn judged(&self) -> Vec<usize>;
-    /// What became of the motion, from the trace of a complete run.
+    /// Returns the verdict on the motion, from the trace of a complete run.
     fn judge(&self, trace: &Trace, aborted: Option<Abort>) -> Verdict;
 
-    /// Edges between rows of the trace.
+    /// Returns the edges between rows of the trace.
     fn stride(&self) -> u64 {
         stride(self.clock(), self.record().plant_rate_hz)
     }
 
-    /// An empty trace of the plant and of the nets with these names.
+    /// Returns an empty trace of the plant and of the nets with these names.
     fn trace(&self, nets: &[&str]) -> Trace {
         let all = self.nets();
         let picks = nets.iter().filter_map(|name| all.iter().position(|net| net.name == *name)).collect();
         Trace::new(self.clock(), self.stride(), (0..self.reals().len()).collect(), picks)
     }
 
-    /// The same with what pictures draw between rows.
+    /// Returns an empty trace as [`trace`](Self::trace) does, with the means and extremes that pictures draw.
     fn drawn_trace(&self, nets: &[&str]) -> Trace {
         self.trace(nets).keeping(&self.drawn())
     }
 
-    /// Mean, least and greatest values that pictures draw, as columns of a [`row`](Self::row).
+    /// Returns the mean, least and greatest values that pictures draw, as columns of a [`row`](Self::row).
     fn drawn(&self) -> Vec<[usize; 3]> {
         Vec::new()
     }
 
-    /// An empty trace of only what [`judge`](Self::judge) and [`metric`](crate::metric) look at.
+    /// Returns an empty trace of only the outputs that [`judge`](Self::judge) and [`metric`](crate::metric) use.
     fn brief_trace(&self) -> Trace {
         Trace::new(self.clock(), self.stride(), self.judged(), Vec::new())
     }
 }
 
-/// A scene made ready whose loop is closed by blocks of ours.
+/// A `Wired` rig is a scene made ready whose loop blocks of this project close. Implemented by the sessions of an axis
+/// and of a PHANToM, and by [`Ready`](crate::Ready), which is either.
 pub trait Wired: Rig {
-    /// The wiring, as it stands before reset.
+    /// Returns the wiring before reset.
     fn wiring(&self) -> &TheLoop;
-    /// Does something with the wiring and the world.
+    /// Calls `visit` with the concrete wiring and world.
     fn visit<'v, V: Visit<'v>>(&'v self, visit: V) -> V::Out;
-    /// The driver that the scene asks for by its solver.
+    /// Returns the driver that the scene's solver asks for.
     fn driver(&self) -> Driver;
-    /// The scene's loop without wiring and clock, where its model asks for that: [`run`](Self::run) then takes no
-    /// driver.
+    /// Returns the scene's loop without wiring and clock, if its model asks for that; [`run`](Self::run) then ignores
+    /// the driver.
     fn direct(&self) -> Option<Direct<'_>> {
         None
     }
 
-    /// Whether the gates drive the device. If not (an averaged bridge, an amplifier), [`run`](Wired::run) lets the
-    /// modulator rest.
+    /// Returns whether the gates drive the device. If not (an averaged bridge, an amplifier), [`run`](Wired::run) stops
+    /// the modulator.
     fn gates_drive(&self) -> bool {
         true
     }
 
     /// Runs the scene to its end, or until stopped, filling the trace anew and showing everything to the observer.
     ///
-    /// Not generic over the observer: the loops of all wirings and worlds are compiled once, in this crate, and not
-    /// again in each crate that runs a scene.
+    /// Not generic over the observer, so that the loops of all wirings and worlds are compiled once, in this crate, and
+    /// not in each crate that runs a scene.
     fn run(&self, driver: Driver, trace: &mut Trace, observer: &mut dyn Observe, control: &Control) -> Summary;
 
     /// Runs `events` against `clock` over this many edges, comparing every net and state at every edge.
     fn compare(&self, edges: u64) -> Comparison;
 }
 
-/// [`Wired::run`] of any rig.
+/// Implements [`Wired::run`] for any rig.
 pub(crate) fn run<R: Wired>(
     rig: &R,
     driver: Driver,
@@ -245,7 +249,7 @@ pub(crate) fn run<R: Wired>(
         Some(direct) => direct.run((from, end), stride, trace, observer, control),
         None => {
             let observer: Option<&mut dyn Observe> = if observer.watches() { Some(observer) } else { None };
-            // The first output that a PHANToM is judged by is the number of the joint under test.
+            // The first output that judges a PHANToM is the number of the joint under test.
             let contact = Contact::new(&rig.nets(), from, rig.judged()[0]);
             let observer = Watch { trace, contact, observer, reals: rig.reals().len() };
             let edge_s = rig.clock().period_s();
@@ -255,13 +259,13 @@ pub(crate) fn run<R: Wired>(
     judged(rig, trace, summary, contact, over)
 }
 
-/// A run of a rig's world that another program makes, such as a simulator of VHDL: `play` shows it to the observer as
-/// [`Wired::run`] does, and returns what it was and why it ended early, if it did. Fills the trace anew, unknown words as
-/// 0, and judges it.
+/// Runs a rig's world with another program as the driver, such as a simulator of VHDL. `play` shows the run to the
+/// observer as [`Wired::run`] does, and returns its summary and why it ended early, if it did. Fills the trace anew,
+/// with unknown words as 0, and judges it.
 ///
 /// # Errors
 ///
-/// What `play` answers.
+/// The error that `play` returns.
 pub fn follow<R: Rig, E>(
     rig: &R,
     trace: &mut Trace,
@@ -276,7 +280,7 @@ pub fn follow<R: Rig, E>(
     Ok(judged(rig, trace, summary, contact, over))
 }
 
-/// Fills the trace, counts contact and shows everything to an observer, which is shown unknown words too.
+/// Fills the trace, counts contact and forwards everything, unknown words too, to an observer.
 struct Follow<'a> {
     trace: &'a mut Trace,
     observer: &'a mut dyn Observe,
@@ -299,7 +303,7 @@ impl Observe for Follow<'_> {
     }
 }
 
-/// The summary with what the trace of its run says.
+/// Returns the summary with verdict and figures from the trace of its run.
 pub(crate) fn judged<R: Rig>(
     rig: &R,
     trace: &Trace,
@@ -317,12 +321,12 @@ pub(crate) fn judged<R: Rig>(
     summary
 }
 
-/// Fills the trace, counts contact and shows everything to an observer as well, if there is one.
+/// Fills the trace, counts contact and forwards everything to an observer, if there is one.
 struct Watch<'a> {
     trace: &'a mut Trace,
     contact: Contact,
     observer: Option<&'a mut dyn Observe>,
-    /// How many outputs the plant has.
+    /// Number of the plant's outputs.
     reals: usize,
 }
 
@@ -351,7 +355,7 @@ impl Observe for Watch<'_> {
     }
 }
 
-/// [`Wired::compare`] of any rig: so many edges.
+/// Implements [`Wired::compare`] for any rig, over this number of edges.
 pub(crate) struct Compare(pub(crate) u64);
 
 impl<'s> Visit<'s> for Compare {
@@ -377,7 +381,7 @@ struct Run<'a> {
 }
 
 impl<'s> Visit<'s> for Run<'_> {
-    /// With the edges of contact in the window, and why the world ended it.
+    /// The summary, the edges of contact in the window, and why the world ended the run.
     type Out = (Summary, f64, Option<&'static str>);
     fn visit<E, W>(mut self, wiring: &W, world: E, input: E::In) -> Self::Out
     where

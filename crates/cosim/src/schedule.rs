@@ -1,7 +1,7 @@
 //! Words of the wall that change while a scene runs.
 
-/// A word that goes in a straight line from one value to another: at every edge the nearest one, halves rounded away
-/// from the start.
+/// A word that follows a straight line from one value to another: at every edge the nearest word, with halves rounded
+/// away from the start.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct WordRamp {
     from: i64,
@@ -11,18 +11,18 @@ pub struct WordRamp {
 }
 
 impl WordRamp {
-    /// From the word `from` at edge `start` to the word `to` so many edges later, at least one.
+    /// Creates a ramp from the word `from` at edge `start` to the word `to`, `edges` edges later.
     ///
     /// # Panics
     ///
-    /// Without an edge to go in.
+    /// When `edges` is 0.
     #[must_use]
     pub fn new(from: i64, to: i64, start: u64, edges: u64) -> Self {
         assert!(edges > 0, "a ramp takes time");
         Self { from, to, start, edges }
     }
 
-    /// Steps of one done at an edge: those `k` with `(k - 1/2) edges <= distance gone`.
+    /// Returns the steps of one done up to an edge: all `k` with `(k - 1/2) edges <= distance gone`.
     #[inline]
     fn steps(&self, edge: u64) -> u64 {
         let gone = edge.saturating_sub(self.start).min(self.edges);
@@ -30,7 +30,7 @@ impl WordRamp {
         quotient(2 * u128::from(distance) * u128::from(gone) + edges, 2 * edges)
     }
 
-    /// The word at an edge.
+    /// Returns the word at an edge.
     #[inline]
     #[must_use]
     pub fn word(&self, edge: u64) -> i64 {
@@ -38,7 +38,7 @@ impl WordRamp {
         if self.to >= self.from { self.from + steps } else { self.from - steps }
     }
 
-    /// The first edge after this one at which the word is another.
+    /// Returns the first edge after this one at which the word changes.
     #[inline]
     #[must_use]
     pub fn next(&self, edge: u64) -> Option<u64> {
@@ -51,8 +51,8 @@ impl WordRamp {
     }
 }
 
-/// `dividend / divisor`, rounded down, which must fit. Divides in 64 bits where both fit there, as they do in most
-/// ramps: a division in 128 bits costs a run more than its law.
+/// Returns `dividend / divisor`, rounded down; the quotient must fit 64 bits. Divides in 64 bits where both numbers fit,
+/// as they do in most ramps: a division in 128 bits costs a run more than its law.
 #[inline]
 fn quotient(dividend: u128, divisor: u128) -> u64 {
     match (u64::try_from(dividend), u64::try_from(divisor)) {
@@ -61,17 +61,17 @@ fn quotient(dividend: u128, divisor: u128) -> u64 {
     }
 }
 
-/// The words of a scene that change by themselves.
+/// The scheduled words of a scene.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Schedule {
     /// The wall's stiffness.
     pub stiffness: Option<WordRamp>,
-    /// What the loop's forces or velocities are scaled by.
+    /// The factor of the loop's forces or velocities.
     pub scale: Option<WordRamp>,
 }
 
 impl Schedule {
-    /// The first edge after this one at which a word is another.
+    /// Returns the first edge after this one at which a word changes.
     #[must_use]
     pub fn next(&self, edge: u64) -> Option<u64> {
         let ramps = [self.stiffness, self.scale];

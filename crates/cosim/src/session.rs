@@ -19,7 +19,7 @@ use crate::trace::{ANGLE, TORQUE, Trace};
 use crate::verdict::{Verdict, judge};
 use crate::world::World;
 
-/// Why a scene cannot run.
+/// The reason why a scene cannot run.
 #[derive(Debug)]
 pub enum SessionError {
     /// Its words do not fit.
@@ -64,19 +64,19 @@ impl<'s> Session<'s> {
         let mut plant = Plant::new(scene).map_err(SessionError::Plant)?;
         let wiring = method::wiring(scene, &words)?;
         if let (Solver::Sample, Some(stepping)) = (scene.model.solver, &mut plant.stepping) {
-            // Outputs are taken when a sample has come through: at edge 1, after the law, after a shaper.
+            // Outputs are taken when a sample has passed through: at edge 1, after the law, after a shaper.
             stepping.first = (1 + wiring.latency() + 2).min(stepping.edges);
         }
         Ok(Self { scene, plant, words, wiring })
     }
 
-    /// The scene.
+    /// Returns the scene.
     #[must_use]
     pub fn scene(&self) -> &'s Scene {
         self.scene
     }
 
-    /// The plant.
+    /// Returns the plant.
     #[must_use]
     pub fn plant(&self) -> &Plant {
         &self.plant
@@ -86,13 +86,13 @@ impl<'s> Session<'s> {
         matches!(self.scene.device, Device::Mass(_))
     }
 
-    /// The scene's words.
+    /// Returns the scene's words.
     #[must_use]
     pub fn words(&self) -> &LoopWords {
         &self.words
     }
 
-    /// The constant inputs of the wiring, pins at 0.
+    /// Returns the constant inputs of the wiring, with the pins at 0.
     #[must_use]
     pub fn input(&self) -> LoopIn<i64> {
         LoopIn {
@@ -138,7 +138,7 @@ impl Rig for Session<'_> {
     }
 
     fn commands(&self) -> Vec<(&'static str, &'static str, f64)> {
-        // A positive command turns the bridge, and the amplifier, against the positive direction.
+        // A positive command drives the bridge, and the amplifier, against the positive direction.
         let column = if self.is_mass() { "wall_force_n" } else { "wall_torque_nm" };
         vec![("command", column, -self.words.command_quantum_nm(self.scene))]
     }

@@ -1,45 +1,45 @@
 //! A device that moves in steps while the datapath runs on every clock.
 //!
-//! A step begins at a clock edge with the outputs as they stand there, and holds them to its end: a change of the
-//! drive, or of the hand, inside a step waits for the next. Within a step the motion is the straight line between its
-//! ends, as the encoder sees it: its edges fall on the clock edges at which that line crosses them. That is kinder than
-//! most tools are, whose encoder shows nothing before the step is over.
+//! A step begins at a clock edge with the outputs of that edge, and holds them to its end: a change of the drive, or of
+//! the hand, inside a step takes effect at the next step. Within a step the encoder sees the motion as the straight
+//! line between the step's ends: encoder edges fall on the clock edges at which that line crosses them. Most other
+//! tools show the encoder nothing before the step is over, which is a coarser model.
 
 use hpu_plant::{
     Axis, Chord, Device, Drive, Energy, Event, Feed, Gauge, Measured, Method, Pace, Powers, REALS, State, Stepper,
 };
 
-/// How a device is stepped.
+/// The stepping of a device.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) struct Stepping {
-    /// The method; none flows exactly over each step.
+    /// The method; `None` flows exactly over each step.
     pub(crate) method: Option<Method>,
     /// Clock edges of the first step.
     pub(crate) first: u64,
-    /// Clock edges of every other.
+    /// Clock edges of every other step.
     pub(crate) edges: u64,
 }
 
-/// Why a run ends early whose steps are too long for what they step.
+/// The reason for an early end of a run whose steps are too long for the device.
 pub(crate) const DIVERGED: &str = "the solver's steps diverge; write a shorter model.step";
 
-/// What brings a device over a step.
+/// The integrator that moves a device over a step.
 #[derive(Clone)]
 #[allow(clippy::large_enum_variant, reason = "one of them exists a run")]
 enum Mover<'p> {
-    /// By a method, with the energies until the start of the step.
+    /// A stepping method, with the energies up to the start of the step.
     Fixed {
         stepper: Stepper,
         energy: Energy,
         feed: Feed,
-        /// The feed's powers at the start of the step, where it is the feed of the step before.
+        /// The feed's powers at the start of the step, if the feed is the same as in the step before.
         powers: Option<Powers>,
     },
-    /// Exactly: the device at the start, and at the end.
+    /// Exact flow: the device at the start and at the end of the step.
     Exact { now: Device<'p>, then: Device<'p> },
 }
 
-/// A device that moves in steps; its functions are those of a [`Device`], and stay out of the way of that one's.
+/// A device that moves in steps, with the same functions as a [`Device`].
 #[derive(Clone)]
 pub(crate) struct Stepped<'p> {
     axis: &'p Axis,
@@ -48,29 +48,30 @@ pub(crate) struct Stepped<'p> {
     /// Clock edges of every step after this one.
     stride: u64,
     drive: Drive,
-    /// The feed is that of the drive and of the hand's speed, whatever the state is.
+    /// Whether the feed follows from the drive and the hand's speed alone, whatever the state.
     settled: bool,
-    /// Where the hand means to be from an edge on, and how fast, unless the device knows.
+    /// The hand's intended angle and speed from an edge on; `None` if the device already knows them.
     intent: Option<(u64, f64, f64)>,
     intent_rad_per_s: f64,
-    /// The present step: its first edge, its length, its ends; or none while at its first edge.
+    /// The present step: its first edge, its length, its state at the start, and at the end (`None` until it is
+    /// computed).
     start: u64,
     edges: u64,
     from: State,
     to: Option<State>,
     initial_j: f64,
     steps: u64,
-    /// A step has left all that is modelled; the device stays where it was before.
+    /// Whether a step has left the range that is modelled; the device then stays where it was before.
     lost: bool,
-    /// Current and speed between rows, if anybody asked.
+    /// Current and speed between rows, if the observer asks for them.
     gauge: Option<Box<Gauge<2>>>,
 }
 
-/// Beyond this angle in rad, or position in m, a step is lost.
+/// A step that ends beyond this angle in rad, or position in m, is lost.
 pub(crate) const FAR: f64 = 1e6;
 
 impl<'p> Stepped<'p> {
-    /// A device at edge 0 with initial current, speed and angle, all gates off.
+    /// Creates a device at edge 0 with initial current, speed and angle, all gates off.
     pub(crate) fn new(axis: &'p Axis, stepping: Stepping, edge_s: f64, start: [f64; 3]) -> Self {
         let [current_a, speed_rad_per_s, angle_rad] = start;
         let now = Device::new(axis, current_a, speed_rad_per_s, angle_rad);
@@ -105,12 +106,12 @@ impl<'p> Stepped<'p> {
         }
     }
 
-    /// From edge 0 on, mean and extremes of current and speed are kept between rows.
+    /// Gathers mean and extremes of current and speed between rows, from edge 0 on.
     pub(crate) fn measure(&mut self, pace: Pace) {
         self.gauge = Some(Box::new(Gauge::new(pace)));
     }
 
-    /// Mean and extremes of current and speed for the row at an edge; both are linear within a step.
+    /// Returns mean and extremes of current and speed for the row at an edge; both are linear within a step.
     pub(crate) fn measured(&self, edge: u64) -> Option<[Measured; 2]> {
         let gauge = self.gauge.as_deref()?;
         let x = self.state(edge);
@@ -122,13 +123,13 @@ impl<'p> Stepped<'p> {
         Some(now.row(edge, self.edge_s, &[x[0], x[1]]))
     }
 
-    /// The part of the present step up to an edge, where the state is `x`.
+    /// Returns the part of the present step up to an edge, where the state is `x`.
     fn chord(&self, edge: u64, x: &State) -> Chord<2> {
         let Self { start, edge_s, from, .. } = *self;
         Chord { start, edges: edge - start, edge_s, ends: [[from[0], from[1]], [x[0], x[1]]] }
     }
 
-    /// The hand's angle and torque at an edge.
+    /// Returns the hand's angle and torque at an edge.
     pub(crate) fn felt(&self, edge: u64) -> [f64; 2] {
         let intent_rad_per_s = self.intent_rad_per_s;
         self.axis.felt(&self.state(edge), intent_rad_per_s)
@@ -143,7 +144,8 @@ impl<'p> Stepped<'p> {
         std::array::from_fn(|k| self.at(share, k, to))
     }
 
-    /// One state at a share of the step: in rounding too it never turns back, nor goes beyond the end.
+    /// Returns component `k` of the state at a share of the step. Even with rounding it never moves backwards, nor
+    /// beyond the end.
     #[inline(always)]
     fn at(&self, share: f64, k: usize, to: &State) -> f64 {
         let (a, b) = (self.from[k], to[k]);
@@ -169,7 +171,7 @@ impl<'p> Stepped<'p> {
         }
     }
 
-    /// Between two steps: takes the drive and the hand's intention as they stand.
+    /// Takes over the present drive and the hand's intention. Called between two steps.
     fn take(&mut self) {
         if self.to.is_none() && !(self.settled && self.axis.takes_alike(self.drive)) {
             self.take_anew();
@@ -210,7 +212,7 @@ impl<'p> Stepped<'p> {
         }
     }
 
-    /// What it will be once the step has begun.
+    /// Returns the device as it will be once the step has begun.
     #[cold]
     fn begun(&self) -> Self {
         let mut begun = self.clone();
@@ -218,7 +220,7 @@ impl<'p> Stepped<'p> {
         begun
     }
 
-    /// Computes the step that begins here.
+    /// Computes the step that begins at the present edge.
     #[inline(always)]
     fn begin(&mut self) {
         let (from, end) = (self.start, self.start + self.edges);
@@ -240,7 +242,7 @@ impl<'p> Stepped<'p> {
         self.to = Some(if self.lost { self.from } else { to });
     }
 
-    /// The first edge in (`from`, `to`] at which the step ends or the line leaves the band of angles.
+    /// Returns the first edge in (`from`, `to`] at which the step ends or the line leaves the band of angles.
     #[inline(never)]
     pub(crate) fn next_event(&mut self, from: u64, to: u64, (low, high): (f64, f64)) -> Option<Event> {
         if self.to.is_none() {
@@ -265,8 +267,8 @@ impl<'p> Stepped<'p> {
         (end <= to).then_some((end, there))
     }
 
-    /// The end of the present step, if it comes by `last` and nothing happens on the way: the line stays within the
-    /// band.
+    /// Returns the end of the present step, if it comes by `last` and nothing happens before it: the line stays within
+    /// the band.
     #[inline(always)]
     pub(crate) fn passes(&mut self, last: u64, (low, high): (f64, f64)) -> Option<Event> {
         let end = self.start + self.edges;
@@ -343,7 +345,7 @@ impl<'p> Stepped<'p> {
         }
     }
 
-    /// Changes of mode that were located: a method locates none.
+    /// Returns the number of located changes of mode; a stepping method locates none.
     pub(crate) fn mode_changes(&self) -> u64 {
         match &self.mover {
             Mover::Fixed { .. } => 0,
@@ -355,7 +357,7 @@ impl<'p> Stepped<'p> {
         self.steps
     }
 
-    /// Why it cannot go on, at the end of the step that was lost.
+    /// Returns why the motion cannot go on, at the end of the step that was lost.
     pub(crate) fn over(&self) -> Option<&'static str> {
         (self.lost && self.to.is_none()).then_some(DIVERGED)
     }

@@ -1,4 +1,4 @@
-//! What a run was: its verdict, its energy, its words.
+//! The summary of a run: its verdict, its energy, its words.
 
 use hpu_plant::Energy;
 use hpu_signal::{Signal, SignalUse};
@@ -8,37 +8,37 @@ use crate::scene::{Experiment, Metric, OutcomeKind};
 use crate::trace::{ANGLE, TORQUE, Trace};
 use crate::verdict::Verdict;
 
-/// Where the energy went, in J.
+/// The energies supplied, stored and dissipated, in J.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct EnergyAudit {
-    /// By the supply, or by motors that are driven as torques.
+    /// Supplied by the source, or by motors that are driven as torques.
     pub source_j: f64,
-    /// By the hand.
+    /// Supplied by the hand.
     pub hand_j: f64,
-    /// By both.
+    /// Supplied by both.
     pub supplied_j: f64,
-    /// In inductance and inertia, over the start.
+    /// Stored in inductance and inertia, minus the energy stored at the start.
     pub stored_j: f64,
-    /// In winding and switches.
+    /// Dissipated in winding and switches.
     pub copper_j: f64,
-    /// In diodes.
+    /// Dissipated in diodes.
     pub diodes_j: f64,
-    /// In viscous friction.
+    /// Dissipated in viscous friction.
     pub viscous_j: f64,
-    /// In Coulomb friction.
+    /// Dissipated in Coulomb friction.
     pub coulomb_j: f64,
-    /// In the damping of a flexible transmission.
+    /// Dissipated in the damping of a flexible transmission.
     pub transmission_j: f64,
-    /// In all of these.
+    /// Dissipated in all of these.
     pub dissipated_j: f64,
     /// Sum of the sizes of all flows.
     pub exchanged_j: f64,
-    /// Supplied less stored less dissipated: zero but for rounding.
+    /// Supplied minus stored minus dissipated: zero but for rounding.
     pub residual_j: f64,
 }
 
 impl EnergyAudit {
-    /// Of an axis, with what it has stored over the start.
+    /// Returns the audit of an axis, given the energy that it has stored since the start.
     pub(crate) fn of(energy: &Energy, stored_j: f64) -> Self {
         Self {
             source_j: energy.source_j(),
@@ -57,37 +57,37 @@ impl EnergyAudit {
     }
 }
 
-/// The use that a run made of a net.
+/// The use of a net in a run.
 #[derive(Clone, PartialEq, Debug)]
 pub struct NetUse {
     /// The net.
     pub signal: Signal,
-    /// Its range, and for how many edges it had lost bits.
+    /// Its range, and the number of edges at which it had lost bits.
     pub usage: SignalUse,
-    /// Whether lost bits were seen: of VHDL that differs from the emulator only the words are known.
+    /// Whether lost bits were seen. Of VHDL that differs from the emulator only the words are known, not the lost bits.
     pub losses_seen: bool,
 }
 
-/// A run that ended before its time.
+/// A run that the world ended early.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Abort {
-    /// When.
+    /// The time of the end.
     pub at_s: f64,
-    /// Why.
+    /// The reason.
     pub why: &'static str,
 }
 
-/// What a run was.
+/// The summary of a run.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Summary {
-    /// What became of the motion; `None` for a recording, which has no device.
+    /// The verdict on the motion; `None` for a recording, which has no device.
     pub verdict: Option<Verdict>,
-    /// Share of the judged window, the last 30 % of the run, in which the wall sees penetration: 0 where it is not
+    /// Share of the judged window, the last 30 % of the run, in which the wall sees penetration; 0 if the wall is not
     /// reached. `None` for a run that did not come to its end and for a recording.
     pub contact_share: Option<f64>,
-    /// Why it ended early, if the world ended it.
+    /// The early end and its reason, if the world ended the run.
     pub aborted: Option<Abort>,
-    /// Whether nobody stopped it.
+    /// Whether the run reached its end, or the end that its world set; false if it was stopped or used up its events.
     pub complete: bool,
     /// Clock edges simulated.
     pub edges: u64,
@@ -103,40 +103,40 @@ pub struct Summary {
     pub output_changes: u64,
     /// Changes of the plant's mode: stick and slip, diodes.
     pub mode_changes: u64,
-    /// Steps of the device, where it moves in steps; 0 where it flows.
+    /// Steps of a device that moves in steps; 0 for one that flows.
     pub steps: u64,
-    /// Decisions that `f64` could not vouch for, made again in higher precision: on which side of a count an angle
-    /// lies, whether a mode has ended.
+    /// Decisions for which `f64` was not exact enough, made again in higher precision: on which side of a count an
+    /// angle lies, whether a mode has ended.
     pub redecided: u64,
     /// The energy audit.
     pub energy: EnergyAudit,
-    /// Exact means over the part of the run that a verdict is made of: of the actuator's torque or force, and of the
-    /// position; of an axis that came that far.
+    /// Exact means, over the judged part of the run, of the actuator's torque or force and of the position; for an axis
+    /// whose run reached that part.
     pub averages: Option<[f64; 2]>,
-    /// The faults that have happened, of those that the scene asks for.
+    /// The faults that have happened, among those that the scene asks for.
     pub faults: Vec<Mark>,
-    /// How many of those wait for an edge of the encoder that has not come.
+    /// The number of faults that still wait for an edge of the encoder.
     pub faults_waiting: u64,
     /// The use of every net.
     pub nets: Vec<NetUse>,
 }
 
 impl Summary {
-    /// Events of all kinds: ticks of the datapath, changes of the plant's mode, and its steps. A law that is run
-    /// without a clock ticks with the steps, which then count once.
+    /// Returns the number of events of all kinds: ticks of the datapath, changes of the plant's mode, and its steps. A
+    /// law that runs without a clock ticks with the steps, which then count once.
     #[must_use]
     pub fn events(&self) -> u64 {
         let steps = if self.nets.is_empty() { 0 } else { self.steps };
         self.ticks + self.mode_changes + steps
     }
 
-    /// Share of the clock edges at which anything happened.
+    /// Returns the share of the clock edges at which anything happened.
     #[must_use]
     pub fn activity(&self) -> f64 {
         self.ticks as f64 / self.edges.max(1) as f64
     }
 
-    /// The kind of the verdict.
+    /// Returns the kind of the verdict.
     #[must_use]
     pub fn outcome(&self) -> Option<OutcomeKind> {
         self.verdict.map(|verdict| match verdict {
@@ -150,7 +150,7 @@ impl Summary {
     }
 }
 
-/// A number that a scene may expect, from what a run left behind; `None` where it has no meaning.
+/// Returns a number that a scene may expect, from summary and trace of a run; `None` if it has no meaning.
 #[must_use]
 pub fn metric(metric: Metric, experiment: &Experiment, summary: &Summary, trace: &Trace) -> Option<f64> {
     let wall_rad = match experiment {
@@ -158,7 +158,7 @@ pub fn metric(metric: Metric, experiment: &Experiment, summary: &Summary, trace:
         Experiment::Phantom(_) => 0.0,
         Experiment::Dut(scene) => scene.wall_rad,
     };
-    // A recording has no motion, but its edges and its words count.
+    // A recording has no motion, but its edges and its words are counted.
     if !matches!(metric, Metric::EncoderEdges | Metric::SpringOverflowShare) {
         summary.verdict?;
     }

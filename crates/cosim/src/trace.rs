@@ -1,5 +1,5 @@
-//! What a run leaves behind for pictures and verdicts: the plant's outputs at a fixed rate, and the datapath's words at
-//! the same instants.
+//! The trace of a run, for pictures and verdicts: the plant's outputs at a fixed rate, and the datapath's words at the
+//! same instants.
 
 use std::ops::Range;
 
@@ -9,54 +9,54 @@ use crate::window::Streamed;
 
 /// Index of an axis's angle among its outputs.
 pub(crate) const ANGLE: usize = 2;
-/// Index of the torque or force of its actuator.
+/// Index of the torque or force of an axis's actuator among its outputs.
 pub(crate) const TORQUE: usize = 3;
 
-/// Recorded rows at a fixed interval, the first of edge 0, each of selected outputs of the plant and of selected nets.
+/// Recorded rows at a fixed interval, from edge 0 on, with selected outputs of the plant and selected nets.
 ///
-/// All rows are held, unless the trace is [`bounded`](Self::bounded) and the run has more: then every second, every
-/// fourth, and so on, as long as the run goes on, and what verdicts and metrics need of the others is gathered as they
-/// come.
+/// All rows are held, unless the trace is [`bounded`](Self::bounded) and the run has more. Then it holds every second
+/// row, later every fourth, and so on, and gathers from all rows, as they come, the figures that verdicts and metrics
+/// need.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Trace {
     clock: Clock,
     stride: u64,
     rows: usize,
     kept: Vec<usize>,
-    /// Where, among those kept, are mean, least and greatest value of an output.
+    /// Indices, among the kept outputs, of mean, least and greatest value of an output.
     between: Vec<usize>,
     reals: Vec<Vec<f64>>,
     picks: Vec<usize>,
     now: Vec<i64>,
     words: Vec<Vec<i64>>,
-    /// Rows that may be held, and the outputs that a verdict may be made of.
+    /// The most rows that may be held, and the outputs that a verdict may need.
     bound: Option<(usize, Vec<usize>)>,
-    /// Of a run with more rows than may be held.
+    /// The figures gathered in a run with more rows than may be held.
     beyond: Option<Box<Beyond>>,
 }
 
-/// What is gathered of rows that are not held.
+/// Figures gathered from all rows of a run that holds only some of them.
 #[derive(Clone, PartialEq, Debug)]
 struct Beyond {
-    /// Rows that came.
+    /// Number of rows so far.
     came: u64,
-    /// Rows from one that is held to the next, a power of two.
+    /// Rows from one held row to the next, a power of two.
     every: u64,
-    /// Of each output that is kept: least, greatest, last.
+    /// Least, greatest and last value of each kept output.
     extremes: Vec<[f64; 3]>,
     judged: Vec<Streamed>,
-    /// Of each output that rows tell means and extremes of: sum of the means, least, greatest of rows that came after
-    /// the last held one.
+    /// For each output with mean and extremes in rows: sum of the means, least and greatest value of the rows after the
+    /// last held one.
     waiting: Vec<[f64; 3]>,
 }
 
 const NOTHING: [f64; 3] = [0.0, f64::INFINITY, f64::NEG_INFINITY];
 
 impl Trace {
-    /// Values of all columns together that a bounded trace of usual size may hold: 64 MB.
+    /// Number of values, over all columns, that a bounded trace of usual size may hold: 64 MB.
     pub const USUAL: usize = 1 << 23;
 
-    /// A trace, every `stride` edges, of the plant's outputs and of the nets at these indices.
+    /// Creates a trace, with a row every `stride` edges, of the plant's outputs and of the nets at these indices.
     #[must_use]
     pub fn new(clock: Clock, stride: u64, kept: Vec<usize>, picks: Vec<usize>) -> Self {
         Self {
@@ -74,8 +74,8 @@ impl Trace {
         }
     }
 
-    /// The same with mean, least and greatest value of an output, which are these columns of a row. Where not all rows
-    /// are held, those that are tell of the others too: the mean of their means, the least, the greatest.
+    /// Returns the trace with mean, least and greatest value of an output, which are these columns of a row. If not all
+    /// rows are held, the held ones also cover the others: the mean of their means, the least, the greatest.
     #[must_use]
     pub fn keeping(mut self, between: &[[usize; 3]]) -> Self {
         for columns in between {
@@ -86,13 +86,13 @@ impl Trace {
         self
     }
 
-    /// Whether it keeps anything beyond so many columns of a row.
+    /// Returns whether the trace keeps any column at or beyond index `reals` of a row.
     pub(crate) fn keeps_beyond(&self, reals: usize) -> bool {
         self.kept.iter().any(|kept| *kept >= reals)
     }
 
-    /// The same, holding at most so many values, whatever the length of the run. A verdict may be made of the outputs
-    /// `judged`.
+    /// Returns the trace, limited to this number of values, whatever the length of the run. A verdict may need the
+    /// outputs `judged`.
     #[must_use]
     pub fn bounded(mut self, values: usize, judged: &[usize]) -> Self {
         let columns = (self.kept.len() + self.picks.len()).max(1);
@@ -100,7 +100,8 @@ impl Trace {
         self
     }
 
-    /// Begins anew, with room for so many rows: what an earlier run has left is gone, and its memory is used again.
+    /// Begins anew, with room for this number of rows: the rows of an earlier run are dropped, and their memory is used
+    /// again.
     pub(crate) fn begin(&mut self, rows: u64) {
         let mut room = usize::try_from(rows).unwrap_or(0).min(1 << 20);
         self.beyond = None;
@@ -169,8 +170,8 @@ impl Trace {
         beyond.came += 1;
     }
 
-    /// Appends rows of outputs that go in straight lines. Of a net it is told the word of all rows, or that it must ask
-    /// for each.
+    /// Appends rows of outputs that move on straight lines. For a net, `all` returns the word of all rows, or `None`;
+    /// then `each` is asked for the word of each row.
     #[inline]
     pub(crate) fn extend<const N: usize>(
         &mut self,
@@ -189,7 +190,7 @@ impl Trace {
         self.rows += lines.rows as usize;
         for (column, &at) in self.reals.iter_mut().zip(&self.kept) {
             let (start, change) = (lines.start[at], lines.change[at]);
-            // Signed, for that is what processors make many floats of at once.
+            // The row index is signed because processors convert many signed integers to floats at once.
             column.extend((0..lines.rows.cast_signed()).map(|row| start + change * f64::from(row)));
         }
         for (column, &pick) in self.words.iter_mut().zip(&self.picks) {
@@ -200,48 +201,48 @@ impl Trace {
         }
     }
 
-    /// Rows from one that is held to the next: 1 where all are.
+    /// Returns the number of rows from one held row to the next: 1 if all are held.
     #[must_use]
     pub fn every(&self) -> u64 {
         self.beyond.as_ref().map_or(1, |beyond| beyond.every)
     }
 
-    /// How many rows the run had, held or not.
+    /// Returns the number of rows of the run, held or not.
     #[must_use]
     pub fn came(&self) -> u64 {
         self.beyond.as_ref().map_or(self.rows as u64, |beyond| beyond.came)
     }
 
-    /// Clock edges between rows that are held.
+    /// Returns the clock edges between held rows.
     #[must_use]
     pub fn edges_apart(&self) -> u64 {
         self.every() * self.stride
     }
 
-    /// Seconds between rows that are held.
+    /// Returns the seconds between held rows.
     #[must_use]
     pub fn interval_s(&self) -> f64 {
         (self.every() * self.stride) as f64 * self.clock.period_s()
     }
 
-    /// How many rows are held.
+    /// Returns the number of held rows.
     #[must_use]
     pub fn rows(&self) -> usize {
         self.rows
     }
 
-    /// The time in seconds of a row that is held.
+    /// Returns the time in seconds of a held row.
     #[must_use]
     pub fn time_s(&self, row: usize) -> f64 {
         self.clock.seconds(Cycle(row as u64 * self.every() * self.stride))
     }
 
-    /// Times in seconds of the rows that are held.
+    /// Returns the times in seconds of the held rows.
     pub fn times_s(&self) -> impl ExactSizeIterator<Item = f64> + Clone {
         (0..self.rows).map(|row| self.time_s(row))
     }
 
-    /// One output of the plant in the rows that are held, by its index in the world's list.
+    /// Returns one output of the plant in the held rows, by its index in the world's list.
     ///
     /// # Panics
     ///
@@ -255,7 +256,7 @@ impl Trace {
         self.kept.iter().position(|&kept| kept == index).expect("an output that the trace keeps")
     }
 
-    /// The least value of an output in all rows, held or not, infinite when there are none.
+    /// Returns the least value of an output in all rows, held or not; infinity if there are none.
     ///
     /// # Panics
     ///
@@ -268,7 +269,7 @@ impl Trace {
         }
     }
 
-    /// The greatest value of an output in all rows, held or not, minus infinity when there are none.
+    /// Returns the greatest value of an output in all rows, held or not; minus infinity if there are none.
     ///
     /// # Panics
     ///
@@ -281,7 +282,7 @@ impl Trace {
         }
     }
 
-    /// The size of the greatest value of an output in all rows, whatever its sign; 0 when there are none.
+    /// Returns the greatest absolute value of an output in all rows; 0 if there are none.
     ///
     /// # Panics
     ///
@@ -291,7 +292,7 @@ impl Trace {
         self.greatest(index).max(-self.least(index)).max(0.0).abs()
     }
 
-    /// The value of an output in the last row, held or not.
+    /// Returns the value of an output in the last row, held or not.
     ///
     /// # Panics
     ///
@@ -304,23 +305,23 @@ impl Trace {
         }
     }
 
-    /// The window of a verdict over an output, where the rows are not all held.
+    /// Returns the figures of a verdict's window over an output; `None` if all rows are held.
     pub(crate) fn streamed(&self, index: usize) -> Option<&Streamed> {
         let beyond = self.beyond.as_ref()?;
         Some(beyond.judged.iter().find(|judged| judged.index == index).expect("an output that is judged"))
     }
 
-    /// The time of a row of the run, held or not.
+    /// Returns the time in seconds of a row of the run, held or not.
     pub(crate) fn time_of_s(&self, row: u64) -> f64 {
         self.clock.seconds(Cycle(row * self.stride))
     }
 
-    /// Seconds from a row of the run to the next.
+    /// Returns the seconds from one row of the run to the next.
     pub(crate) fn step_s(&self) -> f64 {
         self.stride as f64 * self.clock.period_s()
     }
 
-    /// The shaft's angle, of an axis, in the rows that are held.
+    /// Returns the shaft's angle of an axis in the held rows.
     ///
     /// # Panics
     ///
@@ -330,15 +331,15 @@ impl Trace {
         self.real(ANGLE)
     }
 
-    /// The words of the picked net number `index` in the rows that are held.
+    /// Returns the words of the picked net number `index` in the held rows.
     #[must_use]
     pub fn words(&self, index: usize) -> &[i64] {
         &self.words[index]
     }
 }
 
-/// Lets every second row of mean, least and greatest value tell of the row before it too; the last one, of `every`
-/// rows, waits.
+/// Merges every second row of mean, least and greatest value with the row before it; the last row, of `every` rows,
+/// waits.
 fn join(columns: &mut [Vec<f64>], every: u64, [sum, low, high]: &mut [f64; 3]) {
     let [mean, least, greatest] = columns else { unreachable!("three columns") };
     for row in (2..mean.len()).step_by(2) {
@@ -350,29 +351,29 @@ fn join(columns: &mut [Vec<f64>], every: u64, [sum, low, high]: &mut [f64; 3]) {
     (*sum, *low, *high) = (*sum + every as f64 * mean[last], low.min(least[last]), high.max(greatest[last]));
 }
 
-/// Every second one of a column, from the first.
+/// Keeps every second value of a column, from the first.
 fn halve<T: Copy>(column: &mut Vec<T>) {
     let half = column.len() / 2;
     (0..half).for_each(|row| column[row] = column[2 * row]);
     column.truncate(half);
 }
 
-/// Rows of outputs that go in straight lines.
+/// Rows of outputs that move on straight lines.
 pub(crate) struct Lines<const N: usize> {
     /// Edge of the first row.
     pub(crate) first: u64,
     /// Edges from one row to the next.
     pub(crate) stride: u64,
-    /// Fewer than 2^31.
+    /// Number of rows, below 2^31.
     pub(crate) rows: u32,
     /// The first row.
     pub(crate) start: [f64; N],
-    /// From one row to the next.
+    /// The change from one row to the next.
     pub(crate) change: [f64; N],
 }
 
 impl<const N: usize> Lines<N> {
-    /// A row.
+    /// Returns a row.
     #[inline(always)]
     pub(crate) fn at(&self, row: u32) -> [f64; N] {
         std::array::from_fn(|k| self.start[k] + self.change[k] * f64::from(row))

@@ -1,36 +1,38 @@
-//! The verdict: what became of the motion. A result, never an error, because stability maps are made of verdicts.
+//! The verdict on the motion. It is a result, never an error, because stability maps are made of verdicts.
 //!
-//! The rule, on the angle as recorded over the last 30 % of the run (the published drop test judges the last 3 s of 10
-//! s):
+//! The rule applies to the angle recorded over the last 30 % of the run (the published drop test judges the last 3 s of
+//! 10 s):
 //!
-//! 1. **settled** when its rms about its own mean is below one encoder count, and its swing does not grow: when the
-//!    half-range of the window's last quarter is more than 1.5 times that of the first, and each quarter has at least half
-//!    of the share of that growth that a steady one would give it (a factor of 1.07), it has diverged, however small it
-//!    still is. Growth below [`unseen_growth_per_s`] is not seen in the window, and not told from rest;
+//! 1. **settled** when its rms about its own mean is below one encoder count, and its oscillation does not grow. It
+//!    grows if the half-range of the window's last quarter is more than 1.5 times that of the first, and each quarter
+//!    has at least half of the share of that growth that steady growth would give it (a factor of 1.07). Then the
+//!    motion has diverged, however small it still is. Growth below [`unseen_growth_per_s`] is not seen in the window
+//!    and counts as rest;
 //! 2. **diverged** when its half-range in the later half of that window exceeds 1.5 times that in the earlier half, or
 //!    when it is not finite;
-//! 3. **limit cycle** otherwise, of that half-range as amplitude; its frequency counts upward passages of the mean,
+//! 3. **limit cycle** otherwise, with that half-range as amplitude. Its frequency counts upward passages of the mean,
 //!    each after a passage below by a quarter of the amplitude. A motion that has not come to rest but has no period
-//!    either (a hand still on its way) falls here too, at 0 Hz.
+//!    either (a hand still on its way) is also classified here, at 0 Hz.
 //!
-//! The verdict is one on the motion. Whether it is one on the wall is told by the
-//! [contact](crate::Summary::contact_share) in the same window.
+//! The verdict judges the motion. The [contact](crate::Summary::contact_share) in the same window tells whether the
+//! motion involves the wall.
 //!
-//! Where the rows of a run are more than its trace may hold, the same is told from what was gathered as they came; only
-//! the ends of a frequency's count are then told to one of the rows that are held, and not to one of all.
+//! If the run has more rows than its trace may hold, the same figures are computed as the rows come. The only
+//! difference: the first and last passage of a frequency's count are then located among the held rows, not among all
+//! rows.
 //!
 //! A drop test (Sevcik et al. 2009) is judged by the published rule, on the tip's coordinate as the counts tell it:
 //! **passive** when its rms about the steady value, the mean over the last 30 % (7 to 10 s of 10 s), is below 0.003 cm,
 //! else **non-passive**.
 //! **Highly unstable** trials "were aborted to protect the hardware"; the paper does not say when. Here a trial is
-//! aborted when the tip reaches the opposite wall, which it can only with energy that the loop has generated, or leaves
-//! the tables.
+//! aborted when the tip leaves the tables or reaches the opposite wall; it can reach that wall only with energy that
+//! the loop has generated.
 
 use crate::summary::Abort;
 use crate::trace::{ANGLE, Trace};
 use crate::window::{Streamed, passage, quarter, window};
 
-/// What became of a motion, with the numbers it was decided on.
+/// The verdict on a motion, with the numbers it was decided on.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Verdict {
     /// At rest within one encoder count, without growth that could be seen.
@@ -38,18 +40,18 @@ pub enum Verdict {
         /// rms about the mean.
         rms_rad: f64,
     },
-    /// Swings without end.
+    /// Oscillates without end.
     LimitCycle {
         /// rms about the mean.
         rms_rad: f64,
         /// Half of the range.
         amplitude_rad: f64,
-        /// Passages of the mean a second.
+        /// Passages of the mean per second.
         frequency_hz: f64,
     },
-    /// Swings ever wider.
+    /// Oscillates ever wider.
     Diverged {
-        /// Since when it was watched doing so.
+        /// Start of the window in which it did so.
         at_s: f64,
         /// Half of the range in the later half of the window.
         amplitude_rad: f64,
@@ -66,25 +68,26 @@ pub enum Verdict {
     },
     /// A drop test that had to be aborted.
     HighlyUnstable {
-        /// When.
+        /// The time of the abort.
         at_s: f64,
     },
 }
 
-/// The least and the greatest of numbers, all of which are finite.
+/// Returns the least and the greatest of numbers, all of which are finite.
 fn range(angles: &[f64]) -> [f64; 2] {
     let widen = |[l, h]: [f64; 2], &x: &f64| [if x < l { x } else { l }, if x > h { x } else { h }];
     angles.iter().fold([f64::INFINITY, f64::NEG_INFINITY], widen)
 }
 
-/// Half of what several ranges span.
+/// Returns half of the span of several ranges together.
 fn half_range(ranges: &[[f64; 2]]) -> f64 {
     let low = ranges.iter().fold(f64::INFINITY, |low, range| low.min(range[0]));
     let high = ranges.iter().fold(f64::NEG_INFINITY, |high, range| high.max(range[1]));
     0.5 * (high - low)
 }
 
-/// The mean of a term over all numbers. Every eighth is summed apart: a single sum would wait for each addition.
+/// Returns the mean of a term over all numbers. There are eight separate sums, because a single sum would wait for each
+/// addition.
 #[inline(always)]
 fn mean_of(values: &[f64], term: impl Fn(f64) -> f64) -> f64 {
     let mut sums = [0.0; 8];
@@ -97,16 +100,16 @@ fn mean_of(values: &[f64], term: impl Fn(f64) -> f64) -> f64 {
     (sums.iter().sum::<f64>() + rest.iter().map(|&x| term(x)).sum::<f64>()) / values.len() as f64
 }
 
-/// The rms about the mean, and the mean.
+/// Returns the rms about the mean, and the mean.
 fn rms_about_mean(values: &[f64]) -> (f64, f64) {
     let mean = mean_of(values, |x| x);
     (mean_of(values, |x| (x - mean) * (x - mean)).sqrt(), mean)
 }
 
-/// What a verdict is made of: the rows of the window, or what was gathered of them.
+/// The input of a verdict: the rows of the window, or the figures gathered from them.
 enum Window<'a> {
     Held(&'a [f64]),
-    /// And the rows that are held of it, and from one of them to the next.
+    /// The figures, the held rows of the run, and the number of rows from one of these to the next.
     Streamed(&'a Streamed, &'a [f64], u64),
 }
 
@@ -118,7 +121,7 @@ impl<'a> Window<'a> {
         }
     }
 
-    /// The row of the run that it begins with.
+    /// Returns the row of the run at which the window begins.
     fn start(&self, trace: &Trace) -> u64 {
         match self {
             Self::Held(rows) => trace.came() - rows.len() as u64,
@@ -128,7 +131,7 @@ impl<'a> Window<'a> {
 
     fn is_finite(&self) -> bool {
         match self {
-            // What is not finite leaves something over.
+            // A number that is not finite makes the mean of `0.0 * x` NaN.
             Self::Held(rows) => mean_of(rows, |x| 0.0 * x) == 0.0,
             Self::Streamed(streamed, ..) => streamed.is_finite(),
         }
@@ -141,7 +144,7 @@ impl<'a> Window<'a> {
         }
     }
 
-    /// The least and the greatest of each quarter.
+    /// Returns the least and the greatest value of each quarter.
     fn quarters(&self) -> [[f64; 2]; 4] {
         match self {
             Self::Held(rows) => {
@@ -151,14 +154,15 @@ impl<'a> Window<'a> {
         }
     }
 
-    /// Upward passages of the mean, and the rows from the first to the last.
+    /// Returns the number of upward passages of the mean, and the rows from the first to the last.
     fn passages(&self, mean: f64, amplitude: f64) -> (u64, f64) {
         let rows = match self {
             Self::Held(rows) => rows,
             Self::Streamed(streamed, held, every) => {
                 let (passages, ends) = streamed.passages(mean, amplitude);
                 let [first, last] = ends.map(|[from, to]| {
-                    // Between two turns, the first of the rows that are held; without one it is a short swing of many.
+                    // The first held row above the mean between two turns. Without one, the swing is short, and one of
+                    // many.
                     let rows = (from.0 / every + 1..=to.0 / every).map(|row| row as usize);
                     let above = rows.filter(|row| *row < held.len()).find(|row| held[*row] >= mean);
                     above.map_or_else(|| passage(&[from, to], mean), |row| (row as u64 * every) as f64)
@@ -182,15 +186,15 @@ impl<'a> Window<'a> {
     }
 }
 
-/// Factor of growth from which a swing is seen to grow.
+/// Factor of growth from which an oscillation counts as growing.
 const GROWN: f64 = 1.5;
-/// What each quarter has of it at least, for the growth to be steady: its sixth root.
+/// Least growth in each quarter for the growth to be steady: the sixth root of `GROWN`.
 const STEADY: f64 = 1.07;
-/// Half-ranges below this share of a count are made of rounding.
+/// Half-ranges below this share of a count result from rounding.
 const ROUNDED: f64 = 1e-9;
 
-/// The rate below which a swing's exponential growth is not seen within a judged window of so many seconds. The quarters
-/// that are compared end three quarters of it apart.
+/// Returns the rate, in 1/s, below which exponential growth is not seen within a judged window of this length. The
+/// quarters that are compared end three quarters of the window apart.
 #[must_use]
 pub fn unseen_growth_per_s(window_s: f64) -> f64 {
     libm::log(GROWN) / (0.75 * window_s)
@@ -221,10 +225,10 @@ pub fn judge(trace: &Trace, count_rad: f64) -> Verdict {
     Verdict::LimitCycle { rms_rad, amplitude_rad, frequency_hz }
 }
 
-/// rms below which a drop test is passive: 0.003 cm.
+/// The rms below which a drop test is passive: 0.003 cm.
 pub const PASSIVE_RMS_M: f64 = 30e-6;
 
-/// Judges a drop test on the output of the trace that is the logged coordinate.
+/// Judges a drop test by the output `logged` of the trace, the coordinate as the counts tell it.
 #[must_use]
 pub fn judge_drop(trace: &Trace, logged: usize, aborted: Option<Abort>) -> Verdict {
     if let Some(Abort { at_s, .. }) = aborted {

@@ -1,19 +1,19 @@
-//! The end of a motion that is too long to be held: what a verdict needs of it, gathered row by row.
+//! The judged window of a motion that is too long to be held: the verdict's figures, gathered row by row.
 
 use std::ops::Range;
 
-/// The rows that a verdict is made of: the last 30 % of so many.
+/// Returns the rows that a verdict judges: the last 30 % of `rows` rows.
 pub(crate) fn window(rows: u64) -> Range<u64> {
     let three_tenths = (u128::from(rows) * 3 / 10) as u64;
     rows - three_tenths.max(2).min(rows)..rows
 }
 
-/// Where a quarter of so many rows begins; the fifth where the rows end.
+/// Returns the row at which quarter `of` of `rows` rows begins, counted from 0; for 4, the end of the rows.
 pub(crate) fn quarter(rows: usize, of: usize) -> usize {
     (rows as u128 * of as u128 / 4) as usize
 }
 
-/// Mean, spread and range of numbers, by Welford's recurrence: no large sums whose difference would be small.
+/// Mean, spread and range of numbers, by Welford's recurrence, which needs no small difference of large sums.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct Spread {
     rows: u64,
@@ -37,7 +37,7 @@ impl Spread {
         self.high = if x > self.high { x } else { self.high };
     }
 
-    /// Of both together.
+    /// Returns the spread of both sets of numbers together.
     fn with(&self, other: &Self) -> Self {
         if self.rows == 0 {
             return *other;
@@ -60,14 +60,14 @@ pub(crate) struct Streamed {
     /// Index of the output.
     pub(crate) index: usize,
     window: Range<u64>,
-    /// Where the quarters after the first begin.
+    /// The rows at which the quarters after the first begin.
     begins: [u64; 3],
     quarters: [Spread; 4],
     turns: Turns,
 }
 
 impl Streamed {
-    /// Of an output of a run that will have so many rows.
+    /// Creates the window of an output for a run that will have `rows` rows.
     pub(crate) fn new(index: usize, rows: u64) -> Self {
         let window = window(rows);
         let long = (window.end - window.start) as usize;
@@ -84,59 +84,59 @@ impl Streamed {
         }
     }
 
-    /// The window's first row.
+    /// Returns the window's first row.
     pub(crate) fn start(&self) -> u64 {
         self.window.start
     }
 
-    /// Whether all numbers were finite.
+    /// Returns whether all numbers were finite.
     pub(crate) fn is_finite(&self) -> bool {
-        // A mean is not finite once it has met a number that is not.
+        // A mean stays non-finite after the first number that is not finite.
         self.quarters.iter().all(|quarter| quarter.mean.is_finite())
     }
 
-    /// rms about the mean, and the mean.
+    /// Returns the rms about the mean, and the mean.
     pub(crate) fn rms_about_mean(&self) -> (f64, f64) {
         let all = self.quarters.iter().fold(Spread::NONE, |all, quarter| all.with(quarter));
         ((all.squares / all.rows as f64).sqrt(), all.mean)
     }
 
-    /// The least and the greatest of each quarter.
+    /// Returns the least and the greatest value of each quarter.
     pub(crate) fn quarters(&self) -> [[f64; 2]; 4] {
         self.quarters.map(|quarter| [quarter.low, quarter.high])
     }
 
-    /// Upward passages of the mean, each after a passage below it by a quarter of the amplitude, and between which
-    /// turns the first and the last of them are.
+    /// Returns the number of upward passages of the mean, each after a passage below it by a quarter of the amplitude,
+    /// and the two turns around the first passage and around the last.
     pub(crate) fn passages(&self, mean: f64, amplitude: f64) -> (u64, [Swing; 2]) {
         self.turns.passages(mean, amplitude)
     }
 }
 
-/// Rows and values of a turn and of the one after it.
+/// Rows and values of a turn and of the turn after it.
 pub(crate) type Swing = [(u64, f64); 2];
 
-/// The row at which a swing passes the mean, on the straight line from turn to turn.
+/// Returns the row at which a swing passes the mean, on the straight line from turn to turn.
 pub(crate) fn passage(&[from, to]: &Swing, mean: f64) -> f64 {
     from.0 as f64 + (to.0 - from.0) as f64 * ((mean - from.1) / (to.1 - from.1))
 }
 
-/// Turns of a motion that are kept: half a million swings.
+/// The most turns of a motion that are kept: half a million swings.
 const MOST_TURNS: usize = 1 << 20;
 
 /// The turns of a motion: rows and values at which it had risen or fallen and then went back by more than a sixteenth
-/// of its range so far. That is half of what parts the two levels of a passage, so all passages are between turns,
-/// whatever mean and amplitude will be in the end.
+/// of its range so far. This is half of the distance between the two levels of a passage, so all passages lie between
+/// turns, whatever mean and amplitude the motion has in the end.
 ///
-/// When there are too many of them, those that are no turns by the range of now are dropped, and, where that does not
-/// help, the older half: then passages are counted in what is left.
+/// If there are too many turns, those that are too small for the present range are dropped. If that is not enough, the
+/// older half is dropped too; then passages are counted only among the rest.
 #[derive(Clone, PartialEq, Debug)]
 struct Turns {
     most: usize,
     low: f64,
     high: f64,
     turns: Vec<(u64, f64)>,
-    /// The highest since the last low turn, or the lowest since the last high one.
+    /// The highest row since the last low turn, or the lowest since the last high turn.
     last: Option<(u64, f64)>,
     rising: bool,
 }
@@ -159,7 +159,7 @@ impl Turns {
     #[inline]
     fn turn(&mut self, row: u64, x: f64) {
         let Some((_, last)) = self.last else {
-            // The beginning counts as a turn.
+            // The first row counts as a turn.
             self.turns.push((row, x));
             self.last = Some((row, x));
             return;
@@ -212,7 +212,7 @@ mod tests {
 
     use super::{Streamed, Turns, passage, window};
 
-    /// Passages as a verdict counts them in rows that are held.
+    /// Counts passages as a verdict does in held rows.
     fn counted(rows: &[f64], mean: f64, amplitude: f64) -> (u64, f64) {
         let (mut armed, mut found) = (false, Vec::new());
         for (row, x) in rows.iter().enumerate() {
@@ -226,7 +226,7 @@ mod tests {
         (found.len() as u64, found.last().map_or(0.0, |last| (last - found[0]) as f64))
     }
 
-    /// Numbers between -1 and 1 that nobody expects.
+    /// Returns pseudo-random numbers between -1 and 1.
     fn noise(row: u64) -> f64 {
         (row.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 11) as f64 / (1u64 << 52) as f64 - 1.0
     }
@@ -242,7 +242,7 @@ mod tests {
         let motions: [&dyn Fn(u64) -> f64; 5] = [
             &|row| (TAU * row as f64 / 97.3).sin() + 0.1 * noise(row),
             &|row| (TAU * row as f64 / 5000.0).sin() + 0.4 * noise(row),
-            // On its way, and dying down.
+            // A drift with a decaying oscillation.
             &|row| 1e-4 * row as f64 + (-(row as f64) / 8000.0).exp() * (TAU * row as f64 / 61.0).sin(),
             &|row| (row % 300) as f64,
             &noise,
@@ -255,7 +255,7 @@ mod tests {
             let (passages, [first, last]) = turns(&rows, 1 << 20).passages(mean, 0.5 * (high - low));
             assert_eq!(passages, expected, "motion {which}");
             let between = passage(&last, mean) - passage(&first, mean);
-            // Either end is between two turns.
+            // Each of the two ends lies between two turns.
             assert!((between - apart).abs() <= 0.01 * apart + 2.0, "motion {which}: {between} rows, {apart}");
         }
     }
@@ -272,7 +272,7 @@ mod tests {
 
     #[test]
     fn ripple_that_a_motion_outgrows_is_forgotten_and_costs_no_swing() {
-        // Ten thousand turns of ripple, then three swings that are a million times as wide.
+        // Ten thousand turns of ripple, then three swings a million times as wide.
         let motion = |row: u64| match row {
             0..10_000 => 1e-6 * noise(row),
             _ => (TAU * (row - 10_000) as f64 / 10_000.0).sin(),

@@ -1,7 +1,7 @@
 //! Everything outside the FPGA, at one clock edge.
 //!
-//! Datapath and plant meet here through two small things: the words that an edge samples (an encoder's pins, a host's
-//! commands), and the outputs that hold from that edge to the next.
+//! Datapath and plant meet here through two small interfaces: the words that an edge samples (an encoder's pins, a
+//! host's commands), and the outputs that hold from that edge to the next.
 
 use hpu_datapath::Repeat;
 use hpu_signal::{Ports, Real};
@@ -9,12 +9,14 @@ use hpu_signal::{Ports, Real};
 use crate::faults::Mark;
 use crate::summary::EnergyAudit;
 
-/// The state of all that is outside the FPGA.
+/// A `World` is the state of everything outside the FPGA: plant, encoders, hand, on some platforms a host. The engine
+/// and the VHDL's lockstep drive it through this trait. Implemented by [`AxisWorld`](crate::AxisWorld),
+/// [`FpgaWorld`](crate::FpgaWorld) and [`HostWorld`](crate::HostWorld).
 ///
-/// Asking edge by edge ([`sense`](World::sense)) or leaping from change to change ([`advance`](World::advance)) gives
-/// the same states to the bit at every edge.
+/// Asking edge by edge ([`sense`](World::sense)) or leaping from change to change ([`advance`](World::advance)) must
+/// give the same states to the bit at every edge.
 pub trait World: Clone {
-    /// Inputs of the wirings that this world meets.
+    /// Inputs of the wirings that this world is joined to.
     type In: Ports<i64> + Copy + PartialEq;
     /// Their outputs.
     type Out: Ports<i64> + Copy + PartialEq;
@@ -23,68 +25,70 @@ pub trait World: Clone {
     /// The continuous outputs, in the order of [`reals`](World::reals).
     const REALS: &'static [Real];
 
-    /// The edge the world stands at.
+    /// Returns the edge at which the world stands.
     fn edge(&self) -> u64;
-    /// Puts what the world drives of a wiring's inputs in its place, as it stands.
+    /// Writes the inputs that the world drives, with their present values, into a wiring's inputs.
     fn place(&self, input: &mut Self::In);
     /// Flows by one clock edge.
     fn sense(&mut self);
-    /// Goes to the first edge after the present one, up to `limit`, at which anything here changes by itself, or to
-    /// `limit`; shows each edge of the way to `before` while it still lies ahead.
+    /// Flows to the first edge after the present one, up to `limit`, at which the world changes by itself, or to
+    /// `limit`. Calls `before` with that edge before it leaves the present one.
     fn advance(&mut self, limit: u64, before: impl FnOnce(&Self, u64));
-    /// Passes ends of steps before `limit` at which nothing changes that anybody but `before` could see, as
-    /// [`advance`](World::advance) would one by one; not so many that nobody could stop the run meanwhile.
+    /// Passes ends of steps before `limit` at which nothing changes that anything but `before` could see, as
+    /// [`advance`](World::advance) would one by one. Passes only so many that the run can still be stopped.
     fn glide(&mut self, _limit: u64, _before: impl FnMut(&Self, u64)) {}
-    /// The outputs of the wiring, and the words of all its nets, from the present edge on.
+    /// Sets the outputs of the wiring, and the words of all its nets, from the present edge on.
     fn drive(&mut self, out: Self::Out, words: &[i64]);
-    /// The outputs just driven repeat so while the world gives the wiring no other inputs. A world that goes on with
-    /// them by itself, for some periods, and changes no input before an edge, says that edge; it does so for whoever
-    /// drives it.
+    /// Announces that the outputs just driven repeat periodically while the inputs do not change. Returns the first
+    /// edge at which an input changes, if the world can cruise until then: go on by itself for some periods under the
+    /// repeated outputs. The result must not depend on the driver.
     fn foresee(&mut self, _: &Repeat<Self::Out>) -> Option<u64> {
         None
     }
-    /// The continuous outputs at an edge which the world has not left yet; zeros for a recording.
+    /// Returns the continuous outputs at an edge that the world has not left yet; zeros for a recording.
     fn reals(&self, edge: u64) -> Self::Row;
-    /// The same at `first`, `stride` after it, and so on.
+    /// Calls `show` with the outputs at the edges `first`, `first + stride` and so on.
     fn rows(&self, first: u64, stride: u64, count: u64, mut show: impl FnMut(u64, &Self::Row)) {
         for edge in (0..count).map(|index| first + index * stride) {
             show(edge, &self.reals(edge));
         }
     }
-    /// From edge 0 on, keeps what [`measured`](World::measured) tells of the rows at every `stride` edges. A run in
-    /// which nobody asks for that does not pay for it.
+    /// Gathers, from edge 0 on, the figures that [`measured`](World::measured) appends to the rows at every
+    /// `stride` edges. A run whose observer does not ask for them must not pay for them.
     fn measure(&mut self, _stride: u64) {}
-    /// Adds to a row, at such an edge, what it tells beyond [`reals`](World::reals): means and extremes since the row
+    /// Appends to the row at an edge the columns beyond [`reals`](World::reals): means and extremes since the row
     /// before, and what the hand feels.
     fn measured(&self, _edge: u64, _row: &mut Vec<f64>) {}
-    /// The integrals, since the start, of the actuator's torque or force and of the position, at an edge which the
-    /// world has not left yet; of a world with one axis.
+    /// Returns the integrals, since the start, of the actuator's torque or force and of the position, at an edge that
+    /// the world has not left yet. Only a world with one axis has them.
     fn torque_and_angle(&self, _edge: u64) -> [f64; 2] {
         [0.0; 2]
     }
-    /// Where the energy has gone until the present edge.
+    /// Returns the energies exchanged until the present edge.
     fn audit(&self) -> EnergyAudit;
-    /// Changes of encoders' counts so far (edges of their lines).
+    /// Returns the changes of encoders' counts so far (edges of their lines).
     fn encoder_edges(&self) -> u64;
-    /// Changes of the plant's mode so far: stick and slip, diodes.
+    /// Returns the changes of the plant's mode so far: stick and slip, diodes.
     fn mode_changes(&self) -> u64;
-    /// Steps of the device so far, where it moves in steps.
+    /// Returns the steps so far of a device that moves in steps.
     fn steps(&self) -> u64 {
         0
     }
-    /// Decisions so far that `f64` could not vouch for, made again in higher precision.
+    /// Returns the number of decisions for which `f64` was not exact enough and which were made again in higher
+    /// precision.
     fn redecided(&self) -> u64 {
         0
     }
-    /// The faults so far that the scene asks for.
+    /// Returns the faults so far, among those that the scene asks for.
     fn marks(&self) -> &[Mark] {
         &[]
     }
-    /// How many of them wait for an edge of the encoder that has not come.
+    /// Returns the number of faults that still wait for an edge of the encoder.
     fn waiting(&self) -> u64 {
         0
     }
-    /// Why the run cannot go on, if it cannot: the device has left what is modelled, or what its test allows.
+    /// Returns why the run cannot go on, or `None` if it can: the device has left the modelled range, or the range that
+    /// its test allows.
     fn over(&self) -> Option<&'static str> {
         None
     }
@@ -100,7 +104,7 @@ pub struct Pins {
 }
 
 impl Pins {
-    /// The lines at a count: forward runs 00, 01, 11, 10.
+    /// Returns the lines at a count: forward they run 00, 01, 11, 10.
     #[must_use]
     pub fn at(count: i64) -> Self {
         let phase = count & 3;

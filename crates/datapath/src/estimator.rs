@@ -1,4 +1,4 @@
-//! The velocity estimators as one part of a law: any of them, with the same output format.
+//! The velocity estimators as an exchangeable part of a law, all with the same output format.
 
 use hpu_signal::{Narrowed, Word};
 
@@ -8,18 +8,18 @@ use crate::{
     VelocityRegister, WindowDifference, filtered_difference, foaw, velocity_register, window_difference,
 };
 
-/// How a law estimates a velocity. The order is that of the generic `ESTIMATOR`.
+/// The method by which a law estimates a velocity, in the order of the generic `ESTIMATOR`.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Estimator {
     /// Backward difference, in counts per sample.
     Difference,
-    /// Backward difference through a low pass, in counts per sample.
+    /// Backward difference through a low-pass filter, in counts per sample.
     Filtered,
     /// Difference over a window, in counts per window.
     Window,
-    /// Adaptive window, in counts per sample.
+    /// Difference over an adaptive window (FOAW), in counts per sample.
     Foaw,
-    /// The time between two counts, turned round by a division, in counts per sample.
+    /// The sample period divided by the time between two counts, in counts per sample.
     EdgeTimer,
 }
 
@@ -27,13 +27,13 @@ impl Estimator {
     /// Every estimator, in the order of the generic.
     pub const ALL: [Self; 5] = [Self::Difference, Self::Filtered, Self::Window, Self::Foaw, Self::EdgeTimer];
 
-    /// The value of the generic.
+    /// Returns the value of the generic `ESTIMATOR`.
     pub(crate) fn index(self) -> i64 {
         Self::ALL.iter().position(|&estimator| estimator == self).expect("all of them") as i64
     }
 }
 
-/// The words of an estimator; each takes those that its block has.
+/// The widths and parameters of an estimator; each estimator uses those that its block has.
 #[derive(Clone, Copy)]
 pub(crate) struct EstimatorConfig {
     pub(crate) width: u32,
@@ -44,7 +44,7 @@ pub(crate) struct EstimatorConfig {
     pub(crate) noise: u32,
 }
 
-/// The block that estimates.
+/// The block that estimates the velocity.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(crate) enum Velocity {
     Difference(VelocityRegister, Whole),
@@ -54,7 +54,7 @@ pub(crate) enum Velocity {
     EdgeTimer(TimedVelocity),
 }
 
-/// A velocity of whole counts as a word with fraction bits.
+/// A velocity in whole counts, as a word with fraction bits.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(crate) struct Whole {
     count: i64,
@@ -101,7 +101,17 @@ impl Velocity {
         })
     }
 
-    /// The velocity, and what was lost to make it.
+    /// The block, where it has equations.
+    pub(crate) fn block(&self) -> Option<&dyn crate::AnyBlock> {
+        match self {
+            Self::Difference(block, _) => Some(block),
+            Self::Filtered(block) => Some(block),
+            Self::Window(block, _) => Some(block),
+            Self::Foaw(_) | Self::EdgeTimer(_) => None,
+        }
+    }
+
+    /// Returns the velocity, and which bits were lost to make it.
     #[inline]
     pub(crate) fn latest(&self) -> Narrowed {
         match self {

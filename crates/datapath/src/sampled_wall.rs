@@ -150,10 +150,23 @@ impl SampledWall {
         1 << self.config.widths.width
     }
 
-    /// The velocity's period.
+    /// The velocity's period, from the spring's.
     #[inline]
-    fn period(&self, input: &LawIn<i64>) -> i64 {
-        self.period.wrap(i128::from(input.period) * i128::from(self.config.ratio))
+    #[must_use]
+    pub fn velocity_period(&self, period: i64) -> i64 {
+        self.period.wrap(i128::from(period) * i128::from(self.config.ratio))
+    }
+
+    /// Widths and modes.
+    #[must_use]
+    pub fn config(&self) -> &SampledWallConfig {
+        &self.config
+    }
+
+    /// The block that estimates the velocity, where there is one with equations.
+    #[must_use]
+    pub fn estimator(&self) -> Option<&dyn crate::AnyBlock> {
+        self.velocity.block()
     }
 
     /// What the torque is made of with these inputs and the registers as they stand.
@@ -170,7 +183,7 @@ impl SampledWall {
 
     /// The torque: drag and relief have the same sign, so that the clamp never acts.
     #[inline]
-    fn torque<W: Word>(&self, made: Made<W>) -> W {
+    pub fn torque<W: Word>(&self, made: Made<W>) -> W {
         let Made { contact, penetration, stiffness, damping, velocity } = made;
         let most = 2 * i128::from(self.config.widths.top()) + 1;
         let narrowed = |product: W, name: &str| product.narrow(&self.drag).cut(name, self.drag.to.width());
@@ -322,7 +335,7 @@ impl Block for SampledWall {
         if self.config.spring_held {
             self.held = self.hold.tick(self.sampled(&input)).q;
         }
-        self.velocity.tick(input.position, self.period(&input));
+        self.velocity.tick(input.position, self.velocity_period(input.period));
         self.shown(&input)
     }
 
@@ -332,7 +345,7 @@ impl Block for SampledWall {
             return 0;
         }
         let hold = if self.config.spring_held { self.hold.quiet(&self.sampled(input)) } else { u64::MAX };
-        hold.min(self.velocity.quiet(input.position, self.period(input)))
+        hold.min(self.velocity.quiet(input.position, self.velocity_period(input.period)))
     }
 
     #[inline]
@@ -341,6 +354,6 @@ impl Block for SampledWall {
         if self.config.spring_held {
             self.hold.skip(edges, &self.sampled(input));
         }
-        self.velocity.skip(edges, input.position, self.period(input));
+        self.velocity.skip(edges, input.position, self.velocity_period(input.period));
     }
 }

@@ -1,6 +1,6 @@
 //! A block's arithmetic and its clock edge over any [`Word`]: written once, read by machines and by solvers.
 
-use hpu_signal::{Format, Machine, Ports, Reach, Signal, Term, Word};
+use hpu_signal::{Equations, Format, Machine, Ports, Reach, Signal, Term, Word};
 
 use crate::block::flatten;
 use crate::{AnyBlock, Block};
@@ -27,6 +27,9 @@ pub struct Register {
 }
 
 impl Register {
+    /// Name of a register that counts down to the next sample edge, and only does that meanwhile.
+    pub const COUNTDOWN: &'static str = "countdown";
+
     /// A whole variable, 0 after a reset.
     pub(crate) fn new(name: &'static str, format: Format) -> Self {
         Self { instance: None, name, low: 0, format, reset: Some(0) }
@@ -109,6 +112,9 @@ pub trait AnyStep: AnyBlock {
     fn lemmas(&self) -> Vec<Lemma<'_>>;
     /// The same as terms.
     fn terms(&self, registers: &[Term], input: &[Term]) -> (Vec<Term>, Vec<Term>);
+    /// The same for any reading: of the registers and then the inputs given, the registers after an edge and then the
+    /// outputs before it.
+    fn recorded(&self) -> Equations;
 }
 
 impl<S: Step> AnyStep for S {
@@ -129,6 +135,14 @@ impl<S: Step> AnyStep for S {
     }
     fn terms(&self, registers: &[Term], input: &[Term]) -> (Vec<Term>, Vec<Term>) {
         stepped(self, registers, input)
+    }
+    fn recorded(&self) -> Equations {
+        let (registers, inputs) = (Step::registers(self).len(), flatten(&Block::inputs(self)).len());
+        Equations::of(registers + inputs, |given| {
+            let (registers, inputs) = given.split_at(registers);
+            let (next, shown) = stepped(self, registers, inputs);
+            [next, shown].concat()
+        })
     }
 }
 

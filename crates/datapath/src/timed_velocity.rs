@@ -1,4 +1,4 @@
-//! The velocity of the fixed-position method: the time of a count, turned round by a division.
+//! The velocity of the fixed-position method: the sample period divided by the time between two counts.
 
 use hpu_signal::{Format, Narrowed, Word};
 
@@ -8,21 +8,22 @@ use crate::{
     Block, ConfigError, DividerConfig, EdgeTimer, Register, SequentialDivider, Step, edge_timer, sequential_divider,
 };
 
-/// An `edge_timer` whose interval a `sequential_divider` divides the period by, once a period: counts per period.
+/// An `edge_timer` and a `sequential_divider` that divides the sample period by the timer's interval, once a period.
+/// The quotient is the velocity in counts per period.
 ///
-/// A sample edge captures period and interval; the edge after it starts the division, and the edge that sees its
-/// quotient ready loads it with its sign. Until then, sample edges are passed over. The division is made at the capture
-/// and held back; nobody can tell.
+/// A sample edge captures period and interval. The next edge starts the division, and the edge that sees the quotient
+/// ready loads it with its sign. Until then, further sample edges are ignored. The emulator computes the quotient at
+/// the capture and shows it `latency` edges later; the velocity is cycle-exact.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(crate) struct TimedVelocity {
     timer: EdgeTimer,
     divider: SequentialDivider,
     /// The widths of its division.
     division: DividerConfig,
-    /// Edges from a capture to its velocity.
+    /// Number of edges from a capture to the load of its velocity.
     latency: u64,
     countdown: Countdown,
-    /// Edges until the velocity is loaded; 0 when none is on its way.
+    /// Edges until the velocity is loaded; 0 when no division is running.
     left: u64,
     next: Narrowed,
     latest: Narrowed,
@@ -93,7 +94,7 @@ impl TimedVelocity {
         self.latest
     }
 
-    /// The velocity that a capture leads to now.
+    /// Returns the velocity that a capture at this edge leads to.
     #[inline]
     fn capture(&self, period: i64) -> Narrowed {
         let edge_timer::Out { interval, forward, stopped } = self.timer.shown();
@@ -126,14 +127,14 @@ impl TimedVelocity {
         if stands && self.latest == ZERO && self.timer.at_rest(position) {
             u64::MAX
         } else if on_its_way {
-            // A capture after that one takes as long again.
+            // The next capture after this load takes another `latency` edges to show its velocity.
             if stands { self.left + self.latency } else { self.left - 1 }
         } else {
             self.countdown.left() + self.latency
         }
     }
 
-    /// That many edges with a position that stands, none of which captures.
+    /// Ticks `count` edges at which the position does not change and nothing is captured.
     #[inline]
     fn pass(&mut self, count: u64, period: i64) {
         self.countdown.skip(count, period);
@@ -146,7 +147,7 @@ impl TimedVelocity {
         }
     }
 
-    /// Edges until the next one that captures, with a period that stays.
+    /// Returns the number of edges before the next capture, while the period stays.
     #[inline]
     fn until_capture(&self, period: i64) -> u64 {
         let (first, period) = (self.countdown.left(), edges(period));
@@ -158,7 +159,7 @@ impl TimedVelocity {
         if count == 0 {
             return;
         }
-        // From the first edge on, the position stands.
+        // The position may have changed before the first edge; after it the position stays.
         self.tick(position, period);
         let mut count = count - 1;
         let until_capture = self.until_capture(period);
@@ -166,7 +167,8 @@ impl TimedVelocity {
             self.pass(until_capture, period);
             self.tick(position, period);
             count -= until_capture + 1;
-            // Whoever is quiet for longer than that captures standstill, again and again.
+            // A longer quiet stretch can only be at standstill: every capture then yields 0, so whole rounds are
+            // skipped.
             let round = self.until_capture(period) + 1;
             self.timer.rest(count - count % round);
             count %= round;

@@ -7,8 +7,8 @@
 //! | `dθ/dt = ω` | |
 //! | `τ_h = τ` or `k_h (θ_h - θ) + b_h (dθ_h/dt - ω)` | hand: a torque, or a spring and damper to its intention |
 //!
-//! A hand that prescribes the motion fixes `ω` and bears whatever torque that takes. All angles and torques are at the
-//! motor's shaft; a wheel's inertia arrives divided by the square of its ratio. Valid while the winding is linear (no
+//! A hand that prescribes the motion fixes `ω` and gives whatever torque that takes. All angles and torques are at the
+//! motor's shaft; a wheel's inertia is divided by the square of its ratio. Valid while the winding is linear (no
 //! saturation, no heating) and the shaft rigid. Equations: Vasudevan et al. 2007, with friction added.
 //!
 //! An ideal force amplifier on a rail is the same axis with metres for radians and newtons for newton metres: a current
@@ -24,7 +24,7 @@ use crate::linear::Linear;
 use crate::matrix::{CURRENT, Matrix, SPEED};
 use crate::period::Period;
 
-/// A brushed DC motor with all that turns with it.
+/// A brushed DC motor with everything that turns with it.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Motor {
     /// Winding resistance in Ω.
@@ -33,7 +33,7 @@ pub struct Motor {
     pub inductance_h: f64,
     /// Torque constant in N·m/A, which is also the back-EMF constant in V·s/rad.
     pub torque_constant_nm_per_a: f64,
-    /// Inertia at the shaft, rotor and reflected load, in kg·m².
+    /// Inertia at the shaft, of rotor and reflected load, in kg·m².
     pub inertia_kg_m2: f64,
     /// Viscous friction in N·m·s/rad.
     pub viscous_nm_s_per_rad: f64,
@@ -42,7 +42,8 @@ pub struct Motor {
 }
 
 impl Motor {
-    /// A mass on a rail under an ideal force amplifier: 1 N/A and a winding of no account, for [`Axis::amplified`].
+    /// Returns a mass on a rail under an ideal force amplifier, for [`Axis::amplified`]: 1 N/A, and a winding without
+    /// effect.
     #[must_use]
     pub fn on_rail(mass_kg: f64, viscous_n_s_per_m: f64, coulomb_n: f64) -> Self {
         Self {
@@ -55,7 +56,7 @@ impl Motor {
         }
     }
 
-    /// `A` of the moving motor with a closed circuit of total resistance `resistance_ohm`, states current, speed,
+    /// Returns `A` of the moving motor in a closed circuit of total resistance `resistance_ohm`; states current, speed,
     /// angle.
     #[must_use]
     pub fn matrix(&self, resistance_ohm: f64) -> Matrix {
@@ -77,14 +78,14 @@ impl Motor {
 /// A point mass pushed by an ideal force source: the textbook device of the sampled wall.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Mass {
-    /// In kg.
+    /// Mass in kg.
     pub mass_kg: f64,
-    /// In N·s/m.
+    /// Viscous damping in N·s/m.
     pub damping_n_s_per_m: f64,
 }
 
 impl Mass {
-    /// `A` for states (unused), speed, position.
+    /// Returns `A` for the states (unused), speed, position.
     #[must_use]
     pub fn matrix(&self) -> Matrix {
         let mut a = [[0.0; 4]; 4];
@@ -94,27 +95,27 @@ impl Mass {
     }
 }
 
-/// What holds the shaft.
+/// The hand on the shaft.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Hand {
     /// A constant torque, zero for no hand, in N·m.
     Torque(f64),
     /// A spring and damper to an intended angle.
     Spring(Push),
-    /// The hand imposes the motion.
+    /// A hand that imposes the motion.
     Prescribed,
 }
 
-/// A hand's spring and damper.
+/// The spring and damper of a hand.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Push {
-    /// In N·m/rad.
+    /// Stiffness in N·m/rad.
     pub stiffness_nm_per_rad: f64,
-    /// In N·m·s/rad.
+    /// Damping in N·m·s/rad.
     pub damping_nm_s_per_rad: f64,
 }
 
-/// Why an axis was refused.
+/// The reason why an axis was refused.
 #[derive(Clone, PartialEq, Debug)]
 pub struct AxisError(pub(crate) String);
 
@@ -126,20 +127,20 @@ impl fmt::Display for AxisError {
 
 impl std::error::Error for AxisError {}
 
-/// How the shaft moves.
+/// The mode of the shaft.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Shaft {
-    /// Turning, friction against the sign of the speed; 0 without friction.
+    /// Turning, with friction against this sign of the speed; 0 without friction.
     Slip(i8),
-    /// Turning slowly, smoothed friction in proportion to the speed.
+    /// Turning slowly, with smoothed friction in proportion to the speed.
     Creep,
     /// Held by friction.
     Stuck,
-    /// Held to the hand's motion.
+    /// Moved by a prescribing hand.
     Prescribed,
 }
 
-/// A linear system and the functions of its state that are watched.
+/// A linear system, with the functions of its state that are watched.
 pub(crate) struct Mode {
     pub system: Linear,
     pub current: Guard,
@@ -147,37 +148,37 @@ pub(crate) struct Mode {
     pub angle: Guard,
     /// Torque on a stuck shaft without the constant part: `K i + k_h (θ_h - θ)`.
     pub net: Guard,
-    /// Of the modulator that drives it, once it has cruised.
+    /// The period of the modulator that drives it; set at the first cruise.
     pub period: OnceLock<Option<Period>>,
 }
 
-/// The laws of an axis on a clock: immutable, its modes tabulated when first entered.
+/// The immutable laws of an axis on a clock; each mode is tabulated when it is first entered.
 pub struct Axis {
     pub(crate) motor: Motor,
     pub(crate) bridge: Bridge,
     pub(crate) hand: Hand,
-    /// Whether there is an amplifier alone, and no bridge.
+    /// Whether the axis has an amplifier instead of a bridge.
     pub(crate) amplified: bool,
     edge_s: f64,
     horizon: u64,
-    /// Up to this speed in rad/s friction is proportional to it; 0 where it sticks.
+    /// The speed in rad/s up to which friction is proportional to it; 0 if friction sticks.
     pub(crate) creep_rad_per_s: f64,
     pub(crate) constants: Constants,
     pub(crate) modes: [OnceLock<Mode>; 16],
 }
 
-/// What drives a mode, for a unit of its cause.
+/// Inputs of a mode, per unit of their causes.
 pub(crate) struct Constants {
-    /// The supply's voltage, and a diode's, over the inductance.
+    /// The supply's voltage, and the drop of a diode, over the inductance.
     pub supply: Double,
     pub diode: Double,
-    /// One over the inertia, and Coulomb friction over it.
+    /// One over the inertia, and Coulomb friction over the inertia.
     pub torque: Double,
     pub coulomb: Double,
 }
 
 impl Axis {
-    /// The laws on a clock of period `edge_s`, tabulated for leaps of up to `horizon` edges.
+    /// Creates the laws on a clock of period `edge_s`, tabulated for leaps of up to `horizon` edges.
     ///
     /// # Errors
     ///
@@ -186,8 +187,8 @@ impl Axis {
         Self::checked(motor, Some(bridge), hand, edge_s, horizon)
     }
 
-    /// The same without a bridge: a [`Device`](crate::Device) of it is driven by
-    /// [`drive_current`](crate::Device::drive_current) alone, and its winding may have neither resistance nor
+    /// Creates the laws without a bridge, as [`new`](Self::new) otherwise. A [`Device`](crate::Device) of them is
+    /// driven only by [`drive_current`](crate::Device::drive_current), and its winding needs neither resistance nor
     /// inductance.
     ///
     /// # Errors
@@ -237,7 +238,7 @@ impl Axis {
         Ok(Self { motor, bridge, hand, amplified, edge_s, horizon, creep_rad_per_s, constants, modes })
     }
 
-    /// Resistance of a path with this many closed switches.
+    /// Returns the resistance of a path with this number of closed switches.
     pub(crate) fn path_ohm(&self, switches: u8) -> f64 {
         self.motor.resistance_ohm + f64::from(switches) * self.bridge.on_resistance_ohm
     }
@@ -246,9 +247,10 @@ impl Axis {
         Double::product(f64::from(switches), self.bridge.on_resistance_ohm) + self.motor.resistance_ohm.into()
     }
 
-    /// The mode of a shaft and a circuit; `switches` is `None` where no voltage moves the current: open, or imposed.
+    /// Returns the mode of a shaft and a circuit; `switches` is `None` if no voltage drives the current (open, or
+    /// imposed).
     pub(crate) fn mode(&self, shaft: Shaft, switches: Option<u8>) -> &Mode {
-        // Without on-resistance every closed path is the same system.
+        // Without on-resistance every closed path has the same system.
         let switches = switches.map(|n| if self.bridge.on_resistance_ohm == 0.0 { 0 } else { n });
         let row = match shaft {
             Shaft::Slip(_) => 0,
@@ -284,7 +286,7 @@ impl Axis {
             Shaft::Stuck | Shaft::Prescribed => a[SPEED] = [Double::ZERO; 4],
         }
         if let (true, Some(switches)) = (self.is_resistive(), switches) {
-            // The current is a function of the speed, and moves as that does.
+            // The current is a function of the speed, and changes with it.
             a[CURRENT] = a[SPEED].map(|rate| -(rate * self.ohmic_a_s_per_rad(switches)));
         }
         if shaft == Shaft::Stuck {

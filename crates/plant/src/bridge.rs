@@ -1,8 +1,9 @@
-//! The H-bridge: what its gates make of the motor's terminals.
+//! The H-bridge: the circuit at the motor's terminals, as set by the gates.
 //!
-//! Each leg's switch pair connects its node to the supply, to ground, or to nothing; then its diodes carry the current
-//! that the inductance insists on. The motor's plus terminal hangs on leg B and its minus terminal on leg A, so that a
-//! positive command of the datapath turns against the positive angle: a wall's torque is positive when it pushes back.
+//! Each leg's pair of switches connects its node to the supply, to ground, or to nothing; in the last case the diodes
+//! carry the current that the inductance maintains. The motor's plus terminal is on leg B and its minus terminal on leg
+//! A, so that a positive command of the datapath turns the motor against the positive angle: a wall's torque is
+//! positive when it pushes back.
 //!
 //! **Differs from the hardware**: switches have one on-resistance and no switching time; diodes a constant drop; both
 //! switches of a leg on is a fault in hardware and is refused here.
@@ -45,14 +46,14 @@ pub enum Circuit {
         /// Closed switches in the path, 0 to 2.
         switches: u8,
     },
-    /// No path: no current, as long as the back-EMF stays between the two.
+    /// No path and no current, as long as the back-EMF stays between these two.
     Open {
-        /// Below, current starts in the positive direction. In V.
+        /// Below this back-EMF, in V, current starts in the positive direction.
         emf_min_v: f64,
-        /// Above, current starts in the negative direction. In V.
+        /// Above this back-EMF, in V, current starts in the negative direction.
         emf_max_v: f64,
     },
-    /// An ideal amplifier in the bridge's place: the current is what it says, whatever voltage that takes.
+    /// An ideal amplifier in the bridge's place: it imposes the current, whatever voltage that takes.
     Amplified,
 }
 
@@ -73,7 +74,7 @@ fn leg(high: bool, low: bool) -> Leg {
 }
 
 impl Bridge {
-    /// The circuit for these gates, for a motor that carries `current_a` and induces `emf_v`.
+    /// Returns the circuit for these gates, for a motor that carries `current_a` and induces `emf_v`.
     ///
     /// # Panics
     ///
@@ -91,8 +92,8 @@ impl Bridge {
             Leg::Low => (0.0, 0.0),
             Leg::Off => (-self.diode_drop_v, self.supply_v + self.diode_drop_v),
         };
-        // Without current the terminals differ by the back-EMF; a node that would leave its diodes' range makes them
-        // conduct.
+        // Without current the terminals differ by the back-EMF. A node that would leave the range of its diodes makes
+        // them conduct.
         let (plus_min, plus_max) = rails(plus);
         let (minus_min, minus_max) = rails(minus);
         let (emf_min_v, emf_max_v) = (plus_min - minus_max, plus_max - minus_min);
@@ -108,15 +109,16 @@ impl Bridge {
         self.closed(plus, minus, direction)
     }
 
-    /// The averaged circuit: a duty between -1 and 1 of the command, both switches of the path closed all the while.
+    /// Returns the averaged circuit for a duty of the command between -1 and 1, with both switches of the path closed
+    /// throughout.
     #[must_use]
     pub fn averaged(duty: f64) -> Circuit {
         Circuit::Closed { supply_share: -duty, diodes: 0, direction: 0, switches: 2 }
     }
 
     fn closed(&self, plus: Leg, minus: Leg, direction: i8) -> Circuit {
-        // Positive current enters the motor at plus: an open plus node draws it from ground, an open minus node sends
-        // it to the supply.
+        // Positive current enters the motor at plus: an open plus node draws it from ground, and an open minus node
+        // sends it to the supply.
         let share = |leg, gives: bool| match leg {
             Leg::High => 1.0,
             Leg::Low => 0.0,
@@ -132,7 +134,7 @@ impl Bridge {
         }
     }
 
-    /// The voltage that drives the motor's resistance, inductance and back-EMF.
+    /// Returns the voltage across the motor's resistance, inductance and back-EMF.
     #[must_use]
     pub fn voltage_v(&self, circuit: Circuit) -> f64 {
         match circuit {

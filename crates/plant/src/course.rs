@@ -1,4 +1,4 @@
-//! The course of a motion within one edge, where modes end.
+//! The course of a motion within the one edge in which a mode ends.
 
 use crate::double::{Double, Doubles, Product};
 use crate::guard::Guard;
@@ -6,11 +6,12 @@ use crate::leap::{Integrals, Leap, Quadrature};
 use crate::linear::Trajectory;
 use crate::matrix::{State, dot};
 
-/// Over this share of an edge a short course is straight: with (rate τ) at most 1e-3 it bends by less than 1e-31 of
-/// what an edge changes, and rounding its slope moves it by some 1e-30, as much as the terms in `f64` do.
+/// A course shorter than this share of an edge counts as straight. With (rate τ) at most 1e-3 it bends by less than
+/// 1e-31 of the change over an edge, and the rounding of its slope moves it by about 1e-30, as much as the terms in
+/// `f64` do.
 const STRAIGHT: f64 = 1e-14;
 
-/// A motion's Taylor polynomial: `x⁽ᵏ⁾ / k!` for `k` = 1, 2 …, the first ones in double-double.
+/// A motion's Taylor polynomial: `x⁽ᵏ⁾ / k!` for `k` = 1, 2 …, the first terms in double-double.
 struct Series<const WIDE: usize, const REST: usize> {
     wide: [Doubles; WIDE],
     rest: [State; REST],
@@ -32,7 +33,7 @@ impl<const WIDE: usize, const REST: usize> Series<WIDE, REST> {
         Self { wide, rest }
     }
 
-    /// The change of the state over a time.
+    /// Returns the change of the state over a time.
     #[inline(always)]
     fn change<P: Product>(&self, tau_s: Double) -> Doubles {
         let mut small = [0.0; 4];
@@ -46,14 +47,15 @@ impl<const WIDE: usize, const REST: usize> Series<WIDE, REST> {
         change
     }
 
-    /// The same rounded.
+    /// Returns the change of the state over a time, in `f64`.
     #[inline(always)]
     fn rounded(&self, tau_s: f64) -> State {
         let terms = self.wide.iter().map(|term| &term.hi).chain(&self.rest);
         terms.rev().fold([0.0; 4], |sum, term| std::array::from_fn(|r| (sum[r] + term[r]) * tau_s))
     }
 
-    /// How `row · x` goes from a value, by the terms in double-double alone: value and slope after a time.
+    /// Returns a function of time for value and slope of `row · x` from a given value, by the rounded double-double
+    /// terms alone.
     #[inline(always)]
     fn along(&self, row: &State, before: f64) -> impl Fn(f64) -> (f64, f64) {
         let polynomial: [f64; WIDE] = std::array::from_fn(|k| dot(row, &self.wide[k].hi));
@@ -68,26 +70,26 @@ impl<const WIDE: usize, const REST: usize> Series<WIDE, REST> {
     }
 }
 
-/// By (rate τ) of one edge.
+/// The polynomial, chosen by (rate τ) of one edge.
 #[expect(clippy::large_enum_variant, reason = "nearly every course is short, and one is begun at each end of a mode")]
 enum Terms {
-    /// At most 1e-3: the first term that is left out is 1e-33 of the first of all, the first one in `f64` 1e-14.
+    /// (rate τ) at most 1e-3: the first omitted term is 1e-33 of the first term, and the first term in `f64` is 1e-14
+    /// of it.
     Short(Series<4, 5>),
-    /// At most a quarter: 2e-38 and 2e-19.
+    /// (rate τ) at most a quarter: these shares are 2e-38 and 2e-19.
     Long(Box<Series<13, 10>>),
-    /// Beyond: none, but the exact leap.
+    /// (rate τ) beyond a quarter: no polynomial, but the exact leap.
     None,
 }
 
-/// The course of a motion within one edge: its Taylor polynomial, or the exact leap where an edge is long for the
-/// system.
+/// The course of a motion within one edge: its Taylor polynomial, or the exact leap if an edge is long for the system.
 pub(crate) struct Course<'a> {
     motion: Trajectory<'a>,
     terms: Terms,
 }
 
 impl<'a> Course<'a> {
-    /// The course from a motion's anchor.
+    /// Creates the course from a motion's anchor.
     #[inline(always)]
     pub(crate) fn new<P: Product>(motion: Trajectory<'a>) -> Self {
         let system = motion.system;
@@ -102,7 +104,7 @@ impl<'a> Course<'a> {
         Self { motion, terms }
     }
 
-    /// The state `tau_s` later, at most one clock period.
+    /// Returns the state `tau_s` later, at most one clock period.
     #[inline(always)]
     pub(crate) fn at<P: Product>(&self, tau_s: Double) -> Doubles {
         match &self.terms {
@@ -112,7 +114,8 @@ impl<'a> Course<'a> {
         }
     }
 
-    /// Newton's steps within a shrinking bracket, for when a value that is `before` passes zero within an edge.
+    /// Returns the time at which a value that is `before` now passes zero within an edge, by Newton's steps in a
+    /// shrinking bracket.
     #[inline(always)]
     fn newton(&self, before: Double, guess_s: f64, value_and_slope: impl Fn(f64) -> (f64, f64)) -> f64 {
         let edge_s = self.motion.system.edge_s;
@@ -133,8 +136,9 @@ impl<'a> Course<'a> {
         t
     }
 
-    /// When `row · x`, which is `before` away from `limit` at the start and beyond it after an edge, passes it, and the
-    /// state there: Newton's steps within a shrinking bracket, then on the double-double course.
+    /// Returns the time at which `row · x` passes `limit`, and the state there. At the start it is `before` away from
+    /// the limit, and after an edge beyond it. Found by Newton's steps in a shrinking bracket, then on the
+    /// double-double course.
     #[inline(always)]
     pub(crate) fn crossing<P: Product>(
         &self,
@@ -153,7 +157,7 @@ impl<'a> Course<'a> {
             }),
         };
         let edge_s = self.motion.system.edge_s;
-        // Each step doubles the digits that are right; a limit only grazed has none to gain.
+        // Each step doubles the number of right digits, unless the motion only grazes the limit.
         let mut exact = Double::from(t);
         let mut x = self.at::<P>(exact);
         for _ in 0..3 {
@@ -176,7 +180,7 @@ impl<'a> Course<'a> {
         (exact, x)
     }
 
-    /// The integrals over `tau_s`, at whose end the state is `end`.
+    /// Returns the integrals over `tau_s`, at whose end the state is `end`.
     #[inline(always)]
     pub(crate) fn integrals(&self, tau_s: f64, end: &State) -> Integrals {
         let (x, w) = (&self.motion.x.hi, &self.motion.w.hi);
@@ -189,7 +193,7 @@ impl<'a> Course<'a> {
                 return done;
             }
         }
-        // The trapezoid with its ends' slopes: error of order (rate τ)^4.
+        // The trapezoid rule with the slopes at its ends: error of order (rate τ)^4.
         let after = self.motion.slope(end);
         let (half, twelfth) = (0.5 * tau_s, tau_s * tau_s / 12.0);
         Integrals {
@@ -201,8 +205,8 @@ impl<'a> Course<'a> {
     }
 }
 
-/// Integrals over a time by Gauss's five points, of a motion from `x` that changes so: with (rate τ) at most a quarter
-/// they are the exact leap's to 2e-13.
+/// Returns integrals over a time by Gauss's five points, for a motion from `x` with the given change. With (rate τ) at
+/// most a quarter they equal the exact leap's to 2e-13.
 fn gauss(x: &State, tau_s: f64, change: impl Fn(f64) -> State) -> Integrals {
     // Nodes and weights on [-1, 1], Abramowitz and Stegun, table 25.4.
     const POINTS: [(f64, f64); 5] = [
@@ -225,14 +229,14 @@ fn gauss(x: &State, tau_s: f64, change: impl Fn(f64) -> State) -> Integrals {
     done
 }
 
-/// 1/k in double-double, by `k - 1`.
+/// 1/k in double-double, at index `k - 1`.
 const SHARES: [Double; 13] = {
     let mut shares = [Double { hi: 1.0, lo: 0.0 }; 13];
     let mut k = 1;
     while k < 13 {
         let divisor = (k + 1) as f64;
         let hi = 1.0 / divisor;
-        // Exact: upper and lower half of the digits, each times a small integer.
+        // Exact: the upper and the lower half of the digits, each times a small integer.
         let top = f64::from_bits(hi.to_bits() & !0x7ff_ffff);
         shares[k] = Double { hi, lo: ((1.0 - divisor * top) - divisor * (hi - top)) / divisor };
         k += 1;
@@ -249,12 +253,13 @@ mod tests {
     use crate::linear::{Linear, Trajectory};
     use crate::matrix::{CURRENT, Matrix, SPEED, State, rate};
 
-    /// A motor on a hand, whose current decays in 0.1 ms.
+    /// A motor held by a hand, whose current decays in 0.1 ms.
     const A: Matrix = [[-1e4, -60.0, 0.0, 0.0], [2e3, -5.0, -3e5, 3e5], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0]];
     const X: State = [0.7, -3.1, 0.02, 0.05];
     const F: State = [9e3, 4.0, 0.0, 1.5];
 
-    /// Systems whose edge is so long, from the shortest to the longest that a polynomial is taken for, and one beyond.
+    /// Systems with these lengths of an edge: from the shortest to the longest for which a polynomial is used, and one
+    /// beyond.
     fn systems() -> [(f64, Linear); 5] {
         [5e-4, 2e-3, 0.02, 0.249, 0.7].map(|size| (size, Linear::new(A, size / rate(&A), 1 << 20)))
     }
@@ -311,7 +316,7 @@ mod tests {
             let (course, guard) = (course(system), Guard::new(row, system));
             let value = |x: &Doubles| guard.exact_value::<Halves>(x);
             let (begun, ended) = (value(&X.into()), value(&course.at::<Halves>(system.edge_s.into())));
-            // Where a third of the way is done.
+            // The value after a third of the way.
             let limit = Double::from(begun.hi + (ended.hi - begun.hi) / 3.0);
             let (tau_s, there) = course.crossing::<Halves>(&guard, limit, begun - limit, 0.5 * system.edge_s);
             assert!(tau_s.hi > 0.0 && tau_s.hi < system.edge_s);

@@ -1,21 +1,22 @@
-//! Whole periods of a modulator, leapt.
+//! Leaps over whole periods of a modulator.
 //!
-//! While gates repeat one pulse of `d` edges every `T`, through circuits of the same matrix, the motion is
-//! `x' = A x + f(t)` with a periodic `f`: `f_on` first, then `f_on - Δ e`, where `e` is the current's unit. Over a
-//! period it comes to `x(T) = e^{AT} x₀ + P(T) f_on - Δ P(T - d) e`. The *smooth* motion `y' = A y + f_on - Δ c` with
-//! `c = P(T)⁻¹ P(T - d) e`, begun in the same state, does the same: `y(kT) = x(kT)` for every whole `k`. What the two
-//! differ by in between, the *ripple* `δ = x - y`, is the same in every period and does not depend on the state: its
-//! slope begins with `Δ c`, and falls by `Δ e` when the pulse ends.
+//! While gates repeat one pulse of `d` edges every `T`, through circuits of the same matrix, the motion is `x' = A x +
+//! f(t)` with a periodic `f`: `f_on` first, then `f_on - Δ e`, where `e` is the current's unit. Over a period it comes
+//! to `x(T) = e^{AT} x₀ + P(T) f_on - Δ P(T - d) e`. The *smooth* motion `y' = A y + f_on - Δ c` with `c = P(T)⁻¹ P(T -
+//! d) e`, begun in the same state, comes to the same: `y(kT) = x(kT)` for every whole `k`. The difference in between,
+//! the *ripple* `δ = x - y`, is the same in every period and does not depend on the state: its slope begins with `Δ c`,
+//! and falls by `Δ e` when the pulse ends.
 //!
-//! So any number of periods is one leap of `y`. No count of the encoder and no end of a mode lies in them while `y`
-//! keeps to limits that are narrower by a bound of the ripple; the search is the one that finds events.
+//! So any number of periods is one leap of `y`. They contain no count of the encoder and no end of a mode as long as
+//! `y` keeps to limits that are narrowed by a bound of the ripple. The search is the same as the search for events.
 //!
 //! # Energy
 //!
-//! Let `x̄` and `w̄` be the means of `y` and of its slope where periods begin. `w̄ = P(T)⁻¹ (y(nT) - y(0)) / n`, as
-//! `y((k+1)T) - y(kT) = P(T) w(kT)`, and `x̄` follows from `∫ y`. Integrals of states are linear: over `n` periods they
-//! are `n` times those of one period from `x̄` and `w̄`, phase by phase. Those of squares are `n` times those of that
-//! period, and what `∫ y²` has over `n` such smooth periods: `y` and ripple meet in terms that are linear in either.
+//! Let `x̄` and `w̄` be the means of `y` and of its slope at the starts of the periods. `w̄ = P(T)⁻¹ (y(nT) - y(0)) /
+//! n`, as `y((k+1)T) - y(kT) = P(T) w(kT)`, and `x̄` follows from `∫ y`. Integrals of states are linear: over `n`
+//! periods they are `n` times those of one period from `x̄` and `w̄`, phase by phase. Integrals of squares are `n`
+//! times those of that period, plus the excess of `∫ y²` over `n` such smooth periods, because `y` and ripple appear
+//! together only in terms that are linear in either.
 
 use std::array::from_fn;
 
@@ -30,7 +31,7 @@ use crate::matrix::{ANGLE, CURRENT, SPEED, State, plus};
 use crate::period::Period;
 use crate::{Circuit, Gates};
 
-/// Gates that repeat: a pulse, then a pause.
+/// Gates that repeat a pulse and a pause.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Pulses {
     /// Edges of a period.
@@ -41,36 +42,36 @@ pub struct Pulses {
     pub pause: Gates,
 }
 
-/// Fewer periods than this are not worth a leap: it costs as much as setting gates some four times.
+/// The least number of periods worth a leap: it costs as much as setting gates about four times.
 const LEAST: u64 = 2;
 
-/// What a device goes on with while its gates repeat, its anchor at the beginning of a pulse and its motion the smooth
-/// one.
+/// The state of a device while its gates repeat. Its anchor is the beginning of a pulse, and its motion the smooth one.
 #[derive(Clone)]
 pub(crate) struct Cruise<'a> {
     period: &'a Period,
     duty: u64,
-    /// The edge at which it ends.
+    /// The edge at which the cruise ends.
     end: u64,
-    /// Input and source of pulse and pause.
+    /// Inputs and source voltages of pulse and pause.
     inputs: [Doubles; 2],
     source_v: [f64; 2],
     pause: (Drive, Circuit),
-    /// The slope of the ripple at its beginning, and by how much the current's falls when the pulse ends.
+    /// The slope of the ripple at its beginning, and the fall of the current's slope at the end of the pulse.
     rise: State,
     fall: f64,
-    /// The phase last asked for edge by edge: its first edge, that of the next one, its motion.
+    /// The phase of the edge last asked for by `at_next`: its first edge, the first edge of the next
+    /// phase, and its motion.
     phase: (u64, u64, Trajectory<'a>),
 }
 
 impl<'a> Cruise<'a> {
-    /// A motion of this system seen through `f64`.
+    /// Returns a motion of this system in `f64`.
     fn seen(system: &'a Linear, x: &State, w: &State) -> Trajectory<'a> {
         Trajectory { system, x: (*x).into(), f: Doubles::ZERO, w: (*w).into() }
     }
 
-    /// The phase that so many edges after the anchor lie in: its first edge, that of the next one, state and slope
-    /// there.
+    /// Returns the phase that contains this number of edges after the anchor: its first edge, the first edge of the
+    /// next phase, and state and slope at its start.
     #[inline(always)]
     fn phase(&self, smooth: &Trajectory<'a>, edges: u64) -> (u64, u64, State, State) {
         let begun = edges - edges % self.period.edges;
@@ -86,7 +87,7 @@ impl<'a> Cruise<'a> {
     }
 
     versions! {
-        /// The state so many edges after the anchor.
+        /// Returns the state this number of edges after the anchor.
         pub(crate) fn at[at_fused, at_native, at_with](self: &Self, smooth: &Trajectory<'a>, edges: u64) -> State
     }
 
@@ -106,7 +107,7 @@ impl<'a> Cruise<'a> {
         self.phase = (begun, ended, Self::seen(smooth.system, &x, &w));
     }
 
-    /// The same for edges asked one after the other.
+    /// Returns the same state, for edges that are asked one after the other.
     #[inline(always)]
     pub(crate) fn at_next(&mut self, smooth: &Trajectory<'a>, edges: u64, cache: &mut (u64, (State, State))) -> State {
         if !(self.phase.0..self.phase.1).contains(&edges) {
@@ -116,8 +117,8 @@ impl<'a> Cruise<'a> {
         self.phase.2.at_next(edges - self.phase.0, cache)
     }
 
-    /// Bounds of what functions of the ripple come to: where they are in the middle and at the end of either phase, and
-    /// how far they can bulge in between.
+    /// Returns bounds of functions of the ripple: from their values in the middle and at the end of either phase, and
+    /// the most that they can bulge in between.
     fn ripple(&self, system: &'a Linear, guards: [&Guard; 3]) -> [f64; 3] {
         let mut most = [0.0; 3];
         let mut bulge = [0.0; 3];
@@ -136,22 +137,23 @@ impl<'a> Cruise<'a> {
             }
             w[CURRENT] -= self.fall;
         }
-        // What rounding adds is far below a hundredth of the bulge.
+        // Rounding adds far less than a hundredth of the bulge.
         from_fn(|k| 1.01 * (most[k] + bulge[k]))
     }
 
-    /// Edges of a period.
+    /// Returns the edges of a period.
     pub(crate) fn period_edges(&self) -> u64 {
         self.period.edges
     }
 
-    /// The pulse or pause that so many edges after the anchor lie in: its first edge, that of the next one, its motion.
+    /// Returns the pulse or pause that contains this number of edges after the anchor: its first edge, the first edge
+    /// of the next one, and its motion.
     pub(crate) fn pulse(&self, smooth: &Trajectory<'a>, edges: u64) -> (u64, u64, Trajectory<'a>) {
         let (begun, ended, x, w) = self.phase(smooth, edges);
         (begun, ended, Self::seen(smooth.system, &x, &w))
     }
 
-    /// The integrals of the ripple in current and speed over so many edges after the anchor.
+    /// Returns the integrals of the ripple in current and speed over this number of edges after the anchor.
     pub(crate) fn ripple_until(&self, smooth: &Trajectory<'a>, edges: u64) -> [f64; 2] {
         let (system, duty) = (smooth.system, self.duty);
         let (pulse, middle, mut falling) = system.glide(&[0.0; 4], &self.rise, duty);
@@ -167,12 +169,12 @@ impl<'a> Cruise<'a> {
         [CURRENT, SPEED].map(|k| whole as f64 * period[k] + rest[k])
     }
 
-    /// What the gates do so many edges after the anchor, whose own are those of the pulse.
+    /// Returns whether the gates are those of the pulse, as at the anchor, this number of edges after it.
     fn is_pulse(&self, edges: u64) -> bool {
         edges % self.period.edges < self.duty
     }
 
-    /// Accounts for so many periods of a device; the state after them.
+    /// Accounts for a number of periods of a device and returns the state after them.
     #[inline(always)]
     fn pass<P: Product>(&self, device: &Device, periods: u64, energy: &mut Energy) -> Doubles {
         let (motion, system, duty) = (&device.motion, device.motion.system, self.duty);
@@ -199,7 +201,7 @@ impl<'a> Cruise<'a> {
         end
     }
 
-    /// The energy that a device has exchanged until so many edges after its anchor, and the state there.
+    /// Returns the energy that a device has exchanged until this number of edges after its anchor, and the state there.
     #[inline(always)]
     pub(crate) fn tallied<P: Product>(&self, device: &Device, edges: u64) -> (Energy, Doubles) {
         let (periods, mut rest) = (edges / self.period.edges, edges % self.period.edges);
@@ -225,9 +227,10 @@ impl<'a> Cruise<'a> {
 
 impl<'a> Device<'a> {
     versions! {
-        /// Where its gates have just been set to begin a pulse and will repeat it as `pulses` says until the edge
-        /// `last`, it goes on so for two periods or more, up to an edge before which no mode ends and the angle stays
-        /// in `[low_rad, high_rad)`; to which, if it can. Before that edge it heeds no gates but others than foreseen.
+        /// Begins a cruise, if the device can go on by itself for two periods or more. Its gates must just have been
+        /// set to begin a pulse, and will repeat it as `pulses` says until the edge `last`. Returns the edge at which
+        /// the cruise ends: before it no mode ends, and the angle stays in `[low_rad, high_rad)`. Until then the device
+        /// ignores gates, unless they differ from those foreseen.
         pub fn cruise[cruise_fused, cruise_native, cruise_with](self: &mut Self, edge: u64, last: u64, band_rad: (f64, f64), pulses: &Pulses) -> Option<u64>
     }
 
@@ -240,7 +243,7 @@ impl<'a> Device<'a> {
             return None;
         }
         let x = self.motion.x;
-        // At its present speed it must be some time to the next count.
+        // At its present speed, the next count must be some time away.
         let way_rad = x.hi[SPEED] * (LEAST * period) as f64 * self.motion.system().edge_s();
         let ahead_rad = x.hi[ANGLE] + way_rad;
         if self.shaft != Shaft::Stuck && !(band_rad.0..band_rad.1).contains(&ahead_rad) {
@@ -294,8 +297,8 @@ impl<'a> Device<'a> {
         end
     }
 
-    /// Narrows the limits of the checks, and a band of the angle, by what the ripple may come to; if the state is
-    /// within.
+    /// Narrows the limits of the checks, and a band of the angle, by the bound of the ripple. Returns the band if the
+    /// state is within it and within the limits.
     fn narrowed(&mut self, cruise: &Cruise<'a>, (low_rad, high_rad): (f64, f64)) -> Option<(f64, f64)> {
         let x = self.motion.x.hi;
         let angle = &self.mode.angle;
@@ -313,20 +316,20 @@ impl<'a> Device<'a> {
         (self.shaft == Shaft::Stuck || x[ANGLE] > low_rad && x[ANGLE] < high_rad).then_some((low_rad, high_rad))
     }
 
-    /// The edge at which it ceases to go on with repeated gates, if it does so.
+    /// Returns the edge at which the present cruise ends; `None` without a cruise.
     #[inline(always)]
     pub(crate) fn cruise_end(&self) -> Option<u64> {
         self.cruise.as_ref().map(|cruise| cruise.end)
     }
 
-    /// Whether a drive from `edge` on is what a cruise foresees there.
+    /// Returns whether a drive from `edge` on equals the one that the cruise foresees there.
     pub(crate) fn foresees(&self, cruise: &Cruise<'a>, edge: u64, drive: Drive) -> bool {
         let foreseen = if cruise.is_pulse(edge - self.anchor) { self.drive } else { cruise.pause.0 };
         edge < cruise.end && drive == foreseen
     }
 
     versions! {
-        /// Comes to the end of a cruise.
+        /// Moves to the end of a cruise.
         pub(crate) fn land[land_fused, land_native, land_with](self: &mut Self, edge: u64)
     }
 
@@ -336,15 +339,15 @@ impl<'a> Device<'a> {
         self.redrive::<P>(edge, x);
     }
 
-    /// Ends a cruise at an edge, before the gates are set there: the state, all else but the motion as if there had
-    /// been none.
+    /// Ends a cruise at an edge, before the gates are set there, and returns the state. All else but the motion is left
+    /// as if there had been no cruise.
     #[inline(always)]
     pub(crate) fn leave<P: Product>(&mut self, cruise: &Cruise<'a>, edge: u64) -> Doubles {
         let edges = edge - self.anchor;
         let (energy, x) = cruise.tallied::<P>(self, edges);
         self.energy = energy;
         self.motion.f = cruise.inputs[0];
-        // A pulse drives up to the edge at which the gates say that it is over.
+        // A pulse drives up to the edge at which the gates show that it is over.
         if edges == 0 || !cruise.is_pulse(edges - 1) {
             (self.drive, self.circuit) = cruise.pause;
         }

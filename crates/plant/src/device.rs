@@ -1,8 +1,8 @@
-//! An axis in motion: its state, its modes, and the energy it has exchanged.
+//! An axis in motion: its state, its modes, and its energy exchanged so far.
 //!
 //! The state is kept at an *anchor* edge, in double-double, and flowed from there, never stepped. The anchor moves only
-//! when what drives the motion changes: the gates or the amplifier's current, the hand's intention, or a mode (slip and
-//! stuck, diode and open circuit).
+//! when the drive of the motion changes: the gates or the amplifier's current, the hand's intention, or a mode (slip
+//! and stuck, diode and open circuit).
 
 use hpu_signal::Real;
 
@@ -18,7 +18,7 @@ use crate::matrix::{ANGLE, CURRENT, INTENT, SPEED, State};
 use crate::modes::Check;
 use crate::{Axis, Bridge, Circuit, Gates};
 
-/// What comes next is looked for so many edges ahead at least.
+/// The least number of edges that the next event is searched for.
 const NEAR: u64 = 64;
 
 /// The continuous outputs, in the order of [`Device::reals`].
@@ -29,7 +29,7 @@ pub const REALS: [Real; 4] = [
     Real { name: "torque_nm", doc: "Torque of the motor on its shaft, positive along the positive angle" },
 ];
 
-/// What drives an axis.
+/// The drive of an axis.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Drive {
     /// A bridge's gates.
@@ -57,28 +57,28 @@ pub struct Device<'a> {
     pub(crate) initial_j: f64,
     pub(crate) mode_changes: u64,
     pub(crate) prefix: (u64, (State, State)),
-    /// What it goes on with while its gates repeat; the motion is then the smooth one.
+    /// The state of a cruise over repeated gates; the motion is then the smooth one.
     pub(crate) cruise: Option<Cruise<'a>>,
-    /// Up to which edge is known what comes next while the angle is in that band, and what.
+    /// The edge up to which the next event is known while the angle is in this band, and that event.
     pub(crate) ahead: (u64, (f64, f64), Option<Event>),
-    /// The edge at which the smooth motion last looked at leaves its limits.
+    /// The edge at which the last smooth motion tried leaves its limits.
     pub(crate) leaves: u64,
-    /// Errors of the angle and of the checked functions, good for less than so many edges after the anchor.
+    /// The number of edges after the anchor below which the error bounds in `noise` (angle, checked functions) hold.
     pub(crate) heard: u64,
     noise: [f64; 3],
     pub(crate) redecided: u64,
-    /// What the check of the shaft stays within.
+    /// The limits within which the check of the shaft must stay.
     pub(crate) held: Limits,
-    /// Current and speed between rows, if anybody asked.
+    /// Current and speed between rows, if the observer asks for them.
     gauge: Option<Box<Gauge<2>>>,
 }
 
-/// The edge of an event, and the state that the motion brings there.
+/// The edge of an event, and the state of the motion there.
 pub type Event = (u64, State);
 
 impl<'a> Device<'a> {
-    /// A device in its circuit (all gates off, or an amplifier that goes on with the current) at edge 0, with initial
-    /// current, speed and angle.
+    /// Creates a device at edge 0 with initial current, speed and angle, in its circuit: with all gates off, or with an
+    /// amplifier that maintains the current.
     #[must_use]
     pub fn new(axis: &'a Axis, current_a: f64, speed_rad_per_s: f64, angle_rad: f64) -> Self {
         let x = [current_a, speed_rad_per_s, angle_rad, angle_rad];
@@ -121,7 +121,7 @@ impl<'a> Device<'a> {
         device
     }
 
-    /// The state at an edge at or after the anchor.
+    /// Returns the state at an edge at or after the anchor.
     #[inline]
     #[must_use]
     pub fn state(&self, edge: u64) -> State {
@@ -132,7 +132,7 @@ impl<'a> Device<'a> {
         }
     }
 
-    /// The same for edges asked in rising order, one by one: remembers what neighbours share.
+    /// Returns the state for edges asked in rising order, one by one; remembers the terms that neighbours share.
     #[inline(always)]
     pub fn state_next(&mut self, edge: u64) -> State {
         let edges = edge - self.anchor;
@@ -142,13 +142,14 @@ impl<'a> Device<'a> {
         }
     }
 
-    /// The outputs named by [`REALS`] at an edge.
+    /// Returns the outputs named by [`REALS`] at an edge.
     #[must_use]
     pub fn reals(&self, edge: u64) -> [f64; REALS.len()] {
         self.shown(&self.state(edge))
     }
 
-    /// The outputs at an edge, `stride` after it, and so on: each those of [`reals`](Self::reals), to the bit.
+    /// Writes the outputs at the edges `first`, `first + stride` and so on: each equals [`reals`](Self::reals) to the
+    /// bit.
     pub fn rows(&self, first: u64, stride: u64, rows: &mut [[f64; REALS.len()]]) {
         if self.cruise.is_some() {
             for (row, index) in rows.iter_mut().zip(0..) {
@@ -167,13 +168,13 @@ impl<'a> Device<'a> {
         [x[CURRENT], x[SPEED], x[ANGLE], self.axis.motor.torque_constant_nm_per_a * x[CURRENT]]
     }
 
-    /// From edge 0 on, mean and extremes of current and speed are kept between rows: see [`measured`](Self::measured).
+    /// Gathers mean and extremes of current and speed between rows from edge 0 on; see [`measured`](Self::measured).
     pub fn measure(&mut self, pace: Pace) {
         self.gauge = Some(Box::new(Gauge::new(pace)));
     }
 
-    /// What the row at an edge tells of current and speed, exactly: means and extremes since the row before; nothing
-    /// unless [`measure`](Self::measure) asked for it.
+    /// Returns the exact means and extremes of current and speed since the row before the row at this edge; `None`
+    /// unless [`measure`](Self::measure) asked for them.
     #[must_use]
     pub fn measured(&self, edge: u64) -> Option<[Measured; 2]> {
         let gauge = self.gauge.as_deref()?;
@@ -188,13 +189,13 @@ impl<'a> Device<'a> {
         Some(gauge.row(edge, self.motion.system().edge_s(), &[x[CURRENT], x[SPEED]]))
     }
 
-    /// What is felt at an edge: see [`Axis::felt`].
+    /// Returns the hand's angle and torque at an edge: see [`Axis::felt`].
     #[must_use]
     pub fn felt(&self, edge: u64) -> [f64; 2] {
         self.axis.felt(&self.state(edge), self.intent_rad_per_s)
     }
 
-    /// The gauge at an edge after the anchor.
+    /// Returns the gauge at an edge after the anchor.
     fn gauge_at(&self, gauge: &Gauge<2>, edge: u64) -> Gauge<2> {
         let guards = [&self.mode.current, &self.mode.speed];
         let flow = Flow { motion: &self.motion, guards, anchor: self.anchor };
@@ -204,8 +205,8 @@ impl<'a> Device<'a> {
         }
     }
 
-    /// Takes note of the motion from the anchor to an edge, for rows: before [`account`](Self::account), and not in it,
-    /// for whom it would cost a good part of its registers.
+    /// Tells the gauge the motion from the anchor to an edge, for rows. Called before [`account`](Self::account), not
+    /// in it, where it would occupy many of that function's registers.
     #[inline(always)]
     pub(crate) fn pass(&mut self, edge: u64) {
         if self.gauge.is_some() && edge != self.anchor {
@@ -220,13 +221,13 @@ impl<'a> Device<'a> {
         }
     }
 
-    /// Whether rows tell means and extremes.
+    /// Returns whether rows have means and extremes.
     #[inline(always)]
     pub(crate) fn is_measured(&self) -> bool {
         self.gauge.is_some()
     }
 
-    /// Takes note of the course of an edge in which a mode ended.
+    /// Tells the gauge the course of an edge in which a mode ended.
     #[cold]
     pub(crate) fn pass_course(&mut self, edge: u64, course: &Whole<2>) {
         if let Some(gauge) = &mut self.gauge {
@@ -234,32 +235,32 @@ impl<'a> Device<'a> {
         }
     }
 
-    /// How often a mode has changed.
+    /// Returns how often a mode has changed.
     #[must_use]
     pub fn mode_changes(&self) -> u64 {
         self.mode_changes
     }
 
-    /// How many decisions (is the angle past a count, has a mode ended) `f64` could not vouch for, so that they were
-    /// made again in double-double.
+    /// Returns how many decisions (is the angle past a count, has a mode ended) were made again in double-double
+    /// because `f64` was not exact enough.
     #[must_use]
     pub fn redecided(&self) -> u64 {
         self.redecided
     }
 
-    /// Whether friction holds the shaft.
+    /// Returns whether friction holds the shaft.
     #[must_use]
     pub fn is_stuck(&self) -> bool {
         self.shaft == Shaft::Stuck
     }
 
-    /// The energy exchanged until `edge`.
+    /// Returns the energy exchanged until `edge`.
     #[must_use]
     pub fn energy(&self, edge: u64) -> Energy {
         self.tallied(edge).0
     }
 
-    /// Energy stored at `edge` over that at the start.
+    /// Returns the energy stored at `edge` minus that at the start.
     #[must_use]
     pub fn stored_j(&self, edge: u64) -> f64 {
         let motor = &self.axis.motor;
@@ -284,12 +285,12 @@ impl<'a> Device<'a> {
         self.driven(edge, Drive::Average(duty));
     }
 
-    /// An ideal amplifier imposes this current from `edge` on; on a rail the force, in N.
+    /// Imposes this current from `edge` on, as an ideal amplifier does; on a rail the force, in N.
     pub fn drive_current(&mut self, edge: u64, current_a: f64) {
         self.driven(edge, Drive::Current(current_a));
     }
 
-    /// Sets what drives it from `edge` on.
+    /// Sets the drive from `edge` on.
     ///
     /// # Panics
     ///
@@ -344,7 +345,7 @@ impl<'a> Device<'a> {
         }
     }
 
-    /// The torque jumps, so friction may lose its hold here and now.
+    /// Lets friction lose its hold, if the torque has jumped beyond it.
     fn let_go(&mut self, x: &Doubles) {
         if self.shaft == Shaft::Stuck {
             self.shaft = self.shaft_at(x);
@@ -352,7 +353,7 @@ impl<'a> Device<'a> {
         }
     }
 
-    /// From `edge` on the hand means to be at `angle_rad` and to move at `speed_rad_per_s`; a prescribing hand is.
+    /// Sets the hand's intended angle and speed from `edge` on; a prescribing hand moves the shaft to them.
     pub fn intend(&mut self, edge: u64, angle_rad: f64, speed_rad_per_s: f64) {
         self.pass(edge);
         self.guide(edge, angle_rad, speed_rad_per_s);
@@ -385,7 +386,7 @@ impl<'a> Device<'a> {
         self.enter_with::<P>(edge, x);
     }
 
-    /// Sees to it that the errors' bounds hold at an edge after so many.
+    /// Makes sure that the bounds of the errors hold this number of edges after the anchor.
     #[inline(always)]
     fn hear(&mut self, edges: u64) {
         if edges >= self.heard {
@@ -395,7 +396,7 @@ impl<'a> Device<'a> {
 
     #[inline(always)]
     fn listen(&mut self, edges: u64) {
-        // An end beyond the tables is not come to in one leap.
+        // An end beyond the tables is not reached in one leap.
         let dyadic = dyadic(edges).min(self.motion.system().dyadic() - 1);
         self.heard = (1 << dyadic) + 1;
         let check = |index: usize| {
@@ -405,19 +406,19 @@ impl<'a> Device<'a> {
         self.noise = [self.mode.angle.noise(&self.motion, dyadic, &anywhere), check(0), check(1)];
     }
 
-    /// Whether an angle is within a band by more than its `f64` value can err.
+    /// Returns whether an angle is within a band by more than the error of its `f64` value.
     #[inline(always)]
     pub fn is_surely_within(&mut self, edge: u64, angle_rad: f64, (low_rad, high_rad): (f64, f64)) -> bool {
         if self.cruise.is_some() {
-            // Its limits are narrower by far more than this.
+            // The limits of a cruise are narrower by far more than this error.
             return angle_rad > low_rad && angle_rad < high_rad;
         }
         self.hear(edge - self.anchor);
         angle_rad - low_rad > self.noise[0] && high_rad - angle_rad > self.noise[0]
     }
 
-    /// Where the angle lies with respect to the band from `low_rad`, inclusive, to `high_rad`, at an edge where its
-    /// `f64` value is `angle_rad`: -1 below, 0 inside, 1 above. Decided in double-double where `f64` cannot tell.
+    /// Returns where the angle lies with respect to the band from `low_rad`, inclusive, to `high_rad`, at an edge where
+    /// its `f64` value is `angle_rad`: -1 below, 0 inside, 1 above. Decided in double-double where `f64` cannot tell.
     pub fn side_of_band(&mut self, edge: u64, angle_rad: f64, (low_rad, high_rad): (f64, f64)) -> i8 {
         if self.cruise.is_some() {
             return i8::from(angle_rad >= high_rad) - i8::from(angle_rad < low_rad);
@@ -434,8 +435,8 @@ impl<'a> Device<'a> {
     }
 
     versions! {
-        /// The first edge in (`from`, `to`] at which a mode ends or the angle leaves `[low_rad, high_rad)`, where
-        /// neither has happened at `from`; or the end of a [`cruise`](Self::cruise).
+        /// Returns the first edge in (`from`, `to`] at which a mode ends or the angle leaves `[low_rad, high_rad)`,
+        /// where neither has happened at `from`; or the end of a [`cruise`](Self::cruise).
         #[must_use]
         pub fn next_event[next_event_fused, next_event_native, next_event_with](self: &mut Self, from: u64, to: u64, band_rad: (f64, f64)) -> Option<Event>
     }
@@ -452,8 +453,8 @@ impl<'a> Device<'a> {
         if to == from {
             return None;
         }
-        // A short look costs as much as a longer one, and others like it follow: edges come through the datapath one by
-        // one.
+        // A short search costs as much as a longer one, and similar searches follow, because edges come through the
+        // datapath one by one.
         let (first, mut last) = (from - self.anchor, to - self.anchor);
         let further = first + NEAR;
         if last < further && further >> (self.motion.system().dyadic() - 1).min(62) == 0 {
@@ -467,8 +468,8 @@ impl<'a> Device<'a> {
         event.filter(|event| event.0 <= to)
     }
 
-    /// Whether the angle stays in a band, and the mode, for so many edges after a point, as far as a quick look can
-    /// tell.
+    /// Returns whether a quick look proves that the angle stays in a band, and the mode lasts, for this number of edges
+    /// after a point.
     #[inline(always)]
     fn stays(&self, encoder: &Limits, from: &Point, edges: u64) -> bool {
         let stays = |guard: &Guard, limits: &Limits, noise| guard.stays(&self.motion, limits, noise, from, edges);
@@ -485,11 +486,11 @@ impl<'a> Device<'a> {
         true
     }
 
-    /// The first event from a point to the edge `last`, both counted from the anchor.
+    /// Returns the first event from a point to the edge `last`, both counted from the anchor.
     #[inline(always)]
     fn search(&mut self, encoder: &Limits, mut a: Point, last: u64) -> Option<Event> {
         while a.edge < last {
-            // Look about as far as the next encoder edge is at this speed.
+            // Searches about as far as the next encoder edge is away at this speed.
             let gap_s = (encoder.high.hi - encoder.low.hi) / a.x[SPEED].abs();
             let guess = (gap_s / self.motion.system().edge_s()).clamp(64.0, 65536.0) as u64;
             let b = Point::of(&self.motion, last.min(a.edge + guess));
@@ -500,7 +501,7 @@ impl<'a> Device<'a> {
             let mut found = None;
             for (guard, &limits, noise) in [check(0), check(1), angle].into_iter().flatten() {
                 let mut watch = Watch { motion: &self.motion, limits, noise, again: &mut self.redecided };
-                // What others do after this one does not matter.
+                // Events of other functions after this one do not matter.
                 found = guard.exit(&mut watch, &a, found.as_ref().unwrap_or(&b)).or(found);
             }
             if let Some(Point { edge, x, .. }) = found {
@@ -511,7 +512,7 @@ impl<'a> Device<'a> {
         None
     }
 
-    /// Comes to the next edge after the last one asked: changes the mode if it has ended.
+    /// Moves to the next edge after the last one asked, and changes the mode if it has ended.
     #[inline(always)]
     pub fn step(&mut self, edge: u64) -> State {
         if self.cruise.is_some() {
@@ -522,7 +523,7 @@ impl<'a> Device<'a> {
         self.arrive((edge, x))
     }
 
-    /// Comes to the edge of an event: changes the mode if it is one that has ended.
+    /// Moves to the edge of an event, and changes the mode if the event is the end of one.
     #[inline(always)]
     pub fn arrive(&mut self, (edge, x): Event) -> State {
         if let Some(end) = self.cruise_end() {
@@ -549,7 +550,7 @@ impl<'a> Device<'a> {
     }
 
     versions! {
-        /// The energy exchanged until `edge`, and the state there.
+        /// Returns the energy exchanged until `edge`, and the state there.
         fn tallied[tallied_fused, tallied_native, tallied_with](self: &Self, edge: u64) -> (Energy, Doubles)
     }
 

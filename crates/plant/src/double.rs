@@ -1,12 +1,12 @@
 //! Double-double arithmetic: a number as the unevaluated sum of two `f64`, good for 106 bits.
 //!
 //! Sums and products of two `f64` are split into result and rounding error without loss (two-sum of Knuth; two-product
-//! by fused multiply-add, or by the splitting of Dekker and Veltkamp where there is none). Both two-products are exact
-//! for factors whose product is 0 or between 2⁻⁹⁰⁰ and 2⁹⁰⁰, so results do not depend on what the processor offers.
-//! Everything else is plain `f64`, never contracted.
+//! by fused multiply-add, or else by the splitting of Dekker and Veltkamp). Both two-products are exact for factors
+//! whose product is 0 or between 2⁻⁹⁰⁰ and 2⁹⁰⁰, so results do not depend on the processor. Everything else is plain
+//! `f64`, never contracted.
 //!
-//! [`Doubles`] are four of them, highs and lows apart, so that they run along registers. Lanes below [`LEAST`] count as
-//! zero: products never leave the range above at the lower end.
+//! [`Doubles`] are four such numbers, with highs and lows apart, so that the compiler can vectorise them. Lanes below
+//! [`LEAST`] count as zero, so that products never leave the range above at its lower end.
 
 use std::cmp::Ordering;
 use std::ops::{Add, Mul, Neg, Sub};
@@ -16,13 +16,14 @@ use crate::matrix::{Columns, Matrix, State};
 /// Sizes below this count as zero, 2⁻⁴⁰⁰.
 const LEAST: f64 = f64::from_bits((1023 - 400) << 52);
 
-/// A way to multiply without loss.
+/// A `Product` multiplies without loss. [`Fused`] and [`Halves`] implement it: the processor decides which is faster,
+/// and both give the same bits.
 pub(crate) trait Product {
-    /// The rounded product, and what rounding took from it.
+    /// Returns the rounded product, and the error of its rounding.
     fn two(a: f64, b: f64) -> (f64, f64);
 }
 
-/// By fused multiply-add: fast where the processor has it.
+/// Two-product by fused multiply-add: fast where the processor has it.
 pub(crate) struct Fused;
 
 impl Product for Fused {
@@ -33,7 +34,7 @@ impl Product for Fused {
     }
 }
 
-/// By splitting each factor in halves.
+/// Two-product by splitting each factor in halves.
 pub(crate) struct Halves;
 
 impl Product for Halves {
@@ -50,22 +51,23 @@ impl Product for Halves {
     }
 }
 
-/// The way of the processor that this is compiled for.
+/// The two-product of the processor that the program is compiled for.
 #[cfg(any(target_arch = "aarch64", target_feature = "fma"))]
 pub(crate) type Native = Fused;
-/// The way of the processor that this is compiled for.
+/// The two-product of the processor that the program is compiled for.
 #[cfg(not(any(target_arch = "aarch64", target_feature = "fma")))]
 pub(crate) type Native = Halves;
 
-/// Whether the processor at hand offers more than the one that this is compiled for.
+/// Returns whether the present processor has more instructions than the one that the program is compiled for.
 #[cfg(target_arch = "x86_64")]
 #[inline(always)]
 pub(crate) fn has_fused() -> bool {
     std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma")
 }
 
-/// Makes of `inner::<P: Product>`, always inlined, a function that takes the best way to multiply on the processor at
-/// hand. Each is a call of its own: where results go to memory four in a row, the compiler computes them so.
+/// Defines a function from `inner::<P: Product>`, which must be always inlined, that uses the fastest two-product of
+/// the present processor. Each version is a function of its own: where results go to memory four in a row, the compiler
+/// vectorises them.
 macro_rules! versions {
     ($(#[$meta:meta])* $vis:vis fn $name:ident [$fused:ident, $native:ident, $inner:ident] ($($arg:ident: $ty:ty),*) $(-> $out:ty)?) => {
         $(#[$meta])*
@@ -101,7 +103,7 @@ fn two_sum(a: f64, b: f64) -> (f64, f64) {
     (sum, (a - (sum - kept)) + (b - kept))
 }
 
-/// A number as the sum of two.
+/// A number as the sum of two `f64`.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub(crate) struct Double {
     /// The nearest `f64`.
@@ -112,12 +114,12 @@ pub(crate) struct Double {
 
 impl Double {
     pub const ZERO: Self = Self { hi: 0.0, lo: 0.0 };
-    /// Below every number.
+    /// Less than every number.
     pub const LEAST: Self = Self { hi: f64::NEG_INFINITY, lo: 0.0 };
-    /// Above every number.
+    /// Greater than every number.
     pub const MOST: Self = Self { hi: f64::INFINITY, lo: 0.0 };
 
-    /// The exact product of two `f64`.
+    /// Returns the exact product of two `f64`.
     pub fn product(a: f64, b: f64) -> Self {
         let (hi, lo) = Halves::two(a, b);
         Self { hi, lo }
@@ -129,14 +131,14 @@ impl Double {
         Self { hi, lo }
     }
 
-    /// Itself times an `f64`.
+    /// Returns the product with an `f64`.
     #[inline(always)]
     pub fn times<P: Product>(self, factor: f64) -> Self {
         let (product, error) = P::two(self.hi, factor);
         Self::joined(product, error + self.lo * factor)
     }
 
-    /// The quotient.
+    /// Returns the quotient.
     pub fn over(self, divisor: Self) -> Self {
         let first = self.hi / divisor.hi;
         if !first.is_finite() || first == 0.0 {
@@ -148,17 +150,17 @@ impl Double {
         Self::joined(first, second) + (rest.hi / divisor.hi).into()
     }
 
-    /// -1, 0 or 1.
+    /// Returns the sign: -1, 0 or 1.
     #[inline(always)]
     pub fn sign(self) -> f64 {
         if self.hi == 0.0 { 0.0 } else { self.hi.signum() }
     }
 
-    /// Compares with another.
+    /// Compares with another number.
     #[inline(always)]
     pub fn order(self, other: Self) -> Ordering {
         let apart = if self.hi == other.hi { self.lo - other.lo } else { self.hi - other.hi };
-        // Not a number is beyond every limit.
+        // NaN is beyond every limit.
         apart.partial_cmp(&0.0).unwrap_or(Ordering::Greater)
     }
 }
@@ -206,12 +208,12 @@ impl Mul for Double {
     }
 }
 
-/// Four numbers, each the sum of two.
+/// Four numbers, each the sum of two `f64`.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct Doubles {
     /// The nearest `f64` of each.
     pub hi: State,
-    /// The rests.
+    /// The rest of each.
     pub lo: State,
 }
 
@@ -228,7 +230,7 @@ impl Doubles {
         (self.hi[index], self.lo[index]) = (value.hi, value.lo);
     }
 
-    /// Sums of highs with what is left of them, as numbers; those too small to matter are zero.
+    /// Returns the sums of highs and rests as numbers; sums below [`LEAST`] become zero.
     #[inline(always)]
     fn joined(hi: &State, lo: &State) -> Self {
         let pairs: [(f64, f64); 4] = std::array::from_fn(|r| two_sum(hi[r], lo[r]));
@@ -238,7 +240,7 @@ impl Doubles {
         }
     }
 
-    /// The sum.
+    /// Returns the sum.
     #[inline(always)]
     pub fn plus(&self, other: &Self) -> Self {
         let pairs: [(f64, f64); 4] = std::array::from_fn(|r| two_sum(self.hi[r], other.hi[r]));
@@ -246,7 +248,7 @@ impl Doubles {
         Self::joined(&pairs.map(|pair| pair.0), &lo)
     }
 
-    /// Each times the same factor.
+    /// Returns the products with the same factor.
     #[inline(always)]
     pub fn scaled<P: Product>(&self, factor: Double) -> Self {
         let pairs: [(f64, f64); 4] = std::array::from_fn(|r| P::two(self.hi[r], factor.hi));
@@ -254,7 +256,7 @@ impl Doubles {
         Self::joined(&pairs.map(|pair| pair.0), &lo)
     }
 
-    /// The sum of the lanes, each times a factor.
+    /// Returns the sum of the lanes, each times a factor.
     #[inline(always)]
     pub fn dot<P: Product>(&self, row: &State) -> Double {
         let mut sum = Double::ZERO;
@@ -266,13 +268,13 @@ impl Doubles {
         sum
     }
 
-    /// Each with the other sign.
+    /// Returns the lanes with the opposite sign.
     #[inline(always)]
     pub fn negated(&self) -> Self {
         Self { hi: self.hi.map(|x| -x), lo: self.lo.map(|x| -x) }
     }
 
-    /// The differences, rounded.
+    /// Returns the differences, rounded.
     #[inline(always)]
     pub fn since(&self, before: &Self) -> State {
         std::array::from_fn(|r| (self.hi[r] - before.hi[r]) + (self.lo[r] - before.lo[r]))
@@ -285,7 +287,7 @@ impl From<State> for Doubles {
     }
 }
 
-/// A matrix of such numbers, by columns.
+/// A matrix of double-double numbers, by columns.
 #[derive(Clone, Copy)]
 pub(crate) struct Wide {
     pub hi: Columns,
@@ -309,13 +311,13 @@ impl Wide {
         Doubles { hi: self.hi.0[index], lo: self.lo.0[index] }
     }
 
-    /// The rows, rounded.
+    /// Returns the rows, rounded.
     pub fn rows(&self) -> Matrix {
         crate::matrix::transposed(&self.hi.0)
     }
 
-    /// `before + M v`: the heart of every leap. Products and sums of highs are exact; their errors and the lows are
-    /// summed up in `f64`, so that the result errs by some 2⁻¹⁰⁴ of the greatest term.
+    /// Returns `before + M v`, the core of every leap. Products and sums of highs are exact; their errors and the lows
+    /// are summed in `f64`, so that the error of the result is about 2⁻¹⁰⁴ of the greatest term.
     #[inline(always)]
     pub fn times<P: Product>(&self, v: &Doubles, before: &Doubles) -> Doubles {
         let (m, l) = (&self.hi.0, &self.lo.0);
@@ -341,7 +343,7 @@ impl Wide {
         Doubles::joined(&sum, &rest)
     }
 
-    /// The product of two matrices.
+    /// Returns the product of two matrices.
     #[inline(always)]
     pub fn after<P: Product>(&self, first: &Self) -> Self {
         let mut columns = [Doubles::ZERO; 4];
@@ -356,7 +358,7 @@ impl Wide {
 mod tests {
     use super::*;
 
-    /// Mantissas that make rounding nasty: all ones, single bits, halves, the splitter's own boundary.
+    /// Returns mantissas that are hard to round: all ones, single bits, halves, the splitter's own boundary.
     fn mantissas() -> Vec<u64> {
         let full = (1u64 << 52) - 1;
         let mut all = vec![0, full, full - 1, full / 3, full / 5, 0x5_5555_5555_5555, 0xA_AAAA_AAAA_AAAA];
@@ -366,7 +368,7 @@ mod tests {
         all
     }
 
-    /// The exact product of two `f64` as an integer and a power of two.
+    /// Returns the exact product of two `f64` as an integer and a power of two.
     fn exact(a: f64, b: f64) -> (i128, i32) {
         let part = |x: f64| {
             let bits = x.to_bits();
@@ -377,13 +379,13 @@ mod tests {
         (a * b, ea + eb)
     }
 
-    /// A finite `f64` as a multiple of a power of two that divides it.
+    /// Returns a finite `f64` as a multiple of a power of two that divides it.
     fn multiple(x: f64, power: i32) -> i128 {
         if x == 0.0 {
             return 0;
         }
         let (size, exponent) = exact(x, 1.0);
-        // 1.0 has 52 zeros of its own.
+        // 1.0 itself contributes 52 zeros.
         let (size, exponent) = (size >> 52, exponent + 52);
         if exponent >= power { size << (exponent - power) } else { size >> (power - exponent) }
     }
@@ -443,7 +445,7 @@ mod tests {
 
     #[test]
     fn a_matrix_acts_on_a_vector_to_the_same_bits_with_either_product_and_to_a_hundred_bits() {
-        // Integer entries with lows: the sums are known exactly in integers of 2^-104.
+        // Integer entries with lows: the sums are known exactly, in integers of 2^-104.
         let number = |i: i64| Double { hi: i as f64, lo: (i * 3 - 7) as f64 * 2f64.powi(-58) };
         let rows: [[Double; 4]; 4] =
             std::array::from_fn(|r| std::array::from_fn(|c| number(1 + (r as i64 * 31 + c as i64 * 17) % 23)));

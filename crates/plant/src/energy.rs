@@ -1,4 +1,4 @@
-//! The energy audit: every flow integrated in its own right, none taken as a difference.
+//! The energy audit: every flow is integrated by itself, and none is computed as a difference of others.
 
 use crate::double::Doubles;
 use crate::leap::Integrals;
@@ -11,7 +11,7 @@ const DIODES: usize = 3;
 const VISCOUS: usize = 4;
 const COULOMB: usize = 5;
 
-/// Energy flows since the start, in J: six sums, each with the rest that rounding dropped (two-sum of Knuth).
+/// Energy flows since the start, in J: six sums, each with the rest dropped by rounding (two-sum of Knuth).
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct Energy {
     totals: [f64; 6],
@@ -21,12 +21,12 @@ pub struct Energy {
     states: State,
 }
 
-/// The powers of one mode, as far as they are constant.
+/// The constant powers of one mode.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub(crate) struct Powers {
     /// Volts of the supply across the motor's path.
     pub source_v: f64,
-    /// Torque of an imposed current in N·m: what it does on the shaft, the source does; else 0.
+    /// Torque of an imposed current in N·m, whose work on the shaft the source does; else 0.
     pub source_nm: f64,
     /// Resistance of the path in Ω.
     pub resistance_ohm: f64,
@@ -46,7 +46,7 @@ pub(crate) struct Powers {
     pub hand_nm_s_per_rad: f64,
     /// Speed of the hand's intention in rad/s.
     pub intent_rad_per_s: f64,
-    /// Torque constant, when the hand holds the shaft to a prescribed motion and so bears the motor's torque; else 0.
+    /// Torque constant, if the hand prescribes the motion and so bears the motor's torque; else 0.
     pub borne_nm_per_a: f64,
 }
 
@@ -57,7 +57,7 @@ impl Energy {
         self.turned(powers, length_s, after.since(before)[ANGLE], &before.hi, &after.hi, done);
     }
 
-    /// The same between states in `f64`, the angle between which is known better than their difference.
+    /// Accounts for a stretch between states in `f64`, where the angle turned is known better than their difference.
     #[inline(always)]
     pub(crate) fn turned(
         &mut self,
@@ -72,7 +72,7 @@ impl Energy {
         self.spent(powers, source_j, length_s, turned, before, after, done);
     }
 
-    /// The same where the source's work is known.
+    /// Accounts for a stretch in which the work of the source is known.
     #[inline(always)]
     #[allow(clippy::too_many_arguments, reason = "a stretch has these")]
     pub(crate) fn spent(
@@ -120,7 +120,7 @@ impl Energy {
         self.exchanged += flows.iter().map(|flow| flow.abs()).sum::<f64>();
     }
 
-    /// The hand's work in a jump of a prescribed speed: impulse times mean speed.
+    /// Accounts for the hand's work in a jump of a prescribed speed: impulse times mean speed.
     pub(crate) fn jerk(&mut self, inertia_kg_m2: f64, from_rad_per_s: f64, to_rad_per_s: f64) {
         let work = inertia_kg_m2 * (to_rad_per_s - from_rad_per_s) * (0.5 * (to_rad_per_s + from_rad_per_s));
         let mut flows = [0.0; 6];
@@ -128,19 +128,19 @@ impl Energy {
         self.take(flows);
     }
 
-    /// The source's work in a jump of an imposed current: what the inductance stores.
+    /// Accounts for the source's work in a jump of an imposed current: the energy that the inductance stores.
     pub(crate) fn surge(&mut self, inductance_h: f64, from_a: f64, to_a: f64) {
         let mut flows = [0.0; 6];
         flows[SOURCE] = inductance_h * (to_a - from_a) * (0.5 * (to_a + from_a));
         self.take(flows);
     }
 
-    /// A step on which the states go in straight lines.
+    /// Adds the integrals of the states over a step, on which they move on straight lines.
     pub fn moved(&mut self, length_s: f64, from: &State, to: &State) {
         self.states = std::array::from_fn(|k| self.states[k] + 0.5 * length_s * (from[k] + to[k]));
     }
 
-    /// The integrals of current and angle since the start, in A·s and rad·s.
+    /// Returns the integrals of current and angle since the start, in A·s and rad·s.
     #[must_use]
     pub fn current_and_angle(&self) -> [f64; 2] {
         [self.states[CURRENT], self.states[ANGLE]]
@@ -150,62 +150,62 @@ impl Energy {
         self.totals[index] + self.rests[index]
     }
 
-    /// Work of the supply, or of the amplifier, on the circuit (negative where current flows back into it).
+    /// Returns the work of the supply, or of the amplifier, on the circuit (negative where current flows back into it).
     #[must_use]
     pub fn source_j(&self) -> f64 {
         self.sum(SOURCE)
     }
 
-    /// Work of the hand on the shaft.
+    /// Returns the work of the hand on the shaft.
     #[must_use]
     pub fn hand_j(&self) -> f64 {
         self.sum(HAND)
     }
 
-    /// Heat in winding and switches.
+    /// Returns the heat in winding and switches.
     #[must_use]
     pub fn copper_j(&self) -> f64 {
         self.sum(COPPER)
     }
 
-    /// Heat in diodes.
+    /// Returns the heat in diodes.
     #[must_use]
     pub fn diodes_j(&self) -> f64 {
         self.sum(DIODES)
     }
 
-    /// Heat of viscous friction.
+    /// Returns the heat of viscous friction.
     #[must_use]
     pub fn viscous_j(&self) -> f64 {
         self.sum(VISCOUS)
     }
 
-    /// Heat of Coulomb friction.
+    /// Returns the heat of Coulomb friction.
     #[must_use]
     pub fn coulomb_j(&self) -> f64 {
         self.sum(COULOMB)
     }
 
-    /// Supplied by source and hand.
+    /// Returns the energy supplied by source and hand.
     #[must_use]
     pub fn supplied_j(&self) -> f64 {
         self.source_j() + self.hand_j()
     }
 
-    /// Dissipated in all ways.
+    /// Returns the energy dissipated in all ways.
     #[must_use]
     pub fn dissipated_j(&self) -> f64 {
         self.copper_j() + self.diodes_j() + self.viscous_j() + self.coulomb_j()
     }
 
-    /// Sum of the sizes of all flows: what a residual is measured against.
+    /// Returns the sum of the sizes of all flows; a residual is measured against it.
     #[must_use]
     pub fn exchanged_j(&self) -> f64 {
         self.exchanged
     }
 }
 
-/// Energy stored in inductance and inertia.
+/// Returns the energy stored in inductance and inertia.
 #[must_use]
 pub(crate) fn stored_j(inductance_h: f64, inertia_kg_m2: f64, x: &State) -> f64 {
     0.5 * inductance_h * x[CURRENT] * x[CURRENT] + 0.5 * inertia_kg_m2 * x[SPEED] * x[SPEED]

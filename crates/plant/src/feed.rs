@@ -1,4 +1,4 @@
-//! What drives an axis from one instant to the next, for those who step it.
+//! The drive of an axis from one instant to the next, as integrators in steps use it.
 
 use crate::axis::{Axis, Hand};
 use crate::device::{Device, Drive, REALS};
@@ -6,28 +6,28 @@ use crate::energy::{Energy, stored_j};
 use crate::matrix::{ANGLE, CURRENT, INTENT, SPEED, State};
 use crate::{Bridge, Circuit};
 
-/// What drives an axis over one step: its circuit as it is at the start, and the hand's speed.
+/// The drive of an axis over one step: its circuit at the step's start, and the hand's speed.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Feed {
-    /// Across resistance, inductance and back-EMF.
+    /// Voltage across resistance, inductance and back-EMF.
     pub(crate) voltage_v: f64,
     pub(crate) resistance_ohm: f64,
-    /// `1 / L`; 0 where no voltage moves the current.
+    /// `1 / L`; 0 if no voltage drives the current.
     pub(crate) per_henry: f64,
-    /// The current follows the voltage at once.
+    /// Whether the current follows the voltage at once.
     pub(crate) ohmic: bool,
-    /// Of the supply, or of an amplifier across the winding.
+    /// Voltage of the supply, or of an amplifier across the winding.
     pub(crate) source_v: f64,
     /// Torque of an imposed current.
     pub(crate) source_nm: f64,
     pub(crate) diode_v: f64,
-    /// Direction of a current that diodes carry; else 0.
+    /// Direction of a current that flows through diodes; else 0.
     pub(crate) direction: f64,
     pub(crate) intent_rad_per_s: f64,
 }
 
 impl Axis {
-    /// What drives the axis from this state on, the hand's intention moving at `intent_rad_per_s`.
+    /// Returns the feed from this state on, with the hand's intention moving at `intent_rad_per_s`.
     #[must_use]
     pub fn feed(&self, drive: Drive, x: &State, intent_rad_per_s: f64) -> Feed {
         let motor = &self.motor;
@@ -65,18 +65,18 @@ impl Axis {
         feed
     }
 
-    /// Whether a drive feeds the axis alike in every state.
+    /// Returns whether a drive gives the same feed in every state.
     #[must_use]
     pub fn feeds_alike(&self, drive: Drive) -> bool {
         match drive {
             Drive::Average(_) => true,
-            // Where both legs are switched, diodes carry nothing.
+            // With both legs switched, no current flows through diodes.
             Drive::Gates(gates) => (gates.a_high || gates.a_low) && (gates.b_high || gates.b_low),
             Drive::Current(_) => false,
         }
     }
 
-    /// Whether a drive finds the axis in the state in which it is, whatever that is.
+    /// Returns whether [`taken`](Self::taken) leaves every state as it is under this drive.
     #[must_use]
     pub fn takes_alike(&self, drive: Drive) -> bool {
         match drive {
@@ -86,8 +86,8 @@ impl Axis {
         }
     }
 
-    /// The state in which a drive finds the axis: an imposed current is there at once, and so is one without
-    /// inductance.
+    /// Returns the state at the moment at which a drive begins: an imposed current, or one without inductance, takes
+    /// its value at once.
     #[must_use]
     pub fn taken(&self, drive: Drive, x: &State) -> State {
         let mut x = *x;
@@ -101,22 +101,22 @@ impl Axis {
         x
     }
 
-    /// Energy stored in a state, in inductance and inertia.
+    /// Returns the energy stored in a state, in inductance and inertia.
     #[must_use]
     pub fn stored_j(&self, x: &State) -> f64 {
         stored_j(self.motor.inductance_h, self.motor.inertia_kg_m2, x)
     }
 
-    /// The outputs named by [`REALS`] in a state.
+    /// Returns the outputs named by [`REALS`] in a state.
     #[inline]
     #[must_use]
     pub fn reals(&self, x: &State) -> [f64; REALS.len()] {
         [x[CURRENT], x[SPEED], x[ANGLE], self.motor.torque_constant_nm_per_a * x[CURRENT]]
     }
 
-    /// What is felt in a state: the hand's angle, and its torque on the shaft, positive along the positive angle. A
-    /// hand with an intention is where it means to be, any other where the shaft is. One that imposes the motion bears
-    /// what friction and motor do to it.
+    /// Returns the hand's angle in a state, and its torque on the shaft, positive along the positive angle. The angle
+    /// is the intended one for a hand with an intention, and the shaft's for any other. A hand that imposes the motion
+    /// bears the torques of friction and motor.
     #[must_use]
     pub fn felt(&self, x: &State, intent_rad_per_s: f64) -> [f64; 2] {
         let motor = &self.motor;
@@ -133,19 +133,20 @@ impl Axis {
         }
     }
 
-    /// The torque constant in N·m/A.
+    /// Returns the torque constant in N·m/A.
     #[must_use]
     pub fn torque_constant_nm_per_a(&self) -> f64 {
         self.motor.torque_constant_nm_per_a
     }
 
-    /// Whether the hand imposes the motion.
+    /// Returns whether the hand imposes the motion.
     #[must_use]
     pub fn is_prescribed(&self) -> bool {
         self.hand == Hand::Prescribed
     }
 
-    /// Accounts for a jump to another state: an imposed current's by the source, a prescribed speed's by the hand.
+    /// Accounts for a jump to another state: the source supplies that of an imposed current, the hand that of a
+    /// prescribed speed.
     pub fn jumped(&self, energy: &mut Energy, from: &State, to: &State) {
         energy.surge(self.motor.inductance_h, from[CURRENT], to[CURRENT]);
         energy.jerk(self.motor.inertia_kg_m2, from[SPEED], to[SPEED]);
@@ -153,13 +154,13 @@ impl Axis {
 }
 
 impl Device<'_> {
-    /// What drives it.
+    /// Returns the present drive.
     #[must_use]
     pub fn drive_now(&self) -> Drive {
         self.drive
     }
 
-    /// Flows exactly from one edge to another, through every change of its modes, and returns the state there.
+    /// Flows exactly from one edge to another, through every change of mode, and returns the state there.
     pub fn flow(&mut self, from: u64, to: u64) -> State {
         let mut edge = from;
         while let Some(event) = self.next_event(edge, to, (f64::NEG_INFINITY, f64::INFINITY)) {

@@ -1,22 +1,22 @@
-//! What an output did between the rows of a trace: its mean, its least and its greatest value.
+//! The mean, least and greatest values of an output between the rows of a trace.
 //!
-//! A row at edge `r`, after one at `r'`, tells
+//! A row at edge `r`, after one at `r'`, has
 //!
-//! - the mean from the last period of the modulator that began at or before `r'` to the last one at or before `r`, so
-//!   that a ripple is in it by whole periods and does not beat with the rows; without a modulator, or where no period
-//!   began between the two rows, the mean from `r'` to `r`;
+//! - the mean from the last period of the modulator that began at or before `r'` to the last one that began at or
+//!   before `r`. A ripple is averaged over whole periods and does not beat with the rows. Without a modulator, or if no
+//!   period began between the two rows, it is the mean from `r'` to `r`;
 //! - least and greatest value from `r'` to `r`, both included: at every anchor and at stationary points in between.
 //!
-//! The motion tells a [`Gauge`] each of its stretches, from anchor to anchor, when it leaves it. What a row tells is a
-//! function of the gauge at the anchor and of the stretch, so it does not depend on how often anybody looked. Integrals
-//! are those of the flow; no sum is taken over samples.
+//! The motion tells a [`Gauge`] each of its stretches, from anchor to anchor, when it leaves it. A row is a function of
+//! the gauge at the anchor and of the stretch, so it does not depend on how often anyone looked. Integrals are those of
+//! the flow; no sum is taken over samples.
 
 use crate::cruise::Cruise;
 use crate::guard::{Guard, Point, dyadic};
 use crate::linear::Trajectory;
 use crate::matrix::{CURRENT, SPEED, State, dot, sizes};
 
-/// When rows are taken, and when a modulator's periods begin.
+/// The edges at which rows are taken and periods of a modulator begin.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Pace {
     /// Edges from one row to the next; the first is at edge 0.
@@ -26,13 +26,13 @@ pub struct Pace {
 }
 
 impl Pace {
-    /// The last row before an edge.
+    /// Returns the last row before an edge.
     #[must_use]
     pub fn row_before(&self, edge: u64) -> u64 {
         edge.saturating_sub(1) / self.stride * self.stride
     }
 
-    /// The last edge up to this one at which a period began, or 0.
+    /// Returns the last edge up to this one at which a period began, or 0.
     #[must_use]
     pub fn boundary(&self, edge: u64) -> u64 {
         match self.period {
@@ -41,7 +41,7 @@ impl Pace {
         }
     }
 
-    /// What the mean of a row is taken over: from edge to edge.
+    /// Returns the first and the last edge of the mean of a row.
     #[must_use]
     pub fn window(&self, row: u64) -> (u64, u64) {
         let before = self.row_before(row);
@@ -53,24 +53,24 @@ impl Pace {
 /// Least and greatest value.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Extent {
-    /// The least.
+    /// The least value.
     pub least: f64,
-    /// The greatest.
+    /// The greatest value.
     pub greatest: f64,
 }
 
 impl Extent {
-    /// Of no value at all.
+    /// The extent of no value at all.
     pub const NONE: Self = Self { least: f64::INFINITY, greatest: f64::NEG_INFINITY };
 
-    /// Takes in a value.
+    /// Includes a value.
     #[inline(always)]
     pub fn take(&mut self, x: f64) {
         self.least = if x < self.least { x } else { self.least };
         self.greatest = if x > self.greatest { x } else { self.greatest };
     }
 
-    /// Of both together.
+    /// Returns the extent of both together.
     #[must_use]
     pub fn with(mut self, other: &Self) -> Self {
         self.take(other.least);
@@ -78,8 +78,7 @@ impl Extent {
         self
     }
 
-    /// What a course within one clock edge comes to, by its values and slopes at both ends; in between it is a
-    /// parabola.
+    /// Includes a course within one clock edge, given its values and slopes at both ends; in between it is a parabola.
     fn course(&mut self, length_s: f64, values: [f64; 2], slopes: [f64; 2]) {
         values.into_iter().for_each(|x| self.take(x));
         if slopes[0] * slopes[1] < 0.0 {
@@ -88,7 +87,7 @@ impl Extent {
     }
 }
 
-/// What a row tells of an output.
+/// The figures of an output in a row.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Measured {
     /// The mean.
@@ -97,16 +96,17 @@ pub struct Measured {
     pub extent: Extent,
 }
 
-/// A motion from one anchor to the next, as a [`Gauge`] sees it. An end that is `None` is the stretch's own, which may
-/// lie between two edges.
+/// A `Stretch` is a motion from one anchor to the next, as a [`Gauge`] sees it. Exact flows, cruises, arms and steps
+/// each implement it, so that one gauge serves them all. An end that is `None` is the stretch's own, which may lie
+/// between two edges.
 pub trait Stretch<const N: usize> {
-    /// The integrals of the outputs over the time between.
+    /// Returns the integrals of the outputs over the time between.
     fn integral(&self, from: Option<u64>, to: Option<u64>) -> [f64; N];
-    /// Least and greatest values, both ends included.
+    /// Returns the least and greatest values, both ends included.
     fn extent(&self, from: Option<u64>, to: Option<u64>) -> [Extent; N];
 }
 
-/// What has become of `N` outputs since the last row, at an anchor of their motion.
+/// The figures of `N` outputs since the last row, at an anchor of their motion.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Gauge<const N: usize> {
     pace: Pace,
@@ -114,9 +114,9 @@ pub struct Gauge<const N: usize> {
     since_row: [f64; N],
     /// Integrals since the modulator's present period began.
     since_boundary: [f64; N],
-    /// Integrals over the periods between: from the one in which the last row lies to the present one.
+    /// Integrals over the periods in between, from the period of the last row to the present one.
     periods: [f64; N],
-    /// Since the last row.
+    /// Extents since the last row.
     extent: [Extent; N],
 }
 
@@ -125,15 +125,15 @@ fn sum<const N: usize>(a: &[f64; N], b: &[f64; N]) -> [f64; N] {
 }
 
 impl<const N: usize> Gauge<N> {
-    /// At edge 0.
+    /// Creates a gauge at edge 0.
     #[must_use]
     pub fn new(pace: Pace) -> Self {
         let (none, extent) = ([0.0; N], [Extent::NONE; N]);
         Self { pace, since_row: none, since_boundary: none, periods: none, extent }
     }
 
-    /// The gauge at the end of a stretch, or at an edge on its way. `first` is the first edge at or after the stretch's
-    /// start, `now` the first at or after the end `to`.
+    /// Returns the gauge at the end of a stretch, or at an edge on its way. `first` is the first edge at or after the
+    /// stretch's start, `now` the first at or after the end `to`.
     #[must_use]
     pub fn after(&self, first: u64, now: u64, to: Option<u64>, stretch: &impl Stretch<N>) -> Self {
         let pace = self.pace;
@@ -160,7 +160,7 @@ impl<const N: usize> Gauge<N> {
         next
     }
 
-    /// The integrals from the period `begun`, in which `row` lies, to the later one `ended`.
+    /// Returns the integrals from the period that begins at `begun`, in which `row` lies, to the later one at `ended`.
     fn between(&self, first: u64, row: u64, (begun, ended): (u64, u64), stretch: &impl Stretch<N>) -> [f64; N] {
         if ended <= first {
             return self.periods;
@@ -172,7 +172,7 @@ impl<const N: usize> Gauge<N> {
         if row < first { sum(&self.periods, &open) } else { open }
     }
 
-    /// What the row at the edge `row`, at which the gauge is, tells of outputs that have these values there.
+    /// Returns the figures of the row at the edge `row`, at which the gauge stands and the outputs have these values.
     #[must_use]
     pub fn row(&self, row: u64, edge_s: f64, values: &[f64; N]) -> [Measured; N] {
         let (from, to) = self.pace.window(row);
@@ -190,7 +190,7 @@ impl<const N: usize> Gauge<N> {
     }
 }
 
-/// A stretch that lies within one clock edge, or is known as a whole.
+/// A stretch that lies within one clock edge, or is known only as a whole.
 pub(crate) struct Whole<const N: usize> {
     integral: [f64; N],
     extent: [Extent; N],
@@ -199,7 +199,7 @@ pub(crate) struct Whole<const N: usize> {
 impl Whole<2> {
     pub(crate) const NOTHING: Self = Self { integral: [0.0; 2], extent: [Extent::NONE; 2] };
 
-    /// Goes on by a motion within an edge: from one state to another, with its integrals on the way.
+    /// Adds a motion within an edge, from one state to another, with its integrals on the way.
     pub(crate) fn add(&mut self, motion: &Trajectory, length_s: f64, states: [&State; 2], integrals: &State) {
         let slopes = states.map(|x| motion.slope(x));
         for (k, of) in [CURRENT, SPEED].into_iter().enumerate() {
@@ -219,12 +219,12 @@ impl<const N: usize> Stretch<N> for Whole<N> {
     }
 }
 
-/// Outputs that go in straight lines from one edge to another: a step of a device that moves in steps.
+/// Outputs on straight lines from one edge to another: a step of a device that moves in steps.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Chord<const N: usize> {
     /// First edge.
     pub start: u64,
-    /// Edges of it.
+    /// Number of edges.
     pub edges: u64,
     /// The clock period in seconds.
     pub edge_s: f64,
@@ -255,10 +255,10 @@ impl<const N: usize> Stretch<N> for Chord<N> {
     }
 }
 
-/// Current and speed along one motion from its anchor.
+/// Current and speed along one motion, from its anchor.
 pub(crate) struct Flow<'m, 'a> {
     pub(crate) motion: &'m Trajectory<'a>,
-    /// Of current and speed.
+    /// The guards of current and speed.
     pub(crate) guards: [&'m Guard; 2],
     pub(crate) anchor: u64,
 }
@@ -286,17 +286,17 @@ impl Stretch<2> for Flow<'_, '_> {
     }
 }
 
-/// The integrals of current and speed between two edges, counted from the anchor.
+/// Returns the integrals of current and speed between two edges, counted from the anchor.
 fn path(motion: &Trajectory, from: u64, to: u64) -> [f64; 2] {
     let Point { x, w, .. } = Point::of(motion, from);
     let states = motion.system().path(&x, &w, to - from);
     [states[CURRENT], states[SPEED]]
 }
 
-/// Rounding of a value: a bulge below it is no turn.
+/// Rounding of a value; a bulge below it is no turning point.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
-/// Takes in the stationary values between two points of a motion, whose own values have been taken.
+/// Includes the stationary values between two points of a motion, whose own values have been included.
 fn turns(motion: &Trajectory, guard: &Guard, a: Point, b: Point, extent: &mut Extent) {
     let edges = b.edge - a.edge;
     if edges == 0 {
@@ -309,7 +309,8 @@ fn turns(motion: &Trajectory, guard: &Guard, a: Point, b: Point, extent: &mut Ex
     if let Some([second, fourth]) = guard.derivatives(dyadic(edges)) {
         let bend = dot(second, &speeds);
         let size = guard.value(&a.x).abs().max(guard.value(&b.x).abs());
-        // To come to 0 and back its slope would have to change by more than it can; or it cannot leave its chord.
+        // To reach 0 and return, the slope would have to change by more than its bound; or the value cannot leave its
+        // chord.
         if !has_turned && slopes[0].abs() + slopes[1].abs() >= bend * length_s
             || 0.125 * bend * length_s * length_s <= ROUNDING * size
         {
@@ -319,7 +320,7 @@ fn turns(motion: &Trajectory, guard: &Guard, a: Point, b: Point, extent: &mut Ex
             let ends = [guard.curvature(&a.w), guard.curvature(&b.w)];
             let sag = 0.125 * length_s * length_s * dot(fourth, &speeds);
             if ends[0] * ends[1] > 0.0 && ends[0].abs().min(ends[1].abs()) > sag {
-                // Its slope goes one way: it turns once, or not at all.
+                // The slope is monotone: there is one turning point, or none.
                 if has_turned {
                     extent.take(turn(motion, guard, a, b));
                 }
@@ -336,7 +337,7 @@ fn turns(motion: &Trajectory, guard: &Guard, a: Point, b: Point, extent: &mut Ex
     turns(motion, guard, middle, b, extent);
 }
 
-/// The value where the slope, which has other signs at the two ends and goes one way between them, is 0.
+/// Returns the value where the slope is 0, given that the slope is monotone and has different signs at the two ends.
 fn turn(motion: &Trajectory, guard: &Guard, mut a: Point, mut b: Point) -> f64 {
     let edge_s = motion.system().edge_s();
     loop {
@@ -380,7 +381,8 @@ impl Stretch<2> for Waves<'_, '_> {
 }
 
 impl Waves<'_, '_> {
-    /// Where the smooth motion goes one way the ripple makes its greatest value in the last period, or in the first.
+    /// Includes the values from one edge to another. If the smooth motion is monotone, the extremes lie in the first
+    /// and in the last period.
     fn look(&self, from: u64, to: u64, extents: &mut [Extent; 2]) {
         let period = self.cruise.period_edges();
         if to - from <= 2 * period {
@@ -405,7 +407,7 @@ impl Waves<'_, '_> {
             || 0.125 * bend * length_s * length_s <= ROUNDING * guard.value(&a.x).abs().max(guard.value(&b.x).abs())
     }
 
-    /// Pulse by pulse.
+    /// Includes the values pulse by pulse.
     fn walk(&self, from: u64, to: u64, extents: &mut [Extent; 2]) {
         let mut edge = from;
         while edge < to {

@@ -1,29 +1,30 @@
-//! The first edge at which a linear function of the state leaves a band, found without stepping and without missing
-//! one.
+//! The first edge at which a linear function of the state leaves a band. It is found without stepping, and none is
+//! missed.
 //!
 //! For `g = c·x` every derivative is linear in the slope `w = x'` as well, and bounded over an interval through
 //! `|c Aᵏ| · max|e^{At}| · |w|`. The first of these bounds already shows most intervals to be free of exits. The second
-//! derivative is known between its values at the ends and a bound of its own curvature, and with it how far `g` can sag
+//! derivative lies between its values at the ends, within a bound of its own curvature. This limits how far `g` can sag
 //! below or bulge above its chord: an interval whose ends lie in the band and whose chord stays clear of the limits
-//! holds no exit. A function that leaves by a limit toward which it bends, or to which it falls all the while, leaves
-//! once, and that edge is found by a few secant steps. What neither settles is halved, down to single edges.
+//! contains no exit. A function that leaves through a limit toward which it bends, or toward which it moves throughout,
+//! leaves exactly once, and a few secant steps find that edge. An interval that neither argument decides is halved,
+//! down to single edges.
 //!
-//! # What decides
+//! # How it is decided
 //!
-//! Whether `g` is outside at an edge is decided on its `f64` value where that is farther from the limits than its error
-//! can reach, and else on its double-double value ([`Guard::side`]): every decision is the exact one, whoever asks and
-//! from wherever the edge was come to. The error, with `u` = 2⁻⁵³, `M` ≥ |e^{At}| up to the time `T` of the edge, `d`
+//! Whether `g` is outside at an edge is decided on its `f64` value if that is farther from the limits than its error
+//! can reach, and otherwise on its double-double value ([`Guard::side`]). So every decision is the exact one, for every
+//! caller and from every starting edge. The error, with `u` = 2⁻⁵³, `M` ≥ |e^{At}| up to the time `T` of the edge, `d`
 //! digits of the edge count, and |x₀|, |w₀| of the anchor, all element by element:
 //!
 //! - rounding the double-double slope, and `w ← w + (A P) w` at each digit, with |A P| ≤ M + I: the slope errs by at
 //!   most `e = u M (I + 5.2 d (M + I) M) |w₀|` ([`Linear::slope_error`]);
-//! - rounding the anchor, and `x ← x + P w` at each digit, with Σ|P| ≤ T M: that of the state at most
+//! - rounding the anchor, and `x ← x + P w` at each digit, with Σ|P| ≤ T M: the state errs by at most
 //!   `u (d + 1) (|x₀| + T M |w₀|) + T M (4.2 u M |w₀| + e)`;
-//! - the products and sums of `c·x`: at most `4 u |c| (|x₀| + T M |w₀|)`, and the limits' own rounding `u` of their
+//! - the products and sums of `c·x`: at most `4 u |c| (|x₀| + T M |w₀|)`, and the limits' own rounding, `u` of their
 //!   size.
 //!
-//! [`Guard`] keeps twice the sum as two rows, for |x₀| and |w₀|, so that the terms of second order are covered as well;
-//! it also covers the slope's error times `T`.
+//! [`Guard`] keeps twice the sum as two rows, for |x₀| and |w₀|, so that it also covers the terms of second order and
+//! the slope's error times `T`.
 
 use std::cmp::Ordering;
 
@@ -38,16 +39,16 @@ const UNIT: f64 = 0.5 * f64::EPSILON;
 /// Values from `low`, inclusive, to `high`; either may be infinite.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Band {
-    /// Left when the value is below.
+    /// The value leaves the band when it is below this.
     pub low: f64,
-    /// Left when the value is above, or at it if `open`.
+    /// The value leaves the band when it is above this, or equal to it if `open`.
     pub high: f64,
     /// Whether `high` itself is outside.
     pub open: bool,
 }
 
 impl Band {
-    /// Whether a value is outside.
+    /// Returns whether a value is outside.
     #[inline(always)]
     #[must_use]
     pub fn left_by(&self, value: f64) -> bool {
@@ -55,7 +56,7 @@ impl Band {
     }
 }
 
-/// A band whose limits are known to more than an `f64`.
+/// A band whose limits are known to double-double.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct Limits {
     pub low: Double,
@@ -63,7 +64,7 @@ pub(crate) struct Limits {
     pub open: bool,
 }
 
-/// Where a value lies.
+/// The position of a value with respect to a band.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Side {
     Below,
@@ -79,14 +80,14 @@ impl From<&Band> for Limits {
 }
 
 impl Limits {
-    /// Everything.
+    /// All values.
     pub const ANY: Self = Self { low: Double::LEAST, high: Double::MOST, open: false };
-    /// Zero and above.
+    /// Values of zero and above.
     pub const POSITIVE: Self = Self { low: Double::ZERO, ..Self::ANY };
-    /// Zero and below.
+    /// Values of zero and below.
     pub const NEGATIVE: Self = Self { high: Double::ZERO, ..Self::ANY };
 
-    /// Where an exact value lies.
+    /// Returns the side on which an exact value lies.
     #[inline(always)]
     pub fn side(&self, value: Double) -> Side {
         let most = if self.open { Ordering::Less } else { Ordering::Equal };
@@ -99,13 +100,13 @@ impl Limits {
         }
     }
 
-    /// The same moved inward, where they are finite.
+    /// Returns the limits moved inward, if they are finite.
     pub fn narrowed(&self, margin: f64) -> Self {
         let moved = |limit: Double, by: f64| if limit.hi.is_finite() { limit + by.into() } else { limit };
         Self { low: moved(self.low, margin), high: moved(self.high, -margin), ..*self }
     }
 
-    /// Sizes of the finite limits: what their rounding scales with.
+    /// Returns the sum of the sizes of the finite limits; their rounding is proportional to it.
     #[inline(always)]
     fn size(&self) -> f64 {
         let finite = |limit: f64| if limit.is_finite() { limit.abs() } else { 0.0 };
@@ -125,7 +126,7 @@ pub struct Point {
 }
 
 impl Point {
-    /// The point of a motion at an edge.
+    /// Returns the point of a motion at an edge.
     #[inline(always)]
     #[must_use]
     pub fn of(motion: &Trajectory, edge: u64) -> Self {
@@ -134,29 +135,29 @@ impl Point {
     }
 }
 
-/// A look at a motion through a band: what deciding takes.
+/// The parameters of a decision: the motion, the band, and the error of the values.
 pub(crate) struct Watch<'m, 'a> {
     pub motion: &'m Trajectory<'a>,
     pub limits: Limits,
     /// Bound of the error of the values.
     pub noise: f64,
-    /// Counts the decisions that took double-double.
+    /// Counts the decisions made in double-double.
     pub again: &'m mut u64,
 }
 
 /// A linear function of the state, with the bounds of its derivatives for one system.
 pub struct Guard {
     row: State,
-    /// Index when the row picks one state: then the value is exact.
+    /// Index of the state, if the row picks a single one: then the value is exact.
     pick: Option<usize>,
-    /// Coefficients of the second derivative in the slope.
+    /// Coefficients of the second derivative as a function of the slope.
     bend: State,
-    /// For each dyadic length.
+    /// Bounds for each dyadic length.
     bounds: Vec<Bounds>,
 }
 
-/// Coefficients in the slope's sizes that bound the derivatives over an interval, and of anchor and slope that bound
-/// the error of the values.
+/// Coefficients of the slope's sizes that bound the derivatives over an interval, and coefficients of anchor and slope
+/// that bound the error of the values.
 struct Bounds {
     first: State,
     second: State,
@@ -164,11 +165,11 @@ struct Bounds {
     fourth: State,
     noise_x: State,
     noise_w: State,
-    /// What the slope's error adds to the bulge over the interval, wherever that lies.
+    /// The slope's error in the bulge over the interval, wherever the interval lies.
     noise_bulge: State,
 }
 
-/// Distance to a limit at the start, its slope there, distance at the end, bounds of the second derivative.
+/// Distance to a limit at the start, its slope there, distance at the end, least and greatest second derivative.
 type Sight = (f64, f64, f64, f64, f64);
 
 enum Verdict {
@@ -177,14 +178,14 @@ enum Verdict {
     At(Point),
 }
 
-/// The least power of two that is not below a number of edges.
+/// Returns the exponent of the least power of two that is not below a number of edges.
 #[inline(always)]
 pub(crate) fn dyadic(edges: u64) -> usize {
     if edges <= 1 { 0 } else { (u64::BITS - (edges - 1).leading_zeros()) as usize }
 }
 
 impl Guard {
-    /// The function `row · x` on a system.
+    /// Creates the function `row · x` on a system.
     #[must_use]
     pub fn new(row: State, system: &Linear) -> Self {
         let a: &Matrix = system.matrix();
@@ -216,13 +217,13 @@ impl Guard {
         Self { row, pick, bend, bounds: bounds.collect() }
     }
 
-    /// The function's coefficients.
+    /// Returns the function's coefficients.
     #[must_use]
     pub fn row(&self) -> &State {
         &self.row
     }
 
-    /// The value at a state.
+    /// Returns the value at a state.
     #[inline(always)]
     #[must_use]
     pub fn value(&self, x: &State) -> f64 {
@@ -232,7 +233,7 @@ impl Guard {
         }
     }
 
-    /// A bound of the error of the `f64` value at every edge up to 2^`dyadic` after the anchor of a motion.
+    /// Returns a bound of the error of the `f64` value at every edge up to 2^`dyadic` after the anchor of a motion.
     #[inline(always)]
     pub(crate) fn noise(&self, motion: &Trajectory, dyadic: usize, limits: &Limits) -> f64 {
         let bounds = &self.bounds[dyadic];
@@ -241,7 +242,7 @@ impl Guard {
             + 4.0 * UNIT * limits.size()
     }
 
-    /// Where the function is at an edge where its `f64` value is `value`.
+    /// Returns the side on which the function lies at an edge where its `f64` value is `value`.
     #[inline(always)]
     pub(crate) fn side(&self, watch: &mut Watch, edge: u64, value: f64) -> Side {
         let (above_low, below_high) = (value - watch.limits.low.hi, watch.limits.high.hi - value);
@@ -263,7 +264,7 @@ impl Guard {
     }
 
     versions! {
-        /// The function's value at an edge, in double-double.
+        /// Returns the function's value at an edge, in double-double.
         pub(crate) fn exact[exact_fused, exact_native, exact_with](self: &Self, motion: &Trajectory, edge: u64) -> Double
     }
 
@@ -272,7 +273,7 @@ impl Guard {
         self.exact_value::<P>(&motion.flow::<P>(edge))
     }
 
-    /// The value at a state in double-double.
+    /// Returns the value at a state in double-double.
     #[inline(always)]
     pub(crate) fn exact_value<P: Product>(&self, x: &Doubles) -> Double {
         match self.pick {
@@ -281,32 +282,32 @@ impl Guard {
         }
     }
 
-    /// The function's slope where the state's is `w`.
+    /// Returns the function's slope where the state's slope is `w`.
     #[inline(always)]
     fn slope(&self, w: &State) -> f64 {
         self.value(w)
     }
 
-    /// The second derivative where the state's slope is `w`.
+    /// Returns the second derivative where the state's slope is `w`.
     #[inline(always)]
     pub(crate) fn curvature(&self, w: &State) -> f64 {
         dot(&self.bend, w)
     }
 
-    /// Coefficients in the sizes of the slope that bound the second and the fourth derivative over 2^`dyadic` edges,
-    /// where they are tabulated.
+    /// Returns coefficients of the slope's sizes that bound the second and the fourth derivative over 2^`dyadic` edges;
+    /// `None` if they are not tabulated.
     #[inline(always)]
     pub(crate) fn derivatives(&self, dyadic: usize) -> Option<[&State; 2]> {
         self.bounds.get(dyadic).map(|bounds| [&bounds.second, &bounds.fourth])
     }
 
-    /// A bound of the second derivative over 2^`dyadic` edges from where the state's slope is `w`.
+    /// Returns a bound of the second derivative over 2^`dyadic` edges from a state whose slope is `w`.
     pub(crate) fn bend(&self, dyadic: usize, w: &State) -> f64 {
         dot(&self.bounds[dyadic].second, &sizes(w))
     }
 
-    /// Whether the function stays inside for so many edges after a point inside, by its slope there and the greatest
-    /// second derivative; always so if nothing moves it.
+    /// Returns whether the function certainly stays inside for this number of edges after a point inside, by its slope
+    /// there and the greatest second derivative; `true` if nothing moves it.
     #[inline(always)]
     pub(crate) fn stays(&self, motion: &Trajectory, limits: &Limits, noise: f64, from: &Point, edges: u64) -> bool {
         let Some(bounds) = self.bounds.get(dyadic(edges)) else { return false };
@@ -314,15 +315,15 @@ impl Guard {
         let length_s = edges as f64 * motion.system().edge_s();
         let value = self.value(&from.x);
         let end = value + length_s * self.slope(&from.w);
-        // Values err by less than the noise, and so does a slope times the length.
+        // The error of a value is below the noise, and so is that of a slope times the length.
         let bulge = 0.5 * (length_s * length_s) * (1.0 + 1e-9) * dot(&bounds.second, &speeds)
             + (dot(&bounds.noise_bulge, &sizes(&motion.w.hi)) + 3.0 * noise);
         (value.min(end) - bulge > limits.low.hi && value.max(end) + bulge < limits.high.hi)
             || dot(&bounds.first, &speeds) == 0.0
     }
 
-    /// The first edge after `from`, up to and including that of `to`, at which the value is outside the band, given
-    /// that it is not at `from`.
+    /// Returns the first edge after `from`, up to and including that of `to`, at which the value is outside the band,
+    /// given that it is inside at `from`.
     #[must_use]
     pub fn first(&self, motion: &Trajectory, band: &Band, from: &Point, to: &Point) -> Option<u64> {
         let limits = Limits::from(band);
@@ -331,7 +332,7 @@ impl Guard {
     }
 
     versions! {
-        /// The point there, through a watch whose noise holds up to `to`.
+        /// Returns the point of the first exit, with a watch whose noise holds up to `to`.
         pub(crate) fn exit[exit_fused, exit_native, exit_with](self: &Self, watch: &mut Watch, from: &Point, to: &Point) -> Option<Point>
     }
 
@@ -375,9 +376,10 @@ impl Guard {
         let spread = sag * dot(&bounds.fourth, &speeds) + dot(&sizes(&self.bend), &error);
         let (least, most) = (ca.min(cb) - spread, ca.max(cb) + spread);
         let (sa, sb) = (dot(&self.row, &from.w), dot(&self.row, &to.w));
-        // More than values may err in an edge, and more than slopes may err times an edge.
+        // More than the error of values in an edge, and more than the error of slopes times an edge.
         let step = 4.0 * noise;
-        // Distances to a limit: `start`, growing by `inward` a second there, to `end`; `pull` bends them toward it.
+        // `start` is the distance to a limit and grows by `inward` per second there, to `end`; `pull` bends it toward
+        // the limit.
         let clear = |start: f64, inward: f64, end: f64, pull: f64| {
             end > noise
                 && (start > noise || inward * edge_s > step)
@@ -387,7 +389,7 @@ impl Guard {
         let low = (va - watch.limits.low.hi, sa, vb - watch.limits.low.hi, least, most);
         let high = (watch.limits.high.hi - va, -sa, watch.limits.high.hi - vb, -most, -least);
         let is_clear = |side: Sight| side.0 == f64::INFINITY || clear(side.0, side.1, side.2, side.4);
-        // Halve where it turns, if it does.
+        // Halve at the turning point, if there is one.
         let share = if sa * sb < 0.0 { (sa / (sa - sb)).clamp(0.1, 0.9) } else { 0.5 };
         let split = Verdict::Split(from.edge + ((edges as f64 * share) as u64).clamp(1, edges - 1));
         let (ahead, behind, rising) = match side {
@@ -400,8 +402,8 @@ impl Guard {
         if !is_clear(behind) {
             return split;
         }
-        // A function that bends one way only, on either side of the limit at the ends, passes it once; so does one that
-        // approaches it all the while. Each must do so by more than the noise an edge.
+        // The ends lie on either side of the limit. A function that bends one way only passes the limit once, and so
+        // does one that approaches it throughout. Each must move by more than the noise per edge.
         let fall = step * edges as f64;
         let concave = most <= 0.0 && start - end > fall;
         let convex = least >= 0.0 && start > noise && end < -fall;
@@ -410,7 +412,7 @@ impl Guard {
         if concave || convex || approaches() { Verdict::At(self.unique(watch, from, to, rising)) } else { split }
     }
 
-    /// The only exit between `from` (inside) and `to` (outside) of a function that keeps its direction.
+    /// Returns the only exit between `from` (inside) and `to` (outside) of a function that keeps its direction.
     #[inline(always)]
     fn unique(&self, watch: &mut Watch, from: &Point, to: &Point, rising: f64) -> Point {
         let limit = if rising > 0.0 { watch.limits.high.hi } else { watch.limits.low.hi };
@@ -418,8 +420,8 @@ impl Guard {
         let edge_s = motion.system().edge_s();
         let (mut a, mut b, mut end) = (from.edge, to.edge, *to);
         let (ga, gb) = (self.value(&from.x) - limit, self.value(&to.x) - limit);
-        // The Hermite cubic through both ends says where to look first; from the steeper end, where Newton's steps do
-        // not overshoot a function that bends one way.
+        // The Hermite cubic through both ends gives the first estimate. Newton's steps start at the steeper end, where
+        // they do not overshoot a function that bends one way.
         let span = (b - a) as f64;
         let length_s = span * edge_s;
         let (sa, sb) = (dot(&self.row, &from.w) * length_s, dot(&self.row, &to.w) * length_s);
@@ -433,7 +435,7 @@ impl Guard {
         let mut aim = a as f64 + span * share;
         let mut tries = 0;
         while b - a > 1 {
-            // The first edge at or after the estimate, then the one before it: two good guesses close the bracket.
+            // The first edge at or after the estimate, then the edge before it: two good guesses close the bracket.
             if !(aim > a as f64 && aim <= b as f64) {
                 aim = 0.5 * (a + b) as f64;
             }

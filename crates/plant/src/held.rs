@@ -1,9 +1,9 @@
-//! A device whose drive is held over steps of one length: what is sampled.
+//! A device whose drive is held over steps of one length, as under a sampled law.
 //!
 //! While a mode lasts, a whole step is one affine map, `x + P(T) (A x + f)`, tabulated for its length: the same flow as
 //! the [`Device`]'s, in `f64` from step to step instead of in double-double from the start. The energies of a step are
-//! its exact integrals. A step that friction may end or begin to act in, and one of any other length, is the device's
-//! own.
+//! its exact integrals. The device itself flows over a step in which friction may end or begin to act, and over a step
+//! of any other length.
 
 use crate::axis::Shaft;
 use crate::double::{Double, Product, versions};
@@ -14,12 +14,12 @@ use crate::linear::{Linear, Stride};
 use crate::matrix::{ANGLE, CURRENT, SPEED, State, dot, plus, sizes};
 use crate::{Bridge, Circuit, Device, Drive};
 
-/// What a step does in one mode.
+/// The map of a step in one mode.
 struct Map<'a> {
     system: &'a Linear,
     stride: Stride,
     quadrature: Quadrature,
-    /// The speed changes over a step by no more than this times the sizes of the slope at its start.
+    /// Bound: the speed changes over a step by at most this times the sizes of the slope at the step's start.
     reach: State,
 }
 
@@ -36,14 +36,14 @@ impl<'a> Map<'a> {
     }
 }
 
-/// An axis in motion, driven anew every so many edges.
+/// An axis in motion whose drive is set anew every fixed number of edges.
 pub struct Held<'a> {
-    /// Its drive and its mode are what they are now; the rest of it is so only while not `ahead`.
+    /// Its drive and mode are always the present ones; its state is the present one only while `ahead` is not set.
     device: Device<'a>,
     edges: u64,
     step_s: f64,
     map: Option<Box<Map<'a>>>,
-    /// Whether the state is the one below, and not the device's.
+    /// Whether `x` below is the present state, not the device's.
     ahead: bool,
     x: State,
     f: State,
@@ -52,7 +52,7 @@ pub struct Held<'a> {
 }
 
 impl<'a> Held<'a> {
-    /// A device that mostly flows by so many edges at a time.
+    /// Creates a device that mostly flows by this number of edges at a time.
     #[must_use]
     pub fn new(device: Device<'a>, edges: u64) -> Self {
         let (x, f, powers, energy) = (*device.motion.anchor(), [0.0; 4], Powers::default(), Energy::default());
@@ -60,25 +60,25 @@ impl<'a> Held<'a> {
         Self { device, edges, step_s, map: None, ahead: false, x, f, powers, energy }
     }
 
-    /// How often a mode has changed.
+    /// Returns how often a mode has changed.
     #[must_use]
     pub fn mode_changes(&self) -> u64 {
         self.device.mode_changes()
     }
 
-    /// See [`Device::redecided`].
+    /// Returns the decisions made again in double-double; see [`Device::redecided`].
     #[must_use]
     pub fn redecided(&self) -> u64 {
         self.device.redecided()
     }
 
-    /// The energy exchanged until `edge`, to which it has flowed.
+    /// Returns the energy exchanged until `edge`, to which the device has flowed.
     #[must_use]
     pub fn energy(&self, edge: u64) -> Energy {
         if self.ahead { self.energy } else { self.device.energy(edge) }
     }
 
-    /// Sets what drives it from `edge` on, to which it has flowed, and returns the state then.
+    /// Sets the drive from `edge` on, to which the device has flowed, and returns the state then.
     ///
     /// # Panics
     ///
@@ -115,14 +115,14 @@ impl<'a> Held<'a> {
         self.x
     }
 
-    /// See [`Device::intend`]; returns the state then.
+    /// Sets the hand's intended angle and speed, as [`Device::intend`] does; returns the state then.
     pub fn intend(&mut self, edge: u64, angle_rad: f64, speed_rad_per_s: f64) -> State {
         self.settle(edge);
         self.device.intend(edge, angle_rad, speed_rad_per_s);
         self.device.state(edge)
     }
 
-    /// Flows from one edge to another, through every change of its modes, and returns the state there.
+    /// Flows from one edge to another, through every change of mode, and returns the state there.
     #[inline(always)]
     pub fn flow(&mut self, from: u64, to: u64) -> State {
         if to - from == self.edges && (self.ahead || self.lead(from)) && self.stride() {
@@ -130,13 +130,13 @@ impl<'a> Held<'a> {
         }
         self.settle(from);
         if self.device.is_stuck() && self.device.motion.w.hi == [0.0; 4] {
-            // Nothing moves, so nothing ends.
+            // Nothing moves, so no mode ends.
             return *self.device.motion.anchor();
         }
         self.device.flow(from, to)
     }
 
-    /// Makes the device catch up.
+    /// Moves the device to the present state.
     #[inline(always)]
     fn settle(&mut self, edge: u64) {
         if self.ahead {
@@ -155,7 +155,7 @@ impl<'a> Held<'a> {
         self.device.enter_with::<P>(edge, self.x.into());
     }
 
-    /// Takes over from the device, if its mode is one that steps may pass in whole.
+    /// Takes over from the device, if its mode allows whole steps. Returns whether it does.
     fn lead(&mut self, edge: u64) -> bool {
         let device = &self.device;
         if matches!(device.shaft, Shaft::Stuck | Shaft::Creep) || matches!(device.drive, Drive::Gates(_)) {
@@ -175,7 +175,7 @@ impl<'a> Held<'a> {
     }
 
     versions! {
-        /// A whole step, if the mode surely lasts for it.
+        /// Makes a whole step if the mode certainly lasts for it. Returns whether it did.
         fn stride[stride_fused, stride_native, stride_with](self: &mut Self) -> bool
     }
 

@@ -1,4 +1,4 @@
-//! Leaps of a linear system: how the state changes over a stretch of time, and the integrals on the way.
+//! Leaps of a linear system: the change of the state over a stretch of time, and the integrals on the way.
 
 use crate::double::{Product, versions};
 use crate::matrix::{CURRENT, Columns, Matrix, SPEED, State, map2, norm, outer, product, transposed};
@@ -8,22 +8,22 @@ use crate::matrix::{CURRENT, Columns, Matrix, SPEED, State, map2, norm, outer, p
 pub struct Integrals {
     /// `∫ x dt`, of each state.
     pub states: State,
-    /// `∫ i² dt` and `∫ ω² dt`; the other two lanes only keep these company.
+    /// `∫ i² dt` and `∫ ω² dt`; the other two lanes are unused.
     pub squares: State,
 }
 
-/// What a leap of a fixed length does: the matrix that carries `w` to the change of state, and its quadratures.
+/// A leap of a fixed length: the matrix from `w` to the change of state, and the quadratures.
 #[derive(Clone, Copy)]
 pub(crate) struct Leap {
     /// Length in seconds.
     length_s: f64,
     /// `P(t)`.
     pub(crate) p: Matrix,
-    /// `∫ P ds`, whole: rows for current and angle are the charge and angle integrals.
+    /// `∫ P ds`, the whole matrix; its rows for current and angle give the integrals of charge and angle.
     s: Matrix,
     /// `∫ pᵢᵀ pᵢ ds` for the current's row of `P`.
     current_squared: Matrix,
-    /// The same for the speed's row.
+    /// `∫ pᵢᵀ pᵢ ds` for the speed's row of `P`.
     speed_squared: Matrix,
 }
 
@@ -36,7 +36,7 @@ impl Leap {
         speed_squared: [[0.0; 4]; 4],
     };
 
-    /// A leap short enough for its Taylor series: `‖A‖ t` at most one half.
+    /// Returns a leap short enough for its Taylor series: `‖A‖ t` at most one half.
     fn taylor(a: &Matrix, t: f64) -> Self {
         const TERMS: usize = 18;
         // P = Σ c_k A^k t^{k+1}, c_k = 1/(k+1)!; the rows r_k = e_iᵀ A^k give ∫ pᵀp = Σ c_j c_k r_jᵀ r_k
@@ -65,7 +65,7 @@ impl Leap {
         leap
     }
 
-    /// This leap, then `next`.
+    /// Returns this leap followed by `next`.
     pub(crate) fn then(&self, a: &Matrix, next: &Self) -> Self {
         let b = next.length_s;
         let ap = product(a, &self.p);
@@ -91,7 +91,7 @@ impl Leap {
         }
     }
 
-    /// A leap of any length, by halving until the series converges and doubling back.
+    /// Returns a leap of any length, by halving until the series converges and doubling back.
     pub(crate) fn of(a: &Matrix, t: f64) -> Self {
         let mut halvings = 0;
         let mut part = t;
@@ -107,13 +107,13 @@ impl Leap {
     }
 }
 
-/// The quadratures of a leap, laid out to be applied.
+/// The quadratures of a leap, in the layout in which they are applied.
 #[derive(Clone, Copy)]
 pub(crate) struct Quadrature {
     length_s: f64,
     s: Columns,
-    /// The forms for current and speed side by side, by rows from the diagonal on: they are symmetric, so each pair of
-    /// states is there once. Two more lanes fill a register.
+    /// The quadratic forms for current and speed side by side, by rows from the diagonal on: they are symmetric, so
+    /// each pair of states appears once. Two more lanes fill a register.
     forms: [State; 10],
 }
 
@@ -160,7 +160,7 @@ impl Quadrature {
     }
 }
 
-/// `P(a+b) = P(a) + P(b) Φ(a)` with `Φ(a) = I + A P(a)`.
+/// Returns `P(a+b) = P(a) + P(b) Φ(a)` with `Φ(a) = I + A P(a)`.
 fn joined(a: &Matrix, first: &Matrix, second: &Matrix) -> Matrix {
     let after = map2(second, &product(second, &product(a, first)), |x, y| x + y);
     map2(first, &after, |x, y| x + y)

@@ -1,6 +1,6 @@
 //! The continuous world: motor, H-bridge, amplifier and its shaper, hand, encoder, exact flows.
 //!
-//! A plant is immutable laws ([`Axis`]) with its state outside ([`Device`]). Each mode of the piecewise-linear axis
+//! A plant consists of immutable laws ([`Axis`]) and a state ([`Device`]). Each mode of the piecewise-linear axis
 //! (slip, stuck, prescribed; circuit closed or open) is a [`Linear`] system that flows exactly over any number of clock
 //! edges: in double-double from anchor to anchor, in `f64` with a known bound of its error in between.
 

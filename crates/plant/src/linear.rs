@@ -1,13 +1,13 @@
 //! Linear time-invariant systems of four states, flowed exactly over whole clock edges.
 //!
-//! `x' = A x + f` with `f` constant. With `w = A x₀ + f` the solution is `x(t) = x₀ + P(t) w` and its slope
-//! `w + A P(t) w`, `P(t) = ∫₀ᵗ e^{As} ds`: the change is computed, never the sum of state and change, so that a short
-//! leap of a long motion loses nothing. `P` and `A P` are tabulated for the digits of the edge count in base 128; a
-//! leap of any length costs two small products a digit.
+//! `x' = A x + f` with `f` constant. With `w = A x₀ + f` the solution is `x(t) = x₀ + P(t) w` and its slope `w + A P(t)
+//! w`, `P(t) = ∫₀ᵗ e^{As} ds`. The change of the state is computed, not the sum of state and change, so that a short
+//! leap of a long motion loses no digits. `P` and `A P` are tabulated for the digits of the edge count in base 128; a
+//! leap of any length takes two small products per digit.
 //!
 //! Anchor, constants and tables are double-double. A motion's next anchor is computed in double-double
-//! ([`Trajectory::flow`]); what lies between is looked at through the high parts ([`Trajectory::at`]), whose error
-//! [`Guard`](crate::Guard) bounds.
+//! ([`Trajectory::flow`]). States in between are computed with the high parts only ([`Trajectory::at`]);
+//! [`Guard`](crate::Guard) bounds their error.
 //!
 //! The same digits give the exact integrals of the trajectory that an energy audit needs ([`Integrals`]).
 
@@ -21,51 +21,51 @@ const BITS: u32 = 7;
 const RADIX: usize = 1 << BITS;
 const MASK: u64 = RADIX as u64 - 1;
 
-/// What a leap does to state and slope.
+/// The effect of a leap on state and slope.
 #[derive(Clone, Copy)]
 struct Digit {
-    /// `P`: from the slope to the change of state.
+    /// `P`: maps the slope to the change of the state.
     p: Wide,
-    /// `A P`: from the slope to its own change.
+    /// `A P`: maps the slope to its own change.
     turn: Wide,
 }
 
-/// A value of each digit of a level, made when first needed: a run meets few.
+/// A value for each digit of a level, computed when first needed: a run needs only few of them.
 type Level<T> = Vec<OnceLock<Box<T>>>;
 
 fn levels<T>(count: usize) -> Vec<Level<T>> {
     (0..count).map(|_| (0..RADIX).map(|_| OnceLock::new()).collect()).collect()
 }
 
-/// A linear system, its leaps tabulated for one clock period.
+/// A linear system, with its leaps tabulated for one clock period.
 pub struct Linear {
     pub(crate) a: Matrix,
     wide: Wide,
-    /// How fast it moves, in 1/s.
+    /// How fast it moves, in 1/s: the `rate` of its matrix.
     pub(crate) rate: f64,
     pub(crate) edge_s: f64,
-    /// `P` of one edge of each level, and the digits.
+    /// `P` of one unit of each level, and the leaps of the digits.
     units: Vec<Wide>,
     levels: Vec<Level<Digit>>,
-    /// `P` of the lowest level once more, rounded, for those who ask edge by edge: close together.
+    /// `P` of the lowest level again, rounded and stored contiguously, for callers that ask edge by edge.
     high: OnceLock<Vec<Columns>>,
     /// Quadratures of the digits.
     quadratures: Vec<Level<(Leap, Quadrature)>>,
     /// `bounds[j]` ≥ |e^{At}| element by element, for 0 ≤ t ≤ 2^j edges.
     bounds: Vec<Matrix>,
-    /// For the same lengths: twice what the slope's `f64` value may err, for a slope of one at the anchor.
+    /// For the same lengths: twice the greatest error of the slope's `f64` value, for a slope of one at the anchor.
     errors: Vec<Matrix>,
 }
 
 impl Linear {
-    /// A system `x' = A x + f` on a clock of period `edge_s`, tabulated for leaps of up to `horizon` edges.
+    /// Creates the system `x' = A x + f` on a clock of period `edge_s`, tabulated for leaps of up to `horizon` edges.
     #[must_use]
     pub fn new(a: Matrix, edge_s: f64, horizon: u64) -> Self {
         Self::exact(&a.map(|row| row.map(Double::from)), edge_s, horizon)
     }
 
     versions! {
-        /// The same for a matrix known to more than an `f64`.
+        /// Creates the system from a matrix in double-double.
         pub(crate) fn exact[exact_fused, exact_native, exact_with](rows: &[[Double; 4]; 4], edge_s: f64, horizon: u64) -> Self
     }
 
@@ -101,71 +101,71 @@ impl Linear {
         Self { a, wide, rate: rate(&a), edge_s, units, levels, high, quadratures, bounds, errors }
     }
 
-    /// The matrix `A`, rounded.
+    /// Returns the matrix `A`, rounded.
     #[must_use]
     pub fn matrix(&self) -> &Matrix {
         &self.a
     }
 
-    /// The clock period in seconds.
+    /// Returns the clock period in seconds.
     #[must_use]
     pub fn edge_s(&self) -> f64 {
         self.edge_s
     }
 
-    /// `A x + f`.
+    /// Returns `A x + f`.
     #[inline(always)]
     pub(crate) fn slope<P: Product>(&self, x: &Doubles, f: &Doubles) -> Doubles {
         self.wide.times::<P>(x, f)
     }
 
-    /// `A w`, for derivatives.
+    /// Returns `A w`, for derivatives.
     #[inline(always)]
     pub(crate) fn derived<P: Product>(&self, w: &Doubles) -> Doubles {
         self.wide.times::<P>(w, &Doubles::ZERO)
     }
 
-    /// `P` for any time.
+    /// Returns `P` for any time.
     pub(crate) fn spread<P: Product>(&self, time_s: Double) -> Wide {
         spread::<P>(&self.wide, &self.a, time_s)
     }
 
-    /// Steps of so many edges.
+    /// Returns steps of this number of edges.
     #[must_use]
     pub fn stride(&self, edges: u64) -> Stride {
         let p = self.spread::<Native>(Double::product(edges as f64, self.edge_s)).hi;
         Stride { a: Columns::of(&self.a), p }
     }
 
-    /// A bound of |e^{At}|, element by element, for every `t` from 0 to 2^`dyadic` edges.
+    /// Returns a bound of |e^{At}|, element by element, for every `t` from 0 to 2^`dyadic` edges.
     #[inline]
     pub(crate) fn bound(&self, dyadic: usize) -> &Matrix {
         &self.bounds[dyadic]
     }
 
-    /// A bound of the error of the slope's `f64` value up to 2^`dyadic` edges after an anchor with a slope of one, with
-    /// room for terms of second order.
+    /// Returns a bound of the error of the slope's `f64` value up to 2^`dyadic` edges after an anchor with a slope of
+    /// one. It covers the terms of second order too.
     pub(crate) fn slope_error(&self, dyadic: usize) -> &Matrix {
         &self.errors[dyadic]
     }
 
-    /// How many dyadic bounds there are.
+    /// Returns the number of dyadic bounds.
     pub(crate) fn dyadic(&self) -> usize {
         self.bounds.len()
     }
 
-    /// Digits of an edge count below 2^`dyadic`.
+    /// Returns the number of digits of an edge count below 2^`dyadic`.
     pub(crate) fn digits(dyadic: usize) -> usize {
         dyadic / BITS as usize + 1
     }
 
-    /// State and slope after so many times 128 edges.
+    /// Returns state and slope after `block` times 128 edges.
     #[inline(always)]
     fn prefix(&self, x: State, w: State, block: u64) -> (State, State) {
         self.coarse::<1>(x, w, block)
     }
 
-    /// State and slope after so many times 128 to the power of `LEAST` edges.
+    /// Returns state and slope after `blocks` times 128^`LEAST` edges.
     #[inline(always)]
     fn coarse<const LEAST: u32>(&self, mut x: State, mut w: State, blocks: u64) -> (State, State) {
         if blocks != 0 {
@@ -190,13 +190,13 @@ impl Linear {
         (plus(x, &p.hi.times(w)), plus(w, &turn.hi.times(w)))
     }
 
-    /// The state up to 127 edges after a [`prefix`](Self::prefix).
+    /// Returns the state up to 127 edges after a [`prefix`](Self::prefix).
     #[inline(always)]
     fn within(&self, prefix: &(State, State), digit: u64) -> State {
         if digit == 0 { prefix.0 } else { plus(&prefix.0, &self.digit(0, digit as usize).p.hi.times(&prefix.1)) }
     }
 
-    /// State and slope so many edges after these, as seen through `f64`.
+    /// Returns state and slope this number of edges after the given ones, in `f64`.
     #[inline(always)]
     pub(crate) fn after(&self, x: State, w: State, edges: u64) -> (State, State) {
         let (x, w) = self.prefix(x, w, edges >> BITS);
@@ -207,13 +207,14 @@ impl Linear {
         self.turned(0, digit, &x, &w)
     }
 
-    /// The state alone.
+    /// Returns only the state this number of edges after the given one, in `f64`.
     #[inline(always)]
     pub(crate) fn state_after(&self, x: State, w: State, edges: u64) -> State {
         self.within(&self.prefix(x, w, edges >> BITS), edges & MASK)
     }
 
-    /// The integrals over so many edges from state `x` with slope `w`, and both after them, in `f64`.
+    /// Returns the integrals over this number of edges from state `x` with slope `w`, and state and slope after them,
+    /// in `f64`.
     #[inline(always)]
     pub(crate) fn glide(&self, x: &State, w: &State, edges: u64) -> (Integrals, State, State) {
         let (mut x, mut w, mut total) = (*x, *w, Integrals::default());
@@ -228,7 +229,7 @@ impl Linear {
         (total, x, w)
     }
 
-    /// `∫ x dt` over so many edges from state `x` with slope `w`, in `f64`.
+    /// Returns `∫ x dt` over this number of edges from state `x` with slope `w`, in `f64`.
     pub(crate) fn path(&self, x: &State, w: &State, edges: u64) -> State {
         let (mut x, mut w, mut total) = (*x, *w, [0.0; 4]);
         for level in (0..=edges.max(1).ilog2() / BITS).rev() {
@@ -241,7 +242,7 @@ impl Linear {
         total
     }
 
-    /// What so many edges of a level do, at least one.
+    /// Returns the leap of a digit (at least 1) of a level.
     #[inline(always)]
     fn digit(&self, level: u32, digit: usize) -> &Digit {
         match self.levels[level as usize][digit].get() {
@@ -254,7 +255,7 @@ impl Linear {
     fn tabulate(&self, level: u32, digit: usize) -> &Digit {
         let unit = &self.units[level as usize];
         self.levels[level as usize][digit].get_or_init(|| {
-            // By doubling, so that rounding grows with the number of bits only.
+            // By doubling, so that rounding grows only with the number of bits.
             let pair = match digit {
                 1 => None,
                 _ if digit.is_multiple_of(2) => Some(self.digit(level, digit / 2)).map(|half| (&half.p, &half.p)),
@@ -265,7 +266,7 @@ impl Linear {
     }
 
     versions! {
-        /// What a unit does, or two leaps one after the other.
+        /// Returns the leap of one unit, or of two leaps one after the other.
         fn follow[follow_fused, follow_native, follow_with](a: &Wide, unit: &Wide, pair: Option<(&Wide, &Wide)>) -> Digit
     }
 
@@ -275,7 +276,7 @@ impl Linear {
         Digit { p, turn: a.after::<P>(&p) }
     }
 
-    /// `P` of up to 127 edges, rounded.
+    /// Returns `P` of up to 127 edges, rounded.
     #[inline(always)]
     fn high(&self) -> &[Columns] {
         match self.high.get() {
@@ -313,7 +314,7 @@ impl Linear {
     }
 }
 
-/// `P(a+b) = P(a) + P(b) Φ(a)` with `Φ(a) = I + A P(a)`.
+/// Returns `P(a+b) = P(a) + P(b) Φ(a)` with `Φ(a) = I + A P(a)`.
 #[inline(always)]
 fn joined<P: Product>(a: &Wide, first: &Wide, second: &Wide) -> Wide {
     let mut columns = [Doubles::ZERO; 4];
@@ -324,7 +325,7 @@ fn joined<P: Product>(a: &Wide, first: &Wide, second: &Wide) -> Wide {
     Wide::from_columns(&columns)
 }
 
-/// `P` for any time: by halving until the Taylor series converges, and doubling back.
+/// Returns `P` for any time: by halving until the Taylor series converges, and doubling back.
 #[inline(always)]
 fn spread<P: Product>(a: &Wide, rows: &Matrix, time_s: Double) -> Wide {
     // The last term is 2⁻²⁴ / 24! of the first.
@@ -355,7 +356,7 @@ fn spread<P: Product>(a: &Wide, rows: &Matrix, time_s: Double) -> Wide {
     p
 }
 
-/// Steps of one length, in `f64`, each rounded: for a motion of which only the ends of steps count. Error of a step: a
+/// Steps of one length in `f64`, each rounded, for a motion of which only the ends of steps matter. Error of a step: a
 /// few units in the last place of `|A| |x|` times its length.
 #[derive(Clone, Copy)]
 pub struct Stride {
@@ -364,20 +365,20 @@ pub struct Stride {
 }
 
 impl Stride {
-    /// The state a step after `x` under the constant input `f`.
+    /// Returns the state a step after `x` under the constant input `f`.
     #[inline(always)]
     #[must_use]
     pub fn after(&self, x: &State, f: &State) -> State {
         plus(x, &self.change(&self.slope(x, f)))
     }
 
-    /// The slope `A x + f`.
+    /// Returns the slope `A x + f`.
     #[inline(always)]
     pub(crate) fn slope(&self, x: &State, f: &State) -> State {
         plus(&self.a.times(x), f)
     }
 
-    /// The change of the state over a step that starts with the slope `w`.
+    /// Returns the change of the state over a step that starts with the slope `w`.
     #[inline(always)]
     pub(crate) fn change(&self, w: &State) -> State {
         self.p.times(w)
@@ -394,14 +395,14 @@ pub struct Trajectory<'a> {
 }
 
 impl<'a> Trajectory<'a> {
-    /// The motion from state `x` under the constant `f`.
+    /// Creates the motion from state `x` under the constant `f`.
     #[must_use]
     pub fn new(system: &'a Linear, x: State, f: State) -> Self {
         Self::exact(system, x.into(), f.into())
     }
 
     versions! {
-        /// The same for states known to more than an `f64`.
+        /// Creates the motion from states in double-double.
         pub(crate) fn exact[exact_fused, exact_native, exact_with](system: &'a Linear, x: Doubles, f: Doubles) -> Self
     }
 
@@ -410,26 +411,26 @@ impl<'a> Trajectory<'a> {
         Self { system, x, f, w: system.slope::<P>(&x, &f) }
     }
 
-    /// The system.
+    /// Returns the system.
     #[must_use]
     pub fn system(&self) -> &'a Linear {
         self.system
     }
 
-    /// The anchor state, rounded.
+    /// Returns the anchor state, rounded.
     #[must_use]
     pub fn anchor(&self) -> &State {
         &self.x.hi
     }
 
-    /// `x'` at a state of this motion.
+    /// Returns `x'` at a state of this motion.
     #[inline(always)]
     #[must_use]
     pub fn slope(&self, x: &State) -> State {
         plus(&self.system.wide.hi.times(x), &self.f.hi)
     }
 
-    /// A bound of the error of the slope up to 2^`dyadic` edges.
+    /// Returns a bound of the error of the slope up to 2^`dyadic` edges.
     #[inline]
     pub(crate) fn slope_error(&self, dyadic: usize) -> State {
         let speeds = sizes(&self.w.hi);
@@ -437,14 +438,14 @@ impl<'a> Trajectory<'a> {
         std::array::from_fn(|r| dot(&rows[r], &speeds))
     }
 
-    /// State and slope at the last multiple of 128 edges: the part that 128 successive edges share.
+    /// Returns state and slope at the last multiple of 128 edges: the part that 128 successive edges share.
     #[inline(always)]
     #[must_use]
     pub fn prefix(&self, block: u64) -> (State, State) {
         self.system.prefix(self.x.hi, self.w.hi, block)
     }
 
-    /// The state `digit` edges (0 to 127) after a [`prefix`](Self::prefix).
+    /// Returns the state `digit` edges (0 to 127) after a [`prefix`](Self::prefix).
     #[inline(always)]
     #[must_use]
     pub fn within(&self, prefix: &(State, State), digit: u64) -> State {
@@ -452,8 +453,8 @@ impl<'a> Trajectory<'a> {
     }
 
     versions! {
-        /// The state after `edges` edges, seen through high parts. The same function serves every driver, so that they
-        /// agree to the bit.
+        /// Returns the state after `edges` edges, computed with the high parts. All drivers call this function, so that
+        /// they agree to the bit.
         #[must_use]
         pub fn at[at_fused, at_native, at_with](self: &Self, edges: u64) -> State
     }
@@ -464,13 +465,14 @@ impl<'a> Trajectory<'a> {
     }
 
     versions! {
-        /// The states after `first` edges, `stride` more, and so on: each that of [`at`](Self::at), to the bit.
+        /// Writes the states after `first` edges, `first + stride` edges and so on: each equals [`at`](Self::at) to the
+        /// bit.
         pub(crate) fn rows[rows_fused, rows_native, rows_with](self: &Self, first: u64, stride: u64, rows: &mut [State])
     }
 
     #[inline(always)]
     fn rows_with<P: Product>(&self, first: u64, stride: u64, rows: &mut [State]) {
-        // Neighbours share all but their two lowest digits.
+        // Neighbours share all digits but their two lowest.
         let (mut blocks, mut shared) = (0, (self.x.hi, self.w.hi));
         for (row, index) in rows.iter_mut().zip(0..) {
             let edges = first + index * stride;
@@ -488,7 +490,7 @@ impl<'a> Trajectory<'a> {
     }
 
     versions! {
-        /// State and slope after `edges` edges, as [`at`](Self::at).
+        /// Returns state and slope after `edges` edges, computed as in [`at`](Self::at).
         pub(crate) fn at_with_slope[slope_fused, slope_native, slope_with](self: &Self, edges: u64) -> (State, State)
     }
 
@@ -497,7 +499,7 @@ impl<'a> Trajectory<'a> {
         self.system.after(self.x.hi, self.w.hi, edges)
     }
 
-    /// The same for edges asked one after the other: keeps in `cache` what neighbours share.
+    /// Returns the state for edges asked one after the other; keeps in `cache` the part that neighbours share.
     #[inline(always)]
     pub(crate) fn at_next(&self, edges: u64, cache: &mut (u64, (State, State))) -> State {
         if cache.0 != edges >> BITS {
@@ -509,19 +511,19 @@ impl<'a> Trajectory<'a> {
         }
     }
 
-    /// The state after `edges` edges in double-double.
+    /// Returns the state after `edges` edges in double-double.
     #[inline(always)]
     pub(crate) fn flow<P: Product>(&self, edges: u64) -> Doubles {
         self.leap::<P, false>(edges).1
     }
 
-    /// The exact integrals from the anchor to `edges` edges later, and the state there.
+    /// Returns the exact integrals from the anchor to `edges` edges later, and the state there.
     #[inline(always)]
     pub(crate) fn integrals<P: Product>(&self, edges: u64) -> (Integrals, Doubles) {
         self.leap::<P, true>(edges)
     }
 
-    /// As [`integrals`](Self::integrals), and the state an edge later.
+    /// Returns the same as [`integrals`](Self::integrals), and the state one edge later.
     #[inline(always)]
     pub(crate) fn integrals_and_next<P: Product>(&self, edges: u64) -> (Integrals, Doubles, Doubles) {
         let (total, now, (x, w)) = self.leap_from_block::<P, true>(edges);
@@ -540,7 +542,7 @@ impl<'a> Trajectory<'a> {
         (total, x)
     }
 
-    /// The integrals, the state, and the state and slope before the last digit, if that is not zero.
+    /// Returns the integrals, the state, and state and slope before the last digit if that is not zero.
     #[inline(always)]
     fn leap_from_block<P: Product, const AUDIT: bool>(&self, edges: u64) -> (Integrals, Doubles, (Doubles, Doubles)) {
         let (mut x, mut w) = (self.x, self.w);

@@ -1,17 +1,17 @@
-//! Four states, matrices of four by four, and what is done with them.
+//! Vectors of four states, matrices of four by four, and the operations on them.
 
-/// Current in A, speed in rad/s (m/s), angle in rad (m), the hand's intended angle in rad (m).
+/// Current in A (on a rail, force in N), speed in rad/s (m/s), angle in rad (m), the hand's intended angle in rad (m).
 pub type State = [f64; 4];
-/// Four rows of four.
+/// Four rows of four entries.
 pub type Matrix = [[f64; 4]; 4];
 
 /// Index of the current in a [`State`].
 pub(crate) const CURRENT: usize = 0;
-/// Index of the speed.
+/// Index of the speed in a [`State`].
 pub(crate) const SPEED: usize = 1;
-/// Index of the angle.
+/// Index of the angle in a [`State`].
 pub(crate) const ANGLE: usize = 2;
-/// Index of the hand's intended angle.
+/// Index of the hand's intended angle in a [`State`].
 pub(crate) const INTENT: usize = 3;
 
 pub(crate) fn product(a: &Matrix, b: &Matrix) -> Matrix {
@@ -44,7 +44,7 @@ pub(crate) fn outer(u: &State, v: &State) -> Matrix {
     std::array::from_fn(|r| std::array::from_fn(|c| u[r] * v[c]))
 }
 
-/// `row · matrix`.
+/// Returns `row · matrix`.
 pub(crate) fn row_times(row: &State, a: &Matrix) -> State {
     std::array::from_fn(|c| row[0] * a[0][c] + row[1] * a[1][c] + row[2] * a[2][c] + row[3] * a[3][c])
 }
@@ -54,7 +54,7 @@ pub(crate) fn dot(u: &State, v: &State) -> f64 {
     (u[0] * v[0] + u[1] * v[1]) + (u[2] * v[2] + u[3] * v[3])
 }
 
-/// A matrix by columns, so that its product with a vector runs along registers.
+/// A matrix by columns, so that its product with a vector can be vectorised.
 #[derive(Clone, Copy)]
 pub(crate) struct Columns(pub(crate) Matrix);
 
@@ -80,7 +80,8 @@ pub(crate) fn sizes(x: &State) -> State {
     x.map(f64::abs)
 }
 
-/// How fast a system moves, in 1/s: its norm after each pair of states is scaled so that they drive each other alike.
+/// Returns the rate of a system in 1/s: its norm after each pair of states is scaled to have equal coefficients of
+/// coupling.
 pub(crate) fn rate(a: &Matrix) -> f64 {
     let pair = |r: usize, c: usize| (a[r][c] * a[c][r]).abs().sqrt();
     (0..4).map(|r| (0..4).map(|c| pair(r, c)).sum::<f64>()).fold(0.0, f64::max)

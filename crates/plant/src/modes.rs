@@ -1,4 +1,4 @@
-//! How a device's modes begin and end: slip and stuck, diodes and open circuits.
+//! Beginning and end of a device's modes: slip and stuck, diodes and open circuits.
 
 use crate::Circuit;
 use crate::axis::{Hand, Shaft};
@@ -10,16 +10,16 @@ use crate::guard::{Guard, Limits, Side};
 use crate::linear::Trajectory;
 use crate::matrix::{ANGLE, CURRENT, INTENT, SPEED};
 
-/// What a mode depends on.
+/// The part of the device whose condition a mode depends on.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Cause {
-    /// Slip: the speed keeps its sign. Stuck: the torque stays within friction.
+    /// The shaft. Slip: the speed keeps its sign. Stuck: the torque stays within friction.
     Shaft,
-    /// The diodes' current keeps its sign, or the back-EMF stays within their range.
+    /// The circuit: the diodes' current keeps its sign, or the back-EMF stays within their range.
     Circuit,
 }
 
-/// A mode lasts while a function of the state stays in a band.
+/// The condition of a mode: it lasts while a function of the state stays in a band.
 #[derive(Clone, Copy)]
 pub(crate) struct Check<'a> {
     pub(crate) guard: &'a Guard,
@@ -41,7 +41,8 @@ impl Check<'_> {
 
 impl<'a> Device<'a> {
     versions! {
-        /// A mode ended between `edge - 1` and `edge`: finds the instant, changes there, and anchors at `edge`.
+        /// Handles a mode that ended between `edge - 1` and `edge`: finds the instant, changes the mode there, and
+        /// anchors at `edge`.
         #[cold]
         pub(crate) fn change[change_fused, change_native, change_with](self: &mut Self, edge: u64)
     }
@@ -62,7 +63,7 @@ impl<'a> Device<'a> {
             };
             let (before, after) = (check.value::<P>(&x) - limit, check.value::<P>(&at_edge) - limit);
             let (tau_s, there) = if before.sign() == 0.0 || before.sign() == after.sign() {
-                // Already there at the start, or only just there at the end.
+                // The value is at its limit already at the start, or only at the end.
                 let tau_s = if before.hi.abs() <= after.hi.abs() { Double::ZERO } else { edge_s.into() };
                 (tau_s, course.at::<P>(tau_s))
             } else {
@@ -82,7 +83,7 @@ impl<'a> Device<'a> {
         }
         self.turn(cause, side, &mut there);
         self.enter_with::<P>(edge - 1, there);
-        // The rest of the edge in the new mode, then whatever else is due by then.
+        // The rest of the edge in the new mode, then any other end of a mode within it.
         let rest_s = Double::from(edge_s) - tau_s;
         let course = Course::new::<P>(self.motion);
         let mut x = course.at::<P>(rest_s);
@@ -107,7 +108,7 @@ impl<'a> Device<'a> {
         }
     }
 
-    /// The new mode after one ended, at the state where it did, on that side of its band.
+    /// Sets the new mode after one ended, from the state at its end and the side of its band.
     #[inline(always)]
     fn turn(&mut self, cause: Cause, side: Side, x: &mut Doubles) {
         self.mode_changes += 1;
@@ -144,7 +145,7 @@ impl<'a> Device<'a> {
         }
     }
 
-    /// Torque on the shaft except friction, while it stands still.
+    /// Returns the torque on the shaft except friction, while the shaft stands still.
     #[inline(always)]
     fn net_nm(&self, x: &Doubles) -> Double {
         let torque_nm = Double::from(self.axis.motor.torque_constant_nm_per_a) * x.lane(CURRENT) + self.torque_nm();
@@ -156,7 +157,7 @@ impl<'a> Device<'a> {
         }
     }
 
-    /// The constant part of the hand's torque on a shaft that stands still.
+    /// Returns the constant part of the hand's torque on a shaft that stands still.
     #[inline(always)]
     fn torque_nm(&self) -> Double {
         match self.axis.hand {
@@ -189,14 +190,14 @@ impl<'a> Device<'a> {
         }
     }
 
-    /// Anchors at `edge` in state `x`, in the mode that shaft, circuit and hand now make.
+    /// Anchors at `edge` in state `x`, in the mode of the present shaft, circuit and hand.
     #[inline(always)]
     pub(crate) fn enter_with<P: Product>(&mut self, edge: u64, x: Doubles) {
         self.hold_shaft::<P>(&x);
         self.redrive::<P>(edge, x);
     }
 
-    /// What shaft and hand make of a mode.
+    /// Sets the part of a mode that depends on shaft and hand.
     #[inline(always)]
     fn hold_shaft<P: Product>(&mut self, x: &Doubles) {
         let (axis, constants) = (self.axis, &self.axis.constants);
@@ -237,7 +238,7 @@ impl<'a> Device<'a> {
         }
     }
 
-    /// Anchors at `edge` in state `x`, with shaft and hand as they were.
+    /// Anchors at `edge` in state `x`, with shaft and hand unchanged.
     #[inline(always)]
     pub(crate) fn redrive<P: Product>(&mut self, edge: u64, mut x: Doubles) {
         let (axis, constants, motor) = (self.axis, &self.axis.constants, &self.axis.motor);
@@ -277,7 +278,7 @@ impl<'a> Device<'a> {
         self.checks = self.checks_now();
     }
 
-    /// Goes on in the same mode, from `edge` in state `x`.
+    /// Continues in the same mode, from `edge` in state `x`.
     #[inline(always)]
     fn anchor_at<P: Product>(&mut self, edge: u64, x: Doubles, f: Doubles) {
         self.anchor = edge;

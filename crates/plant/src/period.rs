@@ -1,4 +1,4 @@
-//! What whole periods of one length have in common, in one mode.
+//! Quantities common to all whole periods of one length, in one mode.
 
 use std::array::from_fn;
 
@@ -6,7 +6,7 @@ use crate::double::{Double, Doubles, Product, Wide, versions};
 use crate::linear::{Linear, Trajectory};
 use crate::matrix::{CURRENT, Matrix};
 
-/// A period of so many edges.
+/// A period of `edges` clock edges.
 pub(crate) struct Period {
     pub(crate) edges: u64,
     /// `P(T)⁻¹`.
@@ -15,7 +15,8 @@ pub(crate) struct Period {
 
 impl Period {
     versions! {
-        /// Nothing where `P(T)` has no inverse to speak of: a period is a whole number of those of the system's own.
+        /// Creates a period. Returns `None` if `P(T)` has no usable inverse: the period is then a whole number of the
+        /// periods of the system itself.
         pub(crate) fn new[new_fused, new_native, new_with](system: &Linear, edges: u64) -> Option<Self>
     }
 
@@ -25,7 +26,7 @@ impl Period {
         let rows = p.rows();
         let near = inverse(&rows)?;
         let mut x = Wide::of(&near.map(|row| row.map(Double::from)));
-        // Newton's steps, each of which doubles the digits that are right.
+        // Newton's steps, each of which doubles the number of right digits.
         let rest = |x: &Wide| {
             let product = p.after::<P>(x);
             from_fn(|c| {
@@ -46,14 +47,14 @@ impl Period {
         (0..4).all(|r| (0..4).all(|c| is_good(r, c))).then_some(Self { edges, inverse: x })
     }
 
-    /// `P(T)⁻¹ P(T - d) e`.
+    /// Returns `P(T)⁻¹ P(T - d) e`.
     #[inline(always)]
     pub(crate) fn share<P: Product>(&self, system: &Linear, duty: u64) -> Doubles {
         self.inverse.times::<P>(&response::<P>(system, CURRENT, self.edges - duty), &Doubles::ZERO)
     }
 }
 
-/// A column of `P` after so many edges.
+/// Returns a column of `P` after this number of edges.
 #[inline(always)]
 fn response<P: Product>(system: &Linear, column: usize, edges: u64) -> Doubles {
     let mut unit = Doubles::ZERO;
@@ -61,7 +62,7 @@ fn response<P: Product>(system: &Linear, column: usize, edges: u64) -> Doubles {
     Trajectory { system, x: Doubles::ZERO, f: Doubles::ZERO, w: unit }.flow::<P>(edges)
 }
 
-/// The inverse by elimination, in `f64`.
+/// Returns the inverse by elimination, in `f64`; `None` if there is none.
 fn inverse(matrix: &Matrix) -> Option<Matrix> {
     let mut left = *matrix;
     let mut right: Matrix = from_fn(|r| from_fn(|c| f64::from(u8::from(r == c))));

@@ -5,16 +5,17 @@
 //! | `h = G u`, `G = s² / (s² + √2 ω s + ω²)` | second-order Butterworth high-pass |
 //! | `y = max(0, u - max(0, h))` | the two rectifiers: pushes out of the wall only |
 //!
-//! `u` is the force against the penetration as the controller asks for it, `y` what the amplifier is given. While `u`
-//! stands, with `z = ω t / √2`, `h = e⁻ᶻ (A cos z + B sin z)`; time turns and shrinks `(A, B)`, a step `Δu` adds
-//! `(Δu, -Δu)`.
+//! `u` is the force against the penetration that the controller asks for, `y` the force that the amplifier gets. While
+//! `u` is constant, with `z = ω t / √2`, `h = e⁻ᶻ (A cos z + B sin z)`; with time `(A, B)` rotates and shrinks, and a
+//! step `Δu` adds `(Δu, -Δu)`.
 //!
-//! `y` is continuous where `u` is, and a sampled copy of it, handed on every `τ`, is late by less than `τ`: it differs
-//! from `y` by less than `τ` times the greatest slope ([`Shaper::slope_bound_per_s`]). With `|u| <= 1` that is the
-//! total variation of the impulse response of `1 - G`, `ℓ = √2 ω e⁻ᶻ cos z`: a jump of `√2 ω`, then swings that turn at
-//! `z = 3π/4 + n π`, `√2 ω (2 + √2 e^{-3π/4} / (1 - e^{-π}))` in all. A mass whose force is wrong by at most `ε` is off
-//! by at most `ε t / m` in speed and `ε t² / 2m` in position after a time `t`, and with viscous friction `b` by no more
-//! than `ε / b` and `ε t / b`; in a loop, as long as the encoder's counts make the same commands of it.
+//! `y` is continuous where `u` is. A sampled copy of it, updated every `τ`, is late by less than `τ`, so it differs
+//! from `y` by less than `τ` times the greatest slope ([`Shaper::slope_bound_per_s`]). With `|u| <= 1` that slope is
+//! the total variation of the impulse response of `1 - G`, `ℓ = √2 ω e⁻ᶻ cos z`: a jump of `√2 ω`, then oscillations
+//! that turn at `z = 3π/4 + n π`, `√2 ω (2 + √2 e^{-3π/4} / (1 - e^{-π}))` in all. If the force on a mass is wrong by
+//! at most `ε`, then after a time `t` the speed is off by at most `ε t / m` and the position by `ε t² / 2m`; with
+//! viscous friction `b` by at most `ε / b` and `ε t / b`. In a loop this holds as long as the encoder's counts lead to
+//! the same commands.
 //!
 //! Source: "An Analog Input Shaper for Stability Enhancement of Haptic Interfaces and Its Application to
 //! Energy-Bounding Algorithm", Fig. 1 and the cutoff of 2.5 Hz; the equations and the flow are derived from them.
@@ -22,7 +23,7 @@
 
 use std::f64::consts::{PI, SQRT_2};
 
-/// The state of a shaper under a force that stands.
+/// The state of a shaper under a constant force.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Shaper {
     /// `ω / √2`.
@@ -33,31 +34,31 @@ pub struct Shaper {
 }
 
 impl Shaper {
-    /// A shaper at rest without input.
+    /// Creates a shaper at rest without input.
     #[must_use]
     pub fn new(cutoff_hz: f64) -> Self {
         Self { rate_per_s: SQRT_2 * PI * cutoff_hz, input: 0.0, wave: [0.0; 2] }
     }
 
-    /// The input that stands.
+    /// Returns the present input.
     #[must_use]
     pub fn input(&self) -> f64 {
         self.input
     }
 
-    /// The high-pass filter's output.
+    /// Returns the high-pass filter's output.
     #[must_use]
     pub fn high_pass(&self) -> f64 {
         self.wave[0]
     }
 
-    /// The shaped force: not negative, and not above the input unless that is negative.
+    /// Returns the shaped force: it is not negative, and not above the input unless the input is negative.
     #[must_use]
     pub fn output(&self) -> f64 {
         (self.input - self.high_pass().max(0.0)).max(0.0)
     }
 
-    /// The shaper after so many seconds under the same input: exact, whatever the time.
+    /// Returns the shaper after `time_s` seconds under the same input: exact for any time.
     #[must_use]
     pub fn after(&self, time_s: f64) -> Self {
         let z = self.rate_per_s * time_s;
@@ -67,14 +68,14 @@ impl Shaper {
         Self { wave: [shrunk * (a * cos + b * sin), shrunk * (b * cos - a * sin)], ..*self }
     }
 
-    /// The shaper with its input changed to another.
+    /// Returns the shaper with another input.
     #[must_use]
     pub fn stepped(&self, input: f64) -> Self {
         let step = input - self.input;
         Self { input, wave: [self.wave[0] + step, self.wave[1] - step], ..*self }
     }
 
-    /// The greatest slope of the output between steps of the input, in 1/s, for inputs between -1 and 1.
+    /// Returns the greatest slope of the output between steps of the input, in 1/s, for inputs between -1 and 1.
     #[must_use]
     pub fn slope_bound_per_s(&self) -> f64 {
         let swings = SQRT_2 * libm::exp(-0.75 * PI) / (1.0 - libm::exp(-PI));

@@ -1,18 +1,18 @@
-//! Fixed steps: how ordinary programs move the same axis on.
+//! Fixed steps of the same axis, as in ordinary programs.
 //!
 //! A [`Stepper`] integrates `x' = f(x)`, [`derivative`](Stepper::derivative), over steps of one length, by a textbook
 //! method, with the drive held over the step. Nothing is located inside a step:
 //!
-//! - Coulomb friction is `τ_c sgn ω` of the step's start; a shaft that stands still there and is pulled by no more than
-//!   `τ_c` stays for the step. A step that would reverse the speed ends at 0 if friction can hold the shaft there.
-//!   Smoothed friction is the function that it is.
-//! - Diodes conduct as they would at the start of the step; a current that they would not carry ends at 0.
-//! - A winding without inductance is Ohm's law at every stage.
+//! - Coulomb friction is `τ_c sgn ω` with the speed of the step's start; a shaft that stands still there, pulled by at
+//!   most `τ_c`, stays for the step. A step that would reverse the speed ends at speed 0 if friction can hold the shaft
+//!   there. Smoothed friction is computed at every stage as a function of the speed.
+//! - Diodes conduct as at the start of the step; a current that they would not carry ends at 0.
+//! - A winding without inductance follows Ohm's law at every stage.
 //!
-//! The implicit midpoint's equations are linear but for friction, which is monotonous in the speed alone: they are
-//! solved in closed form, friction at the midpoint.
+//! The implicit midpoint's equations are linear except for friction, which is monotonic in the speed alone: they are
+//! solved in closed form, with friction at the midpoint.
 //!
-//! Energies are summed by the trapezoid rule, so that what is left of the balance measures the method.
+//! Energies are summed by the trapezoid rule, so the residual of the balance measures the error of the method.
 
 use crate::axis::{Axis, Hand};
 use crate::energy::Energy;
@@ -35,13 +35,13 @@ pub enum Method {
 /// Friction over a step.
 struct Rub {
     friction_nm: f64,
-    /// 0 on a shaft that friction holds.
+    /// One over the inertia; 0 on a shaft that friction holds.
     per_inertia: f64,
-    /// A function of the speed, whatever `friction_nm` is.
+    /// Whether friction is a function of the speed; `friction_nm` is then unused.
     smoothed: bool,
 }
 
-/// An axis on steps of one length.
+/// An axis in steps of one length.
 #[derive(Clone, Copy, Debug)]
 pub struct Stepper {
     method: Method,
@@ -50,7 +50,7 @@ pub struct Stepper {
     per_inertia: f64,
     viscous_nm_s_per_rad: f64,
     coulomb_nm: f64,
-    /// See [`Axis::with_smoothed_friction`]; 0 where friction sticks.
+    /// See [`Axis::with_smoothed_friction`]; 0 if friction sticks.
     creep_rad_per_s: f64,
     torque_nm: f64,
     hand_nm_per_rad: f64,
@@ -59,7 +59,7 @@ pub struct Stepper {
 }
 
 impl Stepper {
-    /// An axis on steps of `step_s` seconds.
+    /// Creates a stepper of an axis with steps of `step_s` seconds.
     #[must_use]
     pub fn new(axis: &Axis, method: Method, step_s: f64) -> Self {
         let motor = &axis.motor;
@@ -83,19 +83,19 @@ impl Stepper {
         }
     }
 
-    /// The same in steps of another length.
+    /// Returns the stepper with steps of another length.
     #[must_use]
     pub fn with_step(self, step_s: f64) -> Self {
         Self { step_s, ..self }
     }
 
-    /// Length of a step in seconds.
+    /// Returns the length of a step in seconds.
     #[must_use]
     pub fn step_s(&self) -> f64 {
         self.step_s
     }
 
-    /// `i`, or what Ohm's law makes of the speed.
+    /// Returns `i`, or the current by Ohm's law at this speed.
     #[inline(always)]
     fn current_a(&self, current_a: f64, speed: f64, feed: &Feed) -> f64 {
         if feed.ohmic {
@@ -105,7 +105,7 @@ impl Stepper {
         }
     }
 
-    /// Torque of motor and hand.
+    /// Returns the torque of motor and hand.
     #[inline(always)]
     fn torque_nm(&self, x: &State, feed: &Feed) -> f64 {
         self.torque_constant_nm_per_a * x[CURRENT] + self.hand_nm(x, feed)
@@ -118,7 +118,7 @@ impl Stepper {
             + self.hand_nm_s_per_rad * (feed.intent_rad_per_s - x[SPEED])
     }
 
-    /// Coulomb friction against a speed, none at a standstill.
+    /// Returns the Coulomb friction against a speed, 0 at a standstill.
     #[inline(always)]
     fn friction_nm(&self, speed: f64) -> f64 {
         if self.creep_rad_per_s != 0.0 {
@@ -130,7 +130,7 @@ impl Stepper {
         }
     }
 
-    /// Friction as it is in a state.
+    /// Returns the friction in a state.
     #[inline(always)]
     fn rub(&self, x: &State, feed: &Feed) -> Rub {
         let rub = |friction_nm, per_inertia| Rub { friction_nm, per_inertia, smoothed: false };
@@ -156,13 +156,13 @@ impl Stepper {
         [feed.per_henry * voltage_v, rub.per_inertia * torque_nm, speed, feed.intent_rad_per_s]
     }
 
-    /// `x'` at a state.
+    /// Returns `x'` at a state.
     #[must_use]
     pub fn derivative(&self, x: &State, feed: &Feed) -> State {
         self.slope(x, feed, &self.rub(x, feed))
     }
 
-    /// The state one step later.
+    /// Returns the state one step later.
     #[inline]
     #[must_use]
     pub fn step(&self, x: &State, feed: &Feed) -> State {
@@ -201,7 +201,8 @@ impl Stepper {
         next
     }
 
-    /// The implicit midpoint: the middle's current is `i₀ - κ ω`, its speed then one linear equation with friction.
+    /// Makes a step of the implicit midpoint: the current in its middle is `i₀ - κ ω`, and its speed then follows from
+    /// one linear equation with friction.
     #[inline(always)]
     fn midpoint(&self, x: &State, feed: &Feed) -> State {
         let half = 0.5 * self.step_s;
@@ -234,18 +235,18 @@ impl Stepper {
         ]
     }
 
-    /// The speed `ω` with `ω + most · s = free`, `s` being friction's share of its most at `ω`.
+    /// Returns the speed `ω` with `ω + most · s = free`, where `s` is friction's share of its greatest value at `ω`.
     #[inline(always)]
     fn slowed(&self, free: f64, most: f64) -> f64 {
         if most != 0.0 && free.abs() <= self.creep_rad_per_s + most {
-            // Where friction sticks, it holds.
+            // Friction that sticks holds the shaft here.
             free * (self.creep_rad_per_s / (self.creep_rad_per_s + most))
         } else {
             free - most.copysign(free)
         }
     }
 
-    /// The powers of a feed in a state.
+    /// Returns the powers of a feed in a state.
     #[inline(always)]
     #[must_use]
     pub fn powers(&self, x: &State, feed: &Feed) -> Powers {

@@ -1,12 +1,12 @@
-//! The rows around a mismatch, of the emulator and of what is held against it: as a table, and for a waveform.
+//! The rows around a mismatch, with the words of the emulator and of the other side: as a table, and for a waveform.
 
 use hpu_signal::{Clock, Signal};
 
 use crate::vector::{Column, Header, Vectors, hex};
 
-/// Rows of a table, which end with the mismatch.
+/// Rows of a table; the last one is the mismatch.
 const SHOWN: usize = 16;
-/// Rows of a waveform up to the mismatch, and after it. `testbench/vhdl/vector_reader.vhd` keeps as many.
+/// Rows of a waveform up to the mismatch, and after it. `testbench/vhdl/vector_reader.vhd` keeps the same numbers.
 pub(crate) const BEFORE: usize = 64;
 pub(crate) const AFTER: usize = 64;
 
@@ -15,36 +15,36 @@ pub(crate) const AFTER: usize = 64;
 pub struct Around {
     /// The block, or the wiring of a closed loop.
     pub name: &'static str,
-    /// What stands beside the emulator: `vhdl`, or a `file`.
+    /// The side that is compared with the emulator: `vhdl`, `verilog` or a `file`.
     pub beside: &'static str,
-    /// What rows are: `row` of vectors, or `edge` of a closed loop.
+    /// The name of a row: `row` of vectors, or `edge` of a closed loop.
     pub counted: &'static str,
-    /// The signals: inputs that both are given, then what each answers.
+    /// The signals: first the inputs that both sides are given, then the signals that are compared.
     pub columns: Vec<Column>,
-    /// How many of them are such inputs.
+    /// The number of these common inputs.
     pub inputs: usize,
-    /// A row a clock cycle.
+    /// The clock; a row is one cycle.
     pub clock: Clock,
-    /// The rows, one after the other.
+    /// The rows, in order.
     pub rows: Vec<Row>,
 }
 
-/// Words of a row, in hex; a digit with an unknown bit is `X`.
+/// Words of a row, in hex. A digit with an unknown bit is `X`.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Row {
-    /// Counted from 1.
+    /// The row's number, counted from 1.
     pub number: u64,
     /// The emulator's words, one a column.
     pub expected: Vec<String>,
-    /// What stands beside them, one for each column that is no input.
+    /// The words of the other side, one for each column that is not an input.
     pub got: Vec<String>,
 }
 
-/// A table of text: the names of its columns, and rows of words.
+/// A table of text: the names of its columns, and its rows of words.
 type Table = (Vec<String>, Vec<Vec<String>>);
 
 impl Around {
-    /// Of a block's testbench, which takes 10 ns a row.
+    /// Returns the columns of a block's testbench, without rows. A row takes 10 ns.
     pub(crate) fn of_block(header: &Header) -> Self {
         Self {
             name: header.block,
@@ -57,14 +57,15 @@ impl Around {
         }
     }
 
-    /// Of a closed loop, where each side has inputs of its own.
+    /// Returns the columns of a closed loop, without rows. Each side has its own inputs, so no input is common.
     pub(crate) fn of_loop(name: &'static str, nets: &[Signal], clock: Clock) -> Self {
         let column = |&Signal { name, format, unit, .. }: &Signal| Column { name, format, unit };
         let columns = nets.iter().map(column).collect();
         Self { name, beside: "vhdl", counted: "edge", columns, inputs: 0, clock, rows: Vec::new() }
     }
 
-    /// Of a file of vectors whose row of this number, counted from 1, the emulator answers otherwise.
+    /// Returns the rows around a mismatch between a file of vectors and the emulator. `mismatch` is the number of the
+    /// row, counted from 1.
     #[must_use]
     pub fn of_file(file: &Vectors, emulator: &Vectors, mismatch: usize) -> Self {
         let around = Self { beside: "file", ..Self::of_block(&file.header) };
@@ -83,7 +84,7 @@ impl Around {
         Self { rows, ..around }
     }
 
-    /// With the rows that a testbench tells, each as `row=7 0 fff got ffe`.
+    /// Returns a copy with the rows that a testbench has printed, each as in `row=7 0 fff got ffe`.
     pub(crate) fn with<'l>(&self, lines: impl Iterator<Item = &'l str>) -> Self {
         let words = |text: &str| text.split_whitespace().map(str::to_string).collect::<Vec<_>>();
         let row = |line: &str| {
@@ -96,8 +97,8 @@ impl Around {
         Self { rows: lines.filter_map(row).collect(), ..self.clone() }
     }
 
-    /// The last rows up to a number, under the names of their columns: after each signal whose words differ in one of
-    /// them stands what is beside the emulator, as in `delta(vhdl)`.
+    /// Returns the last rows up to row `number`, under the names of their columns. Where a signal differs in one of
+    /// these rows, a second column after it holds the words of the other side, as in `delta(vhdl)`.
     #[must_use]
     pub fn table(&self, number: u64) -> Table {
         let end = self.rows.iter().take_while(|row| row.number <= number).count();
@@ -121,7 +122,8 @@ impl Around {
         (heads, cells)
     }
 
-    /// The same as aligned lines. Signals on which both sides agree and that do not change are told once, below.
+    /// Returns the table as aligned lines. A signal that does not change and is equal on both sides is printed once,
+    /// below the table.
     #[must_use]
     pub fn lines(&self, number: u64) -> Vec<String> {
         let (heads, rows) = self.table(number);

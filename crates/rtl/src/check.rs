@@ -1,5 +1,5 @@
-//! The check: every block's VHDL held against the emulator, row by row, and loops closed around it, edge by edge, in
-//! GHDL.
+//! The check: GHDL compares every block's VHDL with the emulator, row by row, and loops closed around the VHDL, edge by
+//! edge.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -22,10 +22,10 @@ use crate::testbench::{VECTOR_READER, testbench};
 use crate::tool::{Fault, Tool, ToolError};
 use crate::vector::{Stimulus, Vectors, literal};
 
-/// No simulation is so slow: what takes longer for a row hangs.
+/// The longest time that any simulation needs for a row: one that takes longer hangs.
 const LONGEST_ROW: Duration = Duration::from_millis(20);
 
-/// What to check.
+/// The settings of a check.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct CheckOptions {
     /// The VHDL.
@@ -40,14 +40,14 @@ pub struct CheckOptions {
     pub rows: usize,
     /// Seed of the random rows.
     pub seed: u64,
-    /// Every pair of words of the default multiplier, all 2^24, instead of 2^16 in strata.
+    /// Checks all 2^24 pairs of words of the default multiplier, instead of 2^16 pairs in strata.
     pub exhaustive: bool,
-    /// GHDL processes at a time.
+    /// GHDL processes that run at the same time.
     pub jobs: usize,
 }
 
 impl CheckOptions {
-    /// Every block, 2000 random rows each, on every core; no scene.
+    /// Returns the settings for every block with 2000 random rows each, on every core, and no scene.
     #[must_use]
     pub fn new(setup: impl Into<Setup>) -> Self {
         let jobs = thread::available_parallelism().map_or(1, usize::from);
@@ -56,7 +56,7 @@ impl CheckOptions {
         Self { setup: setup.into(), blocks, variants, scenes, rows: 2000, seed: 1, exhaustive: false, jobs }
     }
 
-    /// The configurations to check, in the order of the report.
+    /// Returns the configurations to check, in the order of the report.
     fn wanted(&self) -> Vec<(String, Box<dyn AnyBlock>)> {
         let is_wanted = |label: &String, block: &dyn AnyBlock| {
             self.blocks.iter().any(|name| name == block.name())
@@ -66,18 +66,18 @@ impl CheckOptions {
     }
 }
 
-/// Holds the VHDL against the emulator: directed and random rows for every configuration of the blocks, then the
+/// Compares the VHDL with the emulator: first directed and random rows for every configuration of the blocks, then the
 /// scenes.
 ///
 /// # Errors
 ///
-/// [`GhdlError`] when GHDL is missing, the VHDL does not analyse, or a tool is at fault. A mismatch is a result, and so
-/// is a run that the VHDL stopped.
+/// [`GhdlError`] when GHDL is missing, the VHDL does not analyse, or a tool is at fault. A mismatch is not an error but
+/// a result, and so is a run that the VHDL stopped.
 pub fn check(options: &CheckOptions) -> Result<CheckReport, GhdlError> {
     Check::new(options)?.run(&Control::default(), |_| Ok(()))
 }
 
-/// A check with all VHDL analysed and every run of GHDL known.
+/// A check whose VHDL is analysed and whose GHDL runs are listed.
 pub struct Check<'o> {
     options: &'o CheckOptions,
     blocks: Option<Library>,
@@ -87,7 +87,7 @@ pub struct Check<'o> {
     jobs: Vec<Job>,
 }
 
-/// A row of the report, and what its runs have found so far, by set.
+/// A row of the report, and the results of its runs so far, by set.
 struct Row {
     row: CheckRow,
     clocked: bool,
@@ -95,13 +95,13 @@ struct Row {
     found: BTreeMap<u64, (Result<Tally, String>, f64)>,
 }
 
-/// A run of GHDL, for a row of the report.
+/// A run of GHDL for one row of the report.
 #[derive(Clone, Copy)]
 struct Job {
     row: usize,
-    /// Of a block: which set of vectors.
+    /// The set of vectors, if the row is a block.
     set: u64,
-    /// Milliseconds that it will take about.
+    /// Estimated run time in milliseconds.
     about_ms: u64,
 }
 
@@ -138,38 +138,38 @@ impl<'o> Check<'o> {
         Ok(Self { options, blocks, loops, scenes, rows, jobs })
     }
 
-    /// GHDL processes at a time.
+    /// Returns the number of GHDL processes that run at the same time.
     #[must_use]
     pub fn at_a_time(&self) -> usize {
         self.options.jobs.clamp(1, self.jobs.len().max(1))
     }
 
-    /// How many configurations of blocks, and how many scenes.
+    /// Returns the number of configurations of blocks, and the number of scenes.
     #[must_use]
     pub fn count(&self) -> (usize, usize) {
         (self.rows.len() - self.scenes.len(), self.scenes.len())
     }
 
-    /// Milliseconds of all runs together, about: by their rows and edges, and what these took on the machine of the
-    /// record.
+    /// Returns the estimated time of all runs together, in milliseconds. It is computed from their rows and edges and
+    /// the time per row or edge on the machine of the record.
     #[must_use]
     pub fn work_ms(&self) -> u64 {
         self.jobs.iter().map(|job| job.about_ms).sum()
     }
 
-    /// Milliseconds that they take side by side, about.
+    /// Returns the estimated time of the whole check in milliseconds, when the runs share the processes.
     #[must_use]
     pub fn about_ms(&self) -> u64 {
         let longest = self.jobs.iter().map(|job| job.about_ms).max().unwrap_or(0);
         longest.max(self.work_ms() / self.at_a_time() as u64)
     }
 
-    /// Runs all, several at a time, and tells each row of the report as soon as it and all before it are done. Progress
-    /// is counted in the milliseconds of [`work_ms`](Self::work_ms).
+    /// Runs everything, several runs at a time. Passes each row of the report to `tell` as soon as it and all rows
+    /// before it are complete. Progress is counted in the milliseconds of [`work_ms`](Self::work_ms).
     ///
     /// # Errors
     ///
-    /// [`GhdlError`] when a tool is at fault, or what `tell` answers.
+    /// [`GhdlError`] when a tool is at fault, or the error that `tell` returned.
     pub fn run<E: From<GhdlError>>(
         mut self,
         control: &Control,
@@ -181,7 +181,7 @@ impl<'o> Check<'o> {
         let (next, ended) = (AtomicUsize::new(0), AtomicBool::new(false));
         let (send, done) = mpsc::channel();
         let work = |send: mpsc::Sender<_>| {
-            // A block is not `Send`: each thread makes its own.
+            // A block is not `Send`, so each thread makes its own.
             let mut wanted = self.options.wanted();
             while !ended.load(Ordering::Relaxed)
                 && let Some(&job) = self.jobs.get(next.fetch_add(1, Ordering::Relaxed))
@@ -191,7 +191,7 @@ impl<'o> Check<'o> {
                     Some(scene) => self.scenes[scene].run(&self.loops),
                     None => self.vectors(&mut wanted[job.row], job.set),
                 };
-                // Who listens no more has failed, and says so.
+                // The receiver is gone only after an error, which is reported there.
                 let _ = send.send((job, found, start.elapsed().as_secs_f64()));
             }
         };
@@ -223,14 +223,14 @@ impl<'o> Check<'o> {
         failed.map_or(Ok(CheckReport { rows, loops }), Err)
     }
 
-    /// In the order of the report, so that it grows; but what takes a good part of all the time comes first, the
-    /// longest first.
+    /// Sorts the runs: the longest first where a run takes more than a quarter of the time of a process, then the
+    /// others in the order of the report, so that the report grows steadily.
     fn order(&mut self) {
         let long = self.work_ms() / (4 * self.at_a_time() as u64);
         self.jobs.sort_by_key(|job| if job.about_ms > long { u64::MAX - job.about_ms } else { u64::MAX });
     }
 
-    /// Runs the testbench of a configuration over one set.
+    /// Runs the testbench of a configuration on one set of vectors.
     fn vectors(&self, (label, block): &mut (String, Box<dyn AnyBlock>), set: u64) -> Result<Tally, GhdlError> {
         let library = self.blocks.as_ref().expect("where a block is checked, blocks are analysed");
         block.reset();
@@ -240,7 +240,7 @@ impl<'o> Check<'o> {
     }
 }
 
-/// Holds the VHDL of a block against vectors, which are written to a file of this name.
+/// Compares the VHDL of a block with vectors, which are written to a file whose name contains `name`.
 pub(crate) fn held(library: &Library, vectors: &Vectors, name: &str) -> Result<Tally, GhdlError> {
     let (header, rows) = (&vectors.header, vectors.rows.len());
     let file = format!("{}-{name}.txt", header.block);
@@ -256,7 +256,8 @@ pub(crate) fn held(library: &Library, vectors: &Vectors, name: &str) -> Result<T
 }
 
 impl Row {
-    /// Keeps what a run has found. What GHDL says of the VHDL is a result; a tool at fault is none.
+    /// Keeps the result of a run. A complaint of GHDL about the VHDL is a result; a fault of a tool is returned as an
+    /// error.
     fn take(&mut self, set: u64, found: Result<Tally, GhdlError>, seconds: f64) -> Result<(), GhdlError> {
         let found = match found {
             Ok(tally) => Ok(tally),
@@ -271,7 +272,7 @@ impl Row {
         self.found.len() == self.runs
     }
 
-    /// The whole row, whichever set was done first.
+    /// Adds up the results in the order of the sets, whichever set ended first, and returns the whole row.
     fn sum_up(&mut self) -> &CheckRow {
         for (found, seconds) in std::mem::take(&mut self.found).into_values() {
             self.row.add(found, self.clocked, seconds);
@@ -280,12 +281,13 @@ impl Row {
     }
 }
 
-/// Milliseconds of a run: GHDL's start, then rows or edges.
+/// Returns the estimated milliseconds of a run: GHDL's start, then its rows or edges.
 fn about_ms(each_us: u64, count: u64) -> u64 {
     50 + each_us * count / 1000
 }
 
-/// Microseconds that GHDL takes for a row of a block, a mean over its configurations, on the machine of the record.
+/// Returns the microseconds that GHDL takes for a row of a block: a mean over its configurations, on the machine of the
+/// record.
 fn row_us(block: &str) -> u64 {
     match block {
         "phantom_torque" => 600,
@@ -302,7 +304,8 @@ fn row_us(block: &str) -> u64 {
     }
 }
 
-/// Microseconds for an edge of a loop, likewise; the emulator beside it included.
+/// Returns the microseconds that GHDL and the emulator beside it take for an edge of a loop, on the machine of the
+/// record.
 fn edge_us(wiring: &str) -> u64 {
     match wiring {
         "phantom_shared_loop" => 17,
@@ -313,7 +316,7 @@ fn edge_us(wiring: &str) -> u64 {
     }
 }
 
-/// Analyses blocks, what they are made of, and their testbenches.
+/// Analyses blocks, the blocks that they instantiate, and their testbenches.
 pub(crate) fn benches<'n>(names: impl IntoIterator<Item = &'n str>, setup: &Setup) -> Result<Library, GhdlError> {
     let names: Vec<_> = names.into_iter().collect();
     let blocks: Vec<_> = registry().into_iter().filter(|block| names.contains(&block.name())).collect();
@@ -326,12 +329,12 @@ pub(crate) fn benches<'n>(names: impl IntoIterator<Item = &'n str>, setup: &Setu
     Library::analyse(&packages, setup, sources.iter().map(String::as_str), &testbenches)
 }
 
-/// Whether this is the multiplier whose products are taken all, or in strata.
+/// Returns whether this is the multiplier that is checked with all products, or with products in strata.
 fn is_the_multiplier(block: &dyn AnyBlock, label: &str) -> bool {
     block.name() == "truncating_multiplier" && label == "default"
 }
 
-/// How many sets of vectors a configuration is checked with: all products are too many to hold at once.
+/// Returns the number of sets of vectors for a configuration. All products are too many for one set in memory.
 fn sets(block: &dyn AnyBlock, label: &str, options: &CheckOptions) -> u64 {
     match is_the_multiplier(block, label) {
         true if options.exhaustive => 1 + 256,
@@ -340,18 +343,18 @@ fn sets(block: &dyn AnyBlock, label: &str, options: &CheckOptions) -> u64 {
     }
 }
 
-/// Random rows of a configuration, where so many are asked for.
+/// Returns the number of random rows for a configuration, when `rows` are asked for: ten times as many with a PWM.
 fn random_rows(block: &dyn AnyBlock, rows: usize) -> usize {
     let has_pwm = block.outputs()[0].name == "a_high";
     if has_pwm { 10 * rows } else { rows }
 }
 
-/// How many stimuli a set has.
+/// Returns the number of stimuli of a set.
 fn count(block: &dyn AnyBlock, set: u64, options: &CheckOptions) -> u64 {
     if set == 0 { (stimuli::directed(block).len() + random_rows(block, options.rows)) as u64 } else { 1 << 16 }
 }
 
-/// The stimuli of a set: directed and random ones first, then products.
+/// Returns the stimuli of a set. Set 0 has the directed and random ones, the other sets have products.
 fn stimuli(block: &dyn AnyBlock, set: u64, options: &CheckOptions) -> Vec<Stimulus> {
     if set == 0 {
         return first_set(block, options.rows, options.seed);
@@ -360,12 +363,12 @@ fn stimuli(block: &dyn AnyBlock, set: u64, options: &CheckOptions) -> Vec<Stimul
     if options.exhaustive { stimuli::chunk(a, b, set - 1) } else { stimuli::stratified(a, b, options.seed) }
 }
 
-/// Directed and random rows.
+/// Returns the directed and the random rows.
 fn first_set(block: &dyn AnyBlock, rows: usize, seed: u64) -> Vec<Stimulus> {
     [stimuli::directed(block), stimuli::random(block, seed, random_rows(block, rows))].concat()
 }
 
-/// The stimuli of all sets that a configuration is checked with, products in strata.
+/// Returns the stimuli of all sets of a configuration, with products in strata.
 pub(crate) fn all_stimuli(block: &dyn AnyBlock, label: &str, rows: usize, seed: u64) -> Vec<Stimulus> {
     let mut all = first_set(block, rows, seed);
     if is_the_multiplier(block, label) {

@@ -1,10 +1,10 @@
-//! A loop closed around the VHDL itself, in the machinery that closes loops around designs of the user's own: GHDL
-//! simulates the wiring in a bench that answers requests, the plant and the emulator are here.
+//! A loop closed around the VHDL itself. It uses the machinery for designs of the user's own: GHDL simulates the wiring
+//! in a bench that answers requests, while the plant and the emulator run in this process.
 //!
-//! GHDL 2.0 cannot read signals inside a design by external names. So the wiring is simulated from a copy in the work
-//! directory, its text as it is but for statements before the end of its architecture that tell every net inside. The
-//! shared library, `libhpu_rtl.so`, by which the bench talks, is what the program carries, or it is looked for beside the
-//! running executable and in `deps` there, which is where cargo leaves it.
+//! GHDL 2.0 cannot read signals inside a design by external names. The wiring is therefore simulated from a copy in the
+//! work directory. The copy has the text of the original and, before the end of its architecture, statements that
+//! report every net inside. The bench talks through the shared library `libhpu_rtl.so`. It is the one that the program
+//! carries; otherwise it is looked for beside the running executable and in `deps` there, where cargo leaves it.
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -31,20 +31,20 @@ pub(crate) const LIBRARY: &str = "libhpu_rtl.so";
 /// A scene to run in VHDL.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct LoopScene {
-    /// The scene's file, as messages shall call it.
+    /// The name of the scene's file in messages.
     pub name: String,
     /// The scene's text.
     pub text: String,
     /// Keys and values that replace the scene's.
     pub overrides: Vec<(String, String)>,
-    /// Directory of the data files that the scene names; those of shipped scenes are at hand anyway.
+    /// Directory of the data files that the scene names. The files of shipped scenes are found without it.
     pub data: PathBuf,
-    /// Clock edges.
+    /// Number of clock edges to run.
     pub edges: u64,
 }
 
-/// Runs a scene in VHDL beside the emulator and compares every net after every edge. The row's block is the wiring, its
-/// variant the scene.
+/// Runs a scene in VHDL beside the emulator and compares every net after every edge. In the returned row, the block is
+/// the wiring and the variant is the scene.
 ///
 /// # Errors
 ///
@@ -60,16 +60,17 @@ pub fn closed_loop(scene: &LoopScene, setup: &Setup) -> Result<CheckRow, GhdlErr
     Ok(row)
 }
 
-/// Runs a scene in VHDL and shows the nets of the VHDL, and the world that it drives, to the observer as
-/// [`Wired::run`](hpu_cosim::Wired::run) shows the emulator's; fills the trace, and judges the motion. Every net is compared with the emulator's
-/// after every edge: one net more than the wiring has, the last, is 1 from the first edge on at which one differed.
+/// Runs a scene in VHDL and shows the nets of the VHDL, and the world that it drives, to the observer, as
+/// [`Wired::run`](hpu_cosim::Wired::run) shows those of the emulator. Fills the trace and judges the motion. Every net
+/// is compared with the emulator's after every edge. The observer sees one net more than the wiring has, the last: it
+/// is 1 from the first edge at which a net differed.
 ///
-/// A word with an unknown bit is shown as [`UNKNOWN`](hpu_signal::UNKNOWN). Where the VHDL differs, the summary does
-/// not know what its words have lost.
+/// A word with an unknown bit is shown as [`UNKNOWN`](hpu_signal::UNKNOWN). Where the VHDL differs, the summary cannot
+/// tell which bits its words have lost.
 ///
 /// # Errors
 ///
-/// As of [`closed_loop`], and when the control has stopped it.
+/// The errors of [`closed_loop`], and an error when the control has stopped the run.
 pub fn run_vhdl(
     scene: &LoopScene,
     setup: &Setup,
@@ -94,7 +95,7 @@ pub fn run_vhdl(
     Ok((summary, row))
 }
 
-/// The summary of a motion that was played, and why it ended early, if it did.
+/// Returns the summary of the motion that was run, and the reason if it ended early.
 fn sum_up(rig: &impl Wired, totals: Totals, ranges: &[(i64, i64)], row: &CheckRow) -> (Summary, Option<&'static str>) {
     let losses_seen = row.mismatches == 0;
     let nets = rig.nets().into_iter().zip(&totals.uses).zip(ranges);
@@ -122,26 +123,26 @@ fn sum_up(rig: &impl Wired, totals: Totals, ranges: &[(i64, i64)], row: &CheckRo
         averages: None,
         nets: nets.collect(),
     };
-    // One run of a program: nothing is lost by keeping why it ended.
+    // A program does this once, so leaking the text of the reason costs nothing.
     (summary, totals.over.map(|why| &*why.leak()))
 }
 
-/// A scene whose wiring is known.
+/// A scene whose wiring is known, ready to be run.
 pub(crate) struct LoopJob {
     pub(crate) wiring: &'static str,
     scene: Experiment,
     pub(crate) edges: u64,
-    /// Whether it is compared from shortly before the wall is reached.
+    /// Whether the comparison begins shortly before the wall is reached.
     is_late: bool,
-    /// What the copy of the wiring says of nets inside, and the names of all nets.
+    /// The statements by which the copy of the wiring reports its inner nets, and the names of all nets.
     tells: String,
     nets: Vec<&'static str>,
-    /// How many of them, the first, are ports.
+    /// The number of ports. They are the first of the nets.
     ports: usize,
     /// The wiring as a design.
     dut: Dut,
     clock: Clock,
-    /// The columns of what is told of a mismatch.
+    /// The columns of the rows that are shown around a mismatch.
     around: Around,
 }
 
@@ -181,7 +182,7 @@ impl LoopJob {
         Ok(Self { wiring, edges: *edges, is_late: false, tells, nets, ports, dut, clock, around, scene })
     }
 
-    /// The same, compared from shortly before the wall is reached.
+    /// Returns the same job, compared from shortly before the wall is reached.
     pub(crate) fn late(mut self) -> Self {
         self.is_late = true;
         self
@@ -197,11 +198,11 @@ impl LoopJob {
         self.close(loops, &mut lockstep, &Control::default())
     }
 
-    /// Closes the loop.
+    /// Runs the bench in GHDL and closes the loop through `lockstep`.
     fn close(&self, loops: &Loops, lockstep: &mut Lockstep, control: &Control) -> Result<Tally, GhdlError> {
         let Bench { unit, ports, .. } = loops.benches.iter().find(|bench| bench.of(self)).expect("every job has one");
         let mut command = simulate(self.dut.standard, loops.library.dir(), unit);
-        // Words are unknown before the first edge; the comparison sees that, a warning a row does not help.
+        // Words are unknown before the first edge. The comparison sees that; a warning for each row would not help.
         command.arg("--ieee-asserts=disable");
         let start = |words: &[u64], drives: &[bool], changes: &mut Vec<_>| {
             Process::start(Tool::Ghdl, command, loops.limit, (words, drives), changes)
@@ -209,7 +210,7 @@ impl LoopJob {
         match lockstep.run(ports, start, control) {
             Ok(()) => Ok(lockstep.tally(&self.around)),
             Err(DutError::Lost { error, .. } | DutError::Tool(error)) => {
-                // Our bench never ends by itself.
+                // This bench never ends by itself.
                 let fault = if let Fault::Failed(0) = error.fault { Fault::Silent("result") } else { error.fault };
                 Err(ToolError { step: format!("run {unit}"), fault, ..error }.into())
             }
@@ -218,11 +219,12 @@ impl LoopJob {
     }
 }
 
-/// Wirings, each in a copy that tells its nets, analysed with their blocks and a bench for each of some scenes.
+/// The wirings of some scenes, analysed with their blocks: each in a copy that reports its nets, with a bench for each
+/// scene.
 pub(crate) struct Loops {
     benches: Vec<Bench>,
     library: Library,
-    /// How long an answer may take.
+    /// The longest time for an answer.
     limit: Duration,
 }
 
@@ -231,9 +233,9 @@ struct Bench {
     wiring: &'static str,
     generics: Vec<(String, Generic)>,
     clock: Clock,
-    /// Its entity.
+    /// The bench's entity.
     unit: String,
-    /// Which net each of its ports is.
+    /// The net of each port of the bench.
     ports: Vec<Option<usize>>,
 }
 
@@ -257,7 +259,7 @@ impl Loops {
             let failed = |said| GhdlError::Failed { step: format!("close the loop of {wiring}"), said };
             let text = setup.hdl.text(wiring)?;
             let file = setup.hdl.file(wiring);
-            // The last one ends the architecture.
+            // The last `end architecture` ends the architecture.
             let Some(end) = text.to_lowercase().rfind("end architecture") else {
                 return Err(failed(format!("{} has no `end architecture`", file.display())));
             };
@@ -307,7 +309,7 @@ pub(crate) fn place_library(setup: &Setup, folder: &Path) -> Result<(), GhdlErro
     fs::write(&place, setup.library).map_err(|error| GhdlError::Io(place, error))
 }
 
-/// The shared library of this build, which no program carries.
+/// Finds the shared library of this build, for a program that does not carry it.
 fn shared_library() -> Result<PathBuf, GhdlError> {
     let exe = env::current_exe().map_err(|error| GhdlError::Io(PathBuf::from("the executable"), error))?;
     let beside = exe.parent().unwrap_or(Path::new("."));

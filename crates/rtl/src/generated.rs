@@ -12,10 +12,10 @@ use crate::temporary::{self, Temporary, sweep_files};
 use crate::testbench::testbench;
 use crate::vector::Vectors;
 
-/// Rows of a committed set: what a person can read.
+/// Rows of a committed set: as many as a person can read.
 const COMMITTED_ROWS: usize = 96;
 
-/// Path (relative to the project) and text of every generated file.
+/// Returns the path (relative to the project) and the text of every generated file.
 #[must_use]
 pub fn generated() -> Vec<(PathBuf, String)> {
     let mut files = Vec::new();
@@ -36,15 +36,15 @@ pub fn generated() -> Vec<(PathBuf, String)> {
     files.into_iter().map(|(path, text)| (path.into(), text)).collect()
 }
 
-/// The generated files that are absent below `root`, or not what the blocks say now.
+/// Returns the generated files that are absent below `root`, or that differ from what the blocks generate now.
 #[must_use]
 pub fn stale(root: &Path) -> Vec<PathBuf> {
     let differs = |(path, text): &(PathBuf, String)| fs::read_to_string(root.join(path)).ok().as_ref() != Some(text);
     generated().into_iter().filter(differs).map(|(path, _)| path).collect()
 }
 
-/// Writes the stale ones of the generated files below `root` (`hpu vectors --update`) and tells which; each beside its
-/// place, then all renamed, so that none is ever half written.
+/// Writes the stale generated files below `root` (`hpu vectors --update`), and returns their paths. Each file is first
+/// written beside its place, then all are renamed, so that no file is ever half written.
 ///
 /// # Errors
 ///

@@ -1,4 +1,4 @@
-//! GHDL: analysing sources into a work directory, running a testbench.
+//! GHDL: analyses sources into a work directory, and runs testbenches.
 
 use std::fmt;
 use std::fs;
@@ -14,19 +14,19 @@ use crate::tool::{Fault, TIMEOUT, Tool, ToolError, run};
 /// Why VHDL could not be run.
 #[derive(Debug)]
 pub enum GhdlError {
-    /// A tool is missing, or it did not do what it was asked.
+    /// A tool is missing, or did not do its job.
     Tool(ToolError),
     /// The emulator's shared library is in none of these places.
     NoLibrary(Vec<PathBuf>),
     /// A file could not be read or written.
     Io(PathBuf, io::Error),
-    /// A scene that cannot be run in VHDL.
+    /// The scene cannot be run in VHDL.
     Scene(String),
-    /// GHDL refused the VHDL, or the VHDL stopped its run.
+    /// GHDL refused the VHDL, or the VHDL ended its own run with a failure.
     Failed {
-        /// What GHDL was asked to do.
+        /// The step that failed.
         step: String,
-        /// What it said.
+        /// GHDL's message.
         said: String,
     },
 }
@@ -49,7 +49,8 @@ impl fmt::Display for GhdlError {
 impl std::error::Error for GhdlError {}
 
 impl From<ToolError> for GhdlError {
-    /// What GHDL says about VHDL is about the VHDL; all else is a fault of the tool.
+    /// Converts a fault of a tool: a message of GHDL about the VHDL becomes [`Failed`](GhdlError::Failed), everything
+    /// else stays a fault of the tool.
     fn from(error: ToolError) -> Self {
         if error.tool == Tool::Ghdl && error.refused() {
             return Self::Failed { step: error.step, said: error.said };
@@ -59,7 +60,7 @@ impl From<ToolError> for GhdlError {
 }
 
 impl GhdlError {
-    /// The tool that is to blame, if one is.
+    /// Returns the tool at fault, if a tool is at fault.
     #[must_use]
     pub fn tool(&self) -> Option<&ToolError> {
         match self {
@@ -76,17 +77,17 @@ pub struct Library {
     timeout: Option<Duration>,
 }
 
-/// Arguments of every GHDL command. Wirings have a net `step` beside an instance that has a port of that name, and so
-/// on.
+/// Arguments of every GHDL command. `-Wno-hide`: wirings have, for example, a net `step` beside an instance with a port
+/// of that name.
 const COMMON: [&str; 2] = ["--std=08", "-Wno-hide"];
 
 impl Library {
-    /// Analyses, in this order, packages from text (written into the work directory), blocks by name, a folder's where
-    /// they are, and testbenches from text.
+    /// Analyses these units in this order: packages from text (written into the work directory), blocks by name (read
+    /// in place, if they are in a folder), and testbenches from text.
     ///
     /// # Errors
     ///
-    /// [`GhdlError`], a missing GHDL first of all.
+    /// [`GhdlError`]; a missing GHDL is reported first.
     pub fn analyse<'n>(
         packages: &[(String, String)],
         setup: &Setup,
@@ -120,13 +121,13 @@ impl Library {
         Ok(library)
     }
 
-    /// The work directory, where the simulation runs.
+    /// Returns the work directory, in which the simulation runs.
     #[must_use]
     pub fn dir(&self) -> &Path {
         self.dir.path()
     }
 
-    /// How long a tool may run that has work for so long.
+    /// Returns the time limit of a tool that has work for the time `work`.
     pub(crate) fn limit(&self, work: Duration) -> Duration {
         self.timeout.unwrap_or(TIMEOUT.max(work))
     }
@@ -151,11 +152,11 @@ impl Library {
         fs::remove_file(&path).map_err(|error| GhdlError::Io(path, error))
     }
 
-    /// Elaborates and runs a unit that has `work` to do for so long at the most; what it wrote to its standard output.
+    /// Elaborates and runs a unit whose run takes `work` at the most. Returns its standard output.
     ///
     /// # Errors
     ///
-    /// [`GhdlError::Failed`] with what GHDL said when the run ends with a failure.
+    /// [`GhdlError::Failed`] with GHDL's message when the run ends with a failure.
     pub fn run(
         &self,
         unit: &str,
@@ -165,12 +166,13 @@ impl Library {
     ) -> Result<String, GhdlError> {
         let mut command = self.command("--elab-run");
         command.arg(unit);
-        // Words are unknown before the first edge; the comparison sees that, a warning a row does not help.
+        // Words are unknown before the first edge. The comparison sees that; a warning for each row would not help.
         command.arg("--ieee-asserts=disable");
         command.args(generics.iter().map(|(name, value)| format!("-g{name}={value}")));
         command.envs(environment.iter().map(|(name, value)| (name, value)));
         let said = run(Tool::Ghdl, &format!("run {unit}"), command, self.limit(work))?;
-        // Failures end a run; nothing else is to be said there. A simulator that says nothing at all has not run.
+        // A failure ends the run, and the bench prints its result otherwise. A simulator that prints nothing at all has
+        // not run.
         if said.out.trim().is_empty() {
             let fault = Fault::Silent("result");
             return Err(GhdlError::Tool(ToolError::new(Tool::Ghdl, &format!("run {unit}"), fault, &said.err)));

@@ -1,4 +1,4 @@
-//! Where the VHDL of the blocks is from: a folder, or this very program, which carries it.
+//! The source of the blocks' VHDL: a folder, or this program, which carries it.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -7,14 +7,14 @@ use std::path::{Path, PathBuf};
 
 use crate::ghdl::GhdlError;
 
-/// Name and text of every block's VHDL, as `hdl/` had it when this was built.
+/// Name and text of every block's VHDL, as `hdl/` had it when the program was built.
 macro_rules! carried {
     ($($name:ident)*) => {
         &[$((stringify!($name), include_str!(concat!("../../../hdl/", stringify!($name), ".vhd")))),*]
     };
 }
 
-/// By name.
+/// The carried VHDL: name and text of each block.
 static CARRIED: &[(&str, &str)] = carried! {
     axis_front biquad command_limiter command_register command_scaler conventional_loop cube_room displacement edge_timer
     energy_bounding energy_bounding_loop filtered_difference foaw hybrid_loop input_shaper passive_spring passive_spring_loop
@@ -25,7 +25,7 @@ static CARRIED: &[(&str, &str)] = carried! {
     zero_order_hold
 };
 
-/// Where the VHDL of the blocks is from.
+/// The source of the blocks' VHDL.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum Hdl {
     /// A folder with `<block>.vhd`.
@@ -35,14 +35,14 @@ pub enum Hdl {
 }
 
 impl Hdl {
-    /// The folder, if it holds the VHDL of any block, and what the program carries if not.
+    /// Returns the folder, if it holds the VHDL of any block; otherwise the VHDL that the program carries.
     #[must_use]
     pub fn of_folder_or_carried(folder: &Path) -> Self {
         let has = |&(name, _): &(&str, &str)| folder.join(format!("{name}.vhd")).is_file();
         if CARRIED.iter().any(has) { Self::Folder(folder.to_path_buf()) } else { Self::Carried }
     }
 
-    /// The file of a block, as messages call it.
+    /// Returns the file of a block, as messages call it.
     #[must_use]
     pub fn file(&self, block: &str) -> PathBuf {
         match self {
@@ -51,11 +51,11 @@ impl Hdl {
         }
     }
 
-    /// The VHDL of a block.
+    /// Returns the VHDL of a block.
     ///
     /// # Errors
     ///
-    /// When the folder has none that could be read.
+    /// An error when the folder has no file of that block that can be read.
     pub fn text(&self, block: &str) -> Result<Cow<'static, str>, GhdlError> {
         let place = self.file(block);
         match self {
@@ -78,8 +78,8 @@ impl fmt::Display for Hdl {
     }
 }
 
-/// What the header of a block's VHDL says of where the block differs from the hardware, on one line; `None` when it
-/// says nothing.
+/// Returns, on one line, how a block differs from the hardware according to the header of its VHDL; `None` when the
+/// header does not mention a difference.
 #[must_use]
 pub fn differs_from_the_hardware(vhdl: &str) -> Option<String> {
     let (_, rest) = vhdl.split_once("\n-- differs from the hardware:")?;
@@ -88,20 +88,21 @@ pub fn differs_from_the_hardware(vhdl: &str) -> Option<String> {
     Some(lines.flat_map(str::split_whitespace).collect::<Vec<_>>().join(" "))
 }
 
-/// What VHDL is simulated or synthesised, and how.
+/// The VHDL to simulate or synthesise, and the settings for it.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Setup {
-    /// Where the VHDL is from.
+    /// The source of the VHDL.
     pub hdl: Hdl,
-    /// The shared library that GHDL calls in a closed loop, where the program carries it; empty: it is beside the
+    /// The shared library that GHDL calls in a closed loop, if the program carries it. If empty, it is beside the
     /// program.
     pub library: &'static [u8],
-    /// The longest that a tool may run; without it [`TIMEOUT`](crate::TIMEOUT), or more where there is more to do.
+    /// The time limit of a tool. Without it the limit is [`TIMEOUT`](crate::TIMEOUT), or more where there is more to
+    /// do.
     pub timeout: Option<std::time::Duration>,
 }
 
 impl Setup {
-    /// VHDL from there, all else as usual.
+    /// Returns the default settings for VHDL from this source.
     #[must_use]
     pub fn new(hdl: Hdl) -> Self {
         Self { hdl, library: &[], timeout: None }

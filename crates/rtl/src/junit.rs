@@ -1,15 +1,15 @@
-//! JUnit XML, as continuous-integration servers read it.
+//! JUnit XML for continuous-integration servers.
 
 use std::fmt::Write as _;
 
 use crate::report::{CheckReport, CheckRow};
 
-/// A test, and why it failed.
+/// A test case.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Case {
-    /// What it is a test of, and its name.
+    /// The subject of the test, as the class name of the test case.
     pub class: String,
-    /// Its name there.
+    /// The name of the test case.
     pub name: String,
     /// Seconds taken.
     pub seconds: f64,
@@ -17,7 +17,7 @@ pub struct Case {
     pub failure: Option<String>,
 }
 
-/// The report as one test suite, a test case each configuration and each closed loop.
+/// Returns the report as one test suite. Each configuration and each closed loop is a test case.
 #[must_use]
 pub fn junit(report: &CheckReport) -> String {
     let case = |row: &CheckRow| {
@@ -32,7 +32,7 @@ pub fn junit(report: &CheckReport) -> String {
     junit_suite("hpu check", &report.all().map(case).collect::<Vec<_>>())
 }
 
-/// Tests as one suite.
+/// Returns test cases as one suite.
 #[must_use]
 pub fn junit_suite(name: &str, cases: &[Case]) -> String {
     let failures = cases.iter().filter(|case| case.failure.is_some()).count();
@@ -56,7 +56,8 @@ pub fn junit_suite(name: &str, cases: &[Case]) -> String {
     xml + "</testsuite>\n</testsuites>\n"
 }
 
-/// Text for XML 1.0: its five special characters as entities; control characters, which it cannot say, as `?`.
+/// Escapes text for XML 1.0: the five special characters become entities; control characters, which XML cannot hold,
+/// become `?`.
 fn escape(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for character in text.chars() {

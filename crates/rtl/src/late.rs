@@ -1,31 +1,33 @@
-//! Where a comparison of a closed loop begins: shortly before the wall is reached, so that it contains contact.
+//! Finds the place where the comparison of a closed loop begins: shortly before the wall is reached, so that the
+//! comparison contains contact.
 //!
-//! The emulator runs to the edge at which its datapath first sees the wall, and once more to an edge before that. There
-//! the world stands as it is: the device in its motion, its encoders, the hand on its path, the ramps of words. The
-//! FPGA, in VHDL and in the emulator alike, comes out of reset at that moment. It counts from where it is reset, as in
-//! every scene; so an axis's `reference` is the wall's position less the counts passed until then. A PHANToM's FPGA
-//! needs angles: its encoders are turned, a count a clock, from the counts of the scene's start to those of the arm,
-//! which stands still until they are.
+//! The emulator runs to the edge at which its datapath first sees the wall, then a second time to an edge before that.
+//! The comparison starts there from the state of the world: the motion of the device, its encoders, the path of the
+//! hand, the ramps of words. The FPGA, in VHDL and in the emulator alike, comes out of reset at that edge. It counts
+//! positions from its reset, as in every scene. The `reference` of an axis is therefore the wall's position less the
+//! counts passed until then. A PHANToM's FPGA needs angles. Its encoders are turned, a count a clock, from the counts
+//! at the scene's start to those of the arm, and the arm stands still until they get there.
 
 use hpu_cosim::scene::{Experiment, Loop};
 use hpu_cosim::{ClosedLoop, Pins, World};
 use hpu_datapath::{Wiring, flatten};
 use hpu_signal::{Cycle, Format, Observe, Ports, Signal};
 
-/// Edges that are compared where nothing else is asked for.
+/// Number of edges compared, unless the user asks for another number.
 const EDGES: u64 = 150_000;
-/// Edges that any datapath takes to see what its sample took, and those that lead to the sample.
+/// Edges that any datapath needs to see a sampled contact, including the edges that lead to the sample.
 const SETTLED: u64 = 1000;
-/// What an edge is ahead of the next sample for the sample to be seen.
+/// Edges that the comparison begins ahead of a sample, so that it sees the sample.
 const AHEAD: u64 = 64;
 
-/// Edges within which a datapath that first sees the wall after `waits` edges has seen it, wherever it began.
+/// Returns the number of edges within which a datapath has seen the wall, wherever the comparison began, if the
+/// datapath first sees it after `waits` edges.
 fn least(waits: u64) -> u64 {
     waits + waits / 2 + SETTLED
 }
 
-/// The edges that a comparison of a scene takes for contact to be among them: 150 000, or more where the position is
-/// sampled so seldom that they might hold no sample.
+/// Returns the number of edges for which a scene is compared, so that the comparison contains contact: 150 000, or more
+/// where the position is sampled so seldom that 150 000 edges might not contain a sample.
 #[must_use]
 pub fn comparison_edges(experiment: &Experiment) -> u64 {
     let waits = match experiment {
@@ -35,12 +37,12 @@ pub fn comparison_edges(experiment: &Experiment) -> u64 {
     EDGES.max(least(waits)).min(experiment.edges())
 }
 
-/// What a comparison knows of contact.
+/// The contact in a comparison.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Late {
     /// The edge of the scene at which the comparison begins, with the FPGA out of reset.
     pub from_edge: u64,
-    /// The edge of the scene at which the datapath first sees the wall; `None` when it never does.
+    /// The edge of the scene at which the datapath first sees the wall; `None` if it never sees it.
     pub reached: Option<u64>,
     /// Whether the comparison is long enough to contain contact.
     pub is_long: bool,
@@ -55,7 +57,7 @@ pub(crate) struct Begin<E: World> {
 }
 
 impl<E: World> Begin<E> {
-    /// Looks for it, for a comparison of so many edges of a scene of so many.
+    /// Finds the beginning of a comparison of `edges` edges, in a scene of `end` edges.
     pub(crate) fn find<W>(wiring: &W, world: &E, input: E::In, (edges, end): (u64, u64), modulated: bool) -> Self
     where
         W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone,
@@ -74,7 +76,7 @@ impl<E: World> Begin<E> {
         while contact.at.is_none() && run.edge() < end && run.world.over().is_none() {
             run.leap(end, &mut contact);
         }
-        // A position that is held shows the wall only at its samples.
+        // A position that is held shows the wall only when it is sampled.
         let words = flatten(&input);
         let waits = if at("held").is_some() { at("period").map_or(0, |net| words[net].unsigned_abs()) } else { 0 };
         let is_long = edges >= least(waits);
@@ -103,8 +105,8 @@ impl<E: World> Begin<E> {
     }
 }
 
-/// The nets of which one is not 0 where a datapath sees the wall: the depth of an axis, the room's contact, or the
-/// commands of a host, which pushes nowhere else.
+/// Returns the nets of which at least one is not 0 while a datapath sees the wall: the depth of an axis, the room's
+/// contact, or the commands of a host, which pushes nowhere else.
 pub(crate) fn touching(nets: &[Signal]) -> Vec<usize> {
     let of =
         |names: &[&str]| -> Vec<usize> { (0..nets.len()).filter(|&net| names.contains(&nets[net].name)).collect() };
@@ -112,7 +114,7 @@ pub(crate) fn touching(nets: &[Signal]) -> Vec<usize> {
     all.into_iter().map(of).find(|found| !found.is_empty()).unwrap_or_default()
 }
 
-/// Looks for the first edge at which the wall is seen.
+/// Observes the first edge at which the datapath sees the wall.
 struct Contact {
     nets: Vec<usize>,
     at: Option<u64>,
@@ -133,20 +135,20 @@ impl Observe for Contact {
     fn reals(&mut self, _: Cycle, _: &[f64]) {}
 }
 
-/// Encoders that are turned to where they are, while the device stands still.
+/// Turns the encoders to the position of the device, while the device stands still.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(crate) struct Homing {
-    /// Of each encoder the places of its lines among the inputs, and the count to come to.
+    /// For each encoder: the indices of its two lines among the inputs, and the count to reach.
     joints: Vec<(usize, usize, i64)>,
-    /// Counts turned; below zero while the decoders settle after reset.
+    /// Counts turned; below 0 while the decoders settle after reset.
     turned: i64,
 }
 
-/// Edges that decoders take to settle after reset, and more.
+/// Edges for the decoders to settle after reset, with a margin.
 const SETTLE: i64 = 8;
 
 impl Homing {
-    /// To the positions that counters have.
+    /// Returns the homing to the positions of the counters.
     fn to(nets: &[Signal], words: &[i64]) -> Self {
         let at = |name: String| nets.iter().position(|net| net.name == name);
         let joint = |joint: usize| {
@@ -157,13 +159,13 @@ impl Homing {
         Self { joints: (1..=3).filter_map(joint).collect(), turned: -SETTLE }
     }
 
-    /// Edges that it takes.
+    /// Returns the number of edges that the homing takes.
     pub(crate) fn edges(&self) -> u64 {
         let most = self.joints.iter().map(|joint| joint.2.unsigned_abs()).max().unwrap_or(0);
         most + SETTLE.unsigned_abs() + 1
     }
 
-    /// Turns every encoder by a count, unless it is there; false when all are.
+    /// Turns every encoder by one count, unless it has reached its position. Returns false when all have.
     pub(crate) fn turn(&mut self, input: &mut [i64]) -> bool {
         let turned = self.turned.max(0);
         for &(a, b, count) in &self.joints {

@@ -1,7 +1,7 @@
 //! The bridge to VHDL: golden vectors, packages, testbenches, GHDL runs, and the loop closed around the VHDL itself.
 //!
-//! Everything flows outward from the port lists of `hpu_datapath`: the VHDL blocks are written by hand from their data
-//! sheets, and this crate holds them to the emulator's bits.
+//! The data flows only outward from the port lists of `hpu_datapath`. The VHDL blocks are written by hand from their
+//! data sheets, and this crate compares them with the emulator, bit by bit.
 
 mod around;
 mod check;
@@ -9,6 +9,7 @@ mod closed_loop;
 mod cost;
 pub mod dut;
 pub mod entity;
+mod entry;
 mod foreign;
 pub mod formal;
 mod generated;

@@ -1,8 +1,9 @@
-//! A loop closed around VHDL, edge by edge: a plant driven by the VHDL's outputs, the emulator beside it with a plant of
-//! its own, and every net compared after every edge.
+//! A loop closed around VHDL, edge by edge. The outputs of the VHDL drive a plant, the emulator runs beside it with a
+//! plant of its own, and every net is compared after every edge.
 //!
-//! The simulator is asked for many edges at a time. The emulator goes ahead: as long as both sides agree, what it is
-//! given next is what the VHDL will be given, up to the edge at which a word that drives the plant changes.
+//! The simulator gets requests of many edges. For this, the emulator runs ahead: as long as both sides agree, the
+//! emulator's next inputs are the ones that the VHDL will get, up to the edge at which a word that drives the plant
+//! changes.
 
 use std::collections::VecDeque;
 use std::sync::atomic::Ordering;
@@ -19,7 +20,8 @@ use crate::side::{Pair, Pairing, Sides, Totals};
 use crate::tool::{Fault, Tool, ToolError};
 use crate::vector::{digits, hex};
 
-/// The most edges that the emulator goes ahead: a simulator is to answer in a fraction of a second.
+/// The largest number of edges that the emulator runs ahead. With it the simulator answers within a fraction of a
+/// second.
 const AHEAD: usize = 1024;
 
 /// The words of all nets after an edge, in the emulator and in the VHDL.
@@ -38,47 +40,48 @@ struct Found {
     got: Option<i64>,
 }
 
-/// Who looks at the VHDL's world.
+/// The observer of the VHDL's world, and the state that it was shown.
 struct Shown<'s> {
     observer: &'s mut dyn Observe,
-    /// Edges between rows of the plant's outputs.
+    /// Edges between the rows of the plant's outputs.
     stride: u64,
-    /// The words that were shown last, unknown ones as [`UNKNOWN`], and whether they have ever differed.
+    /// The words that were shown last, with [`UNKNOWN`] for unknown words, and at the end whether any net has ever
+    /// differed.
     words: Vec<i64>,
     ranges: Vec<(i64, i64)>,
     reals: Vec<f64>,
 }
 
-/// A motion that was shown to its end.
+/// The result of a motion that was shown to its end.
 pub(crate) struct Played {
     pub(crate) totals: Totals,
-    /// Of each net the least and the greatest word that it had from the first edge on, unknown ones left out.
+    /// The least and the greatest word of each net from the first edge on, without unknown words.
     pub(crate) ranges: Vec<(i64, i64)>,
 }
 
-/// VHDL and emulator, edge by edge.
+/// The VHDL and the emulator, compared edge by edge.
 pub(crate) struct Lockstep<'s> {
     nets: Vec<Signal>,
     /// Index of the first output.
     outputs: usize,
-    /// Whether the world looks at a net.
+    /// Whether each net drives the world.
     drives: Vec<bool>,
     pair: Box<dyn Pair + 's>,
-    /// What the emulator has done beyond the edge at which the VHDL stands: the words of all nets after each edge.
+    /// The words of all nets after each edge that the emulator has run ahead of the VHDL.
     ahead: VecDeque<Vec<i64>>,
     spare: Vec<Vec<i64>>,
-    /// The words of the inputs, as the next edge samples them.
+    /// The words of the inputs that the next edge samples.
     input: Vec<i64>,
-    /// The words of the VHDL, unless a bit is unknown.
+    /// The words of the VHDL; `None` where a bit is unknown.
     got: Vec<Option<i64>>,
-    /// The same, an unknown one as 0.
+    /// The same words, with 0 for an unknown word.
     words: Vec<i64>,
     edge: u64,
     edges: u64,
     mismatches: u64,
     first: Option<Found>,
     history: VecDeque<Edge>,
-    /// Nets of which one is not 0 in contact, and the edges in contact so far.
+    /// Nets of which at least one is not 0 in contact, and the number of edges in contact so far.
     touching: Vec<usize>,
     touched: u64,
     late: Option<Late>,
@@ -86,8 +89,8 @@ pub(crate) struct Lockstep<'s> {
 }
 
 impl<'s> Lockstep<'s> {
-    /// Both sides of a scene after reset, for so many edges: from its start or, `late`, from shortly before the wall is
-    /// reached.
+    /// Returns both sides of a scene after reset, for a comparison of `edges` edges: from the start of the scene or, if
+    /// `late`, from shortly before the wall is reached.
     pub(crate) fn new(session: &'s impl Wired, edges: u64, late: bool) -> Self {
         let late = late.then(|| (edges, session.edges()));
         let modulated = session.gates_drive();
@@ -119,19 +122,19 @@ impl<'s> Lockstep<'s> {
         }
     }
 
-    /// Shows what the VHDL's world does, with rows of the plant's outputs so many edges apart.
+    /// Shows the VHDL's world to an observer, with a row of the plant's outputs every `stride` edges.
     pub(crate) fn show(&mut self, observer: &'s mut dyn Observe, stride: u64) {
         self.pair.measure(stride);
         let ranges = vec![(i64::MAX, i64::MIN); self.nets.len() + 1];
         self.shown = Some(Shown { observer, stride, words: Vec::new(), ranges, reals: Vec::new() });
     }
 
-    /// Runs to the end of the comparison, or to where a world that is shown ends it. `ports` tells of each port of the
-    /// simulation which net it is; `start` starts it, with the bits of the ports and whether they drive the world.
+    /// Runs to the end of the comparison, or until a world that is shown ends the run. `ports` has the net of each port
+    /// of the simulation. `start` starts the simulation, with the bits of the ports and whether they drive the world.
     ///
     /// # Errors
     ///
-    /// When the simulator fails or does not answer, and when the control has stopped the run.
+    /// An error when the simulator fails or does not answer, and when the control has stopped the run.
     pub(crate) fn run<S: Simulation>(
         &mut self,
         ports: &[Option<usize>],
@@ -170,14 +173,14 @@ impl<'s> Lockstep<'s> {
         Ok(())
     }
 
-    /// The bits at the ports that are inputs, as the next edge samples them.
+    /// Returns the bits of the input ports that the next edge samples.
     fn bits(&self, ports: &[Option<usize>]) -> Vec<u64> {
         let input = |net: usize| self.input.get(net).map_or(0, |&word| self.nets[net].format.bits(word));
         ports.iter().map(|port| port.map_or(0, input)).collect()
     }
 
-    /// How many edges the VHDL can be asked for at once: while both sides agree, up to the first after which the world is
-    /// driven otherwise, or before which it gives something else.
+    /// Returns the number of edges for the next request. While both sides agree, it is the number up to the first edge
+    /// after which an output that drives the world changes, or before which the world's inputs to the FPGA change.
     fn plan(&mut self) -> u64 {
         self.foresee(1);
         let mut count = 1;
@@ -196,7 +199,7 @@ impl<'s> Lockstep<'s> {
         count as u64
     }
 
-    /// Lets the emulator go so many edges ahead.
+    /// Runs the emulator until it is `edges` edges ahead.
     fn foresee(&mut self, edges: usize) {
         while self.ahead.len() < edges {
             let mut words = self.spare.pop().unwrap_or_default();
@@ -206,24 +209,24 @@ impl<'s> Lockstep<'s> {
         }
     }
 
-    /// The VHDL tells words of its nets.
+    /// Takes changed words of the VHDL's nets.
     fn take(&mut self, ports: &[Option<usize>], changes: &[Change]) {
         for &Change { port, bits, .. } in changes {
             if let Some(net) = ports[port] {
                 self.got[net] = bits.map(|bits| self.nets[net].format.from_bits(bits));
             }
         }
-        // What it is given, it has.
+        // The VHDL has the inputs that it was given.
         for (got, &word) in self.got.iter_mut().zip(&self.input) {
             *got = Some(word);
         }
     }
 
-    /// After an edge, all nets told: compares them with the emulator's and drives the VHDL's plant. `agrees`: both were
-    /// equal at every edge before the present request.
+    /// Compares the nets after an edge and drives the VHDL's plant. `agrees`: both sides were equal at every edge
+    /// before the present request.
     fn compare(&mut self, agrees: bool, told: bool) {
         self.edge += 1;
-        // From the first mismatch on, the edges after it are kept too, so many.
+        // The edges before the first mismatch are kept, and as many after it.
         let oldest = if self.first.is_none() && self.history.len() == BEFORE { self.history.pop_front() } else { None };
         let mut latest = oldest.unwrap_or_default();
         latest.edge = self.edge;
@@ -248,7 +251,7 @@ impl<'s> Lockstep<'s> {
             self.history.push_back(latest);
         }
 
-        // An output that is unknown is 0; the comparison has told it already.
+        // An output that is unknown counts as 0; the comparison has reported it already.
         for (word, got) in self.words.iter_mut().zip(&self.got) {
             *word = got.unwrap_or(0);
         }
@@ -256,10 +259,10 @@ impl<'s> Lockstep<'s> {
         self.note(told || is_first);
     }
 
-    /// Shows what is new at the present edge.
+    /// Shows the words and outputs that are new at the present edge.
     fn note(&mut self, told: bool) {
         let Some(shown) = &mut self.shown else { return };
-        // The first edge is shown in any case: from there on the use of the words is told.
+        // The first edge is always shown, because the use of the words is counted from there.
         if told || self.edge == 1 {
             let unknown = |(word, net): (&Option<i64>, &Signal)| match word {
                 Some(word) => *word,
@@ -284,12 +287,12 @@ impl<'s> Lockstep<'s> {
         }
     }
 
-    /// Whether the world has ended a run that is shown. A mere comparison goes on.
+    /// Returns whether the world has ended a run that is shown. A comparison without an observer goes on.
     fn is_over(&self) -> bool {
         self.shown.is_some() && self.pair.over().is_some()
     }
 
-    /// What was found, with rows under these columns.
+    /// Returns the result of the comparison, with the rows around a mismatch under the columns of `around`.
     pub(crate) fn tally(&self, around: &Around) -> Tally {
         let first = self.first.as_ref().map(|&Found { edge, net, expected, got }| {
             let Signal { name, format, .. } = self.nets[net];
@@ -306,13 +309,13 @@ impl<'s> Lockstep<'s> {
         Tally { rows: self.edge, mismatches: self.mismatches, first, contact }
     }
 
-    /// What has become of a world that was shown.
+    /// Returns the result of a motion that was shown.
     pub(crate) fn played(self) -> Played {
         let totals = Totals { edges: self.edge, ..self.pair.totals() };
         Played { totals, ranges: self.shown.map(|shown| shown.ranges).unwrap_or_default() }
     }
 
-    /// An edge of the history: every net of the emulator in hex, and every net of the VHDL.
+    /// Returns an edge of the history as a row: the words of every net in the emulator, and in the VHDL, in hex.
     fn row(&self, Edge { edge, expected, got }: &Edge) -> Row {
         let unknown = |format: Format| "X".repeat(digits(format));
         let nets = || self.nets.iter().map(|net| net.format);
@@ -327,7 +330,7 @@ impl<'s> Lockstep<'s> {
     }
 }
 
-/// A word in bits and in value.
+/// Returns a word's bits and its value as text.
 fn told(format: Format, word: Option<i64>) -> String {
     let width = format.width() as usize;
     word.map_or("unknown".to_string(), |word| format!("{:0width$b} ({})", format.bits(word), format.to_f64(word)))

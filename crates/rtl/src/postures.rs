@@ -1,18 +1,18 @@
-//! Random words that mean something to a PHANToM's blocks: the sines of a posture, a tip near its walls, stiffness over
-//! all decades, periods that let a computation end.
+//! Random words that are meaningful to a PHANToM's blocks: the sines of a posture, a tip near its walls, stiffness over
+//! all decades, periods in which a computation can end.
 
 use hpu_cosim::SplitMix64;
 use hpu_signal::Signal;
 
-/// Lengths of the links of the postures, in metres: those of a Premium 1.0.
+/// Length of both links of the postures, in metres: that of a Premium 1.0.
 const LINK_M: f64 = 0.14;
 
-/// Whether these are the inputs of a block that poses mean something to.
+/// Returns whether a block with these inputs computes with postures.
 pub(crate) fn is_posed(inputs: &[Signal]) -> bool {
     inputs.iter().any(|signal| matches!(signal.name, "sine1" | "x_low"))
 }
 
-/// Puts one meaning over random words, three times in four.
+/// Replaces some of the random words by meaningful words, three times in four.
 pub(crate) fn pose(random: &mut SplitMix64, inputs: &[Signal], words: &mut [i64]) {
     let place = |name: &str| inputs.iter().position(|signal| signal.name == name);
     let put = |words: &mut [i64], name: &str, value: f64| {
@@ -52,7 +52,7 @@ pub(crate) fn pose(random: &mut SplitMix64, inputs: &[Signal], words: &mut [i64]
     }
 }
 
-/// A number from 0 to 1.
+/// Returns a random number from 0 to 1.
 fn unit(random: &mut SplitMix64) -> f64 {
     random.below(1 << 53) as f64 / (1u64 << 53) as f64
 }

@@ -1,4 +1,4 @@
-//! Reading vectors and stimuli back, with the line of whatever is wrong.
+//! Reads vectors and stimuli back. An error names the line.
 
 use std::fmt;
 
@@ -6,32 +6,32 @@ use hpu_signal::Format;
 
 use crate::vector::{Column, Header, Stimulus, Vectors, digits};
 
-/// Why a vector or stimulus file was refused, and where.
+/// Why a vector or stimulus file was refused, and in which line.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct VectorError {
     /// Line, counted from 1.
     pub line: usize,
-    /// What is wrong with it.
+    /// The problem with the line.
     pub problem: Problem,
 }
 
-/// What is wrong with a line.
+/// A problem with a line.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum Problem {
-    /// Line 1 is not the block's.
+    /// Line 1 is not that of the block's configuration.
     Stale {
-        /// What the block's configuration asks for.
+        /// Line 1 of the block's configuration.
         expected: String,
-        /// What the file says.
+        /// Line 1 of the file.
         found: String,
     },
     /// The file ends before its last line `# end N rows`.
     Truncated,
-    /// The last line counts otherwise.
+    /// The last line has another number of rows.
     Count {
         /// Rows found.
         found: usize,
-        /// The last line.
+        /// The last line of the file.
         told: String,
     },
     /// A row with the wrong number of words.
@@ -79,7 +79,7 @@ impl fmt::Display for VectorError {
 impl std::error::Error for VectorError {}
 
 impl Vectors {
-    /// Reads a vector file that must be of this header.
+    /// Reads a vector file, whose line 1 must be that of `header`.
     ///
     /// # Errors
     ///
@@ -114,7 +114,7 @@ impl Vectors {
     }
 }
 
-/// A word in hex: exactly the column's digits, no bit beyond its width.
+/// Reads a word in hex. It must have exactly the digits of its column, and no bit beyond the column's width.
 fn hex(column: &Column, found: &str) -> Result<i64, Problem> {
     let Column { name, format, .. } = *column;
     let plain = found.len() == digits(format) && found.bytes().all(|digit| digit.is_ascii_hexdigit());
@@ -128,7 +128,7 @@ fn hex(column: &Column, found: &str) -> Result<i64, Problem> {
 ///
 /// # Errors
 ///
-/// [`VectorError`], with the line, for another first line, a row of the wrong length, a number that does not fit.
+/// [`VectorError`], with the line, when line 1 has other names, a row has the wrong length, or a number does not fit.
 pub fn stimuli_from_csv(text: &str, header: &Header) -> Result<Vec<Stimulus>, VectorError> {
     let at = |line, problem| VectorError { line, problem };
     let names = |columns: &[Column]| columns.iter().map(|column| column.name).collect::<Vec<_>>().join(",");

@@ -1,20 +1,20 @@
-//! What a check found, and how it is read from what testbenches write.
+//! The result of a check, and the reading of a testbench's output.
 
 use std::fmt;
 
 use crate::around::Around;
 use crate::late::Late;
 
-/// The first row in which VHDL and emulator disagree, or the first edge of a closed loop.
+/// The first row, or the first edge of a closed loop, in which VHDL and emulator disagree.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Mismatch {
     /// Row of the vectors, or edge of a closed loop, counted from 1.
     pub row: u64,
     /// Name of the signal.
     pub signal: String,
-    /// What the emulator says, in bits and in value.
+    /// The emulator's word, in bits and in value.
     pub expected: String,
-    /// What the VHDL says.
+    /// The VHDL's word, in bits and in value.
     pub got: String,
     /// The rows around it.
     pub around: Around,
@@ -23,20 +23,20 @@ pub struct Mismatch {
 /// Contact in a comparison of a closed loop.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Contact {
-    /// Where the comparison began, and whether the scene reaches the wall at all.
+    /// The place where the comparison began, and whether the scene reaches the wall at all.
     pub late: Late,
-    /// Edges compared at which the datapath saw the wall.
+    /// Compared edges at which the datapath saw the wall.
     pub edges: u64,
 }
 
 impl Contact {
-    /// Whether there had to be contact, and was none.
+    /// Returns whether the comparison had to contain contact but did not.
     fn is_missing(&self) -> bool {
         self.late.reached.is_some() && self.late.is_long && self.edges == 0
     }
 }
 
-/// One configuration of one block, checked.
+/// The result for one configuration of one block.
 #[derive(Clone, PartialEq, Debug)]
 pub struct CheckRow {
     /// Name of the block.
@@ -49,18 +49,18 @@ pub struct CheckRow {
     pub edges: u64,
     /// Words that differ.
     pub mismatches: u64,
-    /// The first of them.
+    /// The first word that differs.
     pub first: Option<Mismatch>,
-    /// Of a loop that is compared from shortly before the wall: what was seen of that.
+    /// The contact in a loop that is compared from shortly before the wall.
     pub contact: Option<Contact>,
-    /// What GHDL said when it did not come to a result, or why the result says too little.
+    /// GHDL's message when the run gave no result, or the reason why the result is not enough.
     pub failure: Option<String>,
     /// Seconds taken.
     pub seconds: f64,
 }
 
 impl CheckRow {
-    /// Nothing compared yet.
+    /// Returns a row in which nothing is compared yet.
     pub(crate) fn new(block: &str, variant: &str) -> Self {
         Self {
             block: block.to_string(),
@@ -75,7 +75,7 @@ impl CheckRow {
         }
     }
 
-    /// Adds what one run of a testbench found.
+    /// Adds the result of one run of a testbench.
     pub(crate) fn add(&mut self, found: Result<Tally, String>, clocked: bool, seconds: f64) {
         self.seconds += seconds;
         match found {
@@ -94,31 +94,31 @@ impl CheckRow {
         }
     }
 
-    /// Whether every word was equal.
+    /// Returns whether every word was equal.
     #[must_use]
     pub fn ok(&self) -> bool {
         self.mismatches == 0 && self.failure.is_none() && self.vectors > 0
     }
 }
 
-/// What the check found.
+/// The result of a check.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct CheckReport {
-    /// One row a configuration, in the order of `variants()`.
+    /// One row for each configuration, in the order of `variants()`.
     pub rows: Vec<CheckRow>,
-    /// One row a scene whose loop was closed around the VHDL, see [`closed_loop`](crate::closed_loop()): the block is
-    /// the wiring, the variant the scene.
+    /// One row for each scene whose loop was closed around the VHDL, see [`closed_loop`](crate::closed_loop()). The
+    /// block is the wiring, and the variant is the scene.
     pub loops: Vec<CheckRow>,
 }
 
 impl CheckReport {
-    /// Whether there was something to check and every word was equal.
+    /// Returns whether anything was checked and every word was equal.
     #[must_use]
     pub fn ok(&self) -> bool {
         self.all().next().is_some() && self.all().all(CheckRow::ok)
     }
 
-    /// Blocks, then loops.
+    /// Returns the rows of the blocks, then those of the loops.
     pub fn all(&self) -> impl Iterator<Item = &CheckRow> {
         self.rows.iter().chain(&self.loops)
     }
@@ -153,17 +153,17 @@ impl fmt::Display for Mismatch {
     }
 }
 
-/// What a testbench wrote.
+/// The result that a testbench printed.
 pub(crate) struct Tally {
     pub(crate) rows: u64,
     pub(crate) mismatches: u64,
     pub(crate) first: Option<Mismatch>,
-    /// Of a closed loop.
+    /// The contact, in a closed loop.
     pub(crate) contact: Option<Contact>,
 }
 
-/// Reads what a testbench wrote: `RESULT`, and before it `MISMATCH` and `HISTORY` when there was one. `around` has
-/// their columns.
+/// Reads the output of a testbench: `RESULT`, and before it `MISMATCH` and `HISTORY` when there was a mismatch.
+/// `around` has the columns of the rows.
 pub(crate) fn tally(said: &str, around: &Around) -> Option<Tally> {
     let number = |line: &str, key: &str| line.split_once(key)?.1.split(' ').next()?.parse().ok();
     let result = said.lines().find(|line| line.starts_with("RESULT "))?;
@@ -172,7 +172,7 @@ pub(crate) fn tally(said: &str, around: &Around) -> Option<Tally> {
     Some(Tally { rows: number(result, "rows=")?, mismatches: number(result, "mismatches=")?, first, contact: None })
 }
 
-/// `<row> signal=<name> expected=<bits and value> got=<bits and value>`
+/// Reads `<row> signal=<name> expected=<bits and value> got=<bits and value>`.
 fn first(line: &str, around: impl Fn() -> Around) -> Option<Mismatch> {
     let (row, line) = line.split_once(" signal=")?;
     let (signal, line) = line.split_once(" expected=")?;
@@ -202,7 +202,8 @@ mod tests {
         assert!(row(Some(8), true, 6).ok());
         let empty = row(Some(8), true, 0);
         assert!(!empty.ok() && empty.failure.expect("why").contains("--edges"));
-        // Neither does one that never reaches it, nor so few edges that they may hold no sample.
+        // A comparison of a scene that never reaches the wall passes, and so does one that may be too short for a
+        // sample.
         assert!(row(None, true, 0).ok());
         assert!(row(Some(8), false, 0).ok());
     }

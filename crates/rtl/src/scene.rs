@@ -5,14 +5,15 @@ use hpu_datapath::{AnyBlock, Instance, Wiring, flatten};
 
 use crate::vector::{Stimulus, Vectors};
 
-/// Golden vectors over a scene's first edges, after one of reset: the wiring's own first, then those of each instance
-/// in it, by label. A combinational block keeps the rows in which an input has changed.
+/// Returns golden vectors over a scene's first edges, after one edge of reset: first those of the wiring, then those of
+/// each instance in it, by label. The vectors of a combinational block have only the rows in which an input has
+/// changed.
 #[must_use]
 pub fn scene_vectors(session: &impl Wired, edges: u64) -> Vec<(&'static str, Vectors)> {
     session.visit(Recorded(edges))
 }
 
-/// So many edges, recorded.
+/// Visits a loop and records this number of edges.
 struct Recorded(u64);
 
 impl<'s> Visit<'s> for Recorded {
@@ -35,7 +36,8 @@ where
     let inputs = constants.len();
     let mut run = ClosedLoop::new(wiring.clone(), world, input, u64::MAX);
     let mut instances = wiring.instances();
-    // The words that each edge samples: the pins as it finds them, all other nets as the edge before has left them.
+    // The words that each edge samples: the pins as they are at that edge, all other nets as the edge before has left
+    // them.
     let mut sampled = Vec::new();
     let mut before = run.wiring.words().to_vec();
     for _ in 0..edges {
@@ -57,7 +59,7 @@ where
         let mut rows = rows(&inputs_of(instance));
         let model = &mut *instance.model;
         let vectors = if model.clocked() {
-            // During reset an input may reach an output without a register: a model's reset sees none.
+            // During reset an input may reach an output without a register, but the reset of a model sees no inputs.
             clocked(model, vec![0; rows[0].len()], rows)
         } else {
             rows.dedup();
@@ -68,13 +70,13 @@ where
     all
 }
 
-/// Where an input has its word from.
+/// The source of an input's word.
 enum Input {
     Net(usize),
     Tied(i64),
 }
 
-/// The inputs of an instance, in port order.
+/// Returns the sources of an instance's inputs, in the order of its ports.
 fn inputs_of(instance: &Instance) -> Vec<Input> {
     let of = |name: &str| {
         let tied = instance.tied.iter().find(|(tied, _)| *tied == name).map(|&(_, word)| Input::Tied(word));
@@ -84,7 +86,7 @@ fn inputs_of(instance: &Instance) -> Vec<Input> {
     AnyBlock::inputs(&*instance.model).iter().map(|signal| of(signal.name)).collect()
 }
 
-/// The rows after one edge of reset.
+/// Records the rows after one edge of reset.
 fn clocked(block: &mut dyn AnyBlock, first: Vec<i64>, rows: Vec<Vec<i64>>) -> Vectors {
     let reset = Stimulus { rst: true, words: first };
     let rows = rows.into_iter().map(|words| Stimulus { rst: false, words });

@@ -8,7 +8,7 @@ use hpu_signal::{Ports, Signal, SignalUse};
 
 use crate::late::{Begin, Homing, Late};
 
-/// What a run of the VHDL's world has come to.
+/// The totals of a run of the VHDL's world.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub(crate) struct Totals {
     /// Clock edges done.
@@ -22,34 +22,36 @@ pub(crate) struct Totals {
     pub(crate) energy: EnergyAudit,
     pub(crate) faults: Vec<Mark>,
     pub(crate) faults_waiting: u64,
-    /// The use that the emulator made of its words: the VHDL's, as long as both agree.
+    /// The emulator's use of its words. It is also the VHDL's, as long as both agree.
     pub(crate) uses: Vec<SignalUse>,
     /// Why the world ended the run, if it did.
     pub(crate) over: Option<String>,
 }
 
-/// Both sides of a scene, whatever its wiring and its world are.
+/// Both sides of a comparison, without their types: `Lockstep` drives any wiring and world through this trait. `Both`
+/// implements it.
 pub(crate) trait Pair {
-    /// One edge of the emulator, which may be ahead of the VHDL's world; the words of all nets after it.
+    /// Steps the emulator by one edge; it may be ahead of the VHDL's world. Returns the words of all nets after the
+    /// edge.
     fn step(&mut self) -> &[i64];
-    /// Flows the VHDL's world to the next edge and puts what the wiring's inputs are there.
+    /// Moves the VHDL's world to the next edge, and writes the wiring's inputs at that edge to `input`.
     fn sense(&mut self, input: &mut Vec<i64>);
-    /// The words that the VHDL's nets have, outputs from this index on, drive its world, once for each step of the
-    /// emulator. `agrees`: what the emulator promises of its outputs goes for the VHDL's too.
+    /// Drives the VHDL's world by the words of the VHDL's nets; the outputs begin at index `outputs`. Called once for
+    /// each step of the emulator. `agrees`: the emulator's promise about its outputs holds for the VHDL's outputs too.
     fn drive(&mut self, outputs: usize, words: &[i64], agrees: bool);
-    /// Whether the encoders are still being turned to where they are at the start, and the worlds wait for that.
+    /// Returns whether the encoders are still being turned to the arm's position while the worlds wait.
     fn is_homing(&self) -> bool;
-    /// The VHDL's world, from its start on, keeps what rows at every so many edges tell of means and extremes.
+    /// Makes the VHDL's world keep the means and extremes for rows every `stride` edges. Called before the world moves.
     fn measure(&mut self, stride: u64);
-    /// A row of the VHDL's world at the present edge.
+    /// Returns in `values` the row of the VHDL's world at the present edge.
     fn reals(&self, edge: u64, values: &mut Vec<f64>);
-    /// Why the VHDL's world cannot go on, if it cannot.
+    /// Returns the reason why the VHDL's world cannot go on, if it cannot.
     fn over(&self) -> Option<&'static str>;
-    /// What has become of the VHDL's world; the edges are for the caller to say.
+    /// Returns the totals of the VHDL's world. The caller adds the number of edges.
     fn totals(&self) -> Totals;
 }
 
-/// A world, and what drives it.
+/// A world, and the outputs that drive it.
 struct Driven<E: World> {
     world: E,
     input: E::In,
@@ -59,7 +61,7 @@ struct Driven<E: World> {
 }
 
 impl<E: World> Driven<E> {
-    /// Flows to the next edge, as the engine's `clock` driver does.
+    /// Moves the world to the next edge, as the engine's `clock` driver does.
     #[inline]
     fn sense(&mut self) {
         if let Some(homing) = &mut self.homing {
@@ -75,8 +77,8 @@ impl<E: World> Driven<E> {
         self.world.place(&mut self.input);
     }
 
-    /// Takes the outputs of the present edge. A world that is told how they repeat goes on by itself, as it does for
-    /// the engine; one whose outputs then do something else is driven by those.
+    /// Takes the outputs at the present edge. A world that is promised how its outputs repeat goes on by itself, as in
+    /// the engine. If the outputs then do not repeat, they drive the world.
     #[inline]
     fn drive(
         &mut self,
@@ -102,7 +104,7 @@ struct Both<W, E: World> {
     wiring: W,
     emulated: Driven<E>,
     vhdl: Driven<E>,
-    /// How the emulator's outputs repeat from each edge on at which the VHDL has not been yet.
+    /// The emulator's promise of how its outputs repeat, for each edge that the VHDL has not reached yet.
     repeats: VecDeque<Option<Repeat<E::Out>>>,
 }
 
@@ -124,7 +126,8 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> Pair for Both<W, E
     fn drive(&mut self, outputs: usize, words: &[i64], agrees: bool) {
         let mut next = words[outputs..].iter();
         let out = E::Out::build(|| *next.next().expect("outputs come before other nets"));
-        // VHDL promises nothing; but as long as it agrees, the emulator's promise is about the same registers.
+        // VHDL promises nothing. But as long as it agrees with the emulator, the emulator's promise is about the same
+        // registers.
         let repeat = self.repeats.pop_front().flatten().filter(|_| agrees);
         self.vhdl.drive(out, words, |_| repeat);
     }
@@ -168,18 +171,18 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> Pair for Both<W, E
 /// Both sides of a scene at the start of a comparison.
 pub(crate) struct Sides<'s> {
     pub(crate) pair: Box<dyn Pair + 's>,
-    /// The inputs, as they stand.
+    /// The inputs at the start.
     pub(crate) input: Vec<i64>,
     pub(crate) nets: Vec<Signal>,
     pub(crate) late: Option<Late>,
-    /// Edges until the encoders are where they are.
+    /// Edges until the encoders have been turned to the arm's position.
     pub(crate) homing: u64,
 }
 
-/// Makes both sides of a session, from its start or, with a number of edges to compare, shortly before the wall is
+/// Visits a session and makes both of its sides: from its start or, with `late`, from shortly before the wall is
 /// reached.
 pub(crate) struct Pairing {
-    /// Edges to compare, and edges of the whole scene.
+    /// The number of edges to compare, and the number of edges of the whole scene.
     pub(crate) late: Option<(u64, u64)>,
     /// Whether the gates drive the device.
     pub(crate) modulated: bool,

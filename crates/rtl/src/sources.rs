@@ -1,4 +1,4 @@
-//! Which VHDL files a block is made of.
+//! Finds the VHDL files of a block.
 
 use std::io;
 
@@ -6,23 +6,24 @@ use crate::ghdl::GhdlError;
 use crate::ghdl::Library;
 use crate::hdl::{Hdl, Setup};
 
-/// The VHDL of a block and of all that it instantiates, in the order of analysis, as one text.
+/// Returns the VHDL of a block and of the entities that it instantiates, in the order of analysis, as one text.
 ///
 /// # Errors
 ///
-/// When a file cannot be read.
+/// An error when a file cannot be read.
 pub fn vhdl(name: &str, hdl: &Hdl) -> Result<String, GhdlError> {
     sources([name], hdl)?.iter().map(|unit| hdl.text(unit)).collect()
 }
 
-/// It, analysed.
+/// Analyses the VHDL of a block.
 pub(crate) fn library(name: &str, setup: &Setup) -> Result<Library, GhdlError> {
     let sources = sources([name], &setup.hdl)?;
     Library::analyse(&[], setup, sources.iter().map(String::as_str), &[])
 }
 
-/// Entities and all that they instantiate or use, each once, in the order of analysis: no other file of a folder has to
-/// be there. A package of the folder's own is among them; those that are generated for each block are not.
+/// Returns the names of these entities and of the units that they instantiate or use, each once, in the order of
+/// analysis. No other file of a folder has to exist. Packages of the folder itself are included; the packages that are
+/// generated for each block are not.
 pub(crate) fn sources<'n>(names: impl IntoIterator<Item = &'n str>, hdl: &Hdl) -> Result<Vec<String>, GhdlError> {
     let mut found = Found { hdl, begun: Vec::new(), done: Vec::new() };
     names.into_iter().try_for_each(|name| found.visit(name))?;
@@ -49,7 +50,7 @@ impl Found<'_> {
                     let needs = format!("{error}; {} instantiates it", self.hdl.file(unit).display());
                     return Err(GhdlError::Io(file, io::Error::new(error.kind(), needs)));
                 }
-                // What is no file of its own is in another one, or GHDL will say that it misses it.
+                // A unit without a file of its own is in another file, or GHDL will report it missing.
                 _ => {}
             }
         }
@@ -58,12 +59,13 @@ impl Found<'_> {
     }
 }
 
-/// Whether this is the package of constants that is made from a block's ports.
+/// Returns whether this is the package of constants that is generated from a block's ports.
 fn is_generated(name: &str) -> bool {
     name.strip_suffix("_pkg").is_some_and(|block| hpu_datapath::block_by_name(block).is_some())
 }
 
-/// The names that VHDL has from the library `work`, and those of components; whether each is instantiated as an entity.
+/// Returns the names of units from the library `work`, and those of components, each with whether it is instantiated as
+/// an entity.
 fn references(text: &str) -> Vec<(String, bool)> {
     let code = text.lines().map(|line| line.split_once("--").map_or(line, |(code, _)| code));
     let code = code.collect::<Vec<_>>().join(" ").to_ascii_lowercase();

@@ -25,7 +25,7 @@ fn reset(words: Vec<i64>) -> Stimulus {
     Stimulus { rst: true, words }
 }
 
-/// An integer generic of the block.
+/// Returns the value of an integer generic of the block.
 fn generic(block: &dyn AnyBlock, name: &str) -> Option<i64> {
     block.generics().iter().find_map(|&(found, value)| match value {
         Generic::Integer(value) if found == name => Some(value),
@@ -33,7 +33,8 @@ fn generic(block: &dyn AnyBlock, name: &str) -> Option<i64> {
     })
 }
 
-/// The words where formats go wrong: 0, 1, -1 (all bits set), both ends and their neighbours, without repetition.
+/// Returns the words at which formats go wrong: 0, 1, -1 (all bits set), both ends and their neighbours, without
+/// repetition.
 #[must_use]
 pub fn corners(format: Format) -> Vec<i64> {
     let wanted = [0, 1, -1, format.max(), format.min(), format.max() - 1, format.max() / 2 + 1];
@@ -46,15 +47,15 @@ pub fn corners(format: Format) -> Vec<i64> {
     words
 }
 
-/// Every combination of one word from each list, the last list fastest.
+/// Returns every combination of one word from each list. The last list changes fastest.
 fn product(lists: &[Vec<i64>]) -> Vec<Vec<i64>> {
     lists.iter().fold(vec![vec![]], |rows, list| {
         rows.iter().flat_map(|row| list.iter().map(move |&word| [&row[..], &[word]].concat())).collect()
     })
 }
 
-/// The corner cases of a block. The first hundred rows stand for themselves; the rest takes its time (whole periods of
-/// a PWM).
+/// Returns the corner cases of a block. The first hundred rows are a test by themselves; the rest takes more rows
+/// (whole periods of a PWM).
 #[must_use]
 pub fn directed(block: &dyn AnyBlock) -> Vec<Stimulus> {
     let inputs = block.inputs();
@@ -81,14 +82,15 @@ pub fn directed(block: &dyn AnyBlock) -> Vec<Stimulus> {
     grounded(block, [rows, resets].concat())
 }
 
-/// Edges of the resets in the midst of activity.
+/// Lengths of the resets in the midst of activity, in edges.
 const INTERRUPTIONS: [usize; 6] = [1, 3, 1, 2, 1, 5];
 
 /// Rows before each of these resets: enough for every law's latency and for two periods of a short PWM.
 const BEFORE_INTERRUPTION: usize = 160;
 
-/// Resets in the midst of activity, of one edge and of several, the inputs staying as they are: each after a part of
-/// another of the stretches without a reset. The rows of a short part stay until something comes of them.
+/// Returns resets in the midst of activity, of one edge and of several, during which the inputs stay as they are.
+/// Before each reset comes a part of another of the stretches without a reset. The rows of a short part are repeated
+/// until the block has had time to respond.
 fn interrupted(rows: &[Stimulus]) -> Vec<Stimulus> {
     let stretches: Vec<_> = rows.split(|row| row.rst).filter(|stretch| !stretch.is_empty()).collect();
     let of = INTERRUPTIONS.len();
@@ -108,13 +110,13 @@ fn interrupted(rows: &[Stimulus]) -> Vec<Stimulus> {
     all
 }
 
-/// How many encoders' lines the inputs begin with.
+/// Returns the number of encoders whose lines are the first inputs.
 fn lines(inputs: &[Signal]) -> usize {
     inputs.iter().take_while(|signal| signal.format == Format::BIT && signal.name.starts_with(['a', 'b'])).count() / 2
 }
 
-/// Several encoders: from reset, each joint alone there and back, then all together; with every corner of the other
-/// words.
+/// Returns rows for several encoders: from reset, each joint alone moves there and back, then all move together, with
+/// every corner of the other words.
 fn walks(inputs: &[Signal]) -> Vec<Stimulus> {
     let encoders = lines(inputs);
     let mut rows = Vec::new();
@@ -137,10 +139,12 @@ fn walks(inputs: &[Signal]) -> Vec<Stimulus> {
     rows
 }
 
-/// Combinations of corners beyond which each corner stands against the same few words of the others.
+/// The largest number of combinations of corners. Beyond it, each corner is combined with the same few words of the
+/// other inputs.
 const MOST_COMBINATIONS: usize = 20_000;
 
-/// Combinational: corners against corners, then each bit alone against all zeros and all ones elsewhere.
+/// Returns rows for combinational blocks: corners against corners, then each bit alone against all zeros and all ones
+/// elsewhere.
 fn combinations(inputs: &[Signal]) -> Vec<Stimulus> {
     let lists: Vec<_> = inputs.iter().map(|signal| corners(signal.format)).collect();
     let all = lists.iter().try_fold(1usize, |all, list| all.checked_mul(list.len()));
@@ -160,7 +164,7 @@ fn combinations(inputs: &[Signal]) -> Vec<Stimulus> {
     rows.into_iter().map(edge).collect()
 }
 
-/// Each corner of each input against every corner that the others share.
+/// Returns each corner of each input with every corner that the other inputs have in common.
 fn one_by_one(lists: &[Vec<i64>]) -> Vec<Vec<i64>> {
     let most = lists.iter().map(Vec::len).max().unwrap_or(0);
     let mut rows = Vec::new();
@@ -176,7 +180,7 @@ fn one_by_one(lists: &[Vec<i64>]) -> Vec<Vec<i64>> {
     rows
 }
 
-/// All 16 transitions of two lines, each after a reset and as many settling edges as the decoder wants.
+/// Returns all 16 transitions of two lines, each after a reset and the settling edges of the decoder.
 fn transitions(settle: i64) -> Vec<Stimulus> {
     let mut rows = Vec::new();
     for from in FORWARD {
@@ -193,7 +197,8 @@ fn transitions(settle: i64) -> Vec<Stimulus> {
     rows
 }
 
-/// Every corner of the command from reset, a few edges each; then whole periods, the command changing within them.
+/// Returns rows for a PWM: every corner of the command from reset, a few edges each; then whole periods in which the
+/// command changes.
 fn modulation(command: Format) -> Vec<Stimulus> {
     let mut rows = Vec::new();
     for &word in &corners(command) {
@@ -208,7 +213,8 @@ fn modulation(command: Format) -> Vec<Stimulus> {
     rows
 }
 
-/// Sampling and counting blocks: every corner of the first input, at short periods and at the longest.
+/// Returns rows for sampling and counting blocks: every corner of the first input, at short periods and at the longest
+/// one.
 fn samples(inputs: &[Signal]) -> Vec<Stimulus> {
     let rest = &inputs[1..];
     let mut rows = Vec::new();
@@ -226,8 +232,8 @@ fn samples(inputs: &[Signal]) -> Vec<Stimulus> {
     rows
 }
 
-/// Computations as long as the longest period that shows none, and longer: every corner of the inputs for more than
-/// one.
+/// Returns rows for sequential computations. The periods are as long as the longest one in which no result appears, and
+/// longer. Every corner of the inputs stays for more than one period.
 fn results(inputs: &[Signal]) -> Vec<Stimulus> {
     let mut rows = Vec::new();
     for period in [33, 40, 32] {
@@ -243,7 +249,7 @@ fn results(inputs: &[Signal]) -> Vec<Stimulus> {
     rows
 }
 
-/// Whole loops: from reset, into the wall and back out, for the corners of the constant words.
+/// Returns rows for whole loops: from reset, into the wall and back out, for the corners of the constant words.
 fn strolls(inputs: &[Signal]) -> Vec<Stimulus> {
     let mut rows = Vec::new();
     for steps in [6, 400] {
@@ -262,7 +268,8 @@ fn strolls(inputs: &[Signal]) -> Vec<Stimulus> {
     rows
 }
 
-/// Deep into a soft wall and out again, for more than two periods of the PWM: the damping turns the torque round.
+/// Returns rows that move deep into a soft wall and out again, for more than two periods of the PWM. The damping
+/// reverses the torque.
 fn retreat(inputs: &[Signal], period: i64) -> Vec<Stimulus> {
     let constant = |signal: &Signal| match signal.name {
         "damping" => signal.format.wrap(-1),
@@ -277,11 +284,11 @@ fn retreat(inputs: &[Signal], period: i64) -> Vec<Stimulus> {
     [reset(row(0))].into_iter().chain(walk.map(|count| edge(row(count)))).collect()
 }
 
-/// Rows of a random set that reset whatever is drawn, early enough for a committed set: one edge, and several.
+/// Rows of a random set that always reset, early enough for a committed set: one edge, and several.
 const RESETS: [Range<usize>; 2] = [40..41, 70..73];
 
-/// Random rows: corners, neighbours of the last word and uniform words; encoder lines that mostly turn; short sample
-/// periods; and now and then a reset. Depends on nothing but the ports and the seed.
+/// Returns random rows: corners, neighbours of the last word and uniform words; encoder lines that mostly turn; short
+/// sample periods; and a reset from time to time. The rows depend only on the ports and the seed.
 #[must_use]
 pub fn random(block: &dyn AnyBlock, seed: u64, rows: usize) -> Vec<Stimulus> {
     let random = &mut SplitMix64::new(seed);
@@ -294,7 +301,7 @@ pub fn random(block: &dyn AnyBlock, seed: u64, rows: usize) -> Vec<Stimulus> {
     // A loop's PWM latches a command once a period: 4096 edges for 12 bits.
     let resets = match (is_loop, posed) {
         (true, false) => 6000,
-        // Often enough for a short table to be walked again.
+        // Often enough to walk through a short table again.
         (true, true) => 1200,
         _ => 700,
     };
@@ -312,7 +319,7 @@ pub fn random(block: &dyn AnyBlock, seed: u64, rows: usize) -> Vec<Stimulus> {
                 _ => 3,
             };
             if random.one_in(odds) {
-                // Long enough for a computation, short enough for many.
+                // Long enough for a computation to end, short enough for many computations.
                 let period = posed && signal.name == "period";
                 words[index] = if walker.is_some() {
                     gain(random, signal)
@@ -342,12 +349,12 @@ pub fn random(block: &dyn AnyBlock, seed: u64, rows: usize) -> Vec<Stimulus> {
     grounded(block, rows)
 }
 
-/// A word of the signal: a corner, a neighbour of the last one, or any.
+/// Returns a word of the signal: a corner, a neighbour of the last word, or any word.
 fn draw(random: &mut SplitMix64, signal: &Signal, last: i64) -> i64 {
     let format = signal.format;
     let near = |random: &mut SplitMix64, word: i64| format.wrap(i128::from(word) + i128::from(random.below(9)) - 4);
     match (signal.name, random.below(4)) {
-        // A long period holds a sampling block still; one in eight is plenty.
+        // A long period holds a sampling block still, so only one in eight may be long.
         ("period", _) if !random.one_in(8) => format.from_bits(random.below(12)),
         // Seldom enough for a computation to end.
         ("start", _) => i64::from(random.one_in(40)),
@@ -361,8 +368,8 @@ fn draw(random: &mut SplitMix64, signal: &Signal, last: i64) -> i64 {
     }
 }
 
-/// Words of two inputs of 8 bits or more, one random pair from each of `256 x 256` equal cells of the plane: 65 536
-/// rows that leave no part of it unseen.
+/// Returns words of two inputs of 8 bits or more: one random pair from each of `256 x 256` equal cells of the plane.
+/// The 65 536 rows leave no part of the plane untested.
 #[must_use]
 pub fn stratified(a: Format, b: Format, seed: u64) -> Vec<Stimulus> {
     let mut random = SplitMix64::new(seed);
@@ -374,7 +381,8 @@ pub fn stratified(a: Format, b: Format, seed: u64) -> Vec<Stimulus> {
     cells.map(|(x, y)| edge(vec![pick(a, x), pick(b, y)])).collect()
 }
 
-/// All pairs of words whose first factor has these upper eight bits: 256 such chunks hold every pair there is.
+/// Returns all pairs of words in which the upper eight bits of the first factor are `upper`: 256 such chunks hold every
+/// pair.
 #[must_use]
 pub fn chunk(a: Format, b: Format, upper: u64) -> Vec<Stimulus> {
     let low = a.width() - 8;

@@ -1,7 +1,8 @@
-//! Files and folders that are there only while a process works on them.
+//! Files and folders that exist only while a process works on them.
 //!
-//! Who makes one holds a lock on it, which goes with the process however it ends: what nobody holds a lock on was left
-//! by a process that was killed, and the next one [sweeps](sweep_files) it away.
+//! The process that makes one holds a lock on it. The lock ends with the process, however the process ends. A file or
+//! folder without a lock was therefore left by a process that was killed, and the next process [sweeps](sweep_files) it
+//! away.
 
 use std::fs::{self, File, TryLockError};
 use std::io;
@@ -13,19 +14,19 @@ use std::thread;
 use std::time::Duration;
 use std::{mem, process};
 
-/// What the names of folders begin with.
+/// Prefix of the folders' names.
 const FOLDERS: &str = "hpu-ghdl-work-";
-/// What is between the file's name and the numbers, and what the names of files end with.
+/// The text between the file's name and the numbers, and the suffix of the files' names.
 const FILES: (&str, &str) = (".hpu-", ".tmp");
 
-/// Those of this process.
+/// The temporary files and folders of this process.
 static OWN: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
 fn own() -> MutexGuard<'static, Vec<PathBuf>> {
     OWN.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// A temporary file or folder, locked; it goes when this does.
+/// A locked temporary file or folder, which is removed when this value is dropped.
 #[derive(Debug)]
 pub struct Temporary {
     path: PathBuf,
@@ -34,38 +35,39 @@ pub struct Temporary {
 }
 
 impl Temporary {
-    /// Makes an empty file in a folder, beside where `name` shall be.
+    /// Makes an empty file in a folder, in which it can be renamed to `name`.
     ///
     /// # Errors
     ///
-    /// When there can be no file.
+    /// An error when the file cannot be made.
     pub fn file(dir: &Path, name: &str) -> io::Result<Self> {
         let open = |path: &Path| File::options().write(true).read(true).create_new(true).open(path);
         Self::new(|numbers| dir.join(format!(".{name}{}{numbers}{}", FILES.0, FILES.1)), open)
     }
 
-    /// Makes an empty folder among the system's temporary ones, and sweeps those that were left there.
+    /// Makes an empty folder among the system's temporary ones. Removes folders that killed processes have left there.
     ///
     /// # Errors
     ///
-    /// When there can be no folder.
+    /// An error when the folder cannot be made.
     pub fn folder() -> io::Result<Self> {
         Self::folder_in(&std::env::temp_dir())
     }
 
-    /// The same in another folder.
+    /// Makes an empty folder in `parent`. Removes folders that killed processes have left there.
     ///
     /// # Errors
     ///
-    /// When there can be no folder.
+    /// An error when the folder cannot be made.
     pub fn folder_in(parent: &Path) -> io::Result<Self> {
         sweep(parent, |name| name.starts_with(FOLDERS));
         let open = |path: &Path| fs::create_dir(path).and_then(|()| File::open(path));
         Self::new(|numbers| parent.join(format!("{FOLDERS}{numbers}")), open)
     }
 
-    /// Makes and locks what nobody else has. A name may be that of a leftover, when processes have the same number; and
-    /// who sweeps may take what is not locked yet.
+    /// Makes and locks a file or folder that no other process has. Its name may be that of a leftover, when two
+    /// processes have had the same number. A sweeping process may remove it before it is locked; then another one is
+    /// made.
     fn new(name: impl Fn(&str) -> PathBuf, open: impl Fn(&Path) -> io::Result<File>) -> io::Result<Self> {
         static COUNT: AtomicU64 = AtomicU64::new(0);
         loop {
@@ -73,7 +75,7 @@ impl Temporary {
             let mut own = own();
             let file = match open(&path) {
                 Err(error) if error.kind() == io::ErrorKind::AlreadyExists => continue,
-                // Who sweeps took the folder between its making and its opening.
+                // A sweeping process removed the folder between its creation and its opening.
                 Err(error) if error.kind() == io::ErrorKind::NotFound && path.parent().is_some_and(Path::is_dir) => {
                     continue;
                 }
@@ -84,7 +86,7 @@ impl Temporary {
                     fs::metadata(&path).is_ok_and(|found| file.metadata().is_ok_and(|it| it.ino() == found.ino()))
                 }
                 Err(TryLockError::WouldBlock) => false,
-                // A file system without locks: nobody can take it for a leftover either.
+                // The file system has no locks, so no process can take the file for a leftover either.
                 Err(TryLockError::Error(_)) => true,
             };
             if is_ours {
@@ -94,17 +96,17 @@ impl Temporary {
         }
     }
 
-    /// Where it is.
+    /// Returns its path.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// The open file, to write to.
+    /// Returns the open file for writing.
     ///
     /// # Errors
     ///
-    /// When the process has too many open.
+    /// An error when the process has too many open files.
     pub fn open(&self) -> io::Result<File> {
         self.file.try_clone()
     }
@@ -120,12 +122,12 @@ impl Drop for Temporary {
     }
 }
 
-/// Renames files to their places, in this order; a signal waits for the last of them. What is behind one that cannot be
-/// renamed is removed.
+/// Renames files to their places, in this order. A signal that ends the program waits for the last of them. The files
+/// after one that cannot be renamed are removed.
 ///
 /// # Errors
 ///
-/// The first place that cannot be, and why.
+/// The first place that a file could not be renamed to, and the reason.
 pub fn place(mut files: Vec<(Temporary, PathBuf)>) -> Result<(), (PathBuf, io::Error)> {
     let own = own();
     let failed = files.iter_mut().find_map(|(file, place)| {
@@ -137,15 +139,16 @@ pub fn place(mut files: Vec<(Temporary, PathBuf)>) -> Result<(), (PathBuf, io::E
     failed.map_or(Ok(()), Err)
 }
 
-/// Removes all that this process has; from here on it can make no more. For a process that is to end.
+/// Removes all temporary files and folders of this process. Afterwards the process cannot make any, so it must be about
+/// to end.
 pub fn remove_temporaries() {
     let own = own();
     own.iter().for_each(|path| remove(path));
     mem::forget(own);
 }
 
-/// Nobody is left to hear of what is gone already. A tool that was just killed may have been about to write into a
-/// folder.
+/// Removes a file or folder. Errors are ignored: nobody needs to know of a file that is gone already. A tool that was
+/// just killed may still have been writing into a folder, so a folder is tried more than once.
 fn remove(path: &Path) {
     if !path.is_dir() {
         let _ = fs::remove_file(path);
@@ -168,7 +171,8 @@ pub fn sweep_files(dir: &Path) {
     });
 }
 
-/// Removes what has such a name and nobody's lock. What cannot be looked at is left alone.
+/// Removes the entries of a folder that have such a name and that no process has locked. Entries that cannot be opened
+/// are left alone.
 fn sweep(dir: &Path, is_ours: impl Fn(&str) -> bool) {
     for entry in fs::read_dir(dir).into_iter().flatten().flatten() {
         let path = entry.path();
@@ -220,7 +224,7 @@ mod tests {
         let dir = scratch("sweep");
         let held = Temporary::file(&dir, "wave.vcd").expect("a file");
         let name = held.path().file_name().expect("a name").to_string_lossy().into_owned();
-        // Those of this very process number among them: a number says nothing.
+        // The number of a process proves nothing: this process's own number is among the leftovers.
         let left = [".wave.vcd.hpu-1-0.tmp".to_string(), format!(".trace.csv.hpu-{}-77.tmp", process::id())];
         let others = [".wave.vcd.tmp", "wave.vcd.hpu-1-0.tmp", ".mine.hpu-.tmp", ".notes.hpu-a1.tmp", "trace.csv"];
         for name in left.iter().map(String::as_str).chain(others) {

@@ -1,20 +1,20 @@
-//! Testbenches: plain VHDL-2008, made from a block's port list, that hold its entity against a vector file.
+//! Testbenches in plain VHDL-2008, generated from a block's port list, that compare its entity with a vector file.
 
 use hpu_datapath::AnyBlock;
 use hpu_signal::Signal;
 
 use crate::package::{GENERATED, vhdl_type};
 
-/// The hand-written package that every testbench reads its vectors with.
+/// The hand-written package with which every testbench reads its vectors.
 pub const VECTOR_READER: &str = include_str!("../../../testbench/vhdl/vector_reader.vhd");
 
-/// Generics of the entity, with the package's values as defaults, one a line.
+/// Returns the generics of the entity, with the package's values as defaults, one a line.
 pub(crate) fn generic_clause(block: &dyn AnyBlock) -> String {
     let clause = |(name, value)| format!("    {name} : {} := work.{}_pkg.{name};\n", vhdl_type(value), block.name());
     block.generics().into_iter().map(clause).collect()
 }
 
-/// The device under test, its generics and ports connected to signals of the same names.
+/// Returns the instance of the block, its generics and ports connected to signals of the same names.
 pub(crate) fn instance(block: &dyn AnyBlock) -> String {
     let clock = if block.clocked() { &["clk", "rst"][..] } else { &[] };
     let (inputs, outputs) = (block.inputs(), block.outputs());
@@ -27,7 +27,7 @@ pub(crate) fn instance(block: &dyn AnyBlock) -> String {
     format!("  dut : entity work.{}{}{};\n", block.name(), map("generic", generics), map("port", ports.collect()))
 }
 
-/// VHDL type of a port whose width the format line tells. A port of one bit is a scalar.
+/// Returns the VHDL type of a port whose width is read from the format line. A port of one bit is a scalar.
 pub(crate) fn port_type(signal: &Signal) -> String {
     match signal.format.width() {
         1 => "std_logic".to_string(),
@@ -35,7 +35,7 @@ pub(crate) fn port_type(signal: &Signal) -> String {
     }
 }
 
-/// The text of `testbench/vhdl/generated/tb_<block>.vhd`. The block must be in its default configuration.
+/// Returns the text of `testbench/vhdl/generated/tb_<block>.vhd`. The block must be in its default configuration.
 #[must_use]
 pub fn testbench(block: &dyn AnyBlock) -> String {
     let name = block.name();

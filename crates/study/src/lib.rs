@@ -1,4 +1,4 @@
-//! Many runs and their pictures: limits of a scene's stiffness, published tables run again, charts of a run.
+//! Studies of many runs and their pictures: limits of a scene's stiffness, published tables run again, charts of a run.
 
 pub mod accuracy;
 pub mod chart;

@@ -1,9 +1,9 @@
-//! The sampled loop as one matrix from sample to sample, built apart from the emulator: its own exponential, its own
-//! states, its own spectral radius.
+//! The sampled loop as one matrix from sample to sample. It is built independently of the emulator, with its own matrix
+//! exponential, its own states and its own spectral radius.
 
 use hpu_cosim::scene::{Device, Scene};
 
-/// A square matrix by rows.
+/// A square matrix, as a list of rows.
 type Matrix = Vec<Vec<f64>>;
 
 fn identity(n: usize) -> Matrix {
@@ -15,7 +15,7 @@ fn product(a: &Matrix, b: &Matrix) -> Matrix {
     (0..n).map(|r| (0..n).map(|c| (0..n).map(|k| a[r][k] * b[k][c]).sum()).collect()).collect()
 }
 
-/// Greatest row sum of sizes.
+/// Returns the greatest sum of absolute values along a row.
 fn norm(a: &Matrix) -> f64 {
     a.iter().map(|row| row.iter().map(|x| x.abs()).sum()).fold(0.0, f64::max)
 }
@@ -24,12 +24,13 @@ fn scaled(a: &Matrix, factor: f64) -> Matrix {
     a.iter().map(|row| row.iter().map(|x| x * factor).collect()).collect()
 }
 
-/// `e^A` by Taylor's series of `A / 2^s`, squared `s` times.
+/// Returns `e^A` by Taylor's series of `A / 2^s`, squared `s` times.
 fn exponential(a: &Matrix) -> Matrix {
     let squarings = norm(a).log2().ceil().max(0.0) as i32 + 2;
     let small = scaled(a, 0.5f64.powi(squarings));
     let mut sum = identity(a.len());
-    // Horner: 1 + A (1 + A/2 (1 + A/3 (...))); a quarter to the 16th over 16! is below rounding.
+    // Horner: 1 + A (1 + A/2 (1 + A/3 (...))). The norm is at most a quarter, and a quarter to the 16th over 16! is
+    // below rounding.
     for term in (1..=16).rev() {
         let mut next = scaled(&product(&small, &sum), 1.0 / f64::from(term));
         for (r, row) in next.iter_mut().enumerate() {
@@ -40,7 +41,8 @@ fn exponential(a: &Matrix) -> Matrix {
     (0..squarings).fold(sum, |power, _| product(&power, &power))
 }
 
-/// The plant with its hand and its input as one more state: x' = A x + b u, u' = 0; its position comes last before u.
+/// Returns the plant with its hand, and with its input as one more state: x' = A x + b u, u' = 0. The position is the
+/// last state before u.
 fn plant(scene: &Scene) -> Matrix {
     let (grip, grip_damping) = scene.hand.grip();
     match &scene.device {
@@ -63,16 +65,16 @@ fn plant(scene: &Scene) -> Matrix {
     }
 }
 
-/// The loop of a scene, linear and unquantised, from sample to sample.
+/// The linear, unquantised loop of a scene, from sample to sample.
 pub struct SampledLoop {
     map: Matrix,
 }
 
 impl SampledLoop {
-    /// The loop of a scene with another wall: stiffness in N·m/rad (N/m), damping in N·m·s/rad (N·s/m).
+    /// Returns the loop of a scene with another wall: stiffness in N·m/rad (N/m), damping in N·m·s/rad (N·s/m).
     ///
-    /// A hand that is a spring and damper pulls back with them. States: those of the plant, the position of the sample
-    /// before, and the efforts on their way.
+    /// If the hand is a spring and damper, it pulls back with these. The states are those of the plant, the position of
+    /// the previous sample, and the efforts that have not yet taken effect.
     #[must_use]
     pub fn new(scene: &Scene, stiffness: f64, damping: f64) -> Self {
         let mut plant = plant(scene);
@@ -91,14 +93,14 @@ impl SampledLoop {
         let flow = |clocks: u64| exponential(&scaled(&plant, clocks as f64 / scene.clock.frequency_hz() as f64));
         let (before, after) = (flow(late), flow(period - late));
 
-        // x, the position before, then the efforts of the last 1 + whole samples, the oldest last.
+        // State: x, the previous position, then the efforts of the last 1 + whole samples, the oldest last.
         let (previous, first) = (states, states + 1);
         let oldest = first + whole;
         let mut effort = vec![0.0; oldest + 1];
         let damper = damping / scene.sample_period_s();
         effort[position] = -(spring + damper);
         effort[previous] = damper;
-        // The effort that takes effect within this period: this sample's, or one on its way.
+        // The effort that takes effect within this period: this sample's, or one of an earlier sample.
         let mut taking = vec![0.0; oldest + 1];
         if whole == 0 {
             taking.clone_from(&effort);
@@ -123,14 +125,14 @@ impl SampledLoop {
         Self { map }
     }
 
-    /// The loop of a scene with a sampled spring whose damping is refreshed every `every` samples only, from one
-    /// refresh to the next; without delay.
+    /// Returns the loop of a scene with a sampled spring whose damping is refreshed only every `every` samples, from
+    /// one refresh to the next, without delay.
     #[must_use]
     pub fn dual_rate(scene: &Scene, stiffness: f64, damping: f64, every: u32) -> Self {
         let plant = plant(scene);
         let effort = plant.len() - 1;
         let flow = exponential(&scaled(&plant, scene.sample_period_s()));
-        // The plant's states, the position at the refresh before, and the damping's effort.
+        // State: the plant's states, the position at the previous refresh, and the damping's effort.
         let (position, previous, drag) = (effort - 1, effort, effort + 1);
         let mut sample = identity(drag + 1);
         for (to, row) in sample.iter_mut().zip(&flow).take(effort) {
@@ -147,9 +149,10 @@ impl SampledLoop {
         Self { map: (0..every).fold(refresh, |map, _| product(&sample, &map)) }
     }
 
-    /// The greatest size of an eigenvalue: the growth of the motion from one sample to the next.
+    /// Returns the greatest absolute value of an eigenvalue: the growth of the motion from one sample to the next.
     ///
-    /// Gelfand's `lim ‖Mⁿ‖^(1/n)` along n = 2^k; a relative rounding of one squaring weighs 2^-k in the result.
+    /// This is Gelfand's `lim ‖Mⁿ‖^(1/n)` along n = 2^k; a relative rounding error of one squaring weighs 2^-k in the
+    /// result.
     #[must_use]
     pub fn spectral_radius(&self) -> f64 {
         let mut power = self.map.clone();

@@ -1,4 +1,4 @@
-//! The rows of a run as Parquet, a group of rows at a time: memory does not grow with the run.
+//! The rows of a run as Parquet, written a group of rows at a time, so that memory does not grow with the run.
 
 use std::io::Write;
 use std::sync::Arc;
@@ -11,22 +11,22 @@ use parquet::file::properties::WriterProperties;
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::Type;
 
-/// Rows of a group; so many are in memory at a time.
+/// Number of rows in a group, and so in memory at a time.
 const GROUP_ROWS: usize = 1 << 16;
 
-/// A Parquet file that rows are added to, each value a column of doubles whose name ends in its unit. Its metadata hold
-/// the command, the convention of signs, and a line about each column.
+/// A Parquet file that rows are added to; each value is a column of doubles whose name ends in its unit. The metadata
+/// hold the command, the convention of signs, and a line about each column.
 pub struct TraceTable<W: Write + Send> {
     file: SerializedFileWriter<W>,
     columns: Vec<Vec<f64>>,
 }
 
 impl<W: Write + Send> TraceTable<W> {
-    /// Begins the file: columns are a name with its unit, and a line about it.
+    /// Begins the file. Each column is a name that ends in its unit, and a line about it.
     ///
     /// # Errors
     ///
-    /// What the writer says.
+    /// Returns the writer's error.
     pub fn new(out: W, columns: &[(String, String)], signs: &str, command: &str) -> Result<Self, ParquetError> {
         let column = |(name, _): &(String, String)| {
             let column = Type::primitive_type_builder(name, Physical::DOUBLE);
@@ -45,11 +45,11 @@ impl<W: Write + Send> TraceTable<W> {
         Ok(Self { file, columns: vec![Vec::with_capacity(GROUP_ROWS); columns.len()] })
     }
 
-    /// Adds a row: a value for each column, in their order.
+    /// Adds a row: a value for each column, in the columns' order.
     ///
     /// # Errors
     ///
-    /// What the writer says.
+    /// Returns the writer's error.
     pub fn add(&mut self, row: impl IntoIterator<Item = f64>) -> Result<(), ParquetError> {
         for (column, value) in self.columns.iter_mut().zip(row) {
             column.push(value);
@@ -68,11 +68,11 @@ impl<W: Write + Send> TraceTable<W> {
         group.close().map(drop)
     }
 
-    /// Writes what is left, and the end of the file.
+    /// Writes the remaining rows and the end of the file.
     ///
     /// # Errors
     ///
-    /// What the writer says.
+    /// Returns the writer's error.
     pub fn finish(mut self) -> Result<(), ParquetError> {
         if !self.columns[0].is_empty() {
             self.flush()?;

@@ -1,8 +1,9 @@
-//! Many independent runs: units of work, spread over threads, in the order of the units whatever the threads.
+//! Many independent runs: units of work, spread over threads. Rows come in the order of the units, whatever the threads
+//! do.
 //!
-//! A unit is a pure function of its number (and of what the study's header names). What it made is a row of text, or
-//! the reason why there is none; a panic is such a reason too. Rows are handed over as they are finished, to be kept; a
-//! set that was interrupted is given the rows it has and does the rest.
+//! A unit is a pure function of its number (and of what the study's header names). Its result is a row of text, or the
+//! reason why there is none; a panic is such a reason too. Each row is handed over as soon as it is finished, to be
+//! kept. An interrupted set is given the rows that it already has, and does the rest.
 
 use std::any::Any;
 use std::collections::{BTreeMap, BTreeSet};
@@ -16,16 +17,17 @@ use std::time::Duration;
 
 use hpu_cosim::Control;
 
-/// What a unit made: one line, or in one line why it could not.
+/// The result of a unit: one line of text, or the reason, in one line, why there is none.
 pub type Row = Result<String, String>;
 
-/// Does the units `0..count` that are not done yet, and returns the rows of all in their order, or `None` when stopped.
+/// Runs those of the units `0..count` that are not done yet, and returns the rows of all units in their order, or
+/// `None` when stopped.
 ///
-/// As [`run_some`]; every new row goes through `keep`.
+/// Works like [`run_some`]; every new row also goes through `keep`.
 ///
 /// # Errors
 ///
-/// What `keep` says; the other units are stopped then.
+/// Returns the error of `keep`; the other units are stopped then.
 pub fn run<E>(
     count: usize,
     jobs: NonZeroUsize,
@@ -43,15 +45,15 @@ pub fn run<E>(
     Ok((0..count).map(|index| done.remove(&index)).collect())
 }
 
-/// Does these units, and hands their rows to `take` in the order in which they come; when stopped, some do not come. No
-/// row is kept here.
+/// Runs these units, and hands their rows to `take` in the order in which they finish. When stopped, some rows are
+/// missing. No row is kept here.
 ///
-/// `control` stops the set, and counts the units done here as progress. Each thread gets a control of its own; a unit
-/// that was stopped, or that is to be done another time, returns `None`.
+/// `control` stops the set, and counts the finished units as progress. Each thread gets a control of its own. A unit
+/// returns `None` if it was stopped, or if it is to be run another time.
 ///
 /// # Errors
 ///
-/// What `take` says; the other units are stopped then.
+/// Returns the error of `take`; the other units are stopped then.
 pub fn run_some<E>(
     wanted: &[usize],
     jobs: NonZeroUsize,
@@ -71,9 +73,9 @@ pub fn run_some<E>(
                     && let Some(&index) = wanted.get(next.fetch_add(1, Ordering::Relaxed))
                 {
                     let made = catch_unwind(AssertUnwindSafe(|| unit(index, control)));
-                    // One that was not done, because it was stopped or for a reason of its own, has no row.
+                    // A unit that was stopped, or that declined to run, has no row.
                     let Some(row) = made.unwrap_or_else(|panic| Some(Err(reason(panic.as_ref())))) else { continue };
-                    // Who listens no more has failed, and says so.
+                    // The receiver is gone only after an error of `take`, which is returned there.
                     let _ = send.send((index, row.map(one_line).map_err(one_line)));
                 }
             });
@@ -108,26 +110,26 @@ fn one_line(text: String) -> String {
     if text.contains(['\n', '\r']) { text.split_whitespace().collect::<Vec<_>>().join(" ") } else { text }
 }
 
-/// How the first line of a journal begins; the number is that of its format.
+/// Beginning of a journal's first line; the number is the version of the format.
 const FORMAT: &str = "journal 2: ";
 
 /// The journal of a set. Line 1 names the set. Each other line is a row: a checksum over the set's name and the rest of
-/// the line, the unit's number, and what it made. A row whose checksum does not hold is not believed: its unit is to be
-/// run again.
+/// the line, the unit's number, and the unit's result. A row with a wrong checksum is ignored, and its unit is run
+/// again.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Journal {
-    /// The rows that are whole.
+    /// The intact rows.
     pub rows: BTreeMap<usize, Row>,
-    /// How many rows are not: changed, cut off, of another set, or two different ones of the same unit.
+    /// Number of damaged rows: changed, cut off, of another set, or two different rows of the same unit.
     pub damaged: usize,
 }
 
-/// Why a journal cannot be gone on with.
+/// Why a journal cannot be continued.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum JournalError {
-    /// It is that of another set, named so.
+    /// The journal belongs to another set, whose header this is.
     Other(String),
-    /// It is of the first format, whose rows have no checksums.
+    /// The journal has the first format, whose rows have no checksums.
     Old,
 }
 
@@ -143,12 +145,12 @@ impl fmt::Display for JournalError {
 impl std::error::Error for JournalError {}
 
 impl Journal {
-    /// Reads a journal of the set with this header. An empty journal, or one with only the beginning of line 1, has no
-    /// rows.
+    /// Reads a journal of the set with this header. A journal that is empty, or holds only the beginning of line 1, has
+    /// no rows.
     ///
     /// # Errors
     ///
-    /// [`JournalError`] when line 1 is another.
+    /// Returns a [`JournalError`] if line 1 is not that of this set.
     pub fn read(bytes: &[u8], header: &str, count: usize) -> Result<Self, JournalError> {
         let mut journal = Self { rows: BTreeMap::new(), damaged: 0 };
         let head = Self::head(header);
@@ -183,13 +185,13 @@ impl Journal {
         Ok(journal)
     }
 
-    /// Line 1 of the journal of the set with this header.
+    /// Returns line 1 of the journal of the set with this header.
     #[must_use]
     pub fn head(header: &str) -> String {
         format!("{FORMAT}{header}\n")
     }
 
-    /// A row as its line in the journal of the set with this header.
+    /// Returns a row's line in the journal of the set with this header.
     #[must_use]
     pub fn line(header: &str, index: usize, row: &Row) -> String {
         let said = match row {
@@ -200,14 +202,14 @@ impl Journal {
     }
 }
 
-/// Whether this is line 1 of the first format: a kind, a fingerprint, and the command.
+/// Whether this is line 1 of a journal of the first format: a kind, a fingerprint, and the command.
 fn is_old(line: &str) -> bool {
     let mut words = line.split(' ').skip(1);
     let print = words.next().unwrap_or_default();
     print.len() == 16 && print.bytes().all(|byte| byte.is_ascii_hexdigit()) && words.next() == Some("of")
 }
 
-/// FNV-1a: each of its steps is a bijection, so that no change of a single byte leaves it as it was.
+/// Returns the FNV-1a hash. Each step of FNV-1a is a bijection, so changing a single byte always changes the hash.
 fn checksum(header: &str, said: &str) -> String {
     fingerprint([header.as_bytes(), said.as_bytes()])
 }
@@ -226,7 +228,7 @@ fn row(header: &str, line: &str) -> Option<(usize, Row)> {
     }
 }
 
-/// A name for everything that a set's rows depend on: 64-bit FNV-1a over the parts, each ended by a zero.
+/// Returns a name for everything that a set's rows depend on: 64-bit FNV-1a over the parts, each ended by a zero.
 #[must_use]
 pub fn fingerprint<'a>(parts: impl IntoIterator<Item = &'a [u8]>) -> String {
     let bytes = parts.into_iter().flat_map(|part| part.iter().copied().chain([0]));

@@ -1,4 +1,4 @@
-//! Runs that must not last for ever.
+//! Runs with a limit on their time or on their number of events.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, RecvTimeoutError};
@@ -7,13 +7,13 @@ use std::time::{Duration, Instant};
 
 use hpu_cosim::Control;
 
-/// Does some work under a control of its own, which stops it when `control` does or after `timeout`; says whether it
-/// was the timeout.
+/// Runs `work` under a control of its own, which stops it when `control` does or after `timeout`. Returns the result,
+/// and whether the timeout stopped it.
 pub(crate) fn watched<T>(timeout: Duration, control: &Control, work: impl FnOnce(&Control) -> T) -> (T, bool) {
     limited(None, timeout, control, work)
 }
 
-/// The same, ended also by a number of events.
+/// Like [`watched`], with a limit on the number of events as well.
 pub(crate) fn limited<T>(
     most_events: Option<u64>,
     timeout: Duration,

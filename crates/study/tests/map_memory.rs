@@ -1,5 +1,5 @@
-//! The memory of maps and runs, counted by an allocator of our own: a cell leaves behind what was found of it, and
-//! nothing else; a run takes what it may, however long it is.
+//! The memory of maps and runs, counted by an allocator of our own. A cell adds only its result to the memory of a map.
+//! A run takes no more than its allowance, however long it is.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::collections::BTreeMap;
@@ -12,24 +12,24 @@ use std::{io, mem};
 use hpu_cosim::{Control, Driver, Ready, Rig, Wired};
 use hpu_study::map::{self, Axis, CellLimits, Found, Map, Method, Plan};
 
-/// Counts bytes that are in use, and the most that ever were.
+/// An allocator that counts the bytes in use, and the most that were ever in use.
 struct Counting;
 
 static NOW: AtomicUsize = AtomicUsize::new(0);
 static PEAK: AtomicUsize = AtomicUsize::new(0);
 
-// SAFETY: everything is the system's; only numbers are added.
+// SAFETY: the system's allocator does everything; only numbers are added.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         let now = NOW.fetch_add(layout.size(), Ordering::Relaxed) + layout.size();
         PEAK.fetch_max(now, Ordering::Relaxed);
-        // SAFETY: as the caller's.
+        // SAFETY: as the caller guarantees.
         unsafe { System.alloc(layout) }
     }
 
     unsafe fn dealloc(&self, place: *mut u8, layout: Layout) {
         NOW.fetch_sub(layout.size(), Ordering::Relaxed);
-        // SAFETY: as the caller's.
+        // SAFETY: as the caller guarantees.
         unsafe { System.dealloc(place, layout) }
     }
 }
@@ -37,7 +37,7 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-/// The most bytes that some work has in use beyond what there was before.
+/// Returns the greatest number of bytes that some work has in use, beyond those in use before.
 fn peak<T>(work: impl FnOnce() -> T) -> (usize, T) {
     let before = NOW.load(Ordering::Relaxed);
     PEAK.store(before, Ordering::Relaxed);
@@ -45,7 +45,7 @@ fn peak<T>(work: impl FnOnce() -> T) -> (usize, T) {
     (PEAK.load(Ordering::Relaxed) - before, made)
 }
 
-/// Whoever counts does so alone.
+/// Held by a test that counts, so that it counts alone.
 static ALONE: Mutex<()> = Mutex::new(());
 
 fn a_map(rows: usize) -> Map {
@@ -73,14 +73,14 @@ fn what_a_cell_adds_to_the_memory_of_a_map_is_what_was_found_of_it() {
         let (as_parquet, ()) = peak(|| map::parquet(io::sink(), &map, &found, "hpu map", replay).unwrap());
         [while_run, as_csv, as_parquet]
     };
-    // All of them more than a group of the Parquet file.
+    // Both maps have more cells than a group of the Parquet file.
     let (few, many) = (420, 630);
     let [run, csv, parquet]: [f64; 3] = {
         let (few_bytes, many_bytes) = (of(few), of(many));
         let cells = (10 * (many - few)) as f64;
         std::array::from_fn(|at| (many_bytes[at] as f64 - few_bytes[at] as f64) / cells)
     };
-    // What was found, and the list of units to do.
+    // The result, and the entry in the list of units to run.
     let found = (mem::size_of::<Option<Found>>() + mem::size_of::<usize>()) as f64;
     assert!(run <= found + 2.0, "{run} bytes a cell, {found} are found");
     assert!(found <= 168.0, "{found} bytes");
@@ -108,8 +108,8 @@ fn a_run_takes_the_memory_that_it_may_however_many_rows_it_has() {
     };
     let (of_few, of_many) = (of("80 ms"), of("160 ms"));
     assert_eq!((of_few.1, of_many.1), (4_000_001, 8_000_001));
-    // 65536 values are half a megabyte; the loop itself takes as much again. Whole, the rows would be 64 and 128 MB:
-    // here a row more adds less than a hundredth of a byte.
+    // 65536 values are half a megabyte; the loop itself takes as much again. All rows together would be 64 and 128 MB.
+    // Here one more row adds less than a hundredth of a byte.
     assert!(of_few.0 < 2_000_000, "{} bytes", of_few.0);
     assert!(100 * of_many.0.saturating_sub(of_few.0) < 4_000_000, "{} bytes, then {}", of_few.0, of_many.0);
 }

@@ -1,4 +1,4 @@
-//! Contact with the wall, as the summary tells it beside the verdict.
+//! The contact with the wall, as the summary reports it beside the verdict.
 
 use hpu_cosim::scene::Units;
 use hpu_cosim::{AnyRig, Ready, Session, Verdict};
@@ -8,7 +8,8 @@ use super::ANGLE;
 use crate::run::Ran;
 use crate::units::si;
 
-/// A warning beside the verdict where the wall was not reached, or where its product wrapped; else nothing.
+/// Returns a warning beside the verdict when the wall was not reached, or when its product wrapped; otherwise an empty
+/// text.
 pub fn beside(ran: &Ran) -> String {
     if let Some((session, Unseen { depth, wrapped })) = unseen(ran) {
         let past = si(depth, session.scene().device.units().position);
@@ -25,7 +26,7 @@ pub fn beside(ran: &Ran) -> String {
     }
 }
 
-/// For how long the wall was touched, and what it gave.
+/// Returns the line about how long the wall was touched, and which torque or force it gives at the final depth.
 pub fn line(ran: &Ran) -> Option<String> {
     let share = ran.summary.contact_share?;
     let [from, to] = ran.window_s.map(|time_s| si(time_s, "s"));
@@ -46,15 +47,15 @@ pub fn line(ran: &Ran) -> Option<String> {
     ))
 }
 
-/// Whether an axis saw penetration at any time.
+/// Returns whether an axis saw penetration at any time.
 fn was_touched(ran: &Ran) -> bool {
     let told = ["penetration", "wall_contact"];
     let penetration = ran.summary.nets.iter().find(|net| told.contains(&net.signal.name));
     penetration.is_some_and(|net| net.usage.max > 0)
 }
 
-/// Of a settled contact of an axis: the depth at the end, the stiffness that is displayed, and its ratio to that asked
-/// for.
+/// Returns, for a settled contact of an axis, the depth at the end, the displayed stiffness, and its ratio to the
+/// stiffness that was asked for.
 pub fn displayed(ran: &Ran) -> Option<(Units, f64, f64, Option<f64>)> {
     let Some(Verdict::Settled { .. }) = ran.summary.verdict else { return None };
     let (units, wall_rad, asked) = match ran.session {
@@ -63,21 +64,21 @@ pub fn displayed(ran: &Ran) -> Option<(Units, f64, f64, Option<f64>)> {
             (scene.device.units(), scene.wall.position_rad, scene.wall.stiffness_nm_per_rad)
         }
         AnyRig::Ours(Ready::Phantom(_)) => return None,
-        // What stiffness a design asks for, it alone knows.
+        // The stiffness that a design asks for is known only to the design.
         AnyRig::Dut(session) => (session.scene().device.units(), session.scene().wall_rad, 0.0),
     };
     let (displayed, ratio) = displayed_stiffness((wall_rad, asked), &ran.trace, ran.summary.averages)?;
     Some((units, ran.trace.last(ANGLE)? - wall_rad, displayed, ratio))
 }
 
-/// How far the device of an axis was past the wall while the datapath saw no contact.
+/// Returns how far the device of an axis was past the wall while the datapath saw no contact.
 pub fn unseen<'r>(ran: &'r Ran) -> Option<(&'r Session<'r>, Unseen)> {
     let AnyRig::Ours(Ready::Axis(session)) = ran.session else { return None };
     let seen = unseen_contact(session.scene(), &session.words().realised, &ran.trace, &ran.summary);
     seen.map(|unseen| (session, unseen))
 }
 
-/// How often the spring's product has wrapped where a motion came to rest in the wall, if it has.
+/// Returns how often the spring's product wrapped, if it did and the motion came to rest in the wall.
 pub fn wraps(ran: &Ran) -> Option<u64> {
     let AnyRig::Ours(Ready::Axis(session)) = ran.session else { return None };
     product_wraps(session.scene(), &session.words().realised, &ran.trace, &ran.summary)

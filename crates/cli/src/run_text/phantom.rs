@@ -1,4 +1,4 @@
-//! What the summary of a run says of a PHANToM.
+//! The lines about a PHANToM in the summary of a run.
 
 use hpu_cosim::scene::{PhantomLaw, PhantomScene};
 use hpu_cosim::{PhantomSession, Rig, Trace};
@@ -6,7 +6,7 @@ use hpu_signal::Notation;
 
 use crate::units::si;
 
-/// Who computes the force, and when.
+/// Returns the platform that computes the force, with its rate.
 pub fn platform(scene: &PhantomScene) -> String {
     let (name, period) = (scene.platform.name(), scene.period_clocks());
     let rate = si(scene.clock.frequency_hz() as f64 / period as f64, "Hz");
@@ -26,7 +26,7 @@ pub fn platform(scene: &PhantomScene) -> String {
     format!("{name}: every {period} clocks ({rate}), {how}")
 }
 
-/// Where the tip went.
+/// Returns the final and the deepest position of the tip.
 pub fn motion(scene: &PhantomScene, trace: &Trace) -> String {
     let axis = scene.drop.axis;
     format!(
@@ -37,7 +37,7 @@ pub fn motion(scene: &PhantomScene, trace: &Trace) -> String {
     )
 }
 
-/// What the words make of stiffness and walls.
+/// Returns the stiffness and the walls that the words realise.
 pub fn words(session: &PhantomSession, notation: Notation) -> [String; 3] {
     let (scene, words) = (session.scene(), session.words());
     let formats = &scene.method.config.formats;
@@ -60,7 +60,7 @@ pub fn words(session: &PhantomSession, notation: Notation) -> [String; 3] {
     ]
 }
 
-/// What a count of each encoder and of each DAC is, and the apparent mass.
+/// Returns the size of a count of each encoder and of each DAC, and the apparent mass.
 fn realised(session: &PhantomSession) -> String {
     let counts = session.count_rad().map(|count_rad| si(count_rad, "rad")).join(", ");
     let torques: Vec<String> = session.commands().iter().map(|command| si(command.2, "N.m")).collect();

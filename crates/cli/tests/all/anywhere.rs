@@ -1,4 +1,5 @@
-//! The command carries what it needs: it works from any folder, without the project or its own library beside it.
+//! The command carries everything that it needs: it works from any folder, without the project or its own library
+//! beside it.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -8,7 +9,7 @@ use serde_json::Value;
 
 use crate::common::{assert_refused, code, hpu, json, run, scratch, stderr, stdout};
 
-/// The program alone in a folder, as `cargo install` leaves it.
+/// Puts the program alone into a folder, as `cargo install` does.
 fn alone(dir: &Path) -> PathBuf {
     let program = dir.join("bin").join("hpu");
     fs::create_dir_all(program.parent().expect("a folder")).expect("a folder");
@@ -39,14 +40,14 @@ fn vhdl_is_checked_far_from_any_clone() {
 fn a_folder_of_vhdl_is_taken_before_what_is_carried() {
     let dir = scratch("anywhere-folder");
     let program = alone(&dir);
-    // Somebody's own `hdl` without any of the blocks.
+    // A folder `hdl` of the user's own, without any of the blocks.
     fs::create_dir_all(dir.join("hdl")).expect("a folder");
     fs::write(dir.join("hdl/adder.vhd"), "entity adder is end entity;\n").expect("a file");
     let output = in_folder(&program, &dir, &["check", "saturator", "--json"]);
     assert_eq!((code(&output), json(&output)["hdl"].as_str()), (0, Some("carried by hpu")));
     let output = in_folder(&program, &dir, &["check", "saturator", "--hdl", "hdl"]);
     assert_refused(&output, 4, &["hdl/", ".vhd: No such file"]);
-    // With a block it is a folder of VHDL, and that is what is checked.
+    // With a block it is a folder of VHDL, and the block in it is checked.
     fs::write(dir.join("hdl/saturator.vhd"), "nonsense").expect("a file");
     let output = in_folder(&program, &dir, &["check", "saturator"]);
     assert_eq!(code(&output), 1, "{}", stderr(&output));
@@ -55,7 +56,7 @@ fn a_folder_of_vhdl_is_taken_before_what_is_carried() {
     assert_eq!((code(&output), json(&output)["hdl"].as_str()), (0, Some("hdl")));
 }
 
-/// A report without its seconds.
+/// Returns a report without its seconds.
 fn without_seconds(mut report: Value) -> Value {
     for group in ["blocks", "loops"] {
         for entry in report[group].as_array_mut().expect("rows") {

@@ -1,9 +1,9 @@
-//! Who may know whom: the manifests against the map in ARCHITECTURE.md.
+//! The dependencies in the manifests agree with the map in ARCHITECTURE.md.
 
 use std::fs;
 use std::path::Path;
 
-/// Each crate and those of ours that it may depend on.
+/// Each crate, and our crates that it may depend on.
 const MAY_KNOW: [(&str, &[&str]); 7] = [
     ("signal", &[]),
     ("datapath", &["signal"]),
@@ -27,7 +27,7 @@ fn crates_know_only_whom_they_may() {
     assert_eq!(found, listed);
     for (name, may) in MAY_KNOW {
         let manifest = fs::read_to_string(crates.join(name).join("Cargo.toml")).expect("a manifest");
-        // Tests may know more than the crate itself does.
+        // Tests may depend on more than the crate itself.
         let own = manifest.split("[dev-dependencies]").next().expect("a part before");
         for line in own.lines() {
             let Some(known) = line.strip_prefix("hpu-").and_then(|rest| rest.split(['.', ' ', '=']).next()) else {
@@ -38,7 +38,7 @@ fn crates_know_only_whom_they_may() {
     }
 }
 
-/// A test file that no `mod` line names would silently never run.
+/// A test file that no `mod` line names would never run, without any message.
 #[test]
 fn every_test_file_is_a_module_of_its_binary() {
     let crates = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("crates/");

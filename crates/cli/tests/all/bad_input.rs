@@ -1,4 +1,4 @@
-//! Bad input: what is said, with which exit code, and what is left on disk.
+//! Bad input: the messages, the exit codes, and the files left on disk.
 
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
@@ -16,7 +16,7 @@ fn assert_scene_refused(test: &str, scene: &str, arguments: &[&str], words: &[&s
     assert_eq!(names(&dir), ["bad.toml"], "nothing is written");
 }
 
-/// The shipped hybrid wall, with one line replaced.
+/// Returns the shipped hybrid wall with one line replaced.
 fn wall_with(line: &str, other: &str) -> String {
     let scene = fs::read_to_string(format!("{ROOT}/testbench/scenes/hybrid-wall.toml")).expect("a shipped scene");
     assert!(scene.contains(line), "{scene}");
@@ -119,7 +119,7 @@ fn a_truncated_vector_file_is_refused_wherever_it_is_cut() {
     let file = dir.join("cut.txt");
     fs::write(&file, whole).expect("vectors");
     assert_eq!(code(&run(&["vectors", "--verify", text(&file)])), 0);
-    // Without the last line feed it is whole still.
+    // Without the last line feed the file is still whole.
     for end in 0..whole.len() - 1 {
         fs::write(&file, &whole[..end]).expect("vectors");
         assert_refused(&run(&["vectors", "--verify", text(&file)]), 4, &["cut.txt:"]);

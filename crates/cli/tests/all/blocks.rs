@@ -6,7 +6,7 @@ use std::process::{Output, Stdio};
 
 use crate::common::{ROOT, assert_refused, code, hpu, json, names, run, scratch, stderr, stdout, text};
 
-/// Ticks a block with a table on stdin.
+/// Ticks a block with a table from stdin.
 fn tick(arguments: &[&str], table: &str) -> Output {
     let mut child = hpu()
         .args(["block", "--inputs", "-"])
@@ -31,7 +31,7 @@ fn a_counter_counts_as_by_hand() {
 
 #[test]
 fn inputs_come_in_any_order_and_go_out_in_port_order() {
-    // The shortest way round the counter's 4096 steps, as by hand.
+    // The shortest way round the counter's 4096 steps, computed by hand.
     let table = "# a comment\nreference, position\n4090,10\n10,4090\n\n0,2047\n0,2048\n";
     let expected = "position,reference,delta\n10,4090,16\n4090,10,-16\n2047,0,2047\n2048,0,-2048\n";
     assert_eq!(stdout(&tick(&["displacement"], table)), expected);
@@ -68,7 +68,7 @@ fn a_bad_table_is_refused_with_its_line_and_what_is_accepted() {
         assert_refused(&tick(&["displacement"], &table), 4, &["-:3:", "position", "from 0 to 4095", "(0,12,0)"]);
     }
     assert_refused(&run(&["block", "pwm", "--inputs", "no/such.csv"]), 4, &["no/such.csv"]);
-    // Of `40` nothing would tell that it was 4096.
+    // A file that is cut to `40` would not show that the number was 4096.
     assert_refused(&tick(&["displacement"], "position,reference\n1,2\n1,40"), 4, &["-:3:", "no line feed"]);
 }
 
@@ -159,7 +159,7 @@ fn a_word_that_the_emulator_answers_otherwise_is_shown() {
 #[test]
 fn vectors_come_in_three_forms_with_the_same_words() {
     let form = |form: &str| stdout(&run(&["vectors", "displacement", "--count", "1", "--format", form]));
-    // All zeros first.
+    // The first row is all zeros.
     assert!(form("txt").ends_with("\n000 000 000\n# end 1 rows\n"), "{}", form("txt"));
     assert_eq!(form("csv"), "position,reference,delta\n0,0,0\n");
     assert!(form("readmemh").ends_with("\n000000000\n"), "{}", form("readmemh"));
@@ -236,7 +236,8 @@ fn a_broken_line_of_vhdl_is_told_with_row_signal_expected_and_got() {
     assert_eq!(code(&output), 1);
     let said = stdout(&output);
     assert!(said.contains("first at ") && said.contains("delta expected ") && said.contains(", got "), "{said}");
-    // The rows have heads, and with a folder a waveform of those around them, which opens ready.
+    // The rows have column heads. With a folder, a waveform of the rows around the mismatch is written, and its save
+    // file opens it.
     assert!(said.contains("    row  reference  delta  delta(vhdl)\n"), "{said}");
     assert!(said.contains("    -o DIR writes a waveform of rows 1 to 66\n"), "{said}");
     let out = dir.join("out");

@@ -1,4 +1,4 @@
-//! `hpu chart`: tables, pictures, maps, interruptions, and what is refused. No test reads a wall time.
+//! `hpu chart`: tables, pictures, maps, interruptions, and refused charts. No test reads a wall time.
 
 use std::fs;
 use std::process::{Command, Stdio};
@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use crate::common::{assert_refused, code, hpu, json, names, run, scratch, stderr, stdout, text};
 
-/// 20 ms inside the wall.
+/// A scene of 20 ms inside the wall.
 const SHORT: [&str; 10] = [
     "chart",
     "hybrid-wall",
@@ -47,7 +47,7 @@ fn a_chart_writes_a_table_and_a_picture_and_says_what_is_exact() {
     assert_eq!(rows.len(), 1 + 5, "{csv}");
     let columns = rows[0].split(',').count();
     for row in &rows[1..] {
-        // The last column is a quoted command, with a comma in none of these.
+        // The last column is a quoted command, and none of these has a comma.
         assert_eq!(row.split(',').count(), columns, "{row}");
     }
 }
@@ -78,7 +78,8 @@ fn json_is_one_object_with_the_error_of_every_output_and_a_command_that_runs() {
 
 #[test]
 fn what_a_scene_refuses_is_told_beside_those_that_ran() {
-    // A start in the wall without a hand and with a ramp that the law in floats has no share of.
+    // The start is in the wall, without a hand. The law in floats takes a ramp as a share of the wall's stiffness,
+    // which is 0 here.
     let set = ["wall.stiffness=0", "wall.ramp={ stiffness = 1, from = 0, to = \"10 ms\" }", "run.duration=20 ms"];
     let set: Vec<&str> = set.iter().flat_map(|set| ["--set", set]).collect();
     let output = run(&[&["chart", "hybrid-wall", "--contestants", "events,law"][..], &set].concat());

@@ -1,10 +1,10 @@
-//! Whether the wall was touched, what the scene's parameters were and who said so: what every command says of it.
+//! Every command reports whether the wall was touched, and the scene's parameters with their sources.
 
 use serde_json::{Value, json};
 
 use crate::common::{code, json, run, scratch, stderr, stdout, text};
 
-/// A hand that ends in free air, before the wall at 1.5 rad; half a second of it.
+/// Half a second of a hand that ends in free air, before the wall at 1.5 rad.
 const AIR: [&str; 4] = ["--set", "hand.path=[[0, 0], [\"150 ms\", 1.4]]", "--set", "run.duration=500 ms"];
 
 fn hpu(verb: &str, more: &[&str]) -> String {
@@ -24,13 +24,13 @@ fn a_verdict_in_free_air_says_that_the_wall_was_not_reached() {
         |name: &str| said.lines().find(|line| line.starts_with(name)).unwrap_or_else(|| panic!("{name}: {said}"));
     assert!(line("outcome").contains("settled: rms"), "{said}");
     assert!(line("outcome").ends_with("; wall not reached in the judged window"), "{said}");
-    // 5001 rows at 10 kHz, the last 1500 of them: from 0.3501 s on.
+    // The run has 5001 rows at 10 kHz. The last 1500 of them begin at 0.3501 s.
     assert!(line("contact").contains("none in the judged window, 350.1 ms to 500 ms"), "{said}");
     assert!(line("expected   outcome").ends_with("met; wall not reached in the judged window"), "{said}");
     let found = object(&hpu("run", &["--json"]));
     assert_eq!((&found["contact_share"], &found["displayed_stiffness"]), (&json!(0.0), &Value::Null));
     assert_eq!(found["judged_window_s"], json!([0.3501, 0.5]));
-    // The wheel that was thrown at the wall has left it.
+    // The wheel that was thrown at the wall has left it again.
     assert!(stdout(&run(&["run", "thrown-hybrid"])).contains("; touched before: the outcome says nothing of the wall"));
     // A scene can ask for contact.
     let wanted = "expect={ contact_share = { value = 1, tolerance = 0 } }";
@@ -47,7 +47,7 @@ fn limits_judges_no_window_without_contact_and_says_what_to_change() {
     for part in ["wall not reached", "0.3501 s to 0.5 s", "hand.path", "wall.position (1.5 rad)", "run.duration"] {
         assert!(why.contains(part), "{part}: {why}");
     }
-    // The linear loop is in contact always.
+    // The linear loop is always in contact.
     assert!(found["linear"]["stable"][0]["to"]["at"].as_f64().is_some_and(|limit| limit > 1.0), "{found}");
 }
 
@@ -72,8 +72,8 @@ fn maps_fits_and_widths_say_where_the_wall_is_not_reached() {
 
 #[test]
 fn a_hand_that_fell_through_a_wrapping_wall_is_not_settled_without_a_word() {
-    // At rest 0.449 rad behind the wall: 293 counts times 36 are 2 times 4096 and 2356, 0.152 N.m of the 0.67 N.m asked
-    // for.
+    // The hand rests 0.449 rad behind the wall. 293 counts times 36 are 2 times 4096 plus 2356: 0.152 N.m of the 0.67
+    // N.m asked for.
     let said = stdout(&run(&["run", "wrap-product"]));
     assert!(said.contains("; through the wall, whose product has wrapped 2 times"), "{said}");
     let found = json(&run(&["run", "wrap-product", "--json"]));
@@ -86,7 +86,8 @@ fn a_hand_that_fell_through_a_wrapping_wall_is_not_settled_without_a_word() {
 
 #[test]
 fn a_wrapped_position_counter_is_not_a_wall_that_was_not_reached() {
-    // A hand at 2.5 rad, 999.77 mrad or 652 counts past the wall of 978 counts: a counter of 10 bits holds 512 to either side of it.
+    // The hand is at 2.5 rad, 999.77 mrad or 652 counts past the wall at 978 counts. A counter of 10 bits holds 512
+    // counts to either side of the wall.
     let hand = ["--set", "hand.path=[[0, 0], [0.1, 2.5]]", "--set", "hand.stiffness=3"];
     let with = |bits: &str, more: &[&str]| {
         let bits = format!("method.position_bits={bits}");
@@ -101,7 +102,7 @@ fn a_wrapped_position_counter_is_not_a_wall_that_was_not_reached() {
     assert_eq!((&found["contact_share"], &found["unseen_contact"]["position_wrapped"]), (&json!(0.0), &json!(true)));
     let depth = found["unseen_contact"]["depth"].as_f64().expect("a depth");
     assert!((depth - 1.0).abs() < 2e-3, "{depth}");
-    // With room for it the counter sees the contact; in free air there is none to see.
+    // A wider counter sees the contact; in free air there is none to see.
     assert_eq!(json(&with("12", &["--json"]))["unseen_contact"], Value::Null);
     assert_eq!(object(&hpu("run", &["--json"]))["unseen_contact"], Value::Null);
     let out = scratch("unseen").join("out");
@@ -114,7 +115,7 @@ fn a_wrapped_position_counter_is_not_a_wall_that_was_not_reached() {
 
 #[test]
 fn a_map_says_in_how_many_cells_a_wrapped_counter_hid_the_contact() {
-    // The hand of the test above, and one that stays before the wall of 978 counts.
+    // The hand of the test above, and one that stays before the wall at 978 counts.
     let axes = ["--x", "hand.stiffness=3..4 N.m/rad:2", "--y", "wall.position=1.5..2.6 rad:2", "--full"];
     let set =
         ["--set", "method.position_bits=10", "--set", "hand.path=[[0, 0], [0.1, 2.5]]", "--set", "run.duration=0.4s"];
@@ -140,7 +141,7 @@ fn a_map_says_in_how_many_cells_a_wrapped_counter_hid_the_contact() {
 
 #[test]
 fn a_map_says_in_how_many_settled_cells_the_hand_fell_through_the_wall() {
-    // The same hand at walls of 0.3 and 1.5 N.m/rad: 0.24 rad behind the first is 0.07 N.m, less than the word holds.
+    // The same hand at walls of 0.3 and 1.5 N.m/rad. 0.24 rad behind the first wall is 0.07 N.m, which the word holds.
     let axes = ["--x", "wall.stiffness=0.3..1.5 N.m/rad:2", "--y", "wall.position=1.5..1.501 rad:2", "--full"];
     let each = |index: u64| {
         let set = if index.is_multiple_of(2) { "wall.stiffness=0.3 N.m/rad" } else { "wall.stiffness=1.5 N.m/rad" };

@@ -1,5 +1,5 @@
-//! Designs of somebody else's in the loop: those of `testbench/dut`, written from an interface alone, and our own taken
-//! for foreign.
+//! Designs by others in the loop: those of `testbench/dut`, which were written from an interface alone, and our own
+//! loop as if it were by others.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -21,7 +21,7 @@ fn number(value: &Value) -> f64 {
 
 #[test]
 fn three_designs_of_others_settle_on_the_wall_that_their_gains_make() {
-    // Sixteenths of a PWM count a count, and PWM counts of a period, as their READMEs have them.
+    // The gain in sixteenths of a PWM count per count, and the PWM counts of a period, according to the READMEs.
     for (scene, gain, period) in [("knee", 95.0, 1023.0), ("rim", 95.0, 1024.0), ("paddle", 190.0, 2047.0)] {
         let path = format!("testbench/dut/{scene}.toml");
         let lines = fs::read_to_string(Path::new(ROOT).join(&path)).expect("a scene").lines().count();
@@ -29,7 +29,7 @@ fn three_designs_of_others_settle_on_the_wall_that_their_gains_make() {
         let value = json(&run(&["run", &path, "--json"]));
         assert_eq!(value["outcome"]["kind"], "settled", "{scene}");
         assert_eq!(number(&value["contact_share"]), 1.0, "{scene}");
-        // The spring sees whole counts, up to one less than the depth of some 45.
+        // The spring sees whole counts: up to one count less than the depth, which is about 45 counts.
         let asked = gain / 16.0 / period * STALL_NM / COUNT_RAD;
         let share = number(&value["displayed_stiffness"]) / asked;
         assert!((0.97..1.003).contains(&share), "{scene}: {share} of {asked}");
@@ -51,7 +51,7 @@ fn what_is_inside_a_design_is_in_the_waveform_and_has_its_ranges() {
         let signals = summary["signals"].as_array().expect("signals");
         let signal = signals.iter().find(|signal| signal["name"] == inside).expect("a signal inside");
         if scene == "knee" {
-            // Its README: a period is 2^PW - 1 clocks.
+            // According to its README, a period is 2^PW - 1 clocks.
             assert_eq!((number(&signal["min"]), number(&signal["max"])), (0.0, 1022.0));
         }
         let (scope, leaf) = inside.split_once('.').expect("a path");
@@ -59,13 +59,13 @@ fn what_is_inside_a_design_is_in_the_waveform_and_has_its_ranges() {
         let (_, within) = vcd.split_once(&format!("$scope module {scope} $end")).expect("a scope");
         assert!(within.split("$upscope").next().is_some_and(|vars| vars.contains(leaf)), "{scene}");
         assert!(!vcd.contains("_o["), "{scene}: a name that synthesis gave");
-        // The table has the ports alone.
+        // The table has only the ports.
         let table = fs::read_to_string(out.join("trace.csv")).expect("the trace");
         assert!(!table.lines().next().expect("heads").contains(leaf), "{scene}");
     }
 }
 
-/// What a run was, without what differs from one program to another.
+/// Returns a run's result, without the keys that differ from one program to another.
 fn told(mut value: Value) -> Value {
     for key in ["wall_s", "edges_per_s", "dut", "parameters", "files"] {
         value[key].take();
@@ -73,18 +73,18 @@ fn told(mut value: Value) -> Value {
     value
 }
 
-/// Near enough that GHDL comes to it: a wall three counts away, for 4 ms.
+/// A wall only three counts away, for 4 ms, so that GHDL reaches it.
 const NEAR: [&str; 4] =
     ["wall.position=4.6 mrad", "dut.generics.WALL_AT=3", "run.duration=4 ms", "hand.path=[[0, 0], [0.002, 0.03]]"];
 
-/// The words of each signal of a waveform by its path, with the times from which they stay.
+/// Returns the words of each signal of a waveform by its path, with the times at which they begin.
 fn words(waveform: &Path) -> BTreeMap<String, Vec<(u64, String)>> {
     fn note(items: &[ScopeItem], path: &str, names: &mut Vec<(IdCode, String)>) {
         for item in items {
             match item {
                 ScopeItem::Scope(scope) => note(&scope.items, &format!("{path}{}.", scope.identifier), names),
                 ScopeItem::Var(var) => {
-                    // Without its bits, which are fewer where synthesis knows a number's range.
+                    // Without the range of its bits, which is smaller where synthesis knows the range of a number.
                     let name = var.reference.split('[').next().unwrap_or_default();
                     names.push((var.code, format!("{path}{name}")));
                 }
@@ -128,7 +128,7 @@ fn ghdl_shows_inside_a_design_what_verilator_shows() {
         words(&out.join("wave.vcd"))
     };
     let (ghdl, verilator) = (with("ghdl"), with("verilator"));
-    // Signals of its source, of each kind and depth: GHDL's synthesis adds some of its own, and leaves no number out.
+    // Signals of its source, of each kind and depth. GHDL's synthesis adds signals of its own, and keeps every number.
     let inside = ["count", "calm", "encoder.tally", "encoder.settle", "encoder.marked", "bridge.a.left", "bridge.saw"];
     for name in inside {
         assert!(ghdl.contains_key(&format!("rim_stop.{name}")), "{name}: {:?}", ghdl.keys());
@@ -157,7 +157,7 @@ fn ghdl_and_verilator_move_the_device_alike() {
     assert_eq!(told(ghdl), told(verilator));
 }
 
-/// A scene with our own hybrid loop as if it were foreign, hybrid-wall's wall nearer.
+/// Returns a scene with our own hybrid loop as if it were by others, and the wall of hybrid-wall, but nearer.
 fn own(dir: &Path, engine: &str, stiffness: i64, duration: &str) -> String {
     let blocks = [
         "synchronizer",
@@ -191,7 +191,7 @@ fn own(dir: &Path, engine: &str, stiffness: i64, duration: &str) -> String {
     text(&scene).to_string()
 }
 
-/// hybrid-wall with its wall as near.
+/// Returns hybrid-wall with its wall equally near.
 fn ours(dir: &Path) -> String {
     let scene = dir.join("ours.toml");
     let shipped = fs::read_to_string(Path::new(ROOT).join("testbench/scenes/hybrid-wall.toml")).expect("a scene");
@@ -262,7 +262,7 @@ fn a_stiffness_that_is_one_more_is_found_at_once() {
     let first = &value["compared"]["first_difference"];
     // The word itself differs, from the first edge on.
     assert_eq!((exit, &first["edge"], &first["port"]), (1, &1.into(), &"stiffness".into()), "{first}");
-    // Seen by its gates alone: when the first pulse under contact ends a clock later.
+    // In the gates alone, the difference is seen when the first pulse in contact ends a clock later.
     let (own, ours) = (own(&dir, "verilator", 37, "4 ms"), ours(&dir));
     let out = dir.join("out");
     let arguments = ["run", &own, "-o", text(&out), "--beside", &ours, "--compare", "a_high=a_high", "b_high=b_high"];
@@ -294,7 +294,7 @@ fn a_map_shows_for_which_gains_a_design_rings() {
         let outcome = if cell.contains("gain=600") { "limit_cycle" } else { "settled" };
         assert!(cell.contains(outcome), "{cell}");
     }
-    // A second time every cell is in the journal.
+    // The second time every cell is read from the journal.
     let again = arguments(&["--json"]);
     assert_eq!(stdout(&again), stdout(&output));
 }
@@ -309,7 +309,7 @@ fn limits_go_over_what_makes_a_design_stiffer() {
     let output = at(&["--json", "-o", text(&dir)]);
     assert_eq!(code(&output), 0, "{}", stderr(&output));
     let words = &json(&output)["words"];
-    // Its README: 1.0 N.m/rad at 95, where it rests; at 600 it rings.
+    // According to its README, 95 makes 1.0 N.m/rad and the hand rests; at 600 the loop rings.
     let groups = words["groups"].as_array().expect("groups");
     let told: Vec<_> =
         groups.iter().map(|group| (group["settle"].as_str().expect("a text"), number(&group["from"]))).collect();
@@ -337,7 +337,7 @@ fn a_scene_of_ours_is_drawn_beside_a_design_of_yours() {
     assert!(svg.contains("knee") && svg.contains("hybrid-wall") && svg.contains("torque, its mean"));
 }
 
-/// A scene around a design of `testbench/dut/bad` or of a test's own.
+/// Writes a scene around a design of `testbench/dut/bad` or of a test's own.
 fn scene_of(dir: &Path, name: &str, files: &[&str], top: &str, ports: &str, more: &str) -> String {
     let path = dir.join(format!("{name}.toml"));
     let bad = fs::canonicalize(Path::new(ROOT).join("testbench/dut/bad")).expect("the folder");
@@ -387,7 +387,7 @@ fn designs_that_are_broken_are_named_with_what_is_wrong() {
 fn a_design_that_does_not_end_a_step_is_given_up() {
     let dir = scratch("hanging_design");
     let scene = scene_of(&dir, "hang", &["hang.v"], "hang", PWM, CLOCKED);
-    // The model is built first: the time limit is then that of an answer alone.
+    // The model is built first, so that the time limit is only that of an answer.
     let short = scene_of(&dir, "hang-not-yet", &["hang.v"], "hang", PWM, CLOCKED);
     let built = run(&["run", &short, "--set", "run.duration=1 us"]);
     assert_eq!(code(&built), 0, "{}", stderr(&built));
@@ -456,7 +456,7 @@ fn verbs_about_our_own_words_refuse_a_design_of_yours() {
     }
 }
 
-/// A design of two flip-flops: it drives forward while both lines of the encoder are 1.
+/// A design of two flip-flops. It drives forward while both lines of the encoder are 1.
 const TINY: &str = "module tiny (input clk, a, b, output reg pwm = 0, output reg dir = 0);
   always @(posedge clk) begin
     pwm <= a & b;
@@ -465,7 +465,7 @@ const TINY: &str = "module tiny (input clk, a, b, output reg pwm = 0, output reg
 endmodule
 ";
 
-/// A scene around it.
+/// Writes a scene around this design.
 fn tiny(dir: &Path, expect: &str) -> String {
     fs::write(dir.join("tiny.v"), TINY).expect("a file");
     let scene = dir.join("tiny.toml");
@@ -488,7 +488,7 @@ fn what_a_design_costs_is_counted_and_its_clocks_are_held_against_those_that_are
     };
     let scene = tiny(&dir, "settled");
     let value = cost(&scene, &[]);
-    // Two registers, each behind at most one table of four inputs.
+    // The design has two registers, each behind at most one table of four inputs.
     assert_eq!((&value["ff"], &value["fits"], &value["carry"]), (&2.into(), &true.into(), &0.into()), "{value}");
     assert!(value["lut4"].as_u64().is_some_and(|count| (1..=2).contains(&count)), "{value}");
     let clock = &value["clocks"][0];
@@ -499,11 +499,11 @@ fn what_a_design_costs_is_counted_and_its_clocks_are_held_against_those_that_are
     assert_eq!(cost(&scene, &[]), value, "it is remembered");
     let fast = cost(&scene, &["--set", "clock.frequency=9 GHz"]);
     assert_eq!(fast["clocks"][0]["in_time"], false, "{fast}");
-    // VHDL by way of GHDL.
+    // VHDL is priced through GHDL.
     let value = cost("testbench/dut/rim.toml", &[]);
     assert!(value["tools"].as_str().is_some_and(|tools| tools.starts_with("ghdl")), "{value}");
     assert!(value["cells"].as_u64() >= value["ff"].as_u64() && value["clocks"][0]["in_time"] == true, "{value}");
-    // What Yosys does not read it says, with file and line.
+    // Yosys reports, with file and line, the text that it cannot read.
     let refused = run(&["cost", "--scene", "testbench/dut/paddle.toml", "--cache", text(&cache)]);
     assert_refused(&refused, 1, &["yosys refuses `PaddleDrive`", "WallSpring.sv:"]);
 }
@@ -521,7 +521,7 @@ fn a_run_is_reported_as_tests_and_takes_other_files() {
         assert!(xml.contains("classname=\"tiny\" name=\"run\"") && xml.contains("name=\"outcome\""), "{xml}");
     }
     assert!(read().contains("expected diverged, found settled"), "{}", read());
-    // Another file in the place of the scene's: other ports are missed at once.
+    // Another file in the place of the scene's. Its missing ports are reported at once.
     let other = dir.join("other.v");
     fs::write(
         &other,
@@ -538,7 +538,7 @@ fn a_run_is_reported_as_tests_and_takes_other_files() {
     assert_eq!(code(&run(&["run", "hybrid-wall", "--dut", text(&other)])), 2);
     let value = json(&run(&["run", &scene, "--dut", text(&dir.join("tiny.v")), "--json"]));
     assert!(value["expected_not_judged"].as_str().is_some_and(|why| why.contains("--dut")), "{value}");
-    // What is printed to begin with.
+    // The template to begin with.
     let template = |name: &[&str]| stdout(&run(&[&["scenes", "--template"], name].concat()));
     assert!(template(&[]).contains("[dut.ports]") && template(&["scene"]) == template(&[]));
     assert!(template(&["ci"]).contains("--junit") && template(&["ci"]).contains("hpu check --entity"));

@@ -1,4 +1,4 @@
-//! Blocks of somebody else's, written from a data sheet alone, held against ours: `testbench/dut/blocks` and those below.
+//! Blocks by others, written from a data sheet alone, compared with ours: `testbench/dut/blocks` and the blocks below.
 
 use std::fs;
 use std::path::Path;
@@ -35,7 +35,7 @@ const PRODUCT: [&str; 9] = [
     "--generic=SATURATING=SATURATE",
     "--clock=clock",
 ];
-/// What of theirs our registers are.
+/// Their registers that equal registers of ours.
 const VELOCITY_STATE: [&str; 2] = ["--state=last=previous", "--state=left=countdown"];
 const DECODER_STATE: [&str; 2] = ["--state=was=previous", "--state=wait_for=settling"];
 const DECODER: [&str; 9] = [
@@ -58,7 +58,7 @@ fn shipped(file: &str) -> String {
     fs::read_to_string(Path::new(ROOT).join("testbench/dut/blocks").join(file)).expect("a file")
 }
 
-/// The report of a check of this HDL.
+/// Returns the exit code and the report of a check of this HDL.
 fn checked(dir: &Path, file: &str, hdl: &str, args: &[&str]) -> (i32, serde_json::Value) {
     let path = dir.join(file);
     fs::write(&path, hdl).expect("a file");
@@ -77,11 +77,11 @@ fn blocks_that_follow_a_data_sheet_are_equal_in_every_configuration_that_they_ha
     };
     let (ended, value) = checked(&dir, "my_vel.vhd", &shipped("my_vel.vhd"), &VELOCITY);
     assert_eq!((ended, variants(&value)), (0, vec!["OUT_WIDTH=12,WIDTH=12".to_string()]), "{value}");
-    // A width that no listed configuration has.
+    // A width that is in no listed configuration.
     let odd = VELOCITY.map(|arg| arg.replace("WIDTH=12", "WIDTH=19"));
     let odd: Vec<_> = odd.iter().map(String::as_str).collect();
     assert_eq!(checked(&dir, "my_vel.vhd", &shipped("my_vel.vhd"), &odd).0, 0);
-    // Two clocks later; every listed configuration of unsigned factors whose lower bits are kept.
+    // Two clocks later, in every listed configuration of unsigned factors whose lower bits are kept.
     let (ended, value) =
         checked(&dir, "fast_mul.vhd", &shipped("fast_mul.vhd"), &[&PRODUCT[..], &["--latency=2"]].concat());
     assert_eq!((ended, variants(&value)), (0, vec!["default".into(), "full".into(), "drop_upper".into()]), "{value}");
@@ -91,7 +91,7 @@ fn blocks_that_follow_a_data_sheet_are_equal_in_every_configuration_that_they_ha
     assert!(value["hdl"].as_str().expect("a text").starts_with("Verilator"), "{value}");
 }
 
-/// Errors of each of the three, by what they replace.
+/// Errors for each of the three blocks: the text that is replaced, and its replacement.
 type Errors = &'static [(&'static str, &'static str)];
 const VELOCITY_ERRORS: Errors = &[
     ("every_i > 1", "every_i > 2"),
@@ -126,10 +126,10 @@ fn each_error_that_is_sown_is_found_in_the_signal_that_it_spoils() {
     finds("my_vel.vhd", &VELOCITY, VELOCITY_ERRORS, &["velocity"]);
     finds("fast_mul.vhd", &latency, PRODUCT_ERRORS, &["product"]);
     finds("quad_x4.v", &one, DECODER_ERRORS, &["step", "error"]);
-    // A latency that is not theirs is an error too.
+    // A latency that is not theirs is also an error.
     let early = [&PRODUCT[..], &["--latency=1"]].concat();
     assert_eq!(checked(&dir, "fast_mul.vhd", &shipped("fast_mul.vhd"), &early).0, 1);
-    // The rows that lead to it, and a waveform of them.
+    // The report shows the rows before the mismatch, and a waveform of them.
     let hdl = dir.join("my_vel.vhd");
     fs::write(&hdl, shipped("my_vel.vhd").replace("every_i > 1", "every_i > 2")).expect("a file");
     let out = dir.join("out");
@@ -140,7 +140,7 @@ fn each_error_that_is_sown_is_found_in_the_signal_that_it_spoils() {
     assert!(vcd.contains("$var") && vcd.contains("velocity"), "{vcd}");
 }
 
-/// What is proved of this HDL: how it ended, its verdict in each configuration, and all that is told.
+/// Tries to prove this HDL. Returns the exit code, the verdict in each configuration, and the whole report.
 fn proved(dir: &Path, file: &str, hdl: &str, args: &[&[&str]]) -> (i32, Vec<String>, serde_json::Value) {
     let (ended, value) = checked(dir, file, hdl, &[&["--formal"], &args.concat()[..]].concat());
     let rows = value["rows"].as_array().expect("rows");
@@ -158,14 +158,14 @@ fn blocks_of_somebody_else_s_are_proved_for_all_inputs_and_states() {
         value
     };
     proves("my_vel.vhd", &[&VELOCITY, &VELOCITY_STATE], &["proved"]);
-    // A pipeline against a block without registers: nothing need be said of its states.
+    // This is a pipeline, and our block has no registers, so its states need no description.
     proves("fast_mul.vhd", &[&PRODUCT, &["--latency=2"]], &["proved"; 3]);
-    // Without a pause, its counter is not needed; that it stays 0 has to be said.
+    // Without a pause its counter is not needed, but the proof must be told that the counter stays 0.
     let decoder = [&DECODER[..], &DECODER_STATE];
     proves("quad_x4.v", &[&DECODER, &DECODER_STATE, &["--variant=default"]], &["proved"]);
     let still = [&["--variant=settle_0"][..], &decoder.concat()].concat();
     proves("quad_x4.v", &[&still, &["--invariant=wait_for == 0"]], &["proved"]);
-    // Not proved, and not refuted: it says what it does not know.
+    // The block is neither proved nor refuted, and the report names the unknown register.
     let value = proves("quad_x4.v", &[&still], &["open"]);
     let why = value["rows"][0]["why"].as_str().expect("a reason");
     for part in
@@ -179,7 +179,7 @@ fn blocks_of_somebody_else_s_are_proved_for_all_inputs_and_states() {
     // An invariant that does not hold proves nothing.
     let value = proves("quad_x4.v", &[&still, &["--invariant=wait_for == 1"]], &["open"]);
     assert!(value["rows"][0]["why"].as_str().is_some_and(|why| why.contains("invariant")), "{value}");
-    // A latency that is not theirs is refuted: no state need be taken for it.
+    // A latency that is not theirs is refuted, without an assumption about states.
     assert_eq!(proved(&dir, "fast_mul.vhd", &shipped("fast_mul.vhd"), &[&PRODUCT, &["--latency=3"]]).1, ["refuted"; 3]);
 }
 
@@ -203,21 +203,21 @@ fn each_error_that_is_sown_is_refuted_by_edges_from_the_reset() {
     };
     let [first, swapped, held, forgotten] = *VELOCITY_ERRORS else { panic!("four errors") };
     refutes("my_vel.vhd", &[&VELOCITY, &VELOCITY_STATE], &[first, swapped, forgotten], &["velocity"]);
-    // What an asynchronous reset alone sets is a latch, which synthesis refuses.
+    // A register that only an asynchronous reset sets is a latch, which synthesis refuses.
     fs::write(dir.join("my_vel.vhd"), shipped("my_vel.vhd").replace(held.0, held.1)).expect("a file");
     let file = dir.join("my_vel.vhd");
     let output = run(&[&["check", "--formal"], &VELOCITY[..], &VELOCITY_STATE, &[text(&file)]].concat());
     refused(&output, 1, "latch");
     refutes("fast_mul.vhd", &[&PRODUCT, &["--latency=2"]], PRODUCT_ERRORS, &["product"]);
     refutes("quad_x4.v", &[&DECODER, &DECODER_STATE, &["--variant=default"]], DECODER_ERRORS, &["step", "error"]);
-    // One word of 2^24, which no row of vectors need have.
+    // One pair of words of 2^24 is wrong. Rows of vectors need not contain it.
     let hdl = shipped("fast_mul.vhd")
         .replace("full <= x * y;", "full <= x * y; if x = 2741 and y = 1003 then full <= (others => '0'); end if;");
     let (ended, verdicts, value) = proved(&dir, "fast_mul.vhd", &hdl, &[&PRODUCT, &["--latency=2", "--variant=full"]]);
     assert_eq!((ended, &verdicts[..]), (1, &["refuted".to_string()][..]), "{value}");
     assert!(value["rows"][0]["why"]["history"][0].as_array().is_some_and(|row| row.iter().any(|word| word == "ab5")));
     let two = shipped("my_vel.vhd").replace("ck_i'event and ck_i = '1'", "ck_i'event and ck_i = '0'");
-    // Both sides see the same edges, whichever they are.
+    // Both sides see the same edges, rising or falling.
     assert_eq!(proved(&dir, "my_vel.vhd", &two, &[&VELOCITY, &VELOCITY_STATE]).1, ["proved"]);
 }
 

@@ -1,4 +1,4 @@
-//! `hpu vectors --format` and `hpu block --notation`: what other tools get.
+//! `hpu vectors --format` and `hpu block --notation`: output for other tools.
 
 use std::fs;
 use std::path::Path;
@@ -6,14 +6,14 @@ use std::process::Command;
 
 use crate::common::{assert_refused, code, json, names, run, scratch, stderr, stdout, text};
 
-/// Vectors to stdout.
+/// Returns the vectors that are written to stdout.
 fn vectors(arguments: &[&str]) -> String {
     let output = run(&[&["vectors"], arguments].concat());
     assert_eq!(code(&output), 0, "{}", stderr(&output));
     stdout(&output)
 }
 
-/// What the shell says.
+/// Runs a script in the shell, and returns its output.
 fn shell(script: &str, file: &Path) -> String {
     let output = Command::new("sh").args(["-c", script, "sh"]).arg(file).output().expect("a shell");
     String::from_utf8(output.stdout).expect("text")
@@ -51,7 +51,7 @@ fn json_that_was_edited_is_refused_and_wrong_words_with_a_right_digest_are_shown
     fs::write(&file, good.replace(row, &wrong)).expect("a file");
     let refused = run(&["vectors", "--verify", text(&file)]);
     assert_refused(&refused, 4, &["counter.json", "changed since it was written", "sha256"]);
-    // The file with its new digest.
+    // The file with the right digest of its changed lines.
     let told = json_key(&good, "sha256");
     let found = shell("grep -v '\"sha256\"' \"$1\" | sha256sum | cut -c -64", &file);
     fs::write(&file, good.replace(row, &wrong).replace(&told, found.trim())).expect("a file");
@@ -108,7 +108,7 @@ fn tables_go_into_a_folder_a_file_each_and_verify() {
         assert_eq!((code(&output), stdout(&output).ends_with("512 rows agree\n")), (0, true), "{}", stderr(&output));
     }
     let whole = fs::read_to_string(place("default-points.txt")).expect("a table");
-    // Without its last word.
+    // The file without its last word.
     let last = whole.lines().rev().nth(1).expect("a row");
     let cut = whole.replace(&format!("{last}\n"), "").replace("512 rows", "511 rows");
     fs::write(dir.join("cut.txt"), cut).expect("a cut table");
@@ -140,7 +140,7 @@ fn exports_without_a_meaning_are_refused() {
     refused(&["pwm", "--count", "0", "--format", "coe"], &["pwm/default-directed has no rows"]);
     let wide = ["position_counter", "--variant", "32_bit", "--format", "vunit"];
     refused(&wide, &["position_counter/32_bit-directed", "position(0,32,0) has 32 bits", "unsigned ones of up to 31"]);
-    // None of the files that fit stays when another is refused.
+    // The files that fit are removed, too, when another is refused.
     let out = scratch("refused").join("out");
     let output = run(&["vectors", "position_counter", "--format", "vunit", "-o", text(&out)]);
     assert_eq!((code(&output), out.exists()), (2, false));

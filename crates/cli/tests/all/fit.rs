@@ -1,4 +1,4 @@
-//! `hpu fit`, and scenes whose model is left open. No test reads a wall time.
+//! `hpu fit`, and scenes that leave their model open. No test reads a wall time.
 
 use crate::common::{assert_refused, code, json, run, scratch, stderr, stdout, text};
 
@@ -9,7 +9,7 @@ fn a_fit_says_what_is_left_out_and_how_to_run_it() {
     let found = json(&output);
     assert_eq!(found["scene"], "prescribed-sweep");
     assert_eq!(found["within"], 0.01);
-    // A hand that imposes the motion leaves nothing for the bridge to do.
+    // A hand that imposes the motion leaves no effect to the bridge.
     assert_eq!(found["set"]["model.bridge"], "averaged");
     assert!(found["left_out"].as_array().is_some_and(|all| !all.is_empty()));
     assert!(found["command"].as_str().is_some_and(|text| text.contains("--set model.bridge=averaged")));
@@ -36,12 +36,12 @@ fn a_scene_whose_model_is_open_is_run_by_the_one_that_is_chosen() {
 
 #[test]
 fn a_fit_names_what_it_judged_and_tells_how_far_off_the_rest_is() {
-    // A limit cycle's verdict is its amplitude and frequency; where its trace is after 2 s is another matter.
+    // The verdict of a limit cycle is its amplitude and frequency. The phase of its trace after 2 s is not judged.
     let found = json(&run(&["fit", "slow-winding", "--json"]));
     assert_eq!(found["judged"], serde_json::json!(["peak_penetration", "amplitude", "frequency", "verdict"]));
     let off = |key: &str, output: &str| found[key][output].as_f64().unwrap_or_else(|| panic!("{output}: {found}"));
     assert!(off("errors", "amplitude") <= 0.005 && found["errors"]["trace"].is_null(), "{found}");
-    // The same by the two runs themselves: rms of the difference over the range of motion.
+    // Computes the same error from the two runs: the rms of the difference over the range of motion.
     let dir = scratch("fit-trace");
     let angles = |name: &str, set: &[String]| {
         let out = dir.join(name);

@@ -1,4 +1,4 @@
-//! All tests of the crate in one binary: linked once, and spread over the cores together.
+//! All tests of the crate in one binary, which is linked once and runs its tests on all cores.
 
 mod anywhere;
 mod architecture;
@@ -25,5 +25,6 @@ mod reproduce_words;
 mod rtl_motion;
 mod run;
 mod signals;
+mod snapshots;
 mod tools;
 mod widths;

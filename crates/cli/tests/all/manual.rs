@@ -1,4 +1,4 @@
-//! The command's own descriptions: version, completions of shells, manual pages.
+//! The command's descriptions of itself: version, completions for shells, manual pages.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -12,7 +12,7 @@ use crate::common::{assert_refused, code, names, run, scratch, stderr, stdout, t
 #[path = "../../build/commit.rs"]
 mod commit;
 
-/// Every verb, and what follows it in a study's case, as the command's help lists them.
+/// Returns every verb, with the name of the study where there is one, as the command's help lists them.
 fn verbs() -> Vec<Vec<String>> {
     let listed = |of: &[&str]| -> Vec<String> {
         let help = stdout(&run(&[of, &["--help"]].concat()));
@@ -31,7 +31,7 @@ fn verbs() -> Vec<Vec<String>> {
     all
 }
 
-/// The long options of a verb, as its help lists them.
+/// Returns the long options of a verb, as its help lists them.
 fn options(verb: &[String]) -> BTreeSet<String> {
     let verb: Vec<&str> = verb.iter().map(String::as_str).collect();
     let help = stdout(&run(&[&verb[..], &["--help"]].concat()));
@@ -40,7 +40,7 @@ fn options(verb: &[String]) -> BTreeSet<String> {
     words.map(|word| word.trim_end_matches(',').to_string()).collect()
 }
 
-/// What the help of a verb says of one of its options, without line breaks; `None` where the verb has no such option.
+/// Returns the text of one option in the help of a verb, without line breaks; `None` where the verb has no such option.
 fn said_of(verb: &[String], option: &str) -> Option<String> {
     let verb: Vec<&str> = verb.iter().map(String::as_str).collect();
     let help = stdout(&run(&[&verb[..], &["--help"]].concat()));
@@ -108,7 +108,7 @@ fn feed(program: &str, arguments: &[&str], input: &str) -> (bool, String) {
     let mut command = Command::new(program);
     let child = command.args(arguments).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn();
     let mut child = child.unwrap_or_else(|error| panic!("{program}: {error}; testbench/test.sh installs it"));
-    // Taken, so that it is closed.
+    // The pipe is taken, so that it is closed.
     child.stdin.take().expect("a pipe").write_all(input.as_bytes()).expect("is read");
     let output = child.wait_with_output().expect("ends");
     (output.status.success(), stderr(&output))
@@ -141,7 +141,7 @@ fn every_shell_gets_a_completion_with_every_verb_and_bash_parses_its_own() {
 #[test]
 fn bash_completes_verbs_and_their_options() {
     let script = stdout(&run(&["completions", "bash"]));
-    // As bash calls it: the command, the word to complete, the word before it.
+    // Calls the completion as bash does: the command, the word to complete, the word before it.
     let ask = |words: &[&str]| {
         let [.., before, word] = words else { panic!("two words at least") };
         let asked = format!("COMP_WORDS=({}); COMP_CWORD={}", words.join(" "), words.len() - 1);
@@ -197,7 +197,7 @@ fn the_version_has_the_commit_of_its_own_work_tree_and_whether_sources_were_chan
     let known = format!("hpu {}", env!("CARGO_PKG_VERSION"));
     assert!(said.starts_with(&known) && said.lines().count() == 1, "{said}");
 
-    // Beside the project's own work tree, of which the folder of tests is a part.
+    // The folder is outside the project's work tree, which contains the folder of the tests.
     let dir = std::env::temp_dir().join(format!("hpu-commit-{}", std::process::id()));
     let source = dir.join("crates/any/src/lib.rs");
     fs::create_dir_all(source.parent().expect("a folder")).expect("a folder");
@@ -222,7 +222,7 @@ fn the_version_has_the_commit_of_its_own_work_tree_and_whether_sources_were_chan
     assert_eq!(version(), format!("1.2.3 ({short})"), "the program is the same");
     fs::write(&source, "two\n").expect("a source");
     assert_eq!(version(), format!("1.2.3 ({short}-dirty)"));
-    // Sources within somebody else's work tree are not of that commit.
+    // Sources inside another project's work tree do not have its commit.
     assert_eq!(commit::version(&dir.join("crates"), "1.2.3"), "1.2.3");
     fs::remove_dir_all(&dir).expect("goes");
 }

@@ -1,4 +1,4 @@
-//! `hpu map`: files, replays, interruptions, and what is refused.
+//! `hpu map`: files, replays, interruptions, and refused maps.
 
 use std::fs;
 use std::path::Path;
@@ -34,7 +34,7 @@ fn content(dir: &Path, name: &str) -> String {
     fs::read_to_string(dir.join(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
 }
 
-/// The rows of a map's CSV, without the command that made it.
+/// Returns the rows of a map's CSV, without the command that made it.
 fn rows(dir: &Path) -> Vec<String> {
     content(dir, "map.csv").lines().filter(|line| !line.starts_with('#')).map(str::to_string).collect()
 }
@@ -151,7 +151,7 @@ fn a_journal_with_flipped_digits_gives_the_map_that_it_gave_and_says_how_many_ce
     let out = scratch("map-flipped");
     assert_eq!(code(&small(&out, &["--full"])), 0);
     let (whole, before) = (content(&out, "journal.txt"), rows(&out));
-    // In one row a digit of a number; of another the word before its cell; and a third that lost its end.
+    // One row has another digit in a number, one has another word before its cell, and one has lost its end.
     let mut lines: Vec<String> = whole.lines().map(String::from).collect();
     let digit = lines[3].rfind(|c: char| c.is_ascii_digit()).expect("a digit");
     let other = if &lines[3][digit..=digit] == "7" { "8" } else { "7" };
@@ -164,7 +164,7 @@ fn a_journal_with_flipped_digits_gives_the_map_that_it_gave_and_says_how_many_ce
     assert_eq!(code(&output), 0, "{}", stderr(&output));
     assert_eq!(rows(&out), before);
     assert!(stderr(&output).contains("journal.txt: 3 rows are damaged"), "{}", stderr(&output));
-    // Now all is whole again, in some order.
+    // Now all rows are whole again, in any order.
     let sorted = |text: &str| text.lines().map(String::from).collect::<std::collections::BTreeSet<_>>();
     assert_eq!(sorted(&content(&out, "journal.txt")), sorted(&whole));
     let output = small(&out, &["--full"]);
@@ -204,7 +204,7 @@ fn the_folder_of_another_scene_or_map_is_refused_and_stays_as_it_is() {
     other = SMALL;
     other[3] = "wall.stiffness=0.5..6 N.m/rad:10";
     assert_refused(&run(&[&other[..], &["-o", text(&out)]].concat()), 2, &["holds another study", "N.m/rad:10"]);
-    // A scene of the same name with another text is another scene.
+    // A scene with the same name and another text is another scene.
     let dir = scratch("map-edited");
     let scene = dir.join("wall.toml");
     let shipped = fs::read_to_string(format!("{ROOT}/testbench/scenes/hybrid-wall.toml")).expect("a scene");

@@ -1,4 +1,4 @@
-//! Interrupts, full disks and closed pipes: files are whole, old ones stay, nothing half-written is left.
+//! Interrupts, full disks and closed pipes: files are whole, old files stay, and no half-written file is left.
 
 use std::fs;
 use std::path::Path;
@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use crate::common::{ROOT, assert_refused, code, hpu, names, run, scratch, stderr, stdout, text};
 
-/// An output folder with files of an earlier run.
+/// Makes an output folder with files of an earlier run.
 fn with_old_files(test: &str) -> std::path::PathBuf {
     let dir = scratch(test);
     for name in ["summary.json", "wave.fst", "trace.csv"] {
@@ -29,7 +29,7 @@ fn interrupt(child: &Child) {
     assert!(status.expect("a shell").success());
 }
 
-/// A run that would take hours, caught while it writes.
+/// Starts a run that would take hours, and waits until it writes.
 fn long_run(out: &Path) -> Child {
     let arguments = ["run", "hybrid-wall", "--driver", "clock", "--set", "run.duration=1000 s", "-o", text(out)];
     let child = hpu().args(arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("starts");
@@ -94,7 +94,8 @@ fn ctrl_c_ends_a_check_after_its_block_without_a_report() {
 #[test]
 fn a_disk_that_fills_up_is_told_with_the_path_and_leaves_the_old_files() {
     let dir = with_old_files("full");
-    // A limit on the size of files stands for the full disk: the write fails, as there, after some of it is written.
+    // A limit on the size of files stands for the full disk: a write fails in the same way, after a part of it is
+    // written.
     for blocks in [0, 1, 64] {
         let script = format!("trap '' XFSZ; ulimit -f {blocks}; exec \"$@\"");
         let output = Command::new("sh")
@@ -110,7 +111,7 @@ fn a_disk_that_fills_up_is_told_with_the_path_and_leaves_the_old_files() {
 #[test]
 fn a_disk_that_is_full_ends_the_run() {
     let dir = scratch("full-early");
-    // A thousand seconds of motion, whose first rows find no room.
+    // A thousand seconds of motion. There is no room for its first rows.
     let script = "trap '' XFSZ; ulimit -f 64; exec \"$@\"";
     let run = ["run", "hybrid-wall", "--set", "run.duration=1000 s", "--no-plot", "-o", text(&dir)];
     let start = Instant::now();
@@ -138,7 +139,7 @@ fn rows_and_bytes_are_told_before_a_run_and_refused_where_they_do_not_fit() {
     let parquet = fs::read(out.join("trace.parquet")).expect("a table");
     assert!(parquet.starts_with(b"PAR1") && parquet.ends_with(b"PAR1"));
     assert!(stdout(&output).contains(text(&out.join("trace.parquet"))), "{}", stdout(&output));
-    // 4 x 10^16 rows.
+    // The trace would have 4 x 10^16 rows.
     let more = dir.join("more");
     let set = ["--set", "record.plant_rate=50 MHz", "--edges", "40000000000000000"];
     let output = run(&[&["run", "free-motion", "-o", text(&more)][..], &set].concat());
@@ -173,7 +174,7 @@ fn a_run_replaces_old_files_and_leaves_no_other() {
         assert!(fs::metadata(dir.join(name)).expect("a file").len() > 100, "{name}");
         assert!(stdout(&output).contains(text(&dir.join(name))), "{name} is listed");
     }
-    // Both waveforms open the same way, but for their own names.
+    // Both waveforms open in the same way, except for their names.
     let save = |name: &str| fs::read_to_string(dir.join(format!("{name}.gtkw"))).expect("a save file");
     assert_eq!(save("wave.vcd"), save("wave.fst").replace("wave.fst", "wave.vcd"));
 }

@@ -28,7 +28,7 @@ fn a_run_tells_platform_motion_words_energy_and_whether_it_was_as_expected() {
     let output = run(&["run", "phantom-thrown-rtos"]);
     assert_eq!(code(&output), 0, "{}", stderr(&output));
     let said = stdout(&output);
-    // 50 MHz / 20 kHz; 5 kN/m by 4; 1 mm by 2^24 is 16777.2.
+    // 50 MHz / 20 kHz are 2500 clocks; 5 kN/m times 4 are 20000; 1 mm times 2^24 is 16777.2.
     for line in [
         "scene      phantom-thrown-rtos, phantom_io at 50 MHz",
         "outcome    non-passive: rms ",
@@ -140,7 +140,7 @@ fn drivers_are_compared_and_tell_the_same_run() {
     assert_eq!(told("events"), told("rtl"));
 }
 
-/// A throw through a wall too soft to stop it, out of the tables of sines.
+/// A throw through a wall that is too soft to stop it, until a joint leaves the tables of sines.
 const OUT_OF_THE_TABLES: [&str; 6] =
     ["--set", "room.stiffness=5", "--set", "drop.speed=2 m/s", "--set", "method.depth_bits=9"];
 
@@ -161,11 +161,11 @@ fn a_run_that_was_aborted_tells_when_and_why() {
     assert_eq!((&value["outcome"]["kind"], &value["complete"]), (&"highly_unstable".into(), &true.into()));
     let at_s = value["aborted"]["at_s"].as_f64().expect("a time");
     assert_eq!(value["outcome"]["at_s"].as_f64(), Some(at_s));
-    // 256 counts of 2 pi / 28000 rad by 0.14 m are 8 mm, at about 2 m/s.
+    // 256 counts of 2 pi / 28000 rad times 0.14 m are 8 mm, passed at about 2 m/s.
     assert!((3.9e-3..4.5e-3).contains(&at_s), "{at_s}");
     assert_eq!(value["edges"].as_f64(), Some((at_s * 50e6).round()));
     assert!(value["aborted"]["why"].as_str().is_some_and(|why| why.starts_with("a joint left the tables")));
-    // It is compared as far as it goes.
+    // The drivers are compared up to the abort.
     let compared = json(&run(&[&arguments[..], &["--compare", "--json"]].concat()));
     assert_eq!((&compared["edges"], &compared["mismatches"]), (&value["edges"], &0.into()));
 }
@@ -192,7 +192,7 @@ fn a_bad_key_of_a_phantom_is_refused_with_what_is_accepted() {
     refused("model.motor_share=1", &["below 1: the arm has some of the mass"]);
 }
 
-/// A block ticked with a table on stdin.
+/// Ticks a block with a table from stdin.
 fn tick(block: &str, table: &str) -> String {
     let mut child = hpu()
         .args(["block", block, "--inputs", "-"])
@@ -207,7 +207,7 @@ fn tick(block: &str, table: &str) -> String {
     stdout(&output)
 }
 
-/// A row of decimal words.
+/// Reads a row of decimal words.
 fn words(row: &str) -> Vec<f64> {
     row.split(',').map(|word| word.parse().expect("a number")).collect()
 }
@@ -236,15 +236,16 @@ fn the_forward_kinematics_of_a_table_are_the_textbooks() {
         let exact = [t1.sin() * radius, l - l * t3.cos() + l * t2.sin(), t1.cos() * radius - l, radius];
         let row = rows.next().expect("a row");
         for (word, exact) in row[6..].iter().zip(exact) {
-            // A sine is off by half of 2^-22, a length by half of 2^-24, a sum by half of 2^-24: each of the products
-            // by l (or of two such sums) by 0.14 * 2^-23 + 2^-25 at most; two of them, the radius' own error, and one
-            // rounding.
+            // A sine has an error of half of 2^-22, a length and a sum each of half of 2^-24. So each product with l
+            // (or of two such sums) has an error of at most 0.14 * 2^-23 + 2^-25. The bound has two products, the error
+            // of the radius, and one rounding.
             let bound =
                 4.0 * (0.14 * (-23f64).exp2() + (-25f64).exp2()) + 2.0 * (-25f64).exp2() + 0.28 * (-23f64).exp2();
             assert!((word * (-24f64).exp2() - exact).abs() <= bound, "{word}, {exact}");
         }
     }
-    // At the published posture, with links of 0.1397 m the tip is published to 8 digits, and it goes with the links.
+    // For the published posture, the tip is published to 8 digits for links of 0.1397 m. It is proportional to the
+    // links.
     let published = [0.03982054, 0.05838589, 0.05674087];
     let row = words(said.lines().nth(2).expect("the second posture"));
     for (word, tip) in row[6..9].iter().zip(published) {
@@ -287,7 +288,7 @@ fn a_summary_says_what_the_named_model_says_and_what_counts_are_worth() {
     assert_eq!(of(&found, "method.depth_bits")["unit"], "bit");
     let thrown = summary("popc-held-force", &[]);
     assert_eq!(of(&thrown, "method.energy_bits")["unit"], "bit");
-    // Encoders of 4000 counts a turn and motors of 0.17 N.m at 32768 DAC counts, behind 115/15, 7 and 7.
+    // Encoders with 4000 counts a turn and motors with 0.17 N.m at 32768 DAC counts, behind gears of 115/15, 7 and 7.
     for (joint, ratio) in [115.0 / 15.0, 7.0, 7.0].into_iter().enumerate() {
         let near = |key: &str, wanted: f64| {
             let value =

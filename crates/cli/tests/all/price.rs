@@ -1,4 +1,4 @@
-//! `hpu cost` and its cache: prices of scenes, by tools whose answers are known, and what happens without them.
+//! `hpu cost` and its cache: prices of scenes by tools with known answers, and errors without the tools.
 
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
@@ -7,8 +7,8 @@ use std::process::Output;
 
 use crate::common::{assert_refused, code, hpu, json, names, run, scratch, stdout, text};
 
-/// A folder of tools: the real GHDL, a Yosys that finds 5 lookup tables in everything, and a nextpnr that packs 10
-/// cells and answers a placement by `placing`, a piece of shell that finds the seed in `$seed`.
+/// Makes a folder of tools: the real GHDL, a Yosys that finds 5 lookup tables in everything, and a nextpnr that packs
+/// 10 cells and runs `placing` for a placement, a piece of shell that finds the seed in `$seed`.
 fn tools(dir: &Path, placing: &str) -> PathBuf {
     let place = dir.join("tools");
     fs::create_dir_all(&place).expect("a folder");
@@ -32,14 +32,14 @@ fn tools(dir: &Path, placing: &str) -> PathBuf {
     place
 }
 
-/// `hpu cost` with these tools and a cache beside them.
+/// Runs `hpu cost` with these tools and a cache beside them.
 fn cost(dir: &Path, tools: &Path, arguments: &[&str]) -> Output {
     let cache = dir.join("cache");
     let found = hpu().arg("cost").args(arguments).args(["--cache", text(&cache)]).env("PATH", tools).output();
     found.expect("the command starts")
 }
 
-/// Seeds 1, 2 and 3 at 20, 25 and 10 MHz.
+/// Seeds 1, 2 and 3 give 20, 25 and 10 MHz.
 const BY_SEED: &str =
     "case $seed in 1) f=20;; 2) f=25;; 3) f=10;; esac; echo \"Max frequency for clock 'clk': $f.00 MHz\"";
 
@@ -51,7 +51,7 @@ fn a_scene_is_priced_with_the_clocks_that_its_torque_takes() {
     assert_eq!(code(&output), 0, "{}", crate::common::stderr(&output));
     let found = json(&output);
     assert_eq!(found["placed_mhz"], serde_json::json!([20.0, 25.0, 10.0]));
-    // The median; 50 ns are 2.5 clocks of 50 MHz, so 3, one of which every path has.
+    // The median counts: 50 ns are 2.5 clocks of 50 MHz, so 3, and every path has one of them.
     assert_eq!((&found["fmax_mhz"], &found["path_ns"]), (&20.0.into(), &50.0.into()));
     assert_eq!(found["clocks"], serde_json::json!({ "needed": 3, "given": 1 }));
     assert_eq!((&found["settling"]["from"]["settling"], &found["settling"]["to"]["settling"]), (&0.into(), &2.into()));
@@ -60,8 +60,8 @@ fn a_scene_is_priced_with_the_clocks_that_its_torque_takes() {
     assert_eq!(knobs[0]["key"], "method.position_bits");
     assert_eq!((&knobs[0]["less"]["value"], &knobs[0]["more"]["value"]), (&"11".into(), &"13".into()));
     assert_eq!((&knobs[1]["less"]["value"], &knobs[1]["more"]["value"]), (&"(0,11,0)".into(), &"(0,12,1)".into()));
-    // With time enough there is nothing to write; what was found is remembered, though the tools would now say
-    // otherwise.
+    // With enough time the page has nothing to write. The results come from the cache, although the tools would now
+    // give others.
     fs::write(tools.join("yosys"), "#!/bin/sh\n[ \"$1\" = -V ] && echo 'Yosys 9.9'\n").expect("a script");
     let output = cost(&dir, &tools, &["--scene", "hybrid-wall"]);
     let page = stdout(&output);
@@ -69,7 +69,7 @@ fn a_scene_is_priced_with_the_clocks_that_its_torque_takes() {
     for line in page.lines() {
         assert!(line.chars().count() <= 120, "{} columns: {line}", line.chars().count());
     }
-    // Another version of a tool remembers nothing of this one's.
+    // With another version of a tool, no result of this version is used.
     fs::write(tools.join("yosys"), "#!/bin/sh\n[ \"$1\" = -V ] && echo 'Yosys 9.10' || exit 1\n").expect("a script");
     assert_refused(&cost(&dir, &tools, &["--scene", "hybrid-wall"]), 4, &["yosys ended with code 1", "hybrid_loop"]);
 }
@@ -122,7 +122,7 @@ fn what_cannot_be_priced_is_refused_with_what_can() {
     assert_refused(&cost(&dir, &tools, &wide), 4, &["method.position_bits", "a whole number from 2 to 32"]);
 }
 
-/// `hpu widths --price` of a scene with these tools and a cache beside them.
+/// Runs `hpu widths --price` on a scene with these tools and a cache beside them.
 fn widths(dir: &Path, tools: &Path, scene: &str) -> Output {
     let cache = dir.join("cache");
     let arguments = ["widths", scene, "--no-trials", "--price", "--cache", text(&cache)];
@@ -145,13 +145,13 @@ fn a_page_is_priced_once_and_then_from_the_cache() {
     let entries = names(&dir.join("cache"));
     assert!(entries.len() > 10, "{entries:?}");
     assert!(entries.iter().all(|name| name.ends_with(".cost") || name.ends_with(".counts")), "{entries:?}");
-    // From here on nothing can be measured.
+    // From here on the tools give no results.
     fs::write(tools.join("yosys"), "#!/bin/sh\n[ \"$1\" = -V ] && echo 'Yosys 9.9' && exit\nexit 1\n")
         .expect("a script");
     let warm = widths(&dir, &tools, "hybrid-wall");
     assert_eq!((code(&warm), stdout(&warm)), (0, page));
     assert_eq!(names(&dir.join("cache")), entries);
-    // Other widths are not in it, and what failed leaves nothing.
+    // The cache has no other widths, and a failure leaves no entry.
     assert_refused(&widths(&dir, &tools, "slow-pwm"), 4, &["yosys ended with code 1", "hybrid_loop"]);
     assert_eq!(names(&dir.join("cache")), entries);
 }

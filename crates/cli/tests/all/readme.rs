@@ -1,5 +1,5 @@
-//! README.md: every command in it runs, the output shown below a command is its output, and every figure comes from a
-//! run or a record, or is named as one that depends on the machine or stands in the literature.
+//! README.md: every command in it runs, and the output shown below a command is its output. Every figure comes from a
+//! run or a record, or is listed as one that depends on the machine or is from the literature.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -12,18 +12,20 @@ use std::time::Duration;
 use crate::common::{ROOT, code, scratch, stderr, stdout};
 use crate::readme_tables::{COMMANDS, EXCEPTED, FIGURES, Form, From};
 
-/// A piece of README: a command, or the output that is shown below the commands before it.
+/// A piece of README: a command, the output that is shown below the commands before it, or a file for the commands
+/// after it.
 #[derive(Debug)]
 enum Piece {
     Command(String),
     Output(Vec<String>),
+    File { name: String, text: String },
 }
 
 fn readme() -> String {
     fs::read_to_string(format!("{ROOT}/README.md")).expect("README.md")
 }
 
-/// A line of a shell without its comment, which begins with ` #` outside quotes; none while a quote is open.
+/// Returns a line of a shell without its comment, which begins with ` #` outside quotes; `None` while a quote is open.
 fn without_comment(text: &str) -> Option<String> {
     let (mut quoted, mut kept, mut before) = (false, String::new(), ' ');
     for c in text.chars() {
@@ -37,12 +39,17 @@ fn without_comment(text: &str) -> Option<String> {
     (!quoted).then(|| kept.trim().to_string())
 }
 
-/// The commands of a fenced block of shell.
+/// Returns the commands of a fenced block of shell.
 fn commands(block: &[&str]) -> Vec<Piece> {
     let mut found = Vec::new();
     let mut open = String::new();
     for line in block {
-        open += line;
+        open += if open.ends_with(' ') { line.trim_start() } else { line };
+        // A line that ends with a backslash goes on in the next one.
+        if let Some(begun) = open.strip_suffix('\\') {
+            open = format!("{} ", begun.trim_end());
+            continue;
+        }
         match without_comment(&open) {
             Some(command) => {
                 found.extend((!command.is_empty()).then_some(Piece::Command(command)));
@@ -55,13 +62,13 @@ fn commands(block: &[&str]) -> Vec<Piece> {
     found
 }
 
-/// The code spans of a line that are commands of `hpu`.
+/// Returns the code spans of a line that are commands of `hpu`.
 fn spans(line: &str) -> impl Iterator<Item = String> {
     let spans = line.split('`').skip(1).step_by(2);
     spans.filter(|span| span.starts_with("hpu ") || span.starts_with("\u{2026} ")).map(str::to_string)
 }
 
-/// All commands and outputs of README, in its order.
+/// Returns all commands and outputs of README, in its order.
 fn pieces(text: &str) -> Vec<Piece> {
     let mut found = Vec::new();
     let mut lines = text.lines();
@@ -74,7 +81,12 @@ fn pieces(text: &str) -> Vec<Piece> {
         match language {
             "sh" => found.extend(commands(&block)),
             "" => found.push(Piece::Output(block.into_iter().map(str::to_string).collect())),
-            other => panic!("a block of {other}: write sh, or nothing for an output"),
+            "toml" => {
+                let name =
+                    block[0].strip_prefix("# ").expect("the first line of a file is `# ` and its name").to_string();
+                found.push(Piece::File { name, text: block.join("\n") });
+            }
+            other => panic!("a block of {other}: write sh, toml, or nothing for an output"),
         }
     }
     found
@@ -85,7 +97,7 @@ fn form(command: &str) -> &'static Form {
     &row.unwrap_or_else(|| panic!("`{command}` of README.md is not in the table of its commands")).1
 }
 
-/// A folder of its own with the command on the path, as README assumes it.
+/// A folder of its own, with the command on the path, as README assumes.
 struct Shell {
     dir: PathBuf,
     path: String,
@@ -98,7 +110,7 @@ impl Shell {
         symlink(env!("CARGO_BIN_EXE_hpu"), dir.join("bin/hpu")).expect("a link");
         let path = format!("{}:{}", dir.join("bin").display(), std::env::var("PATH").expect("a PATH"));
         fs::create_dir_all(dir.join("work")).expect("a folder");
-        // What README names of the project's own files.
+        // README names files of the project in this folder.
         symlink(fs::canonicalize(ROOT).expect("the project").join("testbench"), dir.join("work/testbench"))
             .expect("a link");
         Self { path, dir: dir.join("work") }
@@ -116,7 +128,7 @@ impl Shell {
         output
     }
 
-    /// Begins a long command, and interrupts it: it is accepted, and says that it was interrupted.
+    /// Begins a long command, and interrupts it. It must accept its arguments, and report the interruption.
     fn begin(&self, line: &str) {
         let quiet = self.dir.join("begun.txt");
         let mut child = self
@@ -133,7 +145,8 @@ impl Shell {
     }
 }
 
-/// Each line of an output that is shown is a line of the output, in its order; `…` stands for lines left out.
+/// Asserts that each line of a shown output is a line of the real output, in the same order; `…` stands for lines left
+/// out.
 fn assert_shown(shown: &[String], output: &str, command: &str) {
     let mut lines = output.lines();
     for line in shown.iter().filter(|line| !["", "\u{2026}"].contains(&line.trim())) {
@@ -142,7 +155,7 @@ fn assert_shown(shown: &[String], output: &str, command: &str) {
     }
 }
 
-/// Whether a line holds these words in their order, whatever the spaces; `…` stands for any text.
+/// Returns whether a line has these words in their order, whatever the spaces; `…` stands for any text.
 fn holds(line: &str, words: &str) -> bool {
     let line = line.split_whitespace().collect::<Vec<_>>().join(" ");
     let mut rest = line.as_str();
@@ -162,8 +175,13 @@ fn every_command_runs_and_what_is_shown_is_what_it_prints() {
     let shell = Shell::new();
     let mut printed: Vec<(String, String)> = Vec::new();
     let mut last = String::new();
+    let mut unused = BTreeSet::new();
     for piece in pieces(&readme()) {
         match piece {
+            Piece::File { name, text } => {
+                fs::write(shell.dir.join(&name), text).expect("a file");
+                unused.insert(name);
+            }
             Piece::Output(shown) => {
                 let output = match form(&last) {
                     Form::Short { record: Some(path), .. } => file(path),
@@ -172,6 +190,7 @@ fn every_command_runs_and_what_is_shown_is_what_it_prints() {
                 assert_shown(&shown, &output, &last);
             }
             Piece::Command(command) => {
+                unused.retain(|name| !command.contains(name.as_str()));
                 if !printed.iter().any(|(before, _)| *before == command) {
                     let output = match form(&command) {
                         Form::AsIs => stdout(&shell.run(&command)),
@@ -195,6 +214,7 @@ fn every_command_runs_and_what_is_shown_is_what_it_prints() {
             }
         }
     }
+    assert!(unused.is_empty(), "no command of README.md takes these files: {unused:?}");
     let listed: BTreeSet<&str> = COMMANDS.iter().map(|(command, _)| *command).collect();
     let written: BTreeSet<&str> = printed.iter().map(|(command, _)| command.as_str()).collect();
     let gone: Vec<_> = listed.difference(&written).collect();
@@ -211,7 +231,7 @@ fn every_command_runs_and_what_is_shown_is_what_it_prints() {
     }
 }
 
-/// README as one line: without outputs, commands and links, with the comments of commands.
+/// Returns README as one line: without outputs, commands and links, but with the comments of commands.
 fn prose() -> String {
     let text = readme();
     let (mut all, mut lines) = (Vec::new(), text.lines());
@@ -221,7 +241,9 @@ fn prose() -> String {
             continue;
         }
         let block = lines.by_ref().take_while(|line| *line != "```");
-        let comments = block.filter(|_| line == "```sh").filter_map(|line| line.split_once("# ").map(|(_, said)| said));
+        let comments = block
+            .filter(|_| ["```sh", "```toml"].contains(&line))
+            .filter_map(|line| line.split_once("# ").map(|(_, said)| said));
         all.extend(comments);
     }
     let mut text = all.join(" ");

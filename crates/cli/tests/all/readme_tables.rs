@@ -1,15 +1,16 @@
-//! Tables of the test of README.md: the form in which each command runs, where each figure comes from, and the
-//! figures that no test can tell.
+//! Tables for the test of README.md: the form in which each command runs, the source of each figure, and the figures
+//! that no test can check.
 
 /// The form in which a command of README runs in the test.
 pub enum Form {
-    /// As it is.
+    /// The command as it is.
     AsIs,
-    /// Shorter, for a reason. What README shows below it is then in the record of the whole command, if there is one.
+    /// A shorter command, with the reason. The output that README shows is then in the record of the whole command, if
+    /// there is one.
     Short { line: &'static str, why: &'static str, record: Option<&'static str> },
-    /// Begun and interrupted, because it takes no option that would make it short.
+    /// The command is begun and interrupted, because it has no option that would make it short.
     Begun(&'static str),
-    /// Not here.
+    /// The command does not run in this test.
     NotHere(&'static str),
 }
 
@@ -61,6 +62,8 @@ pub const COMMANDS: &[(&str, Form)] = &[
          testbench/dut/blocks/fast_mul.vhd",
         Form::AsIs,
     ),
+    ("hpu run knob.toml -o out", Form::AsIs),
+    ("hpu run knob.toml --set method.kind=conventional", Form::AsIs),
     ("hpu vectors pwm --format json", short("hpu vectors pwm --format json --count 10", "its rows are 40000")),
     ("hpu run hybrid-wall --set wall.stiffness=2.5 --set method.pwm.bits=10", Form::AsIs),
     (
@@ -210,7 +213,7 @@ pub const COMMANDS: &[(&str, Form)] = &[
     ),
 ];
 
-/// Where a figure comes from.
+/// The source of a figure.
 pub enum From {
     /// The output of a command of README, in the form in which it runs here.
     Run(&'static str),
@@ -223,19 +226,19 @@ const TABLE_2: From = From::File("testbench/record/phantom-table-2.txt");
 const LAG: From = From::File("testbench/record/phantom-lag.txt");
 const PRECISION: From = From::File("testbench/record/high-precision.txt");
 
-/// Figures of README's prose: what it says, where that comes from, and what is printed there.
+/// Figures in README's prose: the text in README, the source of the figure, and the text in that source.
 pub const FIGURES: &[(&str, From, &str)] = &[
     ("is run at 12 seeds", TABLE_2, "88 of 480 cells are near a boundary and run at 12 seeds"),
     ("*7/12* says that it is passive in 7 of them", TABLE_2, "y FPGA-400 10000 N/m passive in 7 of 12 seeds"),
     ("FPGA-400 gains nothing over FPGA-100 is met in 1 of 12", TABLE_2, "(e) met in 1 of 12"),
     (
-        "with 3.5 kN/m 0.30 to 0.40 ms fit",
+        "Lags from 0.30 to 0.40 ms fit a transmission of 3.5 kN/m",
         LAG,
         "3.5 kN/m, as shipped passive at 750, not at 1000 N/m: 0.30 0.35 0.40; at",
     ),
     ("(the whole arm: 0.35 to 0.45)", LAG, "3.5 kN/m, as shipped passive at 750, not at 1000 N/m: 0.35 0.40 0.45; at"),
-    ("with a rigid one 0.25 ms at most", LAG, "rigid passive at 750, not at 1000 N/m: 0.05 0.10 0.15 0.20 0.25; at"),
-    ("with 2 kN/m 0.40 ms and more", LAG, "2 kN/m passive at 750, not at 1000 N/m: 0.40 0.45 0.50 0.55 0.60; at"),
+    ("lags up to 0.25 ms a rigid one", LAG, "rigid passive at 750, not at 1000 N/m: 0.05 0.10 0.15 0.20 0.25; at"),
+    ("lags from 0.40 ms on one of 2 kN/m", LAG, "2 kN/m passive at 750, not at 1000 N/m: 0.40 0.45 0.50 0.55 0.60; at"),
     ("`spring \u{2026} 77.57 %`", From::Run(WRAP), "4076 0 % 77.57 % PWM count"),
     (
         "Within 1 % of a 24-bit design's stable stiffness",
@@ -251,7 +254,7 @@ pub const FIGURES: &[(&str, From, &str)] = &[
     ("505 LUTs do instead of 3590", From::Run(SEARCH), "2.657092+ N.m/rad instead of 2.666122: -0.34 %"),
     ("505 LUTs do instead of 3590", From::Run(SEARCH), "512 LUT4 instead of 3663"),
     (
-        "463 LUTs seem to do: the velocity then saturates at 2 bits",
+        "463 LUTs seem to do, but the velocity then saturates at 2 bits",
         WIDTHS,
         "velocity 2, pwm 12: 474 LUT4 estimated, 463 counted",
     ),
@@ -263,7 +266,8 @@ pub const FIGURES: &[(&str, From, &str)] = &[
     ("errors between 0.2 % and 3.6 % depend", From::Run(CHART), "midpoint@30us … whole 3.57 %"),
     ("at 100 \u{b5}s the wall is called unstable", From::Run(CHART), "euler@100us … whole wrong"),
     ("the classic Runge-Kutta method calls the wall unstable there", From::Run(CHART), "rk4@1ms+law … whole wrong"),
-    // Whether it also leaves out the winding, and so 0.27 % or 0.28 %, depends on what saves time on this machine.
+    // Whether the model also leaves out the winding, which decides between 0.27 % and 0.28 %, depends on what saves
+    // time on this machine.
     (
         "So it takes 100 \u{b5}s of semi-implicit Euler, 0.3 % off",
         From::Run(FIT),
@@ -285,13 +289,12 @@ pub const FIGURES: &[(&str, From, &str)] = &[
     ("an integration of 58 decimal places", PRECISION, "plant against 58 decimal places"),
 ];
 
-/// Figures of README that no run here tells, and why.
+/// Figures in README that no run of this test prints, each with the reason.
 pub const EXCEPTED: &[(&str, &str)] = &[
     ("`motor = \"vasudevan_2007\"`", "a name"),
     ("rim.toml is VHDL-93", "the name of a standard"),
     ("the last 30 % of the run", "how the window is defined"),
-    // Speeds and times: they depend on the machine. Those of the table are in testbench/record/speed.txt and
-    // compare.txt.
+    // Speeds and times depend on the machine. Those of the table are in testbench/record/speed.txt and compare.txt.
     ("more than a hundred times slower than events", MACHINE),
     ("some 30 times as fast", MACHINE),
     ("some 280 times as fast", MACHINE),
@@ -307,7 +310,7 @@ pub const EXCEPTED: &[(&str, &str)] = &[
     ("is 1000 times slower than events", MACHINE),
     ("GHDL more than 30 000 times slower", MACHINE),
     ("Linux x86-64", "the machine that it is developed on"),
-    // What a sentence is about: settings that a reader chooses, and figures of other people.
+    // Settings that a reader chooses, and figures from the literature.
     ("Vasudevan, Manohar and Manivannan (2007)", LITERATURE),
     ("The paper keeps the lower 12 bits of a 24-bit product", LITERATURE),
     ("*Advanced Robotics* 21(11), 2007", LITERATURE),
@@ -325,11 +328,11 @@ pub const EXCEPTED: &[(&str, &str)] = &[
     ("within 1 %", "the usual tolerance"),
     ("steps the plant at every 20 ns edge", SETTING),
     ("from 1 µs on", SETTING),
-    // What takes too long here, or is tested elsewhere.
+    // These runs take too long for this test, or are tested elsewhere.
     ("still 0.002 % off", "a hundred million steps of rk4 take half a minute: the whole command tells it"),
     ("At 4096 the product wraps", "2^12"),
     ("That is 4200 mod 4096", "60 by 70, and 2^12"),
-    ("the last 16 edges", "the tests of hpu-rtl break a block and count them"),
+    ("the last 16 clock cycles", "the tests of hpu-rtl break a block and count them"),
     ("about 10⁻¹⁶ of the exchange", "rounding of f64; every run's test of energy holds it"),
     ("MIT or Apache-2.0", "names of licences"),
 ];

@@ -1,4 +1,4 @@
-//! `hpu reproduce`: results that do not depend on threads or interruptions, and folders that are kept apart.
+//! `hpu reproduce`: its results do not depend on threads or interruptions, and it refuses the folder of another study.
 
 use std::fs;
 use std::path::Path;
@@ -8,8 +8,9 @@ use std::time::{Duration, Instant};
 
 use crate::common::{assert_refused, code, hpu, json, names, run, scratch, stderr, stdout, text};
 
-/// A small study: 2 axes, 2 platforms, 3 stiffnesses, 2 trials, of half a second each, in which no drop comes to rest. So
-/// the softest row is near a boundary, and the stiffest, which is not aborted: these run at 2 seeds.
+/// A small study: 2 axes, 2 platforms, 3 stiffnesses, 2 trials, each of half a second, in which no drop comes to rest.
+/// The softest row is therefore near a boundary, and so is the stiffest, which is not aborted: these rows run at 2
+/// seeds.
 const SMALL: [&str; 14] = [
     "reproduce",
     "phantom-table-2",
@@ -205,7 +206,7 @@ fn the_ladder_runs_every_rung_and_draws_itself() {
     assert_eq!(names(&out), expected);
     for rung in hpu_study::reproduce::RUNGS {
         assert!(content(&out, "ladder.txt").lines().any(|line| line.starts_with(rung.name)), "{}", rung.name);
-        // A single row that is not passive: both of its neighbours are open.
+        // Only one row is not passive, so both of its neighbours are open.
         assert_eq!(content(&out, "cells.csv").matches(&format!("{},y,", rung.name)).count(), 2 * 3, "{}", rung.name);
     }
 }

@@ -1,4 +1,4 @@
-//! `hpu reproduce` of the PHANToM's words, sines and cost: files, one JSON object, and what is refused.
+//! `hpu reproduce` for the PHANToM's words, sines and cost: files, one JSON object, and refused arguments.
 
 use std::fs;
 
@@ -29,7 +29,7 @@ fn formats_end_with_what_plain_words_cannot_hold_and_a_summing_up() {
     let (found, summed) = said.split_once("\nSumming up: ").expect("a summing-up");
     assert!(found.trim_end().lines().last().expect("lines").starts_with("Plain (1,9,22) cannot hold the stiffness"));
     assert!(summed.contains("(a)   not confirmed") && summed.contains("wraps: stiffness\n"), "{summed}");
-    // 88.5 % of the box at 13 bits, as counted.
+    // 88.5 % of the box at 13 bits, according to the count.
     assert!(summed.contains("(b)   confirmed") && summed.contains("13 address bits: 88.5 %"), "{summed}");
     assert!(said.lines().any(|line| line.contains("proved") && line.contains("measured")));
 }
@@ -107,7 +107,7 @@ fn a_register_costs_its_flip_flops_and_a_finished_synthesis_is_not_done_again() 
     assert_eq!(row[4], "72");
     let before = stdout(&output);
 
-    // A row of the journal stands for its synthesis: another number in it is told as it is.
+    // A row of the journal replaces its synthesis: a changed number in the row is printed as it is.
     let journal = fs::read_to_string(out.join("journal.txt")).expect("a journal");
     let header = journal.lines().next().and_then(|line| line.strip_prefix("journal 2: ")).expect("a first line");
     let (_, said) =
@@ -131,7 +131,7 @@ fn the_record_is_of_the_plan_and_names_its_tools_alone() {
     for name in ["phantom_engine", "phantom_shared_loop", "phantom_loop", "trig_table"] {
         assert!(lines.iter().any(|line| line.starts_with(&format!("{name},"))), "{name}");
     }
-    // Of the loops by one multiplier, more bits of fraction cost more cells and are worth less error.
+    // In the loops with one multiplier, more fraction bits cost more cells and reduce the error.
     let of = |label: &str, column: usize| -> f64 {
         let line = lines.iter().find(|line| line.starts_with(&format!("phantom_shared_loop,{label},"))).expect(label);
         line.split(',').nth(column).and_then(|field| field.parse().ok()).expect("a number")

@@ -1,4 +1,4 @@
-//! `hpu run --driver rtl -o`: what is written, drawn and judged is the motion of the world that the VHDL drives.
+//! `hpu run --driver rtl -o` writes, draws and judges the motion of the world that the VHDL drives.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -7,10 +7,10 @@ use serde_json::Value;
 
 use crate::common::{ROOT, code, names, run, scratch, stderr, stdout, text};
 
-/// 2 ms of a motor thrown at a wall, which it reaches after 0.4 ms.
+/// 2 ms of a motor that is thrown at a wall, which it reaches after 0.4 ms.
 const THROWN: [&str; 4] = ["run", "thrown-hybrid", "--set", "run.duration=2 ms"];
 
-/// A copy of the project's VHDL with phrases of one file exchanged.
+/// Copies the project's VHDL, and replaces phrases in one file.
 fn patched(dir: &Path, file: &str, phrases: &[(&str, &str)]) -> PathBuf {
     let copy = dir.join("hdl");
     fs::create_dir_all(&copy).expect("a folder");
@@ -29,7 +29,8 @@ fn patched(dir: &Path, file: &str, phrases: &[(&str, &str)]) -> PathBuf {
 #[test]
 fn a_scene_that_begins_in_contact_has_the_first_row_of_its_vhdl() {
     let dir = scratch("rtl-in-contact");
-    // 0.7 mm inside the wall, a micrometre a count; between reset and the first edge the FPGA sees that already.
+    // The scene begins 0.7 mm inside the wall, with a micrometre a count. The FPGA sees that between reset and the
+    // first edge.
     let rows = |name: &str, driver: &[&str]| {
         let out = dir.join(name);
         let arguments = ["run", "scaled-wall", "--edges", "5000", "--no-plot", "-o", text(&out)];
@@ -69,7 +70,7 @@ impl Left {
         Self { code, said, summary, header, rows: lines.collect(), out }
     }
 
-    /// The cells of a column.
+    /// Returns the cells of a column.
     fn column(&self, name: &str) -> Vec<&str> {
         let index =
             self.header.iter().position(|head| head == name).unwrap_or_else(|| panic!("no {name}: {:?}", self.header));
@@ -80,7 +81,7 @@ impl Left {
         self.column(name).iter().map(|cell| cell.parse().expect("a number")).collect()
     }
 
-    /// All columns but the one that a run of VHDL has beyond the emulator's.
+    /// Returns all columns except the column that only a run of VHDL has.
     fn without_marker(&self) -> Vec<Vec<String>> {
         let last = self.header.len() - 1;
         assert_eq!(self.header[last].split(' ').next(), Some("differs"), "{:?}", self.header);
@@ -88,7 +89,7 @@ impl Left {
     }
 }
 
-/// Clock edges of a row of the trace, at 50 MHz.
+/// Returns the clock edge of a row of the trace, at 50 MHz.
 fn edge(time_s: &str) -> u64 {
     (time_s.parse::<f64>().expect("a time") * 50e6).round() as u64
 }
@@ -103,7 +104,7 @@ fn vhdl_that_never_drives_its_gates_leaves_a_motion_without_current() {
         ("b_low  <= gate(leg_b, low);", "b_low  <= '0';"),
     ];
     let hdl = patched(&dir, "pwm.vhd", &phrases);
-    // With an open bridge the shaft coasts: J w' = -b w. The emulator's wall has thrown it back by then.
+    // With an open bridge the shaft coasts: J w' = -b w. By that time, the emulator's wall has thrown the shaft back.
     let (inertia, viscous, speed): (f64, f64, f64) = (1.37e-6, 1.3e-6, 40.0);
     let coasted = |time_s: f64| 1.485 + speed * inertia / viscous * -(-viscous / inertia * time_s).exp_m1();
     let expect = format!("expect={{ final_angle = {{ value = {:?}, tolerance = \"1 urad\" }} }}", coasted(2e-3));
@@ -116,13 +117,13 @@ fn vhdl_that_never_drives_its_gates_leaves_a_motion_without_current() {
     for (time_s, angle_rad) in left.numbers("time_s").into_iter().zip(left.numbers("angle_rad")) {
         assert!((angle_rad - coasted(time_s)).abs() < 1e-12, "{angle_rad} at {time_s} s");
     }
-    // What is judged is that motion too. The VHDL differs all the same.
+    // This motion is also the one that is judged. The VHDL differs all the same.
     assert_eq!(left.summary["expected"][0]["met"], true, "{}", left.summary["expected"]);
     assert_eq!(left.code, 1, "{}", left.said);
     let emulated = Left::of(&dir, "emulated", &[&motor[..], &["--no-plot"]].concat());
     assert_eq!(emulated.summary["expected"][0]["met"], false, "the wall is reached");
 
-    // The emulator's bridge brakes from the second edge on; after reset the latched duty is 0.
+    // The emulator's bridge brakes from the second edge on, because after reset the latched duty is 0.
     let first = &left.summary["rtl"]["first_difference"];
     let at = first["edge"].as_u64().expect("an edge");
     assert_eq!((first["signal"].as_str(), at), (Some("a_low"), 1), "{first}");
@@ -134,17 +135,17 @@ fn vhdl_that_never_drives_its_gates_leaves_a_motion_without_current() {
     let vcd = fs::read_to_string(left.out.join("wave.vcd")).expect("a waveform");
     let code = vcd.lines().find_map(|line| line.strip_suffix(" differs $end")?.split(' ').nth(3)).expect("a variable");
     let changes = changes(&vcd, code);
-    // In units of 10 ns, two an edge.
+    // The times are in units of 10 ns, and an edge is two units.
     assert_eq!(changes, [(0, "0"), (2 * at, "1")]);
     let saved = fs::read_to_string(left.out.join("wave.fst.gtkw")).expect("a save file");
     assert!(saved.lines().any(|line| line.starts_with('*') && line.ends_with(&format!(" {}", 20 * at))), "{saved}");
-    // What its words lost nobody saw.
+    // The bits that its words lost are unknown.
     assert!(left.summary["signals"].as_array().expect("signals").iter().all(|net| net["overflowed"].is_null()));
     assert!(left.said.contains("first difference") && left.out.join("position.svg").exists());
     assert!(!left.out.join("bits.svg").exists(), "a picture of losses that nobody saw");
 }
 
-/// Instants and values of a variable of one bit.
+/// Returns the times and values of a variable of one bit.
 fn changes<'v>(vcd: &'v str, code: &str) -> Vec<(u64, &'v str)> {
     let mut now = 0;
     let mut all = Vec::new();
@@ -170,7 +171,7 @@ fn the_motion_of_vhdl_is_the_emulators_to_the_byte_up_to_their_first_difference(
     assert_eq!(equal.without_marker(), [std::slice::from_ref(&emulated.header), &emulated.rows].concat());
     assert!(equal.column("differs").iter().all(|differs| *differs == "0"));
 
-    // Half of the commanded torque: the wheel comes further before it is thrown back.
+    // With half of the commanded torque the wheel comes further before it is thrown back.
     let phrase = "held := to_integer(signed(command));";
     let hdl = patched(&dir, "pwm.vhd", &[(phrase, "held := to_integer(signed(command)) / 2;")]);
     let half = Left::of(&dir, "half", &["--driver", "rtl", "--hdl", text(&hdl), "--no-plot"]);

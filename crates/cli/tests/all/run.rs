@@ -1,4 +1,4 @@
-//! `hpu run`, `hpu scenes`, `hpu limits`: shapes of the JSON, names, overrides, expectations.
+//! `hpu run`, `hpu scenes`, `hpu limits`: the shapes of the JSON, names, overrides, expectations.
 
 use std::fs;
 
@@ -19,7 +19,7 @@ fn the_json_of_a_run_has_the_keys_of_the_contract() {
     for key in ["edges", "events"] {
         assert!(value[key].as_u64().is_some_and(|number| number > 0), "{key}: {}", value[key]);
     }
-    // 50 MHz, exactly.
+    // The clock is exactly 50 MHz.
     assert_eq!(value["edges"].as_f64(), value["motion_s"].as_f64().map(|motion_s| (motion_s * 50e6).round()));
     let energy = |key: &str| value["energy"][key].as_f64().unwrap_or_else(|| panic!("energy.{key}"));
     let residual_j = energy("supplied_j") - energy("stored_j") - energy("dissipated_j");
@@ -78,7 +78,8 @@ fn the_shipped_scenes_are_those_in_the_folder_one_line_each() {
 
 #[test]
 fn an_override_changes_the_word_that_is_computed_of_it() {
-    // 24 V * 25.9 mN.m/A / 2.3457 Ohm / 4096 a PWM count, 2 pi / 4096 a count: 2 N.m/rad are 47.42 of one a count.
+    // A count is 2 pi / 4096, and a PWM count is 24 V * 25.9 mN.m/A / 2.3457 Ohm / 4096. So 2 N.m/rad are 47.42 PWM
+    // counts a count.
     let value = json(&run(&["run", "hybrid-wall", "--set", "wall.stiffness=2", "--edges", "10", "--json"]));
     let signals = value["signals"].as_array().expect("signals").clone();
     let stiffness = signals.iter().find(|signal| signal["name"] == "stiffness").expect("a stiffness");
@@ -109,17 +110,17 @@ fn expectations_are_of_the_scene_as_written_unless_they_are_asked_for() {
     let value = json(&run(&[&changed[..], &["--json"]].concat()));
     assert_eq!(value["expected"], serde_json::json!([]));
     assert!(value["expected_not_judged"].as_str().is_some_and(|why| why.contains("--expect")), "{value}");
-    // Asked for, they bind: where a stiffer wall balances the hand is 17 mrad before.
+    // With `--expect` the expectations are judged. At a stiffer wall the hand comes to rest 17 mrad earlier.
     let asked = run(&[&changed[..], &["--expect"]].concat());
     assert_eq!(code(&asked), 1);
     assert!(stdout(&asked).contains("1.5333 rad, NOT MET"), "{}", stdout(&asked));
-    // The scene as written is judged, and so is one whose changes no run depends on.
+    // The scene as written is judged, and so is a scene with changes that do not change the run.
     for set in [&[][..], &["--set", "accuracy.within=2%"]] {
         let value = json(&run(&[&["run", "hybrid-wall", "--json"], set].concat()));
         assert_eq!(value["expected"].as_array().map(Vec::len), Some(2));
         assert_eq!(value["expected_not_judged"], serde_json::Value::Null);
     }
-    // A scene without expectations says nothing of them.
+    // For a scene without expectations, none are mentioned.
     let none = run(&["run", "hybrid-wall", "--set", "expect={}", "--set", "wall.stiffness=2.5"]);
     assert!(!stdout(&none).contains("expected"), "{}", stdout(&none));
 }
@@ -185,7 +186,7 @@ fn pictures_come_as_svg_and_as_png_and_tell_the_command_that_made_them() {
     for name in ["position", "torque", "bits", "side-by-side"] {
         let svg = fs::read_to_string(out.join(format!("{name}.svg"))).expect("a picture");
         assert!(svg.starts_with("<svg ") && svg.trim_end().ends_with("</svg>"), "{name}");
-        // Without the folders that are nobody's but one's own.
+        // The command without the folder of this test.
         let command = "hpu run wrap-product -o out";
         assert!(svg.contains(command), "{name} does not say `{command}`");
         let png = fs::read(out.join(format!("{name}.png"))).expect("a picture");
@@ -214,7 +215,7 @@ fn the_json_of_limits_has_the_keys_of_the_contract() {
     let output = run(&[&shown[..], &range].concat());
     assert_eq!(code(&output), 0, "{}", stderr(&output));
     let value = json(&output);
-    // The published limit of this motor: the inductance of its winding.
+    // The published limit of this motor, which is due to the inductance of its winding.
     let stable = &value["linear"]["stable"];
     assert_eq!(
         (stable.as_array().map(Vec::len), &stable[0]["from"]),
@@ -235,7 +236,7 @@ fn the_json_of_limits_has_the_keys_of_the_contract() {
         let not_met = criterion["not_met"].as_array().expect("those not met").len();
         assert_eq!(not_met == 0, criterion["assumptions_met"] == true, "{criterion}");
     }
-    // Beside it the set in words; a word is 265 mN.m / 4096 for 2 pi / 4096.
+    // The set in words stands beside it. A word is 265 mN.m / 4096 for 2 pi / 4096 rad.
     let words = &value["words"];
     assert!((words["word"].as_f64().expect("a word") - 0.042_176).abs() < 1e-5, "{words}");
     let number = |key: &str| words[key].as_f64().unwrap_or_else(|| panic!("{key}: {words}"));
@@ -243,7 +244,7 @@ fn the_json_of_limits_has_the_keys_of_the_contract() {
     let seen = words["seen"].as_array().expect("stiffnesses").len();
     assert_eq!((&words["phases"], &words["runs"]), (&serde_json::json!(2), &serde_json::json!(2 * seen)));
     assert!(value["words_reason"].is_null());
-    // Without friction there is no criterion of a fall.
+    // Without friction the criterion of a fall does not apply.
     let silent = value["silent"].as_array().expect("silent criteria");
     assert!(silent.iter().any(|criterion| criterion["name"] == "drop_threshold" && criterion["reason"].is_string()));
 }
@@ -263,7 +264,7 @@ fn limits_print_each_assumption_once_and_mark_those_that_the_scene_does_not_meet
 fn limits_say_of_each_criterion_how_many_assumptions_are_met_and_what_the_scene_has_instead() {
     let output = run(&["limits", "conventional-wall-1khz", "--range", "0.3..0.5", "--phases", "1"]);
     let text = stdout(&output);
-    // Of Colgate and Schenkel's six, one by one: the spring is sampled (met), the drive is a motor's, there is no delay
+    // Colgate and Schenkel's six assumptions: the spring is sampled (met), the drive is a motor's, there is no delay
     // (met), the law is in words, there is no friction (met), the hand is a spring and damper (met).
     let row = text.lines().find(|line| line.starts_with("colgate_schenkel")).expect("its row");
     assert_eq!(row.split_once("N.m/rad").expect("a unit").1.split_whitespace().next(), Some("4"), "{row}");
@@ -290,13 +291,13 @@ fn the_table_of_nets_stays_aligned_whatever_the_words_hold() {
     let head = text.lines().find(|line| line.contains("overflowed  unit")).expect("a head");
     let [min, max, unit] = ["min ", "max ", "unit"].map(|name| head.find(name).expect("a column"));
     let rows: Vec<&str> = text.lines().filter(|line| line.starts_with("net ")).collect();
-    // Words of 22 fraction bits need more digits than a column is wide.
+    // Words with 22 fraction bits need more digits than a column is wide.
     assert!(
         rows.iter().any(|row| row.contains("e-05") || row.split_whitespace().any(|cell| cell.len() > 18)),
         "{text}"
     );
     for row in rows {
-        // Numbers end where their heads do, and the unit begins below its own.
+        // Numbers end where their heads end, and the unit begins below its own head.
         for end in [min + 3, max + 3] {
             assert!(row.as_bytes()[end - 1].is_ascii_digit() && row.as_bytes()[end] == b' ', "{row}\n{head}");
         }
@@ -338,7 +339,7 @@ fn a_law_in_steps_leaves_its_trace_and_its_motion_and_no_bits() {
     let written = names(&out);
     assert!(written.iter().any(|name| name == "position.svg"), "{written:?}");
     assert!(written.iter().all(|name| name != "bits.svg"), "{written:?}");
-    // 0.1 s at 10 kHz, both ends.
+    // 0.1 s at 10 kHz, both ends included.
     let trace = fs::read_to_string(out.join("trace.csv")).expect("a trace");
     assert_eq!(trace.lines().count(), 1 + 1_001);
 }

@@ -1,4 +1,5 @@
-//! SIGINT and SIGTERM end every command soon, with the tools that it runs; and what a killed one left, the next sweeps.
+//! SIGINT and SIGTERM end every command soon, with the tools that it runs. The next command sweeps the files that a
+//! killed one left.
 
 use std::fs;
 use std::path::Path;
@@ -8,13 +9,14 @@ use std::time::{Duration, Instant};
 
 use crate::common::{ROOT, code, hpu, names, run, scratch, stderr, stdout, text, tools};
 
-/// How long a command may take to end.
+/// The time in which a command must end.
 const SOON: Duration = Duration::from_secs(2);
 
-/// A scene of which GHDL is not done for hours.
+/// A scene for which GHDL needs hours.
 const ENDLESS: [&str; 3] = ["hybrid-wall", "--set", "run.duration=1000 s"];
 
-/// A command in the background; all that it starts can be told by the mark in its environment, its temporary folder.
+/// A command in the background. The processes that it starts are found by the mark in their environment, its temporary
+/// folder.
 struct Started {
     child: Child,
     work: String,
@@ -31,7 +33,7 @@ impl Started {
         Self { child: child.expect("starts"), work: text(work).to_string() }
     }
 
-    /// Waits until something holds.
+    /// Waits until a condition holds.
     fn until(&self, what: &str, holds: impl Fn() -> bool) {
         let start = Instant::now();
         while !holds() {
@@ -45,7 +47,7 @@ impl Started {
         self.until(tool, || running(&self.work).iter().any(|(_, command)| command.contains(tool)));
     }
 
-    /// Sends a signal and returns the exit code, what was said, and how long it took.
+    /// Sends a signal. Returns the exit code, the output, and the time until the command ended.
     fn end(self, signal: &str) -> (i32, String, Duration) {
         send(signal, self.child.id());
         let start = Instant::now();
@@ -59,7 +61,7 @@ fn send(signal: &str, id: u32) {
     assert!(status.expect("a shell").success());
 }
 
-/// Number and command of each process with this temporary folder, or one within it.
+/// Returns the id and the command of each process with this temporary folder, or with one inside it.
 fn running(work: &str) -> Vec<(u32, String)> {
     let mark = format!("TMPDIR={work}");
     let process = |entry: fs::DirEntry| {
@@ -130,7 +132,7 @@ fn signals_end_a_synthesis_with_what_yosys_started() {
     });
 }
 
-/// A map of a design, every cell of which is run.
+/// Returns the arguments for a map of a design, every cell of which is run.
 fn map_of<'a>(scene: &'a str, out: &'a str) -> Vec<&'a str> {
     let axes = ["map", scene, "--x", "dut.ports.gain=50..550:6", "--y", "hand.stiffness=0.1..1.1:6"];
     [&axes[..], &["--set", "run.duration=100 ms", "--full", "-o", out]].concat()
@@ -144,7 +146,7 @@ fn a_map_of_a_design_goes_on_after_a_signal_with_the_cells_that_it_had_begun() {
     assert_eq!(code(&run(&map_of(text(&scene), text(&whole)))), 0);
     let journal = cut.join("journal.txt");
     let cells = || fs::read_to_string(&journal).map_or(0, |text| text.lines().count());
-    // Whenever the signal comes: a simulator that it kills is no cell that has failed.
+    // At any time of the signal, a simulator that it kills must not count as a cell that has failed.
     for cells_before in [2, 7, 12] {
         let map = Started::new(&map_of(text(&scene), text(&cut)), &work, None);
         map.until("some cells", || cells() > cells_before);
@@ -191,7 +193,7 @@ fn sigterm_ends_every_other_command() {
 fn what_a_killed_run_left_is_swept_by_the_next_and_a_living_runs_files_are_not() {
     let (dir, work) = (scratch("killed-run"), scratch("killed-run-work"));
     let endless = [&["run"], &ENDLESS[..], &["--driver", "clock", "--vcd", "-o", text(&dir)]].concat();
-    // Two waveforms and their save files.
+    // There are two waveforms and their save files.
     let temporary = || names(&dir).iter().filter(|name| name.starts_with(".wave")).count();
     let killed = Started::new(&endless, &work, None);
     killed.until("its files", || temporary() == 4);

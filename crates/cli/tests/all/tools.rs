@@ -1,4 +1,4 @@
-//! Tools that hang, flood, die, say nothing or are too old are named, and are no mismatch.
+//! Tools that hang, flood, die, print nothing or are too old are named in the error, and do not count as a mismatch.
 
 use std::fs;
 use std::process::Output;
@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use crate::common::{code, hpu, names, scratch, stderr, stdout, text, tools};
 
-/// What a command does with these tools; nothing temporary may stay.
+/// Runs a command with these tools. No temporary file may be left.
 fn with(test: &str, scripts: &[(&str, &str)], arguments: &[&str]) -> Output {
     let dir = scratch(test);
     let (tools, work) = (tools(&dir, scripts), dir.join("work"));
@@ -27,7 +27,7 @@ fn assert_blamed(output: &Output, expected: i32, words: &[&str]) {
     assert!(!stdout(output).contains("all agree"), "{}", stdout(output));
 }
 
-/// A GHDL that does this where it should simulate.
+/// Returns a script for a GHDL that runs `running` instead of a simulation.
 fn ghdl(running: &str) -> String {
     format!("case \"$1\" in --version) echo 'GHDL 2.0.0'; exit;; -a) exit;; esac\n{running}")
 }
@@ -86,7 +86,7 @@ fn a_ghdl_that_dies_or_says_nothing_is_no_mismatch() {
         ("exit 7", "ghdl ended with code 7 when asked to", "run"),
     ];
     for (script, words, step) in ways {
-        // A loop's bench answers at every step; that of a block tells its result at the end.
+        // A loop's bench answers at every step; a block's bench prints its result at the end.
         let both = [(&["check", "saturator"][..], format!("{step} tb_")), (&LOOP, "run bench_".to_string())];
         for (arguments, asked) in both {
             assert_blamed(&with("tool-dies", &[("ghdl", &ghdl(script))], arguments), 4, &[&format!("{words} {asked}")]);

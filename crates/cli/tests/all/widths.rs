@@ -1,4 +1,4 @@
-//! `hpu widths`: the page, its JSON, its files, and what it refuses.
+//! `hpu widths`: the page, its JSON, its files, and refused arguments.
 
 use crate::common::{assert_refused, code, json, names, run, scratch, stderr, stdout, text};
 use serde_json::Value;
@@ -40,7 +40,7 @@ fn a_gain_needs_the_bits_of_its_word_and_the_period_those_of_its_clocks() {
     let page = widths(&["hybrid-wall"]);
     let each = page["widths"]["each"].as_array().expect("widths");
     let needs = |name: &str| &each.iter().find(|width| width["name"] == name).expect("a width")["needs"];
-    // 36 counts a count, 50000 clocks a sample: 2^5 < 36 < 2^6, 2^15 < 50000 < 2^16.
+    // The words are 36 PWM counts a count and 50000 clocks a sample: 2^5 < 36 < 2^6, 2^15 < 50000 < 2^16.
     assert_eq!(needs("stiffness, integer"), 6);
     assert_eq!(needs("stiffness, fraction"), 0);
     assert_eq!(needs("period_bits"), 16);
@@ -169,7 +169,8 @@ fn limits_and_the_first_overflow_say_what_is_proved_and_what_was_measured() {
                 "{limit}"
             );
         }
-        // 13 bits are 4096: reached by the deepest penetration, and by the scene's 36 PWM counts a count.
+        // A product needs 13 bits from 4096 on. The deepest penetration reaches it at the word `first`, and the scene's
+        // 36 PWM counts a count reach it at a penetration of 114 counts.
         let (first, overflow) = ((4096 + deepest - 1) / deepest, &scene["spring_overflows"]);
         assert_eq!(overflow["penetration"], deepest);
         assert_eq!(overflow["from"]["word"], first);
@@ -179,7 +180,7 @@ fn limits_and_the_first_overflow_say_what_is_proved_and_what_was_measured() {
         assert_eq!(overflow["measured_penetration"], signal(&alone, "penetration")["words"][1]);
         let overflowed = signal(&alone, "spring")["overflowed"].as_u64() > Some(0);
         assert_eq!(overflow["measured_overflow"], overflowed);
-        // A command of 13 + 13 bits of inputs, but few of them within what is proved; a velocity has memory.
+        // The command has inputs of 13 + 13 bits, of which few are within the proved ranges. A velocity has memory.
         for (name, how) in [("spring", "exhausted"), ("command", "exhausted"), ("velocity", "proved")] {
             assert_eq!(signal(&alone, name)["how"], how, "{name}");
         }
@@ -195,7 +196,7 @@ fn limits_and_the_first_overflow_say_what_is_proved_and_what_was_measured() {
 fn a_proof_goes_out_for_gappa() {
     let dir = scratch("widths_gappa");
     let printed = stdout(&run(&["widths", "wrap-product", "--gappa"]));
-    // 666 counts at most by 36: no word of 12 bits, and no more than that.
+    // At most 666 counts times 36: more than a word of 12 bits holds, and never above that.
     assert!(printed.contains("penetration in [0, 666]"), "{printed}");
     assert!(printed.contains("product_spring in [0, 23976]"), "{printed}");
     let written = run(&["widths", "wrap-product", "--gappa", "-o", text(&dir)]);
@@ -245,7 +246,7 @@ fn a_search_for_the_proved_range_takes_the_words_that_hold_it() {
         let ([low, high], [least, most]) = (ends(&scene["proved"][net]), ends(&signal(&page, net)["measured"]));
         assert!(low <= least && most <= high, "{net}: {scene}");
     }
-    // Of 11 and 12 bits of position, and 9 to 11 of velocity: -1992 takes 12, and 367 takes 10.
+    // The search has 11 and 12 bits of position, and 9 to 11 of velocity. -1992 needs 12 bits, and 367 needs 10.
     assert_eq!(value["designs"], 6);
     let refused = value["refused"].as_array().expect("reasons");
     let counts: Vec<_> = refused.iter().map(|row| (row["reason"].as_str(), row["designs"].as_u64())).collect();

@@ -18,8 +18,8 @@ use crate::summary::{NetUse, Summary};
 use crate::trace::Trace;
 use crate::world::World;
 
-/// Edges that are looked ahead, at the least and at the most. The world's look costs as much as a hundred edges or so of
-/// a design; a simulator is to answer in a fraction of a second.
+/// The fewest and the most edges to look ahead. A look of the world costs as much as about a hundred edges of a design,
+/// and a simulator has to answer within a fraction of a second.
 const LOOK: [u64; 2] = [64, 1 << 14];
 
 /// The state of the loop.
@@ -28,29 +28,29 @@ struct Closed<'a> {
     world: AxisWorld<'a>,
     simulation: Box<dyn Simulation>,
     start: i64,
-    /// The words of the ports, unknown ones `None`, and their bits.
+    /// The words of the ports (`None` if unknown), and their bits.
     words: Vec<Option<i64>>,
     bits: Vec<u64>,
-    /// What the nets were last shown as: the ports, then whether the wall is touched.
+    /// The words of the nets as last shown: the ports, then whether the wall is touched.
     shown: Vec<i64>,
     uses: Vec<SignalUse>,
     changes: Vec<Change>,
     driven: (LoopOut<i64>, i64),
-    /// Edges that the design has clocked, and the edge at which the world stands: the same, or the next one, at which the
-    /// inputs are known.
+    /// The edges that the design has clocked, and the edge at which the world stands: the same one, or the next, at
+    /// which the inputs are known.
     edge: u64,
     stands: u64,
-    /// Whether the inputs there are to be shown.
+    /// Whether the inputs at `stands` still have to be shown.
     is_sensed: bool,
     output_changes: u64,
-    /// Whether anybody looks at the nets.
+    /// Whether an observer looks at the nets.
     watched: bool,
 }
 
 impl DutSession<'_> {
-    /// Runs the scene to its end, or until stopped, filling the trace anew and showing everything to the observer:
-    /// motion, energy and verdict are those of the design in its own loop. The summary tells the ranges of the ports where
-    /// that is asked for, or somebody looks at them.
+    /// Runs the scene to its end, or until stopped. Fills the trace anew and shows everything to the observer: motion,
+    /// energy and verdict are those of the design in its own loop. The summary has the ranges of the ports if `ranges`
+    /// asks for them or the observer watches.
     ///
     /// # Errors
     ///
@@ -77,7 +77,7 @@ impl DutSession<'_> {
         }
         closed.tell(0, &mut watch);
         let complete = match closed.run(end, &mut watch, control) {
-            // Who stops a run may end the simulator first.
+            // The program that stops a run may have ended the simulator first.
             Err(_) if control.stop.load(Ordering::Relaxed) => false,
             ran => ran?,
         };
@@ -110,7 +110,7 @@ impl DutSession<'_> {
         Ok(judged(self, seen.trace, summary, contact, over))
     }
 
-    /// The loop at edge 0: reset done.
+    /// Returns the loop at edge 0, with the reset done.
     fn begin(&self, watched: bool) -> Result<Closed<'_>, Fault> {
         let world = AxisWorld::new(&self.plant, 0, Schedule::default());
         let wires = &self.wires.wires;
@@ -122,7 +122,7 @@ impl DutSession<'_> {
         let drives: Vec<_> = wires.iter().map(|wire| wire.connection.drives()).collect();
         let mut changes = Vec::new();
         let simulation = Arc::clone(&self.design).start(&bits, &drives, &mut changes)?;
-        // Until the simulator tells it, no output has a word.
+        // No output has a word until the simulator reports one.
         words.iter_mut().zip(wires).filter(|(_, wire)| !wire.port.is_input).for_each(|(word, _)| *word = None);
         let mut closed = Closed {
             session: self,
@@ -147,7 +147,7 @@ impl DutSession<'_> {
     }
 }
 
-/// What the world shows of itself now.
+/// Returns the present state of the world, as the design's inputs need it.
 fn given(world: &AxisWorld, start: i64) -> Given {
     let pins = world.pins();
     Given {
@@ -167,14 +167,15 @@ struct Seen<'a> {
     observer: &'a mut dyn Observe,
 }
 
-/// All that looks at a run: rows of the plant, and who sees them and the nets, in the order of edges.
+/// The watchers of a run: the rows of the plant, and the trace, contact and observer that see rows and nets in the
+/// order of edges.
 struct Watch<'a> {
     rows: Rows,
     seen: Seen<'a>,
 }
 
 impl Watch<'_> {
-    /// The rows up to an edge, which the world has not left yet.
+    /// Shows the rows up to an edge that the world has not left yet.
     fn log(&mut self, world: &AxisWorld, edge: u64) {
         self.rows.log(world, edge, &mut self.seen);
     }
@@ -204,8 +205,8 @@ impl Closed<'_> {
                 return Ok(false);
             }
             let before = self.edge;
-            // The edge at which the inputs may be others than those that the design has: up to the one before, it can be
-            // clocked at once.
+            // The edge at which the inputs may differ from those that the design has. Up to the edge before it, the
+            // design can be clocked in one request.
             let next = if self.stands == end { end + 1 } else { self.world.next_change((self.stands + look).min(end)) };
             if next > before + 1 && self.clock(next - 1 - before, watch)? {
                 let here = self.edge;
@@ -223,7 +224,7 @@ impl Closed<'_> {
         Ok(true)
     }
 
-    /// The world goes on to an edge.
+    /// Moves the world to an edge.
     fn go(&mut self, to: u64, watch: &mut Watch) {
         if to > self.stands {
             self.world.advance(to, |world, edge| watch.log(world, edge - 1));
@@ -231,8 +232,8 @@ impl Closed<'_> {
         }
     }
 
-    /// Clocks the design for some edges, or to the first at which an output that drives the device changes; whether one
-    /// did.
+    /// Clocks the design for `edges` edges, or up to the first after which an output that drives the device changes.
+    /// Returns whether one did.
     fn clock(&mut self, edges: u64, watch: &mut Watch) -> Result<bool, Fault> {
         self.changes.clear();
         let before = self.edge;
@@ -245,7 +246,7 @@ impl Closed<'_> {
         Ok(changed)
     }
 
-    /// Takes the changes of outputs, edge by edge. The world stands where it was before them, as it was driven.
+    /// Takes the changes of outputs, edge by edge. The world still stands before these changes, driven as before.
     fn take_changes(&mut self, before: u64, mut watch: Option<&mut Watch>) {
         let mut changes = std::mem::take(&mut self.changes);
         let mut sensed = std::mem::take(&mut self.is_sensed).then_some(before + 1);
@@ -270,7 +271,7 @@ impl Closed<'_> {
         self.changes = changes;
     }
 
-    /// The inputs at the edge at which the world stands; whether there is anything new to show.
+    /// Sets the inputs from the world at the edge at which it stands. Returns whether any of them is new.
     fn sense(&mut self) -> bool {
         let given = given(&self.world, self.start);
         let session = self.session;
@@ -290,7 +291,7 @@ impl Closed<'_> {
         self.session.wires.touches(given(&self.world, self.start))
     }
 
-    /// Shows the nets after an edge.
+    /// Shows the nets after an edge to the observer.
     fn tell(&mut self, edge: u64, watch: &mut Watch) {
         self.shown.clear();
         self.shown.extend(self.words.iter().map(|word| word.unwrap_or(UNKNOWN)));
@@ -303,7 +304,7 @@ impl Closed<'_> {
         watch.seen.nets(Cycle(edge), &self.shown);
     }
 
-    /// The words of the outputs drive the device from the present edge on.
+    /// Drives the device with the words of the outputs from the present edge on.
     fn drive(&mut self) -> Result<(), Fault> {
         let at = self.session.clock().seconds(Cycle(self.edge));
         let driven = self.session.wires.drive(&self.words).map_err(|fault| match fault {

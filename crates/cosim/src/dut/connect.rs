@@ -1,4 +1,4 @@
-//! The ports of a design and what they are connected to: checked once, then words one way and drives the other.
+//! The ports of a design and their connections: checked once; then inputs get words, and outputs drive the device.
 
 use std::collections::BTreeSet;
 use std::sync::Mutex;
@@ -9,44 +9,44 @@ use hpu_signal::{Format, Signal};
 use super::{Design, Fault, Port};
 use crate::scene::{Connection, Driving, DutScene, Encoder, Line, SceneError};
 
-/// A port and what it is connected to.
+/// A port with its connection.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Wire {
     /// The port.
     pub port: Port,
-    /// What it is connected to.
+    /// Its connection.
     pub connection: Connection,
 }
 
 /// All connections of a design, in the order of its ports without clocks and reset.
 pub(super) struct Wires {
     pub(super) wires: Vec<Wire>,
-    /// The ports as nets, and after them whether the wall is touched.
+    /// The ports as nets, then a net that tells whether the wall is touched.
     pub(super) nets: Vec<Signal>,
     driving: Driving,
     floats: bool,
-    /// Counts of a revolution, if it has an index.
+    /// Counts per revolution, if the encoder has an index.
     revolution: Option<i64>,
-    /// The wall in counts from angle 0.
+    /// The wall's position in counts from angle 0.
     wall: i64,
     count_rad: f64,
 }
 
-/// What the world shows of itself.
+/// The state of the world, as the design's inputs need it.
 #[derive(Clone, Copy)]
 pub(super) struct Given {
-    /// The encoder's count, from angle 0, that which its lines show, and that at the start.
+    /// Counts from angle 0: the encoder's own, the count that its lines show, and the count at the start.
     pub(super) count: i64,
     pub(super) shown: i64,
     pub(super) start: i64,
-    /// Its lines.
+    /// The levels of the encoder's lines.
     pub(super) a: i64,
     pub(super) b: i64,
-    /// Whether its index comes.
+    /// Whether the encoder's index pulse works.
     pub(super) has_index: bool,
 }
 
-/// A design that drives both switches of a leg, or does not say what it drives.
+/// Outputs that cannot drive the device: both switches of a leg are closed, or a bit is unknown.
 #[derive(Debug)]
 pub(super) enum Misdriven {
     /// The name of the port with an unknown bit.
@@ -124,12 +124,12 @@ impl Wires {
         })
     }
 
-    /// Whether the wall is touched.
+    /// Returns whether the wall is touched.
     pub(super) fn touches(&self, given: Given) -> bool {
         given.count > self.wall
     }
 
-    /// The word of an input.
+    /// Returns the word of an input.
     pub(super) fn word(&self, wire: &Wire, given: Given) -> i64 {
         let format = wire.connection.format().unwrap_or(wire.port.format);
         match wire.connection {
@@ -154,7 +154,7 @@ impl Wires {
         }
     }
 
-    /// What the words of the outputs, in the order of the wires, make of gates and command.
+    /// Returns the gates and the command that the words of the outputs, in the order of the wires, ask for.
     pub(super) fn drive(&self, words: &[Option<i64>]) -> Result<(LoopOut<i64>, i64), Misdriven> {
         let of = |wanted: Line| -> Result<Option<bool>, Misdriven> {
             let is = |(index, wire): (usize, &Wire)| match wire.connection {
@@ -211,7 +211,7 @@ impl Wires {
                 let word = word.ok_or_else(|| Misdriven::Unknown(wire.port.name.clone()))?;
                 let word = if offset { format.wrap(i128::from(word) + (1i128 << (format.width() - 1))) } else { word };
                 let most = format.lsb().recip() as i64;
-                // A positive command pushes against the positive direction; beyond its full scale nothing can push.
+                // A positive command pushes against the positive direction; no actuator gives more than its full scale.
                 command = -word.clamp(-most, most);
             }
         }
@@ -219,14 +219,14 @@ impl Wires {
     }
 }
 
-/// A port as messages show it.
+/// Returns a port as messages show it.
 fn shown(port: &Port) -> String {
     let way = if port.is_input { "in" } else { "out" };
     let width = port.format.width();
     format!("{} ({way}, {width} bit{})", port.name, if width == 1 { "" } else { "s" })
 }
 
-/// A clock or a reset is an input of one bit.
+/// Checks that a clock or a reset is an input of one bit.
 fn line(scene: &DutScene, key: &str, port: &Port) -> Result<(), SceneError> {
     if port.is_input && port.format.width() == 1 {
         return Ok(());
@@ -234,7 +234,7 @@ fn line(scene: &DutScene, key: &str, port: &Port) -> Result<(), SceneError> {
     Err(scene.error(key, format!("{} is no input of one bit", shown(port))))
 }
 
-/// Whether a port can be connected so.
+/// Checks that a port can have this connection.
 fn check(scene: &DutScene, key: &str, port: &Port, connection: Connection) -> Result<(), SceneError> {
     let width = port.format.width();
     let refused = |reason: String| Err(scene.error(key, reason));
@@ -259,7 +259,8 @@ fn check(scene: &DutScene, key: &str, port: &Port, connection: Connection) -> Re
     }
 }
 
-/// A name that stays: signals are named for the length of the program, and a design has a handful of them.
+/// Returns the name with static lifetime: signals are named for the length of the program, and a design has a handful
+/// of them.
 fn kept(name: &str) -> &'static str {
     static NAMES: Mutex<BTreeSet<&'static str>> = Mutex::new(BTreeSet::new());
     let mut names = NAMES.lock().unwrap_or_else(std::sync::PoisonError::into_inner);

@@ -1,12 +1,12 @@
 //! A loop that a design of the user's own closes.
 //!
-//! A simulator of the design is asked to clock some edges with the same inputs, up to the first after which an output
-//! that drives the device has another word ([`Simulation::clock`]). The world tells how far its inputs certainly stay
-//! as they are, and flows exactly to wherever the design has come. So the design closes its own loop, edge by edge, and
-//! simulator and world meet only where something changes.
+//! A simulator of the design is asked to clock a number of edges with the same inputs, up to the first after which an
+//! output that drives the device has another word ([`Simulation::clock`]). The world tells for how many edges its
+//! inputs certainly stay as they are, and flows exactly to the edge that the design has reached. So the design closes
+//! its own loop, edge by edge, and simulator and world meet only where something changes.
 //!
 //! At a clock edge the design samples its inputs as the world is at that instant; its outputs after the edge drive the
-//! world until the next one. An output that changes between two edges of the fastest clock is seen at the next.
+//! world until the next one. An output that changes between two edges of the fastest clock is seen at the next edge.
 
 mod closed;
 mod connect;
@@ -31,7 +31,7 @@ use connect::Wires;
 
 pub use connect::Wire;
 
-/// Why a design could not be simulated: what its simulator says, or what the design did.
+/// The reason why a design could not be simulated: a message of its simulator, or a fault of the design itself.
 pub type Fault = Box<dyn Error + Send + Sync>;
 
 /// A port of a design, as it was elaborated.
@@ -41,36 +41,40 @@ pub struct Port {
     pub name: String,
     /// Whether it is an input.
     pub is_input: bool,
-    /// Its bits, and whether they are a signed number.
+    /// Its width in bits, and whether they are a signed number.
     pub format: Format,
-    /// Whether it is no port but a signal inside, by its path from the top, as in `decoder.count`.
+    /// Whether it is a signal inside the design, not a port; its name is then its path from the top, as in
+    /// `decoder.count`.
     pub is_inside: bool,
-    /// Whether it is one of VHDL's numbers, of 32 bits whatever its range.
+    /// Whether it has one of VHDL's number types, which have 32 bits whatever their range.
     pub is_number: bool,
 }
 
-/// A design that can be simulated.
+/// A `Design` is a compiled design that can be simulated. It separates this crate from the simulators: `rtl::dut`
+/// implements it for GHDL and Verilator.
 pub trait Design: Send + Sync {
-    /// Its ports, and behind them what is told of its inside.
+    /// Returns the ports, followed by the signals inside that are shown.
     fn ports(&self) -> &[Port];
-    /// Whether names of ports that differ in case alone are the same.
+    /// Returns whether names of ports that differ only in case are the same.
     fn ignores_case(&self) -> bool;
-    /// What simulates it, in words.
+    /// Returns the simulator's name as messages show it.
     fn engine(&self) -> &str;
-    /// A simulation at the end of the reset, all clocks low: with the bits of each port (those of outputs are of no
-    /// matter), and whether each port is an output that drives the device. Adds the bits of the outputs.
+    /// Starts a simulation at the end of the reset, with all clocks low. `words` holds the bits of each port (those of
+    /// outputs are ignored), and `drives` tells for each port whether it is an output that drives the device. Appends
+    /// the bits of the outputs to `changes`.
     ///
     /// # Errors
     ///
-    /// When there is no simulator, or it fails.
+    /// When no simulator is installed, or it fails.
     fn start(&self, words: &[u64], drives: &[bool], changes: &mut Vec<Change>) -> Result<Box<dyn Simulation>, Fault>;
 }
 
-/// A design that is being simulated.
+/// A `Simulation` is a running simulation of a [`Design`], which starts it. The loop calls it once per stretch of
+/// edges.
 pub trait Simulation {
-    /// Clocks as many edges of the fastest clock, with these bits at the ports that are inputs, up to the first after
-    /// which an output that drives the device has another word; the edges done. Adds the changes of outputs on the way:
-    /// of all of them where `all` is asked for, else of those that drive.
+    /// Clocks up to `edges` edges of the fastest clock, with the bits in `words` at the inputs, and stops after the
+    /// first edge after which an output that drives the device has another word. Returns the number of edges done.
+    /// Appends the changes of outputs on the way: of all outputs if `all` is set, else of those that drive the device.
     ///
     /// # Errors
     ///
@@ -81,17 +85,18 @@ pub trait Simulation {
 /// A change of an output.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Change {
-    /// After which edge, counted from 1; 0 after the reset.
+    /// The edge after which it changes, counted from 1; 0: after the reset.
     pub edge: u64,
     /// Index of the port.
     pub port: usize,
-    /// Its bits; `None` when one of them is unknown.
+    /// Its bits; `None` if one of them is unknown.
     pub bits: Option<u64>,
 }
 
-/// What builds designs: another crate, which knows simulators.
+/// `Designs` builds designs for simulation. It exists because this crate knows no simulators; `rtl` implements it.
 pub trait Designs: Sync {
-    /// Builds the design of a scene, so that signals inside are told too where that is asked for and can be.
+    /// Builds the design of a scene. If `inside` is set, signals inside the design are shown too where the simulator
+    /// can.
     ///
     /// # Errors
     ///
@@ -101,17 +106,17 @@ pub trait Designs: Sync {
 
 static PROVIDED: OnceLock<Box<dyn Designs + Send>> = OnceLock::new();
 
-/// What builds designs in studies of this program, for all its time; what was provided first stays.
+/// Registers the builder of designs that studies use, for the whole life of the program. A later call changes nothing.
 pub fn provide(designs: impl Designs + Send + 'static) {
-    // Who comes second finds one that is as good.
+    // A second call comes with an equivalent builder, so its failure is ignored.
     let _ = PROVIDED.set(Box::new(designs));
 }
 
-/// What was [provided](provide).
+/// Returns the builder registered by [`provide`].
 ///
 /// # Errors
 ///
-/// When nothing was: this program knows no simulators.
+/// When none was registered: this program contains no simulators.
 pub fn provided() -> Result<&'static dyn Designs, Fault> {
     PROVIDED
         .get()
@@ -128,13 +133,13 @@ pub struct DutSession<'s> {
 }
 
 impl<'s> DutSession<'s> {
-    /// Makes a scene ready: its design is built, and its ports are connected. Signals `inside` are nets too where that is
-    /// asked for and the simulator tells them.
+    /// Makes a scene ready: builds its design and connects its ports. If `inside` is set, the signals inside that the
+    /// simulator shows are nets too.
     ///
     /// # Errors
     ///
-    /// When the design cannot be built, a port is missing, has another width or direction than its connection, or is
-    /// connected to nothing; when the device makes no plant.
+    /// When the design cannot be built; when a port is missing, has another width or direction than its connection, or
+    /// has no connection; when the device makes no plant.
     pub fn new(scene: &'s DutScene, designs: &dyn Designs, inside: bool) -> Result<Self, Fault> {
         let design = designs.build(scene, inside)?;
         let wires = Wires::new(scene, &*design)?;
@@ -155,19 +160,19 @@ impl<'s> DutSession<'s> {
         Ok(Self { plant: Plant::around(around)?, scene, design, wires })
     }
 
-    /// The scene.
+    /// Returns the scene.
     #[must_use]
     pub fn scene(&self) -> &DutScene {
         self.scene
     }
 
-    /// What simulates the design, in words.
+    /// Returns the simulator's name as messages show it.
     #[must_use]
     pub fn engine(&self) -> &str {
         self.design.engine()
     }
 
-    /// Its ports, and what they are connected to.
+    /// Returns the ports with their connections.
     #[must_use]
     pub fn wires(&self) -> &[Wire] {
         &self.wires.wires
@@ -178,7 +183,8 @@ impl<'s> DutSession<'s> {
     }
 }
 
-/// What drives the scene's device: a command of 1 asks for one ulp of the design's word, against the positive direction.
+/// Returns the actuator of the scene's device. A command of 1 asks for one ulp of the design's word, against the
+/// positive direction.
 fn actuator(scene: &DutScene) -> Result<Actuator, SceneError> {
     let format = |scene: &DutScene| {
         scene.dut.ports.iter().find_map(|(_, connection)| match connection {
@@ -237,7 +243,7 @@ impl Rig for DutSession<'_> {
         (0..self.row().len()).filter(|column| !(self.is_mass() && CURRENTS.contains(column))).collect()
     }
 
-    /// None: what a word of somebody else's asks for, nobody here knows.
+    /// Returns none: the unit of a word is known only to the author of the design.
     fn commands(&self) -> Vec<(&'static str, &'static str, f64)> {
         Vec::new()
     }

@@ -15,13 +15,13 @@ pub enum AnyLaw {
     EnergyBounding(EnergyBounding),
     /// The energy-level spring.
     PassiveSpring(PassiveSpring),
-    /// Another law, shaped.
+    /// Another law with the input shaper behind it.
     Shaped(Box<InputShaper<AnyLaw>>),
 }
 
 impl AnyLaw {
-    /// Another stiffness and another scale from now on, each as a share of the ones that the law began with: what a
-    /// ramp makes of them.
+    /// Sets stiffness and scale from now on, as shares of those that the law began with (`start`), as a ramp changes
+    /// them.
     ///
     /// # Panics
     ///

@@ -1,4 +1,5 @@
-//! The energy-bounding algorithm: the force is kept where the damping of the device pays for what the hold adds.
+//! The energy-bounding algorithm: the force is limited so that the damping of the device dissipates the energy that the
+//! hold adds.
 //!
 //! - [`BoundingForm::C1C2`]: `F(n) = F(n-1) + β Δx`, `β = (F_e - F(n-1))/Δx` bounded by `c₁` and by
 //!   `γ = c₂ - F(n-1)/Δx ± √(c₂² + 2 c₂ E(n-1)/Δx²)`, in that order; `E(n) = E(n-1) + F(n) Δx`. The γ are exactly
@@ -10,7 +11,7 @@
 //!
 //! **Sources**: Kim and Ryu 2004, 2010 (the structure; the inequalities derived anew); the force bound after Ryu's
 //! public least conservative algorithm.
-//! **Known failures**: what is felt is never stiffer than `c₁` (a steady ramp gives `2c` by the force bound), however
+//! **Known failures**: the felt stiffness is never above `c₁` (a steady ramp gives `2c` by the force bound), however
 //! stiff the wall; a force may linger just outside the wall.
 
 use super::{SampledLaw, Wall};
@@ -29,9 +30,9 @@ pub enum BoundingForm {
 pub struct EnergyBounding {
     /// The wall whose force is bounded.
     pub wall: Wall,
-    /// How.
+    /// The form of the bound.
     pub form: BoundingForm,
-    /// The most that the actuator gives.
+    /// The actuator's greatest force.
     pub limit_n: f64,
     energy_j: f64,
     force_n: f64,
@@ -39,13 +40,13 @@ pub struct EnergyBounding {
 }
 
 impl EnergyBounding {
-    /// An algorithm around a wall, the device at `start_m` beyond the surface.
+    /// Creates an algorithm around a wall, the device at `start_m` beyond the surface.
     #[must_use]
     pub fn new(wall: Wall, form: BoundingForm, limit_n: f64, start_m: f64) -> Self {
         Self { wall, form, limit_n, energy_j: 0.0, force_n: 0.0, previous_m: start_m }
     }
 
-    /// `E`.
+    /// Returns `E`.
     #[must_use]
     pub fn energy_j(&self) -> f64 {
         self.energy_j
@@ -71,7 +72,7 @@ impl SampledLaw for EnergyBounding {
                     self.force_n
                 };
                 self.force_n = force_n.clamp(-self.limit_n, self.limit_n);
-                // Below zero by rounding alone.
+                // Rounding alone can bring it below zero.
                 self.energy_j = (self.energy_j + self.force_n * motion_m).max(0.0);
             }
             BoundingForm::ForceBound(c) => {

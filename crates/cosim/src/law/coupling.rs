@@ -1,7 +1,8 @@
 //! Virtual coupling: a spring and a damper between the device and a massless tool that the wall stops.
 //!
-//! With `e = x - x_t`, `x_t` being the tool: `K_c e + (B_c/T)(e - e⁻) = K_e x_t` inside the wall, `= 0` outside; the
-//! force is the left side. What is felt at rest is `1 / (1/K_c + 1/K_e)`, and never more than the coupling.
+//! With `e = x - x_t`, `x_t` being the tool's position: `K_c e + (B_c/T)(e - e⁻) = K_e x_t` inside the wall, `= 0`
+//! outside; the force is the left side. The stiffness felt at rest is `1 / (1/K_c + 1/K_e)`, never more than that of
+//! the coupling.
 //!
 //! **Source**: Colgate, Stanley and Brown 1995; Adams and Hannaford 1999.
 //! **Known failures**: felt stiffness is bounded by `K_c < 2 (b - B_c) / T` (passivity with any environment), however
@@ -35,13 +36,13 @@ pub struct Shares {
 }
 
 impl VirtualCoupling {
-    /// A coupling at rest.
+    /// Creates a coupling at rest.
     #[must_use]
     pub fn new(coupling_n_per_m: f64, coupling_n_s_per_m: f64, environment_n_per_m: f64, period_s: f64) -> Self {
         Self { coupling_n_per_m, coupling_n_s_per_m, environment_n_per_m, period_s, extension_m: 0.0 }
     }
 
-    /// `e = share x + held e⁻` touching, `e = free e⁻` free.
+    /// Returns the shares: `e = share x + held e⁻` with the tool touching, `e = free e⁻` with the tool free.
     #[must_use]
     pub fn shares(&self) -> Shares {
         let (k, damper) = (self.coupling_n_per_m, self.coupling_n_s_per_m / self.period_s);

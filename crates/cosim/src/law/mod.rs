@@ -1,8 +1,8 @@
-//! The methods' reference laws, in floats and SI units: what their datapaths approximate in words.
+//! The methods' reference laws, in floats and SI units; the methods' datapaths approximate them in words.
 //!
-//! A law reads the position beyond the wall's surface `x`, once every `T`, and makes the force `F` against the
-//! penetration that is held until the next sample. Metres and newtons stand for radians and newton metres as well. The
-//! hybrid and the conventional loop are [`Wall`] with the spring read at once or once a sample.
+//! A law reads the position `x` beyond the wall's surface once every `T`, and computes the force `F` against the
+//! penetration, which is held until the next sample. Metres and newtons stand for radians and newton metres as well.
+//! The hybrid and the conventional loop are [`Wall`], with the spring read at once or once a sample.
 //!
 //! | Law | Datapath | Page |
 //! |---|---|---|
@@ -30,8 +30,9 @@ pub use shaper::{InputShaper, high_pass};
 pub use spring::{MidpointSpring, PassiveSpring};
 pub use wall::Wall;
 
-/// A law that is sampled and held.
+/// A `SampledLaw` is a law that is sampled and held. The reference laws implement it, all but [`MidpointSpring`], so
+/// that one loop runs them all.
 pub trait SampledLaw {
-    /// The force from this sample to the next, for the position beyond the surface at it.
+    /// Returns the force from this sample to the next, for the position `x_m` beyond the surface at this sample.
     fn sample(&mut self, x_m: f64) -> f64;
 }

@@ -1,21 +1,21 @@
 //! Time-domain passivity: an observer that sums the energy which the wall takes in, and a controller that adds a damper
 //! for one sample whenever that sum is negative.
 //!
-//! - [`Observer::Velocity`], as published: `W(n) = W(n-1) + F₂(n) d(n) + c(n-1) d(n-1)`, `F₂` being what the wall wants
-//!   now.
+//! - [`Observer::Velocity`], as published: `W(n) = W(n-1) + F₂(n) d(n) + c(n-1) d(n-1)`, `F₂` being the force that the
+//!   wall asks for now.
 //! - [`Observer::HeldForce`]: `W(n) = W(n-1) + F(n-1) d(n)`, with the force that really was held while the device moved
 //!   by `d(n)`: the exact energy between the samples.
 //!
-//! `c(n) = -W(n)/d(n)` if `W(n) < 0` and `d(n) ≠ 0`, else 0; `F = F₂ + c`, each within what the actuator can give. What
-//! the limit cuts off stays in `W` and is taken up by later samples.
+//! `c(n) = -W(n)/d(n)` if `W(n) < 0` and `d(n) ≠ 0`, else 0; `F = F₂ + c`, each within what the actuator can give.
+//! Energy that this limit leaves undissipated stays in `W`, and later samples dissipate it.
 //!
 //! **Source**: Hannaford and Ryu 2002.
-//! **Known failures**: at standstill (`d = 0`) nothing can be taken up; credit stored earlier delays the action
-//! (`credit_j` bounds it); the published observer does not see what the hold adds between samples.
+//! **Known failures**: at standstill (`d = 0`) no energy can be dissipated; credit stored earlier delays the action
+//! (`credit_j` bounds it); the published observer does not see the energy that the hold adds between samples.
 
 use super::{SampledLaw, Wall};
 
-/// What the passivity observer multiplies a motion by.
+/// The force that the passivity observer multiplies a motion by.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Observer {
     /// The force wanted at the motion's end, as published.
@@ -29,11 +29,11 @@ pub enum Observer {
 pub struct PassivityController {
     /// The wall whose energy is watched.
     pub wall: Wall,
-    /// How it is watched.
+    /// The observer's force.
     pub observer: Observer,
-    /// The most that may be stored; infinite by the published method.
+    /// The most energy that may be stored; infinite in the published method.
     pub credit_j: f64,
-    /// The most that the actuator gives.
+    /// The actuator's greatest force.
     pub limit_n: f64,
     energy_j: f64,
     previous_m: f64,
@@ -43,7 +43,7 @@ pub struct PassivityController {
 }
 
 impl PassivityController {
-    /// A controller of a wall, the device at `start_m` beyond the surface.
+    /// Creates a controller of a wall, the device at `start_m` beyond the surface.
     #[must_use]
     pub fn new(wall: Wall, observer: Observer, credit_j: f64, limit_n: f64, start_m: f64) -> Self {
         Self {
@@ -59,7 +59,7 @@ impl PassivityController {
         }
     }
 
-    /// `W`.
+    /// Returns `W`.
     #[must_use]
     pub fn energy_j(&self) -> f64 {
         self.energy_j

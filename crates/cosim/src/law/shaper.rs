@@ -1,15 +1,15 @@
-//! The digital twin of the analog input shaper: what is fast is taken off the force.
+//! The digital twin of the analog input shaper: it takes the fast part off the force.
 //!
 //! `y = max(0, u - max(0, H u))`, `H` a second-order Butterworth high-pass by the bilinear transform, prewarped to keep
 //! the cutoff.
 //!
 //! **Source**: the seed on the analog input shaper, Figure 1.
-//! **Known failures**: `1 - H` peaks at 1.272 just below the cutoff and has overshoot, so that it feeds slow
-//! oscillations; it rolls off with the first order only; the stiffness felt in the first tenth of a second is less.
+//! **Known failures**: `1 - H` peaks at 1.272 just below the cutoff and overshoots, so that it feeds slow oscillations;
+//! it rolls off only with the first order; the stiffness felt in the first tenth of a second is less.
 
 use super::SampledLaw;
 
-/// `b0, b1, b2, a1, a2` of the high-pass.
+/// Returns the coefficients `b0, b1, b2, a1, a2` of the high-pass.
 #[must_use]
 pub fn high_pass(cutoff_hz: f64, period_s: f64) -> [f64; 5] {
     let w = libm::tan(std::f64::consts::PI * cutoff_hz * period_s);
@@ -26,7 +26,7 @@ pub fn high_pass(cutoff_hz: f64, period_s: f64) -> [f64; 5] {
 /// A law with the shaper behind it.
 #[derive(Clone, PartialEq, Debug)]
 pub struct InputShaper<L> {
-    /// What is shaped.
+    /// The law whose force is shaped.
     pub law: L,
     coefficients: [f64; 5],
     inputs_n: [f64; 2],
@@ -34,7 +34,7 @@ pub struct InputShaper<L> {
 }
 
 impl<L> InputShaper<L> {
-    /// Shapes a law's force.
+    /// Creates a shaper behind a law.
     #[must_use]
     pub fn new(law: L, cutoff_hz: f64, period_s: f64) -> Self {
         Self { law, coefficients: high_pass(cutoff_hz, period_s), inputs_n: [0.0; 2], outputs_n: [0.0; 2] }

@@ -1,22 +1,23 @@
 //! A spring in discrete time that keeps the energy it was given, behind a passive sample-and-hold.
 //!
-//! The sample-and-hold matches energies exactly: with the force `F(k)` held while the device moves from `x(k)` to
-//! `x(k+1)`, the spring is told the motion `x(k+1) - x(k)`, so that both sides count `Σ F(k) (x(k+1) - x(k))`, whatever
-//! happens in between.
+//! The sample-and-hold matches energies exactly. The force `F(k)` is held while the device moves from `x(k)` to
+//! `x(k+1)`, and the spring gets the motion `x(k+1) - x(k)`, so that both sides count `Σ F(k) (x(k+1) - x(k))`,
+//! whatever happens in between.
 //!
 //! - [`PassiveSpring`], energy level by energy level, causal: `F = β k s`, `s' = √(s² + 2 α s (x(k+1) - x(k)))`, so
 //!   that `k s²/2` takes exactly `k s α Δx`. It engages at the surface with `s = x`.
 //! - [`MidpointSpring`]: `F = k (s + s')/2`, lossless; it needs the position that the force itself leads to, and so the
 //!   mass: for simulation only.
 //!
-//! With `β = α = 1` the spring is passive as it stands; otherwise power is scaled by `β/α`, and `β k s²/(2α)` is the
+//! With `β = α = 1` the spring is passive by itself; otherwise power is scaled by `β/α`, and `β k s²/(2α)` is the
 //! storage.
 //!
 //! **Sources**: the seed on power scaling (its `e_c = e_d/β` is here a `β` below 1); Stramigioli et al. 2005 for the
 //! sample-and-hold; the energy level after the energy-leap idea of Stramigioli and Secchi (general knowledge).
-//! **Known failures**: against `s + Δx` it loses `k Δx²/2` a sample, so its rest position drifts; at `s = 0` it is dead
-//! until it engages anew; a retreat by more than `s/2` within one sample takes out more than is stored (`overdrawn_j`);
-//! a `β` that changes while the spring rings scales power by another factor on the way in than on the way out.
+//! **Known failures**: against `s + Δx` it loses `k Δx²/2` a sample, so its rest position drifts; at `s = 0` it gives
+//! no force until it engages anew; a retreat by more than `s/2` within one sample takes out more than is stored
+//! (`overdrawn_j`); a `β` that changes while the spring rings scales power by another factor on the way in than on the
+//! way out.
 
 use super::SampledLaw;
 
@@ -29,7 +30,7 @@ pub struct PassiveSpring {
     pub alpha: f64,
     /// `β`.
     pub beta: f64,
-    /// Whether it engages again inside the wall after it has died.
+    /// Whether the spring engages again inside the wall after its extension has become 0.
     pub revive: bool,
     extension_m: f64,
     touching: bool,
@@ -41,7 +42,7 @@ pub struct PassiveSpring {
 }
 
 impl PassiveSpring {
-    /// A spring at rest, the device at `start_m` beyond the surface.
+    /// Creates a spring at rest, the device at `start_m` beyond the surface.
     #[must_use]
     pub fn new(stiffness_n_per_m: f64, revive: bool, start_m: f64) -> Self {
         Self {
@@ -57,25 +58,25 @@ impl PassiveSpring {
         }
     }
 
-    /// `s`.
+    /// Returns `s`.
     #[must_use]
     pub fn extension_m(&self) -> f64 {
         self.extension_m
     }
 
-    /// `k s²/2`.
+    /// Returns `k s²/2`.
     #[must_use]
     pub fn stored_j(&self) -> f64 {
         0.5 * self.stiffness_n_per_m * self.extension_m * self.extension_m
     }
 
-    /// What engaging has given so far: energy that the device never paid for.
+    /// Returns the energy that engaging has added so far, without work of the device.
     #[must_use]
     pub fn engaged_j(&self) -> f64 {
         self.engaged_j
     }
 
-    /// What the device has taken out beyond what was stored, so far.
+    /// Returns the energy that the device has taken out so far beyond the stored energy.
     #[must_use]
     pub fn overdrawn_j(&self) -> f64 {
         self.overdrawn_j
@@ -113,7 +114,7 @@ pub struct MidpointSpring {
 }
 
 impl MidpointSpring {
-    /// Position and speed a period later: `F = -k (q + v T/2) / (1 + k T²/(4 m))` held.
+    /// Returns position and speed a period later, with `F = -k (q + v T/2) / (1 + k T²/(4 m))` held.
     #[must_use]
     pub fn step(&self, (q_m, v_m_per_s): (f64, f64)) -> (f64, f64) {
         let (k, m, t) = (self.stiffness_n_per_m, self.mass_kg, self.period_s);
@@ -122,7 +123,7 @@ impl MidpointSpring {
         (q_m + t * (v_m_per_s + 0.5 * a * t), v_m_per_s + a * t)
     }
 
-    /// `m v²/2 + k q²/2`.
+    /// Returns `m v²/2 + k q²/2`.
     #[must_use]
     pub fn energy_j(&self, (q_m, v_m_per_s): (f64, f64)) -> f64 {
         0.5 * (self.mass_kg * v_m_per_s * v_m_per_s + self.stiffness_n_per_m * q_m * q_m)

@@ -1,13 +1,14 @@
 //! A spring and a damper inside the wall, and a negative damper everywhere.
 //!
-//! `F = K x + B v` for `x ≥ 0`, else 0, less `b v` always; `v = (x(k) - x(k-N)) / (N T)`, renewed every `N`-th sample:
-//! `N = 1` is the plain wall, `N > 1` dual-rate sampling (spring fast, damping slow), which leaves the velocity's
-//! quantum at `Δ / (N T)`.
+//! `F = K x + B v` for `x ≥ 0`, else 0, and everywhere minus `b v`; `v = (x(k) - x(k-N)) / (N T)`, computed at every
+//! `N`-th sample. `N = 1` is the plain wall. `N > 1` is dual-rate sampling (spring fast, damping slow), which keeps the
+//! velocity's quantum at `Δ / (N T)`.
 //!
 //! **Sources**: Colgate and Schenkel 1997 (the plain wall); Colgate and Brown 1994 (a physical damper `b` together with
 //! `-b`); the dual rate after the page that cites Vasudevan et al. 2007.
 //! **Known failures**: a held spring gives `K v² T² / 2` a sample; the quantum of `v` grows with the rate; `-b` must
-//! not exceed the physical damping, and together they only feel undamped, they are at the boundary of passivity.
+//! not exceed the physical damping, and even then the device only feels undamped: the two together lie at the boundary
+//! of passivity.
 
 use super::SampledLaw;
 
@@ -18,9 +19,9 @@ pub struct Wall {
     pub stiffness_n_per_m: f64,
     /// `B`, inside the wall.
     pub damping_n_s_per_m: f64,
-    /// `b`, taken off everywhere.
+    /// `b`, subtracted everywhere.
     pub relief_n_s_per_m: f64,
-    /// Samples of the spring for one of the velocity.
+    /// Samples of the spring per sample of the velocity.
     pub ratio: u32,
     /// `T`.
     pub period_s: f64,
@@ -30,7 +31,7 @@ pub struct Wall {
 }
 
 impl Wall {
-    /// A wall whose velocity is taken every `ratio` samples, the device at `start_m` beyond its surface.
+    /// Creates a wall whose velocity is computed every `ratio` samples, the device at `start_m` beyond its surface.
     #[must_use]
     pub fn new(stiffness_n_per_m: f64, damping_n_s_per_m: f64, ratio: u32, period_s: f64, start_m: f64) -> Self {
         Self {
@@ -45,7 +46,7 @@ impl Wall {
         }
     }
 
-    /// The force at a position, with the velocity of the latest sample.
+    /// Returns the force at a position, with the velocity of the latest sample.
     #[must_use]
     pub fn force_n(&self, x_m: f64) -> f64 {
         let inside_n = if x_m >= 0.0 {

@@ -1,16 +1,16 @@
-//! What of a run has to be right, and how right: what models are compared by.
+//! The outputs of a run by which models are compared, and the error allowed.
 
 use super::quantity as q;
 use super::section::Section;
 use super::section::Sense::Within;
 use super::source::SceneError;
 
-/// Something that a run tells, by which models are compared.
+/// An output of a run, by which models are compared.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub enum Output {
     /// The motion at the plant's rate.
     Trace,
-    /// Where it ends.
+    /// The angle at the end.
     FinalAngle,
     /// The deepest point in the wall.
     PeakPenetration,
@@ -18,16 +18,16 @@ pub enum Output {
     Amplitude,
     /// The frequency of the verdict.
     Frequency,
-    /// What source and hand have given.
+    /// The energy that source and hand have given.
     Energy,
     /// rms about the steady value at the end of a drop test.
     Rms,
-    /// What became of the motion.
+    /// The verdict on the motion.
     Verdict,
 }
 
 impl Output {
-    /// Those of an axis.
+    /// The outputs of an axis.
     pub const OF_AN_AXIS: [Self; 7] = [
         Self::Trace,
         Self::FinalAngle,
@@ -37,10 +37,10 @@ impl Output {
         Self::Energy,
         Self::Verdict,
     ];
-    /// Those of a PHANToM.
+    /// The outputs of a PHANToM.
     pub const OF_A_PHANTOM: [Self; 3] = [Self::Trace, Self::Rms, Self::Verdict];
 
-    /// Its name in a scene.
+    /// Returns its name in a scene.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -56,16 +56,16 @@ impl Output {
     }
 }
 
-/// What of a run has to be right, and how right.
+/// The outputs of a run that must be right, and the error allowed.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Accuracy {
     /// The outputs that count; `None`: those that the verdict makes worth comparing.
     pub outputs: Option<Vec<Output>>,
-    /// The relative error that is allowed.
+    /// The relative error allowed.
     pub within: f64,
 }
 
-/// Reads `[accuracy]`; `all` are the outputs there are.
+/// Reads `[accuracy]`; `all` holds the outputs of this kind of scene.
 pub(super) fn accuracy(s: &Section, all: &[Output]) -> Result<Accuracy, SceneError> {
     s.accept(&["outputs", "within"])?;
     let within = s.quantity("within", &q::RATIO, Within(1e-9, 1e3), Some(0.01))?;

@@ -1,4 +1,4 @@
-//! A design of the user's own: its files, and what its ports are connected to.
+//! A design of the user's own: its files, and the connections of its ports.
 
 use std::fmt;
 
@@ -11,14 +11,14 @@ use std::sync::Arc;
 
 use hpu_signal::Clock;
 
-/// One experiment of an axis whose loop a design of the user's own closes; in SI units.
+/// One experiment of an axis whose loop is closed by a design of the user's own; in SI units.
 #[derive(Clone, PartialEq, Debug)]
 pub struct DutScene {
     /// Name: that of the file, without folder and extension.
     pub name: String,
-    /// What the scene shows and what to look for.
+    /// The text about what the scene shows and what to look for.
     pub about: String,
-    /// What the hand holds.
+    /// The device that the hand holds.
     pub device: Device,
     /// The encoder on the shaft, or along the rail.
     pub encoder: Encoder,
@@ -30,43 +30,43 @@ pub struct DutScene {
     pub clock: Clock,
     /// The design.
     pub dut: Dut,
-    /// Where the wall stands that the design renders.
+    /// The position of the wall that the design renders.
     pub wall_rad: f64,
-    /// The generic or constant that makes the wall stiffer, by its key, where the scene says so.
+    /// Key of the generic or constant that makes the wall stiffer, if the scene names one.
     pub varies: Option<String>,
-    /// What moves the device.
+    /// The hand, which moves the device.
     pub hand: Hand,
-    /// What goes wrong between device and design.
+    /// The faults between device and design.
     pub faults: Option<Faults>,
-    /// How much is modelled of the device.
+    /// The parts of the device's physics that are modelled.
     pub model: Model,
-    /// How long it runs.
+    /// Duration and seed of the run.
     pub run: Run,
-    /// What is recorded.
+    /// Settings of the recording.
     pub record: Record,
-    /// What is expected of the run.
+    /// The expected results of the run.
     pub expect: Expect,
-    /// By what it would be compared.
+    /// The outputs by which models would be compared.
     pub accuracy: Accuracy,
-    /// Every parameter of the run, as the scene was read, and who said it.
+    /// Every parameter of the run, as the scene was read, with its origin.
     pub parameters: Arc<[Parameter]>,
     pub(super) places: Places,
 }
 
 impl DutScene {
-    /// Duration in clock edges.
+    /// Returns the duration in clock edges.
     #[must_use]
     pub fn edges(&self) -> u64 {
         self.clock.edges(self.run.duration_s)
     }
 
-    /// The wall's position in counts of the encoder, from angle 0.
+    /// Returns the wall's position in counts of the encoder, from angle 0.
     #[must_use]
     pub fn wall_counts(&self) -> i64 {
         (self.wall_rad / self.encoder.count_rad()).round() as i64
     }
 
-    /// An error at one of the scene's keys.
+    /// Returns an error at one of the scene's keys.
     #[must_use]
     pub fn error(&self, key: &str, reason: impl Into<String>) -> SceneError {
         self.places.error(key, reason)
@@ -82,9 +82,9 @@ pub struct Dut {
     pub library: String,
     /// Its topmost entity or module.
     pub top: String,
-    /// Which VHDL it is written in.
+    /// The edition of VHDL that it is written in.
     pub standard: Standard,
-    /// What simulates it.
+    /// The simulator.
     pub engine: Engine,
     /// Its clocks.
     pub clocks: Vec<DutClock>,
@@ -92,16 +92,16 @@ pub struct Dut {
     pub reset: Option<DutReset>,
     /// Generics or parameters, and their values as the language writes them.
     pub generics: Vec<(String, Generic)>,
-    /// Ports, and what they are connected to.
+    /// Ports with their connections.
     pub ports: Vec<(String, Connection)>,
-    /// Whether a leg that `bridge.pwm` has off is open instead of braking.
+    /// Whether a bridge leg is open, instead of braking, while `bridge.pwm` is 0.
     pub floats: bool,
 }
 
 /// A file of a design: its name, as the scene has it, and its content.
 pub type SourceFile = (String, Arc<[u8]>);
 
-/// Which VHDL.
+/// An edition of VHDL.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Standard {
     /// VHDL-93.
@@ -110,10 +110,10 @@ pub enum Standard {
     Vhdl2008,
 }
 
-/// What simulates a design.
+/// A simulator of designs.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Engine {
-    /// Verilator where it can, else GHDL.
+    /// Verilator where it can simulate the design, else GHDL.
     Auto,
     /// GHDL.
     Ghdl,
@@ -122,7 +122,7 @@ pub enum Engine {
 }
 
 impl Engine {
-    /// `dut.engine`.
+    /// Returns its name in `dut.engine`.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -138,7 +138,7 @@ impl Engine {
 pub struct DutClock {
     /// Its port.
     pub port: String,
-    /// Cycles of the scene's clock in one of its own.
+    /// Number of cycles of the scene's clock in one of its own.
     pub divide: u32,
 }
 
@@ -149,7 +149,7 @@ pub struct DutReset {
     pub port: String,
     /// Whether it resets at 0.
     pub active_low: bool,
-    /// For how many cycles of the slowest clock it is active before the run.
+    /// Number of cycles of the slowest clock for which it is active before the run.
     pub clocks: u32,
 }
 
@@ -185,21 +185,21 @@ pub enum Line {
     Index,
     /// The high switch of the leg at the motor's plus terminal.
     PlusHigh,
-    /// The low switch there.
+    /// The low switch of the leg at the plus terminal.
     PlusLow,
     /// The high switch of the leg at the minus terminal.
     MinusHigh,
-    /// The low switch there.
+    /// The low switch of the leg at the minus terminal.
     MinusLow,
     /// The plus leg: high at 1, low at 0.
     Plus,
-    /// The minus leg.
+    /// The minus leg: high at 1, low at 0.
     Minus,
-    /// The motor is driven.
+    /// The pulse: the motor is driven at 1.
     Pwm,
     /// The direction in which it is driven: positive at 1.
     Direction,
-    /// At 0 all switches are open.
+    /// Enable: at 0 all switches are open.
     Enable,
 }
 
@@ -220,7 +220,7 @@ impl Line {
         Self::Enable,
     ];
 
-    /// As scenes call it.
+    /// Returns its name in scenes.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -239,36 +239,36 @@ impl Line {
         }
     }
 
-    /// Whether the world gives it, and the design takes it.
+    /// Returns whether it is an input of the design, driven by the world.
     #[must_use]
     pub fn is_given(self) -> bool {
         matches!(self, Self::A | Self::B | Self::Index)
     }
 }
 
-/// What a port is connected to.
+/// The connection of a port.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Connection {
-    /// A line, through an inverter or not.
+    /// A line, inverted if the flag is set.
     Line(Line, bool),
     /// The encoder's count, from 0 at the start, modulo the port's range.
     Count,
-    /// The encoder's angle, whole counts, as a word of this format, modulo its range.
+    /// The encoder's angle, in whole counts, as a word of this format, modulo its range.
     Angle(Format),
     /// The wall's position in counts from the start.
     Wall,
-    /// A word that stays.
+    /// A constant word.
     Constant(i64),
-    /// The mean voltage of the bridge over its supply, as a word of this format; in offset binary or not.
+    /// The mean voltage of the bridge over its supply, as a word of this format; in offset binary if the flag is set.
     Duty(Format, bool),
-    /// The amplifier's force over its full scale, as a word of this format; in offset binary or not.
+    /// The amplifier's force over its full scale, as a word of this format; in offset binary if the flag is set.
     Force(Format, bool),
-    /// Nothing: an output that nobody reads.
+    /// Nothing: an output that nothing reads.
     Open,
 }
 
 impl Connection {
-    /// As scenes call it.
+    /// Returns its name in scenes.
     #[must_use]
     pub fn name(self) -> String {
         match self {
@@ -283,7 +283,7 @@ impl Connection {
         }
     }
 
-    /// Whether the port is an input of the design.
+    /// Returns whether the port is an input of the design.
     #[must_use]
     pub fn is_given(self) -> bool {
         match self {
@@ -293,13 +293,13 @@ impl Connection {
         }
     }
 
-    /// Whether its word drives the device.
+    /// Returns whether its word drives the device.
     #[must_use]
     pub fn drives(self) -> bool {
         !self.is_given() && self != Self::Open
     }
 
-    /// The format that its words have, where the connection says so.
+    /// Returns the format of its words, if the connection fixes it.
     #[must_use]
     pub fn format(self) -> Option<Format> {
         match self {
@@ -310,7 +310,7 @@ impl Connection {
     }
 }
 
-/// How a design drives its device.
+/// The way in which a design drives its device.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Driving {
     /// By the four switches of the bridge.
@@ -326,7 +326,7 @@ pub enum Driving {
 }
 
 impl Dut {
-    /// The lines that are connected.
+    /// Returns the lines that are connected.
     pub fn lines(&self) -> impl Iterator<Item = Line> + '_ {
         self.ports.iter().filter_map(|(_, connection)| match connection {
             Connection::Line(line, _) => Some(*line),
@@ -334,11 +334,11 @@ impl Dut {
         })
     }
 
-    /// How it drives its device.
+    /// Returns the way in which the design drives its device.
     ///
     /// # Errors
     ///
-    /// What is missing, or too much.
+    /// A message about the connection that is missing, or one too many.
     pub fn driving(&self) -> Result<Driving, String> {
         let has = |line: Line| self.lines().any(|connected| connected == line);
         let ways = [

@@ -1,23 +1,23 @@
-//! What a scene expects of its run.
+//! The results that a scene expects of its run.
 
-/// The verdict a scene expects.
+/// The verdict that a scene expects.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum OutcomeKind {
-    /// It comes to rest.
+    /// The motion comes to rest.
     Settled,
-    /// It keeps swinging.
+    /// The motion is a limit cycle: it keeps oscillating.
     LimitCycle,
-    /// It swings ever wider.
+    /// The motion oscillates ever wider.
     Diverged,
-    /// A drop test: it rests on the wall.
+    /// A drop test: the tip rests on the wall.
     Passive,
-    /// A drop test: it chatters on the wall.
+    /// A drop test: the tip chatters on the wall.
     NonPassive,
-    /// A drop test: it had to be aborted.
+    /// A drop test that had to be aborted.
     HighlyUnstable,
 }
 
-/// What is expected of a run.
+/// The expected results of a run.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Expect {
     /// The verdict.
@@ -26,18 +26,18 @@ pub struct Expect {
     pub numbers: Vec<Expectation>,
 }
 
-/// A number that a run shall give, in SI units.
+/// An expected number, in SI units.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Expectation {
-    /// Which number.
+    /// The metric.
     pub metric: Metric,
-    /// What it shall be, in the metric's SI unit.
+    /// The expected value, in the metric's SI unit.
     pub value: f64,
-    /// How far off it may be, in the same unit.
+    /// The greatest deviation accepted, in the same unit.
     pub tolerance: f64,
 }
 
-/// A number that a run gives.
+/// A number computed from a run.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Metric {
     /// Angle at the end, rad.
@@ -63,7 +63,7 @@ pub enum Metric {
 }
 
 impl Metric {
-    /// Those of an axis.
+    /// The metrics of an axis.
     pub const OF_AN_AXIS: [Self; 9] = [
         Self::FinalAngle,
         Self::PeakAngle,
@@ -76,7 +76,7 @@ impl Metric {
         Self::ContactShare,
     ];
 
-    /// Its key in a scene.
+    /// Returns its key in a scene.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {

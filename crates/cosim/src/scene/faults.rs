@@ -1,9 +1,9 @@
 //! Faults between device and logic, as a scene asks for them.
 
-/// When something happens.
+/// The times at which a fault happens.
 #[derive(Clone, PartialEq, Debug)]
 pub enum Times {
-    /// So many times, at random over the run, by its seed.
+    /// This number of random times over the run, drawn by its seed.
     Random(u64),
     /// At these times, in seconds.
     At(Vec<f64>),
@@ -21,58 +21,58 @@ pub enum EncoderLine {
 /// A switch of the bridge.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Switch {
-    /// The high one at the motor's plus terminal.
+    /// The high switch at the motor's plus terminal.
     PlusHigh,
-    /// The low one there.
+    /// The low switch at the plus terminal.
     PlusLow,
-    /// The high one at the minus terminal.
+    /// The high switch at the minus terminal.
     MinusHigh,
-    /// The low one there.
+    /// The low switch at the minus terminal.
     MinusLow,
 }
 
 /// A switch that does not follow its gate.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Stuck {
-    /// Which.
+    /// The switch.
     pub switch: Switch,
-    /// Whether it stays closed, or open.
+    /// Whether it stays closed; else it stays open.
     pub closed: bool,
-    /// From when on, in seconds.
+    /// The time from which it sticks, in seconds.
     pub from_s: f64,
-    /// Until when; `None` to the end.
+    /// The time until which it sticks, in seconds; `None`: to the end.
     pub to_s: Option<f64>,
 }
 
 /// Faults between device and logic: of the encoder's lines, of the bridge's switches, of the clock.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Faults {
-    /// Edges of the encoder that the lines do not show: each the first from that time on.
+    /// Edges of the encoder that the lines do not show: for each time, the first edge from then on.
     pub missed_edge: Times,
-    /// Edges after which the lines go one count farther.
+    /// Edges of the encoder after which the lines go one count farther.
     pub doubled_edge: Times,
-    /// Clocks from the edge to that.
+    /// Clocks from such an edge to the extra count.
     pub doubled_clocks: u64,
-    /// Edges after which the lines go back and forth.
+    /// Edges of the encoder after which the lines go back and forth.
     pub bounce: Times,
-    /// How often they go back.
+    /// Number of times that they go back.
     pub bounces: u64,
-    /// Clocks of a level then, at most: random from 1 on.
+    /// Greatest duration of a level during a bounce, in clocks: random from 1 on.
     pub bounce_clocks: u64,
-    /// A line inverted for some clocks.
+    /// Times at which a line is inverted for some clocks.
     pub glitch: Times,
-    /// Which.
+    /// The line of the glitch.
     pub glitch_line: EncoderLine,
-    /// For how many clocks.
+    /// Duration of a glitch, in clocks.
     pub glitch_clocks: u64,
-    /// From when on A and B are exchanged, in seconds.
+    /// The time from which A and B are exchanged, in seconds.
     pub swapped_from_s: Option<f64>,
-    /// A line that is inverted, and from when on, in seconds.
+    /// An inverted line, and the time from which it is inverted, in seconds.
     pub inverted: Option<(EncoderLine, f64)>,
     /// Whether the index never comes.
     pub lost_index: bool,
     /// A switch that does not follow its gate.
     pub stuck: Option<Stuck>,
-    /// How much earlier than its ideal time a clock edge comes at most, in seconds.
+    /// The most by which a clock edge comes earlier than its ideal time, in seconds.
     pub jitter_s: f64,
 }

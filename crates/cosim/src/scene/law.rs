@@ -1,4 +1,4 @@
-//! The laws that a scene may ask for by `method.kind`, and their keys.
+//! The laws that a scene can choose by `method.kind`, and their keys.
 
 use hpu_datapath::Estimator;
 use hpu_signal::Format;
@@ -10,7 +10,7 @@ use super::section::Sense::{NotNegative, Positive, Within};
 use super::source::SceneError;
 use crate::law::{BoundingForm, Observer};
 
-/// A law and what it needs beyond the wall, in SI units.
+/// A law, with its parameters beyond the wall's, in SI units.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum LawMethod {
     /// Spring, and damping by an estimator at its own rate.
@@ -21,14 +21,14 @@ pub enum LawMethod {
         coupling_nm_per_rad: f64,
         /// `B_c`.
         coupling_nm_s_per_rad: f64,
-        /// The wall is rigid, whatever its stiffness says.
+        /// Whether the wall is rigid, whatever its stiffness.
         rigid: bool,
     },
     /// Passivity observer and controller.
     PassivityController {
-        /// What the observer multiplies a motion by.
+        /// The force that the observer multiplies a motion by.
         observer: Observer,
-        /// The most that may be stored.
+        /// The most energy that may be stored.
         credit_j: Option<f64>,
         /// Width of the observed energy.
         energy_bits: u32,
@@ -44,11 +44,11 @@ pub enum LawMethod {
     },
     /// The energy-level spring behind a passive sample-and-hold.
     PassiveSpring {
-        /// Virtual motion for one of the device.
+        /// Motion of the virtual spring per motion of the device.
         alpha: f64,
-        /// Force shown for one of the virtual spring.
+        /// Force shown per force of the virtual spring.
         beta: f64,
-        /// Whether it engages again inside the wall after it has died.
+        /// Whether the spring engages again inside the wall after its extension has become 0.
         revive: bool,
         /// Fraction bits of the extension.
         extension_frac: u32,
@@ -58,11 +58,11 @@ pub enum LawMethod {
 /// See [`LawMethod::SampledWall`].
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct SampledWallMethod {
-    /// The spring reads the position at once, as in the hybrid loop.
+    /// Whether the spring reads the position at once, as in the hybrid loop.
     pub live: bool,
-    /// What tells the velocity.
+    /// The estimator of the velocity.
     pub estimator: Estimator,
-    /// Periods of the spring for one of the velocity.
+    /// Periods of the spring per period of the velocity.
     pub ratio: u32,
     /// `log2` of the filter's weight.
     pub shift: u32,
@@ -77,7 +77,7 @@ pub struct SampledWallMethod {
 }
 
 impl LawMethod {
-    /// `method.kind`.
+    /// Returns its name in `method.kind`.
     #[must_use]
     pub fn name(&self) -> &'static str {
         match self {
@@ -90,7 +90,7 @@ impl LawMethod {
     }
 }
 
-/// The keys of a law, beside those of every method.
+/// Returns the keys of a law, in addition to those of every method; `None` if there is no such law.
 pub(super) fn keys(kind: &str) -> Option<&'static [&'static str]> {
     match kind {
         "sampled_wall" => Some(&[
@@ -111,7 +111,7 @@ pub(super) fn keys(kind: &str) -> Option<&'static [&'static str]> {
     }
 }
 
-/// Reads the keys of a law; `None` for a kind that is none.
+/// Reads the keys of a law; returns `None` if `kind` is not a law.
 pub(super) fn law(s: &Section, kind: &str, axis: &Axis) -> Result<Option<LawMethod>, SceneError> {
     let small = |key: &str, least: u64, most: u64, default: u64| -> Result<u32, SceneError> {
         Ok(s.integer(key, least, most, Some(default))? as u32)
@@ -165,7 +165,7 @@ pub(super) fn law(s: &Section, kind: &str, axis: &Axis) -> Result<Option<LawMeth
     }))
 }
 
-/// Reads a small number: key, least, most, default.
+/// Reads a small number, given its key, least value, greatest value and default.
 type Small<'a> = dyn Fn(&str, u64, u64, u64) -> Result<u32, SceneError> + 'a;
 
 fn sampled_wall(s: &Section, axis: &Axis, small: &Small) -> Result<SampledWallMethod, SceneError> {

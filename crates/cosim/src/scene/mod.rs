@@ -1,14 +1,14 @@
 //! Scenes: one TOML file is one experiment, on an axis (the table below) or on a PHANToM ([`phantom`]).
 //!
 //! A scene says first, in prose, what to look for (`about`), then names the device, the transducers, the clock, the
-//! method, the wall, the hand, how much physics is modelled, how long it runs, what is recorded and what is expected.
-//! Everything is validated before anything runs. Quantities are numbers in SI units or strings with a unit
-//! (`"25.175 MHz"`). Angles are those of the motor's shaft, positive into the wall; the wheel turns by the shaft's
-//! angle over `wheel_ratio`.
+//! method, the wall, the hand, the physics that is modelled, the duration, the recording and the expected results.
+//! Everything is validated before anything runs. Quantities are numbers in SI units or strings with a unit (`"25.175
+//! MHz"`). Angles are those of the motor's shaft, positive into the wall; the wheel turns by the shaft's angle over
+//! `wheel_ratio`.
 //!
-//! The dots of a unit may be left out (`"1.2 mNm"`). A word format is `"(S,I,F)"`, or as other tools write it:
-//! `"UQ4.8"`, `"ufix12_En8"` and what else [`Format`](hpu_signal::Format) reads. `"Q4.8"` is TI's, whose 4 integer bits
-//! leave out the sign bit.
+//! The dots of a unit may be left out (`"1.2 mNm"`). A word format is `"(S,I,F)"`, or a notation of other tools:
+//! `"UQ4.8"`, `"ufix12_En8"` and all others that [`Format`](hpu_signal::Format) reads. `"Q4.8"` is TI's notation: its 4
+//! integer bits do not include the sign bit.
 //!
 //! | Section | Keys, `[default]` |
 //! |---|---|
@@ -45,8 +45,9 @@
 //! | `[expect]` | `outcome` (`settled`, `limit_cycle`, `diverged`), and any [`Metric`] as `{ value, tolerance }` |
 //! | `[accuracy]` by which models are compared | `outputs` \[by the verdict\]: a list of [`Output`]s; `within` \[1 %\] |
 //!
-//! In the place of `[method]` a scene of an axis may have a design of the user's own, a [`Dut`]; `[wall]` then has its
-//! `position` and `varies`, the key of the generic or constant that makes the wall stiffer, `[model]` what is left out of friction, and `[hand]` is no recording.
+//! A scene of an axis may have a design of the user's own, a [`Dut`], in the place of `[method]`. Its `[wall]` then has
+//! `position` and `varies`, the key of the generic or constant that makes the wall stiffer; its `[model]` has only the
+//! keys of friction; its `[hand]` is no recording.
 //!
 //! | Section | Keys, `[default]` |
 //! |---|---|
@@ -63,12 +64,12 @@
 //!
 //! # Sizes
 //!
-//! A quantity that is finite but absurd is refused with what is accepted. Between its bounds everything that a run
-//! computes stays finite and resolved: `f64` tells the counts of the finest encoder apart at the farthest place,
-//! double-double follows the fastest mode through the longest run, and a word has its place in 64 bits. Published
-//! devices are orders of magnitude away from either end. A quantity of either sign is accepted down to 0, one without a
-//! sign from its least size on, or 0 where that has a meaning. Some keys have narrower bounds of their own; their
-//! refusals tell them.
+//! A quantity that is finite but absurd is refused, with the accepted range in the message. Between the bounds
+//! everything that a run computes stays finite and resolved: `f64` tells the counts of the finest encoder apart at the
+//! farthest place, double-double follows the fastest mode through the longest run, and a word fits in 64 bits.
+//! Published devices are orders of magnitude away from either end. A quantity of either sign is accepted down to 0. A
+//! quantity without a sign is accepted from its least size on, or also at 0 where that has a meaning. Some keys have
+//! narrower bounds of their own; the messages state them.
 //!
 //! | Quantity | least | greatest | unit |
 //! |---|---|---|---|
@@ -94,7 +95,7 @@
 //! | an energy | 1e-15 | 1e9 | J |
 //! | a plain number | 1e-9 | 1e12 | 1 |
 //!
-//! No speed may pass by more than 1000 encoder counts in one clock edge: neither the one at the start nor one that a
+//! No speed may pass more than 1000 encoder counts in one clock edge: neither the speed at the start nor one that a
 //! hand imposes. A run ends when a motion has left the 2^52 counts to either side that an encoder can tell apart.
 
 mod accuracy;
@@ -146,7 +147,7 @@ use hpu_signal::Clock;
 
 use source::{Places, Source};
 
-/// Edges a run may last: what a [`hpu_signal::Cycle`] holds, with room to spare.
+/// The most clock edges that a run may last; a [`hpu_signal::Cycle`] holds them with room to spare.
 pub const MOST_EDGES: u64 = 1 << 62;
 
 /// Any experiment.
@@ -157,12 +158,12 @@ pub enum Experiment {
     Axis(Scene),
     /// The three axes of a PHANToM.
     Phantom(PhantomScene),
-    /// One axis, and a design of the user's own.
+    /// One axis whose loop is closed by a design of the user's own.
     Dut(DutScene),
 }
 
 impl Experiment {
-    /// Parses and validates a scene of either kind; as [`Scene::parse`].
+    /// Parses and validates a scene of any kind, as [`Scene::parse`] does.
     ///
     /// # Errors
     ///
@@ -184,7 +185,7 @@ impl Experiment {
         read::scene(name, source, load).map(Self::Axis)
     }
 
-    /// The scene, if it is one of an axis.
+    /// Returns the scene if it is one of an axis.
     #[must_use]
     pub fn axis(self) -> Option<Scene> {
         match self {
@@ -193,7 +194,7 @@ impl Experiment {
         }
     }
 
-    /// The scene, if it is one of a PHANToM.
+    /// Returns the scene if it is one of a PHANToM.
     #[must_use]
     pub fn phantom(self) -> Option<PhantomScene> {
         match self {
@@ -202,7 +203,7 @@ impl Experiment {
         }
     }
 
-    /// Its name.
+    /// Returns its name.
     #[must_use]
     pub fn name(&self) -> &str {
         match self {
@@ -212,7 +213,7 @@ impl Experiment {
         }
     }
 
-    /// What it shows and what to look for.
+    /// Returns the text about what the scene shows and what to look for.
     #[must_use]
     pub fn about(&self) -> &str {
         match self {
@@ -222,7 +223,7 @@ impl Experiment {
         }
     }
 
-    /// The FPGA's clock.
+    /// Returns the FPGA's clock.
     #[must_use]
     pub fn clock(&self) -> Clock {
         match self {
@@ -232,7 +233,7 @@ impl Experiment {
         }
     }
 
-    /// Duration in clock edges.
+    /// Returns the duration in clock edges.
     #[must_use]
     pub fn edges(&self) -> u64 {
         match self {
@@ -242,7 +243,7 @@ impl Experiment {
         }
     }
 
-    /// Whether its model is left to `hpu fit`: `model = "auto"`.
+    /// Returns whether the model is left to `hpu fit`: `model = "auto"`.
     #[must_use]
     pub fn auto(&self) -> bool {
         match self {
@@ -252,7 +253,7 @@ impl Experiment {
         }
     }
 
-    /// What is expected of the run.
+    /// Returns the expected results of the run.
     #[must_use]
     pub fn expect(&self) -> &Expect {
         match self {
@@ -262,7 +263,7 @@ impl Experiment {
         }
     }
 
-    /// Every parameter of the run, as the scene was read, and who said it.
+    /// Returns every parameter of the run, as the scene was read, with its origin.
     #[must_use]
     pub fn parameters(&self) -> &[Parameter] {
         match self {
@@ -272,7 +273,7 @@ impl Experiment {
         }
     }
 
-    /// By what models of it are compared.
+    /// Returns the outputs by which models of the scene are compared.
     #[must_use]
     pub fn accuracy(&self) -> &Accuracy {
         match self {
@@ -288,39 +289,39 @@ impl Experiment {
 pub struct Scene {
     /// Name: that of the file, without folder and extension.
     pub name: String,
-    /// What the scene shows and what to look for.
+    /// The text about what the scene shows and what to look for.
     pub about: String,
-    /// What the hand holds.
+    /// The device that the hand holds.
     pub device: Device,
     /// The encoder on the shaft, or along the rail.
     pub encoder: Encoder,
     /// The H-bridge of a motor.
     pub bridge: Bridge,
-    /// The force amplifier of a mass; the linear law does without.
+    /// The force amplifier of a mass; the linear law needs none.
     pub amplifier: Option<Amplifier>,
     /// The FPGA clock.
     pub clock: Clock,
-    /// What closes the loop.
+    /// The method that closes the loop.
     pub method: Method,
     /// The virtual wall.
     pub wall: Wall,
-    /// What moves the device.
+    /// The hand, which moves the device.
     pub hand: Hand,
-    /// What goes wrong between device and logic.
+    /// The faults between device and logic.
     pub faults: Option<Faults>,
-    /// How much is modelled.
+    /// The parts of the physics that are modelled.
     pub model: Model,
-    /// How long it runs.
+    /// Duration and seed of the run.
     pub run: Run,
-    /// What is recorded.
+    /// Settings of the recording.
     pub record: Record,
-    /// What is expected of the run.
+    /// The expected results of the run.
     pub expect: Expect,
-    /// By what models of it are compared.
+    /// The outputs by which models of the scene are compared.
     pub accuracy: Accuracy,
-    /// Whether the model is left to `hpu fit` (`model = "auto"`); it stands here as if nothing were said.
+    /// Whether the model is left to `hpu fit` (`model = "auto"`); the fields of `model` then hold the defaults.
     pub auto: bool,
-    /// Every parameter of the run, as the scene was read, and who said it.
+    /// Every parameter of the run, as the scene was read, with its origin.
     pub parameters: Arc<[Parameter]>,
     places: Places,
 }
@@ -328,10 +329,10 @@ pub struct Scene {
 impl Scene {
     /// Parses and validates a scene.
     ///
-    /// `name` is the file as errors shall call it. `overrides` are keys and values that replace the file's, in order,
-    /// as in `("wall.stiffness", "2 N.m/rad")`: a value that is not TOML is a string, sections are created when absent,
-    /// and a whole section is replaced by an inline table (`("hand", "{ kind = \"none\" }")`). `load` reads a file that
-    /// the scene names.
+    /// `name` is the file's name in error messages. `overrides` are keys and values that replace the file's, in order,
+    /// as in `("wall.stiffness", "2 N.m/rad")`. A value that is not TOML is a string; missing sections are created; an
+    /// inline table replaces a whole section (`("hand", "{ kind = \"none\" }")`). `load` reads a file that the scene
+    /// names.
     ///
     /// # Errors
     ///
@@ -345,13 +346,13 @@ impl Scene {
         read::scene(name, Source::parse(name, text, overrides)?, load)
     }
 
-    /// Duration in clock edges.
+    /// Returns the duration in clock edges.
     #[must_use]
     pub fn edges(&self) -> u64 {
         self.clock.edges(self.run.duration_s)
     }
 
-    /// Shaft angle at the start: the device's, or where a hand that imposes the angle begins.
+    /// Returns the shaft angle at the start: the device's, or the first angle of a hand that imposes the angle.
     #[must_use]
     pub fn initial_angle_rad(&self) -> f64 {
         match (&self.hand, &self.device) {
@@ -361,27 +362,27 @@ impl Scene {
         }
     }
 
-    /// The sample period in whole clocks.
+    /// Returns the sample period in whole clocks.
     #[must_use]
     pub fn period_clocks(&self) -> u64 {
         self.clock.edges(1.0 / self.method.sample_rate_hz)
     }
 
-    /// Clocks of a period of the modulator whose gates drive the device, if they do; periods begin at the edges after
-    /// its multiples.
+    /// Returns the clocks of a period of the modulator, if its gates drive the device. Periods begin at the edges after
+    /// multiples of that number.
     #[must_use]
     pub fn modulator_clocks(&self) -> Option<u64> {
         let switches = matches!(self.device, Device::Motor(_)) && self.model.bridge == BridgeModel::Switching;
         switches.then(|| 1 << self.method.pwm.bits)
     }
 
-    /// The solver's step in whole clocks, at least one: a sample period where it has no step of its own.
+    /// Returns the solver's step in whole clocks, at least one: a sample period if the scene sets no step.
     #[must_use]
     pub fn step_clocks(&self) -> u64 {
         self.model.step_s.map_or(self.period_clocks(), |step_s| self.clock.edges(step_s).max(1))
     }
 
-    /// The time over which a sampled velocity counts.
+    /// Returns the time span over which a sampled velocity counts, in s.
     pub(crate) fn velocity_span_s(&self) -> f64 {
         let samples = match self.method.kind {
             Loop::Law(LawMethod::SampledWall(wall)) => {
@@ -393,13 +394,13 @@ impl Scene {
         samples * self.sample_period_s()
     }
 
-    /// An error at one of the scene's keys.
+    /// Returns an error at one of the scene's keys.
     #[must_use]
     pub fn error(&self, key: &str, reason: impl Into<String>) -> SceneError {
         self.places.error(key, reason)
     }
 
-    /// The sample period in seconds, as the clock realises it.
+    /// Returns the sample period in seconds, as the clock realises it.
     #[must_use]
     pub fn sample_period_s(&self) -> f64 {
         self.period_clocks() as f64 / self.clock.frequency_hz() as f64

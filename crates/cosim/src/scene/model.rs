@@ -1,33 +1,33 @@
-//! How much of the world a scene models.
+//! The parts of the world's physics that a scene models.
 
-/// How the law is computed.
+/// The arithmetic of the law.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Datapath {
-    /// By the blocks, in words.
+    /// The blocks, in words.
     Words,
-    /// In floats: unquantised, unsaturated, pulling as well as pushing. The law that limits are computed of.
+    /// Floats: unquantised, unsaturated, pulling as well as pushing. Limits are computed for this law.
     Linear,
-    /// In floats, but on counts, unilateral and within what the actuator gives: what the words approximate.
+    /// Floats on counts, unilateral and limited to what the actuator gives: the law that the words approximate.
     Law,
 }
 
-/// How the bridge is modelled.
+/// The model of the bridge.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum BridgeModel {
-    /// Every switching.
+    /// Every switching of the gates.
     Switching,
     /// Its mean voltage.
     Averaged,
 }
 
-/// What brings the device from one instant to the next.
+/// The solver that moves the device from one instant to the next.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Solver {
     /// Exact flows, from event to event.
     Events,
     /// Exact flows, edge by edge.
     Clock,
-    /// Exact flows over a sample period, at whose ends alone datapath and device meet.
+    /// Exact flows over a sample period; datapath and device meet only at its ends.
     Sample,
     /// Fixed steps, explicit Euler.
     Euler,
@@ -44,7 +44,7 @@ impl Solver {
     pub const ALL: [Self; 7] =
         [Self::Events, Self::Clock, Self::Sample, Self::Euler, Self::SemiImplicit, Self::Midpoint, Self::Rk4];
 
-    /// `model.solver`.
+    /// Returns its name in `model.solver`.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -58,7 +58,7 @@ impl Solver {
         }
     }
 
-    /// The method of its steps, where it has steps of a length of its own.
+    /// Returns the method of its steps, if it takes steps of a length of its own.
     #[must_use]
     pub fn method(self) -> Option<hpu_plant::Method> {
         match self {
@@ -70,60 +70,60 @@ impl Solver {
         }
     }
 
-    /// Whether it takes steps of a length of its own.
+    /// Returns whether it takes steps of a length of its own.
     #[must_use]
     pub fn is_fixed_step(self) -> bool {
         self.method().is_some()
     }
 
-    /// Whether datapath and device meet at every clock edge.
+    /// Returns whether datapath and device meet at every clock edge.
     #[must_use]
     pub fn is_exact(self) -> bool {
         matches!(self, Self::Events | Self::Clock)
     }
 }
 
-/// How the winding is modelled.
+/// The model of the winding.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Winding {
     /// With its inductance.
     Inductive,
-    /// Without: the current follows the voltage at once.
+    /// Without inductance: the current follows the voltage at once.
     Resistive,
 }
 
-/// How Coulomb friction is modelled.
+/// The model of Coulomb friction.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Friction {
     /// It sticks and slips.
     StickSlip,
-    /// Proportional to the speed up to this one, constant beyond.
+    /// Friction proportional to the speed up to this speed, constant beyond.
     Smoothed {
-        /// In rad/s (m/s).
+        /// The speed, in rad/s (m/s).
         speed_rad_per_s: f64,
     },
-    /// There is none.
+    /// No Coulomb friction.
     None,
 }
 
-/// What the law reads.
+/// The position that the law reads.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum EncoderModel {
-    /// Counts, by the lines of the encoder.
+    /// Counts, counted from the encoder's lines.
     Quantised,
     /// Counts that are loaded into the counter, once a step and at samples: no lines, and no clock between them.
     Loaded,
-    /// The position itself.
+    /// The true position.
     Ideal,
 }
 
-/// How much is modelled.
+/// The parts of the physics that are modelled.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Model {
-    /// What moves the device on.
+    /// The solver.
     pub solver: Solver,
-    /// Step of the solvers that have one, as asked for; [`Scene::step_clocks`](super::Scene::step_clocks) is what the
-    /// clock makes of it.
+    /// Step requested for solvers that have one, in s; [`Scene::step_clocks`](super::Scene::step_clocks) returns the
+    /// step that the clock realises.
     pub step_s: Option<f64>,
     /// The law.
     pub datapath: Datapath,
@@ -135,6 +135,6 @@ pub struct Model {
     pub friction: Friction,
     /// The encoder.
     pub encoder: EncoderModel,
-    /// Delay of the linear law beside sampling.
+    /// Delay of the linear law in addition to sampling.
     pub delay_s: f64,
 }

@@ -1,17 +1,17 @@
-//! A scene's parameters: values, units and where each comes from.
+//! A scene's parameters: values, units and origins.
 
 use std::cell::RefCell;
 
-/// A parameter of a scene, as it is used.
+/// A parameter of a scene, with the value that the run uses.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Parameter {
     /// Its key, as in `wall.stiffness`.
     pub key: String,
     /// Its value.
     pub value: ParameterValue,
-    /// Its unit; empty where it has none.
+    /// Its unit; empty if it has none.
     pub unit: &'static str,
-    /// Where the value comes from.
+    /// The origin of the value.
     pub origin: Origin,
 }
 
@@ -22,20 +22,20 @@ pub enum ParameterValue {
     Number(f64),
     /// A whole number.
     Integer(u64),
-    /// Yes or no.
+    /// True or false.
     Flag(bool),
     /// A choice, a format, the name of a file, a path.
     Text(String),
 }
 
-/// Where a parameter's value comes from.
+/// The origin of a parameter's value.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Origin {
     /// The scene's file.
     Scene,
     /// An override.
     Set,
-    /// Nobody: it is the default.
+    /// The default: neither file nor override gives a value.
     Default,
     /// The motor that the scene names.
     Motor(&'static str),
@@ -48,7 +48,7 @@ pub enum Origin {
 pub(super) struct Parameters(RefCell<Vec<Parameter>>);
 
 impl Parameters {
-    /// Notes a parameter, or what it is now when it was read before.
+    /// Notes a parameter; if it was read before, replaces its value.
     pub(super) fn note(&self, parameter: Parameter) {
         let mut all = self.0.borrow_mut();
         match all.iter_mut().find(|known| known.key == parameter.key) {
@@ -57,7 +57,7 @@ impl Parameters {
         }
     }
 
-    /// All but those under these keys, which the run does not use.
+    /// Returns all parameters but those under these keys, which the run does not use.
     pub(super) fn take(&self, unused: &[&str]) -> Vec<Parameter> {
         let mut all = self.0.take();
         let under = |key: &str, section: &str| {

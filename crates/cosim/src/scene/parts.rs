@@ -5,7 +5,7 @@ use hpu_signal::Format;
 use super::law::LawMethod;
 use crate::replay::PinEdge;
 
-/// What the hand holds.
+/// The device that the hand holds.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Device {
     /// A DC motor with a wheel, driven by the bridge.
@@ -15,7 +15,7 @@ pub enum Device {
 }
 
 impl Device {
-    /// The units of its motion.
+    /// Returns the units of its motion.
     #[must_use]
     pub fn units(&self) -> Units {
         match self {
@@ -25,20 +25,20 @@ impl Device {
     }
 }
 
-/// What a device's numbers are in.
+/// The units of a device's numbers.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Units {
-    /// Positions and amplitudes.
+    /// Unit of positions and amplitudes.
     pub position: &'static str,
-    /// Torques or forces.
+    /// Unit of torques or forces.
     pub effort: &'static str,
-    /// Stiffnesses.
+    /// Unit of stiffnesses.
     pub stiffness: &'static str,
-    /// Dampings.
+    /// Unit of dampings.
     pub damping: &'static str,
 }
 
-/// A DC motor with a wheel; everything but the wheel itself is seen at the shaft.
+/// A DC motor with a wheel; all values but those of the wheel are referred to the shaft.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Motor {
     /// Winding resistance.
@@ -66,7 +66,7 @@ pub struct Motor {
 }
 
 impl Motor {
-    /// Inertia of rotor and wheel, seen at the shaft.
+    /// Returns the inertia of rotor and wheel, referred to the shaft.
     #[must_use]
     pub fn inertia_kg_m2(&self) -> f64 {
         self.rotor_inertia_kg_m2 + self.wheel_inertia_kg_m2 / (self.wheel_ratio * self.wheel_ratio)
@@ -93,18 +93,18 @@ pub struct Mass {
 pub enum Encoder {
     /// On a shaft.
     Rotary {
-        /// Lines a revolution; counts a revolution are four times that.
+        /// Lines per revolution; there are four times as many counts.
         lines: u32,
     },
     /// Along a rail.
     Linear {
-        /// The length of one count; 0 for none, which the linear law alone can do with.
+        /// The length of one count; 0 for no encoder, which only the linear law accepts.
         resolution_m: f64,
     },
 }
 
 impl Encoder {
-    /// The angle, or length, of one count.
+    /// Returns the angle, or length, of one count.
     #[must_use]
     pub fn count_rad(&self) -> f64 {
         match self {
@@ -123,12 +123,12 @@ pub struct Amplifier {
     pub shaper: Option<AnalogShaper>,
 }
 
-/// An analog input shaper: pushes out of the wall only, and gives way to what is fast.
+/// An analog input shaper: its force only pushes out of the wall, and its fast part is taken off.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct AnalogShaper {
     /// Cutoff of its high-pass filter.
     pub cutoff_hz: f64,
-    /// For how long the amplifier holds what it gives: the emulation's step, not the hardware's.
+    /// The time for which the amplifier holds its output: a step of the emulation, not of the hardware.
     pub hold_s: f64,
 }
 
@@ -150,12 +150,12 @@ pub enum Loop {
     Hybrid,
     /// Both sampled and held.
     Conventional,
-    /// A law of its own, sampled and held.
+    /// A sampled and held law.
     Law(LawMethod),
 }
 
 impl Loop {
-    /// `method.kind`.
+    /// Returns its name in `method.kind`.
     #[must_use]
     pub fn name(&self) -> &'static str {
         match self {
@@ -165,7 +165,7 @@ impl Loop {
         }
     }
 
-    /// Whether the spring reads the position at once.
+    /// Returns whether the spring reads the position at once.
     #[must_use]
     pub fn is_live(&self) -> bool {
         match self {
@@ -176,13 +176,13 @@ impl Loop {
     }
 }
 
-/// What closes the loop, and its words.
+/// The method that closes the loop, and its words.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Method {
     /// The wiring.
     pub kind: Loop,
-    /// Sample rate as asked for; [`Scene::sample_period_s`](super::Scene::sample_period_s) is what the clock makes of
-    /// it.
+    /// Sample rate requested; [`Scene::sample_period_s`](super::Scene::sample_period_s) returns the period that the
+    /// clock realises.
     pub sample_rate_hz: f64,
     /// Width of the position counter.
     pub position_bits: u32,
@@ -196,11 +196,11 @@ pub struct Method {
     pub period_bits: u32,
     /// Whether a product that does not fit clamps (else its upper bits are dropped).
     pub saturate: bool,
-    /// The rate whose period velocities are rescaled to, when they are.
+    /// The rate whose period velocities are rescaled to, if they are rescaled.
     pub reference_rate_hz: Option<f64>,
     /// Format of the velocity's scale, or of a law's.
     pub scale_format: Format,
-    /// Clocks by which the command is held back, the torque's logic taking longer than one.
+    /// Clocks by which the command is held back because the torque's logic takes longer than one clock.
     pub settling: u32,
     /// Cutoff of the digital input shaper behind the law, if there is one.
     pub shaper_hz: Option<f64>,
@@ -219,24 +219,24 @@ pub struct Pwm {
     pub latched: bool,
     /// All switches open in the off phase instead of a brake.
     pub floating: bool,
-    /// Time both switches of a leg stay open around a change.
+    /// Time during which both switches of a leg stay open around a change.
     pub dead_time_s: f64,
 }
 
 /// A virtual wall: a spring and a damper at the shaft, at angles beyond its position.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Wall {
-    /// Where it stands.
+    /// Its position.
     pub position_rad: f64,
     /// Its stiffness.
     pub stiffness_nm_per_rad: f64,
     /// Its damping.
     pub damping_nm_s_per_rad: f64,
-    /// How its words change while the scene runs.
+    /// The change of its words while the scene runs, if they change.
     pub ramp: Option<Ramp>,
 }
 
-/// Words of the wall that go in a straight line to other values.
+/// A change of the wall's words along a straight line to other values.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Ramp {
     /// The stiffness at the end.
@@ -249,7 +249,7 @@ pub struct Ramp {
     pub to_s: f64,
 }
 
-/// A time and an angle; between two points the path is straight, after the last one it stays.
+/// A time and an angle; between two points the path is straight, after the last point the angle stays.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct PathPoint {
     /// Time from the start of the run.
@@ -258,23 +258,23 @@ pub struct PathPoint {
     pub angle_rad: f64,
 }
 
-/// What moves the device.
+/// The hand, which moves the device.
 #[derive(Clone, PartialEq, Debug)]
 pub enum Hand {
-    /// Nothing.
+    /// No hand.
     None,
-    /// A torque that stays, positive into the wall.
+    /// A constant torque, positive into the wall.
     ConstantTorque {
         /// The torque.
         torque_nm: f64,
     },
-    /// A hand that means to follow a path and holds the device by a spring and a damper.
+    /// A hand that intends to follow a path and holds the device by a spring and a damper.
     SpringDamper {
         /// Stiffness of the grip.
         stiffness_nm_per_rad: f64,
         /// Damping of the grip.
         damping_nm_s_per_rad: f64,
-        /// Where the hand means to be.
+        /// The path that the hand intends to follow.
         path: Vec<PathPoint>,
     },
     /// A hand that imposes the angle.
@@ -290,7 +290,8 @@ pub enum Hand {
 }
 
 impl Hand {
-    /// Stiffness and damping that the hand adds to the device's own: a spring and damper's, else none.
+    /// Returns the stiffness and damping that the hand adds to the device's own: those of a spring and damper, else
+    /// zeros.
     #[must_use]
     pub fn grip(&self) -> (f64, f64) {
         match *self {
@@ -302,7 +303,7 @@ impl Hand {
     }
 }
 
-/// How long a scene runs.
+/// Duration and seed of a run.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Run {
     /// Duration.
@@ -311,11 +312,11 @@ pub struct Run {
     pub seed: u64,
 }
 
-/// What a waveform holds beside the nets.
+/// The part of a waveform beside the nets.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Record {
     /// Rate at which the plant's states are recorded.
     pub plant_rate_hz: f64,
-    /// Whether the clock itself is.
+    /// Whether the clock itself is recorded.
     pub clock: bool,
 }

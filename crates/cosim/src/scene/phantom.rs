@@ -28,19 +28,19 @@ use super::parts::{Record, Run};
 use super::source::{Places, SceneError};
 use super::words::Miss;
 
-/// What computes the wall's force, and how often.
+/// The platform: the computer or FPGA that computes the wall's force, and its rate.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Platform {
     /// A multitasking operating system at 1 kHz, with jitter and missed deadlines.
     Pmos1,
-    /// A real-time operating system, at so many kHz.
+    /// A real-time operating system, at this rate in kHz.
     Rtos(u32),
-    /// The datapath on the FPGA, at so many kHz.
+    /// The datapath on the FPGA, at this rate in kHz.
     Fpga(u32),
 }
 
 impl Platform {
-    /// The eight of the paper, in its order.
+    /// The eight platforms of the paper, in its order.
     pub const ALL: [Self; 8] = [
         Self::Pmos1,
         Self::Rtos(1),
@@ -52,7 +52,7 @@ impl Platform {
         Self::Fpga(400),
     ];
 
-    /// Its name in the paper.
+    /// Returns its name in the paper.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -67,7 +67,7 @@ impl Platform {
         }
     }
 
-    /// Samples a second.
+    /// Returns its sample rate in Hz.
     #[must_use]
     pub const fn rate_hz(self) -> u32 {
         match self {
@@ -76,14 +76,14 @@ impl Platform {
         }
     }
 
-    /// Whether a host computes the force, in floating point.
+    /// Returns whether a host computes the force, in floating point.
     #[must_use]
     pub const fn is_host(self) -> bool {
         !matches!(self, Self::Fpga(_))
     }
 }
 
-/// Which arm.
+/// The model of the arm.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Premium {
     /// The Premium 1.0 of the paper.
@@ -107,23 +107,23 @@ impl Direction {
     /// All three.
     pub const ALL: [Self; 3] = [Self::X, Self::Y, Self::Z];
 
-    /// Its index, which is also that of the joint that moves the tip along it at the origin.
+    /// Returns its index. It is also the index of the joint that moves the tip along this direction at the origin.
     #[must_use]
     pub const fn index(self) -> usize {
         self as usize
     }
 
-    /// Its name.
+    /// Returns its name.
     #[must_use]
     pub const fn name(self) -> &'static str {
         ["x", "y", "z"][self as usize]
     }
 }
 
-/// The device and how it is dropped.
+/// The device and its drop.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Drop {
-    /// Which arm.
+    /// The model of the arm.
     pub premium: Premium,
     /// Lengths of upper arm and forearm.
     pub lengths_m: [f64; 2],
@@ -131,20 +131,20 @@ pub struct Drop {
     pub coulomb_n: f64,
     /// Viscous friction, as felt at the tip.
     pub damping_n_s_per_m: f64,
-    /// Along which gravity pulls, toward negative values.
+    /// The axis along which gravity pulls, toward negative values.
     pub axis: Direction,
-    /// What the tip weighs on a scale.
+    /// The weight of the tip on a scale.
     pub weight_n: f64,
     /// Speed toward the wall at the start.
     pub speed_m_per_s: f64,
-    /// Which trial: the small variations of a release are drawn from it and the seed.
+    /// Number of the trial: the small variations of a release are drawn from it and the seed.
     pub trial: u64,
 }
 
 /// Irregularity of a multitasking host.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Irregularity {
-    /// The latest that a sample is taken after it was due.
+    /// The longest delay from the time at which a sample is due to the time at which it is taken.
     pub jitter_s: f64,
     /// Share of the samples that are not taken at all.
     pub missed: f64,
@@ -159,25 +159,25 @@ pub struct PhantomMethod {
     pub config: PhantomConfig,
 }
 
-/// The room: opposing walls, each pair there or not.
+/// The room: pairs of opposing walls, each of which may be absent.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Room {
-    /// From the origin to each wall.
+    /// Distance from the origin to each wall.
     pub distance_m: f64,
     /// Stiffness of all walls.
     pub stiffness_n_per_m: f64,
-    /// Which pairs are there.
+    /// Which pairs are present, by axis.
     pub walls: [bool; 3],
 }
 
-/// How the force is computed.
+/// The arithmetic that computes the force.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum PhantomLaw {
-    /// As the platform does it: in the FPGA's words, or by the host.
+    /// The platform's own: words in the FPGA, or floating point on the host.
     Words,
-    /// In floats, from the counts.
+    /// Floats, from the counts.
     Floats,
-    /// In floats, from the angles themselves.
+    /// Floats, from the true angles.
     Ideal,
 }
 
@@ -185,7 +185,7 @@ impl PhantomLaw {
     /// All of them.
     pub const ALL: [Self; 3] = [Self::Words, Self::Floats, Self::Ideal];
 
-    /// `model.law`.
+    /// Returns its name in `model.law`.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -196,14 +196,15 @@ impl PhantomLaw {
     }
 }
 
-/// How much is modelled.
+/// The parts of the physics that are modelled.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct PhantomModel {
-    /// What moves the device on; never [`Solver::Sample`].
+    /// The solver; never [`Solver::Sample`].
     pub solver: Solver,
-    /// Step of the solvers that have one, as asked for; [`PhantomScene::step_clocks`] is what the clock makes of it.
+    /// Step requested for solvers that have one, in s; [`PhantomScene::step_clocks`] returns the step that the clock
+    /// realises.
     pub step_s: Option<f64>,
-    /// How the force is computed.
+    /// The arithmetic that computes the force.
     pub law: PhantomLaw,
     /// Whether only the joint under test moves.
     pub tested_joint_only: bool,
@@ -211,15 +212,15 @@ pub struct PhantomModel {
     pub friction: bool,
     /// Delay of a host from sample to command, in samples.
     pub delay_samples: f64,
-    /// Delay of a host beside that, whatever its rate.
+    /// Delay of a host in addition to those samples, whatever its rate.
     pub latency_s: f64,
     /// Time constant of the amplifier.
     pub amplifier_lag_s: f64,
     /// Stiffness of the transmission as felt at the tip; 0 for a rigid one.
     pub transmission_n_per_m: f64,
-    /// Its damping.
+    /// Damping of the transmission.
     pub transmission_n_s_per_m: f64,
-    /// Share of the apparent mass on the motor's side of it.
+    /// Share of the apparent mass that lies on the motor's side of the transmission.
     pub motor_share: f64,
 }
 
@@ -228,11 +229,11 @@ pub struct PhantomModel {
 pub struct PhantomScene {
     /// Name: that of the file, without folder and extension.
     pub name: String,
-    /// What the scene shows and what to look for.
+    /// The text about what the scene shows and what to look for.
     pub about: String,
     /// The device and its release.
     pub drop: Drop,
-    /// What computes the force.
+    /// The platform that computes the force.
     pub platform: Platform,
     /// Irregularity of `PMOS-1`.
     pub irregularity: Irregularity,
@@ -242,66 +243,66 @@ pub struct PhantomScene {
     pub method: PhantomMethod,
     /// The room.
     pub room: Room,
-    /// How much is modelled.
+    /// The parts of the physics that are modelled.
     pub model: PhantomModel,
-    /// How long it runs.
+    /// Duration and seed of the run.
     pub run: Run,
-    /// What is recorded.
+    /// Settings of the recording.
     pub record: Record,
-    /// What is expected of the run.
+    /// The expected results of the run.
     pub expect: Expect,
-    /// By what models of it are compared.
+    /// The outputs by which models of the scene are compared.
     pub accuracy: Accuracy,
-    /// Whether the model is left to `hpu fit` (`model = "auto"`); it stands here as if nothing were said.
+    /// Whether the model is left to `hpu fit` (`model = "auto"`); the fields of `model` then hold the defaults.
     pub auto: bool,
-    /// Every parameter of the run, as the scene was read, and who said it.
+    /// Every parameter of the run, as the scene was read, with its origin.
     pub parameters: Arc<[Parameter]>,
     pub(super) places: Places,
 }
 
-/// The words that a PHANToM's scene puts into its datapath.
+/// The constant words of a PHANToM's datapath, computed from its scene.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct PhantomWords {
-    /// The lower wall of each pair, in metres.
+    /// Position of the lower wall of each pair, a word in metres.
     pub low: i64,
-    /// The upper one.
+    /// Position of the upper wall of each pair, a word in metres.
     pub high: i64,
-    /// A bit for each pair that is there.
+    /// One bit for each pair of walls: 1 if the pair is present.
     pub room: i64,
     /// The stiffness.
     pub stiffness: i64,
-    /// The stiffness misses what is asked for by more than [`Miss::FLAGGED`].
+    /// The miss of the stiffness, if it is greater than [`Miss::FLAGGED`].
     pub stiffness_miss: Option<Miss>,
     /// Sample period in clocks.
     pub period: i64,
 }
 
 impl PhantomScene {
-    /// Duration in clock edges.
+    /// Returns the duration in clock edges.
     #[must_use]
     pub fn edges(&self) -> u64 {
         self.clock.edges(self.run.duration_s)
     }
 
-    /// The sample period in whole clocks.
+    /// Returns the sample period in whole clocks.
     #[must_use]
     pub fn period_clocks(&self) -> u64 {
         self.clock.edges(1.0 / f64::from(self.platform.rate_hz()))
     }
 
-    /// The sample period.
+    /// Returns the sample period.
     #[must_use]
     pub fn sample_period_s(&self) -> f64 {
         1.0 / f64::from(self.platform.rate_hz())
     }
 
-    /// The solver's step in whole clocks, at least one: a sample period where it has no step of its own.
+    /// Returns the solver's step in whole clocks, at least one: a sample period if the scene sets no step.
     #[must_use]
     pub fn step_clocks(&self) -> u64 {
         self.model.step_s.map_or(self.period_clocks(), |step_s| self.clock.edges(step_s).max(1))
     }
 
-    /// The words of the scene's datapath, each the nearest.
+    /// Returns the words of the scene's datapath, each rounded to the nearest.
     ///
     /// # Errors
     ///

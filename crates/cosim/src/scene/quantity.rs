@@ -1,16 +1,16 @@
 //! Physical quantities as people write them: a number in SI units, or a string with a unit.
 //!
 //! A unit may carry one SI prefix (`p n u m k M G`, and `µ` for `u`); `·`, `*` and `.` multiply alike, `²`, `^2` and
-//! `2` square alike, and a dot may be left out as data sheets do (`mNm/A`, `gcm²`). The decimal part of the scaling is
-//! done on the text, so `"25.175 MHz"` is exactly 25 175 000.
+//! `2` square alike, and a dot may be left out as data sheets do (`mNm/A`, `gcm²`). Decimal prefixes are applied to the
+//! text, so `"25.175 MHz"` is exactly 25 175 000.
 
 use std::f64::consts::PI;
 
 /// A physical dimension, the sizes it may have, and the units it may be written in.
 pub(super) struct Dimension {
-    /// What the quantity is called in a message, with its article.
+    /// The quantity's name in messages, with its article.
     pub name: &'static str,
-    /// Its SI unit: what a plain number is in.
+    /// Its SI unit, the unit of a plain number.
     pub si: &'static str,
     /// The least size above 0 of a quantity that has no sign.
     pub least: f64,
@@ -19,7 +19,7 @@ pub(super) struct Dimension {
     units: &'static [Unit],
 }
 
-/// `symbol` is worth `factor` * 10^`exponent` SI units, and takes a prefix or not.
+/// A unit: `symbol` stands for `factor` * 10^`exponent` SI units, and takes prefixes if `prefixed` is set.
 struct Unit {
     symbol: &'static str,
     factor: f64,
@@ -27,12 +27,12 @@ struct Unit {
     prefixed: bool,
 }
 
-/// An SI unit that takes prefixes.
+/// Returns an SI unit that takes prefixes.
 const fn si(symbol: &'static str) -> Unit {
     Unit { symbol, factor: 1.0, exponent: 0, prefixed: true }
 }
 
-/// A unit without prefixes.
+/// Returns a unit without prefixes.
 const fn unit(symbol: &'static str, factor: f64, exponent: i32) -> Unit {
     Unit { symbol, factor, exponent, prefixed: false }
 }
@@ -46,9 +46,9 @@ macro_rules! dimensions {
     };
 }
 
-// A scene's quantities may be so large and so small. Published devices are orders of magnitude away from either end;
-// between the ends everything that is computed from them stays finite and is resolved: a count of the finest encoder at
-// the farthest place (`Scene::counts`), a time constant within a clock edge, a speed after the longest run.
+// The bounds of a scene's quantities. Published devices are orders of magnitude away from either end. Between the ends
+// everything computed from them stays finite and is resolved: a count of the finest encoder at the farthest place
+// (`Scene::counts`), a time constant within a clock edge, a speed after the longest run.
 dimensions! {
     TIME = "a time", "s", 1e-12 to 1e9, [si("s"), unit("min", 60.0, 0)];
     FREQUENCY = "a frequency", "Hz", 1e-6 to 1e10, [si("Hz")];
@@ -83,8 +83,8 @@ impl Unit {
 const PREFIXES: [(&str, i32); 8] = [("", 0), ("p", -12), ("n", -9), ("u", -6), ("m", -3), ("k", 3), ("M", 6), ("G", 9)];
 
 impl Dimension {
-    /// The value of `text` in SI units; `None` when it is not a number with one of the units, or out of a float's
-    /// range.
+    /// Returns the value of `text` in SI units; `None` when it is not a number with one of the units, or exceeds a
+    /// float's range.
     pub fn parse(&self, text: &str) -> Option<f64> {
         let text = text.trim();
         let digits = number_length(text);
@@ -107,12 +107,12 @@ impl Dimension {
         })
     }
 
-    /// The SI unit; empty for a plain number.
+    /// Returns the SI unit; empty for a plain number.
     pub fn si_unit(&self) -> &'static str {
         if self.si == "1" { "" } else { self.si }
     }
 
-    /// What may be written instead: "N.m/rad, mN.m/rad or a number in N.m/rad".
+    /// Returns the accepted notations: "N.m/rad, mN.m/rad or a number in N.m/rad".
     pub fn accepted(&self) -> String {
         let mut symbols = Vec::new();
         for unit in self.units {
@@ -127,7 +127,7 @@ impl Dimension {
     }
 }
 
-/// What stands before a unit at the end of a symbol, which may leave out the unit's dots.
+/// Returns the part of a symbol before a unit at its end; the symbol may leave out the unit's dots.
 fn before<'s>(symbol: &'s str, unit: &str) -> Option<&'s str> {
     unit.chars().rev().try_fold(symbol, |rest, letter| match (rest.strip_suffix(letter), letter) {
         (None, '.') => Some(rest),
@@ -135,7 +135,7 @@ fn before<'s>(symbol: &'s str, unit: &str) -> Option<&'s str> {
     })
 }
 
-/// Bytes of the longest prefix that is a decimal number (an `e` counts when digits follow it).
+/// Returns the number of bytes of the longest prefix that is a decimal number (an `e` counts when digits follow it).
 fn number_length(text: &str) -> usize {
     let bytes = text.as_bytes();
     let digits = |from: usize| from + bytes[from..].iter().take_while(|b| b.is_ascii_digit()).count();
@@ -153,7 +153,7 @@ fn number_length(text: &str) -> usize {
     end
 }
 
-/// The symbol in the one spelling of the tables.
+/// Returns the symbol in the spelling of the tables.
 fn plain(symbol: &str) -> String {
     symbol.replace(['·', '⋅', '*'], ".").replace(['µ', 'μ'], "u").replace('²', "2").replace('^', "").replace('Ω', "Ohm")
 }
@@ -205,11 +205,11 @@ mod tests {
         assert_eq!(TORQUE_CONSTANT.parse("25 mNm/A"), Some(0.025));
         assert_eq!(INERTIA.parse("10.3 gcm²"), Some(10.3e-7));
         assert_eq!(DAMPING.parse("3 Ns/m"), Some(3.0));
-        // No dot is taken from another place, and no unit of another dimension comes in.
+        // A dot is accepted only at its own place, and no unit of another dimension is accepted.
         for (dimension, text) in [(&TORQUE, "1 N..m"), (&TORQUE, "1 .Nm"), (&FORCE, "1 Nm"), (&FREQUENCY, "1 H.z")] {
             assert_eq!(dimension.parse(text), None, "{text}");
         }
-        // Without its dot no unit is another one of its dimension, whatever the prefix.
+        // Without its dot, no unit reads as another unit of its dimension, whatever the prefix.
         for dimension in ALL {
             for (index, unit) in dimension.units.iter().enumerate() {
                 let bare = unit.symbol.replace('.', "");

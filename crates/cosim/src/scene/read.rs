@@ -1,4 +1,4 @@
-//! From the tree of a scene to its parts: every key, its default, its range.
+//! Reads the tree of a scene into its parts: every key, its default, its range.
 
 use hpu_signal::Clock;
 
@@ -81,7 +81,7 @@ pub(super) fn scene_name(file: &str) -> String {
     name.strip_suffix(".toml").unwrap_or(name).to_string()
 }
 
-/// Sections and keys that are read but that no run of the scene uses.
+/// Returns the sections and keys that are read but that no run of the scene uses.
 fn unused(scene: &Scene) -> Vec<&'static str> {
     let mut unused = vec!["about", "expect", "accuracy"];
     if matches!(scene.hand, Hand::Prescribed { .. }) {
@@ -100,7 +100,7 @@ fn unused(scene: &Scene) -> Vec<&'static str> {
     unused
 }
 
-/// A start that the hand overrules is refused, not ignored.
+/// Refuses a start that the hand would overrule; it is not silently ignored.
 pub(super) fn imposed(device: &Section, hand: &Hand) -> Result<(), SceneError> {
     let starts = ["initial_angle", "initial_position", "initial_speed"];
     match starts.into_iter().find(|key| device.has(key)) {
@@ -111,7 +111,7 @@ pub(super) fn imposed(device: &Section, hand: &Hand) -> Result<(), SceneError> {
     }
 }
 
-/// What the parts ask of each other.
+/// Checks the conditions between the parts of a scene.
 fn agree(scene: &Scene) -> Result<(), SceneError> {
     let linear = scene.model.datapath == Datapath::Linear;
     if let (Loop::Law(law), true) = (scene.method.kind, linear) {
@@ -177,10 +177,10 @@ fn agree(scene: &Scene) -> Result<(), SceneError> {
     }
 }
 
-/// Counts that a clock edge may pass by at most: some hundred times what a decoder follows, which is one.
+/// The most counts that may pass in one clock edge: about a thousand times as many as a decoder follows, which is one.
 const MOST_COUNTS_AN_EDGE: f64 = 1000.0;
 
-/// No speed of a scene passes by more counts in a clock edge than anything can be learnt from.
+/// Refuses speeds that pass too many counts in a clock edge to teach anything.
 fn agree_on_speeds(scene: &Scene) -> Result<(), SceneError> {
     let (clock, count_rad, unit) = (scene.clock, scene.encoder.count_rad(), scene.device.units().position);
     let most = MOST_COUNTS_AN_EDGE * count_rad;

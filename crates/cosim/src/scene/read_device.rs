@@ -42,7 +42,7 @@ pub(super) fn device(s: &Section) -> Result<(Device, &'static Axis), SceneError>
     Ok((Device::Mass(mass), &RAIL))
 }
 
-/// A motor whose data a scene can name: what its winding and its rotor are.
+/// A motor that a scene can name, with the data of its winding and its rotor.
 #[derive(Clone, Copy, PartialEq)]
 struct Named {
     name: &'static str,
@@ -53,8 +53,8 @@ struct Named {
     viscous_friction_nm_s_per_rad: f64,
 }
 
-/// Assumed values of the 22 W motor of Vasudevan et al. 2007: its published stall torque at 24 V is 265 mN·m; no data
-/// sheet of that winding was at hand.
+/// Assumed values of the 22 W motor of Vasudevan et al. 2007. Its published stall torque at 24 V is 265 mN·m; no data
+/// sheet of that winding was available.
 static VASUDEVAN_2007: Named = Named {
     name: "vasudevan_2007",
     resistance_ohm: 25.9e-3 * 24.0 / 0.265,
@@ -64,7 +64,7 @@ static VASUDEVAN_2007: Named = Named {
     viscous_friction_nm_s_per_rad: 1.3e-6,
 };
 
-/// One of a motor's own data: the scene's, or else that of the motor that the scene names.
+/// Returns one of a motor's own data: the scene's value, or else that of the motor that the scene names.
 fn datum(
     s: &Section,
     key: &str,
@@ -132,7 +132,7 @@ fn motor(s: &Section) -> Result<Motor, SceneError> {
     })
 }
 
-/// The encoder of a device; without words a mass does without.
+/// Reads the encoder of a device; a mass needs none if no words are computed.
 pub(super) fn encoder(s: &Section, device: &Device, words: bool) -> Result<Encoder, SceneError> {
     if let Device::Motor(_) = device {
         s.accept(&["lines"])?;
@@ -144,7 +144,7 @@ pub(super) fn encoder(s: &Section, device: &Device, words: bool) -> Result<Encod
     Ok(Encoder::Linear { resolution_m: s.quantity("resolution", &q::LENGTH, Within(1e-11, 1.0), ideal)? })
 }
 
-/// The amplifier of a mass; without words it does without.
+/// Reads the amplifier of a mass; the mass needs none if no words are computed.
 pub(super) fn amplifier(root: &Section, device: &Device, words: bool) -> Result<Option<Amplifier>, SceneError> {
     let s = root.section("amplifier")?;
     if let Device::Motor(_) = device {

@@ -105,7 +105,7 @@ pub(super) fn dut_scene(file: &str, source: Source, load: Load) -> Result<DutSce
     Ok(scene)
 }
 
-/// The key that `hpu limits` varies.
+/// Returns the key that `hpu limits` varies.
 fn varies(s: &Section) -> Result<Option<String>, SceneError> {
     const WHAT: &str = "the key of a generic or constant, as in \"dut.ports.gain\" or \"dut.generics.STIFFNESS\"";
     if !s.has("varies") {
@@ -116,7 +116,7 @@ fn varies(s: &Section) -> Result<Option<String>, SceneError> {
     if is_one { Ok(Some(key.to_string())) } else { Err(s.error("varies", format!("`{key}` is not {WHAT}"))) }
 }
 
-/// What of the device is modelled.
+/// Reads the part of the device's physics that is modelled.
 fn model(s: &Section, device: &Device) -> Result<Model, SceneError> {
     s.accept(&["friction", "friction_speed"])?;
     Ok(Model {
@@ -168,7 +168,7 @@ fn dut(s: &Section, load: Load) -> Result<Dut, SceneError> {
     Ok(dut)
 }
 
-/// Whether HDL takes it as a name: letters, digits, underscores; so that no name can be more than one.
+/// Returns whether a text is a plain HDL name (letters, digits, underscores), so that it cannot inject any other code.
 fn is_name(text: &str) -> bool {
     let plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '$';
     text.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_') && text.chars().all(plain)
@@ -209,7 +209,7 @@ fn files(s: &Section, load: Load) -> Result<Vec<SourceFile>, SceneError> {
     Ok(files)
 }
 
-/// `clock = "clk"`, or `[dut.clocks]` with how many cycles of the scene's clock one of theirs is.
+/// Reads the clocks: `clock = "clk"`, or `[dut.clocks]` with each clock's number of cycles of the scene's clock.
 fn clocks(s: &Section) -> Result<Vec<DutClock>, SceneError> {
     const WHAT: &str =
         "the port of the clock, as in clock = \"clk\", or [dut.clocks] with a line a port, as in clk = 1";
@@ -277,7 +277,7 @@ fn ports(s: &Section) -> Result<Vec<(String, Connection)>, SceneError> {
         .collect()
 }
 
-/// What a port is connected to, and how that is told.
+/// Returns the connection of a port, and the text that describes it among the parameters.
 fn connection(s: &Section, port: &str) -> Result<(Connection, String), SceneError> {
     let item = s.get(port).expect("the key of a section");
     if let Some(number) = item.as_integer() {
@@ -333,7 +333,7 @@ fn connection(s: &Section, port: &str) -> Result<(Connection, String), SceneErro
     Err(s.error(port, format!("{} is nothing that a port can be; {}", shown(item), accepted())))
 }
 
-/// What a port can be connected to.
+/// Returns the accepted connections as a message lists them.
 fn accepted() -> String {
     let lines: Vec<_> = Line::ALL.iter().map(|line| line.name()).collect();
     format!(
@@ -343,7 +343,7 @@ fn accepted() -> String {
     )
 }
 
-/// Every port is named once, and no line of the world is driven by two.
+/// Checks that every port is named once, and that no line of the world has two drivers.
 fn one_use(s: &Section, dut: &Dut) -> Result<(), SceneError> {
     let clocks = dut.clocks.iter().map(|clock| &clock.port);
     for port in clocks.chain(dut.reset.iter().map(|reset| &reset.port)) {

@@ -11,9 +11,9 @@ use super::section::{Section, shown};
 use super::source::{Places, SceneError};
 use crate::message::number;
 
-/// Random faults of a kind, and times in a list.
+/// The most random faults of one kind, and the most times in a list.
 const MOST: u64 = 100_000;
-/// Clocks that a fault may take.
+/// The most clocks that a fault may take.
 const MOST_CLOCKS: u64 = 1 << 32;
 
 const LINES: [(&str, Option<EncoderLine>); 3] =
@@ -26,7 +26,7 @@ const SWITCHES: [(&str, Option<Switch>); 5] = [
     ("bridge.minus_low", Some(Switch::MinusLow)),
 ];
 
-/// The faults of a scene, if it has any.
+/// Reads the faults of a scene, if it has any.
 pub(super) fn faults(root: &Section, clock: Clock) -> Result<Option<Faults>, SceneError> {
     if !root.has("faults") {
         return Ok(None);
@@ -53,7 +53,7 @@ pub(super) fn faults(root: &Section, clock: Clock) -> Result<Option<Faults>, Sce
         "stuck_to",
         "clock_jitter",
     ])?;
-    // What belongs to a fault is refused without it.
+    // A key that belongs to a fault is refused without that fault.
     for (key, of) in [
         ("doubled_clocks", "doubled_edge"),
         ("bounces", "bounce"),
@@ -112,14 +112,14 @@ pub(super) fn faults(root: &Section, clock: Clock) -> Result<Option<Faults>, Sce
     }))
 }
 
-/// What of a loop can have faults.
+/// The parts of a loop that can have faults, each present or not.
 pub(super) struct Pins {
     pub(super) lines: bool,
     pub(super) index: bool,
     pub(super) switches: bool,
 }
 
-/// Faults of what is not there are refused.
+/// Refuses faults of parts that the loop does not have.
 pub(super) fn agree_on_faults(places: &Places, faults: &Faults, pins: Pins) -> Result<(), SceneError> {
     let asked = |times: &Times| !matches!(times, Times::Random(0));
     let of_lines = [
@@ -144,7 +144,7 @@ pub(super) fn agree_on_faults(places: &Places, faults: &Faults, pins: Pins) -> R
     Ok(())
 }
 
-/// A number of times, or a list of them.
+/// Reads a number of random times, or a list of times.
 fn times(s: &Section, key: &str) -> Result<Times, SceneError> {
     let accepted = "a number of times at random, as 3, or a list of times, as [\"20 ms\", \"0.3 s\"]";
     let Some(list) = s.get(key).and_then(Item::as_array) else {

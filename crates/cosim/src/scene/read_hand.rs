@@ -1,4 +1,4 @@
-//! Reading `[hand]`: what moves the device, and the recordings it may name.
+//! Reading `[hand]`: the hand that moves the device, and the recordings it may name.
 
 use std::io;
 
@@ -58,7 +58,7 @@ fn read(s: &Section, file: &str, load: Load) -> Result<Vec<u8>, SceneError> {
     load(file).map_err(|error| s.error("file", format!("cannot read `{file}` ({error}); {accepted}")))
 }
 
-/// The points of `path`, or those of `file`.
+/// Reads the points of `path`, or those of `file`.
 fn motion(s: &Section, axis: &Axis, load: Load) -> Result<Vec<PathPoint>, SceneError> {
     match (s.has("path"), s.has("file")) {
         (true, true) => Err(s.error("file", "a path is given too; write one of path, file")),

@@ -41,7 +41,7 @@ pub(super) fn method(s: &Section, axis: &Axis) -> Result<Method, SceneError> {
     }
     let kind = s.choice("kind", &kinds, None)?;
     match law::keys(kind) {
-        // A law's velocity is as wide as its position, and the shaper stands behind a law.
+        // A law's velocity is as wide as its position, and a shaper can only stand behind a law.
         Some(own) => s.accept(&[&COMMON[..8], own].concat())?,
         None => {
             if s.has("shaper") {
@@ -84,7 +84,7 @@ pub(super) fn method(s: &Section, axis: &Axis) -> Result<Method, SceneError> {
     })
 }
 
-/// Why no scene has a key for the frequency of its PWM.
+/// The message for a PWM frequency, for which scenes have no key.
 pub(super) const PWM_FREQUENCY: &str =
     "a PWM's frequency is clock.frequency / 2^method.pwm.bits, as in 50 MHz / 2^12 = 12.207 kHz; set these two keys";
 

@@ -1,4 +1,4 @@
-//! Reading `[model]` of an axis: how much is modelled, and what of it goes together.
+//! Reading `[model]` of an axis: the physics that is modelled, and the combinations that are accepted.
 
 use hpu_datapath::Estimator;
 
@@ -65,7 +65,7 @@ pub(super) fn friction(s: &Section, device: &Device) -> Result<Friction, SceneEr
     Ok(kind)
 }
 
-/// What `[model]` asks of the rest, and its keys of each other.
+/// Checks the conditions between `[model]` and the rest of the scene, and among its own keys.
 pub(super) fn agree_on_model(scene: &Scene) -> Result<(), SceneError> {
     let refused = |key: &str, reason: String| Err(scene.error(key, reason));
     let Model { solver, datapath, bridge, winding, friction, encoder, .. } = scene.model;

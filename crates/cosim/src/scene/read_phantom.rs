@@ -54,7 +54,7 @@ pub(super) fn phantom_scene(file: &str, source: Source) -> Result<PhantomScene, 
     Ok(scene)
 }
 
-/// Sections and keys that are read but that no run of the scene uses.
+/// Returns the sections and keys that are read but that no run of the scene uses.
 fn unused(scene: &PhantomScene) -> Vec<&'static str> {
     let mut unused = vec!["about", "expect", "accuracy"];
     if scene.platform != Platform::Pmos1 {
@@ -69,7 +69,7 @@ fn unused(scene: &PhantomScene) -> Vec<&'static str> {
     unused
 }
 
-/// The tip must be able to come to every wall that is there, within the tables and the joints' limits.
+/// Checks that the tip can reach every wall that is present, within the tables and the joints' limits.
 fn reachable(scene: &PhantomScene) -> Result<(), SceneError> {
     let half = f64::from(1u32 << (scene.method.config.depth_width - 1));
     let walls = Direction::ALL.into_iter().filter(|direction| scene.room.walls[direction.index()]);
@@ -103,7 +103,7 @@ fn reachable(scene: &PhantomScene) -> Result<(), SceneError> {
     Ok(())
 }
 
-/// What the parts ask of each other.
+/// Checks the conditions between the parts of a scene.
 fn agree(scene: &PhantomScene) -> Result<(), SceneError> {
     scene.words()?;
     reachable(scene)?;

@@ -1,4 +1,4 @@
-//! Reading one section of a scene: every reader knows its key's default, range and unit, and says them when it refuses.
+//! Reads one section of a scene. Each reader knows its key's default, range and unit, and names them when it refuses.
 
 use std::ops::RangeInclusive;
 
@@ -10,7 +10,7 @@ use super::quantity::Dimension;
 use super::source::{Places, SceneError, join};
 use crate::message::{excerpt, number};
 
-/// Which values of a quantity make sense. Sizes are those of the [`Dimension`], or the key's own.
+/// The accepted values of a quantity. Sizes are those of the [`Dimension`], or the key's own.
 #[derive(Clone, Copy)]
 pub(super) enum Sense {
     /// Either sign, and 0.
@@ -26,7 +26,7 @@ pub(super) enum Sense {
 }
 
 impl Sense {
-    /// The least size above 0, if there is one, and the greatest.
+    /// Returns the least size above 0, if there is one, and the greatest size.
     fn sizes(self, dimension: &Dimension) -> (Option<f64>, f64) {
         match self {
             Self::Any => (None, dimension.most),
@@ -36,7 +36,7 @@ impl Sense {
         }
     }
 
-    /// Why a value is refused, which is written so.
+    /// Returns the reason for refusing a value, which was written as `shown`; `None` if it is accepted.
     fn refuses(self, dimension: &Dimension, value: f64, shown: &str) -> Option<String> {
         let rule = match self {
             Self::NotNegative | Self::UpTo(_) if value < 0.0 => "must not be negative",
@@ -58,7 +58,7 @@ impl Sense {
     }
 }
 
-/// One table of the scene. A table that is not there reads as an empty one.
+/// One table of the scene. A missing table reads as an empty one.
 pub(super) struct Section<'a> {
     places: &'a Places,
     parameters: &'a Parameters,
@@ -98,7 +98,7 @@ impl<'a> Section<'a> {
         self.table.and_then(|table| table.get(key))
     }
 
-    /// The keys that are there.
+    /// Returns the keys that are present.
     pub fn keys(&self) -> impl Iterator<Item = &'a str> + use<'a> {
         self.table.into_iter().flat_map(|table| table.iter()).map(|(key, _)| key)
     }
@@ -107,12 +107,12 @@ impl<'a> Section<'a> {
         self.get(key).is_some()
     }
 
-    /// A key that there is not, and what to write instead.
+    /// Returns the error for an unknown key, with the text to write instead.
     pub fn unknown(&self, key: &str, instead: &str) -> SceneError {
         self.places.key_error(&self.key(key), format!("unknown key; {instead}"))
     }
 
-    /// Refuses every key but these.
+    /// Refuses every key that is not among these.
     pub fn accept(&self, keys: &[&str]) -> Result<(), SceneError> {
         let mut present = self.table.into_iter().flat_map(|table| table.iter());
         let Some((unknown, _)) = present.find(|(key, _)| !keys.contains(key)) else {
@@ -124,7 +124,7 @@ impl<'a> Section<'a> {
         Err(self.places.key_error(&self.key(unknown), reason))
     }
 
-    /// Notes what a parameter is, as it is used: by this origin, or by that of its key where it is given.
+    /// Notes a parameter's value: with the origin of its key if the key is present, else with `otherwise`.
     pub fn note(&self, key: &str, value: ParameterValue, unit: &'static str, otherwise: Origin) {
         let path = self.key(key);
         let origin = if self.has(key) { self.places.origin(&path) } else { otherwise };
@@ -153,7 +153,7 @@ impl<'a> Section<'a> {
             (None, Some(default)) => Ok(default),
             (None, None) => Err(self.error(key, format!("missing; write one of {}", accepted()))),
             (Some(item), _) => {
-                // A name of digits, as a standard's year, may stand without quotes.
+                // A name that consists of digits, such as a standard's year, may stand without quotes.
                 let is = |name: &str| {
                     item.as_str() == Some(name) || item.as_integer().is_some_and(|year| year.to_string() == name)
                 };
@@ -221,7 +221,7 @@ impl<'a> Section<'a> {
         Ok(self.noted(key, number, unit, |number| ParameterValue::Integer(*number)))
     }
 
-    /// A width of 2 bits or more: a one-bit port is no vector.
+    /// Reads a width of 2 bits or more: a one-bit port is no vector.
     pub fn bits(&self, key: &str, most: u32, default: u32) -> Result<u32, SceneError> {
         self.bits_within(key, 2..=most, default)
     }
@@ -252,7 +252,7 @@ impl<'a> Section<'a> {
         Ok(self.noted(key, text, "", |text| ParameterValue::Text((*text).to_string())))
     }
 
-    /// The format of a gain: unsigned, no bit worth less than the fraction bits say.
+    /// Reads the format of a gain: unsigned, with no bit worth less than the fraction bits allow.
     pub fn gain_format(&self, key: &str, default: (i32, i32)) -> Result<Format, SceneError> {
         let format = self.gain_format_of(key, default)?;
         Ok(self.noted(key, format, "", |format| ParameterValue::Text(format.to_string())))
@@ -274,7 +274,7 @@ impl<'a> Section<'a> {
     }
 }
 
-/// A format, and what it was read from where that is another notation.
+/// Returns a format as text, with the notation it was read from if that is another one.
 fn format_read(text: &str, format: Format) -> String {
     match text.trim() {
         text if text.starts_with('(') => format.to_string(),
@@ -285,7 +285,7 @@ fn format_read(text: &str, format: Format) -> String {
     }
 }
 
-/// A value as it was written, between backticks.
+/// Returns a value as it was written, between backticks.
 pub(super) fn shown(item: &Item) -> String {
     match item {
         Item::Value(Value::String(text)) => format!("`{}`", excerpt(text.value())),

@@ -7,7 +7,7 @@ use super::{Experiment, SceneError};
 /// A shipped scene.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Shipped {
-    /// Its name, which is also the file's in `testbench/scenes`.
+    /// Its name, which is also the name of its file in `testbench/scenes`.
     pub name: &'static str,
     /// Its text.
     pub text: &'static str,
@@ -100,13 +100,13 @@ static SCENES: &[Shipped] = scenes![
 static FILES: &[(&str, &str)] =
     &[("replay-capture.vcd", text!("replay-capture.vcd")), ("replay-motion.csv", text!("replay-motion.csv"))];
 
-/// The shipped scenes.
+/// Returns the shipped scenes.
 #[must_use]
 pub fn shipped() -> &'static [Shipped] {
     SCENES
 }
 
-/// A data file that a shipped scene names.
+/// Returns a data file that a shipped scene names.
 ///
 /// # Errors
 ///

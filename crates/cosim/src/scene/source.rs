@@ -1,4 +1,4 @@
-//! The scene's text as a tree that remembers where every key and value stands, with the `--set` overrides laid over it.
+//! The scene's text as a tree that remembers the place of every key and value, with the `--set` overrides applied.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -9,7 +9,7 @@ use super::parameter::{Origin, Parameters};
 use super::section::Section;
 use crate::message::excerpt;
 
-/// Why a scene was refused: where, which key, and what is accepted instead.
+/// The reason why a scene was refused: place, key, and what is accepted instead.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct SceneError {
     place: String,
@@ -18,14 +18,14 @@ pub struct SceneError {
 }
 
 impl SceneError {
-    /// Whether the refused value was not in the file: an override gave it.
+    /// Returns whether the refused value came from an override, not from the file.
     #[must_use]
     pub fn is_override(&self) -> bool {
         self.place.starts_with(OVERRIDE)
     }
 }
 
-/// How the place of an override begins.
+/// The beginning of the place of an override.
 const OVERRIDE: &str = "--set ";
 
 impl fmt::Display for SceneError {
@@ -40,7 +40,7 @@ impl fmt::Display for SceneError {
 
 impl std::error::Error for SceneError {}
 
-/// Where every key of a scene was given: `file:line:column`, or the `--set` that gave it.
+/// The place of every key of a scene: `file:line:column`, or the `--set` that gave it.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(super) struct Places {
     file: String,
@@ -49,23 +49,23 @@ pub(super) struct Places {
 }
 
 impl Places {
-    /// An error about a key's value.
+    /// Returns an error about a key's value.
     pub fn error(&self, key: &str, reason: impl Into<String>) -> SceneError {
         self.error_in(&self.values, key, reason.into())
     }
 
-    /// An error about the key itself.
+    /// Returns an error about the key itself.
     pub fn key_error(&self, key: &str, reason: impl Into<String>) -> SceneError {
         self.error_in(&self.keys, key, reason.into())
     }
 
-    /// Who gave a key's value, which somebody gave.
+    /// Returns the origin of the value of a key that is given.
     pub fn origin(&self, key: &str) -> Origin {
         let by_override = self.place_in(&self.values, key).starts_with(OVERRIDE);
         if by_override { Origin::Set } else { Origin::Scene }
     }
 
-    /// A key that was not given is missing from the innermost section that was.
+    /// Returns an error about a key. A key that is missing is reported at the innermost section that is present.
     fn error_in(&self, places: &BTreeMap<String, String>, key: &str, reason: String) -> SceneError {
         SceneError { place: self.place_in(places, key), key: key.to_string(), reason }
     }
@@ -98,7 +98,7 @@ impl Places {
         }
     }
 
-    /// From here on, `path` and everything below it was given by `place`.
+    /// Sets the place of `path` and of everything below it to `place`.
     fn replace(&mut self, path: &str, place: &str) {
         for places in [&mut self.keys, &mut self.values] {
             places.retain(|key, _| {
@@ -113,7 +113,7 @@ impl Places {
 pub(super) struct Source {
     document: DocumentMut,
     pub places: Places,
-    /// What was read so far.
+    /// The parameters read so far.
     pub parameters: Parameters,
     /// Whether the scene leaves its model to `hpu fit`: `model = "auto"`.
     pub auto: bool,
@@ -149,7 +149,7 @@ impl Source {
         let mut path = String::new();
         for section in sections {
             path = join(&path, section.get());
-            // A key of the model takes the place of "auto".
+            // A key of the model replaces "auto".
             if table.get(section.get()).is_none() || path == "model" && is_auto(table.get("model")) {
                 table.insert(section.get(), Item::Value(Value::InlineTable(InlineTable::new())));
                 self.places.replace(&path, &place);

@@ -1,4 +1,4 @@
-//! From a scene's SI values to the words that go into its datapath.
+//! Computes the words of a scene's datapath from the scene's SI values.
 
 use hpu_datapath::{LoopConfig, PwmConfig};
 use hpu_signal::Format;
@@ -10,7 +10,7 @@ use crate::law_loop::COMMAND_BITS;
 use crate::message::{number, number_above, number_below};
 use crate::schedule::{Schedule, WordRamp};
 
-/// The words of a loop, and what they stand for.
+/// The words of a loop, and the values that they realise.
 #[derive(Clone, PartialEq, Debug)]
 pub struct LoopWords {
     /// Widths and options of the wiring.
@@ -26,9 +26,9 @@ pub struct LoopWords {
     /// Counts per reference sample for one count per sample, or a passive spring's `beta`, in its format; 0 for loops
     /// that read neither.
     pub scale: i64,
-    /// Words that change while the scene runs, from those above.
+    /// Words that change while the scene runs, starting from those above.
     pub schedule: Schedule,
-    /// What the words make of the scene's values.
+    /// The values that the words realise.
     pub realised: Realised,
 }
 
@@ -45,7 +45,7 @@ pub struct Realised {
     pub stiffness_nm_per_rad: f64,
     /// Relative rounding error of the stiffness; 0 for no stiffness.
     pub stiffness_error: f64,
-    /// The stiffness misses what is asked for by more than [`Miss::FLAGGED`].
+    /// The miss of the stiffness, if it is greater than [`Miss::FLAGGED`].
     pub stiffness_miss: Option<Miss>,
     /// The wall's damping.
     pub damping_nm_s_per_rad: f64,
@@ -56,8 +56,8 @@ pub struct Realised {
 }
 
 impl LoopWords {
-    /// Torque or force that one count of the command asks for: the quantum of PWM counts, or that of a law in floats,
-    /// whose command is finer.
+    /// Returns the torque or force that one count of the command asks for: the quantum of a PWM count, or the finer one
+    /// of a law in floats.
     #[must_use]
     pub fn command_quantum_nm(&self, scene: &Scene) -> f64 {
         let counts = match scene.model.datapath {
@@ -73,16 +73,16 @@ impl LoopWords {
 pub struct Miss {
     /// Relative error of the nearest word.
     pub error: f64,
-    /// The format with the fewest more fraction bits whose nearest word is near enough; `None` when that has more than
-    /// 32 bits.
+    /// The narrowest format with more fraction bits whose nearest word is near enough; `None` if it has more than 32
+    /// bits.
     pub format: Option<Format>,
 }
 
 impl Miss {
-    /// A relative error above this is told.
+    /// The relative error above which a miss is reported.
     pub const FLAGGED: f64 = 0.02;
 
-    /// The miss of a value in a format that holds it, if it is one.
+    /// Returns the miss of a value in a format that holds it, or `None` if the nearest word is near enough.
     pub(crate) fn of(value: f64, format: Format) -> Option<Self> {
         let error = |format: Format| relative_error((value / format.lsb()).round() * format.lsb(), value);
         if error(format).abs() <= Self::FLAGGED {
@@ -98,7 +98,7 @@ impl Miss {
 }
 
 impl Scene {
-    /// The words of the scene's loop.
+    /// Returns the words of the scene's loop.
     ///
     /// With the torque quantum `q = K U / (R + 2 R_on) / 2^pwm_bits` and the angle of a count `c = 2 pi / (4 lines)`
     /// (of a mass the amplifier's full scale over `2^pwm_bits`, and the encoder's resolution), the stiffness is
@@ -119,7 +119,7 @@ impl Scene {
 
         let units = self.device.units();
         let stiffness_unit = torque_quantum_nm / count_rad;
-        // Behind a coupling the device never feels more than the coupling.
+        // Through a coupling, the felt stiffness never exceeds that of the coupling.
         let [spring, damper] = match method.kind {
             Loop::Law(LawMethod::VirtualCoupling { coupling_nm_per_rad, coupling_nm_s_per_rad, .. }) => {
                 [("method.coupling_stiffness", coupling_nm_per_rad), ("method.coupling_damping", coupling_nm_s_per_rad)]
@@ -144,7 +144,8 @@ impl Scene {
                 method.scale_format,
             )?,
         };
-        // A count per sample of T reads as `scale` counts per reference period: its error is the damping's.
+        // One count per sample of T reads as `scale` counts per reference period, so the error of `scale` is part of
+        // the damping's.
         let scale_share = match method.reference_rate_hz {
             None => 1.0,
             Some(_) => method.scale_format.to_f64(scale) * period_s / reference_period_s,
@@ -178,12 +179,13 @@ impl Scene {
         })
     }
 
-    /// The scene with the words of another, of which it is a copy in a changed world: what either gives in newton
-    /// metres is scaled by what a full command makes there, as hardware does whose words nobody has adapted.
+    /// Returns the scene with the words of `nominal`, of which it is a copy in a changed world. Every value given in
+    /// newton metres is scaled by the ratio of the full commands, as in hardware whose words nobody has adapted to the
+    /// new world.
     ///
     /// # Errors
     ///
-    /// In words, when the words are not the same for all that: the change is one of the hardware, and not of its world.
+    /// A message, if the words still differ: then the change is one of the hardware, not of its world.
     pub fn with_words_of(mut self, nominal: &Self) -> Result<Self, String> {
         let by = self.full_command_over(nominal);
         let scale = |values: &mut [&mut f64]| values.iter_mut().for_each(|value| **value *= by);
@@ -213,17 +215,17 @@ impl Scene {
         Ok(self)
     }
 
-    /// What a full command makes, over what it makes in another world.
+    /// Returns the effort of a full command over the effort of a full command in another world.
     #[must_use]
     pub fn full_command_over(&self, nominal: &Self) -> f64 {
         match (self.stall_nm(), nominal.stall_nm()) {
             (Ok(own), Ok(other)) => own / other,
-            // A linear mass whose amplifier nobody described.
+            // A linear mass whose amplifier is not described.
             _ => 1.0,
         }
     }
 
-    /// Torque, or force, of a full command.
+    /// Returns the torque, or force, of a full command.
     fn stall_nm(&self) -> Result<f64, SceneError> {
         let motor = match &self.device {
             Device::Motor(motor) => motor,
@@ -239,7 +241,7 @@ impl Scene {
         Ok(motor.torque_constant_nm_per_a * self.bridge.supply_v / resistance_ohm)
     }
 
-    /// The ramps of the words, from what they are at the start.
+    /// Returns the ramps of the words, starting from the words at the start.
     fn schedule(&self, stiffness: i64, unit: f64, si: &str, scale: i64) -> Result<Schedule, SceneError> {
         let Some(ramp) = &self.wall.ramp else { return Ok(Schedule::default()) };
         let start = self.clock.edges(ramp.from_s);
@@ -282,7 +284,7 @@ impl Scene {
         })
     }
 
-    /// The period word: the sample period in whole clocks, from 1 to what its width holds.
+    /// Returns the period word: the sample period in whole clocks, from 1 to the greatest that its width holds.
     pub(super) fn check_period(&self) -> Result<i64, SceneError> {
         let word = Format::unsigned(self.method.period_bits);
         let period = i128::from(self.period_clocks());
@@ -300,7 +302,7 @@ impl Scene {
         Err(self.places.error("method.sample_rate", reason))
     }
 
-    /// The word nearest to `value / unit`; the value is in `si`.
+    /// Returns the word nearest to `value / unit`; the value is in `si`.
     pub(crate) fn gain(&self, key: &str, value: f64, unit: f64, si: &str, format: Format) -> Result<i64, SceneError> {
         let exact = value / unit / format.lsb();
         let nearest = exact.round();

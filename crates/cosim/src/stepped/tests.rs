@@ -1,4 +1,4 @@
-//! The straight line, and who waits for whom.
+//! Tests of the straight line within a step, and of the order in which drive and step take effect.
 
 use super::*;
 use hpu_plant::{Hand, Motor};

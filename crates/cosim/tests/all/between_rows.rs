@@ -2,8 +2,8 @@
 //!
 //! The trapezoid over edges `h` apart errs from the mean of an output by at most `h² M / 12`, `M` being the greatest
 //! second derivative; a stationary point lies at most `h² M / 8` beyond the samples beside it. Where a mode ends within
-//! an edge the slope jumps there, by at most twice its greatest size `S`: that costs the trapezoid `h² S / 4` more, and
-//! an extreme `h S`. `M` and `S` follow from the equations of motion and from how great the states get.
+//! an edge, the slope jumps by at most twice its greatest size `S`. This adds `h² S / 4` to the error of the trapezoid,
+//! and `h S` to that of an extreme. `M` and `S` follow from the equations of motion and from the greatest states.
 
 use hpu_cosim::scene::{Device, Experiment, Hand, Scene, shipped};
 use hpu_cosim::{AXIS_ROW, Control, Driver, Ready, Rig, Summary, Wired};
@@ -15,7 +15,7 @@ const SPEED: usize = 1;
 const TORQUE: usize = 3;
 const HAND: usize = 14;
 
-/// Every row, with means and extremes if asked.
+/// All rows of a run, with means and extremes if asked for.
 #[derive(Default)]
 struct Table {
     measures: bool,
@@ -50,7 +50,7 @@ fn table(scene: &Experiment, driver: Driver, measures: bool) -> (Table, Summary)
     (table, summary)
 }
 
-/// A run in rows at a rate, and in rows at every edge.
+/// The same run with rows at a rate, and with a row at every edge.
 struct Both {
     rows: Table,
     dense: Table,
@@ -75,7 +75,8 @@ impl Both {
         (scene, Self { rows, dense, summary, edge_s: clock.period_s(), period })
     }
 
-    /// Between which edges a mean is taken: periods of the modulator begin at the edges after its multiples.
+    /// Returns the edges between which a mean is taken: periods of the modulator begin at the edges after its
+    /// multiples.
     fn window(&self, row: usize) -> (u64, u64) {
         let (before, now) = (self.rows.edges[row - 1], self.rows.edges[row]);
         let Some(period) = self.period else { return (before, now) };
@@ -84,8 +85,8 @@ impl Both {
         if first < last { (first, last) } else { (before, now) }
     }
 
-    /// Holds mean, least and greatest value, three columns from `at` on, of output `of` against the samples. `held`: it
-    /// goes in steps, from edge to edge.
+    /// Compares mean, least and greatest value, three columns from `at` on, of output `of` with the samples. If `held`
+    /// is set, the output moves in steps, from edge to edge.
     #[track_caller]
     fn hold(&self, of: usize, at: usize, [bend, slope]: [f64; 2], held: bool) {
         let h = self.edge_s;
@@ -115,7 +116,7 @@ impl Both {
         table.rows.iter().map(|row| row[of].abs()).fold(0.0, f64::max)
     }
 
-    /// Holds all that the rows of an axis tell.
+    /// Checks all columns of the rows of an axis.
     #[track_caller]
     fn hold_axis(&self, scene: &Scene, held: bool) {
         let [current, speed] = self.bounds(scene);
@@ -129,8 +130,8 @@ impl Both {
         }
     }
 
-    /// Greatest second derivative and slope of current and speed, from `L i' = V - R i - K ω` and
-    /// `J ω' = K i - B ω - τ_c ± τ_h`.
+    /// Returns the greatest second derivative and slope of current and speed, from `L i' = V - R i - K ω` and `J ω' = K
+    /// i - B ω - τ_c ± τ_h`.
     fn bounds(&self, scene: &Scene) -> [[f64; 2]; 2] {
         let [i, w] = [CURRENT, SPEED].map(|of| self.greatest(&self.dense, of));
         let (hand_nm, hand) = (2.0 * self.greatest(&self.rows, HAND), scene.hand.clone());
@@ -163,7 +164,7 @@ fn speed_of(pair: &[hpu_cosim::scene::PathPoint]) -> f64 {
     ((pair[1].angle_rad - pair[0].angle_rad) / (pair[1].time_s - pair[0].time_s)).abs()
 }
 
-/// In the wall from the start, so that the modulator works.
+/// Leaning on the wall from the start, so that the modulator works.
 const LEANING: [(&str, &str); 3] =
     [("device.initial_angle", "1.55 rad"), ("hand.path", "[[\"0 s\", 1.8]]"), ("run.duration", "4 ms")];
 
@@ -177,7 +178,7 @@ fn axis(name: &str, rate: &str, changes: &[(&str, &str)], held: bool) -> Both {
 #[test]
 fn means_and_extremes_are_those_of_a_row_at_every_edge() {
     let leaning = |more: &[(&'static str, &'static str)]| [&LEANING[..], more].concat();
-    // Rows that beat with the modulator, rows of several periods, on a cruise too, and rows shorter than a period.
+    // Rows that beat with the modulator, rows of several periods (on a cruise too), and rows shorter than a period.
     for rate in ["10 kHz", "1 kHz", "80 kHz"] {
         let both = axis("hybrid-wall", rate, &LEANING, false);
         let least = both.rows.rows.iter().map(|row| row[11]).fold(0.0, f64::min);
@@ -204,14 +205,14 @@ fn means_and_extremes_of_steps_are_those_of_their_straight_lines() {
 
 #[test]
 fn a_phantoms_rows_tell_means_and_extremes_of_its_motors() {
-    // The motor follows its command through a lag `T` of the first order: τ'' = (u - τ) / T² at most, and u is at most
-    // full scale.
+    // The motor follows its command through a first-order lag `T`: τ'' = (u - τ) / T² at most, and u is at most full
+    // scale.
     let lag_s = 0.4e-3;
     let full_nm = [115.0 / 15.0, 7.0, 7.0].map(|ratio| 0.17 * ratio);
     let short = ("run.duration", "6 ms");
     for (changes, lagging) in [(&[short][..], true), (&[short, ("model.amplifier_lag", "0 s")], false)] {
         let (_, mut both) = Both::of("phantom-thrown", "10 kHz", changes);
-        // A mode's end does not bend a torque.
+        // The end of a mode does not bend a torque.
         both.summary.mode_changes = 0;
         for (joint, full_nm) in full_nm.iter().enumerate() {
             let most = 2.0 * full_nm / lag_s;
@@ -246,7 +247,7 @@ fn both_drivers_tell_the_same_to_the_bit() {
 
 #[test]
 fn the_mean_torque_does_not_beat_with_the_modulator() {
-    // 50 MHz / 4096 = 12 207 Hz, seen at 10 kHz: 2207 Hz.
+    // 50 MHz / 4096 = 12 207 Hz, sampled at 10 kHz, beats at 2207 Hz.
     let beat_hz = 50e6 / 4096.0 - 10e3;
     let scene = parsed(
         "hybrid-wall",
@@ -269,13 +270,14 @@ fn the_mean_torque_does_not_beat_with_the_modulator() {
     };
     let (sampled, averaged) = (amplitude(TORQUE), amplitude(mean));
     assert!(sampled > 5e-3, "the samples beat: {sampled}");
-    // A hundredth of the beat and less: what is left is the wheel, which wanders between two counts.
+    // At most a hundredth of the beat: the rest is the motion of the wheel between two counts.
     assert!(averaged < 1e-2 * sampled, "{averaged} of {sampled}");
 }
 
 #[test]
 fn a_run_knows_the_exact_means_of_its_end() {
-    // Whole, in rows of 0.1 ms, by what rows tell; both windows end with the run, and begin at a row.
+    // The means over the whole window, in rows of 0.1 ms, from the rows' columns; both windows end with the run and
+    // begin at a row.
     let still = [("model.bridge", "averaged"), ("run.duration", "40 ms")];
     let direct = [("model.solver", "rk4"), ("model.step", "7 us"), ("model.datapath", "law")];
     for more in [&[][..], &direct] {
@@ -286,7 +288,7 @@ fn a_run_knows_the_exact_means_of_its_end() {
         let mean = |of: usize| rows.iter().map(|row| row[of]).sum::<f64>() / rows.len() as f64;
         let [torque_nm, angle_rad] = summary.averages.expect("an axis");
         assert!((torque_nm - mean(10)).abs() < 1e-9 * torque_nm.abs(), "{torque_nm}, rows {}", mean(10));
-        // Of the angle rows tell samples: their trapezoid errs by h^2 / 12 of the greatest acceleration.
+        // For the angle the rows have samples: their trapezoid errs by h^2 / 12 of the greatest acceleration.
         let ends = 0.5 * (table.rows[table.rows.len() - 120][2] - rows[118][2]) / 119.0;
         assert!((angle_rad - mean(2) - ends).abs() < 1e-8 * 1e4 / 12.0, "{angle_rad}, rows {}", mean(2) + ends);
     }
@@ -294,7 +296,7 @@ fn a_run_knows_the_exact_means_of_its_end() {
 
 #[test]
 fn the_hands_torque_does_the_hands_work() {
-    // By the trapezoid over every edge: within a millionth of what is exchanged.
+    // By the trapezoid over every edge: within a millionth of the energy exchanged.
     let leaning = |more: &[(&'static str, &'static str)]| [&LEANING[..], more].concat();
     let cases = [
         ("hybrid-wall", leaning(&[])),

@@ -1,9 +1,9 @@
-//! A trace that may hold few rows of a run tells what one that holds them all tells.
+//! A trace that may hold few rows of a run gives the same verdict and metrics as one that holds all rows.
 
 use hpu_cosim::scene::{Experiment, Metric, shipped};
 use hpu_cosim::{Control, Driver, Ready, Rig, Summary, Trace, Verdict, Wired, metric};
 
-/// A shipped scene under overrides, its rows held whole or within so many values.
+/// Runs a shipped scene under overrides, with its rows held whole or within this number of values.
 fn run(name: &str, set: &[(&str, &str)], values: Option<usize>) -> (Experiment, Summary, Trace) {
     let set: Vec<_> = set.iter().map(|(key, value)| (key.to_string(), value.to_string())).collect();
     let scene = shipped().iter().find(|scene| scene.name == name).expect("a shipped scene");
@@ -18,7 +18,7 @@ fn run(name: &str, set: &[(&str, &str)], values: Option<usize>) -> (Experiment, 
     (experiment, summary, trace)
 }
 
-/// Verdicts by their numbers: rms, amplitude, frequency, time.
+/// Returns the numbers of a verdict: rms, amplitude, frequency, time.
 fn numbers(verdict: Verdict) -> [f64; 4] {
     match verdict {
         Verdict::Settled { rms_rad: rms } | Verdict::Passive { rms_m: rms } | Verdict::NonPassive { rms_m: rms } => {
@@ -37,7 +37,7 @@ const SCENES: [(&str, &[(&str, &str)]); 9] = [
     ("thrown-conventional", &[]),
     ("count-cycle", &[]),
     ("conventional-wall-100hz", &[]),
-    // Rows of whole steps, without a clock: by the law in floats, and by words.
+    // Rows of whole steps, without a clock: with the law in floats, and with words.
     (
         "hybrid-wall",
         &[
@@ -68,8 +68,8 @@ fn a_run_of_more_rows_than_are_held_has_the_verdict_and_the_metrics_of_all_of_th
             expected[0]
         );
         assert_eq!([found[1], found[3]], [expected[1], expected[3]], "{name}");
-        // Either end of the count is told to one of the rows that are held, and at least three tenths of half of them
-        // are counted over.
+        // Each end of the count is located to one of the held rows, and the count runs over at least three tenths of
+        // half of them.
         let counted = 0.15 * few.rows() as f64;
         assert!(
             (found[2] - expected[2]).abs() <= 2.0 / counted * expected[2],
@@ -95,7 +95,7 @@ fn rows_that_are_held_are_every_so_many_of_all_and_never_more_than_may_be() {
         let (_, _, whole) = run(name, set, None);
         for values in [60, 1000, 20_000] {
             let (_, _, few) = run(name, set, Some(values));
-            // Four outputs and two nets.
+            // Four outputs and two nets per row.
             assert!(6 * few.rows() <= values && 12 * few.rows() >= values, "{name}: {} rows", few.rows());
             let (every, of_all) = (few.every() as usize, |row: usize| row * few.every() as usize);
             assert_eq!(few.rows(), whole.rows().div_ceil(every));

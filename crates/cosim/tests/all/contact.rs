@@ -1,4 +1,4 @@
-//! The share of the judged window in which the wall is touched, on motions whose contact can be told by hand.
+//! The share of the judged window in which the wall is touched, on motions whose contact can be computed by hand.
 
 use std::f64::consts::TAU;
 
@@ -23,10 +23,11 @@ fn share(name: &str, overrides: &[(&str, &str)]) -> f64 {
 
 /// An encoder of 1024 lines, decoded x4.
 const COUNT_RAD: f64 = TAU / 4096.0;
-/// `prescribed-sweep`: 55e6 clock edges, a row every 5000: of 11001 rows the last 3300, from row 7701 on.
+/// `prescribed-sweep`: 55e6 clock edges, with a row every 5000. Of 11001 rows the last 3300 are judged, from row 7701
+/// on.
 const WINDOW: (f64, f64) = (38_505_000.0, 55_000_000.0);
 
-/// The share of the window up to a time of the sweep, and one clock edge.
+/// Returns the share of the window up to a time of the sweep, and the share of one clock edge.
 fn until(time_s: f64) -> (f64, f64) {
     let length = WINDOW.1 - WINDOW.0;
     ((time_s * 50e6 - WINDOW.0) / length, 1.0 / length)
@@ -34,8 +35,8 @@ fn until(time_s: f64) -> (f64, f64) {
 
 #[test]
 fn a_prescribed_sweep_is_in_contact_until_its_count_leaves_the_wall() {
-    // The wall at 1.5 rad is count 978. The sweep comes back at 1 rad/s, at 1.9 rad after 0.5 s, and leaves count 979,
-    // the first with penetration, where its angle falls below 979 counts. The counter and the wall follow within 4
+    // The wall at 1.5 rad is count 978. The sweep comes back at 1 rad/s, from 1.9 rad after 0.5 s. It leaves count 979,
+    // the first with penetration, when its angle falls below 979 counts. The counter and the wall follow within 4
     // edges.
     let leaves_s = 0.5 + 1.9 - 979.0 * COUNT_RAD;
     let (expected, edge) = until(leaves_s);
@@ -45,7 +46,7 @@ fn a_prescribed_sweep_is_in_contact_until_its_count_leaves_the_wall() {
 
 #[test]
 fn a_held_position_is_in_contact_until_the_next_sample() {
-    // Sampled at 1 kHz, from the first edge on: the sample at 0.899 s is the first behind the crossing at 0.89823 s.
+    // Sampled at 1 kHz from the first edge on: the sample at 0.899 s is the first after the crossing at 0.89823 s.
     let (expected, edge) = until(0.899);
     let found = share("prescribed-sweep", &[("method.kind", "conventional")]);
     assert!((found - expected).abs() <= 2.0 * edge, "{found}, expected {expected}");
@@ -53,12 +54,12 @@ fn a_held_position_is_in_contact_until_the_next_sample() {
 
 #[test]
 fn without_a_clock_contact_is_time_beyond_the_wall() {
-    // With the true angle as the law's input the wall is left at 1.5 rad, 0.9 s.
+    // With the true angle as the law's input, the wall is left at 1.5 rad, after 0.9 s.
     let steps =
         [("model.datapath", "law"), ("model.bridge", "averaged"), ("model.solver", "rk4"), ("model.step", "130 us")];
     let ideal = [&steps[..], &[("model.encoder", "ideal")]].concat();
     assert!((share("prescribed-sweep", &ideal) - until(0.9).0).abs() < 1e-9);
-    // In counts, at the first count inside.
+    // With counts, the wall is left at the first count inside it.
     let leaves_s = 0.5 + 1.9 - 979.0 * COUNT_RAD;
     assert!((share("prescribed-sweep", &steps) - until(leaves_s).0).abs() < 1e-9);
 }
@@ -82,14 +83,14 @@ impl Observe for EveryEdge {
 
 #[test]
 fn both_drivers_count_the_same_edges_as_a_look_at_every_edge() {
-    // A bounce on the wall, in and out of it.
+    // A motion that bounces in and out of the wall.
     let set = [("run.duration", "60 ms"), ("hand.path", "[[0, 1.5], [\"30 ms\", 1.6], [\"58 ms\", 1.44]]")];
     let set = [&set[..], &[("device.initial_angle", "1.5")]].concat();
     let Experiment::Axis(scene) = scene("hybrid-wall", &set) else { unreachable!() };
     let session = Session::new(&scene).unwrap();
     let net = session.nets().iter().position(|net| net.name == "penetration").unwrap();
     for driver in [Driver::Events, Driver::Clock] {
-        // 601 rows, the last 180 of them.
+        // The last 180 of 601 rows are judged.
         let mut every = EveryEdge { net, from: 421 * 5000, last: (0, false), edges: 0 };
         let summary = session.run(driver, &mut session.brief_trace(), &mut every, &Control::default());
         every.nets(Cycle(summary.edges), &[0; 64]);
@@ -120,7 +121,7 @@ fn a_drop_test_reaches_its_wall_by_its_weight_alone() {
         let kind = ("platform.kind", platform);
         let found = share("phantom-drop", &[kind, short, ("drop.weight", "0 N")]);
         assert_eq!(found, 0.0, "{platform}");
-        // A weight falls 2 cm in half a second, and bounces or lies on the wall.
+        // The weight falls 2 cm in half a second, then bounces or lies on the wall.
         let found = share("phantom-drop", &[kind, ("run.duration", "2 s")]);
         assert!(found > 0.0, "{platform}: {found}");
     }

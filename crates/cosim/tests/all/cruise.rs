@@ -1,14 +1,14 @@
-//! Leaps over whole periods of the modulator: no register may tell them from gates switched one by one.
+//! Leaps over whole periods of the modulator give the same registers as gates switched one by one.
 
 use hpu_cosim::scene::{Experiment, shipped};
 use hpu_cosim::{ClosedLoop, Control, Driver, EnergyAudit, Ready, Rig, Visit, Wired, World};
 use hpu_datapath::{Repeat, Wiring};
 use hpu_signal::{Cycle, Observe, Real, SignalUse};
 
-/// Most edges of a scene that are looked at.
+/// The most edges of a scene that are compared.
 const EDGES: u64 = 40_000_000;
 
-/// A world that goes on over repeated outputs only if it may, and counts how often it does.
+/// A world that cruises over repeated outputs only if it may, and counts how often it does.
 #[derive(Clone)]
 struct Permitted<E> {
     world: E,
@@ -78,7 +78,7 @@ impl Observe for Dense {
     }
 }
 
-/// What a run leaves behind.
+/// The final state and the figures of a run.
 #[derive(PartialEq, Debug)]
 struct Left {
     words: Vec<i64>,
@@ -90,7 +90,7 @@ struct Left {
     energy: EnergyAudit,
 }
 
-/// Runs a scene to an edge.
+/// A visit that runs a scene to an edge.
 struct Run<'o, O> {
     driver: Driver,
     end: u64,
@@ -133,7 +133,7 @@ fn parsed(name: &str, overrides: &[(&str, &str)]) -> Experiment {
     scene.parse(&overrides).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// How often the scene's world goes on by itself, over its first edges.
+/// Checks that cruising changes no register over the scene's first edges. Returns how often its world cruises.
 #[track_caller]
 fn agrees(scene: &Experiment) -> u64 {
     let name = scene.name();

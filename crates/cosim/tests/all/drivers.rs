@@ -1,12 +1,12 @@
-//! The drivers: leaping and stepping agree, watching changes nothing, and a recording drives the datapath as its device
-//! did.
+//! The drivers: leaping and stepping agree, observers change nothing, and recorded pins drive the datapath as the
+//! device did.
 
 use hpu_cosim::replay::PinEdge;
 use hpu_cosim::scene::{Experiment, Hand, shipped};
 use hpu_cosim::{Control, Driver, Ready, Rig, Session, Summary, Wired};
 use hpu_signal::{Clock, Cycle, Observe};
 
-/// Edges that each scene is compared over.
+/// Edges over which each scene is compared.
 const EDGES: u64 = 2_000_000;
 
 fn parsed(name: &str, overrides: &[(&str, &str)]) -> Experiment {
@@ -48,7 +48,7 @@ fn they_agree_from_the_first_edge_in_contact_under_every_bridge() {
     }
 }
 
-/// Every change of the nets, and how often the plant was shown.
+/// Every change of the nets, and the number of rows of the plant.
 #[derive(Default, PartialEq, Debug)]
 struct Dense {
     changes: Vec<(Cycle, Vec<i64>)>,
@@ -66,7 +66,7 @@ impl Observe for Dense {
     }
 }
 
-/// Everything in a summary but how long the machine took.
+/// Returns a summary without the wall time of the run.
 fn timeless(summary: Summary) -> Summary {
     Summary { wall_s: 0.0, ..summary }
 }
@@ -92,7 +92,7 @@ fn a_hundred_times_as_many_rows_change_neither_words_nor_energy() {
         let session = Ready::new(&scene).unwrap();
         let mut dense = Dense::default();
         let summary = session.run(Driver::Events, &mut session.trace(&[]), &mut dense, &Control::default());
-        // The verdict's numbers are those of the rows it was decided on, and the means begin at one.
+        // The verdict's numbers depend on the rows that it judged, and the means begin at a row.
         (Summary { verdict: None, averages: None, ..timeless(summary) }, dense.changes)
     };
     assert_eq!(run("10 kHz"), run("1 MHz"));

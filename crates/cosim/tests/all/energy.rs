@@ -17,7 +17,7 @@ fn supply_less_store_less_losses_is_a_billionth_of_the_energy_exchanged() {
         }
         assert!(energy.exchanged_j > 0.0, "{}", shipped.name);
         assert!(energy.residual_j.abs() <= 1e-9 * energy.exchanged_j, "{}: {energy:?}", shipped.name);
-        // The sums are those of their parts, and nothing that only dissipates gives.
+        // Each sum is the sum of its parts, and nothing that only dissipates supplies energy.
         assert_eq!(energy.supplied_j, energy.source_j + energy.hand_j, "{}", shipped.name);
         for loss_j in [energy.copper_j, energy.diodes_j, energy.viscous_j, energy.coulomb_j, energy.transmission_j] {
             assert!(loss_j >= 0.0, "{}: {energy:?}", shipped.name);

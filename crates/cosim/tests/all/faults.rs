@@ -1,5 +1,5 @@
-//! Faults between device and logic, on a motion whose counts are known: the hand moves the shaft evenly to 1.4 rad,
-//! short of the wall, by 912 counts.
+//! Faults between device and logic, on a motion with known counts: the hand moves the shaft evenly to 1.4 rad, short of
+//! the wall, over 912 counts.
 
 use std::f64::consts::TAU;
 
@@ -9,7 +9,7 @@ use hpu_cosim::{Control, Driver, Mark, Ready, Rig, Summary, Wired};
 const COUNT_RAD: f64 = TAU / 4096.0;
 /// Whole counts in 1.4 rad.
 const COUNTS: i64 = 912;
-/// The clock.
+/// The clock's frequency in Hz.
 const HZ: f64 = 50e6;
 
 fn parsed(name: &str, overrides: &[(&str, &str)]) -> Result<Experiment, String> {
@@ -18,7 +18,7 @@ fn parsed(name: &str, overrides: &[(&str, &str)]) -> Result<Experiment, String> 
     scene.parse(&overrides).map_err(|error| error.to_string())
 }
 
-/// The even motion, by 1 rad/s.
+/// Runs the even motion at 1 rad/s with these faults.
 fn sweep(faults: &[(&str, &str)]) -> Summary {
     let path = [("hand.path", "[[0, 0], [1.4, 1.4], [1.5, 1.4]]"), ("run.duration", "1.45 s")];
     let scene = parsed("prescribed-sweep", &[&path, faults].concat()).unwrap_or_else(|error| panic!("{error}"));
@@ -26,7 +26,7 @@ fn sweep(faults: &[(&str, &str)]) -> Summary {
     ready.run(Driver::Events, &mut ready.brief_trace(), &mut (), &Control::default())
 }
 
-/// The least and the greatest word of a net, as they are.
+/// Returns the least and the greatest word of a net.
 fn range(summary: &Summary, net: &str) -> (i64, i64) {
     let found = summary.nets.iter().find(|found| found.signal.name == net).expect("a net");
     (found.usage.min, found.usage.max)
@@ -48,17 +48,17 @@ fn the_motion_without_faults_has_its_counts() {
 fn edges_that_are_missed_or_doubled_are_counts_that_are_lost_or_won() {
     let missed = sweep(&[("faults.missed_edge", "[0.1, 0.2, \"0.3 s\"]")]);
     assert_eq!(range(&missed, "position"), (0, COUNTS - 3));
-    // Each is the first edge from its time on: that of the next whole count.
+    // Each fault strikes the first edge from its time on: the edge of the next whole count.
     for (mark, at_s) in missed.faults.iter().zip([0.1, 0.2, 0.3]) {
         let edge_s = (at_s / COUNT_RAD).ceil() * COUNT_RAD;
         assert!((mark.edge as f64 / HZ - edge_s).abs() < 2.0 / HZ, "{mark:?}");
     }
     let doubled = sweep(&[("faults.doubled_edge", "[0.1, 0.2]")]);
     assert_eq!(range(&doubled, "position"), (0, COUNTS + 2));
-    // One clock apart they are still two edges, each with its direction.
+    // One clock apart there are still two edges, each with its direction.
     let near = sweep(&[("faults.doubled_edge", "[0.1]"), ("faults.doubled_clocks", "1")]);
     assert_eq!((range(&near, "position").1, range(&near, "error")), (COUNTS + 1, (0, 0)));
-    // No edge comes after the motion.
+    // No edge comes after the end of the motion.
     let late = sweep(&[("faults.missed_edge", "[1.42, 1.43]")]);
     assert_eq!((range(&late, "position").1, late.faults.len(), late.faults_waiting), (COUNTS, 0, 2));
 }
@@ -69,14 +69,14 @@ fn bounce_and_glitches_that_the_clock_samples_count_back_and_forth() {
         let key = format!("faults.{fault}");
         let summary = sweep(&[(&key, "[0.1, 0.5, 0.9]")]);
         assert_eq!((range(&summary, "position"), kinds(&summary)), ((0, COUNTS), vec![happened; 3]));
-        // Three returns of each bounce, and the line there and back of each glitch, are steps of -1.
+        // Each bounce returns three times, and each glitch moves its line there and back: both cause steps of -1.
         assert_eq!(range(&summary, "step"), (-1, 1), "{fault}");
     }
     assert_eq!(range(&sweep(&[]), "step"), (0, 1));
-    // A glitch during which the other line changes: the count stays, and so does the direction.
+    // During a glitch in which the other line changes, the count stays, and so does the direction.
     let long =
         sweep(&[("faults.glitch", "[0.1]"), ("faults.glitch_clocks", "2000000"), ("faults.glitch_line", "encoder.b")]);
-    // For 40 ms, some 26 counts, the lines turn the other way; after it they are where they were, modulo 4.
+    // For 40 ms, about 26 counts, the lines run backwards; after that they are where they were, modulo 4.
     let lost = COUNTS - range(&long, "position").1;
     assert!((48..=54).contains(&lost) && range(&long, "error") == (0, 0), "{lost} counts lost");
 }
@@ -90,10 +90,10 @@ fn lines_that_are_exchanged_or_inverted_count_backwards() {
         let summary = sweep(faults);
         assert_eq!(range(&summary, "position"), wrapped, "{faults:?}");
     }
-    // Both at once are forwards again.
+    // Both faults at once count forwards again.
     let both = sweep(&[("faults.swapped", "true"), ("faults.inverted", "encoder.a")]);
     assert_eq!(range(&both, "position"), (0, COUNTS));
-    // From the middle of the motion on: as far back as it had come.
+    // From the middle of the motion on, the count goes back as far as it had come.
     let middle = sweep(&[("faults.swapped", "true"), ("faults.swapped_from", "0.7 s")]);
     let (least, greatest) = range(&middle, "position");
     let there = (0.7 / COUNT_RAD) as i64;
@@ -106,7 +106,8 @@ fn a_clock_that_jitters_is_late_as_often_as_the_period_is_short() {
     for share in [0.1, 0.5, 1.0] {
         let summary = sweep(&[("faults.clock_jitter", &(share * clock_s).to_string())]);
         assert_eq!(range(&summary, "position"), (0, COUNTS));
-        // Each of the edges with probability J / 2T: within four standard deviations of a binomial.
+        // Each of the edges is late with probability J / 2T: the number is within four standard deviations of a
+        // binomial.
         let (n, p) = (COUNTS as f64, share / 2.0);
         let late = summary.faults.len() as f64;
         assert!((late - n * p).abs() < 4.0 * (n * p * (1.0 - p)).sqrt(), "{late} of {n} at {share}");
@@ -121,7 +122,7 @@ fn random_faults_follow_the_seed_and_more_of_them_are_those_and_others() {
     assert!(few.iter().all(|mark| more.contains(mark)), "{few:?} {more:?}");
     assert_eq!(marks("5", "1"), few);
     assert_ne!(marks("5", "2"), few);
-    // Even over the run: the mean of 2000 is within four of its deviations.
+    // The faults are spread evenly over the run: the mean of 2000 is within four of its standard deviations.
     let many = marks("2000", "3");
     let mean = many.iter().map(|mark| mark.edge as f64 / HZ).sum::<f64>() / 2000.0;
     assert!((mean - 0.725).abs() < 4.0 * 1.45 / (12.0 * 2000f64).sqrt(), "{mean}");
@@ -134,7 +135,7 @@ fn a_switch_that_is_stuck_open_drives_nothing_and_one_that_shorts_its_leg_ends_t
         let ready = Ready::new(&scene).expect("a scene");
         ready.run(Driver::Events, &mut ready.brief_trace(), &mut (), &Control::default())
     };
-    // The wall pushes back by the motor's minus terminal: without its high switch the supply gives nothing.
+    // The wall pushes back through the motor's minus terminal: without its high switch the supply gives nothing.
     let stuck = run("hybrid-wall", &[("faults.stuck_switch", "bridge.minus_high")]);
     assert!(stuck.energy.source_j <= 0.0, "{:?}", stuck.energy);
     assert!(run("hybrid-wall", &[]).energy.source_j > 0.1);
@@ -142,7 +143,7 @@ fn a_switch_that_is_stuck_open_drives_nothing_and_one_that_shorts_its_leg_ends_t
         "hybrid-wall",
         &[("faults.stuck_switch", "bridge.minus_high"), ("faults.stuck", "closed"), ("faults.stuck_from", "100 ms")],
     );
-    // At rest the bridge brakes by its low switches.
+    // At rest the bridge brakes with its low switches.
     let aborted = short.aborted.expect("it ends");
     assert!((aborted.at_s - 0.1).abs() < 1.0 / HZ && aborted.why.contains("short"), "{aborted:?}");
     assert_eq!(short.faults, [Mark { edge: 5_000_000, what: "stuck_switch" }]);

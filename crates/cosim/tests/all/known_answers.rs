@@ -1,4 +1,4 @@
-//! The sampled wall before a mass against the known answers of its exact analysis.
+//! The sampled wall in front of a mass, against the known answers of its exact analysis.
 
 use hpu_cosim::LinearLoop;
 use hpu_cosim::scene::Scene;
@@ -38,14 +38,16 @@ fn wall(overrides: &[(&str, &str)]) -> LinearLoop {
     LinearLoop::new(&scene, scene.wall.stiffness_nm_per_rad, scene.wall.damping_nm_s_per_rad)
 }
 
-/// How far a growth rate measured over two windows may be off. Each window's mean square weighs, from the end where the
-/// motion is largest, u² e^(-2 g u): of it the share (1 + (ω/g)²)^(-3/2) swings with the phase, up or down.
+/// Returns the greatest error of a growth rate measured over two windows. Each window's mean square weighs, from the
+/// end where the motion is largest, u² e^(-2 g u): of it the share (1 + (ω/g)²)^(-3/2) varies with the phase, up or
+/// down.
 fn end_effects(growth_per_s: f64, swing_rad_per_s: f64, window_s: f64) -> f64 {
     (1.0 + (swing_rad_per_s / growth_per_s).powi(2)).powf(-1.5) / window_s
 }
 
-/// Size of the leading pair of eigenvalues, from positions alone: two swinging modes obey a recurrence of three terms,
-/// whose last coefficient is the pair's product. Every other mode has died long before the last samples.
+/// Returns the size of the leading pair of eigenvalues, from positions alone: two oscillating modes obey a recurrence
+/// of three terms, whose last coefficient is the pair's product. Every other mode has decayed long before the last
+/// samples.
 fn radius(law: &LinearLoop) -> f64 {
     let mut x = Vec::new();
     law.samples(64, |position, scale| {
@@ -91,7 +93,7 @@ fn a_sampled_wall_with_damping_decays_by_the_known_radius() {
 
 #[test]
 fn growth_and_decay_beyond_the_range_of_floats_are_measured_too() {
-    // Over 1049 s, e^2615 up and e^-3143 down; 700 is what an exponent holds.
+    // Over 1049 s, e^2615 up and e^-3143 down; the exponent of a float holds about 700.
     let up = 1e3 * 1.005f64.sqrt().ln();
     near(wall(&[]).growth_per_s(1 << 20), up, end_effects(up, 100.0, 524.288) / up);
     let down = 1e3 * 0.997006828124f64.ln();
@@ -103,7 +105,7 @@ fn growth_and_decay_beyond_the_range_of_floats_are_measured_too() {
 fn a_bounce_off_a_held_unilateral_spring_gains_the_known_energy() {
     let (mass_kg, stiffness_n_per_m, speed_m_per_s) = (0.1, 1000.0, 1.0);
     let system = Linear::new(Mass { mass_kg, damping_n_s_per_m: 0.0 }.matrix(), 1e-6, 1000);
-    // It enters when a share of the sample period has gone by since the latest sample.
+    // The mass enters the wall at this share of the sample period after the latest sample.
     let gain = |share: f64| {
         let mut x = [0.0, speed_m_per_s, -share * 1e-3 * speed_m_per_s, 0.0];
         loop {
@@ -118,7 +120,7 @@ fn a_bounce_off_a_held_unilateral_spring_gains_the_known_energy() {
     let gains: Vec<f64> = (0..phases).map(|phase| gain((f64::from(phase) + 0.5) / f64::from(phases))).collect();
     let mean = gains.iter().sum::<f64>() / f64::from(phases);
     near(mean, 1.16984313, 5e-4);
-    // exp(π ω T / 2) of the averaged motion.
+    // exp(π ω T / 2), by the averaged motion.
     let omega = (stiffness_n_per_m / mass_kg).sqrt();
     near(mean, (0.5 * std::f64::consts::PI * omega * 1e-3).exp(), 5e-4);
     let (least, most) = gains.iter().fold((f64::MAX, 0.0f64), |(l, h), &g| (l.min(g), h.max(g)));

@@ -1,4 +1,4 @@
-//! Scenes of the methods: what is refused, and what a datapath in words and its law in floats have in common.
+//! Scenes of the methods: refusals, and the agreement of a datapath in words with its law in floats.
 
 use hpu_cosim::scene::{Experiment, OutcomeKind, shipped};
 use hpu_cosim::{Control, Driver, Ready, Rig, Wired};
@@ -9,7 +9,7 @@ fn experiment(name: &str, set: &[(&str, &str)]) -> Result<Experiment, String> {
     scene.parse(&set).map_err(|error| error.to_string())
 }
 
-/// What is said of the conventional wall at 1 kHz with these keys.
+/// Checks that the conventional wall at 1 kHz is refused with these keys, by a message with these parts.
 #[track_caller]
 fn refused(set: &[(&str, &str)], expected: &[&str]) {
     let message = experiment("conventional-wall-1khz", set).expect_err("refused");
@@ -33,7 +33,7 @@ fn a_method_that_needs_the_future_is_refused() {
 
 #[test]
 fn a_sample_shorter_than_the_laws_latency_is_refused_with_the_rate_that_fits() {
-    // ENERGY_WIDTH + 2 = 34 edges: 35 clocks a sample at least, 50 MHz / 35.
+    // ENERGY_WIDTH + 2 = 34 edges: a sample takes at least 35 clocks, 50 MHz / 35.
     let set = [("wall.damping", "0"), ("method.kind", "passivity_controller"), ("method.sample_rate", "1.5 MHz")];
     refused(&set, &["method.sample_rate", "33 clocks a sample", "passivity_controller take 34", "1428571 Hz"]);
 }
@@ -87,7 +87,7 @@ fn a_ramp_is_of_what_the_method_reads() {
 
 #[test]
 fn words_and_law_come_to_the_same_verdict_where_the_methods_differ_most() {
-    // The plain wall is three times too stiff for this rate; bounded and coupled it holds.
+    // The plain wall is three times too stiff for this rate; bounded or coupled it holds.
     let plain = [("method.kind", "sampled_wall")];
     let bounded = [("method.kind", "energy_bounding"), ("method.c1", "0.28 N.m/rad")];
     let coupled = [("method.kind", "virtual_coupling"), ("method.coupling_stiffness", "0.28 N.m/rad")];

@@ -16,7 +16,7 @@ fn close(found: f64, wanted: f64, tolerance: f64) {
     assert!((found - wanted).abs() <= tolerance, "{found} instead of {wanted}");
 }
 
-/// Uniform in -1 to 1.
+/// Returns a uniform random number in -1 to 1.
 fn any(random: &mut SplitMix64) -> f64 {
     random.next_u64() as f64 * 2f64.powi(-63) - 1.0
 }
@@ -65,7 +65,7 @@ fn energy_bounding_never_gives_more_than_the_devices_damping_takes() {
 
 #[test]
 fn the_force_bound_is_tight() {
-    // On a steady ramp the displayed stiffness is 2c: no more is passive.
+    // On a steady ramp the displayed stiffness is 2c, the greatest that is passive.
     let mut law = EnergyBounding::new(wall(1e9), BoundingForm::ForceBound(500.0), 1e9, 0.0);
     law.sample(0.0);
     for step in 1..100 {
@@ -86,7 +86,7 @@ fn the_published_observer_sums_as_the_sheet_says() {
 
 #[test]
 fn the_controller_pays_a_debt_back_with_the_next_motion() {
-    // Held 10 N over a retreat of 2 mm after 1 mm of advance at 5 N: 5 mJ in, 20 mJ out; 15 mJ over 2 mm is 7.5 N.
+    // 10 N are held over a retreat of 2 mm after 1 mm of advance at 5 N: 5 mJ in, 20 mJ out; 15 mJ over 2 mm is 7.5 N.
     let mut law = PassivityController::new(wall(5000.0), Observer::HeldForce, f64::INFINITY, 1e9, 0.0);
     close(law.sample(1e-3), 5.0, 1e-12);
     close(law.sample(2e-3), 10.0, 1e-12);
@@ -169,7 +169,7 @@ fn a_dead_spring_stays_dead_unless_it_may_revive() {
         let mut law = PassiveSpring::new(1000.0, revive, -1e-3);
         law.sample(-1e-3);
         law.sample(1e-3);
-        // A retreat of 0.6 mm takes more than was stored: the extension ends at zero, still inside the wall.
+        // A retreat of 0.6 mm takes out more than was stored: the extension ends at zero, still inside the wall.
         close(law.sample(0.4e-3), 0.0, 0.0);
         assert!(law.overdrawn_j() > 0.0);
         close(law.sample(2e-3), force_n, 1e-12);
@@ -198,7 +198,7 @@ fn the_midpoint_spring_loses_nothing_where_the_plain_hold_gains() {
     let mut law = wall(400.0);
     let (mut q_m, mut v_m_per_s) = start;
     for _ in 0..1000 {
-        // The wall is bilateral here: the law's force is that of a positive position, mirrored.
+        // The wall is bilateral here: at negative positions the force of the mirrored position acts.
         let a = -q_m.signum() * law.force_n(q_m.abs());
         q_m += PERIOD_S * (v_m_per_s + 0.5 * a * PERIOD_S);
         v_m_per_s += a * PERIOD_S;
@@ -230,7 +230,7 @@ fn a_pulse_comes_out_shaped_and_ends_with_itself() {
         }
     }
     close(law.sample(-1.0), 0.0, 0.0);
-    // The high-pass of a step crosses zero at 70.7 ms; from there on the step comes through whole.
+    // The high-pass of a step crosses zero at 70.7 ms; from then on the step passes unchanged.
     close(most, 1.0, 1e-12);
     assert!((65..=75).contains(&at), "{at} ms");
 }
@@ -242,7 +242,7 @@ fn dual_rate_sampling_divides_the_velocitys_quantum() {
     let mut dual = Wall::new(0.0, 1.0, 10, fast_s, 0.0);
     let mut seen = [0.0f64; 2];
     for n in 0..1000 {
-        // A count every seven samples.
+        // One count every seven samples.
         let x_m = f64::from(n / 7) * count_m;
         seen = [seen[0].max(plain.sample(x_m)), seen[1].max(dual.sample(x_m))];
     }

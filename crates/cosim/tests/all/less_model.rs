@@ -1,4 +1,4 @@
-//! Scenes that leave something out: drivers agree on them, and their energy balances.
+//! Scenes that leave some physics out: the drivers agree on them, and their energy balances.
 
 use hpu_cosim::scene::{Experiment, Scene, shipped};
 use hpu_cosim::{Control, Driver, Rig, Session, Wired};

@@ -25,8 +25,9 @@ fn run(name: &str, set: Set, nets: &[&str]) -> Trace {
 
 const STEPS: Set = &[("model.encoder", "loaded"), ("model.solver", "rk4"), ("model.step", "1 us")];
 
-/// By the greatest difference of angles, in rad or m. Masses have no more of one than rounding; of a mean over a step
-/// area and first moment are those of events, not the rest, and a buzz (the first one) makes more of it.
+/// The bound is the greatest difference of angles, in rad or m. For masses it is rounding. The mean over a step has the
+/// area and first moment of events but not the higher moments, and a buzzing motion (the first scene) amplifies the
+/// difference.
 #[test]
 fn every_loop_that_is_loaded_moves_as_its_words_do() {
     let averaged = ("model.bridge", "averaged");
@@ -39,7 +40,7 @@ fn every_loop_that_is_loaded_moves_as_its_words_do() {
         ("shaped-wall", &[averaged, ("run.duration", "30 ms")], 1e-6),
         ("energy-level-wall", &[averaged, ("run.duration", "30 ms")], 3e-6),
         ("popc-credit-bounded", &[("run.duration", "0.5 s")], 1e-9),
-        // Its motion begins a count beyond the lines that the decoder sees first.
+        // Its motion begins one count beyond the lines that the decoder sees first.
         ("dead-spring", &[("run.duration", "0.1 s")], 1e-9),
         ("power-scaling", &[("run.duration", "12 s")], 1e-9),
     ];
@@ -54,7 +55,7 @@ fn every_loop_that_is_loaded_moves_as_its_words_do() {
 
 #[test]
 fn what_a_loaded_loop_computes_at_a_sample_is_what_its_clocked_words_do_to_the_bit() {
-    // Rows in the middle between two samples, where every law has come to its end.
+    // Rows in the middle between two samples, where every law has finished.
     for (name, nets) in [
         ("dead-spring", &["torque", "memory", "command"][..]),
         ("popc-credit-bounded", &["torque", "memory", "command"]),

@@ -1,4 +1,4 @@
-//! The host of the operating-system platforms: its law, when it samples, and when its commands arrive.
+//! The host of the operating-system platforms: its law, its sample times, and the arrival of its commands.
 
 use crate::common::{Dense, by_host, law, phantom, run};
 use hpu_cosim::scene::PhantomScene;
@@ -8,7 +8,7 @@ use hpu_cosim::{Control, PhantomSession, Rig, Wired};
 const HOST: usize = 6;
 const POSITIONS: usize = 9;
 
-/// A clock of 1 MHz, so that a sample period of 20 kHz is 50 edges and an encoder's edge comes every few dozen.
+/// A clock of 1 MHz, so that a sample period of 20 kHz is 50 edges, and an encoder edge comes every few dozen edges.
 const SLOW: &[(&str, &str)] = &[
     ("clock.frequency", "1 MHz"),
     ("run.duration", "20 ms"),
@@ -25,12 +25,12 @@ fn scene(more: &[(&str, &str)]) -> PhantomScene {
     phantom("phantom-thrown-rtos", &[SLOW, more].concat())
 }
 
-/// The three words from `first` on after each edge.
+/// Returns the three words from net `first` on, after each edge.
 fn words(dense: &Dense, first: usize) -> Vec<[i64; 3]> {
     dense.every_edge().map(|words| [words[first], words[first + 1], words[first + 2]]).collect()
 }
 
-/// The host's words after every edge, and those that the law gives on what the counters showed before each edge.
+/// Returns the host's words after every edge, and the law's words for the counters' values before each edge.
 fn commands_and_laws(scene: &PhantomScene) -> (Vec<[i64; 3]>, Vec<[i64; 3]>) {
     let (_, dense) = run(scene);
     let counts = words(&dense, POSITIONS).into_iter().map(|counts| {
@@ -41,12 +41,12 @@ fn commands_and_laws(scene: &PhantomScene) -> (Vec<[i64; 3]>, Vec<[i64; 3]>) {
         let count_rad = [3.0 / 92_000.0, 1.0 / 28_000.0, 1.0 / 28_000.0].map(|turn| turn * std::f64::consts::TAU);
         law(scene, [0, 1, 2].map(|joint| counts[joint] * count_rad[joint]))
     });
-    // What the counters show after an edge is what the next one finds.
+    // The counters' values after an edge are the values that the next edge reads.
     let laws = std::iter::once([0; 3]).chain(laws).collect();
     (words(&dense, HOST), laws)
 }
 
-/// The phases, in edges, at which samples of this delay explain all of the host's words.
+/// Returns the phases, in edges, at which samples of this delay explain all of the host's words.
 fn phases(scene: &PhantomScene, period: usize, delay: usize) -> Vec<usize> {
     let (commands, laws) = commands_and_laws(scene);
     let explains = |phase: usize| {
@@ -76,7 +76,7 @@ fn a_command_arrives_exactly_delay_and_latency_after_its_sample() {
         let scene = scene(&[("platform.kind", platform), ("model.delay", delay), ("model.latency", latency)]);
         let found = phases(&scene, period, edges);
         assert_eq!(found.len(), 1, "{platform} {delay} {latency}: {found:?}");
-        // An edge more or less explains nothing, so the edge itself is what was seen.
+        // One edge more or less explains nothing, so the exact edge is determined.
         let near = [edges.wrapping_sub(1), edges + 1];
         for wrong in near.into_iter().filter(|wrong| *wrong < 10_000) {
             assert!(!phases(&scene, period, wrong).contains(&found[0]), "{platform} {delay} {latency}");
@@ -94,9 +94,9 @@ fn the_motors_take_the_hosts_word_on_the_edge_that_finds_it() {
 
 #[test]
 fn at_the_origin_a_joints_torque_is_force_times_lever_and_moves_its_own_axis_alone() {
-    // Jacobian at the origin: diag(l1, l1, l2). A tip within 1 mm of it has turned by 1 mm / 0.14 m, so all entries are
-    // within that of their value there, and the other two joints have that share of the torque at most, and half a DAC
-    // count.
+    // The Jacobian at the origin is diag(l1, l1, l2). A tip within 1 mm of the origin has turned by at most 1 mm / 0.14
+    // m. All entries are within that share of their value at the origin, and the other two joints have at most that
+    // share of the torque, plus half a DAC count.
     for (axis, ratio) in [("x", 115.0 / 15.0), ("y", 7.0), ("z", 7.0)] {
         let scene = scene(&[
             ("drop.axis", axis),
@@ -110,7 +110,8 @@ fn at_the_origin_a_joints_torque_is_force_times_lever_and_moves_its_own_axis_alo
         let count_nm = 0.17 * ratio / 32_768.0;
         let mut seen = 0;
         for (host, reals) in words(&dense, HOST).into_iter().zip(&dense.rows) {
-            // The sample is at most a period of 50 us old; the tip goes 0.1 m/s at most: 5 um. A count is 32 um.
+            // The sample is at most a period of 50 us old, and the tip moves at 0.1 m/s at most: 5 um. A count is 32
+            // um.
             let depth_m = -0.2e-3 - reals[index];
             if depth_m > 100e-6 && depth_m < 800e-6 {
                 let exact_nm = 0.14 * 2000.0 * depth_m;
@@ -133,7 +134,7 @@ fn at_the_origin_a_joints_torque_is_force_times_lever_and_moves_its_own_axis_alo
 fn a_force_beyond_the_devices_is_limited() {
     let scene = scene(&[("room.stiffness", "40 kN/m"), ("room.walls", "x")]);
     let (_, dense) = run(&scene);
-    // 8.5 N on a lever of 0.14 m, in counts of 0.17 * 115 / 15 / 2^15 N.m; a posture of 10 mm or less beside the
+    // 8.5 N on a lever of 0.14 m, in counts of 0.17 * 115 / 15 / 2^15 N.m; the posture is 10 mm or less away from the
     // origin.
     let most = 8.5 * 0.14 / (0.17 * 115.0 / 15.0 / 32_768.0);
     let greatest = words(&dense, HOST).iter().map(|host| host[0].abs()).max().expect("edges") as f64;
@@ -147,8 +148,8 @@ fn the_ideal_law_reads_the_true_angles() {
         let (_, dense) = run(&scene);
         let commands = words(&dense, HOST);
         let laws: Vec<_> = dense.rows.iter().map(|reals| law(&scene, crate::common::angles_rad(0.14, reals))).collect();
-        // The host's word after an edge is of the tip at the edge at which it sampled, and holds until it samples
-        // again.
+        // The host's word after an edge is the law of the tip at the edge at which it sampled, and holds until it
+        // samples again.
         let explains =
             |phase: usize| (phase..commands.len()).all(|edge| commands[edge] == laws[phase + (edge - phase) / 50 * 50]);
         let found: Vec<_> = (1..=50).filter(|&phase| explains(phase)).collect();
@@ -156,7 +157,7 @@ fn the_ideal_law_reads_the_true_angles() {
     }
 }
 
-/// A tip that swings between soft walls for 5 s, sampled at 1 kHz by a host with these deadlines.
+/// Returns a tip that swings between soft walls for 5 s, sampled at 1 kHz by a host with these deadlines.
 fn swinging(jitter: &str, missed: &str, more: &[(&str, &str)]) -> PhantomScene {
     let swings = [
         ("platform", format!("{{ kind = \"PMOS-1\", jitter = \"{jitter}\", missed = \"{missed}\" }}")),
@@ -175,7 +176,7 @@ fn swinging(jitter: &str, missed: &str, more: &[(&str, &str)]) -> PhantomScene {
     scene(&[&swings, more].concat())
 }
 
-/// Edges at which the host's first word changes.
+/// Returns the edges at which the host's first word changes.
 fn changes(dense: &Dense) -> Vec<i64> {
     let pairs = dense.changes.windows(2).filter(|pair| pair[0].1[HOST] != pair[1].1[HOST]);
     pairs.map(|pair| pair[1].0 as i64).collect()
@@ -183,17 +184,17 @@ fn changes(dense: &Dense) -> Vec<i64> {
 
 #[test]
 fn samples_are_late_by_up_to_the_jitter_and_anything_up_to_it() {
-    // Of four values, the chance that one never comes is 4 * 0.75^n: both ends of "3 us" are seen.
+    // With four values, the chance that one never occurs is 4 * 0.75^n, so both ends of "3 us" are seen.
     for (jitter, most) in [("100 us", 100), ("400 us", 400), ("3 us", 3), ("0", 0)] {
         let (_, dense) = run(&swinging(jitter, "0", &[]));
         let changes = changes(&dense);
         assert!(changes.len() > 3000, "{}", changes.len());
-        // Lateness beside that of the first, as a phase of the period of 1000 edges.
+        // Lateness relative to the first change, as a phase of the period of 1000 edges.
         let late = changes.iter().map(|edge| (edge - changes[0] + 500).rem_euclid(1000) - 500);
         let (least, greatest) = (late.clone().min().expect("some"), late.clone().max().expect("some"));
         // Uniform in 0..=most: of n samples, the chance that none is in the outer fiftieth is 0.98^n < 1e-26.
         assert!(greatest - least <= most && greatest - least >= most - most / 25, "{jitter}: {least} to {greatest}");
-        // Its mean is in the middle, to 5 standard deviations of most / sqrt(12 n).
+        // The mean is in the middle, within 5 standard deviations of most / sqrt(12 n).
         let mean = late.map(|late| (late - least) as f64).sum::<f64>() / changes.len() as f64;
         let most = most as f64;
         let bound = 5.0 * (most + 1.0) / (12.0 * changes.len() as f64).sqrt() + most / 50.0;
@@ -209,7 +210,7 @@ fn the_share_of_missed_samples_is_the_one_asked_for() {
         let (commands, laws) = commands_and_laws(&scene);
         let delay = 1000;
         let phase = (changes(&dense)[0] - delay).rem_euclid(1000) as usize;
-        // Where the law has changed since the command that stands, a sample either shows or was missed.
+        // If the law's output differs from the present command, a sample either shows or was missed.
         let (mut told, mut lost) = (0, 0);
         for sample in (phase..commands.len() - 1000).step_by(1000).filter(|sample| *sample > 1000) {
             let arrives = sample + delay as usize;
@@ -259,13 +260,13 @@ fn a_trial_begins_within_a_count_of_the_origin_and_a_millimetre_a_second_of_its_
         let (_, dense) = run(&scene);
         let height = |row: usize| dense.rows[row][1];
         let (start_m, speed) = (height(0), (height(500) - height(0)) / 10e-6);
-        // Joints 2 and 3 are within a count, 0.14 m * 2 pi / 28000 = 31.4 um; 10 us of 1.7 m/s^2 change the speed by 17
-        // um/s.
+        // Joints 2 and 3 start within a count, 0.14 m * 2 pi / 28000 = 31.4 um; in 10 us, 1.7 m/s^2 change the speed by
+        // 17 um/s.
         assert!((0.0..31.5e-6).contains(&start_m), "{start_m}");
         assert!(speed.abs() < 1.02e-3, "{speed}");
         starts.push((start_m, speed));
     }
-    // They differ, and cover most of their range.
+    // The starts differ, and cover most of their range.
     let range = |values: Vec<f64>| {
         values.iter().copied().fold(f64::MIN, f64::max) - values.iter().copied().fold(f64::MAX, f64::min)
     };
@@ -288,13 +289,13 @@ fn what_computes_the_force_has_its_wiring() {
     }
 }
 
-/// The law in floats without a clock, in steps of the classic Runge-Kutta method.
+/// Returns a scene with the law in floats without a clock, in steps of the classic Runge-Kutta method.
 fn in_steps(name: &str, step: &str, more: &[(&str, &str)]) -> PhantomScene {
     let steps = [("model.law", "floats"), ("model.solver", "rk4"), ("model.step", step)];
     phantom(name, &[&steps[..], more].concat())
 }
 
-/// What the counts tell of the tip at every row of the trace, and the tip itself.
+/// Returns, for every row of the trace, the tip's position by the counts and the true one.
 fn rows(scene: &PhantomScene) -> Vec<[f64; 6]> {
     let session = PhantomSession::new(scene).expect("valid");
     let mut trace = session.trace(&[]);
@@ -305,14 +306,14 @@ fn rows(scene: &PhantomScene) -> Vec<[f64; 6]> {
 
 #[test]
 fn a_host_without_a_clock_reads_the_counts_and_commands_when_one_with_a_clock_does() {
-    // Two ways to the same: series from event to event around the clocked wiring, and steps from sample to sample. A
-    // sample that read another count would show as a DAC count: 5e-6 N.m on 5e-4 kg.m2, 1e-6 m of the tip after 20 ms
-    // and growing.
+    // Two computations of the same run: series from event to event around the clocked wiring, and steps from sample to
+    // sample. A sample that read another count would show as a DAC count: 5e-6 N.m on 5e-4 kg.m2, which move the tip by
+    // 1e-6 m after 20 ms, and further later.
     let short = [("run.duration", "300 ms")];
     let bounce = [("run.duration", "300 ms"), ("drop.speed", "0.2 m/s")];
     for (name, step, more) in [
         ("phantom-thrown-rtos", "10 us", &[][..]),
-        // Where the four edges that a counter is late are 4 us.
+        // At this clock the four edges by which a counter is late are 4 us.
         ("phantom-thrown-rtos", "10 us", &[("clock.frequency", "1 MHz")]),
         ("phantom-late", "20 us", &[("clock.frequency", "1 MHz"), bounce[0], bounce[1]]),
         ("phantom-late", "20 us", &bounce),
@@ -336,8 +337,9 @@ fn a_host_without_a_clock_reads_the_counts_and_commands_when_one_with_a_clock_do
 
 #[test]
 fn an_fpgas_law_that_follows_the_arm_stands_for_its_samples() {
-    // Against the words. What is left is the rounding of counts (31 um) and of words. Of an age of zero the tip would
-    // be 2.9 um off in the first, 29 um in the second, which samples every 10 us and is 38 clocks late.
+    // Compared with the words. The remaining difference is the rounding of counts (31 um) and of words. With an age of
+    // zero the tip would be 2.9 um off in the first scene, and 29 um in the second, which samples every 10 us and is 38
+    // clocks late.
     for (name, within_m) in [("phantom-thrown", 2.4e-6), ("phantom-thrown-shared", 4e-6)] {
         let (words, stepped) = (rows(&phantom(name, &[])), rows(&in_steps(name, "50 us", &[])));
         let axis = if name == "phantom-thrown" { 1 } else { 2 };
@@ -348,8 +350,9 @@ fn an_fpgas_law_that_follows_the_arm_stands_for_its_samples() {
 
 #[test]
 fn an_ideal_law_that_follows_the_arm_stands_for_its_samples() {
-    // Both from the true angles: what is left is the rounding of commands and that a held command is as old as its
-    // mean. Two samples a step. With the words' latency it would be 2.4 um off, without any age 15 um.
+    // Both laws read the true angles. The remaining differences are the rounding of commands, and the replacement of a
+    // held command's age by its mean. There are two samples per step. With the words' latency the tip would be 2.4 um
+    // off, without any age 15 um.
     let ideal = [("model.law", "ideal"), ("run.duration", "20 ms")];
     let clocked = rows(&phantom("phantom-thrown-shared", &ideal));
     let stepped = rows(&in_steps("phantom-thrown-shared", "20 us", &ideal));
@@ -367,7 +370,7 @@ fn a_law_without_a_clock_shows_its_words_with_the_rows() {
     let mut moved = 0;
     let mut pushed = 0;
     for row in 0..trace.rows() {
-        // Joint 1, as the counts tell of the tip.
+        // The angle of joint 1, from the tip's position by the counts.
         let angle_rad = trace.real(3)[row].atan2(0.14 + trace.real(5)[row]);
         let count = trace.words(0)[row];
         let signed = if count >= 1 << 15 { count - (1 << 16) } else { count } as f64;

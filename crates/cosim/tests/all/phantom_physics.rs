@@ -1,19 +1,19 @@
-//! Drop tests against closed forms: the fall, the rest on the wall, and how stiff a wall may be.
+//! Drop tests against closed forms: the fall, the rest on the wall, and the greatest stiffness of a wall.
 
 use crate::common::{phantom, run};
 use hpu_cosim::scene::PhantomScene;
 use hpu_cosim::{Control, Driver, PhantomSession, Rig, Verdict, Wired};
 
-/// The scene's own numbers: mass at the tip with the weight that hangs there, its weight, friction at the tip.
+/// The numbers of the scene: the mass at the tip with the hanging weight, that weight, the friction at the tip.
 const WEIGHT_N: f64 = 0.15;
 const MASS_KG: f64 = 0.075 + WEIGHT_N / 9.81;
 const COULOMB_N: f64 = 0.038;
 const DAMPING_N_S_PER_M: f64 = 0.005;
-/// Length of a link, and where the wall is below the start.
+/// Length of a link, and distance of the wall below the start.
 const LINK_M: f64 = 0.14;
 const DROP_M: f64 = 0.02;
 
-/// The drop scene with one joint, a rigid transmission and an ideal amplifier.
+/// Returns the drop scene with one joint, a rigid transmission and an ideal amplifier.
 fn drop(more: &[(&str, &str)]) -> PhantomScene {
     let plain = [
         ("model.joints", "tested"),
@@ -25,14 +25,15 @@ fn drop(more: &[(&str, &str)]) -> PhantomScene {
     phantom("phantom-drop", &[&plain, more].concat())
 }
 
-/// How far a mass falls in `t` from a speed downward, under a constant pull less friction, exactly.
+/// Returns the exact distance, in m, that a mass falls in `t` seconds from a downward speed, under a constant pull
+/// minus friction.
 fn fallen_m(pull_n: f64, speed: f64, t: f64) -> f64 {
     let tau_s = MASS_KG / DAMPING_N_S_PER_M;
     let last = (pull_n - COULOMB_N) / DAMPING_N_S_PER_M;
     last * t + tau_s * (speed - last) * (1.0 - (-t / tau_s).exp())
 }
 
-/// When it has fallen so far.
+/// Returns the time, in s, that a fall over this distance takes.
 fn fall_s(pull_n: f64, speed: f64, distance_m: f64) -> f64 {
     let (mut low, mut high) = (0.0, 1.0);
     for _ in 0..100 {
@@ -48,7 +49,8 @@ fn fall_s(pull_n: f64, speed: f64, distance_m: f64) -> f64 {
 
 #[test]
 fn the_closed_form_of_the_fall_is_the_published_one() {
-    // m = 0.09 kg without viscous friction: 1.2444 m/s^2, 0.17928 s. Our mass and the viscous friction add 0.6 %.
+    // m = 0.09 kg without viscous friction: 1.2444 m/s^2, 0.17928 s. The scene's mass and the viscous friction add 0.6
+    // %.
     let published_s = (2.0 * DROP_M / ((WEIGHT_N - COULOMB_N) / 0.09)).sqrt();
     assert!((published_s - 0.17928).abs() < 1e-5);
     let mass_s = published_s * (MASS_KG / 0.09).sqrt();
@@ -67,9 +69,9 @@ fn the_tip_falls_to_the_wall_in_the_time_of_the_closed_form() {
         let height = |row: usize| dense.rows[row][index];
         let touch = (0..dense.rows.len()).find(|&row| height(row) < -DROP_M).expect("it falls on the wall");
         let touch_s = touch as f64 * 1e-5;
-        // The lever falls along its arc s, from an angle within a count to asin(d / l) or, of the joints that swing the
-        // radius too, atan of no more. Its pull w cos is between that of the end and that of the start. The release
-        // adds or takes 1 mm/s: what is thrown up first comes back, after 2 v / a or less.
+        // The lever falls along its arc s, from an angle within a count to asin(d / l); for the joints whose radius
+        // swings too, it is atan of no more. Its pull w cos is between that of the end and that of the start. The
+        // release adds or takes 1 mm/s: a tip that is thrown up first comes back after 2 v / a or less.
         let end_rad = (DROP_M / LINK_M).asin();
         let start_m = height(0);
         let longest_m = LINK_M * end_rad + start_m + 1e-9;
@@ -78,7 +80,7 @@ fn the_tip_falls_to_the_wall_in_the_time_of_the_closed_form() {
         let earliest_s = fall_s(WEIGHT_N, speed, DROP_M + start_m);
         let latest_s = fall_s(WEIGHT_N * end_rad.cos(), 0.0, longest_m) + up_s + 1e-5;
         assert!((earliest_s..=latest_s).contains(&touch_s), "{axis}: {earliest_s} <= {touch_s} <= {latest_s}");
-        // The bounds are worth something.
+        // The bounds are tight enough to be useful.
         assert!(latest_s - earliest_s < 0.03 * earliest_s, "{axis}: {earliest_s} to {latest_s}");
     }
 }
@@ -94,7 +96,7 @@ fn it_accelerates_as_weight_and_friction_say_at_every_row() {
         let speed = (window[2] - window[0]) / (2.0 * h);
         let expected = (-WEIGHT_N * (window[1] / LINK_M).cos() + COULOMB_N - DAMPING_N_S_PER_M * speed) / MASS_KG;
         // h^2/12 of the fourth derivative, which is that of (w / m) cos(s / l) twice: below (w / m) (v^2 + s a) / l^2 =
-        // 5 m/s^4; and the speed's own h^2/6 of the third, by b / m: below 1e-9.
+        // 5 m/s^4; and h^2/6 of the speed's third derivative, times b / m: below 1e-9.
         assert!((acceleration - expected).abs() < 5.0 * h * h / 12.0, "{acceleration}, {expected}");
     }
     assert!(arc.last().is_some_and(|end| *end < -0.01));
@@ -115,8 +117,8 @@ fn it_rests_as_deep_as_weight_by_stiffness_within_frictions_band() {
             let Some(Verdict::Passive { rms_m }) = summary.verdict else { panic!("{:?}", summary.verdict) };
             let last = dense.rows.last().expect("rows");
             let depth_m = -DROP_M - last[1];
-            // Forces along y by the lever l cos; friction by l. A DAC count at the tip, half of it; and, of counts, the
-            // one of the encoder by which the logged depth exceeds the true one.
+            // Forces along y have the lever l cos, friction l. The bounds allow for half a DAC count at the tip and,
+            // with counts, for the encoder count by which the logged depth exceeds the true one.
             let cosine = (1.0 - (last[1] / LINK_M).powi(2)).sqrt();
             let band_n = COULOMB_N / cosine + 0.17 * 7.0 / 32_768.0 / LINK_M;
             let count_m = if law == "ideal" { 0.0 } else { LINK_M * std::f64::consts::TAU / 28_000.0 + 1e-6 };
@@ -127,7 +129,7 @@ fn it_rests_as_deep_as_weight_by_stiffness_within_frictions_band() {
     }
 }
 
-/// Whether all three trials of a ladder's rung are passive.
+/// Returns whether all three trials at this stiffness are passive.
 fn passes(stiffness: f64, more: &[(&str, &str)]) -> bool {
     ["1", "2", "3"].iter().all(|trial| {
         let own = [("room.stiffness", stiffness.to_string()), ("drop.trial", (*trial).to_string())];
@@ -140,9 +142,9 @@ fn passes(stiffness: f64, more: &[(&str, &str)]) -> bool {
     })
 }
 
-/// The stiffness at which a bounce loses as much to friction as it gains by sampling: a mass that enters and leaves the
-/// wall in half a turn of omega = sqrt(K / m) gains energy by exp(pi omega (T/2 + t_d)), and loses (w - f) / (w + f) of
-/// its height to friction on the way up and down.
+/// Returns the stiffness at which a bounce loses as much to friction as it gains by sampling. A mass that enters and
+/// leaves the wall in half a period of omega = sqrt(K / m) gains energy by exp(pi omega (T/2 + t_d)), and friction
+/// takes (w - f) / (w + f) of its height on the way up and down.
 fn threshold_n_per_m(period_s: f64, delay_s: f64, mass_kg: f64) -> f64 {
     let loss = ((WEIGHT_N + COULOMB_N) / (WEIGHT_N - COULOMB_N)).ln();
     mass_kg * (loss / (std::f64::consts::PI * (0.5 * period_s + delay_s))).powi(2)
@@ -158,8 +160,8 @@ fn the_threshold_is_the_published_one_at_the_published_mass() {
     }
 }
 
-/// A mass on a line under a force that is held for `h`, with viscous and Coulomb friction, exactly: the position and
-/// speed after.
+/// Returns the exact position and speed, after a time `h`, of a mass on a line under a constant force, with viscous and
+/// Coulomb friction.
 fn glide(mut x: f64, mut v: f64, force_n: f64, friction_n: f64, h: f64) -> (f64, f64) {
     let tau_s = MASS_KG / DAMPING_N_S_PER_M;
     let mut left_s = h;
@@ -181,9 +183,9 @@ fn glide(mut x: f64, mut v: f64, force_n: f64, friction_n: f64, h: f64) -> (f64,
     }
 }
 
-/// The drop of that mass, as the tip feels it beside the wall: there the joint's lever has shrunk by a cosine, so that
-/// pushes of wall and weight count by its square, and the joint's friction by itself. A sample every `every` steps of
-/// `h`, late by `late`.
+/// Returns whether that mass comes to rest after a drop, as the tip feels it beside the wall. There the joint's lever
+/// has shrunk by a cosine: pushes of wall and weight are scaled by its square, the joint's friction by the cosine
+/// itself. There is a sample every `every` steps of `h`, late by `late` steps.
 fn mass_rests(stiffness: f64, h: f64, every: usize, late: usize) -> bool {
     let cosine = (1.0 - (DROP_M / LINK_M).powi(2)).sqrt();
     let (weight_n, friction_n) = (WEIGHT_N * cosine * cosine, COULOMB_N * cosine);
@@ -211,7 +213,7 @@ fn mass_rests(stiffness: f64, h: f64, every: usize, late: usize) -> bool {
 
 #[test]
 fn walls_hold_up_to_the_rung_at_which_a_mass_on_a_line_still_rests() {
-    // Rungs of the reference's ladder, by our mass, on either side of the threshold.
+    // Stiffnesses of the reference's ladder, for this mass, on either side of the threshold.
     for (platform, delay, latency, h, every, late, rungs) in [
         ("RTOS-1", "0", "0", 1e-3, 1, 0, [8000.0, 9000.0]),
         ("RTOS-1", "1", "0", 1e-3, 1, 1, [1000.0, 1250.0]),

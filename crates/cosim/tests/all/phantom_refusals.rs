@@ -2,7 +2,7 @@
 
 use hpu_cosim::scene::Experiment;
 
-/// A scene that is accepted; every test spoils one thing.
+/// A scene that is accepted; every test spoils one part of it.
 const GOOD: &str = r#"about = "A drop."
 [device]
 kind = "phantom"
@@ -23,7 +23,7 @@ fn parse(text: &str) -> Result<Experiment, String> {
     Experiment::parse("testbench/scenes/x.toml", text, &[], &mut no_files).map_err(|error| error.to_string())
 }
 
-/// The message for the good scene with `from` replaced is exactly this, after `testbench/scenes/x.toml:`.
+/// Checks that the message for the good scene with `from` replaced is exactly this, after `testbench/scenes/x.toml:`.
 #[track_caller]
 fn says(from: &str, to: &str, expected: &str) {
     assert_eq!(GOOD.matches(from).count(), 1, "{from}");
@@ -31,14 +31,14 @@ fn says(from: &str, to: &str, expected: &str) {
     assert_eq!(message, format!("testbench/scenes/x.toml:{expected}"));
 }
 
-/// The same, with a line more in a section.
+/// Checks the message as [`says`] does, for the good scene with one more line in a section.
 #[track_caller]
 fn says_with(section: &str, line: &str, expected: &str) {
     let header = format!("[{section}]\n");
     if GOOD.contains(&header) {
         says(&header, &format!("{header}{line}\n"), expected);
     } else {
-        // At the end: the header is line 14.
+        // A new section goes to the end: its header is line 14.
         says("duration = \"10 s\"\n", &format!("duration = \"10 s\"\n{header}{line}\n"), expected);
     }
 }
@@ -241,8 +241,8 @@ fn a_stiffness_that_rounds_to_zero_is_refused_and_zero_is_not() {
 
 #[test]
 fn walls_that_the_tip_cannot_come_to_are_refused_with_the_reason() {
-    // The tip starts 0.14 m before and 0.14 m above the base: down by d it is hypot(0.14, 0.14 + d) from it, of 0.28 at
-    // most.
+    // The tip starts 0.14 m in front of and 0.14 m above the base. Lowered by d it is hypot(0.14, 0.14 + d) away from
+    // the base, of 0.28 at most.
     says_with(
         "room",
         "distance = \"103 mm\"",
@@ -261,7 +261,8 @@ fn walls_that_the_tip_cannot_come_to_are_refused_with_the_reason() {
 
 #[test]
 fn fewer_bits_of_the_tables_leave_a_smaller_room() {
-    // Down by d: reach r = hypot(l, l + d), and the isosceles arm of two links l opens by 2 asin(r / 2 l) at the elbow.
+    // Lowered by d: reach r = hypot(l, l + d), and the isosceles arm of two links l opens by 2 asin(r / 2 l) at the
+    // elbow.
     let counts = |d: f64| {
         let l: f64 = 0.14;
         let r = l.hypot(l + d);
@@ -291,10 +292,10 @@ fn a_wall_where_the_arm_is_singular_or_beyond_its_limits_is_refused() {
         let text = text.replace("[room]", &format!("[room]\ndistance = \"{distance}\""));
         parse(&text).expect_err(distance)
     };
-    // The origin is 0.14 m before the arm's own axis, and 0.14 m above its base.
+    // The origin is 0.14 m in front of the arm's own axis, and 0.14 m above its base.
     let on_the_axis = refused("14 cm");
     assert!(on_the_axis.contains("z = -0.14 m: the arm is singular there; write less"), "{on_the_axis}");
-    // So forwards the stretched arm reaches sqrt(0.28^2 - 0.14^2) - 0.14 = 0.1024871 m.
+    // So the stretched arm reaches forwards by sqrt(0.28^2 - 0.14^2) - 0.14 = 0.1024871 m.
     let beyond = refused("103 mm");
     assert!(beyond.contains("z = 0.103 m: the links do not reach it; write less"), "{beyond}");
     let stretched = refused("102.487 mm");
@@ -308,7 +309,7 @@ fn a_wall_where_the_arm_is_singular_or_beyond_its_limits_is_refused() {
 
 #[test]
 fn a_clock_too_slow_for_the_design_is_refused_with_the_rate_it_allows() {
-    // 9 edges from a sample to its command and the next sample; 40 of the shared multiplier.
+    // 9 edges from a sample to its command and the next sample; 40 with the shared multiplier.
     says(
         "50 MHz",
         "3 MHz",

@@ -6,7 +6,7 @@ use hpu_cosim::scene::{
 };
 use hpu_datapath::phantom::{PhantomConfig, Turn};
 
-/// The least that a scene must say.
+/// The shortest scene that is accepted.
 const LEAST: &str = r#"about = "A drop."
 [device]
 kind = "phantom"
@@ -97,7 +97,7 @@ fn every_key_is_read_in_the_unit_it_is_written_in() {
     assert_eq!((scene.irregularity.jitter_s, scene.irregularity.missed), (50e-6, 0.01));
     assert!(scene.method.shared);
     let config = scene.method.config;
-    // 0.15 and 0.13 by 2^24, to the nearest.
+    // 0.15 and 0.13 times 2^24, to the nearest.
     assert_eq!((config.depth_width, config.lengths, config.delay), (12, [2_516_582, 2_181_038], 2));
     assert_eq!(config.formats.trig.to_string(), "(1,1,22)");
     assert_eq!((scene.room.distance_m, scene.room.stiffness_n_per_m), (0.01, 2000.0));
@@ -148,7 +148,7 @@ fn a_premium_1_5_has_its_own_lengths_counts_and_gains() {
     let scene = scene(&[("device.model", "premium_1.5"), ("room.distance", "1 mm")]);
     let config = scene.method.config;
     assert_eq!(scene.drop.lengths_m, [0.215, 0.170]);
-    // 0.215 and 0.170 by 2^24; 4096 counts a turn behind 13.3, 11.2 and 11.2.
+    // 0.215 and 0.170 times 2^24; 4096 counts a turn behind ratios of 13.3, 11.2 and 11.2.
     assert_eq!(config.lengths, [3_607_101, 2_852_127]);
     let counts = |turn: Turn| f64::from(turn.den) / f64::from(turn.num);
     for (turn, ratio) in config.turns.into_iter().zip([13.3, 11.2, 11.2]) {
@@ -170,7 +170,7 @@ fn the_words_chosen_are_those_of_the_datapath() {
 
 #[test]
 fn walls_and_stiffness_are_the_nearest_words_to_what_was_asked() {
-    // All of these, in units of 1e-6, are integers: nearest is (v * 2^frac * 2 + 1e6) / 2e6, in integers.
+    // All of these are integers in units of 1e-6: the nearest word is (v * 2^frac * 2 + 1e6) / 2e6, in integers.
     let nearest = |micro: i64, frac: u32| ((i128::from(micro) << (frac + 1)) + 1_000_000) / 2_000_000;
     for distance_um in [1_000, 1_234, 5_678, 20_000, 27_001, 60_000] {
         for stiffness_mn_per_m in [0, 250, 375_000, 1_000_130, 39_999_900, 40_000_000] {
@@ -191,7 +191,7 @@ fn every_pair_of_walls_has_its_bit() {
     for (walls, room) in [("x", 1), ("y", 2), ("z", 4), ("xy", 3), ("zx", 5), ("yz", 6), ("xyz", 7), ("zyx", 7)] {
         assert_eq!(scene(&[("room.walls", walls)]).words().expect("words").room, room, "{walls}");
     }
-    // Those of the axis, unless told.
+    // The walls of the axis, unless the scene says otherwise.
     for (axis, room) in [("x", 1), ("y", 2), ("z", 4)] {
         assert_eq!(scene(&[("drop.axis", axis)]).words().expect("words").room, room, "{axis}");
     }

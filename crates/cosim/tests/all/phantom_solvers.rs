@@ -1,5 +1,5 @@
-//! The solvers of a PHANToM's scene: the drivers agree whatever moves the arm, and fine steps come to what the series
-//! comes to.
+//! The solvers of a PHANToM's scene: the drivers agree with every solver, and fine steps give the results of the
+//! series.
 
 use crate::common::phantom;
 use hpu_cosim::scene::{PhantomScene, Solver, shipped};
@@ -43,7 +43,7 @@ fn leaping_and_stepping_agree_on_every_solver() {
     }
 }
 
-/// The rms that a thrown tip's verdict tells.
+/// Returns the rms of a thrown tip's verdict.
 fn thrown_rms_m(solver: Solver, step: &str) -> f64 {
     let (summary, _) = run(&with("phantom-thrown", solver, step, &[("run.duration", "100 ms")]));
     match summary.verdict {
@@ -58,7 +58,7 @@ fn a_thrown_tip_wanders_as_far_but_for_commands_that_wait_for_the_next_step() {
     let mut last_m = f64::INFINITY;
     for (step, step_s) in [("40 us", 40e-6), ("20 us", 20e-6), ("10 us", 10e-6), ("5 us", 5e-6)] {
         let error_m = (thrown_rms_m(Solver::Rk4, step) - exact_m).abs();
-        // A tip at 1 m/s at most meets the wall a step late, and is let go a step late.
+        // A tip at 1 m/s at most meets the wall one step late, and is released one step late.
         assert!(error_m <= 2.0 * step_s && error_m < last_m, "{step}: {error_m} m of {exact_m} m");
         last_m = error_m;
     }
@@ -71,10 +71,10 @@ fn a_drop_in_fine_steps_has_the_verdict_and_the_rms_of_the_exact_run() {
     let step_s = 40e-6;
     let (summary, trace) = run(&with("phantom-drop", Solver::Rk4, "40 us", &[]));
     let Some(Verdict::Passive { rms_m }) = summary.verdict else { panic!("{:?}", summary.verdict) };
-    // Friction holds both to the end, on one count each.
+    // Friction holds both tips at the end, each on one count.
     assert!((rms_m - exact_m).abs() < 1e-12, "{rms_m} m, not {exact_m} m");
-    // Until the wall, friction lets go a step late at most; gravity over the tip's mass and its weight's is below 2
-    // m/s^2.
+    // Before the wall, friction lets go one step late at most; the acceleration by gravity, with the mass of tip and
+    // weight, is below 2 m/s^2.
     for row in 0..150 {
         let (time_s, error_m) = (1e-3 * row as f64, (trace.real(1)[row] - reference.real(1)[row]).abs());
         assert!(error_m <= 2.0 * step_s * time_s + 1e-12, "{error_m} m at {time_s} s");

@@ -9,7 +9,7 @@ fn judge_drop(heights_m: &[f64], aborted: Option<Abort>) -> Verdict {
     hpu_cosim::judge_drop(&trace, 0, aborted)
 }
 
-/// Ten seconds at 1 kHz of a height.
+/// Returns ten seconds of a height at 1 kHz.
 fn heights(height_m: impl Fn(usize) -> f64) -> Vec<f64> {
     (0..10_000).map(height_m).collect()
 }
@@ -23,14 +23,14 @@ fn the_published_threshold_is_three_thousandths_of_a_centimetre() {
 fn a_tip_at_rest_is_passive_wherever_it_rests() {
     for height_m in [0.0, -0.02, 0.5] {
         let Verdict::Passive { rms_m } = judge_drop(&heights(|_| height_m), None) else { panic!("at rest") };
-        // The mean of 3000 equal numbers is off by as many roundings at most.
+        // The mean of 3000 equal numbers is off by at most as many roundings.
         assert!(rms_m <= 3000.0 * f64::EPSILON * height_m.abs(), "{rms_m}");
     }
 }
 
 #[test]
 fn thirty_micrometres_of_rms_divide_rest_from_chatter() {
-    // Half of the rows up and half down by a: rms a about the mean.
+    // Half of the rows are up and half down by a: the rms about the mean is a.
     let chatter = |amplitude_m: f64| {
         judge_drop(&heights(|row| -0.02 + if row % 2 == 0 { amplitude_m } else { -amplitude_m }), None)
     };
@@ -38,7 +38,7 @@ fn thirty_micrometres_of_rms_divide_rest_from_chatter() {
     assert!((rms_m - 29.999e-6).abs() < 1e-15);
     let Verdict::NonPassive { rms_m } = chatter(30.001e-6) else { panic!("above") };
     assert!((rms_m - 30.001e-6).abs() < 1e-15);
-    // The mean of an uneven chatter is not its middle: 1 row of 4 up by a has rms a sqrt(3) / 4.
+    // The mean of an uneven chatter is not its middle: with 1 row of 4 up by a, the rms is a sqrt(3) / 4.
     let uneven = judge_drop(&heights(|row| if row % 4 == 0 { 80e-6 } else { 0.0 }), None);
     let Verdict::NonPassive { rms_m } = uneven else { panic!("34.6 um") };
     assert!((rms_m - 80e-6 * 3f64.sqrt() / 4.0).abs() < 1e-15);
@@ -52,7 +52,7 @@ fn the_last_three_seconds_of_ten_are_judged_and_no_row_before() {
     // One row of 3000 at 1 m: sqrt(2999) / 3000.
     let Verdict::NonPassive { rms_m } = judge_drop(&late, None) else { panic!("18 mm") };
     assert!((rms_m - 2999f64.sqrt() / 3000.0).abs() < 1e-12);
-    // Of ten rows three.
+    // The last three of ten rows.
     let rows: Vec<f64> = [9.0, 9.0, 9.0, 9.0, 9.0, 9.0, 9.0, 1.0, 2.0, 3.0].to_vec();
     let Verdict::NonPassive { rms_m } = judge_drop(&rows, None) else { panic!("they differ") };
     assert!((rms_m - (2.0f64 / 3.0).sqrt()).abs() < 1e-15);

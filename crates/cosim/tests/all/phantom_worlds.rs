@@ -1,15 +1,15 @@
 //! The PHANToM's worlds: leaping and stepping agree to the bit on every platform, energy is accounted for, and a device
-//! that leaves what is modelled ends the run.
+//! that leaves the modelled range ends the run.
 
 use crate::common::{phantom, run};
 use hpu_cosim::scene::{PhantomScene, Platform};
 use hpu_cosim::{ClosedLoop, Control, Driver, PhantomSession, Rig, Summary, Verdict, Visit, Wired, World};
 use hpu_datapath::Wiring;
 
-/// Edges that each is compared over: 6 ms.
+/// Edges over which each platform is compared: 6 ms.
 const EDGES: u64 = 300_000;
 
-/// How much of the drive is modelled.
+/// The parts of the drive that are modelled.
 const DRIVES: [&[(&str, &str)]; 3] = [
     &[("model.amplifier_lag", "0"), ("model.transmission_stiffness", "0")],
     &[("model.amplifier_lag", "0.4 ms"), ("model.transmission_stiffness", "0")],
@@ -21,14 +21,14 @@ fn summary(scene: &PhantomScene, driver: Driver) -> Summary {
     session.run(driver, &mut session.trace(&[]), &mut (), &Control::default())
 }
 
-/// Compares, after it has asserted that there is something to compare.
+/// Compares the drivers, after checking that the run has contact, counts and energy to compare.
 #[track_caller]
 fn agree(scene: &PhantomScene, said: &str) {
     let session = PhantomSession::new(scene).unwrap_or_else(|error| panic!("{error}"));
     let whole = summary(scene, Driver::Events);
     assert_eq!((whole.edges, whole.aborted), (EDGES, None), "{said}");
     assert!(whole.encoder_edges > 60, "{said}: {} encoder edges", whole.encoder_edges);
-    // No force without contact, and no command without force.
+    // There is no force without contact, and no command without force.
     assert!(whole.output_changes > 0, "{said}: no contact");
     let energy = whole.energy;
     assert!(energy.exchanged_j > 1e-4, "{said}: {energy:?}");
@@ -102,7 +102,7 @@ fn they_agree_on_a_premium_1_5_and_on_other_words() {
     }
 }
 
-/// Scenes that end before their time, and why.
+/// Scenes that end early, and the reason.
 const ENDS: [(&str, &[(&str, &str)]); 4] = [
     (
         "a joint left the tables of sines: the datapath says invalid, torques are zero",
@@ -133,7 +133,7 @@ fn ending(index: usize) -> PhantomScene {
     ];
     let mut overrides = [&soft, ENDS[index].1].concat();
     if index == 3 {
-        // Two samples of delay let every bounce return more than it took; nothing but friction takes any.
+        // With two samples of delay every bounce returns more energy than it took in; only friction could dissipate it.
         overrides.extend([
             ("platform.kind", "RTOS-1"),
             ("model.delay", "4"),
@@ -153,7 +153,7 @@ fn a_device_that_leaves_what_is_modelled_ends_the_run_with_the_reason() {
         assert_eq!((abort.why, abort.at_s), (*why, scene.clock.seconds(hpu_signal::Cycle(ended.edges))));
         assert_eq!(ended.verdict, Some(Verdict::HighlyUnstable { at_s: abort.at_s }), "{why}");
         assert!(ended.complete && ended.edges < scene.edges(), "{why}");
-        // It ends on the same edge however it is driven, and is compared to that edge.
+        // The run ends on the same edge with every driver, and is compared up to that edge.
         let stepped = summary(&scene, Driver::Clock);
         assert_eq!(
             (stepped.edges, stepped.aborted, stepped.energy),
@@ -169,36 +169,36 @@ fn a_device_that_leaves_what_is_modelled_ends_the_run_with_the_reason() {
 fn it_ends_on_the_count_that_says_so() {
     let logged_y = |index: usize| {
         let mut scene = ending(index);
-        // A row an edge, so that the last one is of the end.
+        // One row per edge, so that the last row is that of the end.
         scene.record.plant_rate_hz = 2e6;
         let session = PhantomSession::new(&scene).expect("valid");
         let mut last = Last::default();
         session.run(Driver::Events, &mut session.trace(&[]), &mut last, &Control::default());
         last.0
     };
-    // Joint 2 alone has turned: y = l sin of the first count beyond. 11 bits hold -1024; a count is 2 pi / 28000 rad.
-    // The other joints of that scene have hardly moved, so the tip is within a count of it.
+    // Only joint 2 has turned: y = l sin of the first count beyond the tables. 11 bits hold -1024; a count is 2 pi /
+    // 28000 rad. The other joints of that scene have hardly moved, so the tip is within a count of that height.
     let count_rad = std::f64::consts::TAU / 28_000.0;
     let tables = logged_y(0);
     assert!((tables - 0.14 * (-1025.0 * count_rad).sin()).abs() < 0.14 * count_rad * 20.0, "{tables}");
-    // The Jacobian's determinant by l^3 is (cos q2 + sin q3) cos(q2 - q3), with q3 below a count: cos q2 squared. It
-    // falls below 1 % at 84.26 degrees.
+    // The Jacobian's determinant divided by l^3 is (cos q2 + sin q3) cos(q2 - q3); with q3 below a count it is cos q2
+    // squared. It falls below 1 % at 84.26 degrees.
     let singular = logged_y(1);
     let before = -(0.14 * (0.01f64.sqrt().acos() - 2.0 * count_rad).sin());
     let after = -(0.14 * (0.01f64.sqrt().acos() + 2.0 * count_rad).sin());
     assert!((after..=before).contains(&singular), "{singular}");
-    // 55 degrees between the links of a Premium 1.5, in counts of 2 pi * 5 / 229376 rad.
+    // The limit is 55 degrees between the links of a Premium 1.5; a count is 2 pi * 5 / 229376 rad.
     let count_rad = std::f64::consts::TAU * 5.0 / 229_376.0;
     let limited = logged_y(2);
     let limit_rad = 55f64.to_radians();
     let before = -0.215 * limit_rad.sin();
     assert!((before - 0.215 * 2.0 * count_rad..=before).contains(&limited), "{limited} {before}");
-    // The wall above.
+    // The wall above the start.
     let opposite = logged_y(3);
     assert!((1e-3..1e-3 + 64e-6).contains(&opposite), "{opposite}");
 }
 
-/// The height as the counts tell it, of the last row shown.
+/// The tip's height by the counts, in the last row shown.
 #[derive(Default)]
 struct Last(f64);
 
@@ -209,7 +209,7 @@ impl hpu_signal::Observe for Last {
     }
 }
 
-/// Drives the loop on after its run is over, and tells what the words were.
+/// A visit that drives the loop on after its run has ended, and returns the words.
 struct OnAndOn;
 
 /// The greatest command until the run was over, and the words of validity and commands 200 edges later.
@@ -254,7 +254,7 @@ fn beyond_the_tables_the_datapath_says_invalid_and_commands_nothing() {
             scene.method.config = scene.method.config.shared();
         }
         let found = PhantomSession::new(&scene).expect("valid").visit(OnAndOn);
-        // 5 N/m over 3 cm, by 0.14 m, in counts of 36 uN.m.
+        // 5 N/m times 3 cm, on a lever of 0.14 m, in counts of 36 uN.m.
         assert!(found.greatest > 500, "{architecture}: {}", found.greatest);
         assert_eq!(found.valid, [1, 0, 1], "{architecture}");
         assert_eq!(found.commands, [0, 0, 0], "{architecture}");

@@ -1,4 +1,4 @@
-//! A mass in words: the drop test's threshold, the axis that oscillates, the shaper that quiets it, and walls that
+//! A mass in words: the threshold of the drop test, the axis that oscillates, the shaper that damps it, and walls that
 //! change.
 
 use hpu_cosim::scene::{Experiment, Scene, shipped};
@@ -35,7 +35,7 @@ fn a_rigid_mass_without_lag_rests_on_8_and_not_on_10_kn_per_m() {
     assert!(matches!(outcome("10 kN/m"), Verdict::LimitCycle { .. } | Verdict::Diverged { .. }));
 }
 
-/// A mass under a force held for `h`, with viscous and Coulomb friction, in closed form: position and speed after.
+/// Returns position and speed of a mass after a force held for `h`, with viscous and Coulomb friction, in closed form.
 fn held(scene: &Scene, (mut x, mut v): (f64, f64), force_n: f64, mut h: f64) -> (f64, f64) {
     let hpu_cosim::scene::Device::Mass(body) = scene.device else { panic!("a mass") };
     let (friction_n, viscous) = (body.coulomb_n, body.damping_n_s_per_m);
@@ -62,8 +62,8 @@ fn the_drop_follows_the_closed_form_of_every_held_force_through_its_bounces() {
     let words = scene.words().unwrap();
     let (_, trace) = run(&scene);
     let (mut state, mut bounces) = ((0.0, 0.0), 0);
-    // The plant's row at edge 50 000 n; the datapath samples at edges 1 + 50 000 n what left the encoder some five
-    // edges before. Those 100 ns at 0.24 m/s are 24 nm a bounce; there are not more than four.
+    // The plant's row is at edge 50 000 n; at edge 1 + 50 000 n the datapath samples the position that left the encoder
+    // about five edges before. These 100 ns at 0.24 m/s are 24 nm per bounce, and there are at most four bounces.
     for (row, &x) in trace.angles_rad().iter().enumerate() {
         assert!((state.0 - x).abs() < 1e-7, "row {row}: {x}, not {}", state.0);
         let depth = ((state.0 / 29.1e-6).floor() as i64 - words.reference).max(0);
@@ -77,8 +77,8 @@ fn the_drop_follows_the_closed_form_of_every_held_force_through_its_bounces() {
 
 #[test]
 fn the_axis_oscillates_at_30_and_shaped_at_40_kn_per_m_near_the_known_frequencies() {
-    // Known from an independent simulation: 97 Hz without and 87 Hz with the shaper. The swings are chaotic and lock to
-    // whole samples for a while, so a frequency is known to 15 %.
+    // Known from an independent simulation: 97 Hz without and 87 Hz with the shaper. The oscillations are chaotic and
+    // lock to whole samples for a while, so a frequency is known to 15 %.
     for (name, stiffness, expected_hz) in
         [("impulse-engine", "30 kN/m", 97.0), ("impulse-engine-shaped", "40 kN/m", 87.0)]
     {
@@ -132,7 +132,7 @@ fn leaping_and_stepping_agree_in_contact_with_every_kind_of_mass_and_wall() {
     }
 }
 
-/// The words of the net number 3, the stiffness, wherever they change.
+/// The words of net number 3, the stiffness, with the edges at which they change.
 #[derive(Default)]
 struct Stiffness(Vec<(u64, i64)>);
 
@@ -147,7 +147,7 @@ impl Observe for Stiffness {
 
 #[test]
 fn a_ramp_changes_the_stiffness_word_by_one_at_the_edges_where_the_nearest_changes() {
-    // 1.5 N.m/rad are word 36, 2 N.m/rad 47 (47.42): 11 steps, the k-th at (k - 1/2)/11 of 4 ms from 1 ms on.
+    // 1.5 N.m/rad is word 36, 2 N.m/rad word 47 (47.42): 11 steps, the k-th at (k - 1/2)/11 of 4 ms from 1 ms on.
     let scene = parsed(
         "hybrid-wall",
         &[("wall.ramp", "{ stiffness = 2, from = \"1 ms\", to = \"5 ms\" }"), ("run.duration", "10 ms")],
@@ -172,7 +172,7 @@ fn halving_the_hold_of_the_shaper_changes_a_run_by_less_than_the_bound() {
         (trace.angles_rad().to_vec(), trace.words(0).to_vec(), trace.times_s().collect::<Vec<_>>())
     };
     let ((full, commands, times_s), (half, others, _)) = (of("1 us"), of("500 ns"));
-    // As long as the counts give the same commands, the forces differ by what the shaper moves in half a hold.
+    // As long as the counts give the same commands, the forces differ by at most the shaper's change in half a hold.
     let alike = commands.iter().zip(&others).take_while(|(one, other)| one == other).count();
     let touched = commands.iter().position(|command| *command > 0).unwrap();
     let error_n = 8.9 * hpu_plant::Shaper::new(2.5).slope_bound_per_s() * 0.5e-6;
@@ -184,7 +184,7 @@ fn halving_the_hold_of_the_shaper_changes_a_run_by_less_than_the_bound() {
         assert!(error_m <= bound_m, "{error_m:e} of {bound_m:e} m after {t_s} s in contact");
         greatest = greatest.max(error_m);
     }
-    // Over several swings in the wall, and with something to bound.
+    // The comparison covers several oscillations in the wall, and a difference above 0.
     assert!(
         times_s[alike - 1] - times_s[touched] > 20e-3 && greatest > 0.0,
         "{} rows, {greatest:e} m",
@@ -209,7 +209,7 @@ fn a_shaped_wall_never_pulls_and_never_exceeds_the_command() {
 fn a_count_of_force_and_of_length_make_the_words() {
     let scene = parsed("rail-drop", &[]);
     let words = scene.words().unwrap();
-    // K Δ / q = 1000 · 29.1e-6 / (10 / 65536) = 190.7098, in sixteenths 3051.36; 2 cm are 687.3 counts.
+    // K Δ / q = 1000 · 29.1e-6 / (10 / 65536) = 190.7098, which is 3051.36 sixteenths; 2 cm are 687.3 counts.
     assert_eq!((words.stiffness, words.reference, words.period), (3051, 687, 50_000));
     assert_eq!(words.realised.torque_quantum_nm, 10.0 / 65_536.0);
     // B Δ / (q T) = 0.2 · 29.1e-6 / (10 / 65536 · 1e-3) = 38.14.

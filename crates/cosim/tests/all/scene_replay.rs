@@ -1,16 +1,16 @@
-//! Recordings are read as they are written by others, and refused by line.
+//! Recordings are read in the form that other programs write, and refused with the line.
 
 use hpu_cosim::replay::{PinEdge, read_capture, read_motion_csv};
 use proptest::prelude::*;
 
-/// The latest time and the greatest angle.
+/// The latest accepted time and the greatest accepted angle.
 const MOST: (f64, f64) = (1e9, 1e6);
 
 fn edge(picoseconds: u64, a: u8, b: u8) -> PinEdge {
     PinEdge { picoseconds, a: a == 1, b: b == 1 }
 }
 
-/// Two lines in the form of sigrok's VCD output: one line a time, all changes on it.
+/// Returns two lines in the form of sigrok's VCD output: one line per time, with all changes of that time.
 fn capture(timescale: &str, changes: &str) -> String {
     format!(
         "$date Tue Nov 21 10:00:00 2017 $end\n$version by hand $end\n$comment\n  Acquisition with 2/8 channels at 1 MHz\n$end\n\

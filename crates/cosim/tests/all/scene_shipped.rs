@@ -96,7 +96,7 @@ fn the_shipped_capture_moves_one_count_at_a_time_and_returns() {
         count += if step == 3 { -1 } else { step };
         peak = peak.max(count);
     }
-    // 1.9 rad of 256 counts a turn.
+    // 1.9 rad at 256 counts a turn.
     assert_eq!((count, peak), (0, (1.9 * 256.0 / (2.0 * std::f64::consts::PI)) as i64));
 }
 

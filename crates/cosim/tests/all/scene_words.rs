@@ -22,14 +22,14 @@ fn near(a: f64, b: f64, relative: f64) -> bool {
 #[test]
 fn the_paper_s_motor_stalls_at_265_mnm_and_a_count_is_a_4096th_of_a_turn() {
     let words = words(&[]);
-    // Published: 265 mN.m at full duty (12 bits), 1024 lines decoded x4. Three roundings of f64 at most.
+    // Published: 265 mN.m at full duty (12 bits), 1024 lines decoded x4. At most three roundings of f64.
     assert!(near(words.realised.torque_quantum_nm, 0.265 / 4096.0, 1e-15));
     assert_eq!(words.realised.count_rad, 2.0 * PI / 4096.0);
 }
 
 #[test]
 fn one_unit_of_stiffness_is_42_mnm_per_radian() {
-    // k = k_i * 0.0421760599 N.m/rad: 0.265 N.m / 2 pi rad, as 4096 cancels.
+    // k = k_i * 0.0421760599 N.m/rad: 0.265 N.m / 2 pi rad, because 4096 cancels.
     let unit = 0.265 / (2.0 * PI);
     for integer in [1, 2, 36, 71, 4095] {
         let words = words(&[("wall.stiffness", &format!("{}", f64::from(integer) * unit))]);
@@ -45,7 +45,7 @@ fn a_stiffness_is_the_nearest_word_and_its_error_is_told() {
     assert_eq!(coarse.stiffness, 36);
     assert!(near(coarse.realised.stiffness_nm_per_rad, 36.0 * 0.265 / (2.0 * PI), 1e-14));
     assert!(near(1.0 + coarse.realised.stiffness_error, 36.0 * 0.265 / (2.0 * PI) / 1.5, 1e-14));
-    // The same in sixteenths: 569.04...
+    // In sixteenths: 569.04...
     let fine = words(&[("method.stiffness_format", "(0,8,4)")]);
     assert_eq!(fine.stiffness, 569);
     for step in 0..200 {
@@ -71,7 +71,7 @@ fn switches_in_series_with_the_winding_take_their_share() {
 
 #[test]
 fn damping_words_shrink_with_the_sample_period() {
-    // b / (0.0421760599 T): 2.371 PWM counts per count and ms, in sixteenths 37.94.
+    // b / (0.0421760599 T): 2.371 PWM counts per count and ms, which is 37.94 sixteenths.
     assert_eq!(words(&[]).damping, 38);
     assert_eq!(words(&[("method.sample_rate", "10 kHz")]).damping, 379);
     assert_eq!(words(&[("method.sample_rate", "100 Hz")]).damping, 4);
@@ -113,7 +113,7 @@ fn the_reference_is_counted_from_where_the_encoder_starts() {
     assert_eq!(words(&[]).reference, 978);
     assert_eq!(words(&[("device.initial_angle", "-0.1 rad")]).reference, 978 + 66);
     assert_eq!(words(&[("device.initial_angle", "0.1 rad")]).reference, 978 - 65);
-    // A hand that imposes the angle begins at its own first point: 1.4 rad are 912.6 counts.
+    // A hand that imposes the angle starts the device at its own first point: 1.4 rad are 912.6 counts.
     let prescribed = words(&[("hand", "{ kind = \"prescribed\", path = [[0, 1.4], [1, 2]] }")]);
     assert_eq!(prescribed.reference, 978 - 912);
     // A wall behind the start, modulo the counter's range.

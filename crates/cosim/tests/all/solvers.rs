@@ -1,4 +1,4 @@
-//! Every solver: drivers agree on stepped worlds, and what a scene shows comes to the exact flow's as the step shrinks.
+//! Every solver: drivers agree on stepped worlds, and results converge to those of the exact flow as the step shrinks.
 
 use hpu_cosim::scene::{Device, Experiment, Metric, Scene, Solver, shipped};
 use hpu_cosim::{Control, Driver, Rig, Session, Summary, Trace, Verdict, Wired, metric};
@@ -102,7 +102,7 @@ fn drivers_show_the_same_rows_and_the_same_energies_of_a_stepped_world() {
         ],
         &[("model.solver", "sample"), ("model.bridge", "averaged")],
     ] {
-        // Rows on steps' ends, and between them.
+        // Rows on the ends of steps, and between them.
         let fixed = [("run.duration", "5 ms"), ("record.plant_rate", "200 kHz")];
         let scene = parsed("conventional-wall-10khz", &[&MOVING[..], model, &fixed].concat());
         let session = Session::new(&scene).unwrap();
@@ -116,8 +116,8 @@ fn drivers_show_the_same_rows_and_the_same_energies_of_a_stepped_world() {
     }
 }
 
-/// A delay of one step of the datapath's outputs, and one of the method's, move a strike at this speed by so much; and
-/// a spring that follows the counts may turn it one count sooner or later.
+/// Returns the greatest error of an angle. One step of delay of the datapath's outputs, and one of the method's, shift
+/// an impact at this speed by this distance; a spring that follows the counts may reverse it one count sooner or later.
 fn within(scene: &Scene, trace: &Trace, step_s: f64) -> f64 {
     let count_rad = if scene.method.kind.is_live() { scene.encoder.count_rad() } else { 0.0 };
     count_rad + 2.0 * step_s * trace.real(1).iter().fold(0.0, |most: f64, speed| most.max(speed.abs()))
@@ -162,9 +162,9 @@ fn every_method_comes_to_the_exact_flow_of_a_law_without_a_clock() {
 
 #[test]
 fn an_averaged_bridge_without_a_clock_takes_its_duty_when_its_modulator_does() {
-    // The modulator of 82 us takes the command of a sample late; without that the peak is off by 1.5 mrad. Within a
-    // step it does so by the mean: at 4e4 rad/s2 and 10 us that is 4 urad a sample. Methods of the first order would
-    // read other counts at samples.
+    // The modulator of 82 us takes the command of a sample late; without that delay the peak is off by 1.5 mrad. Within
+    // a step the change acts by its mean: at 4e4 rad/s2 and 10 us this is 4 urad a sample. Methods of the first order
+    // would read other counts at samples.
     let peak = |solver: &[(&str, &str)]| {
         let model = [("model.datapath", "law"), ("model.bridge", "averaged"), ("run.duration", "50 ms")];
         let scene = parsed("thrown-conventional", &[&model[..], solver].concat());
@@ -181,8 +181,8 @@ fn an_averaged_bridge_without_a_clock_takes_its_duty_when_its_modulator_does() {
 #[test]
 fn the_mean_of_pulses_has_their_area_and_their_first_moment() {
     // A mean that took its duty at the middle of the pulse that ends was 0.3 % off. In antiphase the gates begin with a
-    // pulse of half a period, worth V T / 4 or, without a hand, V T / (4 k) = 20 mrad; the ripple of 0.14 N.m is heeded
-    // by no mean.
+    // pulse of half a period, worth V T / 4 or, without a hand, V T / (4 k) = 20 mrad; no mean reproduces the ripple of
+    // 0.14 N.m.
     let motion = |name: &str, model: &[(&str, &str)], which: Metric| {
         let scene = parsed(name, model);
         let (summary, trace) = run(&scene);
@@ -203,7 +203,7 @@ fn the_mean_of_pulses_has_their_area_and_their_first_moment() {
 
 #[test]
 fn a_law_without_a_clock_starts_at_the_count_of_one_with_a_clock() {
-    // 5 mm are 500 counts of 10 um, though their quotient in floats is less.
+    // 5 mm are 500 counts of 10 um, although their quotient in floats is less than 500.
     let deepest = |solver: &[(&str, &str)]| {
         let scene =
             parsed("weak-wall", &[&[("model.datapath", "law"), ("record.plant_rate", "100 kHz")], solver].concat());
@@ -216,7 +216,7 @@ fn a_law_without_a_clock_starts_at_the_count_of_one_with_a_clock() {
 
 #[test]
 fn a_sampled_law_in_steps_of_its_period_is_exact() {
-    // Nothing is left out: the device flows exactly, and meets the law at samples only in both.
+    // Nothing is left out: in both runs the device flows exactly and meets the law only at samples.
     for friction in ["0 N", "38 mN"] {
         let model = [("model.datapath", "law"), ("run.duration", "3 s"), ("device.coulomb", friction)];
         let exact = parsed("rail-drop", &model);
@@ -235,8 +235,8 @@ fn an_ideal_encoder_rests_where_the_springs_balance() {
     let model = [("model.bridge", "averaged"), ("model.datapath", "law"), ("model.encoder", "ideal")];
     let scene = parsed("hybrid-wall", &[&model[..], &[("model.solver", "rk4"), ("model.step", "10 us")]].concat());
     let (summary, trace) = run(&scene);
-    // 0.3 (1.8 - x) = k (x - 1.5), where k is a whole number of PWM counts a count, 36 for 1.5 N.m/rad: as many 4096ths
-    // of the stall torque on the 4096th of a turn.
+    // 0.3 (1.8 - x) = k (x - 1.5), where k is a whole number of PWM counts per count, 36 for 1.5 N.m/rad: as many
+    // 4096ths of the stall torque per 4096th of a turn.
     let Device::Motor(motor) = &scene.device else { panic!("a motor") };
     let stiffness = 36.0 * (24.0 * motor.torque_constant_nm_per_a / motor.resistance_ohm) / std::f64::consts::TAU;
     let rest = (0.3 * 1.8 + stiffness * 1.5) / (0.3 + stiffness);
@@ -277,14 +277,14 @@ fn a_summary_counts_steps_and_says_what_an_event_is() {
     let (steps, events, ticks) = counts("words", Solver::Rk4);
     assert_eq!((steps, events), (10_000, ticks + 10_000));
     let (steps, events, ticks) = counts("law", Solver::Rk4);
-    // The first sample cuts a step after one clock, and the last step is what is left.
+    // The first sample cuts a step short after one clock, and the last step is the remainder.
     assert_eq!((steps, events, ticks), (10_001, 10_001, 10_001));
     assert_eq!(counts("law", Solver::Sample).0, 101);
 }
 
 #[test]
 fn a_live_spring_of_a_law_takes_its_stiffness_whenever_that_changes() {
-    // Its wall has no damping, so that the sample rate means nothing.
+    // The wall has no damping, so that the sample rate has no effect.
     let at = |rate: &str| {
         let law = [("model.datapath", "law"), ("method.sample_rate", rate), ("run.duration", "1 s")];
         run(&parsed("stiffening-wall", &law)).1
@@ -295,7 +295,8 @@ fn a_live_spring_of_a_law_takes_its_stiffness_whenever_that_changes() {
 
 #[test]
 fn a_live_spring_without_a_clock_is_of_the_second_order() {
-    // An undamped swing inside a wall that stiffens, of the true position: halved steps leave a quarter of the error.
+    // An undamped oscillation inside a wall that stiffens, with the true position: half the step leaves a quarter of
+    // the error.
     let at = |method: &str, step: &str| {
         let law = [("model.datapath", "law"), ("model.encoder", "ideal"), ("run.duration", "1 s")];
         let steps = [("model.solver", method), ("model.step", step)];

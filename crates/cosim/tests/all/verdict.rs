@@ -7,7 +7,7 @@ use hpu_signal::{Clock, Cycle, Observe};
 
 /// One encoder count.
 const COUNT_RAD: f64 = 1e-3;
-/// Rows at 10 kHz, ten seconds of them.
+/// Ten seconds of rows at 10 kHz.
 const ROWS: u64 = 100_000;
 
 fn verdict(angle_rad: impl Fn(f64) -> f64) -> Verdict {
@@ -37,7 +37,7 @@ fn a_sine_is_a_limit_cycle_of_its_amplitude_and_frequency() {
         // f_rows).
         near(rms_rad, 0.02 / 2f64.sqrt(), 1e-9);
         near(amplitude_rad, 0.02, 1.0 - (0.5 * TAU * frequency_hz / 1e4).cos() + 1e-12);
-        // Both ends of the count are known to a row: two of the 30000 rows less a period.
+        // Both ends of the count are known to one row: two of the 30000 rows less a period.
         near(found_hz, frequency_hz, 2.0 / (3e4 - 1e4 / frequency_hz));
     }
 }
@@ -72,7 +72,7 @@ fn growth_by_half_from_one_half_of_the_window_to_the_other_is_divergence() {
 
 #[test]
 fn a_swing_within_a_count_that_grows_has_not_settled() {
-    // Quarters of the 3 s end 2.25 s apart: peaks grow by e^(2.25 r). At the end a hundredth of a count.
+    // The quarters of the 3 s end 2.25 s apart: peaks grow by e^(2.25 r). At the end they are a hundredth of a count.
     let swing = |rate: f64| verdict(|t| 1.0 + 1e-5 * (rate * (t - 10.0)).exp() * (TAU * 100.0 * t).sin());
     let seen = unseen_growth_per_s(3.0);
     near(seen, 1.5f64.ln() / 2.25, 1e-12);
@@ -85,13 +85,13 @@ fn a_swing_within_a_count_that_grows_has_not_settled() {
 
 #[test]
 fn a_step_or_a_drift_within_a_count_is_no_growth() {
-    // Stuck, then let go by half a count at 9.9 s; and a steady drift.
+    // Stuck, then released by half a count at 9.9 s; and a steady drift.
     assert!(matches!(verdict(|t| if t > 9.9 { 0.5 * COUNT_RAD } else { 0.0 }), Verdict::Settled { .. }));
     assert!(matches!(verdict(|t| 0.1 * COUNT_RAD * t), Verdict::Settled { .. }));
-    // A ripple that creeps up by a thousandth, and is kicked once at the end.
+    // A ripple that creeps up by a thousandth, with one kick at the end.
     let ripple = |t: f64| 3.5e-5 * (1.0 + 1e-4 * t) * (TAU * 500.0 * t).sin() + if t > 9.95 { 3e-5 } else { 0.0 };
     assert!(matches!(verdict(ripple), Verdict::Settled { .. }));
-    // Rounding of an angle of 40 rad is of 7e-15 rad.
+    // The rounding of an angle of 40 rad is 7e-15 rad.
     assert!(matches!(verdict(|t| 40.0 + 1e-14 * (t * t * 97.0).sin() * t), Verdict::Settled { .. }));
 }
 
@@ -118,14 +118,14 @@ fn noise_of_a_sixth_of_the_amplitude_does_not_change_the_frequency() {
     let Verdict::LimitCycle { frequency_hz, .. } = verdict(|t| 0.02 * ((TAU * 30.0 * t).sin() + noise(t))) else {
         panic!("it swings");
     };
-    // The noise moves a passage by asin(1/6) of a turn's 2 π: 9 rows at 30 Hz; both ends of 89 periods.
+    // The noise moves a passage by asin(1/6) of the 2 π of a period: 9 rows at 30 Hz; at both ends of 89 periods.
     near(frequency_hz, 30.0, 2.0 * 9.0 / 29_667.0);
 }
 
 #[test]
 fn a_passage_counts_after_a_quarter_of_the_amplitude_below_the_mean() {
-    // A period of 1000 rows, 10 Hz: high, a dip of 100 rows to `depth` hundredths below the mean, high, low. There are
-    // as many more high rows than low ones as the dip asks for: the mean is 0, the amplitude 1.
+    // A period of 1000 rows, 10 Hz: high, a dip of 100 rows to `depth` hundredths below the mean, high, low. The number
+    // of high rows exceeds that of low rows so that the mean stays 0 in spite of the dip; the amplitude is 1.
     let dips = |depth: u64| {
         let low = (900 - depth) / 2;
         assert_eq!(2 * low + depth + 100, 1000);
@@ -138,7 +138,8 @@ fn a_passage_counts_after_a_quarter_of_the_amplitude_below_the_mean() {
         near(amplitude_rad, 1.0, 1e-12);
         frequency_hz
     };
-    // Once a period after the low rows alone, twice after the dip too: 59 passages in 29 periods and a part of one.
+    // One passage per period after the low rows alone, two if the dip counts too: 59 passages in 29 periods and part of
+    // one.
     near(dips(24), 10.0, 1e-9);
     near(dips(26), 20.0, 0.03);
 }

@@ -10,36 +10,36 @@ use hpu_signal::{Cycle, Observe};
 use crate::laws::Laws;
 use crate::world::PreciseWorld;
 
-/// Where the registers of two loops first differed: the one expected, and the other.
+/// The first difference between the registers of two loops: those of the expected loop, and those of the other.
 #[derive(Debug)]
 pub struct Difference {
     pub edges: [u64; 2],
-    /// A net with both words, unless the edges alone differ.
+    /// A net with its two words, unless only the edges differ.
     pub net: Option<(&'static str, [i64; 2])>,
-    /// What lies between the angle and a limit of its count at the earlier edge.
+    /// Distance from the angle to a limit of its count at the earlier edge.
     pub gap_rad: f64,
 }
 
-/// What came of a comparison.
+/// The result of a comparison.
 #[derive(Debug)]
 pub struct Outcome {
     /// Edges over which all agreed.
     pub edges: u64,
-    /// Those of them that were ticked; between them nothing changes.
+    /// The ticked ones of these edges; between them nothing changes.
     pub ticks: u64,
     /// Edges of the encoder's lines.
     pub crossings: u64,
-    /// How often friction held the shaft, let it go or turned against it, and diodes opened or closed.
+    /// How often friction held the shaft, released it or turned against it, and diodes opened or closed.
     pub mode_changes: u64,
-    /// Between the angles at the end.
+    /// Difference of the angles at the end.
     pub off_rad: f64,
-    /// The nearest that a crossing came to a clock edge, as a distance between angle and limit there.
+    /// The least distance of a crossing from a clock edge, as a distance between angle and limit at that edge.
     pub nearest_rad: f64,
     pub difference: Option<Difference>,
 }
 
 impl Outcome {
-    /// Of nothing yet.
+    /// Returns the outcome of an empty comparison.
     pub fn none() -> Self {
         Self {
             edges: 0,
@@ -52,7 +52,7 @@ impl Outcome {
         }
     }
 
-    /// Adds another run's figures.
+    /// Adds the figures of another run.
     pub fn add(&mut self, other: &Self) {
         self.edges += other.edges;
         self.ticks += other.ticks;
@@ -81,8 +81,8 @@ impl fmt::Display for Difference {
     }
 }
 
-/// Runs the first loop with the world expected and the second with the other, from tick to tick, to an edge or for so
-/// many ticks. The first world is returned as it was before the last tick, too.
+/// Runs the first loop with the expected world and the second with the other, from tick to tick, to an edge or for a
+/// number of ticks. Returns the first world both as before the last tick and at the end.
 fn beside<E, O, W>(
     wiring: &W,
     expected: E,
@@ -126,7 +126,7 @@ where
     (outcome, [before, expected.world], other.world)
 }
 
-/// Looks at every net, so that no edge is passed over.
+/// An observer that follows every net, so that no edge is passed over.
 struct Everything;
 
 impl Observe for Everything {
@@ -134,7 +134,7 @@ impl Observe for Everything {
     fn reals(&mut self, _: Cycle, _: &[f64]) {}
 }
 
-/// To the next edge that is ticked, or to the end.
+/// Runs to the next edge that is ticked, or to the end.
 fn tick<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>>(run: &mut ClosedLoop<W, E>, end: u64) {
     let ticks = run.ticks();
     while run.ticks() == ticks && run.edge() < end {
@@ -142,7 +142,7 @@ fn tick<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>>(run: &mut Close
     }
 }
 
-/// What an expression makes of the wiring of an axis.
+/// Evaluates an expression with the wiring of an axis bound to a name, whatever its type.
 macro_rules! with_wiring {
     ($the_loop:expr, $wiring:ident => $call:expr) => {
         match $the_loop {
@@ -159,7 +159,7 @@ macro_rules! with_wiring {
     };
 }
 
-/// The engine's plant held to the precise one, to the end of a scene or for so many ticks.
+/// Compares the engine's plant with the precise one, to the end of a scene or for a number of ticks.
 pub fn engine_beside_precise(scene: &Scene, ticks: u64) -> Outcome {
     let session = Session::new(scene).unwrap_or_else(|error| panic!("{}: {error}", scene.name));
     let laws = Laws::<4>::new(scene);
@@ -182,7 +182,7 @@ pub fn engine_beside_precise(scene: &Scene, ticks: u64) -> Outcome {
     })
 }
 
-/// The precise plant held to one of twice the places, in the same way.
+/// Compares the precise plant in the same way with one of twice as many places.
 pub fn precise_beside_twice_as_precise(scene: &Scene, ticks: u64) -> Outcome {
     let session = Session::new(scene).unwrap_or_else(|error| panic!("{}: {error}", scene.name));
     let (laws, wide_laws) = (Laws::<4>::new(scene), Laws::<7>::new(scene));
@@ -201,13 +201,13 @@ fn command(session: &Session) -> usize {
     session.nets().iter().position(|net| net.name == "command").expect("a haptic loop has a command")
 }
 
-/// The shipped scenes of an axis.
+/// Returns the shipped scenes of an axis.
 pub fn axis_scenes() -> Vec<Scene> {
     let parsed = |scene: &hpu_cosim::scene::Shipped| scene.parse(&[]).unwrap_or_else(|error| panic!("{error}"));
     shipped().iter().map(parsed).filter_map(Experiment::axis).collect()
 }
 
-/// The scene, begun so many counts further on.
+/// Returns the scene with its start this many counts further on.
 pub fn begun_at(mut scene: Scene, counts: f64) -> Scene {
     let ahead = counts * scene.encoder.count_rad();
     match &mut scene.device {

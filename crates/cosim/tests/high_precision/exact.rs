@@ -1,5 +1,5 @@
-//! Motions in whole numbers: crossings that fall on a clock edge exactly, which no number of places decides by its
-//! rounding.
+//! Motions in whole numbers: their crossings fall exactly on a clock edge, so rounding must not decide them at any
+//! number of places.
 
 use hpu_cosim::scene::{Device, Encoder, Hand, Scene};
 use hpu_cosim::{AxisWorld, Pins, Plant, Schedule, World};
@@ -17,7 +17,7 @@ const CLOCK_HZ: u64 = 1 << 25;
 /// A count, in units of 2^-49 m.
 const COUNT: i64 = 1 << 32;
 
-/// In units: where it starts, and `speed` and `bend` in `start + speed n + bend n^2` after `n` edges.
+/// A throw, in units of 2^-49 m: the position after `n` edges is `start + speed n + bend n^2`.
 struct Throw {
     start: i64,
     speed: i64,
@@ -29,7 +29,8 @@ impl Throw {
         (self.start + self.speed * edge + self.bend * edge * edge).div_euclid(COUNT)
     }
 
-    /// A mass without friction that moves so; every number of it is a power of two, or a few.
+    /// Returns a mass without friction that moves like this; every number of the scene is a power of two, or a small
+    /// multiple.
     fn scene(&self) -> Scene {
         let unit_m = 2f64.powi(-49);
         let clock_hz = CLOCK_HZ as f64;
@@ -47,7 +48,7 @@ impl Throw {
     }
 }
 
-/// The world shows the pins of the count that whole numbers give, from edge to edge.
+/// Checks that the world shows the pins of the count that whole numbers give, from edge to edge.
 #[track_caller]
 fn follow(throw: &Throw, mut world: impl World<In = LoopIn<i64>>) {
     let mut input = LoopIn { a_pin: 0, b_pin: 0, reference: 0, stiffness: 0, damping: 0, period: 0, scale: 0 };
@@ -79,7 +80,7 @@ fn crossings_exactly_on_a_clock_edge_belong_to_it() {
     let mut throws = Vec::new();
     for start in [0, -1, COUNT / 2] {
         for speed in [1 << 23, -(1 << 23), 3 << 20] {
-            // Thrown from 0 with 2^23 against a bend, it touches the limit 4096 counts away for one edge alone.
+            // Thrown from 0 with 2^23 against a bend, the mass touches the limit 4096 counts away for a single edge.
             for bend in [0, 1, -1] {
                 throws.push(Throw { start, speed, bend });
             }

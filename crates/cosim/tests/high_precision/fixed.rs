@@ -1,18 +1,18 @@
-//! Fixed-point numbers of many words.
+//! Fixed-point numbers of several 64-bit words.
 
 use std::cmp::Ordering;
 use std::ops::{Add, Mul, Neg, Sub};
 
-/// A number in two's complement, lowest word first: the highest of `N` words is the whole part, so that it lies between
-/// `-2^63` and `2^63` and its last place is `2^-64(N-1)`. Sums and comparisons are exact; products are cut towards
-/// zero.
+/// A number in two's complement, lowest word first. The highest of `N` words is the whole part, so the number lies
+/// between `-2^63` and `2^63`, and its last place is `2^-64(N-1)`. Sums and comparisons are exact; products are cut
+/// towards zero.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Fixed<const N: usize>([u64; N]);
 
 impl<const N: usize> Fixed<N> {
     pub const ZERO: Self = Self([0; N]);
 
-    /// An `f64`, exactly.
+    /// Returns an `f64`, exactly.
     pub fn of(value: f64) -> Self {
         assert!(value.abs() < 2f64.powi(62), "{value:e} is too great");
         if value == 0.0 {
@@ -21,7 +21,7 @@ impl<const N: usize> Fixed<N> {
         let bits = value.abs().to_bits();
         let mantissa = bits & ((1 << 52) - 1) | 1 << 52;
         let unused = mantissa.trailing_zeros();
-        // Of the mantissa's last bit that counts.
+        // The place of the mantissa's last nonzero bit.
         let place = (bits >> 52) as i32 - 1075 + unused as i32 + 64 * (N as i32 - 1);
         assert!(place >= 0, "{value:e} has bits below the last place");
         let (mantissa, place) = (mantissa >> unused, place as usize);
@@ -34,7 +34,7 @@ impl<const N: usize> Fixed<N> {
         if value < 0.0 { -Self(words) } else { Self(words) }
     }
 
-    /// A whole number.
+    /// Returns a whole number.
     pub fn whole(value: u64) -> Self {
         assert!(value < 1 << 63);
         let mut words = [0; N];
@@ -50,18 +50,18 @@ impl<const N: usize> Fixed<N> {
         if self.is_negative() { -self } else { self }
     }
 
-    /// The `f64` next to it, or the one after that.
+    /// Returns the nearest `f64`, or the one after that.
     pub fn float(self) -> f64 {
         let size = self.abs().0.iter().fold(0.0, |sum, &word| sum * 2f64.powi(-64) + word as f64);
         if self.is_negative() { -size } else { size }
     }
 
-    /// The same with more places.
+    /// Returns the same number with more places.
     pub fn widened<const M: usize>(self) -> Fixed<M> {
         Fixed(std::array::from_fn(|i| if i + N < M { 0 } else { self.0[i + N - M] }))
     }
 
-    /// `1 / self`, by Newton's iteration from the `f64`: each step doubles the digits.
+    /// Returns `1 / self`, by Newton's iteration from the `f64`: each step doubles the digits.
     pub fn reciprocal(self) -> Self {
         let two = Self::whole(2);
         (0..N).fold(Self::of(1.0 / self.float()), |guess, _| guess * (two - self * guess))
@@ -114,8 +114,8 @@ impl<const N: usize> Mul for Fixed<N> {
     #[inline]
     fn mul(self, other: Self) -> Self {
         let (a, b) = (self.abs().0, other.abs().0);
-        // Row by row, as on paper: the product has 2 N words. A product of words, a word and a carry fit into two
-        // words.
+        // Row by row, as on paper: the product has 2 N words. A product of two words, plus a word and a carry, fits in
+        // two words.
         let (mut low, mut high) = ([0; N], [0; N]);
         for i in 0..N {
             let mut carry = 0;
@@ -154,7 +154,7 @@ impl<const N: usize> PartialOrd for Fixed<N> {
 mod tests {
     use super::Fixed;
 
-    /// From the digits after the point.
+    /// Returns the number with these digits after the point.
     fn decimal<const N: usize>(digits: &str) -> Fixed<N> {
         let tenth = Fixed::whole(10).reciprocal();
         digits.bytes().rev().fold(Fixed::ZERO, |sum, digit| (sum + Fixed::whole(u64::from(digit - b'0'))) * tenth)

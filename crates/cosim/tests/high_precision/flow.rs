@@ -1,28 +1,28 @@
-//! A linear system `x' = A x + g` on a clock: its state after any number of edges, and bounds on its speed.
+//! A linear system `x' = A x + g` on a clock: its state after any number of edges, and bounds on its rates.
 
 use crate::fixed::Fixed;
 
-/// Edges in base 64.
+/// Edge counts are written in base 64.
 const DIGIT_BITS: u32 = 6;
 const LEVELS: u32 = 4;
 
-/// The state: current, speed, angle relative to where the hand means to be.
+/// The state: current, speed, angle relative to the hand's intended angle.
 pub type Vector<const N: usize> = [Fixed<N>; 3];
-/// Rows.
+/// A matrix, by rows.
 pub type Matrix<const N: usize> = [Vector<N>; 3];
 
 pub const CURRENT: usize = 0;
 pub const SPEED: usize = 1;
 pub const ANGLE: usize = 2;
 
-/// `exp(A t)` and its integral, which bring a state to `exp(A t) x + (integral) g`.
+/// `exp(A t)` and its integral, which take a state `x` to `exp(A t) x + (integral) g`.
 #[derive(Clone, Copy)]
 struct Step<const N: usize> {
     state: Matrix<N>,
     input: Matrix<N>,
 }
 
-/// The system, its steps tabulated.
+/// The system, with its steps tabulated.
 pub struct Flow<const N: usize> {
     matrix: Matrix<N>,
     a: [[f64; 3]; 3],
@@ -31,12 +31,12 @@ pub struct Flow<const N: usize> {
     steps: Vec<Step<N>>,
     /// `1 / k` at `k`, for the terms of a series.
     shares: [Fixed<N>; 128],
-    /// Rows of current and speed in `exp(|A| t)` for `2^index` edges: no entry of `exp(A s)` is greater for
-    /// `0 <= s <= t`.
+    /// Rows of current and speed in `exp(|A| t)` for `2^index` edges: bounds on the entries of `exp(A s)` for `0 <= s
+    /// <= t`.
     bounds: Vec<[[f64; 3]; 2]>,
 }
 
-/// What is left to rounding where floats prove something: they err by parts in 10^16, a few times over.
+/// Allowance for rounding where floats prove a bound: their error is a few parts in 10^16.
 const SLACK: f64 = 1.0 + 1e-9;
 
 impl<const N: usize> Flow<N> {
@@ -59,12 +59,12 @@ impl<const N: usize> Flow<N> {
         Self { matrix, a, edge_s, steps, shares, bounds }
     }
 
-    /// How fast the state changes.
+    /// Returns the rate of change of the state.
     pub fn rate(&self, x: &Vector<N>, g: &Vector<N>) -> Vector<N> {
         sum(&apply(&self.matrix, x), g)
     }
 
-    /// The state a time later in which nothing much happens, an edge at most: by Taylor's series.
+    /// Returns the state after a short time, at most an edge, by Taylor's series.
     pub fn part(&self, time_s: Fixed<N>, x: &Vector<N>, g: &Vector<N>) -> Vector<N> {
         let mut term = self.rate(x, g).map(|rate| rate * time_s);
         let mut state = sum(x, &term);
@@ -79,7 +79,7 @@ impl<const N: usize> Flow<N> {
         state
     }
 
-    /// The state so many edges later under a constant `g`.
+    /// Returns the state so many edges later under a constant `g`.
     pub fn after(&self, mut edges: u64, mut x: Vector<N>, g: &Vector<N>) -> Vector<N> {
         assert!(edges < 1 << (DIGIT_BITS * LEVELS), "a leap of {edges} edges");
         let mut level = 0;
@@ -95,28 +95,28 @@ impl<const N: usize> Flow<N> {
         x
     }
 
-    /// The most edges that [`fastest`](Self::fastest) speaks of.
+    /// Returns the most edges for which [`fastest`](Self::fastest) has bounds.
     pub fn window(&self) -> u64 {
         1 << (self.bounds.len() - 1)
     }
 
-    /// Bounds on how fast current and speed change during so many edges from a state: `x''` obeys `x'' = A x'`, so that
-    /// each is its row of `exp(A t)` on the present `x'`.
+    /// Returns bounds on the rates of current and speed during so many edges from a state: `x''` obeys `x'' = A x'`, so
+    /// each is its row of `exp(A t)` times the present `x'`.
     pub fn fastest(&self, edges: u64, x: &[f64; 3], g: &[f64; 3]) -> [f64; 2] {
         self.bounds[edges.next_power_of_two().trailing_zeros() as usize].map(|row| {
             let mut most = 0.0;
             for (bound, (coefficients, g)) in row.iter().zip(self.a.iter().zip(g)) {
                 let terms = coefficients.iter().zip(x).map(|(a, x)| a * x);
                 let (rate, size) = terms.fold((*g, g.abs()), |(rate, size), term| (rate + term, size + term.abs()));
-                // What cancels leaves its rounding behind.
+                // Terms that cancel leave their rounding behind.
                 most += bound * (rate.abs() + 1e-12 * size);
             }
             most * SLACK
         })
     }
 
-    /// When, within a time that is at most an edge's, what is left of a margin is used up: by Newton's iteration. A
-    /// margin is affine in the state where it ends.
+    /// Returns the time, within at most an edge, at which the rest of a margin is used up, by Newton's iteration. A
+    /// margin is affine in the state at its end.
     pub fn end(
         &self,
         x: &Vector<N>,
@@ -132,7 +132,7 @@ impl<const N: usize> Flow<N> {
         }
         for _ in 0..24 {
             let there = self.part(time, x, g);
-            // By how much it changes in a time that is too short to bend it.
+            // The change in a time that is too short to bend it.
             let little = Fixed::of(2f64.powi(-60));
             let step = self.rate(&there, g).map(|rate| rate * little);
             let slope = (margin(&sum(&there, &step)) - margin(&there)).float() * 2f64.powi(60);
@@ -146,14 +146,14 @@ impl<const N: usize> Flow<N> {
         panic!("the end of a mode is not found");
     }
 
-    /// Seconds that so many edges take, with slack.
+    /// Returns the seconds that so many edges take, with slack.
     pub fn at_most_s(&self, edges: u64) -> f64 {
         edges as f64 * self.edge_s * SLACK
     }
 }
 
 impl<const N: usize> Step<N> {
-    /// By Taylor's series, for a time in which nothing much happens.
+    /// Returns the step over a short time, by Taylor's series.
     fn short(a: &Matrix<N>, time_s: Fixed<N>) -> Self {
         let at = a.map(|row| row.map(|x| x * time_s));
         let zero = [[Fixed::ZERO; 3]; 3];
@@ -172,7 +172,7 @@ impl<const N: usize> Step<N> {
         unreachable!("the series ends where its terms vanish")
     }
 
-    /// One after the other.
+    /// Returns the step of `first` followed by this one.
     fn after(&self, first: &Self) -> Self {
         Self { state: product(&self.state, &first.state), input: add(&product(&self.state, &first.input), &self.input) }
     }
@@ -194,13 +194,14 @@ fn product<const N: usize>(a: &Matrix<N>, b: &Matrix<N>) -> Matrix<N> {
     a.map(|row| std::array::from_fn(|j| row[0] * b[0][j] + row[1] * b[1][j] + row[2] * b[2][j]))
 }
 
-/// The rows of current and speed of `exp(|A| t)`, from above, for 1, 2, 4 edges and so on, as long as they are of use.
+/// Returns upper bounds on the rows of current and speed of `exp(|A| t)`, for 1, 2, 4 edges and so on, as long as they
+/// are useful.
 fn bounds(a: &[[f64; 3]; 3], edge_s: f64) -> Vec<[[f64; 3]; 2]> {
     let size = a.map(|row| row.map(|x| x.abs() * edge_s));
     assert!(size.iter().flatten().sum::<f64>() < 1.0, "an edge is too long for the bounds");
     let mut all = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let mut term = all;
-    // What the terms leave out is far below the slack.
+    // The terms left out are far below the slack.
     for k in 1..30 {
         term = multiply(&term, &size).map(|row| row.map(|x| x / f64::from(k)));
         all = std::array::from_fn(|i| std::array::from_fn(|j| all[i][j] + term[i][j]));
@@ -229,7 +230,7 @@ mod tests {
         entries.map(|row| row.map(Fixed::of))
     }
 
-    /// From the first 50 digits after the point, as tables of constants have them.
+    /// Returns the number with these digits after the point, the first 50 of them, as tables of constants list them.
     fn decimal(digits: &str) -> Fixed<4> {
         let tenth = Fixed::whole(10).reciprocal();
         digits.bytes().rev().fold(Fixed::ZERO, |sum, digit| (sum + Fixed::whole(u64::from(digit - b'0'))) * tenth)
@@ -250,9 +251,9 @@ mod tests {
         let flow = Flow::new(matrix([[-1.0, 0.0, 0.0], [0.0; 3], [0.0, 1.0, 0.0]]), EDGE_S);
         let (one, zero) = (Fixed::whole(1), Fixed::ZERO);
         assert_near(flow.after(1 << 22, [one, zero, zero], &[zero; 3])[CURRENT], E_INVERSE);
-        // Driven from rest, the rest of one.
+        // Driven from rest, the complement to one.
         assert_near(one - flow.after(1 << 22, [zero; 3], &[one, zero, zero])[CURRENT], E_INVERSE);
-        // In two leaps that share no digit of the count.
+        // In two leaps whose edge counts share no digit.
         let part = flow.after(1_234_567, [one, zero, zero], &[zero; 3]);
         assert_near(flow.after((1 << 22) - 1_234_567, part, &[zero; 3])[CURRENT], E_INVERSE);
     }
@@ -264,7 +265,7 @@ mod tests {
         let x = flow.after(1 << 22, [zero, zero, one], &[zero; 3]);
         assert_near(x[ANGLE], COSINE_1);
         assert_near(-x[SPEED], SINE_1);
-        // A constant acceleration swings it about one: 1 - cos and sin.
+        // Under a constant acceleration it oscillates about one: 1 - cos and sin.
         let x = flow.after(1 << 22, [zero; 3], &[zero, one, zero]);
         assert_near(one - x[ANGLE], COSINE_1);
         assert_near(x[SPEED], SINE_1);

@@ -1,4 +1,4 @@
-//! A scene's numbers as the world takes them.
+//! A scene's numbers, as the precise world uses them.
 
 use hpu_cosim::COMMAND_BITS;
 use hpu_cosim::scene::{self, BridgeModel, Datapath, Device, Hand, Scene, Winding};
@@ -8,8 +8,8 @@ use crate::flow::{Flow, Vector};
 use crate::shaft::Friction;
 use crate::winding::Bridge;
 
-/// Why a scene is not one of those whose motion is linear from one change of its drive, of what friction does or of
-/// what diodes do to the next, if it is not.
+/// Returns why the precise world cannot run a scene, or `None` if it can. It can if the motion is linear between
+/// changes of the drive, of friction's mode and of the diodes' mode.
 pub fn obstacle(scene: &Scene) -> Option<&'static str> {
     let prescribed = matches!(scene.hand, Hand::Prescribed { .. });
     match (&scene.hand, &scene.device, scene.amplifier) {
@@ -17,7 +17,7 @@ pub fn obstacle(scene: &Scene) -> Option<&'static str> {
         _ if scene.model.datapath == Datapath::Linear => Some("no datapath"),
         _ if !scene.model.solver.is_exact() => Some("steps"),
         _ if scene.model.winding != Winding::Inductive => Some("a winding without inductance"),
-        // Of an imposed motion nothing that the electrical side does can be seen.
+        // The electrical side has no effect on an imposed motion.
         _ if prescribed => None,
         _ if matches!(scene.model.friction, scene::Friction::Smoothed { .. }) => Some("smoothed friction"),
         (_, Device::Mass(_), Some(scene::Amplifier { shaper: Some(_), .. })) => Some("an analog shaper"),
@@ -27,28 +27,29 @@ pub fn obstacle(scene: &Scene) -> Option<&'static str> {
 
 #[derive(Clone, Copy)]
 pub enum Drive {
-    /// Volts by gates, switching.
+    /// A voltage by the switching gates.
     Switching,
-    /// Volts by a duty, in the mean of the pulses (see [`Mean`]); without a period at once.
+    /// A voltage by a duty, in the mean of the pulses (see [`Mean`]); without a period it acts at once.
     Averaged { supply_v: f64, full_scale: f64, period: Option<u64> },
-    /// Newtons by a command.
+    /// A force by a command.
     Force { quantum_n: f64 },
-    /// Nothing that moves the device.
+    /// No drive that moves the device.
     None,
 }
 
-/// From an edge on the hand means to be at an angle and to move on.
+/// From an edge on, the hand intends to be at an angle and to move on with a speed.
 pub struct Knot {
     pub edge: u64,
     pub angle_rad: f64,
     pub speed_rad_per_s: f64,
 }
 
-/// The immutable part.
+/// The immutable laws of a scene.
 pub struct Laws<const N: usize> {
-    /// Voltage moves the current through none, one or two switches; of a shaft that moves, and of one that is stuck.
+    /// Flows with the voltage driving the current through no, one or two switches; each for a moving and for a stuck
+    /// shaft.
     pub closed: [[Flow<N>; 2]; 3],
-    /// The current stays (an open winding, an amplifier), of both.
+    /// Flows with a constant current (an open winding, an amplifier), for a moving and for a stuck shaft.
     pub still: [Flow<N>; 2],
     pub bridge: Bridge<N>,
     pub friction: Friction<N>,
@@ -64,7 +65,7 @@ pub struct Laws<const N: usize> {
 }
 
 impl<const N: usize> Laws<N> {
-    /// Of a scene without an [`obstacle`].
+    /// Creates the laws of a scene without an [`obstacle`].
     pub fn new(scene: &Scene) -> Self {
         assert_eq!(obstacle(scene), None);
         let prescribed = matches!(scene.hand, Hand::Prescribed { .. });
@@ -147,7 +148,7 @@ impl<const N: usize> Laws<N> {
     }
 }
 
-/// Where the path starts, and where its speed changes, on the clock.
+/// Returns the path's knots on the clock: its start, and wherever its speed changes.
 fn knots(path: &[scene::PathPoint], scene: &Scene) -> Vec<Knot> {
     let edge = |point: &scene::PathPoint| scene.clock.edges(point.time_s);
     let mut knots = Vec::new();

@@ -1,10 +1,10 @@
 //! Every register edge against an independent integration of the plant with 58 decimal places.
 //!
-//! [`world::PreciseWorld`] closes the same wirings as the engine's own plant does: other code, another method (the
-//! state is stepped from event to event by tabulated matrix exponentials in fixed point), and no crossing of the
-//! encoder that a bound on the acceleration has not excluded is left unlooked at. Friction that slips and sticks,
-//! diodes and open windings are modes between which it goes at instants found to all places. Both loops run from tick
-//! to tick; edge and every net must agree, and the number of modes.
+//! [`world::PreciseWorld`] closes the same wirings as the engine's own plant does, with other code and another method:
+//! the state is stepped from event to event by tabulated matrix exponentials in fixed point. It looks for a crossing of
+//! the encoder wherever a bound on the acceleration does not exclude one. Slip and stick of friction, diodes and open
+//! windings are modes; the world changes between them at instants found to all places. Both loops run from tick to
+//! tick. Edge, every net and the number of modes must agree.
 //!
 //! `cargo test -p hpu-cosim --test high_precision falls -- --nocapture --test-threads 1` shows the table.
 
@@ -23,12 +23,12 @@ use beside::{Outcome, axis_scenes, begun_at, engine_beside_precise, precise_besi
 use hpu_cosim::scene::{BridgeModel, Datapath, Device, Hand, Scene};
 use laws::obstacle;
 
-/// Edges and ticks that each scene is compared over, from one start after another.
+/// Edges and ticks over which each scene is compared, from one start after another.
 const ENOUGH_EDGES: u64 = 600_000_000;
 const ENOUGH_TICKS: u64 = 200_000;
 
-/// The shipped scenes whose motion is linear from one event to the next, and the others without what bends theirs: an
-/// analog shaper.
+/// Returns the shipped scenes whose motion is linear from one event to the next, and others without the part that makes
+/// their motion nonlinear, an analog shaper.
 fn scenes() -> Vec<Scene> {
     let scenes = axis_scenes().into_iter().map(|mut scene| {
         if let (Some(why), Some(amplifier)) = (obstacle(&scene), &mut scene.amplifier) {
@@ -39,7 +39,7 @@ fn scenes() -> Vec<Scene> {
     });
     let mut all: Vec<Scene> = Vec::new();
     for scene in scenes.filter(|scene| obstacle(scene).is_none()) {
-        // Without its shaper one scene may be another.
+        // Without its shaper, a scene may equal another.
         let differs = |other: &Scene| {
             (&scene.device, &scene.hand, &scene.wall, scene.clock)
                 != (&other.device, &other.hand, &other.wall, other.clock)
@@ -53,7 +53,7 @@ fn scenes() -> Vec<Scene> {
     all
 }
 
-/// What the scenes make of the engine's plant; from every start but the first, a share of a count further on.
+/// Compares the engine's plant on these scenes; every start after the first is a share of a count further on.
 fn run(scenes: &[Scene]) -> Outcome {
     println!("\n{:48}  starts        edges      ticks  crossings      modes  nearest", "scene");
     let mut all = Outcome::none();
@@ -70,7 +70,7 @@ fn run(scenes: &[Scene]) -> Outcome {
             if let Some(difference) = outcome.difference {
                 differences.push(format!("{} begun at {share:.6} counts: {difference}", scene.name));
             }
-            // A hand that imposes the angle begins where it likes.
+            // A hand that imposes the angle ignores the device's start.
             if matches!(scene.hand, Hand::Prescribed { .. }) || differences.len() == 10 {
                 break;
             }

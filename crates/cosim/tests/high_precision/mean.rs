@@ -1,28 +1,28 @@
-//! The mean of a modulator's pulses, from all that it was told and gave since the start.
+//! The mean of a modulator's pulses, computed from all duties and outputs since the start.
 
 use crate::fixed::Fixed;
 
-/// What the mean of a modulator's pulses has been told and has given, from the start on.
+/// The duties and outputs of the mean of a modulator's pulses, from the start on.
 #[derive(Clone, Default)]
 pub struct Mean<const N: usize> {
-    /// The duties that the modulator took or will, with the edges that begin their periods.
+    /// The duties that the modulator took or will take, with the edges that begin their periods.
     taken: Vec<(u64, f64)>,
-    /// What was given, from which edge on.
+    /// The outputs, with the edges from which they are given.
     pub given: Vec<(u64, Fixed<N>)>,
 }
 
-/// How a mean comes to another duty.
+/// The way in which a mean changes to another duty.
 pub enum Change<const N: usize> {
-    /// At an edge to come.
+    /// At a future edge.
     At(u64),
-    /// At once to this one, and at an edge to come to the duty.
+    /// At once to this output, and to the duty at a future edge.
     Now(Fixed<N>, u64),
 }
 
 impl<const N: usize> Mean<N> {
-    /// What had to be given up to an edge, in edges of full duty: a pulse of duty `d` in a period of `P` edges has its
-    /// middle `(1 - |d|) P / 2` before that of the period, so that to go from `a` to `b` at a period's beginning brings
-    /// `(b (1 - |b|) - a (1 - |a|)) P / 2` more than means that change there.
+    /// Returns the area that was owed up to an edge, in edges of full duty. A pulse of duty `d` in a period of `P`
+    /// edges has its middle `(1 - |d|) P / 2` before the middle of the period. So a change from `a` to `b` at a
+    /// period's beginning gives `(b (1 - |b|) - a (1 - |a|)) P / 2` more than a mean that changes at that edge.
     fn wanted(&self, edge: u64, period: u64) -> Fixed<N> {
         let (mut area, mut before) = (Fixed::ZERO, 0.0f64);
         let early = |duty: f64| Fixed::of(duty) * (Fixed::whole(1) - Fixed::of(duty).abs());
@@ -35,14 +35,14 @@ impl<const N: usize> Mean<N> {
         area
     }
 
-    /// What was given up to an edge.
+    /// Returns the area that was given up to an edge.
     fn given(&self, edge: u64) -> Fixed<N> {
         let ends = self.given.iter().skip(1).map(|&(from, _)| from).chain([edge]);
         let areas = self.given.iter().zip(ends).map(|(&(from, duty), to)| duty * Fixed::whole(to - from));
         areas.fold(Fixed::ZERO, |sum, area| sum + area)
     }
 
-    /// The modulator is told another duty.
+    /// Takes another duty for the modulator. Returns the change of the mean.
     pub fn change(&mut self, edge: u64, period: u64, duty: f64) -> Change<N> {
         let begin = (edge..).find(|edge| edge % period == 0).expect("periods go on") + 1;
         self.taken.retain(|taken| taken.0 < begin);

@@ -1,5 +1,5 @@
-//! Crossings put next to a clock edge on purpose, nearer than chance ever does: a motor with its winding, its friction
-//! and its hand, whose angle at an edge is beside a limit of its count by what is asked for.
+//! Crossings placed next to a clock edge on purpose, nearer than chance ever does: a motor with its winding, its
+//! friction and its hand, whose angle at an edge lies beside a limit of its count by a chosen distance.
 
 use hpu_cosim::scene::{Device, Hand, Scene};
 use hpu_cosim::{AxisWorld, Plant, Schedule, World};
@@ -10,10 +10,10 @@ use crate::fixed::Fixed;
 use crate::laws::Laws;
 use crate::world::PreciseWorld;
 
-/// The limit.
+/// The limit, in counts.
 const COUNT: i64 = 1000;
 
-/// A braked motor under a constant torque.
+/// Returns a braked motor under a constant torque.
 fn braked(angle_rad: f64, speed_rad_per_s: f64, torque_nm: f64) -> Scene {
     let mut scene = axis_scenes().into_iter().find(|scene| scene.name == "hybrid-wall").expect("it is shipped");
     let Device::Motor(motor) = &mut scene.device else { panic!("a motor") };
@@ -22,13 +22,13 @@ fn braked(angle_rad: f64, speed_rad_per_s: f64, torque_nm: f64) -> Scene {
     scene
 }
 
-/// Both legs to ground from edge 1 on.
+/// Connects both legs to ground from edge 1 on.
 fn brake(world: &mut impl World<In = LoopIn<i64>, Out = LoopOut<i64>>) {
     world.advance(1, |_, _| {});
     world.drive(LoopOut { a_high: 0, a_low: 1, b_high: 0, b_low: 1 }, &[0]);
 }
 
-/// The edge of the first crossing.
+/// Returns the edge of the first crossing.
 fn first_crossing(mut world: impl World<In = LoopIn<i64>, Out = LoopOut<i64>>) -> u64 {
     brake(&mut world);
     while world.encoder_edges() == 0 {
@@ -37,7 +37,7 @@ fn first_crossing(mut world: impl World<In = LoopIn<i64>, Out = LoopOut<i64>>) -
     world.edge()
 }
 
-/// From the limit to the angle at an edge, at which it may have crossed.
+/// Returns the distance from the limit to the angle at an edge, at which the angle may have crossed.
 fn beyond(scene: &Scene, edge: u64) -> Fixed<4> {
     let laws = Laws::<4>::new(scene);
     let mut world = PreciseWorld::new(&laws, 0, Schedule::default());
@@ -53,12 +53,12 @@ fn crossings_a_billionth_of_a_billionth_of_a_billionth_from_an_edge_fall_on_the_
     let count_rad = braked(0.0, 0.0, 0.0).encoder.count_rad();
     let limit_rad = COUNT as f64 * count_rad;
     for edge in [50, 777, 4096, 50_000, 1_000_000] {
-        // Without a torque it comes to the limit as nearly as an angle in f64 can.
+        // Without a torque the angle comes as near to the limit as an angle in f64 can.
         let speed = 0.4 * count_rad / (edge as f64 * 2e-8);
         let short = beyond(&braked(limit_rad, speed, 0.0), edge).float();
         let angle = limit_rad - short;
         let rest = beyond(&braked(angle, speed, 0.0), edge);
-        // The rest is the torque's: the angle is affine in it.
+        // The torque makes up the rest: the angle is affine in it.
         let torque = 2f64.powi(-40);
         let per_nm = (beyond(&braked(angle, speed, torque), edge) - rest).float() / torque;
         for asked in [1e-18, 1e-21, 1e-24, 1e-27] {

@@ -1,10 +1,10 @@
 //! Coulomb friction: a shaft that slips one way or the other, or is stuck. Each mode is linear; it ends at an instant
-//! that is found to all places.
+//! found to all places.
 
 use crate::fixed::Fixed;
 use crate::flow::{ANGLE, CURRENT, SPEED, Vector};
 
-/// What friction makes of the shaft.
+/// The mode of the shaft under friction.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Shaft {
     /// There is no friction.
@@ -18,14 +18,15 @@ pub enum Shaft {
 /// The accelerations of a shaft.
 #[derive(Clone, Copy)]
 pub struct Friction<const N: usize> {
-    /// What the state does to the speed.
+    /// The row of the speed: its rate by the state.
     pub row: Vector<N>,
-    /// Of friction, while it slips.
+    /// The deceleration by friction, while the shaft slips.
     pub least: Fixed<N>,
 }
 
 impl<const N: usize> Friction<N> {
-    /// The shaft of a state. `pull` is the part of the acceleration that does not depend on the state.
+    /// Returns the mode of the shaft in a state. `pull` is the part of the acceleration that does not depend on the
+    /// state.
     pub fn shaft(&self, x: &Vector<N>, pull: Fixed<N>) -> Shaft {
         let rests = x[SPEED] == Fixed::ZERO;
         let net = self.net(x, pull);
@@ -38,17 +39,17 @@ impl<const N: usize> Friction<N> {
         }
     }
 
-    /// The shaft that friction no longer holds.
+    /// Returns the mode of a shaft that friction no longer holds.
     pub fn torn_off(&self, x: &Vector<N>, pull: Fixed<N>) -> Shaft {
         Shaft::Slips { forward: !self.net(x, pull).is_negative() }
     }
 
-    /// The acceleration without friction, and without the speed's part: of a shaft at rest.
+    /// Returns the acceleration of a shaft at rest without friction.
     fn net(&self, x: &Vector<N>, pull: Fixed<N>) -> Fixed<N> {
         self.row[CURRENT] * x[CURRENT] + self.row[ANGLE] * x[ANGLE] + pull
     }
 
-    /// The acceleration that is not the state's.
+    /// Returns the part of the acceleration that does not depend on the state.
     pub fn push(&self, shaft: Shaft, pull: Fixed<N>) -> Fixed<N> {
         match shaft {
             Shaft::Free => pull,
@@ -58,7 +59,7 @@ impl<const N: usize> Friction<N> {
         }
     }
 
-    /// How far the state is from the mode's end, negative beyond it.
+    /// Returns the distance of the state from the mode's end, negative beyond it.
     pub fn margin(&self, shaft: Shaft, x: &Vector<N>, pull: Fixed<N>) -> Fixed<N> {
         match shaft {
             Shaft::Free => Fixed::ZERO,
@@ -68,9 +69,9 @@ impl<const N: usize> Friction<N> {
         }
     }
 
-    /// Whether no margin is used up during a time, for certain. A stuck shaft's current fades or grows to where it is
-    /// driven, ever more slowly, and its hand moves steadily; a slipping one's speed is no less than `slowest`, in its
-    /// own direction.
+    /// Returns whether the mode certainly lasts for a time. The current of a stuck shaft approaches its final value
+    /// ever more slowly, and the hand moves steadily; the speed of a slipping shaft is at least `slowest` in its own
+    /// direction.
     pub fn lasts(
         &self,
         shaft: Shaft,

@@ -1,5 +1,6 @@
-//! What gates make of a winding: its terminals are tied to the supply, lead through diodes, or hang free. Each is
-//! linear while the diodes' current keeps its direction, or while the back-EMF does not open them.
+//! The paths of a winding's current by the gates: a terminal is tied to the supply or to ground, or left to the diodes;
+//! the winding may be open. Each path is linear while the diodes' current keeps its direction, or while the back-EMF
+//! does not open them.
 
 use crate::fixed::Fixed;
 use crate::flow::{CURRENT, SPEED, Vector};
@@ -7,23 +8,23 @@ use crate::flow::{CURRENT, SPEED, Vector};
 /// A terminal: tied to the supply (`true`) or to ground, or left to the diodes between both.
 pub type Leg = Option<bool>;
 
-/// How the current goes.
+/// The path of the current.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Path {
-    /// It is imposed, or driven whatever its direction.
+    /// Imposed, or driven whatever its direction.
     Driven,
-    /// Through a diode at least; forward is in at plus and out at minus.
+    /// Through at least one diode; forward is in at plus and out at minus.
     Diodes { forward: bool },
-    /// Nowhere.
+    /// No path.
     Open,
 }
 
-/// The bridge around the winding, its legs as they are.
+/// The bridge around the winding, with the present state of its legs.
 #[derive(Clone, Copy)]
 pub struct Bridge<const N: usize> {
     pub supply_v: Fixed<N>,
     pub drop_v: Fixed<N>,
-    /// Of the motor, in volts for its speed.
+    /// The motor's constant, in volts per speed.
     pub constant: Fixed<N>,
     pub plus: Leg,
     pub minus: Leg,
@@ -34,18 +35,18 @@ impl<const N: usize> Bridge<N> {
         match leg {
             Some(true) => self.supply_v,
             Some(false) => Fixed::ZERO,
-            // What leaves the motor goes up to the supply, what enters it comes from ground.
+            // Current that leaves the motor flows up to the supply; current that enters it comes from ground.
             None if takes => self.supply_v + self.drop_v,
             None => -self.drop_v,
         }
     }
 
-    /// What drives a current of that direction.
+    /// Returns the voltage that drives a current of this direction.
     fn volts(&self, forward: bool) -> Fixed<N> {
         self.node(self.plus, !forward) - self.node(self.minus, forward)
     }
 
-    /// The path of a state, and the volts on it.
+    /// Returns the path of the current in a state.
     pub fn path(&self, x: &Vector<N>) -> Path {
         let (current, emf) = (x[CURRENT], self.constant * x[SPEED]);
         if self.plus.is_some() && self.minus.is_some() {
@@ -61,7 +62,7 @@ impl<const N: usize> Bridge<N> {
         }
     }
 
-    /// The path at the end of one.
+    /// Returns the path that follows at the end of a path.
     pub fn next(&self, path: Path, x: &Vector<N>) -> Path {
         match path {
             Path::Open => {
@@ -72,7 +73,7 @@ impl<const N: usize> Bridge<N> {
         }
     }
 
-    /// The volts on a path, and how many switches it goes through.
+    /// Returns the voltage on a path, and the number of switches in it.
     pub fn drive(&self, path: Path) -> (Fixed<N>, usize) {
         let switches = usize::from(self.plus.is_some()) + usize::from(self.minus.is_some());
         match path {
@@ -82,7 +83,7 @@ impl<const N: usize> Bridge<N> {
         }
     }
 
-    /// How far the state is from the path's end, negative beyond it.
+    /// Returns the distance of the state from the path's end, negative beyond it.
     pub fn margin(&self, path: Path, x: &Vector<N>) -> Fixed<N> {
         match path {
             Path::Driven => Fixed::ZERO,
@@ -95,7 +96,7 @@ impl<const N: usize> Bridge<N> {
         }
     }
 
-    /// Whether no margin is used up, for certain, while the current and the speed move by so much at most.
+    /// Returns whether the path certainly lasts while current and speed change by at most these amounts.
     pub fn lasts(&self, path: Path, x: &Vector<N>, current: f64, speed: f64) -> bool {
         let most = match path {
             Path::Driven => return true,

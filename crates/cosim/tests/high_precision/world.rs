@@ -1,9 +1,9 @@
-//! The world of an axis in high precision: another hand's reading of the equations of `hpu_plant` and of the wiring
-//! around them.
+//! The world of an axis in high precision: an independent implementation of the equations of `hpu_plant` and of the
+//! wiring around them.
 //!
-//! Every `f64` that the plant is given (parameters, the clock's period, the hand's knots, a force, the limits of a
-//! count) is taken as that very number. The state is stepped from event to event; a step is as good as any other at
-//! this precision.
+//! Every `f64` of the plant (parameters, the clock's period, the hand's knots, a force, the limits of a count) is taken
+//! as that exact number. The state is stepped from event to event; at this precision the length of a step has no
+//! effect.
 
 use hpu_cosim::{EnergyAudit, Schedule, World};
 use hpu_datapath::{LoopIn, LoopOut};
@@ -31,24 +31,24 @@ pub struct PreciseWorld<'p, const N: usize> {
     /// Current, speed, angle relative to `intent`.
     x: Vector<N>,
     g: Vector<N>,
-    /// What drives the current: V/L.
+    /// The voltage that drives the current, over the inductance: V/L.
     volts_per_henry: Fixed<N>,
     intent: Fixed<N>,
     intent_speed: Fixed<N>,
     knot: usize,
     duty: f64,
     mean: Mean<N>,
-    /// A duty that is given from an edge on.
+    /// A duty, with the edge from which it is given.
     waiting: Option<(u64, f64)>,
     count: i64,
     crossings: u64,
     mode_changes: u64,
-    /// The least that lay between the angle and a limit at the edges on both sides of a crossing.
+    /// The least distance between the angle and a limit at the edges on both sides of a crossing.
     pub nearest: f64,
 }
 
 impl<'p, const N: usize> PreciseWorld<'p, N> {
-    /// At edge 0, all gates off.
+    /// Creates the world at edge 0, all gates off.
     pub fn new(laws: &'p Laws<N>, command: usize, schedule: Schedule) -> Self {
         let zero = Fixed::ZERO;
         let mut world = Self {
@@ -76,7 +76,7 @@ impl<'p, const N: usize> PreciseWorld<'p, N> {
         };
         world.driven();
         world.due();
-        // Not before the hand is where it begins.
+        // Settles only after the hand is at its start.
         world.settle();
         if let Drive::Switching = laws.drive {
             world.path = world.bridge.path(&world.x);
@@ -91,7 +91,7 @@ impl<'p, const N: usize> PreciseWorld<'p, N> {
         self.x[ANGLE] + self.intent
     }
 
-    /// From the angle to the nearer limit of its count; below zero outside of it.
+    /// Returns the distance from the angle to the nearer limit of its count, negative outside of the count.
     pub fn gap(&self) -> Fixed<N> {
         let angle = self.angle();
         (angle - self.limit(self.count)).min(self.limit(self.count + 1) - angle)
@@ -101,7 +101,7 @@ impl<'p, const N: usize> PreciseWorld<'p, N> {
         Fixed::of(count as f64 * self.laws.count_rad)
     }
 
-    /// Counts on to where the angle is.
+    /// Moves the count to the angle.
     fn count(&mut self) {
         let angle = self.angle();
         while angle < self.limit(self.count) {
@@ -114,7 +114,7 @@ impl<'p, const N: usize> PreciseWorld<'p, N> {
         }
     }
 
-    /// The part of the shaft's acceleration that neither the state nor friction makes.
+    /// Returns the part of the shaft's acceleration that comes neither from the state nor from friction.
     fn pull(&self) -> Fixed<N> {
         let laws = self.laws;
         if laws.prescribed {
@@ -123,15 +123,15 @@ impl<'p, const N: usize> PreciseWorld<'p, N> {
         laws.torque_per_inertia + laws.hand_damping_per_inertia * self.intent_speed
     }
 
-    /// The shaft slips or is stuck by its state.
+    /// Sets the shaft's mode by its state.
     fn settle(&mut self) {
         self.shaft = self.laws.friction.shaft(&self.x, self.pull());
     }
 
-    /// What is constant in the motion from here on: `x' = A x + g`.
+    /// Sets the constants of the motion from here on: `x' = A x + g`.
     fn driven(&mut self) {
         if self.shaft == Shaft::Stuck {
-            // It may be torn off.
+            // The new drive may tear the shaft off.
             self.settle();
             self.mode_changes += u64::from(self.shaft != Shaft::Stuck);
         }
@@ -147,7 +147,7 @@ impl<'p, const N: usize> PreciseWorld<'p, N> {
         self.g = [self.volts_per_henry, self.laws.friction.push(self.shaft, self.pull()), -self.intent_speed];
     }
 
-    /// The duty and the hand's knots at this edge.
+    /// Carries out the duty and the hand's knots that are due at this edge.
     fn due(&mut self) {
         if let Some((_, duty)) = self.waiting.filter(|waiting| waiting.0 <= self.edge) {
             self.waiting = None;
@@ -168,7 +168,7 @@ impl<'p, const N: usize> PreciseWorld<'p, N> {
         }
     }
 
-    /// The next edge at which something outside the motion is due.
+    /// Returns the next edge at which something outside the motion is due.
     fn next_due(&self) -> u64 {
         let knot = self.laws.knots.get(self.knot).map(|knot| knot.edge);
         let duty = self.waiting.map(|waiting| waiting.0);
@@ -181,7 +181,7 @@ impl<'p, const N: usize> PreciseWorld<'p, N> {
         self.volts_per_henry = -(Fixed::of(supply_v) * duty * self.laws.per_inductance);
     }
 
-    /// State and intent so many edges on.
+    /// Returns state and intent so many edges later.
     fn ahead(&self, edges: u64) -> (Vector<N>, Fixed<N>) {
         let x = self.flow.after(edges, self.x, &self.g);
         (x, self.intent + self.intent_speed * (Fixed::whole(edges) * self.laws.edge_s))
@@ -192,7 +192,7 @@ impl<'p, const N: usize> PreciseWorld<'p, N> {
         self.edge += edges;
     }
 
-    /// Goes on by the edge in which a mode ends, of the shaft or of the winding, and maybe the next ones too.
+    /// Flows over the edge in which a mode of the shaft or of the winding ends, and possibly the modes after it.
     fn turn(&mut self) {
         let mut left = self.laws.edge_s;
         for _ in 0..8 {
@@ -236,15 +236,15 @@ impl<'p, const N: usize> PreciseWorld<'p, N> {
         angle < self.limit(self.count) || angle >= self.limit(self.count + 1)
     }
 
-    /// Goes on by so many edges, or to the first of them at which the angle is outside of its count; says whether it
+    /// Flows by so many edges, or to the first of them at which the angle is outside of its count. Returns whether it
     /// is.
     ///
-    /// The angle's path is between the parabolas of the greatest acceleration. If neither leaves the count there is no
-    /// crossing; if the speed keeps its sign the angle is monotone, so that its end tells, and halving finds the edge.
-    /// Else the time is halved: an edge at the last.
+    /// The angle's path lies between the parabolas of the greatest acceleration. If neither leaves the count, there is
+    /// no crossing. If the speed keeps its sign, the angle is monotone: its end decides, and halving finds the edge.
+    /// Otherwise the time is halved, down to one edge.
     fn cross(&mut self, edges: u64) -> bool {
         let x = self.x.map(Fixed::float);
-        // The angle's own speed, relative to nothing.
+        // The angle's own speed, not relative to the intent.
         let speed = x[SPEED];
         let time_s = self.flow.at_most_s(edges);
         let [surge, bend] = self.flow.fastest(edges, &x, &self.g.map(Fixed::float)).map(|most| most * time_s);
@@ -279,7 +279,7 @@ impl<'p, const N: usize> PreciseWorld<'p, N> {
                 self.edge += edges;
                 return false;
             }
-            // Inside here, outside `left` edges on.
+            // The angle is inside at this edge, and outside `left` edges later.
             let mut left = edges;
             while left > 1 {
                 let half = left / 2;

@@ -1,32 +1,35 @@
-//! How far an arm's angles may be off, and which crossings that leaves in doubt.
+//! Bounds on the errors of an arm's angles, and the crossings that these errors leave in doubt.
 //!
-//! Each segment adds what its series leaves out, which its last terms tell, and what rounding takes; anchors keep their
-//! low parts and add nothing. Against 30 digits the true error stays below the sum (`tests/all/arm_certified.rs`).
+//! Each segment adds the truncation of its series, estimated from the last terms, and the rounding. Anchors keep their
+//! low parts and add nothing. Compared with 30 digits, the true error stays below the sum
+//! (`tests/all/arm_certified.rs`).
 
 use super::ArmMotion;
 use super::polynomial::{Lanes, derivatives};
 use super::series::Series;
 
-/// Rounding of a term, as a share of the largest number in its sum.
+/// Rounding of a term, as a share of the greatest number in its sum.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
 impl ArmMotion<'_> {
-    /// How far the angles at an edge may be off: what each segment leaves out and rounds away, summed as independent
-    /// errors are. An estimate: it knows nothing of errors that the motion itself amplifies, or damps.
+    /// Returns a bound on the errors of the angles at an edge, in rad: the truncation and rounding of each segment,
+    /// summed as independent errors are. It is an estimate, for it ignores that the motion itself amplifies or damps
+    /// errors.
     #[must_use]
     pub fn error_rad(&self, edge: u64) -> f64 {
         self.error(self.time_s(edge))[0]
     }
 
-    /// How far an encoder's angle is above a limit near it, to more digits than the angle itself has.
+    /// Returns the distance of an encoder's angle above a limit near it, in rad, with more digits than the angle itself
+    /// has.
     #[must_use]
     pub fn above_rad(&self, edge: u64, joint: usize, limit_rad: f64) -> f64 {
         let (whole, part) = self.sum(&self.series.p, 2, self.time_s(edge));
         (whole[joint] - limit_rad) + part[joint]
     }
 
-    /// Whether an encoder's angle, which has passed a limit at this edge, was or is so near to it that `f64` alone,
-    /// with the error of the run, may have put it on another one.
+    /// Returns whether an encoder's angle, which has passed a limit at this edge, is or was so near to it that `f64`
+    /// alone, with the error of the run, may have put the crossing on another edge.
     #[must_use]
     pub fn is_near(&self, edge: u64, joint: usize, limit_rad: f64) -> bool {
         let [_, slope, curvature] = derivatives(&self.series.p[..=self.series.powers], self.time_s(edge));
@@ -35,7 +38,7 @@ impl ArmMotion<'_> {
         now.abs().min(before.abs()) <= self.error_rad(edge) + f64::EPSILON * limit_rad.abs()
     }
 
-    /// What the errors of angles and speeds stay below, a time after the anchor.
+    /// Returns bounds on the errors of angles and speeds, a time after the anchor.
     pub(super) fn error(&self, t: f64) -> [f64; 2] {
         let (Self { arm, start: x, series, .. }, [mut angle, mut speed]) = (self, self.error);
         let Series { v, w, good_s, powers, .. } = series;
@@ -47,7 +50,7 @@ impl ArmMotion<'_> {
         for (i, ease) in series.ease(arm).into_iter().enumerate() {
             acceleration = acceleration.max(ease * (x.u[i].abs() + x.lag[i].abs() + arm.model.coulomb_nm[i]));
         }
-        // The tail beyond the last terms, which stay below the tolerance while the series is good.
+        // The truncation: the terms beyond the last ones, which stay below the tolerance while the series is good.
         let mut tail = arm.tolerance;
         for _ in 1..*powers {
             tail *= t / good_s;

@@ -15,18 +15,18 @@ pub struct ArmEnergy {
     pub coulomb_j: f64,
     /// Heat of the transmissions' dampers.
     pub transmission_j: f64,
-    /// Sum of the sizes of all flows: what a residual is measured against.
+    /// Sum of the sizes of all flows; a residual is measured against it.
     pub exchanged_j: f64,
 }
 
 impl ArmEnergy {
-    /// Dissipated in all ways.
+    /// Returns the energy dissipated in all ways.
     #[must_use]
     pub fn dissipated_j(&self) -> f64 {
         self.viscous_j + self.coulomb_j + self.transmission_j
     }
 
-    /// This and a share of another.
+    /// Returns these energies plus a share of others.
     pub(super) fn plus(&self, other: &Self, share: f64) -> Self {
         Self {
             source_j: self.source_j + share * other.source_j,
@@ -37,7 +37,7 @@ impl ArmEnergy {
         }
     }
 
-    /// Accounts for the first `t` of a series.
+    /// Adds the energies of the first `t` seconds of a series.
     pub(super) fn take(&mut self, model: &ArmModel, x: &Start, series: &Series, t: f64) {
         if series.powers == 0 {
             return;
@@ -68,7 +68,7 @@ impl ArmEnergy {
     }
 }
 
-/// The integral over `[0, t]` of the product of two series, to the order to which they are known.
+/// Returns the integral over `[0, t]` of the product of two series, to the order to which they are known.
 fn integral(a: &Coefficients, b: &Coefficients, powers: usize, t: f64) -> Lanes {
     let mut sums = [[0.0; 4]; ORDER];
     for (k, sum) in sums.iter_mut().enumerate().take(powers) {
@@ -86,7 +86,8 @@ fn integral(a: &Coefficients, b: &Coefficients, powers: usize, t: f64) -> Lanes 
 }
 
 impl Arm {
-    /// Energy of motion, in gravity (0 with the joints' first moments at the axis) and in the transmissions, in J.
+    /// Returns the energy, in J, of the motion, in gravity (0 with the joints' first moments at the axis) and in the
+    /// transmissions.
     pub(super) fn stored_j(&self, x: &Start) -> f64 {
         let model = &self.model;
         let (q, v) = ([x.q[0], x.q[1], x.q[2]], [x.v[0], x.v[1], x.v[2]]);

@@ -1,30 +1,30 @@
-//! Which joints friction holds: the one consistent answer of the coupled joints, found by trying them all.
+//! The joints that friction holds: the one consistent state of the coupled joints, found by trying all combinations.
 
 use super::Arm;
 use super::series::Start;
 
-/// What a joint's motor does.
+/// The state of a joint's motor under friction.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) enum Hold {
-    /// Never moves.
+    /// Locked: it never moves.
     Locked,
-    /// Friction holds it.
+    /// Stuck: friction holds it.
     Stuck,
-    /// Moves, or is about to, in this direction; 0 without Coulomb friction.
+    /// Slipping: it moves, or is about to, in this direction; 0 without Coulomb friction.
     Slip(f64),
 }
 
-/// A pose's part in the equations of motion.
+/// The terms of the equations of motion that depend on the pose and the speeds.
 pub(super) struct Pose {
-    /// The links' own `M11`, and `M23`.
+    /// `M11` of the links alone, and `M23`.
     pub(super) m11: f64,
     pub(super) m23: f64,
-    /// Torques of gravity and of the motion itself, on the side of the motor's torques.
+    /// Torques of gravity and of the motion itself, with the sign of the motors' torques.
     pub(super) bias_nm: [f64; 3],
 }
 
 impl Pose {
-    /// Of the sines and cosines of angles, and of speeds.
+    /// Computes the terms from the sines and cosines of the angles, and from the speeds.
     pub(super) fn of(arm: &Arm, sines: [(f64, f64); 3], v: [f64; 3]) -> Self {
         let model = &arm.model;
         let [(s1, c1), (s2, c2), (s3, c3)] = sines;
@@ -44,8 +44,8 @@ impl Pose {
 }
 
 impl Arm {
-    /// What each joint does from a start on; `broke` names a joint that friction has just ceased to hold, and where it
-    /// goes.
+    /// Returns the state of each joint from a start on. `broke` names a joint that friction has just ceased to hold,
+    /// and the direction in which it moves.
     pub(super) fn holds(&self, x: &Start, broke: Option<(usize, f64)>) -> [Hold; 3] {
         let model = &self.model;
         let mut holds: [Hold; 3] = std::array::from_fn(|i| {
@@ -62,7 +62,7 @@ impl Arm {
         if !holds.contains(&Hold::Stuck) {
             return holds;
         }
-        // The torque on each motor but for its friction at rest, and on the links.
+        // The torque on each motor without its friction at rest, and on the links.
         let mut open = [false; 3];
         let mut drive_nm = [0.0; 3];
         for i in 0..3 {
@@ -101,8 +101,9 @@ impl Arm {
         holds
     }
 
-    /// Decides joints 2 and 3 where `open`: the combination whose accelerations and holding torques agree with it (one
-    /// does, as the mass matrix is positive; rounding may leave it to the least disagreement).
+    /// Decides the states of joints 2 and 3 where `open`: it takes the combination whose accelerations and holding
+    /// torques agree with it. Exactly one does, as the mass matrix is positive; if rounding leaves none, it takes that
+    /// of least disagreement.
     fn settle(
         &self,
         holds: &mut [Hold; 3],
@@ -125,7 +126,7 @@ impl Arm {
                     Hold::Stuck => !open[k + 1],
                     Hold::Slip(_) => true,
                 });
-                // Torques with the friction of those about to slip.
+                // Torques with the friction of the joints about to slip.
                 let net: [f64; 2] = std::array::from_fn(|k| match [two, three][k] {
                     Hold::Slip(sign) if open[k + 1] => drive_nm[k + 1] - sign * self.model.coulomb_nm[k + 1],
                     _ => drive_nm[k + 1],
@@ -157,7 +158,7 @@ impl Arm {
     }
 }
 
-/// What a joint at rest does by itself.
+/// Returns the state of a joint at rest, without coupling to other joints.
 fn decide(net_nm: f64, coulomb_nm: f64) -> Hold {
     if net_nm.abs() <= coulomb_nm { Hold::Stuck } else { Hold::Slip(net_nm.signum()) }
 }

@@ -1,4 +1,4 @@
-//! Where the tip is, and what forces there mean at the joints.
+//! Position of the tip, and joint torques of forces at the tip.
 //!
 //! Device frame: x right, y up, z toward the user, origin at the tip of the neutral pose (all angles 0).
 
@@ -7,10 +7,10 @@ pub type Lengths = [f64; 2];
 
 /// The limits within which the links of a Premium 1.5 move freely, in degrees (found in a public model of the device).
 const LIMITS_1_5_DEG: [[f64; 2]; 3] = [[-90.0, 90.0], [-124.0, 119.0], [-29.0, 214.0]];
-/// Least and greatest of joint 2 less joint 3, in degrees, from the same source.
+/// Least and greatest difference of joint 2 minus joint 3, in degrees, from the same source.
 const DIFFERENCE_1_5_DEG: [f64; 2] = [-55.0, 65.0];
 
-/// Links in a pose: their sines and cosines, and the tip's distance from the vertical axis.
+/// The links in a pose: their sines and cosines, and the tip's distance from the vertical axis.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Pose {
     lengths_m: Lengths,
@@ -19,7 +19,7 @@ pub struct Pose {
     cosine: [f64; 3],
 }
 
-/// Three angles with their sines and cosines, from which follow those of angles nearby.
+/// Three angles with their sines and cosines, from which those of angles nearby are computed.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Sines {
     angles_rad: [f64; 3],
@@ -27,18 +27,19 @@ pub struct Sines {
 }
 
 impl Sines {
-    /// Of these angles.
+    /// Computes sines and cosines of these angles.
     #[must_use]
     pub fn of(angles_rad: [f64; 3]) -> Self {
         Self { angles_rad, pairs: angles_rad.map(libm::sincos) }
     }
 
-    /// Sines and cosines of other angles: by series in the difference up to 0.03 rad, whose next terms are below 1e-19.
+    /// Returns sines and cosines of other angles. Differences below 0.03 rad use a series, whose next terms are below
+    /// 1e-19.
     #[must_use]
     #[inline]
     pub fn near(&self, angles_rad: [f64; 3]) -> [(f64, f64); 3] {
         let changes: [f64; 3] = std::array::from_fn(|i| angles_rad[i] - self.angles_rad[i]);
-        // Not a number is not near.
+        // NaN is not near.
         if !changes.iter().all(|change| change.abs() < 0.03) {
             return angles_rad.map(libm::sincos);
         }
@@ -53,27 +54,27 @@ impl Sines {
 }
 
 impl Pose {
-    /// Of links of these lengths, the joints at these angles.
+    /// Returns the pose of links of these lengths with the joints at these angles.
     #[must_use]
     pub fn of(lengths_m: Lengths, angles_rad: [f64; 3]) -> Self {
         Self::by(lengths_m, angles_rad.map(libm::sincos))
     }
 
-    /// The same of sines and cosines.
+    /// Returns the pose from sines and cosines of the angles.
     #[must_use]
     pub fn by(lengths_m: Lengths, pairs: [(f64, f64); 3]) -> Self {
         let (sine, cosine) = (pairs.map(|pair| pair.0), pairs.map(|pair| pair.1));
         Self { lengths_m, radius_m: lengths_m[0] * cosine[1] + lengths_m[1] * sine[2], sine, cosine }
     }
 
-    /// The tip's position.
+    /// Returns the tip's position.
     #[must_use]
     pub fn tip_m(&self) -> [f64; 3] {
         let Self { lengths_m: [upper_m, fore_m], radius_m, sine, cosine } = *self;
         [sine[0] * radius_m, fore_m - fore_m * cosine[2] + upper_m * sine[1], cosine[0] * radius_m - upper_m]
     }
 
-    /// Change of the tip's position per change of each joint; rows x, y, z.
+    /// Returns the change of the tip's position per change of each joint; rows x, y, z.
     #[must_use]
     pub fn jacobian_m(&self) -> [[f64; 3]; 3] {
         let Self { lengths_m: [upper_m, fore_m], radius_m, sine: [s1, s2, s3], cosine: [c1, c2, c3] } = *self;
@@ -84,7 +85,7 @@ impl Pose {
         ]
     }
 
-    /// The joint torques that a force on the tip amounts to.
+    /// Returns the joint torques of a force at the tip.
     #[must_use]
     pub fn torques_nm(&self, force_n: [f64; 3]) -> [f64; 3] {
         let rows = self.jacobian_m();
@@ -92,19 +93,19 @@ impl Pose {
     }
 }
 
-/// The tip's position.
+/// Returns the tip's position.
 #[must_use]
 pub fn tip_m(lengths_m: Lengths, angles_rad: [f64; 3]) -> [f64; 3] {
     Pose::of(lengths_m, angles_rad).tip_m()
 }
 
-/// Change of the tip's position per change of each joint; rows x, y, z.
+/// Returns the change of the tip's position per change of each joint; rows x, y, z.
 #[must_use]
 pub fn jacobian_m(lengths_m: Lengths, angles_rad: [f64; 3]) -> [[f64; 3]; 3] {
     Pose::of(lengths_m, angles_rad).jacobian_m()
 }
 
-/// Determinant of the Jacobian, in m³: 0 where the arm is stretched, folded, or reaches its own axis.
+/// Returns the determinant of the Jacobian, in m³: 0 where the arm is stretched, folded, or reaches its own axis.
 #[must_use]
 pub fn determinant_m3(lengths_m: Lengths, angles_rad: [f64; 3]) -> f64 {
     let [upper_m, fore_m] = lengths_m;
@@ -112,13 +113,13 @@ pub fn determinant_m3(lengths_m: Lengths, angles_rad: [f64; 3]) -> f64 {
     upper_m * fore_m * radius_m * libm::cos(angles_rad[1] - angles_rad[2])
 }
 
-/// The joint torques that a force on the tip amounts to.
+/// Returns the joint torques of a force at the tip.
 #[must_use]
 pub fn torques_nm(lengths_m: Lengths, angles_rad: [f64; 3], force_n: [f64; 3]) -> [f64; 3] {
     Pose::of(lengths_m, angles_rad).torques_nm(force_n)
 }
 
-/// The angles that bring the tip to a position, elbow up; `None` when the links do not reach it.
+/// Returns the angles that bring the tip to a position, elbow up; `None` when the links do not reach it.
 #[must_use]
 pub fn angles_rad(lengths_m: Lengths, tip_m: [f64; 3]) -> Option<[f64; 3]> {
     let [upper_m, fore_m] = lengths_m;
@@ -136,7 +137,7 @@ pub fn angles_rad(lengths_m: Lengths, tip_m: [f64; 3]) -> Option<[f64; 3]> {
     Some([libm::atan2(x, z), upper_rad, upper_rad + libm::acos(elbow) - std::f64::consts::FRAC_PI_2])
 }
 
-/// Whether the links of a Premium 1.5 can take these angles.
+/// Returns whether the links of a Premium 1.5 can take these angles.
 #[must_use]
 pub fn within_limits_1_5(angles_rad: [f64; 3]) -> bool {
     let degrees = angles_rad.map(f64::to_degrees);

@@ -18,11 +18,11 @@
 //! All motor quantities are reflected to the joint. Valid for rigid links without play; no stops at the joint limits.
 //! Equations: Çavuşoğlu, Feygin and Tendick 2002, with their Coriolis term made skew-symmetric again.
 //!
-//! The motion is a chain of Taylor series. Each starts at an *anchor* and lasts until its own coefficients say it is
-//! worn out, friction changes its mode, or a command really changes. All of that is a function of the anchor alone, so
-//! asking edge by edge and leaping from event to event give the same bits. An anchor is a sum of two numbers, and what
-//! an encoder sees is compared with its limits before rounding; crossings nearer to a clock edge than the run's error
-//! are counted.
+//! The motion is a chain of Taylor series. Each starts at an *anchor*. It lasts until its own coefficients show that
+//! its truncation reaches the tolerance, until friction changes its mode, or until a command really changes. All of
+//! this is a function of the anchor alone, so asking edge by edge and leaping from event to event give the same bits.
+//! An anchor is a sum of two numbers, and the angle that an encoder sees is compared with its limits before rounding.
+//! Crossings that are nearer to a clock edge than the run's error are counted.
 
 mod doubt;
 mod energy;

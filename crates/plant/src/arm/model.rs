@@ -1,4 +1,4 @@
-//! The parameters of an arm, and an arm whose parameters make sense.
+//! The parameters of an arm, and an arm whose parameters have been checked.
 
 use std::fmt;
 
@@ -11,12 +11,12 @@ pub struct Transmission {
     pub damping_nm_s_per_rad: f64,
 }
 
-/// The parameters of an arm. What belongs to a joint's motor is reflected to the joint.
+/// The parameters of an arm. Those of a joint's motor are reflected to the joint.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct ArmModel {
     /// Lengths of upper link and forearm in m.
     pub lengths_m: [f64; 2],
-    /// `a0`, `a2`, `a3`: the constant part of `M11` and what goes with the cosines of twice joints 2 and 3, in kg·m².
+    /// `a0`, `a2`, `a3`: the constant part of `M11`, and the factors of the cosines of twice joints 2 and 3, in kg·m².
     pub turning_kg_m2: [f64; 3],
     /// `P`, which couples joints 2 and 3, in kg·m².
     pub coupling_kg_m2: f64,
@@ -34,9 +34,9 @@ pub struct ArmModel {
     pub rotor_kg_m2: [f64; 3],
     /// The transmission of each joint; `None` is rigid.
     pub transmission: [Option<Transmission>; 3],
-    /// Time constant of the current amplifiers in s; 0 is none.
+    /// Time constant of the current amplifiers in s; 0: no lag.
     pub amplifier_s: f64,
-    /// Joints that move; the others are locked where they are.
+    /// Joints that move; the others are locked at their angles.
     pub free: [bool; 3],
 }
 
@@ -44,10 +44,10 @@ pub struct ArmModel {
 const DOWN_M_PER_S2: [f64; 3] = [0.0, -9.81, 0.0];
 
 impl ArmModel {
-    /// A Premium 1.0: links of 0.140 m (found in a student's answer to a course), an apparent mass of 0.075 kg at the
-    /// tip balanced against gravity (assumed: no inertias of a 1.0 are published). The apparent mass holds the rotors;
-    /// rigid transmission, ideal amplifiers. Friction is 0: what is published of it is felt at the tip, and the caller
-    /// takes it to the joints.
+    /// Returns a Premium 1.0: links of 0.140 m (found in a student's answer to a course), an apparent mass of 0.075 kg
+    /// at the tip balanced against gravity (assumed: no inertias of a 1.0 are published). The apparent mass includes
+    /// the rotors; transmissions are rigid, amplifiers ideal. Friction is 0: its published values are those felt at the
+    /// tip, and the caller converts them to the joints.
     #[must_use]
     pub fn premium_1_0() -> Self {
         let length_m = 0.140;
@@ -68,10 +68,10 @@ impl ArmModel {
         massless.with_tip_mass(0.075).balanced()
     }
 
-    /// A Premium 1.5: masses, inertias and lengths published by Çavuşoğlu, Feygin and Tendick 2002 (found in a public
-    /// model of the device); rotors (1.08e-6 kg·m² behind 13.3, 11.2 and 11.2) as found there too, that they add to the
-    /// published links is assumed. Rigid transmission, ideal amplifiers. Friction is 0, as that of
-    /// [`premium_1_0`](Self::premium_1_0).
+    /// Returns a Premium 1.5. Masses, inertias and lengths are those published by Çavuşoğlu, Feygin and Tendick 2002
+    /// (found in a public model of the device). The rotors (1.08e-6 kg·m² behind 13.3, 11.2 and 11.2) are found there
+    /// too; it is assumed that they add to the published links. Transmissions are rigid, amplifiers ideal. Friction is
+    /// 0, as in [`premium_1_0`](Self::premium_1_0).
     #[must_use]
     pub fn premium_1_5() -> Self {
         let (l1, l2, l3, l5, l6): (f64, f64, f64, f64, f64) = (0.215, 0.170, 0.0325, -0.0368, 0.0527);
@@ -110,13 +110,13 @@ impl ArmModel {
         }
     }
 
-    /// The same arm, its present masses balanced against gravity.
+    /// Returns the arm with its present masses balanced against gravity.
     #[must_use]
     pub fn balanced(self) -> Self {
         Self { moments_kg_m: [0.0; 2], ..self }
     }
 
-    /// The same arm with a point mass at its tip, which gravity pulls at.
+    /// Returns the arm with a point mass at its tip, on which gravity acts.
     #[must_use]
     pub fn with_tip_mass(mut self, mass_kg: f64) -> Self {
         let [l1, l2] = self.lengths_m;
@@ -132,7 +132,7 @@ impl ArmModel {
         self
     }
 
-    /// The links' mass matrix in kg·m², without rotors.
+    /// Returns the links' mass matrix in kg·m², without rotors.
     #[must_use]
     pub fn mass_kg_m2(&self, angles_rad: [f64; 3]) -> [[f64; 3]; 3] {
         let [_, t2, t3] = angles_rad;
@@ -142,7 +142,7 @@ impl ArmModel {
         [[m11, 0.0, 0.0], [0.0, m22, m23], [0.0, m23, m33]]
     }
 
-    /// Potential energy in gravity, in J.
+    /// Returns the potential energy in gravity, in J.
     #[must_use]
     pub fn gravity_j(&self, angles_rad: [f64; 3]) -> f64 {
         let [(s1, c1), (s2, c2), (s3, c3)] = angles_rad.map(libm::sincos);
@@ -152,12 +152,12 @@ impl ArmModel {
     }
 }
 
-/// Why there is no such arm.
+/// The reason why an arm was refused.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum ArmError {
     /// This parameter is not a number, negative, or 0 where it must not be.
     Impossible(&'static str),
-    /// A free joint has no inertia, or less than none in some pose.
+    /// A free joint has zero inertia in all poses, or negative inertia in some pose.
     Massless,
 }
 
@@ -172,7 +172,7 @@ impl fmt::Display for ArmError {
 
 impl std::error::Error for ArmError {}
 
-/// An arm that can move, seen once a clock.
+/// An arm that can move, on a clock.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Arm {
     pub(super) model: ArmModel,
@@ -181,7 +181,7 @@ pub struct Arm {
 }
 
 impl Arm {
-    /// An arm sampled by a clock of this period.
+    /// Creates an arm on a clock of this period.
     ///
     /// # Errors
     /// An impossible parameter, or a free joint without inertia.
@@ -205,7 +205,7 @@ impl Arm {
         let arm = Self { model, edge_s, tolerance: 1e-16 };
         let [m1, m2, m3] = arm.diagonal_kg_m2();
         let ([a0, a2, a3], p) = (model.turning_kg_m2, model.coupling_kg_m2);
-        // A point mass has no inertia left in a few poses, which it cannot be moved out of, but none that is negative.
+        // A point mass has no inertia in a few poses, in which the arm cannot move; its inertia is never negative.
         let rounding = 1e-12 * (a0.abs() + m1);
         let definite = model.turning_kg_m2.iter().chain(&[p]).all(|v| v.is_finite())
             && arm.least_turning_kg_m2() + m1 >= -rounding
@@ -216,29 +216,31 @@ impl Arm {
         if definite { Ok(arm) } else { Err(ArmError::Massless) }
     }
 
-    /// The same arm, integrated so that the last terms of a series stay below this (rad/s, N·m); 1e-16 unless told.
+    /// Returns the arm, integrated so that the last terms of a series stay below this (rad/s, N·m); the default is
+    /// 1e-16.
     #[must_use]
     pub fn with_tolerance(self, tolerance: f64) -> Self {
         Self { tolerance, ..self }
     }
 
-    /// The parameters.
+    /// Returns the parameters.
     #[must_use]
     pub fn model(&self) -> &ArmModel {
         &self.model
     }
 
-    /// What the rotors of rigid joints add to `M11`; `M22` and `M33` with theirs.
+    /// Returns the inertias that the rotors of rigid joints add to `M11`, and `M22` and `M33` with their rotors.
     pub(super) fn diagonal_kg_m2(&self) -> [f64; 3] {
         let model = &self.model;
         let links = [0.0, model.swinging_kg_m2[0], model.swinging_kg_m2[1]];
         std::array::from_fn(|i| links[i] + if model.transmission[i].is_none() { model.rotor_kg_m2[i] } else { 0.0 })
     }
 
-    /// The least `M11` of the links over all poses.
+    /// Returns the least `M11` of the links over all poses.
     fn least_turning_kg_m2(&self) -> f64 {
         let ([a0, a2, a3], p) = (self.model.turning_kg_m2, self.model.coupling_kg_m2);
-        // A quadratic form of x = cos θ2 and y = sin θ3 on a square: least in the middle, on a side or in a corner.
+        // A quadratic form of x = cos θ2 and y = sin θ3 on a square has its least value in the middle, on a side or in
+        // a corner.
         let value = |x: f64, y: f64| a0 - a2 + a3 + 2.0 * a2 * x * x - 2.0 * a3 * y * y + p * x * y;
         let side = |square: f64| if square > 0.0 { (-p / (2.0 * square)).clamp(-1.0, 1.0) } else { 1.0 };
         let (x, y) = (side(2.0 * a2), side(-2.0 * a3));

@@ -1,4 +1,4 @@
-//! An arm in motion: its anchor, what ends each segment, and where it is at a clock edge.
+//! An arm in motion: its anchor, the end of each segment, and its state at a clock edge.
 
 use super::friction::Hold;
 use super::polynomial::{Bounds, Coefficients, Lanes, ORDER, Polynomial, Reach, derivatives, value};
@@ -7,23 +7,23 @@ use super::{Arm, ArmEnergy};
 use crate::Band;
 use crate::gauge::{Extent, Gauge, Measured, Pace, Stretch};
 
-/// A segment lasts at most this long, so that rounding stays that of small times, unless all is at rest.
+/// The longest duration of a segment, unless all is at rest: rounding then stays that of short times.
 const LONGEST_S: f64 = 1.0;
-/// A series is taken to be good for at least this long, even where the equations are singular.
+/// The shortest time for which a series is used, even where the equations are singular.
 const SHORTEST_S: f64 = 1e-6;
-/// How far to go on where a condition comes too close to its limit to tell.
+/// The time by which the motion goes on where a condition comes too near to its limit to be decided.
 const ONWARD_S: f64 = 1e-9;
-/// An amplifier this many tolerances from its command has come there.
+/// Distance from its command, in tolerances, at which an amplifier counts as settled.
 const SETTLED: f64 = 10.0;
 
-/// Where an arm is.
+/// The state of an arm.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct ArmState {
     /// Angles of the links.
     pub angles_rad: [f64; 3],
     /// Speeds of the links.
     pub speeds_rad_per_s: [f64; 3],
-    /// Angles of the motors, which the encoders see, rounded downward.
+    /// Angles of the motors, as the encoders see them, rounded downward.
     pub motor_angles_rad: [f64; 3],
     /// Speeds of the motors.
     pub motor_speeds_rad_per_s: [f64; 3],
@@ -33,16 +33,16 @@ pub struct ArmState {
     pub stuck: [bool; 3],
 }
 
-/// What ends a segment.
+/// The reason for the end of a segment.
 #[derive(Clone, Copy, PartialEq)]
 enum End {
-    /// The powers written so far are worn out.
+    /// The truncation of the powers written so far reaches the tolerance.
     Short,
-    /// The series is worn out.
+    /// The truncation of the whole series reaches the tolerance.
     Worn,
     /// This joint comes to rest.
     Stop(usize),
-    /// Friction does not hold this joint any longer; the direction it goes.
+    /// Friction does not hold this joint any longer; it moves in this direction.
     Break(usize, f64),
 }
 
@@ -50,29 +50,28 @@ enum End {
 #[derive(Clone)]
 pub struct ArmMotion<'a> {
     pub(super) arm: &'a Arm,
-    /// The anchor: the first edge at or after it, and how long before that edge it lies.
+    /// The anchor: the first edge at or after it, and the time from the anchor to that edge.
     anchor: u64,
     offset_s: f64,
     pub(super) start: Start,
     holds: [Hold; 3],
     pub(super) series: Series,
-    /// How long the segment lasts from the anchor, why, and the first edge that it does not reach.
+    /// End of the segment as a time after the anchor, its reason, and the first edge that the segment does not reach.
     end_s: f64,
     end: End,
     end_edge: u64,
-    /// What the errors of angles and speeds at the anchor stay below.
+    /// Bounds on the errors of angles and speeds at the anchor.
     pub(super) error: [f64; 2],
     energy: ArmEnergy,
     initial_j: f64,
     mode_changes: u64,
     segments: u64,
-    /// The motors' torques between rows, if anybody asked.
+    /// The motors' torques between rows, if the observer asks for them.
     gauge: Option<Box<Gauge<3>>>,
 }
 
-/// The motors' torques along a segment. They follow their commands through a lag of the first order, which turns
-/// nowhere:
-/// `lag' = -lag / T`, so `∫ lag = T (lag(0) - lag(t))`.
+/// The motors' torques along a segment. They follow their commands through a first-order lag and have no turning
+/// points: `lag' = -lag / T`, so `∫ lag = T (lag(0) - lag(t))`.
 struct Torques<'m, 'a>(&'m ArmMotion<'a>);
 
 impl Torques<'_, '_> {
@@ -109,7 +108,8 @@ fn joints([a, b, c, _]: [f64; 4]) -> [f64; 3] {
 }
 
 impl<'a> ArmMotion<'a> {
-    /// An arm at edge 0, without torque; transmissions are relaxed, and locked joints do not move whatever their speed.
+    /// Creates an arm at edge 0, without torque. Transmissions are relaxed, and locked joints do not move, whatever
+    /// their speed.
     #[must_use]
     pub fn new(arm: &'a Arm, angles_rad: [f64; 3], speeds_rad_per_s: [f64; 3]) -> Self {
         let q = lanes(angles_rad);
@@ -137,7 +137,7 @@ impl<'a> ArmMotion<'a> {
         motion
     }
 
-    /// Comes to an edge, at or after the last one: the angles that the encoders see there.
+    /// Moves to an edge, at or after the last one, and returns the angles that the encoders see there.
     #[inline]
     pub fn step(&mut self, edge: u64) -> [f64; 3] {
         while self.end_edge <= edge {
@@ -146,23 +146,23 @@ impl<'a> ArmMotion<'a> {
         self.encoder_rad(edge)
     }
 
-    /// The angles that the encoders see at an edge from the anchor on and before the segment's end, rounded downward:
-    /// that is below a limit just when the angle before rounding is.
+    /// Returns the angles that the encoders see at an edge from the anchor on and before the segment's end. They are
+    /// rounded downward, so that a rounded angle is below a limit exactly if the angle before rounding is.
     #[inline(always)]
     fn encoder_rad(&self, edge: u64) -> [f64; 3] {
         let (whole, part) = self.sum(&self.series.p, 2, self.time_s(edge));
         std::array::from_fn(|i| if part[i] < 0.0 { whole[i].next_down() } else { whole[i] })
     }
 
-    /// One of the four sums of the state with the part that rounding leaves of it: the anchor and the change since are
-    /// added without error, and the change is small.
+    /// Returns one of the four sums of the state, with the part that rounding takes from it: the anchor and the change
+    /// since are added without error, and the change is small.
     #[inline(always)]
     pub(super) fn sum(&self, terms: &Coefficients, which: usize, t: f64) -> (Lanes, Lanes) {
         let low = &self.start.low;
         let rate = value(&terms[1..=self.series.powers], t);
         let mut sums = ([0.0; 4], [0.0; 4]);
         for i in 0..4 {
-            // Angles move by what their speeds lack as well.
+            // Angles also move by the low parts of their speeds.
             let rate = if which.is_multiple_of(2) { rate[i] + low[which + 1][i] } else { rate[i] };
             let (anchor, change) = (terms[0][i], low[which][i] + rate * t);
             let whole = anchor + change;
@@ -172,18 +172,18 @@ impl<'a> ArmMotion<'a> {
         sums
     }
 
-    /// The first edge in (`from`, `limit`] at which an encoder's angle leaves its band, where none has at `from`, or at
-    /// which a segment has ended. What [`ArmMotion::step`] brings there may lie in the bands again.
+    /// Returns the first edge in (`from`, `limit`] at which an encoder's angle leaves its band or a segment has ended;
+    /// none has left its band at `from`. After [`ArmMotion::step`] to that edge the angles may lie in the bands again.
     #[must_use]
     pub fn next_event(&self, from: u64, limit: u64, bands: &[Band; 3]) -> Option<u64> {
         let ended = self.end_edge <= limit;
-        // The last edge of this segment to look at.
+        // The last edge of this segment to be searched.
         let mut last = if ended { self.end_edge - 1 } else { limit };
         let mut left = false;
         if self.series.powers > 0 && last > from {
             let terms = &self.series.p[..=self.series.powers];
             let (now, bounds) = (derivatives(terms, self.time_s(from)), Bounds::of(terms, self.time_s(last)));
-            // Roughly when each leaves: the others matter only before the first.
+            // Roughly the times at which the encoders leave: after the first event the others do not matter.
             let due = std::array::from_fn::<_, 3, _>(|i| {
                 let [x, slope, _] = now.map(|lanes| lanes[i]);
                 if slope > 0.0 { (bands[i].high - x) / slope } else { (bands[i].low - x) / slope }
@@ -201,7 +201,7 @@ impl<'a> ArmMotion<'a> {
         if left { Some(last + 1) } else { ended.then_some(self.end_edge) }
     }
 
-    /// The first edge in (`from`, `last`] at which the joint's encoder, which is at `now`, is outside its band.
+    /// Returns the first edge in (`from`, `last`] at which the joint's encoder, which is at `now`, is outside its band.
     fn leaves(
         &self,
         joint: usize,
@@ -224,7 +224,7 @@ impl<'a> ArmMotion<'a> {
                     safe_s = if room > 0.0 { angle.safe_for([room, slope, curvature], safe_s) } else { 0.0 };
                 }
             }
-            // The last edge that is safe without being looked at.
+            // The last edge that is proved safe without evaluation.
             let edges = (safe_s / self.arm.edge_s) as u64;
             if edges >= last - edge {
                 return None;
@@ -242,7 +242,7 @@ impl<'a> ArmMotion<'a> {
         None
     }
 
-    /// Commands torques from `edge` on, to which the motion has come.
+    /// Commands torques from `edge` on; the motion has already come to that edge.
     pub fn drive(&mut self, edge: u64, torques_nm: [f64; 3]) {
         let u = lanes(std::array::from_fn(|i| if self.arm.model.free[i] { torques_nm[i] } else { 0.0 }));
         if u == self.start.u {
@@ -258,7 +258,7 @@ impl<'a> ArmMotion<'a> {
         self.begin(edge, 0.0, x, None);
     }
 
-    /// The state at an edge at which the motion is, or before the next event.
+    /// Returns the state at an edge at which the motion is, or before the next event.
     #[must_use]
     pub fn state(&self, edge: u64) -> ArmState {
         let x = self.at(self.time_s(edge));
@@ -272,14 +272,13 @@ impl<'a> ArmMotion<'a> {
         }
     }
 
-    /// From edge 0 on, mean and extremes of the motors' torques are kept between rows: see
-    /// [`measured`](Self::measured).
+    /// Gathers mean and extremes of the motors' torques between rows from edge 0 on; see [`measured`](Self::measured).
     pub fn measure(&mut self, pace: Pace) {
         self.gauge = Some(Box::new(Gauge::new(pace)));
     }
 
-    /// What the row at an edge tells of the motors' torques, exactly: means and extremes since the row before; nothing
-    /// unless [`measure`](Self::measure) asked for it.
+    /// Returns the exact means and extremes of the motors' torques since the row before the row at this edge; `None`
+    /// unless [`measure`](Self::measure) asked for them.
     #[must_use]
     pub fn measured(&self, edge: u64) -> Option<[Measured; 3]> {
         let gauge = self.gauge.as_deref()?;
@@ -292,7 +291,7 @@ impl<'a> ArmMotion<'a> {
         Some(now.row(edge, self.arm.edge_s, &torques_nm))
     }
 
-    /// Takes note of the torques up to an edge on the segment, or up to its end.
+    /// Tells the gauge the torques up to an edge on the segment, or up to its end.
     fn pass(&mut self, now: u64, to: Option<u64>) {
         if let Some(gauge) = &self.gauge
             && to.is_none_or(|edge| self.time_s(edge) > 0.0)
@@ -301,7 +300,7 @@ impl<'a> ArmMotion<'a> {
         }
     }
 
-    /// The energy exchanged until an edge.
+    /// Returns the energy exchanged until an edge.
     #[must_use]
     pub fn energy(&self, edge: u64) -> ArmEnergy {
         let mut energy = self.energy;
@@ -309,31 +308,31 @@ impl<'a> ArmMotion<'a> {
         energy
     }
 
-    /// Energy stored at an edge over that at the start, in J.
+    /// Returns the energy stored at an edge minus that at the start, in J.
     #[must_use]
     pub fn stored_j(&self, edge: u64) -> f64 {
         self.arm.stored_j(&self.at(self.time_s(edge))) - self.initial_j
     }
 
-    /// How often a joint has come to stick, to slip, or to slip the other way.
+    /// Returns how often a joint has begun to stick, to slip, or to slip the other way.
     #[must_use]
     pub fn mode_changes(&self) -> u64 {
         self.mode_changes
     }
 
-    /// Series computed so far.
+    /// Returns the number of series computed so far.
     #[must_use]
     pub fn segments(&self) -> u64 {
         self.segments
     }
 
-    /// Time from the anchor to an edge at or after it.
+    /// Returns the time from the anchor to an edge at or after it.
     #[inline(always)]
     pub(super) fn time_s(&self, edge: u64) -> f64 {
         (edge - self.anchor) as f64 * self.arm.edge_s + self.offset_s
     }
 
-    /// The state a time after the anchor.
+    /// Returns the state a time after the anchor.
     fn at(&self, t: f64) -> Start {
         let Series { q, v, p, w, lag, powers, .. } = &self.series;
         let (q, v, p, w) = (self.sum(q, 0, t), self.sum(v, 1, t), self.sum(p, 2, t), self.sum(w, 3, t));
@@ -348,7 +347,7 @@ impl<'a> ArmMotion<'a> {
         self.at(t)
     }
 
-    /// The segment after the present one.
+    /// Computes the segment after the present one.
     #[cold]
     fn follow(&mut self) {
         if self.end == End::Short {
@@ -373,7 +372,7 @@ impl<'a> ArmMotion<'a> {
         self.begin(self.end_edge, offset_s, x, broke);
     }
 
-    /// Anchors `offset_s` before `edge` at `x`.
+    /// Sets the anchor at `x`, `offset_s` before `edge`.
     fn begin(&mut self, edge: u64, offset_s: f64, mut x: Start, broke: Option<(usize, f64)>) {
         if x.lag.iter().all(|lag| lag.abs() < SETTLED * self.arm.tolerance) {
             x.lag = [0.0; 4];
@@ -387,11 +386,11 @@ impl<'a> ArmMotion<'a> {
         self.look_ahead(0.0);
     }
 
-    /// Where the segment ends, which lasts until `from` at least.
+    /// Finds the end of the segment, which lasts until `from` at least.
     fn look_ahead(&mut self, from: f64) {
         let Series { good_s, powers, .. } = self.series;
         if powers == 0 || good_s.is_nan() {
-            // At rest, or lost in a singular pose: nothing changes any more.
+            // At rest, or lost in a singular pose: the state does not change any more.
             self.end_edge = u64::MAX;
             return;
         }
@@ -407,19 +406,20 @@ impl<'a> ArmMotion<'a> {
         }
     }
 
-    /// Ends the segment where this joint's mode ends, if it does before.
+    /// Ends the segment where this joint's mode ends, if that comes first.
     fn watch(&mut self, joint: usize, from: f64) {
         let terms = ..=self.series.powers;
         match self.holds[joint] {
             Hold::Slip(sign) if sign != 0.0 => {
-                // From rest, the first term only says that it starts.
+                // From rest, the first term only gives the direction of the start.
                 let skip = usize::from(self.start.w[joint] == 0.0);
                 let speed = Polynomial::new(&self.series.w[terms], joint, sign, skip, self.end_s);
                 self.shorten(speed.keeps(0.0, 1.0, from), End::Stop(joint));
             }
             Hold::Stuck => {
                 let torque = Polynomial::new(&self.series.hold[terms], joint, 1.0, 0, self.end_s);
-                // Rounding may have put it beyond its limit already; then it breaks when it goes further.
+                // Rounding may have put the torque beyond its limit already; the joint then breaks away when the torque
+                // grows further.
                 let beyond_nm = torque.start().abs() * (1.0 + 4.0 * f64::EPSILON);
                 let limit_nm = self.arm.model.coulomb_nm[joint].max(beyond_nm);
                 for direction in [1.0, -1.0] {
@@ -430,7 +430,7 @@ impl<'a> ArmMotion<'a> {
         }
     }
 
-    /// Ends the segment where a condition ceases to be kept, if it does before.
+    /// Ends the segment where a condition ceases to hold, if that comes first.
     fn shorten(&mut self, reach: Reach, end: End) {
         match reach {
             Reach::At(t) if t < self.end_s => (self.end_s, self.end) = (t, end),

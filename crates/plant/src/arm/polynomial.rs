@@ -1,19 +1,19 @@
-//! Three series in lanes, and the first time at which one of them passes a limit, without missing any.
+//! Three series in lanes, and the first time at which one of them passes a limit; no passage is missed.
 //!
-//! On `[t, t + L]` a polynomial lies above the parabola of its value, slope and curvature at `t` less what a bound of
-//! its third derivative allows. Until that parabola meets the limit nothing is passed; from there one looks again. Near
-//! a crossing this converges like a method of third order, from before it.
+//! On `[t, t + L]` a polynomial lies above a parabola: that of its value, slope and curvature at `t`, lowered by a
+//! bound of its third derivative. Until that parabola meets the limit, the limit is not passed; there the search starts
+//! again. Near a crossing this converges to it from before, like a method of third order.
 
 /// Order of the series.
 pub(super) const ORDER: usize = 16;
 
-/// A value for each joint; the last lane fills a register.
+/// A value for each joint; the last lane only fills a register.
 pub(super) type Lanes = [f64; 4];
 
 /// Coefficients for each joint, by power.
 pub(super) type Coefficients = [Lanes; ORDER + 1];
 
-/// The value at `t` of a series of these powers.
+/// Returns the value at `t` of a series of these powers.
 #[inline(always)]
 pub(super) fn value(terms: &[Lanes], t: f64) -> Lanes {
     let mut sum = [0.0; 4];
@@ -25,7 +25,7 @@ pub(super) fn value(terms: &[Lanes], t: f64) -> Lanes {
     sum
 }
 
-/// Value, slope and second derivative at `t` of a series of these powers.
+/// Returns value, slope and second derivative at `t` of a series of these powers.
 #[inline]
 pub(super) fn derivatives(terms: &[Lanes], t: f64) -> [Lanes; 3] {
     let (mut x, mut slope, mut half) = ([0.0; 4], [0.0; 4], [0.0; 4]);
@@ -39,11 +39,11 @@ pub(super) fn derivatives(terms: &[Lanes], t: f64) -> [Lanes; 3] {
     [x, slope, half.map(|half| 2.0 * half)]
 }
 
-/// What no series exceeds over `[0, end]`.
+/// Bounds on all series over `[0, end]`.
 pub(super) struct Bounds {
-    /// The third derivative.
+    /// Bound of the third derivative.
     third: Lanes,
-    /// The rounding in the value.
+    /// Bound of the rounding of the value.
     pub(super) noise: Lanes,
     end: f64,
 }
@@ -64,21 +64,21 @@ impl Bounds {
     }
 }
 
-/// How far a polynomial keeps its limit.
+/// The time for which a polynomial keeps its limit.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) enum Reach {
-    /// To the end.
+    /// To the end of the segment.
     Clear,
-    /// It passes the limit then.
+    /// Until this time, at which it passes the limit.
     At(f64),
-    /// At least until then; it comes so close that no more can be said from the start.
+    /// At least until this time, at which it is too near to the limit for a decision from the start.
     Until(f64),
 }
 
 /// One polynomial over `[0, end]`.
 pub(super) struct Polynomial {
     c: [f64; ORDER + 1],
-    /// How many of the coefficients there are.
+    /// Number of coefficients in use.
     terms: usize,
     end: f64,
     /// Bound of the third derivative.
@@ -86,7 +86,7 @@ pub(super) struct Polynomial {
 }
 
 impl Polynomial {
-    /// The polynomial `sign · terms`, divided by `t` as often as `skip` says.
+    /// Returns the polynomial `sign · terms`, divided by `t^skip`.
     pub(super) fn new(terms: &[Lanes], lane: usize, sign: f64, skip: usize, end: f64) -> Self {
         let mut c = [0.0; ORDER + 1];
         for (to, from) in c.iter_mut().zip(&terms[skip..]) {
@@ -99,7 +99,7 @@ impl Polynomial {
         Self { c, terms: terms.len() - skip, end, third }
     }
 
-    /// One of some series, with its bound.
+    /// Returns one of several series, with its bound.
     pub(super) fn bounded(terms: &[Lanes], lane: usize, bounds: &Bounds) -> Self {
         let mut c = [0.0; ORDER + 1];
         for (to, from) in c.iter_mut().zip(terms) {
@@ -108,12 +108,12 @@ impl Polynomial {
         Self { c, terms: terms.len(), end: bounds.end, third: bounds.third[lane] }
     }
 
-    /// The value at 0.
+    /// Returns the value at 0.
     pub(super) fn start(&self) -> f64 {
         self.c[0]
     }
 
-    /// Value, slope and second derivative.
+    /// Returns value, slope and second derivative.
     #[inline]
     pub(super) fn at(&self, t: f64) -> [f64; 3] {
         let (mut x, mut slope, mut half) = (0.0, 0.0, 0.0);
@@ -125,12 +125,13 @@ impl Polynomial {
         [x, slope, 2.0 * half]
     }
 
-    /// A time from `t` on, at most `rest`, during which a distance that is `[x, slope, curvature]` now stays positive.
+    /// Returns a time from `t` on, at most `rest`, during which a distance that is `[x, slope, curvature]` now stays
+    /// positive.
     #[inline]
     pub(super) fn safe_for(&self, [x, slope, curvature]: [f64; 3], rest: f64) -> f64 {
         let mut ahead = if slope < 0.0 { rest.min(-2.0 * x / slope) } else { rest };
         for _ in 0..8 {
-            // Where the parabola x + slope t + bend t²/2 first comes to 0.
+            // The first zero of the parabola x + slope t + bend t²/2.
             let bend = curvature - self.third * ahead / 3.0;
             let square = slope * slope - 2.0 * bend * x;
             let (length, share) = if slope > 0.0 {
@@ -146,7 +147,7 @@ impl Polynomial {
             } else {
                 0.0
             };
-            // A shorter look is a sharper one.
+            // Over a shorter time the bound is sharper.
             if 4.0 * safe >= ahead {
                 return safe;
             }
@@ -155,7 +156,8 @@ impl Polynomial {
         0.25 * ahead
     }
 
-    /// The first time from `from` on at which `limit + sign · polynomial`, not negative there, is negative.
+    /// Returns the first time from `from` on at which `limit + sign · polynomial`, not negative at `from`, becomes
+    /// negative.
     pub(super) fn keeps(&self, limit: f64, sign: f64, from: f64) -> Reach {
         let mut most = 0.0;
         for &c in self.c[1..self.terms].iter().rev() {
@@ -176,7 +178,7 @@ impl Polynomial {
                 return Reach::Clear;
             }
             if next - t <= 2.0 * f64::EPSILON * next {
-                // No further in floating point: it is here, if it goes down here at all.
+                // Floating point allows no further step: the crossing is here, if the polynomial falls here at all.
                 return if slope < 0.0 { Reach::At(next) } else { Reach::Until(next) };
             }
             t = next;

@@ -4,7 +4,7 @@ use super::Arm;
 use super::friction::Hold;
 use super::polynomial::{Coefficients, Lanes, ORDER};
 
-/// Where a series starts, and the command it starts under.
+/// The start of a series, and the command at the start.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Start {
     /// Angles and speeds of the links.
@@ -13,22 +13,22 @@ pub(super) struct Start {
     /// Angles and speeds of the motors.
     pub(super) p: Lanes,
     pub(super) w: Lanes,
-    /// Commanded torques, and how far the actual ones are above them.
+    /// Commanded torques, and the actual torques minus these.
     pub(super) u: Lanes,
     pub(super) lag: Lanes,
-    /// What `q`, `v`, `p` and `w` lack for being rounded, so that no anchor adds to the error.
+    /// The parts of `q`, `v`, `p` and `w` lost by rounding, kept so that no anchor adds to the error.
     pub(super) low: [Lanes; 4],
 }
 
-/// Powers that most segments need, as a command or friction cuts them short; the others are written when it comes to
-/// them.
+/// Number of powers that most segments need, because a command or friction cuts them short; the others are written only
+/// if the motion reaches them.
 const FIRST: usize = 6;
-/// Where the first powers are good for less than this, all are written at once.
+/// If the first powers are good for less than this time, all powers are written at once.
 const FIRST_LASTS_S: f64 = 2e-5;
 
 const ZERO: Coefficients = [[0.0; 4]; ORDER + 1];
 
-/// Series of everything that [`Start`] holds, and of the torque that keeps each stuck joint in place.
+/// Series of all quantities of [`Start`], and of the torque that holds each stuck joint.
 #[derive(Clone)]
 pub(super) struct Series {
     pub(super) q: Coefficients,
@@ -37,43 +37,43 @@ pub(super) struct Series {
     pub(super) w: Coefficients,
     pub(super) lag: Coefficients,
     pub(super) hold: Coefficients,
-    /// Powers in use: none but the constant ones where all is at rest.
+    /// Powers in use: 0 where all is at rest.
     pub(super) powers: usize,
-    /// For how long they are good.
+    /// Time for which the series are good.
     pub(super) good_s: f64,
     work: Work,
 }
 
-/// Series on the way to those of the motion.
+/// Intermediate series.
 #[derive(Clone)]
 struct Work {
     /// Rates, sines and cosines of 2θ2, 2θ3, θ2+θ3, θ2-θ3.
     rate: Coefficients,
     sine: Coefficients,
     cosine: Coefficients,
-    /// Rates, sines and cosines of θ1 (as gravity sees it), θ2, θ3.
+    /// Rates, sines and cosines of θ1 (for gravity), θ2, θ3.
     lean: Coefficients,
     lean_sine: Coefficients,
     lean_cosine: Coefficients,
-    /// Lanes: e, h, h and R, sin θ2, cos θ3, whose products are gravity's torques.
+    /// Lanes e, h, h, and lanes R, sin θ2, cos θ3; their products are gravity's torques.
     pull: Coefficients,
     arm: Coefficients,
-    /// Lanes: M11, M23, M23, and the speeds they meet, ω1, ω3, ω2.
+    /// Lanes M11, M23, M23, and the speeds that they multiply, ω1, ω3, ω2.
     mass: Coefficients,
     met: Coefficients,
-    /// Lanes: half of ∂2M11 and of ∂3M11, and P/2 cos(θ2-θ3); and ω1², ω1², ω2 ω3.
+    /// Lanes half of ∂2M11, half of ∂3M11, P/2 cos(θ2-θ3); and ω1², ω1², ω2 ω3.
     bend: Coefficients,
     square: Coefficients,
-    /// The term of the momenta that comes next, the forces of the last power, and `M22 M33 - M23²` at the start.
+    /// The next term of the momenta, the forces of the last power, and `M22 M33 - M23²` at the start.
     momentum: [f64; 3],
     before: [f64; 3],
     determinant: f64,
 }
 
-/// The term of power `k` of the products, lane by lane, from `j = from` on in `a`.
+/// Returns the term of power `k` of the products, lane by lane, with `j` in `a` starting at `from`.
 #[inline(always)]
 fn product(a: &Coefficients, b: &Coefficients, from: usize, k: usize) -> Lanes {
-    // Two sums, as each addition waits for the one before.
+    // Two sums, because each addition waits for the one before.
     let mut sums = [[0.0; 4]; 2];
     let mut j = from;
     while j < k {
@@ -91,7 +91,7 @@ fn product(a: &Coefficients, b: &Coefficients, from: usize, k: usize) -> Lanes {
     std::array::from_fn(|lane| sums[0][lane] + sums[1][lane])
 }
 
-/// Terms of power `k + 1` of sines and cosines whose angles have these rates.
+/// Writes the terms of power `k + 1` of sines and cosines whose angles have these rates.
 #[inline(always)]
 fn turn(rate: &Coefficients, sine: &mut Coefficients, cosine: &mut Coefficients, k: usize) {
     let share = 1.0 / (k + 1) as f64;
@@ -108,14 +108,14 @@ fn turn(rate: &Coefficients, sine: &mut Coefficients, cosine: &mut Coefficients,
     }
 }
 
-/// Whether a joint's link moves.
+/// Returns whether a joint's link moves.
 fn moves(arm: &Arm, holds: &[Hold; 3], i: usize) -> bool {
     let held = holds[i] == Hold::Stuck && arm.model.transmission[i].is_none();
     holds[i] != Hold::Locked && !held
 }
 
 impl Start {
-    /// How far a motor's angle is ahead of its link's.
+    /// Returns the angle by which a motor is ahead of its link.
     pub(super) fn twist_rad(&self, i: usize) -> f64 {
         (self.p[i] - self.q[i]) + (self.low[2][i] - self.low[0][i])
     }
@@ -143,7 +143,7 @@ impl Series {
         Self { q: ZERO, v: ZERO, p: ZERO, w: ZERO, lag: ZERO, hold: ZERO, powers: 0, good_s: 0.0, work }
     }
 
-    /// Writes the series from `x` on, with joints doing what `holds` says: its first powers if they last, else all.
+    /// Writes the series from `x` on for joints in the states `holds`: the first powers if these suffice, else all.
     pub(super) fn write(&mut self, arm: &Arm, x: &Start, holds: &[Hold; 3]) {
         let rests = |i: usize| !matches!(holds[i], Hold::Slip(_));
         (self.q[0], self.v[0], self.p[0], self.w[0], self.lag[0]) = (x.q, x.v, x.p, x.w, x.lag);
@@ -158,7 +158,7 @@ impl Series {
         }
     }
 
-    /// Writes on to a higher power.
+    /// Extends the series to a higher power.
     pub(super) fn extend(&mut self, arm: &Arm, x: &Start, holds: &[Hold; 3], powers: usize) {
         let model = &arm.model;
         let flexible = model.transmission;
@@ -169,7 +169,7 @@ impl Series {
         let heavy = (a != 0.0 || b != 0.0) && g != [0.0; 3];
         let swings = moves[1] || moves[2];
         let held = |i: usize| holds[i] == Hold::Stuck && flexible[i].is_none();
-        // Whether M11 and M23 change in a way that anything here feels.
+        // Whether M11 and M23 change with an effect on this motion.
         let shape = swings && (moves[0] || (moves[1] && moves[2]) || held(1) || held(2));
         let spins = moves[0] && (swings || held(1) || held(2));
         let [m1, m22, m33] = arm.diagonal_kg_m2();
@@ -217,7 +217,7 @@ impl Series {
                 mass[k] = [0.0; 4];
                 bend[k] = [0.0; 4];
             }
-            // Speeds from momenta.
+            // Speeds, computed from momenta.
             let m23 = mass[0][1];
             if k == 0 {
                 mass[0][0] += a0 + m1;
@@ -249,7 +249,7 @@ impl Series {
             };
             self.v[k] = v;
             met[k] = [v[0], v[2], v[1], 0.0];
-            // What holds the stuck ones, one power behind: their own momentum is all coupling.
+            // The torques that hold the stuck joints, one power behind: their own momentum is all coupling.
             let coupled = [0.0, known[1] + m23 * v[2], known[2] + m23 * v[1]];
             if k > 0 {
                 for i in 0..3 {
@@ -322,7 +322,7 @@ impl Series {
                 turn(lean, lean_sine, lean_cosine, k);
             }
         }
-        // The highest power of what is only known from the next.
+        // The highest power of those quantities that follow only from the next power.
         self.v[powers] = [0.0; 4];
         self.hold[powers] = [0.0; 4];
         for (i, _) in flexible.iter().enumerate().filter(|(_, flexible)| flexible.is_none()) {
@@ -332,7 +332,7 @@ impl Series {
         self.good_s = self.good_for(arm.tolerance);
     }
 
-    /// What each joint's motor accelerates by for a torque, at the start.
+    /// Returns the acceleration of each joint's motor per torque, at the start.
     pub(super) fn ease(&self, arm: &Arm) -> [f64; 3] {
         let [_, m22, m33] = arm.diagonal_kg_m2();
         let rigid = [1.0 / self.work.mass[0][0], m33 / self.work.determinant, m22 / self.work.determinant];
@@ -344,7 +344,7 @@ impl Series {
         })
     }
 
-    /// How long the terms of the last two powers of speeds and torques stay below the tolerance.
+    /// Returns how long the terms of the last two powers of speeds and torques stay below the tolerance.
     fn good_for(&self, tolerance: f64) -> f64 {
         let size = |k: usize| {
             [&self.v, &self.w, &self.lag].iter().flat_map(|terms| terms[k]).fold(0.0, |most: f64, x| most.max(x.abs()))
@@ -357,7 +357,7 @@ impl Series {
     }
 }
 
-/// The first power of the speed of a joint that starts to slip from rest: never backward, whatever rounding says.
+/// Returns the first power of the speed of a joint that starts to slip from rest; rounding must not make it negative.
 #[inline]
 fn onward(hold: Hold, speed: f64, first: f64) -> f64 {
     match hold {

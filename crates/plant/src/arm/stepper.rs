@@ -1,18 +1,18 @@
-//! Fixed steps: how ordinary programs move the same arm on.
+//! Fixed steps of the same arm, as in ordinary programs.
 //!
-//! A [`SteppedArm`] is moved by a textbook method over steps of so many clock edges, with the commands held as they
-//! stand at the step's first edge, or following the motion at every state that the method looks at
-//! ([`SteppedArm::plan`]). Nothing is located inside a step, but where joints turn in a planned one:
+//! A textbook method moves a [`SteppedArm`] over steps of a number of clock edges. The commands are those of the step's
+//! first edge, held, or they follow the motion at every state at which the method asks for slopes
+//! ([`SteppedArm::plan`]). Nothing is located inside a step, except the turns of joints in a planned one:
 //!
-//! - Coulomb friction is that of the direction at the step's start. Which of the joints that stand still there stay for
-//!   the step is decided for all of them together, as the series do it.
-//! - A joint whose direction a step would reverse stands still at its end, unless the step was planned.
-//! - Between a step's ends everything goes in a straight line: the encoders' edges fall on the clock edges at which
+//! - Coulomb friction has the direction of the step's start. For joints at rest at the start, it is decided for all of
+//!   them together which stay at rest for the step, as in the series.
+//! - A joint whose direction a step would reverse stands still at the step's end, unless the step was planned.
+//! - Between a step's ends all quantities move on straight lines: the encoders' edges fall on the clock edges at which
 //!   that line crosses them.
 //!
 //! Semi-implicit Euler takes torques from the old state, speeds from the new torques, angles from the new speeds. The
 //! implicit midpoint is found by iteration, which converges for steps below the shortest time constant. Energies are
-//! summed by the trapezoid rule, so that what is left of the balance measures the method.
+//! summed by the trapezoid rule, so the residual of the balance measures the error of the method.
 
 use super::friction::{Hold, Pose};
 use super::kinematics::Sines;
@@ -21,7 +21,7 @@ use super::{Arm, ArmEnergy, ArmState};
 use crate::gauge::{Chord, Gauge, Measured, Pace};
 use crate::{Band, Method};
 
-/// Angles and speeds of the links, those of the motors, torques: three of each.
+/// Angles and speeds of the links, angles and speeds of the motors, torques: three of each.
 type State = [[f64; 3]; 5];
 const Q: usize = 0;
 const V: usize = 1;
@@ -29,41 +29,42 @@ const P: usize = 2;
 const W: usize = 3;
 const TORQUE: usize = 4;
 
-/// Torques commanded of the motors, of their angles and speeds.
+/// A `Command` returns the torques commanded of the motors, given their angles and speeds. It names a closure type;
+/// every closure of this form implements it.
 trait Command: Fn(&[f64; 3], &[f64; 3]) -> [f64; 3] {}
 impl<F: Fn(&[f64; 3], &[f64; 3]) -> [f64; 3]> Command for F {}
 
-/// Iterations of the implicit midpoint, after which it is lost.
+/// The most iterations of the implicit midpoint; after these the step is lost.
 const MOST_ITERATIONS: usize = 100;
-/// Turns of joints that are located in one step.
+/// The most turns of joints that are located in one step.
 const MOST_TURNS: usize = 16;
-/// Trials by which one is.
+/// The most trials to locate one turn.
 const MOST_TRIALS: usize = 40;
-/// Share of a joint's speed at which it is said to have turned.
+/// Share of a joint's speed below which it counts as turned.
 const AT_REST: f64 = 1e-13;
-/// Beyond this angle in rad a step is lost.
+/// A step that ends beyond this angle in rad is lost.
 const FAR_RAD: f64 = 1e6;
 
-/// What friction does to a joint over a step.
+/// The effect of friction on a joint over a step.
 #[derive(Clone, Copy, PartialEq, Debug)]
 enum Rub {
-    /// Holds it, or it is locked.
+    /// Friction holds it, or it is locked.
     Held,
-    /// Brakes it, in this direction; 0 without Coulomb friction.
+    /// Friction brakes its motion in this direction; 0 without Coulomb friction.
     Slips(f64),
 }
 
-/// A step under way.
+/// A step in progress.
 #[derive(Clone)]
 struct Step {
     to: State,
     rub: [Rub; 3],
     energy: ArmEnergy,
-    /// Changes of what friction does, its start's among them.
+    /// Changes of friction's effect, including those at the start of the step.
     changes: u64,
 }
 
-/// An arm that moves in fixed steps; its functions are those of [`ArmMotion`](super::ArmMotion).
+/// An arm that moves in fixed steps, with the same functions as [`ArmMotion`](super::ArmMotion).
 #[derive(Clone)]
 pub struct SteppedArm<'a> {
     arm: &'a Arm,
@@ -72,7 +73,7 @@ pub struct SteppedArm<'a> {
     /// Clock edges of a step.
     edges: u64,
     u: [f64; 3],
-    /// The present step: its first edge, the state there, and how it goes on, once it has begun.
+    /// The present step: its first edge, the state there, and the step itself once it has begun.
     start: u64,
     from: State,
     step: Option<Step>,
@@ -82,7 +83,7 @@ pub struct SteppedArm<'a> {
     mode_changes: u64,
     steps: u64,
     lost: bool,
-    /// The motors' torques between rows, if anybody asked.
+    /// The motors' torques between rows, if the observer asks for them.
     gauge: Option<Box<Gauge<3>>>,
 }
 
@@ -90,12 +91,12 @@ fn along(x: &State, slope: &State, by: f64) -> State {
     std::array::from_fn(|k| std::array::from_fn(|i| x[k][i] + by * slope[k][i]))
 }
 
-/// Whether a joint moves at a step's end against the friction that it had in it.
+/// Returns whether a joint moves, at a step's end, against the direction of its friction.
 fn turns(end: &State, rub: &[Rub; 3], joint: usize) -> bool {
     matches!(rub[joint], Rub::Slips(sign) if sign * end[W][joint] < 0.0)
 }
 
-/// The joint that turns first in a step, by the mean accelerations, of those that did move and are not `known`.
+/// Returns the joint that turns first in a step, by the mean accelerations, among those that moved and are not `known`.
 fn first_to_turn(from: &State, end: &State, rub: &[Rub; 3], known: Option<usize>) -> Option<usize> {
     let share = |joint: usize| from[W][joint] / (from[W][joint] - end[W][joint]);
     let turning = (0..3).filter(|&joint| known != Some(joint) && from[W][joint] != 0.0 && turns(end, rub, joint));
@@ -107,7 +108,7 @@ fn differences(before: &[Rub; 3], after: &[Rub; 3]) -> u64 {
 }
 
 impl<'a> SteppedArm<'a> {
-    /// An arm at edge 0, without torque, that steps by so many clock edges, at least one.
+    /// Creates an arm at edge 0, without torque, with steps of this number of clock edges, at least one.
     #[must_use]
     pub fn new(arm: &'a Arm, method: Method, edges: u64, angles_rad: [f64; 3], speeds_rad_per_s: [f64; 3]) -> Self {
         let speeds = std::array::from_fn(|i| if arm.model.free[i] { speeds_rad_per_s[i] } else { 0.0 });
@@ -134,7 +135,7 @@ impl<'a> SteppedArm<'a> {
         stepped
     }
 
-    /// Comes to an edge, at or after the last one: the angles that the encoders see there.
+    /// Moves to an edge, at or after the last one, and returns the angles that the encoders see there.
     pub fn step(&mut self, edge: u64) -> [f64; 3] {
         while self.start + self.edges <= edge {
             self.begin();
@@ -151,14 +152,13 @@ impl<'a> SteppedArm<'a> {
         self.now(edge)[P]
     }
 
-    /// From edge 0 on, mean and extremes of the motors' torques are kept between rows: see
-    /// [`measured`](Self::measured).
+    /// Gathers mean and extremes of the motors' torques between rows from edge 0 on; see [`measured`](Self::measured).
     pub fn measure(&mut self, pace: Pace) {
         self.gauge = Some(Box::new(Gauge::new(pace)));
     }
 
-    /// What the row at an edge of the present step tells of the motors' torques, which go in straight lines over a
-    /// step; nothing unless [`measure`](Self::measure) asked for it.
+    /// Returns means and extremes of the motors' torques, which are linear within a step, for the row at an edge of the
+    /// present step; `None` unless [`measure`](Self::measure) asked for them.
     #[must_use]
     pub fn measured(&self, edge: u64) -> Option<[Measured; 3]> {
         let gauge = self.gauge.as_deref()?;
@@ -178,7 +178,7 @@ impl<'a> SteppedArm<'a> {
         Some(now.row(edge, self.arm.edge_s, &torques_nm))
     }
 
-    /// Takes note of the torques over the step that ends.
+    /// Tells the gauge the torques over the step that ends.
     fn pass(&mut self) {
         if let (Some(gauge), Some(step)) = (&self.gauge, &self.step) {
             let Self { start, edges, .. } = *self;
@@ -188,8 +188,8 @@ impl<'a> SteppedArm<'a> {
         }
     }
 
-    /// The first edge in (`from`, `limit`] at which an encoder's angle leaves its band, where none has at `from`, or at
-    /// which a step ends.
+    /// Returns the first edge in (`from`, `limit`] at which an encoder's angle leaves its band or a step ends; none has
+    /// left its band at `from`.
     #[must_use]
     pub fn next_event(&mut self, from: u64, limit: u64, bands: &[Band; 3]) -> Option<u64> {
         self.begin();
@@ -202,7 +202,7 @@ impl<'a> SteppedArm<'a> {
         if !left(last) {
             return (end <= limit).then_some(end);
         }
-        // On a straight line what has left stays outside.
+        // On a straight line, an angle that has left its band stays outside.
         let (mut inside, mut outside) = (from, last);
         while outside - inside > 1 {
             let middle = inside + (outside - inside) / 2;
@@ -211,9 +211,9 @@ impl<'a> SteppedArm<'a> {
         Some(outside)
     }
 
-    /// Begins a step of so many clock edges, at least one, where the last one ended: the motors are commanded to give
-    /// these torques there, and what `command` makes of their angles and speeds at every state at which the method asks
-    /// for slopes. Joints turn where their speeds are 0, to the last bits.
+    /// Begins a step of this number of clock edges, at least one, at the end of the last one. At its start the motors
+    /// are commanded to give `torques_nm`; at every state at which the method asks for slopes, `command` returns the
+    /// torques for the motors' angles and speeds. Joints turn where their speeds are 0, to the last bits.
     pub fn plan(&mut self, edges: u64, torques_nm: [f64; 3], command: impl Fn(&[f64; 3], &[f64; 3]) -> [f64; 3]) {
         let free = self.arm.model.free;
         let command = |p: &[f64; 3], w: &[f64; 3]| {
@@ -229,12 +229,12 @@ impl<'a> SteppedArm<'a> {
         self.keep(step);
     }
 
-    /// Commands torques; the present step, if it has begun, is not changed by them.
+    /// Commands torques for the next step; a step that has begun does not change.
     pub fn drive(&mut self, torques_nm: [f64; 3]) {
         self.u = std::array::from_fn(|i| if self.arm.model.free[i] { torques_nm[i] } else { 0.0 });
     }
 
-    /// The state at an edge of the present step.
+    /// Returns the state at an edge of the present step.
     #[must_use]
     pub fn state(&self, edge: u64) -> ArmState {
         let [angles_rad, speeds_rad_per_s, motor_angles_rad, motor_speeds_rad_per_s, torques_nm] = self.now(edge);
@@ -242,43 +242,43 @@ impl<'a> SteppedArm<'a> {
         ArmState { angles_rad, speeds_rad_per_s, motor_angles_rad, motor_speeds_rad_per_s, torques_nm, stuck }
     }
 
-    /// Angles of the motors where the last step ended.
+    /// Returns the angles of the motors at the end of the last step.
     #[must_use]
     pub fn motor_angles_rad(&self) -> &[f64; 3] {
         &self.from[P]
     }
 
-    /// Speeds of the motors there.
+    /// Returns the speeds of the motors at the end of the last step.
     #[must_use]
     pub fn motor_speeds_rad_per_s(&self) -> &[f64; 3] {
         &self.from[W]
     }
 
-    /// The energy exchanged until an edge of the present step.
+    /// Returns the energy exchanged until an edge of the present step.
     #[must_use]
     pub fn energy(&self, edge: u64) -> ArmEnergy {
         self.step.as_ref().map_or(self.energy, |step| self.energy.plus(&step.energy, self.share(edge)))
     }
 
-    /// Energy stored at an edge of the present step over that at the start, in J.
+    /// Returns the energy stored at an edge of the present step minus that at the start, in J.
     #[must_use]
     pub fn stored_j(&self, edge: u64) -> f64 {
         self.stored(&self.now(edge)) - self.initial_j
     }
 
-    /// How often a joint has come to stick, to slip, or to slip the other way.
+    /// Returns how often a joint has begun to stick, to slip, or to slip the other way.
     #[must_use]
     pub fn mode_changes(&self) -> u64 {
         self.mode_changes
     }
 
-    /// Steps done.
+    /// Returns the steps done.
     #[must_use]
     pub fn steps(&self) -> u64 {
         self.steps
     }
 
-    /// Whether a step has left all that is modelled; the arm stays where it was.
+    /// Returns whether a step has left the modelled range; the arm then stays where it was.
     #[must_use]
     pub fn is_lost(&self) -> bool {
         self.lost
@@ -288,7 +288,8 @@ impl<'a> SteppedArm<'a> {
         (edge - self.start) as f64 / self.edges as f64
     }
 
-    /// The state on the line between the ends, at an edge; rounding does not make it turn back or pass the end.
+    /// Returns the state on the line between the ends, at an edge; rounding neither reverses it nor takes it beyond the
+    /// end.
     fn now(&self, edge: u64) -> State {
         if edge == self.start {
             return self.from;
@@ -318,18 +319,18 @@ impl<'a> SteppedArm<'a> {
     }
 
     fn keep(&mut self, step: Step) {
-        // Not a number is not near.
+        // NaN is not near.
         self.lost |= !step.to[Q].iter().chain(&step.to[P]).all(|angle| angle.abs() < FAR_RAD);
         self.step = Some(if self.lost { Step { to: self.from, ..step } } else { step });
     }
 
-    /// The commands as they stand, whatever the arm does.
+    /// Returns the present commands, held whatever the arm does.
     fn held(&self) -> impl Command + use<> {
         let u = self.u;
         move |_: &[f64; 3], _: &[f64; 3]| u
     }
 
-    /// What friction does from a state on, so commanded.
+    /// Returns the effect of friction on each joint from a state on, under these commands.
     fn rubs(&self, x: &State, u: [f64; 3]) -> [Rub; 3] {
         self.arm.holds(&self.start_of(x, u), None).map(|hold| match hold {
             Hold::Locked | Hold::Stuck => Rub::Held,
@@ -337,7 +338,7 @@ impl<'a> SteppedArm<'a> {
         })
     }
 
-    /// The torque of a flexible transmission on its link.
+    /// Returns the torque of a flexible transmission on its link; `None` if it is rigid.
     #[inline(always)]
     fn spring_nm(&self, x: &State, i: usize) -> Option<f64> {
         self.arm.model.transmission[i].map(|flexible| {
@@ -345,14 +346,14 @@ impl<'a> SteppedArm<'a> {
         })
     }
 
-    /// How the torques of amplifiers that lag follow what they are commanded; 0 of those that do not.
+    /// Returns the rates of the torques of amplifiers that lag behind their commands; 0 for amplifiers without lag.
     #[inline(always)]
     fn lag(&self, x: &State, u: &[f64; 3]) -> [f64; 3] {
         let lag_s = self.arm.model.amplifier_s;
         std::array::from_fn(|i| if lag_s > 0.0 { (u[i] - x[TORQUE][i]) / lag_s } else { 0.0 })
     }
 
-    /// The slopes of a state, of which all torques are that state's own.
+    /// Returns the slopes of a state, with all torques taken from that state.
     fn slope(&self, x: &State, near: &Sines, rub: &[Rub; 3], u: [f64; 3]) -> State {
         let model = &self.arm.model;
         let pose = Pose::of(self.arm, near.near(x[Q]), x[V]);
@@ -389,7 +390,8 @@ impl<'a> SteppedArm<'a> {
         [x[V], link, x[W], motor, self.lag(x, &u)]
     }
 
-    /// The step from the start on; `located`, the joints turn where their speeds are 0, and not at its end.
+    /// Computes the step from the start on. With `located`, joints turn where their speeds are 0, otherwise at the
+    /// step's end.
     fn next(&self, command: &impl Command, located: bool) -> Step {
         let mut x = self.from;
         if self.arm.model.amplifier_s == 0.0 {
@@ -421,8 +423,8 @@ impl<'a> SteppedArm<'a> {
         Step { to, rub, energy, changes }
     }
 
-    /// When the first joint turns of those that do until `end`, one of which is `joint`, and the state then: this joint
-    /// at rest. Found by false position with the Illinois rule.
+    /// Returns the time at which the first joint turns, among those that turn until `end` (`joint` is one of them), and
+    /// the state then, with this joint at rest. Found by false position with the Illinois rule.
     fn turn(
         &self,
         x: &State,
@@ -462,7 +464,7 @@ impl<'a> SteppedArm<'a> {
         }
     }
 
-    /// A state, a joint's motor at rest in it.
+    /// Returns a state with a joint's motor at rest.
     fn stopped(&self, mut x: State, joint: usize) -> State {
         x[W][joint] = 0.0;
         if self.arm.model.transmission[joint].is_none() {
@@ -471,9 +473,9 @@ impl<'a> SteppedArm<'a> {
         x
     }
 
-    /// The state after so many seconds by the method, from one where the motors are commanded to give `u`.
+    /// Returns the state after `h` seconds of the method, from a state in which the motors are commanded to give `u`.
     fn moved(&self, from: &State, u: [f64; 3], rub: &[Rub; 3], h: f64, command: &impl Command) -> State {
-        // Where nothing moves commands stay, and amplifiers alone follow.
+        // If nothing moves, the commands stay, and only the amplifiers follow.
         let still = (0..3).all(|i| rub[i] == Rub::Held && self.arm.model.transmission[i].is_none());
         let at_rest = |x: &State| [[0.0; 3], [0.0; 3], [0.0; 3], [0.0; 3], self.lag(x, &u)];
         let near = Sines::of(from[Q]);
@@ -514,7 +516,7 @@ impl<'a> SteppedArm<'a> {
         }
     }
 
-    /// The energies of a step, by the trapezoid rule.
+    /// Returns the energies of a step, by the trapezoid rule.
     fn exchanged(&self, from: &State, to: &State, h: f64) -> ArmEnergy {
         let model = &self.arm.model;
         let mut flows = [0.0; 4];
@@ -543,7 +545,7 @@ impl<'a> SteppedArm<'a> {
         self.arm.stored_j(&self.start_of(x, self.u))
     }
 
-    /// A state as the series have it, so commanded.
+    /// Returns a state in the form of the series, under these commands.
     fn start_of(&self, x: &State, u: [f64; 3]) -> Start {
         let lanes = |[a, b, c]: [f64; 3]| [a, b, c, 0.0];
         let [q, v, p, w, torque] = x.map(lanes);

@@ -6,7 +6,7 @@ use hpu_plant::{Axis, Bridge, Device, Gates, Hand, Motor, Push};
 
 const EDGE_S: f64 = 20e-9;
 const ANYWHERE: (f64, f64) = (-1e6, 1e6);
-/// A drop test's mass, viscous and Coulomb friction.
+/// Mass, viscous and Coulomb friction of a drop test.
 const MASS_KG: f64 = 0.09;
 const VISCOUS: f64 = 0.005;
 const COULOMB_N: f64 = 0.038;
@@ -19,7 +19,7 @@ fn rail(hand: Hand) -> Axis {
     Axis::amplified(Motor::on_rail(MASS_KG, VISCOUS, COULOMB_N), hand, EDGE_S, 1 << 29).unwrap()
 }
 
-/// Goes through the device's own events to an edge.
+/// Moves through the device's own events to an edge.
 fn go(device: &mut Device, mut from: u64, to: u64) {
     while from < to {
         match device.next_event(from, to, ANYWHERE) {
@@ -32,7 +32,7 @@ fn go(device: &mut Device, mut from: u64, to: u64) {
     }
 }
 
-/// Position and speed after `dt` under a held net force, viscous and Coulomb friction, in closed form.
+/// Returns position and speed after `dt` under a held net force, with viscous and Coulomb friction, in closed form.
 fn held(mut x: f64, mut v: f64, force_n: f64, mut dt: f64) -> (f64, f64) {
     let tau_s = MASS_KG / VISCOUS;
     while dt > 0.0 {
@@ -51,7 +51,7 @@ fn held(mut x: f64, mut v: f64, force_n: f64, mut dt: f64) -> (f64, f64) {
     (x, v)
 }
 
-/// Forces of a few tenths of a newton, as an integer recurrence draws them.
+/// Returns forces of a few tenths of a newton, drawn by an integer recurrence.
 fn forces(count: usize) -> impl Iterator<Item = f64> {
     (0..count).scan(12_345u64, |word, _| {
         *word = word.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -67,7 +67,7 @@ fn a_held_force_moves_a_mass_with_friction_as_the_closed_form_says() {
     let (mut x, mut v) = (-0.02, 0.223);
     let (mut edge, mut stops, mut starts) = (0, 0, 0);
     for (index, force_n) in forces(3000).enumerate() {
-        // Every third force is one that friction holds.
+        // Friction holds the mass against every third force.
         let force_n = if index % 3 == 0 { force_n * 0.05 } else { force_n };
         let was_stuck = device.is_stuck();
         device.drive_current(edge, force_n);
@@ -95,7 +95,7 @@ fn a_force_that_friction_holds_moves_nothing_and_one_beyond_it_moves_at_once() {
     assert_eq!(device.next_event(10, 1 << 28, ANYWHERE), None);
     device.drive_current(1000, 2.0 * COULOMB_N);
     assert!(!device.is_stuck());
-    // The first count of 1 nm: x = f t² / 2m with f = 2 f_c - f_c, viscous friction being 1e-8 of it.
+    // The first count of 1 nm: x = f t² / 2m with f = 2 f_c - f_c; viscous friction is 1e-8 of it.
     let expected_s = (2.0 * MASS_KG * 1e-9 / COULOMB_N).sqrt();
     let edges = (expected_s / EDGE_S).ceil() as u64;
     let found = device.next_event(1000, 1 << 28, (-1.0, 1e-9)).unwrap();
@@ -111,7 +111,7 @@ fn a_hand_that_begins_elsewhere_pulls_from_the_first_edge_on() {
         device.intend(0, intended_m, 0.0);
         assert_eq!(device.is_stuck(), !moves);
         go(&mut device, 0, 1);
-        // Viscous friction takes a billionth of it.
+        // Viscous friction takes a billionth of the force.
         let net_n = if moves { 100.0 * intended_m - COULOMB_N } else { 0.0 };
         close(device.state(1)[1], net_n / MASS_KG * EDGE_S, 1e-8);
         close(device.state(1)[2], net_n / MASS_KG * EDGE_S * EDGE_S / 2.0, 1e-8);
@@ -138,7 +138,7 @@ fn the_encoder_s_edges_under_jumping_forces_are_those_that_scanning_every_clock_
                 let limits = band(count);
                 let found = searched.next_event(now, end, limits);
                 let modes = scanned.mode_changes();
-                // A prescribed hand comes to a count within a trillionth of an edge: side_of_band knows on which side.
+                // A prescribed hand comes to a count within a trillionth of an edge; side_of_band decides the side.
                 let leaves = |edge: &u64| {
                     let x = scanned.step(*edge);
                     scanned.mode_changes() != modes || scanned.side_of_band(*edge, x[2], limits) != 0
@@ -200,7 +200,7 @@ fn the_energy_balances_of_a_mass_and_of_a_motor_under_jumping_currents() {
 
 #[test]
 fn a_current_source_pays_for_heat_and_work() {
-    // No friction, no hand: K i = J ω', ω = K i t / J; the source gives R i² t and K i θ = J ω² / 2.
+    // Without friction and hand: K i = J ω', ω = K i t / J; the source gives R i² t and K i θ = J ω² / 2.
     let motor = Motor {
         resistance_ohm: 2.0,
         inductance_h: 1e-3,
@@ -219,7 +219,7 @@ fn a_current_source_pays_for_heat_and_work() {
     close(device.energy(edge).source_j(), heat_j + work_j + coil_j, 1e-12);
     close(device.energy(edge).copper_j(), heat_j, 1e-12);
     close(device.stored_j(edge), work_j + coil_j, 1e-12);
-    // Switched off, the coil gives back what it stored.
+    // When it is switched off, the coil gives back its stored energy.
     device.drive_current(edge, 0.0);
     close(device.energy(edge).source_j(), heat_j + work_j, 1e-12);
 }
@@ -233,7 +233,7 @@ fn an_amplifier_takes_over_from_a_bridge_and_hands_back() {
     device.drive_average(0, -0.5);
     device.drive_current(50_000, 3.0);
     assert_eq!(device.state(60_000)[0], 3.0);
-    // The shaft held, the current decays from there: i = 3 e^{-t R / L}.
+    // With the shaft held, the current decays from there: i = 3 e^{-t R / L}.
     device.drive(60_000, Gates { a_high: false, a_low: true, b_high: false, b_low: true });
     close(device.state(85_000)[0], 3.0 * (-25_000.0 * EDGE_S * 2000.0f64).exp(), 1e-12);
     let energy = device.energy(85_000);

@@ -1,10 +1,10 @@
-//! The arm's encoder edges against a judge of some 30 digits (`arm_judge`: another form of the equations, another
-//! precision, another code), which is given the same torques at the same edges.
+//! The arm's encoder edges against a judge of some 30 digits, which gets the same torques at the same edges
+//! (`arm_judge`: another form of the equations, another precision, another code).
 //!
-//! Certified: 25,000 encoder edges of each of four models (rigid, one joint, lagging amplifiers, flexible transmissions
-//! too; all with stick and slip) lie on the right one of some 10^7 to 10^8 clock edges, none was near, and the error
-//! stays below what the arm itself says. `arm_edges` goes on from there: 10^5 encoder edges of each, and the tolerance
-//! halved.
+//! Certified for each of four models (rigid, one joint, lagging amplifiers, flexible transmissions too; all with stick
+//! and slip): 25,000 encoder edges lie on the right one of some 10^7 to 10^8 clock edges, none is near to another, and
+//! the error stays below the bound that the arm itself returns. `arm_edges` goes on from there: 10^5 encoder edges of
+//! each model, and the tolerance halved.
 
 use crate::arm_judge::Judge;
 use crate::arm_judge::twice::Twice;
@@ -40,9 +40,9 @@ struct Found {
     encoder_edges: usize,
     wrong: usize,
     mode_changes: u64,
-    /// Encoder edges that the motion itself calls near.
+    /// Encoder edges that the motion itself reports as near.
     near: usize,
-    /// The greatest error of an angle at an encoder edge, as such and as a share of what the motion says it may be.
+    /// The greatest error of an angle at an encoder edge, in rad and as a share of the bound that the motion returns.
     error_rad: f64,
     share: f64,
     said_rad: f64,
@@ -50,7 +50,7 @@ struct Found {
     nearest_rad: f64,
 }
 
-/// Runs an arm under springs and pushes for so many encoder edges, the judge beside it.
+/// Runs an arm under springs and pushes for this number of encoder edges, with the judge beside it.
 fn judged(model: ArmModel, at_least: usize) -> Found {
     let arm = Arm::new(model, EDGE_S).unwrap();
     let mut motion = ArmMotion::new(&arm, START_RAD, [0.0; 3]);
@@ -114,10 +114,10 @@ fn encoder_edges_fall_on_the_clock_edges_that_thirty_digits_put_them_on() {
     for model in models() {
         let found = judged(model, 25_000);
         assert_eq!(found.wrong, 0, "{found:?}");
-        // None of these comes as near to its limit as the arm may be off, so none was decided by luck.
+        // No crossing comes as near to its limit as the arm's error, so none was decided by luck.
         assert!(found.nearest_rad > 100.0 * found.error_rad, "{found:?}");
         assert_eq!(found.near, 0, "{found:?}");
-        // The arm knows how far it may be off, and that is little against what a joint turns in a clock at 1 rad/s.
+        // The arm's own bound of its error holds, and is small against the turn of a joint at 1 rad/s in one clock.
         assert!(found.share <= 1.0 && found.said_rad < 1e-4 * EDGE_S, "{found:?}");
         assert!(found.mode_changes > 10 && found.clock_edges > 10_000_000, "{found:?}");
     }
@@ -135,7 +135,7 @@ fn an_edge_at_a_limit_is_near_and_one_beside_it_is_not() {
         for joint in 0..3 {
             let (at, turned) = (angles[joint], angles[joint] - before[joint]);
             assert!(motion.above_rad(edge, joint, at) >= 0.0 && motion.above_rad(edge, joint, at.next_up()) < 0.0);
-            // At the limit now, at the limit an edge ago, half way between.
+            // At the limit now, at the limit one edge ago, half way between.
             assert!(motion.is_near(edge, joint, at) && motion.is_near(edge, joint, before[joint]));
             assert!(!motion.is_near(edge, joint, at - 0.5 * turned), "{turned} rad a clock");
         }

@@ -1,4 +1,4 @@
-//! The arm as a clock sees it: the right edges, the same bits however one asks.
+//! The arm as a clock sees it: the right edges, and the same bits by stepping and by leaping.
 
 use crate::arms::rubbing_1_5;
 use hpu_plant::Band;
@@ -19,14 +19,15 @@ fn band(angle_rad: f64) -> Band {
     Band { low: count * COUNT_RAD, high: (count + 1.0) * COUNT_RAD, open: true }
 }
 
-/// Torques of springs seen through counts, with a push that changes every few ms.
+/// Returns torques of springs that read counts, with a push that changes every few ms.
 fn torques_nm(bands: &[Band; 3], sample: u64) -> [f64; 3] {
     let phase = (sample / 40) as f64;
     let push = [0.2 * (phase * 1.7).sin(), 0.15 * (phase * 2.3).sin(), 0.1 * (phase * 0.9).cos()];
     std::array::from_fn(|i| push[i] - 0.6 * bands[i].low)
 }
 
-/// Every change of a count, and where the arm came to, in a loop closed every `period` edges; by `step` or by leaping.
+/// Returns every change of a count, and the final state, in a loop closed every `period` edges, by `step` or by
+/// leaping.
 fn run(arm: &Arm, period: u64, samples: u64, leap: bool) -> (Vec<(u64, usize, i64)>, ArmState, [u64; 2]) {
     let mut motion = ArmMotion::new(arm, [0.01, 0.2, 0.3], [0.0; 3]);
     let mut bands = motion.step(0).map(band);
@@ -70,7 +71,8 @@ fn step_by_step_and_leaping_give_the_same_bits() {
     }
 }
 
-/// The first encoder edges, and what the arm says its angles may be off by at the last, at some tolerance.
+/// Returns, for a tolerance, the first encoder edges, the arm's bound of its angles' error at the last of them, and the
+/// number of near ones.
 fn encoder_edges(model: ArmModel, tolerance: f64, at_least: usize) -> (Vec<(u64, usize)>, f64, usize) {
     let arm = Arm::new(model, EDGE_S).unwrap().with_tolerance(tolerance);
     let mut motion = ArmMotion::new(&arm, [0.01, 0.2, 0.3], [0.0; 3]);
@@ -83,7 +85,7 @@ fn encoder_edges(model: ArmModel, tolerance: f64, at_least: usize) -> (Vec<(u64,
         }
         let phase = f64::from(sample / 5);
         let push = [0.3 * (phase * 1.7).sin(), 0.3 * (phase * 2.3).sin(), 0.2 * (phase * 0.9).cos()];
-        // The same torques to the bit as long as the counts are.
+        // The torques are the same to the bit as long as the counts are the same.
         motion.drive(edge, std::array::from_fn(|i| push[i] - 2.0 * bands[i].low));
         let next = edge + 50_000;
         while edge < next {
@@ -102,15 +104,15 @@ fn encoder_edges(model: ArmModel, tolerance: f64, at_least: usize) -> (Vec<(u64,
     (edges, motion.error_rad(edge), near)
 }
 
-/// 10^5 encoder edges of each model over 10^8 clock edges and more. `arm_certified` holds the first of them to 30
+/// 10^5 encoder edges of each model over 10^8 clock edges and more. `arm_certified` checks the first of them with 30
 /// digits.
 #[test]
 fn halving_the_tolerance_moves_no_encoder_edge_nor_does_making_it_next_to_nothing() {
     for model in models() {
         let (usual, error_rad, near) = encoder_edges(model, 1e-16, 100_000);
         assert!(usual.last().unwrap().0 > 80_000_000, "{:?}", usual.last());
-        // What it may be off by is little against a turn of 1 rad/s in a clock, and few come that near to a limit: of
-        // stiff transmissions, whose damping the estimate leaves out, more than of others.
+        // The error bound is small against a turn at 1 rad/s in one clock, and few crossings come that near to a limit.
+        // Stiff transmissions have the most of these, because the estimate ignores their damping.
         assert!(error_rad < 1e-3 * EDGE_S && near * 100 < usual.len(), "{error_rad} rad, {near} near");
         for tolerance in [0.5e-16, 1e-20] {
             let (other, ..) = encoder_edges(model, tolerance, 100_000);
@@ -138,7 +140,7 @@ fn halving_the_tolerance_halves_the_error_or_better() {
         errors.push(error(tolerance));
         tolerance *= 0.0625;
     }
-    // Four halvings between neighbours; steps are whole, so single ones are uneven.
+    // Four halvings between neighbours; steps are whole numbers, so single halvings are uneven.
     let (first, last) = (errors[0], *errors.last().unwrap());
     let halvings = 4 * (errors.len() - 1) as i32;
     assert!(first > 1e-9 && last < first * 0.5_f64.powi(halvings), "{errors:?}");

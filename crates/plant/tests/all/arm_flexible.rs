@@ -11,7 +11,7 @@ fn times(a: &Matrix, b: &Matrix) -> Matrix {
     std::array::from_fn(|i| std::array::from_fn(|j| (0..5).map(|k| a[i][k] * b[k][j]).sum()))
 }
 
-/// `e^A` by scaling and squaring of the plain series.
+/// Returns `e^A` by scaling and squaring of the plain series.
 fn exponential(a: &Matrix) -> Matrix {
     let scaled: Matrix = a.map(|row| row.map(|x| x / 1024.0));
     let one: Matrix = std::array::from_fn(|i| std::array::from_fn(|j| f64::from(u8::from(i == j))));
@@ -40,7 +40,7 @@ fn one_flexible_joint_moves_as_its_linear_system_says() {
         let link = model.mass_kg_m2([0.0; 3])[joint][joint];
         let (rotor, viscous) = (model.rotor_kg_m2[joint], model.viscous_nm_s_per_rad[joint]);
         let (k, d) = (flexible.stiffness_nm_per_rad, flexible.damping_nm_s_per_rad);
-        // States: link angle and speed, motor angle and speed, torque less its command.
+        // States: angle and speed of the link, angle and speed of the motor, torque minus its command.
         let step_s = 1e-3;
         let a: Matrix = [
             [0.0, 1.0, 0.0, 0.0, 0.0],
@@ -55,8 +55,8 @@ fn one_flexible_joint_moves_as_its_linear_system_says() {
         let mut torques = [0.0; 3];
         torques[joint] = -command;
         motion.drive(0, torques);
-        // The torque is its command from the start on, and a rest of the other sign that dies away: the latter moves
-        // the free system, the former is a constant torque on the rotor, met by the integral of the flow.
+        // The torque is its command from the start on, plus a rest of the opposite sign that decays. The rest moves the
+        // free system; the command is a constant torque on the rotor, computed by the integral of the flow.
         let mut x = [0.0, 0.0, 0.0, 0.0, command];
         let mut forced = [0.0; 5];
         let integral = integral_of(&a, step_s);
@@ -84,7 +84,7 @@ fn one_flexible_joint_moves_as_its_linear_system_says() {
     }
 }
 
-/// `∫ e^{A t} dt` over `[0, t]`, by the plain series of 64 parts.
+/// Returns `∫ e^{A t} dt` over `[0, t]`, by the plain series of 64 parts.
 fn integral_of(a: &Matrix, time_s: f64) -> Matrix {
     let part_s = time_s / 64.0;
     let scaled: Matrix = a.map(|row| row.map(|x| x * part_s));

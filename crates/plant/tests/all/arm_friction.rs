@@ -13,7 +13,7 @@ fn close(got: f64, expected: f64, tolerance: f64) {
     assert!((got - expected).abs() <= tolerance, "got {got}, expected {expected}, off by {:e}", got - expected);
 }
 
-/// A joint alone: inertia, viscous and Coulomb friction under a held torque, stepped exactly.
+/// A single joint with inertia, viscous and Coulomb friction under a held torque, stepped exactly.
 #[derive(Clone, Copy)]
 struct Exact {
     inertia: f64,
@@ -46,7 +46,7 @@ impl Exact {
     }
 }
 
-/// A Premium 1.5 with one free joint, and the same by itself.
+/// Returns a Premium 1.5 with one free joint, and that joint by itself.
 fn alone(joint: usize) -> (Arm, Exact) {
     let model = ArmModel { free: std::array::from_fn(|i| i == joint), ..rubbing_1_5().balanced() };
     let inertia = model.mass_kg_m2([0.0; 3])[joint][joint] + model.rotor_kg_m2[joint];
@@ -109,7 +109,7 @@ fn a_stuck_joint_does_not_creep() {
 
 #[test]
 fn a_joint_is_held_or_dragged_along_by_what_couples_it() {
-    // Joint 2 accelerates and pulls at joint 3 through M23; friction of joint 3 decides.
+    // Joint 2 accelerates and pulls joint 3 through M23; the friction of joint 3 decides whether it moves.
     let mut model = rubbing_1_5().balanced();
     let angles = [0.0, 0.8, 0.0];
     let m23 = model.mass_kg_m2(angles)[1][2];
@@ -156,7 +156,7 @@ fn a_torque_that_rises_through_an_amplifier_breaks_the_joint_loose_when_it_passe
     close(motion.state(at).speeds_rad_per_s[0], speed, 1e-12);
 }
 
-/// Commands of no particular pattern, in N·m.
+/// Returns commands in N·m without any particular pattern.
 fn commands(step: u32) -> [f64; 3] {
     let phase = f64::from(step);
     [0.05 * (phase * 1.7).sin(), 0.06 * (phase * 2.3).sin(), 0.04 * (phase * 0.9).cos()]
@@ -179,7 +179,7 @@ fn energy_balances_with_friction_gravity_amplifiers_and_flexible_transmissions()
             let at = edge(f64::from(step) * 1e-3);
             let angles = motion.step(at);
             let [a, b, c] = commands(step / 7);
-            // Springs that keep the arm in its workspace.
+            // Springs keep the arm in its workspace.
             motion.drive(at, [a - angles[0], b - angles[1], c - angles[2]]);
         }
         let at = edge(0.4);

@@ -1,4 +1,4 @@
-//! Where the tip is: known answers, finite differences, round trips.
+//! Position of the tip: known answers, finite differences, round trips.
 
 use std::f64::consts::FRAC_PI_2;
 

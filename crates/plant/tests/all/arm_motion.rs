@@ -34,7 +34,7 @@ fn a_point_mass_flies_straight() {
 
 #[test]
 fn a_weight_alone_falls_along_gravity_whatever_the_pose() {
-    // No links: a point mass and all its weight, thrown.
+    // Without links: a point mass with its weight, thrown.
     let mut model = ArmModel::premium_1_0();
     model.moments_kg_m = [0.075 * 0.14; 2];
     model.gravity_m_per_s2 = [2.0, -9.0, 3.0];
@@ -88,7 +88,7 @@ fn motion_under_tilted_gravity_keeps_its_total_energy() {
     }
 }
 
-/// The published equations: `C` of Çavuşoğlu et al. with its sign set right.
+/// The published equations, with the corrected sign of `C` of Çavuşoğlu et al.
 struct Published(ArmModel);
 
 impl Published {
@@ -147,7 +147,7 @@ fn a_driven_arm_follows_the_published_equations() {
     let published = Published(model);
     let (mut q, mut v) = ([0.1, 0.2, 0.4], [2.0, -1.0, 3.0]);
     let mut motion = ArmMotion::new(&arm, q, v);
-    // Classical Runge-Kutta; its error at this step is some 1e-13.
+    // Classical Runge-Kutta; its error at this step is about 1e-13.
     let h = 2e-5;
     for step in 0..5000_u32 {
         let phase = f64::from(step / 100);
@@ -192,7 +192,7 @@ fn an_event_is_the_first_edge_outside_a_band() {
     let left = |angles: [f64; 3]| (0..3).any(|i| bands[i].left_by(angles[i]));
     let mut stepped = motion.clone();
     let first = (1..).find(|&edge| left(stepped.step(edge))).unwrap();
-    // The ends of segments are events too.
+    // Ends of segments are events too.
     let (mut leaping, mut before, mut found) = (motion.clone(), 0, 0);
     while !left(leaping.step(found)) {
         before = found;

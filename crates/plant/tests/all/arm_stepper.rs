@@ -1,5 +1,5 @@
-//! Fixed steps of the arm against its series: orders of convergence, straight lines, friction as ordinary programs
-//! write it.
+//! Fixed steps of the arm against its series: orders of convergence, straight lines, and friction as in ordinary
+//! programs.
 
 use crate::arms::rubbing_1_5;
 use hpu_plant::arm::{Arm, ArmModel, ArmMotion, SteppedArm, Transmission};
@@ -19,7 +19,7 @@ fn models() -> [ArmModel; 3] {
     [rigid, ArmModel { amplifier_s: 2e-3, ..rigid }, ArmModel { transmission: [soft; 3], amplifier_s: 2e-3, ..rigid }]
 }
 
-/// The greatest error of an encoder's angle after 32 ms under held torques.
+/// Returns the greatest error of an encoder's angle after 32 ms under held torques.
 fn error(arm: &Arm, method: Method, edges: u64) -> f64 {
     let drive = [0.05, -0.03, 0.02];
     let mut exact = ArmMotion::new(arm, START[0], START[1]);
@@ -32,7 +32,7 @@ fn error(arm: &Arm, method: Method, edges: u64) -> f64 {
 
 #[test]
 fn each_method_converges_by_its_order_without_coulomb_friction() {
-    // 0.8 ms, 0.4 ms, 20 us: below each model's time constants, where rounding is far.
+    // 0.8 ms, 0.4 ms, 20 us: below each model's time constants, and long enough that rounding has no effect.
     for (model, edges) in models().into_iter().zip([40_000, 20_000, 1000]) {
         let arm = Arm::new(model, EDGE_S).unwrap();
         for (method, order) in methods() {
@@ -118,7 +118,7 @@ fn a_fine_step_comes_to_where_the_series_comes_with_friction_too() {
     for (method, _) in methods() {
         let found = rest(method);
         for i in 0..3 {
-            // A stop is seen up to a step of 1 us late: at some 10 rad/s^2 that is far below this.
+            // A stop is noticed up to one step of 1 us late; at about 10 rad/s^2 that is far below this bound.
             assert!((found[i] - exact[i]).abs() < 1e-5, "{method:?}: {found:?}, not {exact:?}");
         }
     }
@@ -134,7 +134,7 @@ fn steps_that_are_too_long_lose_the_arm_and_leave_it_where_it_was() {
     assert!(stepped.is_lost() && angles.iter().all(|angle| angle.is_finite()));
 }
 
-/// One joint that moves, without any coupling: its inertia, and the arm. Coulomb friction is 0.01 N.m.
+/// Returns one joint that moves without any coupling: its inertia, and the arm. Coulomb friction is 0.01 N.m.
 fn lone(viscous: f64) -> (f64, ArmModel) {
     let model = ArmModel {
         free: [false, true, false],
@@ -145,7 +145,7 @@ fn lone(viscous: f64) -> (f64, ArmModel) {
     (model.swinging_kg_m2[0] + model.rotor_kg_m2[1], model)
 }
 
-/// Motor 2's angle after so many planned steps.
+/// Returns motor 2's angle after this number of planned steps.
 fn planned(arm: &Arm, method: Method, edges: u64, steps: u64, speed: f64, torque: impl Fn(f64) -> f64) -> (f64, u64) {
     let mut stepped = SteppedArm::new(arm, method, edges, [0.0; 3], [0.0, speed, 0.0]);
     let command = |p: &[f64; 3], _: &[f64; 3]| [0.0, torque(p[1]), 0.0];
@@ -159,9 +159,9 @@ fn planned(arm: &Arm, method: Method, edges: u64, steps: u64, speed: f64, torque
 
 #[test]
 fn a_joint_of_a_planned_step_turns_or_stops_where_its_speed_is_0() {
-    // Thrown at 0.1 rad/s against a torque: it slows down by (torque + friction) / inertia, turns after v²/2a, and
-    // comes back by (torque - friction) / inertia, or stays if friction is the greater. All methods are exact for such
-    // parabolas but the two of Euler.
+    // Thrown at 0.1 rad/s against a torque, the joint slows down by (torque + friction) / inertia and turns after
+    // v²/2a. It comes back by (torque - friction) / inertia, or stays if friction is greater. All methods but the two
+    // of Euler are exact for these parabolas.
     let (inertia, model) = lone(0.0);
     let arm = Arm::new(model, EDGE_S).unwrap();
     for method in [Method::Midpoint, Method::Rk4] {
@@ -180,7 +180,7 @@ fn a_joint_of_a_planned_step_turns_or_stops_where_its_speed_is_0() {
 
 #[test]
 fn a_command_that_follows_the_arm_is_a_part_of_the_method() {
-    // A spring at the motor, viscous friction, no other: a damped oscillator's closed form, and the method's order.
+    // A spring at the motor and viscous friction only: a damped oscillator's closed form, and the method's order.
     let (inertia, model) = lone(2e-4);
     let arm = Arm::new(ArmModel { coulomb_nm: [0.0; 3], ..model }, EDGE_S).unwrap();
     let stiffness = 5.0;
@@ -199,8 +199,8 @@ fn a_command_that_follows_the_arm_is_a_part_of_the_method() {
 
 #[test]
 fn joints_at_rest_are_held_together_and_not_one_by_one() {
-    // In this pose motor 2 pulls at joint 3, which no torque of its own would move, by m23 times the acceleration of
-    // joint 2.
+    // In this pose motor 2 pulls joint 3 by m23 times the acceleration of joint 2; joint 3 has no torque of its own to
+    // move it.
     let model = ArmModel { coulomb_nm: [0.01; 3], ..rubbing_1_5().balanced() };
     let arm = Arm::new(model, EDGE_S).unwrap();
     let pose = [0.0, 1.2, 0.2];

@@ -23,7 +23,7 @@ fn motor(coulomb_nm: f64) -> Motor {
 
 const SPRING: Hand = Hand::Spring(Push { stiffness_nm_per_rad: 0.3, damping_nm_s_per_rad: 1e-4 });
 
-/// The generator of Steele, Lea and Flood 2014 (SplitMix64), as numbers from 0 to 1.
+/// The generator of Steele, Lea and Flood 2014 (SplitMix64), with numbers from 0 to 1.
 struct Random(u64);
 
 impl Random {
@@ -39,7 +39,7 @@ impl Random {
     }
 }
 
-/// A device on the way, and what its gates do.
+/// A device in motion, with the pulses of its gates.
 #[derive(Clone)]
 struct Case<'a> {
     device: Device<'a>,
@@ -48,7 +48,7 @@ struct Case<'a> {
 }
 
 impl<'a> Case<'a> {
-    /// Begun in a state, at edge 0 in a pulse.
+    /// Creates a case from a state, at edge 0 in a pulse.
     fn new(axis: &'a Axis, [current_a, speed, angle_rad]: [f64; 3], duty: u64, pulse: Gates, pause: Gates) -> Self {
         let mut device = Device::new(axis, current_a, speed, angle_rad);
         device.intend(0, angle_rad + 0.02, 0.3);
@@ -56,12 +56,12 @@ impl<'a> Case<'a> {
         Self { device, pulse, pulses: Pulses { period: PERIOD, duty, pause } }
     }
 
-    /// The gates from an edge on.
+    /// Returns the gates from an edge on.
     fn gates(&self, edge: u64) -> Gates {
         if edge % PERIOD < self.pulses.duty { self.pulse } else { self.pulses.pause }
     }
 
-    /// Edges up to `end` at which the gates change.
+    /// Returns the edges up to `end` at which the gates change.
     fn changes(&self, end: u64) -> impl Iterator<Item = u64> + use<> {
         let duty = self.pulses.duty;
         (0..).flat_map(move |k| [k * PERIOD, k * PERIOD + duty]).skip(1).take_while(move |&edge| edge <= end)
@@ -84,8 +84,8 @@ fn same_energy(got: &Energy, expected: &Energy, what: &str) {
     }
 }
 
-/// Every kind of axis whose circuit stays closed, with a state to begin in; how far its modes reach is for the cruise
-/// to find.
+/// Returns every kind of axis whose circuit stays closed, with an initial state; the cruise must find how long the
+/// modes last.
 fn axes() -> Vec<(&'static str, Axis, [f64; 3])> {
     let axis = |coulomb_nm, hand| Axis::new(motor(coulomb_nm), BRIDGE, hand, EDGE_S, 1 << 29).unwrap();
     vec![
@@ -124,7 +124,7 @@ fn states_and_energies_are_those_of_gates_switched_one_by_one() {
                     plain.device.drive(edge, gates);
                     case.device.drive(edge, gates);
                     near(&case.device.state(edge), &plain.device.state(edge), &what);
-                    // Whoever is driven otherwise than foreseen goes on from there as if there had been no cruise.
+                    // A device that is driven otherwise than foreseen continues as if there had been no cruise.
                     leaving.drive_average(edge, 0.25);
                     let mut other = plain.device.clone();
                     other.drive_average(edge, 0.25);
@@ -164,7 +164,8 @@ fn a_hand_that_moves_on_in_mid_period_ends_it_where_it_is() {
     }
 }
 
-/// A step of an edge by the classical Runge-Kutta method under a voltage at the motor, with the hand's spring.
+/// Makes a step of one edge by the classical Runge-Kutta method, under a voltage at the motor and with the hand's
+/// spring.
 fn runge_kutta([i, w, a]: [f64; 3], volts: f64, time_s: f64, intent_rad: f64) -> [f64; 3] {
     let (m, ohm) = (motor(0.0), 2.35 + 2.0 * 0.3);
     let slope = |[i, w, a]: [f64; 3], t: f64| {
@@ -204,7 +205,7 @@ fn it_goes_where_steps_of_an_edge_go() {
     }
 }
 
-/// Goes over the periods with gates switched one by one: the first edge at which a mode ends or the angle leaves the
+/// Runs the periods with gates switched one by one. Returns the first edge at which a mode ends or the angle leaves the
 /// band.
 fn first_event(mut case: Case, end: u64, band_rad: (f64, f64)) -> Option<u64> {
     let mut at = 0;
@@ -233,7 +234,7 @@ fn nothing_that_gates_switched_one_by_one_would_meet_lies_in_a_cruise() {
         let start = [random.between(-1.0, 1.0), speed, 0.0];
         let duty = 1 + (random.next() * 4095.0) as u64;
         let (pulse, pause) = [(FORWARD, BRAKE), (BACKWARD, BRAKE), (FORWARD, BACKWARD)][trial / 6 % 3];
-        // Near, by ever smaller shares of a count.
+        // The band ends nearby, by ever smaller shares of a count.
         let reach = 1.5e-3 * 10f64.powf(random.between(-4.0, 1.0));
         let band_rad = if trial % 2 == 0 { (-reach, 1.0) } else { (-1.0, reach) };
         let mut case = Case::new(axis, start, duty.min(4095), pulse, pause);
@@ -250,7 +251,7 @@ fn nothing_that_gates_switched_one_by_one_would_meet_lies_in_a_cruise() {
     assert!(cruises > 500 && cut_short > 100 && none > 300, "{cruises} cruises, {cut_short} cut short, {none} none");
 }
 
-/// The periodic motion under a hand's spring at rest, at the beginning of a pulse.
+/// Returns the periodic motion under a hand's spring at rest, at the beginning of a pulse.
 fn settled(axis: &Axis, duty: u64) -> [f64; 3] {
     let mut device = Device::new(axis, 0.0, 0.0, 0.0);
     let mut edge = 0;
@@ -288,13 +289,13 @@ fn a_count_that_only_the_ripple_passes_is_passed() {
     };
     let (event, cruise) = tries(0.5 * ripple);
     assert!(event.is_some_and(|event| event < PERIOD) && cruise.is_none(), "{event:?}, {cruise:?}");
-    // The bound is no more than a small share of a count of 1.5 mrad.
+    // The bound is only a small share of a count of 1.5 mrad.
     assert_eq!(tries(5e-5), (None, Some(10 * PERIOD)));
 }
 
 #[test]
 fn a_standstill_that_only_the_ripple_comes_to_is_come_to() {
-    // On the mean the motor pulls as much as friction holds; within a period it does not.
+    // On average the motor's torque equals the friction that holds; within a period it does not.
     let axis = Axis::new(motor(30e-3), BRIDGE, Hand::Torque(0.0), EDGE_S, 1 << 24).unwrap();
     let duty = 600;
     let mut begun = Device::new(&axis, 0.0, 40.0, 0.0);

@@ -1,4 +1,4 @@
-//! What happens at an edge is decided exactly, however near to a limit.
+//! Events at an edge are decided exactly, however near to a limit.
 
 use hpu_plant::{Axis, Band, Bridge, Device, Guard, Hand, Linear, Motor, Point, Trajectory};
 
@@ -23,16 +23,16 @@ fn a_prescribed_hand_at_rest_on_a_count_boundary_stays_there_without_being_looke
     let mut device = Device::new(&axis, 0.0, 0.0, 0.25);
     device.intend(0, 0.25, 0.0);
     device.drive_average(0, 0.3);
-    // Low is inside, high is not.
+    // The low limit is inside, the high limit is not.
     assert_eq!(device.side_of_band(0, 0.25, (0.25, 0.5)), 0);
     assert_eq!(device.side_of_band(0, 0.25, (0.0, 0.25)), 1);
     let before = device.redecided();
-    // A billion edges: looked at one by one they would take minutes.
+    // A billion edges: one by one they would take minutes.
     assert_eq!(device.next_event(0, 1_000_000_000, (0.25, 0.5)), None);
     assert_eq!(device.redecided(), before);
 }
 
-/// Whether `numerator / 2^bits * edges` is at or beyond `limit`, in integers.
+/// Returns whether `numerator / 2^bits * edges` is at or beyond `limit`, computed in integers.
 fn beyond(speed: f64, edge_s: f64, edges: u64, limit: f64) -> bool {
     let parts = |x: f64| ((x.to_bits() & ((1 << 52) - 1) | 1 << 52) as u128, (x.to_bits() >> 52) as i32 - 1075);
     let ((s, es), (t, et), (l, el)) = (parts(speed), parts(edge_s), parts(limit));
@@ -58,7 +58,7 @@ fn a_steady_motion_passes_counts_at_the_edges_that_exact_integers_say() {
             let expected = (guess - 1..=guess + 1).find(|&n| beyond(speed, EDGE_S, n, high)).unwrap();
             let found = device.next_event(now, guess + 50, (low, high)).unwrap().0;
             assert_eq!(found, expected, "count {k} at {speed} rad/s");
-            // Whoever comes by edge after edge decides alike.
+            // A caller that comes edge by edge gets the same decisions.
             let x = device.state(expected);
             assert_eq!(device.side_of_band(expected, x[2], (low, high)), 1);
             let x = device.state(expected - 1);
@@ -72,7 +72,7 @@ fn a_steady_motion_passes_counts_at_the_edges_that_exact_integers_say() {
 
 #[test]
 fn the_first_exit_is_exact_at_limits_that_f64_values_touch() {
-    // x' = 1 from x = 1: x(n) = 1 + n 2^-30, limits between the f64 around such values are decided to the last bit.
+    // x' = 1 from x = 1: x(n) = 1 + n 2^-30; limits between the f64 around these values are decided to the last bit.
     let a = [[0.0; 4], [0.0; 4], [0.0, 1.0, 0.0, 0.0], [0.0; 4]];
     let system = Linear::new(a, 2f64.powi(-30), 1 << 20);
     let guard = Guard::new([0.0, 0.0, 1.0, 0.0], &system);

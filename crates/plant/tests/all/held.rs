@@ -1,4 +1,4 @@
-//! Steps of one length against the exact flow, which is tested elsewhere.
+//! Steps of one length against the exact flow, which other tests cover.
 
 use hpu_plant::{Axis, Bridge, Device, Drive, Hand, Held, Motor, Push};
 
@@ -26,8 +26,9 @@ fn rail(coulomb_n: f64) -> Axis {
     Axis::amplified(Motor::on_rail(0.09, 0.1, coulomb_n), hand, EDGE_S, HORIZON).unwrap()
 }
 
-/// Both over so many steps, driven anew at each, the hand's mind changed at some, some steps short: every state within
-/// 1e-9 of its greatest size, the energies of what was exchanged, the modes' changes the same.
+/// Compares both over this number of steps, with a new drive at each, a new intention of the hand at some, and some
+/// steps cut short. Every state agrees within 1e-9 of its greatest size, the energies within 1e-9 of the energy
+/// exchanged, and the changes of mode exactly. Returns the number of these.
 fn agree(what: &str, axis: &Axis, drive: impl Fn(f64) -> Drive, steps: u64) -> u64 {
     let mut exact = Device::new(axis, START[0], START[1], START[2]);
     let mut held = Held::new(Device::new(axis, START[0], START[1], START[2]), STEP);
@@ -35,7 +36,7 @@ fn agree(what: &str, axis: &Axis, drive: impl Fn(f64) -> Drive, steps: u64) -> u
     let mut edge = 0;
     let mut seed = 1u64;
     for step in 0..steps {
-        // Half of the drives are ones that friction holds.
+        // Friction holds the axis against half of the drives.
         seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         let share = ((seed >> 33) as f64 / f64::from(1u32 << 31) - 0.5) * if step % 100 < 50 { 0.6 } else { 0.02 };
         if step % 97 == 13 {

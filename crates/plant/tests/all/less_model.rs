@@ -1,4 +1,4 @@
-//! What a model may leave out: a winding without inductance, friction that creeps instead of sticking.
+//! Reduced models: a winding without inductance, friction that creeps instead of sticking.
 
 use hpu_plant::{Axis, Bridge, Device, Hand, Motor, Push};
 
@@ -27,7 +27,7 @@ fn close(got: f64, expected: f64, relative: f64) {
     assert!((got - expected).abs() <= relative * expected.abs(), "got {got}, expected {expected}");
 }
 
-/// From event to event to an edge.
+/// Moves from event to event to an edge, and returns the state there.
 fn go(device: &mut Device, from: u64, to: u64) -> [f64; 4] {
     let mut edge = from;
     while let Some(event) = device.next_event(edge, to, ANYWHERE) {
@@ -96,7 +96,7 @@ fn the_inductive_motor_comes_to_it_in_proportion_to_its_inductance() {
     };
     let errors = [1e-6, 0.5e-6, 0.25e-6].map(error);
     for pair in errors.windows(2) {
-        // Second-order terms are as L / R to the time constant of the mechanics, some 1e-4.
+        // Second-order terms are in the ratio of L / R to the mechanical time constant, about 1e-4.
         close(pair[0] / pair[1], 2.0, 1e-2);
     }
 }
@@ -105,7 +105,7 @@ fn the_inductive_motor_comes_to_it_in_proportion_to_its_inductance() {
 fn a_stuck_shaft_without_inductance_lets_go_at_the_edge_of_the_voltage() {
     let axis = resistive(Motor { coulomb_nm: 5e-3, ..motor() }, Hand::Torque(0.0));
     let mut device = Device::new(&axis, 0.0, 0.0, 0.0);
-    // 5 mN.m are 0.193 A, 0.491 V.
+    // 5 mN.m need 0.193 A, 0.491 V.
     device.drive_average(1_000, 0.02);
     assert!(device.is_stuck());
     assert_eq!(go(&mut device, 1_000, 5_000)[1], 0.0);
@@ -126,7 +126,7 @@ fn it_has_no_gates() {
     Device::new(&axis, 0.0, 0.0, 0.0).drive(0, hpu_plant::Gates::default());
 }
 
-/// A mass of 0.1 kg with 0.2 N of friction, smoothed below 10 mm/s.
+/// Returns a mass of 0.1 kg with 0.2 N of friction, smoothed below 10 mm/s.
 fn creeping(hand: Hand) -> Axis {
     Axis::amplified(Motor::on_rail(0.1, 0.0, 0.2), hand, EDGE_S, HORIZON).unwrap().with_smoothed_friction(0.01).unwrap()
 }
@@ -135,7 +135,7 @@ fn creeping(hand: Hand) -> Axis {
 fn smoothed_friction_slows_in_a_line_and_then_exponentially() {
     let axis = creeping(Hand::Torque(0.0));
     let mut device = Device::new(&axis, 0.0, 0.05, 0.0);
-    // At 2 m/s² from 50 to 10 mm/s: 20 ms, 0.6 mm. Then with τ = m v₀ / F = 5 ms.
+    // At 2 m/s² from 50 to 10 mm/s: 20 ms, 0.6 mm. After that with τ = m v₀ / F = 5 ms.
     let line = 1_000_000;
     let x = go(&mut device, 0, line / 2);
     close(x[1], 0.03, 1e-12);
@@ -177,7 +177,7 @@ fn a_prescribed_hand_bears_smoothed_friction_in_proportion() {
     device.intend(0, 0.0, 0.0025);
     device.intend(1_000_000, 50e-6, 0.1);
     let energy = device.energy(2_000_000);
-    // 50 N.s/m of 2.5 mm/s over 50 um, 0.2 N over 2 mm.
+    // 50 N.s/m at 2.5 mm/s over 50 um, 0.2 N over 2 mm.
     close(energy.coulomb_j(), 0.05 * 50e-6 + 0.2 * 2e-3, 1e-12);
     balances(&device, 2_000_000);
 }

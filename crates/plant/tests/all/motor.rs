@@ -1,4 +1,4 @@
-//! The motor against the known answers of its data sheet set, closed forms and its own energy balance.
+//! The motor against the known answers of its set of data, closed forms and its own energy balance.
 
 use hpu_plant::{Axis, Band, Bridge, Device, Gates, Guard, Hand, Linear, Motor, Point, Push, Trajectory};
 
@@ -61,7 +61,7 @@ fn the_angle_follows_the_closed_form_of_the_two_poles() {
     for edges in [1u64, 63, 64, 4097, 123_456, 7_654_321] {
         let t = edges as f64 * EDGE_S;
         let angle = last * (t + (p2 / p1 * (p1 * t).exp_m1() - p1 / p2 * (p2 * t).exp_m1()) / (p1 - p2));
-        // The closed form itself cancels to the third order for short times.
+        // For short times the closed form itself loses digits by cancellation, to the third order.
         let digits = 1e-12 + 1e-15 / (10_000.0 * t).powi(3).min(1.0);
         close(device.state(edges)[2], angle, digits.min(1.0));
     }
@@ -98,7 +98,7 @@ fn leaps_of_any_length_agree_with_single_steps() {
     close(leapt.viscous_j(), stepwise.viscous_j(), 1e-11);
 }
 
-/// Drives a device through its own events, switching the gates at a fixed rhythm.
+/// Moves a device through its own events, with gates switched at a fixed rhythm.
 fn switch(device: &mut Device, edges: u64, on: u64, off: u64, on_gates: Gates, off_gates: Gates) {
     let (mut now, mut next, mut high) = (0, 0, false);
     while now < edges {
@@ -149,7 +149,7 @@ fn energy_balances_through_stick_slip_diodes_and_brakes() {
 
 #[test]
 fn friction_stops_a_coasting_shaft_where_the_closed_form_says_and_holds_it() {
-    // Open circuit, J ω' = -Bω - τ_c: from ω₀ it stops after t = J/B ln(1 + Bω₀/τ_c).
+    // In an open circuit, J ω' = -Bω - τ_c: from ω₀ the shaft stops after t = J/B ln(1 + Bω₀/τ_c).
     let m = Motor { coulomb_nm: 1e-3, ..motor() };
     let axis = Axis::new(m, BRIDGE, Hand::Torque(0.0), EDGE_S, 1 << 29).unwrap();
     let mut device = Device::new(&axis, 0.0, 50.0, 0.0);
@@ -169,8 +169,8 @@ fn friction_stops_a_coasting_shaft_where_the_closed_form_says_and_holds_it() {
 
 #[test]
 fn a_stuck_shaft_breaks_loose_when_the_hand_overcomes_friction() {
-    // Hand spring 0.05 N·m/rad whose intention runs at 2 rad/s: 1 mN·m is reached after 10 ms, sensor edge exactly
-    // there.
+    // The hand's spring has 0.05 N·m/rad and its intention moves at 2 rad/s: 1 mN·m is reached after 10 ms, exactly at
+    // an edge.
     let m = Motor { coulomb_nm: 1e-3, ..motor() };
     let push = Push { stiffness_nm_per_rad: 0.05, damping_nm_s_per_rad: 0.0 };
     let axis = Axis::new(m, BRIDGE, Hand::Spring(push), EDGE_S, 1 << 29).unwrap();
@@ -179,7 +179,8 @@ fn a_stuck_shaft_breaks_loose_when_the_hand_overcomes_friction() {
     assert!(device.is_stuck());
     let event = device.next_event(0, 100_000_000, ANYWHERE).unwrap();
     let edge = event.0;
-    // 10 ms is edge 500 000, where the torque equals friction up to rounding; it exceeds it at the next at the latest.
+    // 10 ms is edge 500 000, where the torque equals friction up to rounding; it exceeds friction at the next edge at
+    // the latest.
     assert!((500_000..=500_001).contains(&edge), "{edge}");
     device.arrive(event);
     assert!(!device.is_stuck());
@@ -187,8 +188,7 @@ fn a_stuck_shaft_breaks_loose_when_the_hand_overcomes_friction() {
 
 #[test]
 fn a_floating_bridge_lets_the_current_die_through_its_diodes() {
-    // -L di/dt = R i + Kω + U + 2 V_d: from i₀ with a shaft held still the current is gone after τ ln(1 + R i₀/(U + 2
-    // V_d)).
+    // -L di/dt = R i + Kω + U + 2 V_d: with a shaft held still, a current i₀ is gone after τ ln(1 + R i₀/(U + 2 V_d)).
     let axis = Axis::new(motor(), BRIDGE, Hand::Prescribed, EDGE_S, 1 << 29).unwrap();
     let mut device = Device::new(&axis, 5.0, 0.0, 0.0);
     let m = motor();
@@ -245,7 +245,7 @@ fn the_next_encoder_edge_is_the_one_that_scanning_every_clock_finds() {
 
 #[test]
 fn guards_find_the_first_of_many_close_crossings() {
-    // An undamped oscillator, x = sin(1000 t): thresholds near its crest are passed twice a turn, briefly.
+    // An undamped oscillator, x = sin(1000 t): thresholds near its crest are passed twice a period, for a short time.
     let a = [[0.0; 4], [0.0, 0.0, -1e6, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0; 4]];
     let system = Linear::new(a, 1e-7, 1 << 29);
     let guard = Guard::new([0.0, 0.0, 1.0, 0.0], &system);

@@ -23,7 +23,7 @@ fn a_unit_step_overshoots_by_exp_of_minus_half_pi() {
     for delta_s in [1e-3, 1e-4] {
         assert!(through(crest_s - delta_s) < through(crest_s) && through(crest_s + delta_s) < through(crest_s));
     }
-    // The high-pass filter passes zero halfway, from where on its rectifier takes nothing away.
+    // The high-pass filter's output passes zero halfway; from there on its rectifier subtracts nothing.
     assert!(step.after(0.070_710_6).high_pass() > 0.0 && step.after(0.070_710_8).high_pass() < 0.0);
     assert_eq!(step.output(), 0.0);
     assert_eq!(step.after(0.1).output(), 1.0);
@@ -37,11 +37,12 @@ fn the_flow_is_the_same_in_one_leap_and_in_many() {
         small = small.after(1e-4);
     }
     close(small.high_pass(), start.after(0.1).high_pass(), 1e-13);
-    // A quarter of an hour later nothing is left.
+    // A quarter of an hour later the output has decayed to 0.
     assert_eq!(start.after(900.0).high_pass(), 0.0);
 }
 
-/// Gain and phase of `1 - G` at a frequency, in degrees: its sampled response to a staircase of so many steps a period.
+/// Returns gain and phase, in degrees, of `1 - G` at a frequency: from the sampled response to a staircase of this
+/// number of steps per period.
 fn through(frequency_hz: f64, steps: usize) -> (f64, f64) {
     let period_s = 1.0 / frequency_hz;
     let step_s = period_s / steps as f64;
@@ -52,7 +53,7 @@ fn through(frequency_hz: f64, steps: usize) -> (f64, f64) {
         let phase = 2.0 * PI * n as f64 / steps as f64;
         shaper = shaper.stepped(phase.sin());
         if n >= settle * steps {
-            // Of the sampled output: Σ y e^{-jφ}.
+            // The sum of the sampled output: Σ y e^{-jφ}.
             let y = shaper.input() - shaper.high_pass();
             re += y * phase.cos();
             im -= y * phase.sin();
@@ -74,7 +75,8 @@ fn the_high_pass_s_complement_has_the_known_gains_and_phases() {
         (100.0, 0.035_360_856, -88.986_617),
         (130.0, 0.027_198_927, -89.220_640),
     ] {
-        // What N steps a period do wrong falls with 1/N; Richardson's rule takes that away and leaves a few 1/N².
+        // The error of N steps per period falls with 1/N; Richardson's rule removes that term and leaves a small
+        // multiple of 1/N².
         let (coarse, fine) = (through(frequency_hz, 2000), through(frequency_hz, 4000));
         close(2.0 * fine.0 - coarse.0, gain, 1e-5 * gain);
         close(2.0 * fine.1 - coarse.1, phase, 1e-3);
@@ -118,7 +120,7 @@ fn the_slope_bound_is_the_variation_of_the_impulse_response_and_almost_reached()
     };
     let variation = l(0) + (1..400_000).map(|n| (l(n) - l(n - 1)).abs()).sum::<f64>();
     close(bound, variation, 1e-6 * bound);
-    // The worst input: 1 now, and before that of the sign of -ℓ' at every age, which turns at z = 3π/4 + n π.
+    // The worst input: 1 now, and before that the sign of -ℓ' at every age, which turns at z = 3π/4 + n π.
     let age_s = |z: f64| z * SQRT_2 / omega;
     let mut shaper = Shaper::new(CUTOFF_HZ);
     let turns: Vec<f64> = (0..6).rev().map(|n| (0.75 + f64::from(n)) * PI).collect();
@@ -134,8 +136,8 @@ fn the_slope_bound_is_the_variation_of_the_impulse_response_and_almost_reached()
     assert!(slope <= bound * (1.0 + 1e-6) && slope > 0.99 * bound, "{slope} of {bound}");
 }
 
-/// Where a mass of `mass_kg` is after forces of `forces_n`, each for 1 ms of 50 000 edges, shaped and handed on every
-/// `hold`.
+/// Returns speed and position of a mass of `mass_kg` after the forces `forces_n`, each for 1 ms of 50 000 edges, shaped
+/// and updated every `hold` edges.
 fn pushed(mass_kg: f64, forces_n: &[f64], hold: u64) -> [f64; 2] {
     const EDGE_S: f64 = 20e-9;
     let axis = Axis::amplified(Motor::on_rail(mass_kg, 0.0, 0.0), Hand::Torque(0.0), EDGE_S, 1 << 29).unwrap();

@@ -21,7 +21,7 @@ fn motor() -> Motor {
 
 const PUSH: Hand = Hand::Spring(Push { stiffness_nm_per_rad: 0.3, damping_nm_s_per_rad: 1e-4 });
 
-/// So many steps under one drive; the state, and the energies.
+/// Makes a number of steps under one drive; returns the state and the energies.
 fn walk(axis: &Axis, method: Method, step_s: f64, steps: u64, x: State, drive: Drive, intent: f64) -> (State, Energy) {
     let stepper = Stepper::new(axis, method, step_s);
     let mut energy = Energy::default();
@@ -39,8 +39,8 @@ fn residual_j(axis: &Axis, from: &State, to: &State, energy: &Energy) -> f64 {
     energy.supplied_j() - (axis.stored_j(to) - axis.stored_j(from)) - energy.dissipated_j()
 }
 
-/// Every method's error over 20 ms at three steps, each half the one before, against the exact flow. The steps are
-/// small enough for the error's first term, large enough for rounding to stay below it.
+/// Checks every method's error over 20 ms at three steps, each half as long as the one before, against the exact flow.
+/// The steps are short enough for the error's first term to dominate, and long enough for rounding to stay below it.
 fn has_its_orders(axis: &Axis, start: State, drive: Drive, intent: f64) {
     let edges = 20_000;
     let mut exact = Device::new(axis, start[0], start[1], start[2]);
@@ -98,7 +98,7 @@ fn a_sliding_mass_stops_where_it_should_and_stays() {
     for (method, _) in METHODS {
         let (x, energy) = walk(&axis, method, 7e-6, 5_000, [0.0, 0.2, 0.0, 0.0], Drive::Current(0.0), 0.0);
         assert_eq!(x[1], 0.0, "{method:?}");
-        // At most a step at its speed before the end, and half a step's deceleration along the way.
+        // At most one step at the speed before the end, and half a step's deceleration along the way.
         assert!((x[2] - 2e-3).abs() < 7e-6 * 0.2, "{method:?}: {x:?}");
         assert!((energy.coulomb_j() - 0.5 * x[2].abs()).abs() < 1e-6, "{method:?}");
         let (x, _) = walk(&axis, method, 7e-6, 100, x, Drive::Current(0.4999), 0.0);
@@ -166,7 +166,7 @@ fn a_freewheeling_current_dies_in_its_diodes_and_does_not_come_back() {
     for (method, _) in METHODS {
         let (x, energy) = walk(&axis, method, 0.25e-6, 8_000, start, drive, 0.0);
         assert_eq!(x[0], 0.0, "{method:?}");
-        // Its life is 9 us, at either end of which a method may err by a step of a quarter.
+        // The current lasts 9 us, and at either end of that a method may err by a step of a quarter.
         let share = 2.0 * 0.25 / 9.0;
         assert!((x[1] - truth[1]).abs() < share * truth[1], "{method:?}: {x:?}, {truth:?}");
         let there = exact.energy(2_000).diodes_j();

@@ -3,13 +3,13 @@
 use hpu_datapath::AnyBlock;
 use hpu_signal::Signal;
 
-/// A module `hpu_bench` of four pins around a synthesised block.
+/// Returns the Verilog of a module `hpu_bench` with four pins around a synthesised block.
 ///
-/// Every input bit (`rst` too) comes from a register on `clk`, every output bit goes to one: a combinational block gets
-/// a clock to be timed by, and a clocked one pays for its ports as it would between other blocks. A shift register on
-/// the clock `shift` feeds the inputs, another one folds the outputs, so that wide ports need no pins. Paths between
-/// the clocks take no part in the frequency of `clk`. The bench is made of primitives, so that the netlist of the block
-/// is timed as it was counted.
+/// Every input bit (`rst` too) comes from a register on `clk`, and every output bit goes to one. So a combinational
+/// block has a clock to be timed by, and a clocked block pays for its ports as it would between other blocks. A shift
+/// register on the clock `shift` feeds the inputs and another one folds the outputs, so that wide ports need no pins.
+/// Paths between the clocks take no part in the frequency of `clk`. The bench is made of primitives, so that the
+/// netlist of the block is timed as it was counted.
 pub fn bench(block: &dyn AnyBlock) -> String {
     let (inputs, outputs) = (block.inputs(), block.outputs());
     let mut connections = Vec::new();
@@ -45,7 +45,7 @@ endmodule
     )
 }
 
-/// Connects ports to consecutive bits of a wire from `first` on; the bit after the last.
+/// Connects ports to consecutive bits of a wire from bit `first` on. Returns the number of the bit after the last one.
 fn connect(connections: &mut Vec<String>, wire: &str, ports: &[Signal], first: u32) -> u32 {
     ports.iter().fold(first, |low, port| {
         let next = low + port.format.width();

@@ -1,74 +1,64 @@
-//! What blocks cost, remembered.
+//! A cache of the costs of blocks.
 
-use std::fs;
-use std::io::Write;
-use std::io::{self, ErrorKind};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use hpu_datapath::AnyBlock;
-use sha2::{Digest, Sha256};
 
-use super::entry::{self, Content};
 use super::{Cost, CostError, Counts, DEVICE, SEEDS, bench, ecp5_script, ice40_script, tool_versions};
-use crate::ghdl::GhdlError;
+use crate::entry::{self, Content, Entries};
 use crate::hdl::Setup;
 use crate::sources::vhdl;
-use crate::temporary::{self, Temporary, sweep_files};
 use crate::vector::literal;
 
-/// Goes up when the flow gives other numbers from the same VHDL, tools, scripts and bench.
+/// Version of the flow. Raise it when the flow gives other numbers from the same VHDL, tools, scripts and bench.
 const FLOW: &str = "1";
 
-/// A folder of costs, one small file each, by the SHA-256 of all that they depend on: the VHDL of the entity and of
-/// what it instantiates, its generics, the versions of the tools, and the flow. A file that is not whole by its
-/// checksum, or of another key, is measured again and replaced. Several programs may share a folder: files appear
-/// whole.
+/// A folder of costs. An entry's key is the SHA-256 of everything that the cost depends on: the VHDL of the entity and
+/// of the entities that it instantiates, its generics, the versions of the tools, and the flow.
 #[derive(Debug)]
 pub struct Cache {
-    dir: PathBuf,
+    entries: Entries,
     tools: [String; 3],
     measured: AtomicU64,
 }
 
 impl Cache {
-    /// The cache in a folder, which is made when it is missing.
+    /// Opens the cache in a folder, and makes the folder when it is missing.
     ///
     /// # Errors
     ///
-    /// [`CostError`] when a tool is not installed: a cost is one by the tools at hand; and when there can be no such
-    /// folder.
+    /// [`CostError`] when a tool is not installed, because a cost is valid only for the installed versions, and when
+    /// the folder cannot be made.
     pub fn open(dir: impl Into<PathBuf>) -> Result<Self, CostError> {
-        let (dir, tools) = (dir.into(), tool_versions()?);
-        fs::create_dir_all(&dir).map_err(|error| refused(&dir, error))?;
-        sweep_files(&dir);
-        Ok(Self { dir, tools, measured: AtomicU64::new(0) })
+        let tools = tool_versions()?;
+        Ok(Self { entries: Entries::open(dir.into())?, tools, measured: AtomicU64::new(0) })
     }
 
-    /// What a block costs; see [`cost`](super::cost).
+    /// Returns the cost of a block, from the cache or by [`cost`](super::cost).
     ///
     /// # Errors
     ///
-    /// As [`cost`](super::cost), and when the folder cannot be read or written.
+    /// The errors of [`cost`](super::cost), and an error when the folder cannot be read or written.
     pub fn cost(&self, block: &dyn AnyBlock, setup: impl Into<Setup>) -> Result<Cost, CostError> {
         self.remembered(block, &setup.into(), |block, setup| super::cost(block, setup))
     }
 
-    /// The primitives of a block by Yosys alone; see [`counts`](super::counts).
+    /// Returns the primitives of a block, counted by Yosys alone, from the cache or by [`counts`](super::counts).
     ///
     /// # Errors
     ///
-    /// As [`cost`](Self::cost).
+    /// The errors of [`cost`](Self::cost).
     pub fn counts(&self, block: &dyn AnyBlock, setup: impl Into<Setup>) -> Result<Counts, CostError> {
         self.remembered(block, &setup.into(), |block, setup| super::counts(block, setup))
     }
 
-    /// How many answers the tools had to give, since the cache was opened.
+    /// Returns how many results the tools had to compute since the cache was opened.
     pub fn measured(&self) -> u64 {
         self.measured.load(Ordering::Relaxed)
     }
 
-    /// The tools with their versions.
+    /// Returns the tools with their versions.
     pub fn tools(&self) -> &[String; 3] {
         &self.tools
     }
@@ -83,42 +73,20 @@ impl Cache {
             block.generics().iter().map(|(name, value)| format!("{name}={}", literal(*value))).collect();
         let about = format!("{} {} by {}", block.name(), generics.join(" "), self.tools.join(", "));
         let key = self.key(block, &about, &vhdl(block.name(), &setup.hdl)?);
-        let place = self.dir.join(format!("{key}.{}", C::EXTENSION));
-        match fs::read(&place) {
-            Ok(bytes) => {
-                if let Some(found) = std::str::from_utf8(&bytes).ok().and_then(|text| entry::read(&key, text)) {
-                    return Ok(found);
-                }
-            }
-            Err(error) if error.kind() == ErrorKind::NotFound => {}
-            Err(error) => return Err(refused(&place, error)),
+        if let Some(found) = self.entries.find(&key)? {
+            return Ok(found);
         }
         let found = measure(block, setup)?;
         self.measured.fetch_add(1, Ordering::Relaxed);
-        let written = Temporary::file(&self.dir, &key).and_then(|file| {
-            file.open()?.write_all(entry::write(&key, &about, &found).as_bytes())?;
-            temporary::place(vec![(file, place.clone())]).map_err(|(_, error)| error)
-        });
-        written.map_err(|error| refused(&place, error))?;
+        self.entries.keep(&key, &about, &found)?;
         Ok(found)
     }
 
-    /// SHA-256 of all that a cost depends on, in hexadecimal digits; every part with its length, so that none runs into
-    /// the next.
+    /// Returns the SHA-256 of everything that a cost depends on.
     fn key(&self, block: &dyn AnyBlock, about: &str, vhdl: &str) -> String {
         let (name, seeds) = (block.name(), SEEDS.map(|seed| seed.to_string()).join(" "));
         let (device, scripts) = (DEVICE.join(" "), [ice40_script(name), ecp5_script(name)]);
         let bench = bench::bench(block);
-        let parts = [FLOW, about, vhdl, &bench, &seeds, &device, &scripts[0], &scripts[1]];
-        let mut hash = Sha256::new();
-        for part in parts {
-            hash.update((part.len() as u64).to_le_bytes());
-            hash.update(part);
-        }
-        entry::hexadecimal(hash.finalize())
+        entry::key(&[FLOW, about, vhdl, &bench, &seeds, &device, &scripts[0], &scripts[1]])
     }
-}
-
-fn refused(place: &Path, error: io::Error) -> CostError {
-    GhdlError::Io(place.to_path_buf(), error).into()
 }

@@ -1,22 +1,22 @@
-//! Why a block has no cost.
+//! Why a block's cost could not be determined.
 
 use std::fmt;
 
 use crate::ghdl::GhdlError;
 use crate::tool::{Tool, ToolError};
 
-/// Why a block has no cost.
+/// Why a block's cost could not be determined.
 #[derive(Debug)]
 pub enum CostError {
     /// A tool is missing or at fault, GHDL refused the VHDL, or a file could not be read or written.
     Ghdl(GhdlError),
-    /// A tool refused what it was given.
+    /// A tool refused its input.
     Failed {
         /// The tool.
         tool: Tool,
-        /// The block it was to work on.
+        /// The block it was working on.
         block: String,
-        /// The last that it said.
+        /// The end of its output.
         said: String,
     },
 }
@@ -47,7 +47,7 @@ impl From<ToolError> for CostError {
 }
 
 impl CostError {
-    /// Of a tool that was to work on a block.
+    /// Returns the error of a tool that was working on a block.
     pub(super) fn of(block: &str, error: ToolError) -> Self {
         if error.refused() {
             return Self::Failed { tool: error.tool, block: block.to_string(), said: error.said };
@@ -55,7 +55,7 @@ impl CostError {
         error.into()
     }
 
-    /// The tool that is to blame, if one is.
+    /// Returns the tool at fault, if a tool is at fault.
     #[must_use]
     pub fn tool(&self) -> Option<&ToolError> {
         match self {

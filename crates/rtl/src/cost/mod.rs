@@ -1,19 +1,19 @@
-//! What a block costs in an FPGA: its VHDL through GHDL, Yosys and nextpnr.
+//! The cost of a block in an FPGA: its VHDL goes through GHDL, Yosys and nextpnr.
 //!
-//! The FPGA is a Lattice iCE40 HX8K. The flow is fixed, so that the same command gives the same numbers:
-//! `ghdl --synth --out=verilog`, `synth_ice40 -abc9 -device hx` (flattened; abc9 knows the HX's delays, which plain abc
-//! does not), `nextpnr-ice40 --hx8k --package ct256` with seeds 1, 2 and 3 and no target frequency (placement does not
-//! depend on it), of which the median counts. A block that is too large is counted for the ECP5 (`synth_ecp5 -abc9`)
-//! as well, and not timed.
+//! The FPGA is a Lattice iCE40 HX8K. The flow is fixed, so that the same command gives the same numbers: `ghdl --synth
+//! --out=verilog`, then `synth_ice40 -abc9 -device hx` (flattened; abc9 knows the HX's delays, plain abc does not),
+//! then `nextpnr-ice40 --hx8k --package ct256` with seeds 1, 2 and 3, whose median counts. nextpnr is given no target
+//! frequency, because placement does not depend on it. A block that is too large is counted for the ECP5 (`synth_ecp5
+//! -abc9`) as well, and not timed.
 //!
-//! Counts are of the block alone. For its timing the same netlist stands between registers in a [bench](bench::bench),
-//! whose own cells are never counted and whose own paths are in another clock domain.
+//! Counts are of the block alone. For its timing the same netlist stands between registers in a [bench](bench::bench).
+//! The cells of the bench are never counted, and its own paths are in another clock domain.
 //!
-//! A [`Cache`] keeps what was found by all that it depends on.
+//! A [`Cache`] keeps each result under the SHA-256 of everything that it depends on.
 
 mod bench;
 mod cache;
-mod entry;
+mod content;
 mod error;
 mod said;
 pub(crate) mod verilog;
@@ -42,7 +42,7 @@ pub const HX8K_CELLS: u64 = 7680;
 /// Block RAMs of the HX8K, 4096 bits each.
 pub const HX8K_BRAM: u64 = 32;
 
-/// Seeds of the placements, of which the median is taken.
+/// Seeds of the placements. The median of the three results counts.
 pub const SEEDS: [u32; 3] = [1, 2, 3];
 
 /// Primitives of a netlist.
@@ -60,45 +60,45 @@ pub struct Counts {
     pub dsp: u64,
 }
 
-/// What came of one placement.
+/// The result of one placement.
 #[derive(Clone, Copy, PartialEq, PartialOrd, Debug)]
 pub enum Placed {
     /// nextpnr found no room for the block and the registers around it.
     NoRoom,
     /// No path leads through the block.
     NoPath,
-    /// The fastest clock.
+    /// The highest clock frequency, in megahertz.
     Mhz(f64),
 }
 
-/// What a block costs.
+/// The cost of a block.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Cost {
     /// Primitives of the iCE40.
     pub ice40: Counts,
-    /// Logic cells of the HX8K, each a lookup table, a carry and a flip-flop, as nextpnr packs them; its one or two
-    /// sources of constants are among them.
+    /// Logic cells of the HX8K as nextpnr packs them: each is a lookup table, a carry and a flip-flop. The block's one
+    /// or two sources of constants are included.
     pub cells: u64,
     /// Primitives of the ECP5 when the HX8K is too small.
     pub ecp5: Option<Counts>,
-    /// The placements with [`SEEDS`]; none of a block that is too large.
+    /// The results of the placements with [`SEEDS`]; `None` for a block that is too large.
     pub placed: Option<[Placed; SEEDS.len()]>,
 }
 
 impl Cost {
-    /// Whether the HX8K is large enough.
+    /// Returns whether the block fits into the HX8K.
     #[must_use]
     pub fn fits(&self) -> bool {
         self.ecp5.is_none()
     }
 
-    /// Fastest clock in the HX8K with registers before the inputs and behind the outputs, the median of the placements.
-    /// Absent when the block does not fit, when no path leads through it, or when it leaves no place for those
-    /// registers.
+    /// Returns the highest clock frequency in the HX8K in megahertz, with registers before the inputs and behind the
+    /// outputs: the median of the placements. Returns `None` when the block does not fit, when no path leads through
+    /// it, or when it leaves no place for those registers.
     #[must_use]
     pub fn fmax_mhz(&self) -> Option<f64> {
         let mut placed = self.placed?;
-        // A placement that finds no room is slower than any other.
+        // A placement that finds no room counts as slower than any other.
         placed.sort_by(|a, b| a.partial_cmp(b).expect("a frequency is a number"));
         match placed[SEEDS.len() / 2] {
             Placed::Mhz(mhz) => Some(mhz),
@@ -106,14 +106,14 @@ impl Cost {
         }
     }
 
-    /// The longest way from register to register: clock to output, logic and wires, setup.
+    /// Returns the longest path from register to register in nanoseconds: clock to output, logic and wires, setup.
     #[must_use]
     pub fn path_ns(&self) -> Option<f64> {
         self.fmax_mhz().map(|fmax_mhz| 1000.0 / fmax_mhz)
     }
 }
 
-/// What Yosys does for the iCE40: counts the block, then puts its netlist on the bench.
+/// Returns Yosys's script for the iCE40: it counts the block, then puts its netlist on the bench.
 fn ice40_script(name: &str) -> String {
     format!(
         "read_verilog block.v; synth_ice40 -abc9 -device hx -top {name} -json block.json; tee -q -o ice40.txt stat; \
@@ -121,19 +121,19 @@ fn ice40_script(name: &str) -> String {
     )
 }
 
-/// What it does for the ECP5.
+/// Returns Yosys's script for the ECP5: it counts the block.
 fn ecp5_script(name: &str) -> String {
     format!("read_verilog block.v; synth_ecp5 -abc9 -top {name}; tee -q -o ecp5.txt stat")
 }
 
-/// The device, for nextpnr.
+/// nextpnr's arguments for the device.
 pub(crate) const DEVICE: [&str; 3] = ["--hx8k", "--package", "ct256"];
 
-/// Synthesises a block from its VHDL in a directory, with the generics of its configuration; places and times it.
+/// Synthesises a block from its VHDL in a directory, with the generics of its configuration, then places and times it.
 ///
 /// # Errors
 ///
-/// [`CostError`]: a tool is missing, refuses, or does not come to an end.
+/// [`CostError`] when a tool is missing, refuses its input, or does not end.
 pub fn cost(block: &dyn AnyBlock, setup: impl Into<Setup>) -> Result<Cost, CostError> {
     let (name, (library, ice40)) = (block.name(), synthesised(block, &setup.into())?);
     let pack = [&DEVICE[..], &["--pack-only", "--json", "block.json"]].concat();
@@ -151,16 +151,16 @@ pub fn cost(block: &dyn AnyBlock, setup: impl Into<Setup>) -> Result<Cost, CostE
     Ok(Cost { ice40, cells, ecp5: None, placed: Some(placed) })
 }
 
-/// The primitives of a block in the iCE40, by Yosys alone: much sooner known than the whole [`cost`].
+/// Counts the primitives of a block in the iCE40 by Yosys alone, which is much faster than the whole [`cost`].
 ///
 /// # Errors
 ///
-/// As [`cost`].
+/// The errors of [`cost`].
 pub fn counts(block: &dyn AnyBlock, setup: impl Into<Setup>) -> Result<Counts, CostError> {
     synthesised(block, &setup.into()).map(|(_, ice40)| ice40)
 }
 
-/// The block's netlist, alone and on its bench, and its primitives.
+/// Makes the block's netlist, alone and on its bench. Returns the folder with both, and the block's primitives.
 fn synthesised(block: &dyn AnyBlock, setup: &Setup) -> Result<(Library, Counts), CostError> {
     let name = block.name();
     let library = library(name, setup)?;
@@ -170,7 +170,7 @@ fn synthesised(block: &dyn AnyBlock, setup: &Setup) -> Result<(Library, Counts),
     Ok((library, ice40_counts(&cells)))
 }
 
-/// Primitives of the iCE40.
+/// Counts the primitives of the iCE40.
 pub(crate) fn ice40_counts(cells: &BTreeMap<String, u64>) -> Counts {
     Counts {
         lut4: sum(cells, "SB_LUT4"),
@@ -181,7 +181,7 @@ pub(crate) fn ice40_counts(cells: &BTreeMap<String, u64>) -> Counts {
     }
 }
 
-/// Primitives of the ECP5.
+/// Counts the primitives of the ECP5.
 pub(crate) fn ecp5_counts(cells: &BTreeMap<String, u64>) -> Counts {
     Counts {
         lut4: sum(cells, "LUT4"),
@@ -192,12 +192,12 @@ pub(crate) fn ecp5_counts(cells: &BTreeMap<String, u64>) -> Counts {
     }
 }
 
-/// A block too large for the HX8K, in the primitives of the ECP5.
+/// Synthesises a block that is too large for the HX8K for the ECP5, and counts its primitives there.
 fn ecp5(library: &Library, name: &str) -> Result<Counts, CostError> {
     Ok(ecp5_counts(&yosys(library, name, &ecp5_script(name), "ecp5.txt")?))
 }
 
-/// The block placed on its bench.
+/// Places the block on its bench, and times it.
 fn timing(library: &Library, name: &str, seed: u32) -> Result<Placed, CostError> {
     let seed = seed.to_string();
     let place = [&DEVICE[..], &["--timing-allow-fail", "--seed", &seed, "--json", "bench.json"]].concat();
@@ -208,7 +208,7 @@ fn timing(library: &Library, name: &str, seed: u32) -> Result<Placed, CostError>
     }
 }
 
-/// Runs Yosys over a block; the cells in the statistics that its script writes.
+/// Runs Yosys on a block. Returns the cells from the statistics that its script writes.
 fn yosys(library: &Library, name: &str, script: &str, stat: &str) -> Result<BTreeMap<String, u64>, CostError> {
     let said = run(library, Tool::Yosys, name, ["-q", "-p", script])?;
     let path = library.dir().join(stat);
@@ -222,7 +222,8 @@ fn yosys(library: &Library, name: &str, script: &str, stat: &str) -> Result<BTre
     }
 }
 
-/// Runs a tool in a library's directory; what it said, first on its standard output, then on its standard error.
+/// Runs a tool in a library's directory. Returns its standard output followed by its standard error; of GHDL only the
+/// former.
 pub(crate) fn run(
     library: &Library,
     tool: Tool,
@@ -230,31 +231,31 @@ pub(crate) fn run(
     arguments: impl IntoIterator<Item = impl AsRef<OsStr>>,
 ) -> Result<String, CostError> {
     let mut command = Command::new(tool.name());
-    // What a tool leaves in its temporary folder goes with the library.
+    // The tool's temporary files are removed with the library.
     command.args(arguments).current_dir(library.dir()).env("TMPDIR", library.dir());
     let step = match tool {
         Tool::Ghdl => "write Verilog of",
         Tool::Yosys => "synthesise",
         Tool::Nextpnr => "place",
-        Tool::Verilator | Tool::Z3 | Tool::Yices => "read",
+        Tool::Verilator | Tool::Z3 | Tool::Yices | Tool::Bitwuzla => "read",
     };
     let said = tool::run(tool, &format!("{step} {block}"), command, library.limit(Duration::ZERO));
     let said = said.map_err(|error| CostError::of(block, error))?;
-    // GHDL's complaints are no Verilog.
+    // GHDL's complaints are not Verilog.
     Ok(if tool == Tool::Ghdl { said.out } else { said.out + &said.err })
 }
 
-/// The tools of the flow with their versions, in the order of their use, from what each says of itself.
+/// Asks the tools of the flow for their versions. Returns their names with versions, in the order of their use.
 ///
 /// # Errors
 ///
-/// A tool that is missing or too old, or what keeps it from answering.
+/// An error when a tool is missing, too old, or does not answer.
 pub fn tool_versions() -> Result<[String; 3], CostError> {
     let ask = |tool: Tool| -> Result<String, CostError> { Ok(format!("{} {}", tool.name(), tool.version()?)) };
     Ok([ask(Tool::Ghdl)?, ask(Tool::Yosys)?, ask(Tool::Nextpnr)?])
 }
 
-/// The Verilog that a block is synthesised from: GHDL's, with its errors put right.
+/// Returns the Verilog that a block is synthesised from: GHDL's Verilog, with its errors repaired.
 ///
 /// # Errors
 ///

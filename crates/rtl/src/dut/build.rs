@@ -1,4 +1,4 @@
-//! Folders of built models, by the SHA-256 of what they are built of.
+//! Folders of built models. The name of a folder is the SHA-256 of everything that the model is built from.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -16,24 +16,24 @@ use super::{DutError, Simulators};
 use crate::temporary::Temporary;
 use crate::tool::TIMEOUT;
 
-/// Goes up when other things are built of the same design by the same tools.
+/// Version of the build. Raise it when the same tools build something else from the same design.
 const FLOW: &str = "10";
 
-/// The name of the file in a folder that is complete.
+/// The file that marks a folder as complete.
 const WHOLE: &str = "whole";
 
 /// A design, and how it is clocked.
 pub(crate) struct Model<'a> {
     pub(crate) dut: &'a Dut,
-    /// Its fastest clock.
+    /// The fastest clock of the design.
     pub(crate) clock: Clock,
-    /// Cycles of that before the first request, with the inputs that the simulation begins with, and in reset if it has
-    /// one.
+    /// Cycles of this clock before the first request. Meanwhile the design has the inputs with which the simulation
+    /// begins, and is in reset if it has one.
     pub(crate) settle: u64,
 }
 
 impl<'a> Model<'a> {
-    /// Of a scene: as long as its reset takes.
+    /// Returns the model of a scene's design, which settles as long as its reset takes.
     pub(super) fn of(scene: &'a DutScene) -> Self {
         let dut = &scene.dut;
         let settle = dut.reset.as_ref().map_or(0, |reset| common_cycle(dut) * u64::from(reset.clocks));
@@ -42,13 +42,13 @@ impl<'a> Model<'a> {
 }
 
 impl Simulators {
-    /// How long a tool may run.
+    /// Returns the longest time that a tool may run.
     pub(super) fn limit(&self) -> Duration {
         self.setup.timeout.unwrap_or(TIMEOUT)
     }
 
-    /// The folder of what `make` builds of a design in an empty one, once: of the design, how it is clocked, and what
-    /// `tools` tells.
+    /// Returns the folder of a built model. Unless it is complete already, `make` builds the model in an empty folder
+    /// first. The key of the folder covers the design, its clocking, and `tools`.
     pub(super) fn built(
         &self,
         model: &Model,
@@ -57,7 +57,7 @@ impl Simulators {
     ) -> Result<PathBuf, DutError> {
         let key = key(model, tools);
         let folder = self.cache.join(&key);
-        // Threads that want the same model build it once.
+        // Threads that want the same model build it only once.
         let turn = turn(key);
         let _turn = turn.lock().unwrap_or_else(PoisonError::into_inner);
         if folder.join(WHOLE).is_file() {
@@ -71,11 +71,11 @@ impl Simulators {
         let work = Temporary::folder_in(&self.cache).map_err(io(&self.cache))?;
         make(work.path())?;
         fs::write(work.path().join(WHOLE), tools).map_err(io(work.path()))?;
-        // Another program may have built the same meanwhile; either is as good.
+        // Another program may have built the same model meanwhile; either result will do.
         match fs::rename(work.path(), &folder) {
             Err(_) if folder.join(WHOLE).is_file() => Ok(folder),
             Err(_) if folder.exists() => {
-                // The folder of a build that was not whole.
+                // The folder is left from an incomplete build.
                 fs::remove_dir_all(&folder).map_err(io(&folder))?;
                 fs::rename(work.path(), &folder).map_err(io(&folder)).map(|()| folder)
             }
@@ -84,13 +84,13 @@ impl Simulators {
     }
 }
 
-/// Whose turn it is to build a model.
+/// Returns the lock that a thread must hold while it builds the model of this key.
 fn turn(key: String) -> Arc<Mutex<()>> {
     static TURNS: Mutex<BTreeMap<String, Arc<Mutex<()>>>> = Mutex::new(BTreeMap::new());
     Arc::clone(TURNS.lock().unwrap_or_else(PoisonError::into_inner).entry(key).or_default())
 }
 
-/// What a model depends on.
+/// Returns the SHA-256 of everything that a model depends on.
 fn key(Model { dut, clock, settle }: &Model, tools: &str) -> String {
     let Dut { files, library, top, standard, clocks, reset, generics, .. } = dut;
     let mut hash = Sha256::new();
@@ -111,7 +111,7 @@ fn key(Model { dut, clock, settle }: &Model, tools: &str) -> String {
     })
 }
 
-/// The name of a file without its folders.
+/// Returns the name of a file without its folders.
 pub(super) fn base(name: &str) -> &str {
     name.rsplit('/').next().unwrap_or(name)
 }
@@ -127,13 +127,14 @@ pub(super) fn write(folder: &Path, name: &str, content: &[u8]) -> Result<(), Dut
     fs::write(&path, content).map_err(|error: io::Error| DutError::Io(path, error))
 }
 
-/// Whether a signal inside, of this path, has the name of a clock: seen at clock edges alone, it would stand still.
+/// Returns whether a signal inside the design, at this path, has the name of a clock. Such a signal would seem
+/// constant, because signals are read only at clock edges.
 pub(super) fn carries_clock(dut: &Dut, path: &str) -> bool {
     let leaf = path.rsplit('.').next().unwrap_or(path);
     dut.clocks.iter().any(|clock| clock.port.eq_ignore_ascii_case(leaf))
 }
 
-/// Cycles of the fastest clock after which all clocks are where they began.
+/// Returns the number of cycles of the fastest clock after which all clocks have the same phase as at the start.
 pub(super) fn common_cycle(dut: &Dut) -> u64 {
     dut.clocks.iter().fold(1, |common, clock| lcm(common, clock.divide.into()))
 }

@@ -1,4 +1,4 @@
-//! What a design of the user's own costs in an FPGA: counted and placed as it is, its ports as pins.
+//! The cost in an FPGA of a design of the user's own: counted and placed as it is, its ports as pins.
 
 use std::ffi::OsStr;
 use std::fs;
@@ -18,7 +18,7 @@ use crate::tool::{Fault, Tool, ToolError, run};
 /// The file in which a cost is kept.
 const COST: &str = "cost";
 
-/// What a design costs.
+/// The cost of a design.
 #[derive(Clone, PartialEq, Debug)]
 pub struct DutCost {
     /// Primitives of the iCE40.
@@ -27,15 +27,16 @@ pub struct DutCost {
     pub cells: u64,
     /// Primitives of the ECP5 when the HX8K is too small.
     pub ecp5: Option<Counts>,
-    /// Its clocks, and the fastest of each in megahertz, by placement; none where there is no way from register to
-    /// register, or no room.
+    /// The design's clocks. Each has its highest frequency in megahertz for each placement; `None` where no path leads
+    /// from register to register, or where there was no room.
     pub clocks: Vec<(String, Vec<Option<f64>>)>,
     /// The tools with their versions.
     pub tools: String,
 }
 
 impl DutCost {
-    /// The fastest clock in megahertz, the median of the placements; one without room is slower than any other.
+    /// Returns the highest frequency of a clock in megahertz: the median of the placements. A placement without room
+    /// counts as slower than any other.
     #[must_use]
     pub fn fmax_mhz(&self, clock: usize) -> Option<f64> {
         let mut placed = self.clocks[clock].1.clone();
@@ -45,13 +46,13 @@ impl DutCost {
 }
 
 impl Simulators {
-    /// Prices the design of a scene: Yosys counts it for the iCE40, or for the ECP5 where the HX8K is too small, and
-    /// nextpnr places it three times, each port on a pin. VHDL is first synthesised by GHDL. Constants of the scene are
-    /// pins too: they can be changed.
+    /// Prices the design of a scene. Yosys counts it for the iCE40, or for the ECP5 where the HX8K is too small, and
+    /// nextpnr places it three times, each port on a pin. GHDL first synthesises VHDL. Constants of the scene are pins
+    /// too, because they can be changed.
     ///
     /// # Errors
     ///
-    /// When a tool is missing, or refuses the design.
+    /// An error when a tool is missing, or refuses the design.
     pub fn cost(&self, scene: &DutScene) -> Result<DutCost, DutError> {
         let dut = &scene.dut;
         let mut tools = vec![Tool::Yosys, Tool::Nextpnr];
@@ -107,8 +108,7 @@ impl Simulators {
         Ok(DutCost { ice40: counts, cells, ecp5, clocks, tools: String::new() })
     }
 
-    /// Runs a tool in the folder; what it said.
-    /// How Yosys reads a design in a folder, and what its topmost module is called there.
+    /// Returns the commands by which Yosys reads a design in a folder, and the name of its topmost module there.
     pub(super) fn read_by_yosys(&self, dut: &Dut, folder: &Path) -> Result<(String, String), DutError> {
         let is_vhdl = is_vhdl(&dut.files);
         let (files, top) = if is_vhdl {
@@ -137,7 +137,8 @@ impl Simulators {
     }
 }
 
-/// The last (routed) `Max frequency for clock 'clk$SB_IO_IN_$glb_clk': 290.87 MHz` of a clock's port.
+/// Reads the frequency of a clock's port from the last (routed) `Max frequency for clock 'clk$SB_IO_IN_$glb_clk':
+/// 290.87 MHz`.
 fn fmax(said: &str, port: &str) -> Option<f64> {
     let is_its = |name: &str| {
         let rest = name.get(..port.len()).filter(|start| start.eq_ignore_ascii_case(port)).map(|_| &name[port.len()..]);
@@ -150,7 +151,7 @@ fn fmax(said: &str, port: &str) -> Option<f64> {
     said.lines().rev().find_map(mhz)
 }
 
-/// A cost as lines.
+/// Returns a cost as lines of text.
 fn line(cost: &DutCost) -> String {
     let counts = |counts: &Counts| {
         let Counts { lut4, ff, carry, bram, dsp } = counts;

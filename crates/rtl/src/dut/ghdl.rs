@@ -1,4 +1,4 @@
-//! A design by GHDL: its files as they are, and a bench that talks to hpu through VHPIDIRECT.
+//! A design simulated by GHDL: its files as they are, in a bench that talks to hpu through VHPIDIRECT.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -18,11 +18,11 @@ use crate::closed_loop::{LIBRARY, place_library};
 use crate::temporary::Temporary;
 use crate::tool::{Tool, run};
 
-/// The bench's entity, and the package by which it talks.
+/// The bench's entity, and the package through which it talks to hpu.
 const BENCH: &str = "hpu_dut_bench";
 const BRIDGE: &str = include_str!("../../../../testbench/vhdl/hpu_dut_bridge.vhd");
 
-/// A design that was analysed.
+/// A design that GHDL has analysed.
 pub(super) struct Analysed {
     folder: Temporary,
     dut: Dut,
@@ -33,7 +33,8 @@ pub(super) struct Analysed {
 }
 
 impl Simulators {
-    /// A design in GHDL, with its signals inside if they are asked for; `why` is added to what is said of the engine.
+    /// Analyses a design for simulation in GHDL, with its inner signals if `inside` is set. `why` is added to the name
+    /// of the engine.
     pub(super) fn ghdl(&self, model: &Model, why: &str, inside: bool) -> Result<Analysed, DutError> {
         let version = Tool::Ghdl.version().map_err(DutError::Tool)?;
         let (folder, ports) = self.elaborated(model, inside)?;
@@ -42,12 +43,12 @@ impl Simulators {
         Ok(Analysed { folder, dut: model.dut.clone(), ports, engine, limit, inside })
     }
 
-    /// The ports of a design in VHDL, as elaborated.
+    /// Returns the ports of a design in VHDL, as GHDL elaborates it.
     pub(super) fn ports_of_vhdl(&self, model: &Model) -> Result<Vec<Port>, DutError> {
         self.elaborated(model, false).map(|(_, ports)| ports)
     }
 
-    /// Analyses a design with its bench, and asks it for its ports.
+    /// Analyses a design with its bench, and asks the bench for the design's ports.
     fn elaborated(&self, model: &Model, inside: bool) -> Result<(Temporary, Vec<Port>), DutError> {
         let dut = model.dut;
         let folder = Temporary::folder().map_err(|error| DutError::Io(std::env::temp_dir(), error))?;
@@ -123,13 +124,13 @@ impl Simulators {
 
     pub(super) fn ghdl_command(&self, verb: &str, dut: &Dut, folder: &Path) -> Command {
         let mut command = Command::new(Tool::Ghdl.name());
-        // Much that is in use takes its arithmetic from there.
+        // Much code in use takes its arithmetic from Synopsys's packages.
         command.args([verb, standard(dut.standard), "-fsynopsys", "-Wno-hide", "-Wno-library"]).current_dir(folder);
         command
     }
 }
 
-/// In the environment of a bench that is to tell its ports and end.
+/// Environment variable that makes a bench print its ports and end.
 pub(crate) const ASK: &str = "HPU_DUT_PORTS";
 
 fn standard(standard: Standard) -> &'static str {
@@ -139,20 +140,20 @@ fn standard(standard: Standard) -> &'static str {
     }
 }
 
-/// The run of a bench.
+/// Returns the command that runs a bench.
 pub(crate) fn simulate(of: Standard, folder: &Path, bench: &str) -> Command {
     let mut command = Command::new(Tool::Ghdl.name());
     command.args(["--elab-run", standard(of), "-fsynopsys", "-Wno-hide", bench]).current_dir(folder);
     command
 }
 
-/// Lets a run show the signals inside.
+/// Makes a run report the signals inside the design.
 fn show_inside(run: &mut Command) {
-    // GHDL knows types by their names once a library is to ask for signals.
+    // GHDL keeps the names of types only when a VPI library is loaded.
     run.arg(format!("--vpi=./{LIBRARY}")).env(INSIDE, "");
 }
 
-/// The format of a port from what its bench prints of it, and whether it is a number.
+/// Reads a port from the line that its bench prints of it: its format, and whether it is a number.
 fn format(told: &str) -> Option<(Format, bool)> {
     let (width, kind) = told.split_once(' ')?;
     let width = width.parse().ok()?;
@@ -164,7 +165,8 @@ fn has(items: &[Item], name: &str) -> bool {
     items.iter().any(|item| item.name.eq_ignore_ascii_case(name))
 }
 
-/// The bridge's package in a standard: since 2008 vectors of resolved and unresolved bits are one type.
+/// Returns the bridge's package for a standard. Since VHDL-2008, vectors of resolved and of unresolved bits are one
+/// type, so the lines marked `-- only 93` are left out there.
 pub(crate) fn bridge(standard: Standard) -> String {
     let (mut text, mut skips) = (String::new(), false);
     for line in BRIDGE.lines() {
@@ -178,8 +180,8 @@ pub(crate) fn bridge(standard: Standard) -> String {
     text
 }
 
-/// The bench, an entity of this name: a signal a port, of the port's own type. The ports beside clocks and reset are
-/// told and asked for by their order.
+/// Returns the bench, an entity called `name`. It has a signal for each port, of the port's own type. The ports other
+/// than clocks and reset are written and read by their position in the list.
 pub(crate) fn bench(name: &str, model: &Model, interface: &Interface) -> String {
     let dut = model.dut;
     let mut constants = String::new();
@@ -203,7 +205,7 @@ pub(crate) fn bench(name: &str, model: &Model, interface: &Interface) -> String 
     let mut wire = 0;
     for (index, port) in interface.ports.iter().enumerate() {
         let signal = format!("hpu_{index}");
-        // An initial value, as an unconnected input has it, would hide that nobody drives it.
+        // An initial value, as an unconnected input has it, would hide that nothing drives the signal.
         let _ = writeln!(signals, "  signal {signal} : {};", port.kind);
         map.push(format!("{} => {signal}", port.name));
         let _ = writeln!(kinds, "      hpu_dut_kind({signal});");
@@ -219,18 +221,18 @@ pub(crate) fn bench(name: &str, model: &Model, interface: &Interface) -> String 
     }
     let signal = |port: &str| {
         let index = interface.ports.iter().position(|item| same(&item.name, port));
-        // A port that is not there is refused once all are known.
+        // A port that does not exist is refused once all ports are known.
         index.map(|index| format!("hpu_{index}"))
     };
     let common = common_cycle(dut);
-    // A half of a cycle of the fastest clock. GHDL takes longer for a procedure that waits.
+    // Half a cycle of the fastest clock. It is written out, because GHDL takes longer for a procedure that waits.
     let half_cycle = |indent: &str, rises: bool| {
         let mut text = String::new();
         if common > 1 {
             let _ = writeln!(text, "{indent}half := (half + 1) mod {};", 2 * common);
         }
         for clock in &dut.clocks {
-            // A port that is not there is refused once all are known.
+            // A port that does not exist is refused once all ports are known.
             let Some(signal) = signal(&clock.port) else { continue };
             let divide = clock.divide;
             let _ = match common {
@@ -304,7 +306,7 @@ end architecture;
         of = dut.library,
         top = dut.top,
         map = map.join(", "),
-        // Where there is but one clock, nothing is counted.
+        // With a single clock, nothing is counted.
         half = match common {
             1 => String::new(),
             _ => format!("    variable half        : natural := {};\n", 2 * common - 2),
@@ -330,7 +332,7 @@ impl Design for Analysed {
 
     fn start(&self, words: &[u64], drives: &[bool], changes: &mut Vec<Change>) -> Result<Box<dyn Simulation>, Fault> {
         let mut command = simulate(self.dut.standard, self.folder.path(), BENCH);
-        // Words are unknown before the reset; what reaches the device is looked at anyway.
+        // Words are unknown before the reset. The words that reach the device are checked anyway.
         command.arg("--ieee-asserts=disable-at-0");
         if self.inside {
             show_inside(&mut command);

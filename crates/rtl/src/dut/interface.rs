@@ -1,10 +1,10 @@
-//! The interface of a VHDL entity, as its text has it. Types stay text: the bench declares signals of them, and GHDL says
-//! what they are.
+//! The interface of a VHDL entity, read from its text. Types remain text: the bench declares signals of these types,
+//! and GHDL reports their formats.
 
 /// An entity's generics and ports.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub(crate) struct Interface {
-    /// The library and use clauses before it.
+    /// The library and use clauses before the entity.
     pub(crate) context: String,
     pub(crate) generics: Vec<Item>,
     pub(crate) ports: Vec<Item>,
@@ -14,20 +14,20 @@ pub(crate) struct Interface {
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(crate) struct Item {
     pub(crate) name: String,
-    /// `in` unless it is said.
+    /// Its mode; `in` if none is written.
     pub(crate) mode: String,
-    /// Its subtype.
+    /// Its subtype, as written.
     pub(crate) kind: String,
-    /// Its default.
+    /// Its default, if it has one.
     pub(crate) default: Option<String>,
 }
 
-/// The interface of an entity in some files; `None` when none of them declares it.
+/// Returns the interface of an entity; `None` when no text declares it.
 pub(crate) fn interface(texts: &[&str], entity: &str) -> Option<Interface> {
     texts.iter().find_map(|text| of_text(&without_comments(text), entity))
 }
 
-/// The names of all entities.
+/// Returns the names of all entities in some texts.
 pub(crate) fn entities(texts: &[&str]) -> Vec<String> {
     let mut names = Vec::new();
     for text in texts {
@@ -73,7 +73,7 @@ fn of_text(text: &str, entity: &str) -> Option<Interface> {
     Some(found)
 }
 
-/// Library and use clauses after the last design unit of this text.
+/// Returns the library and use clauses after the last design unit of a text.
 fn context(before: &str) -> String {
     let words: Vec<_> = words(before).collect();
     let end = words.iter().rev().find(|(_, word)| word.eq_ignore_ascii_case("end")).map_or(0, |(at, _)| *at);
@@ -86,7 +86,7 @@ fn context(before: &str) -> String {
     clauses.filter(is_clause).map(|clause| format!("{clause}\n")).collect()
 }
 
-/// Items between semicolons, several names in one of them apart.
+/// Reads the items of a list, which semicolons separate. An item with several names becomes several items.
 fn items(list: &str) -> Vec<Item> {
     let mut all = Vec::new();
     for item in split(list, ';') {
@@ -109,7 +109,7 @@ fn items(list: &str) -> Vec<Item> {
     all
 }
 
-/// Parts of a text at a character that is in no brackets.
+/// Splits a text at a character wherever the character is outside brackets.
 fn split(text: &str, at: char) -> Vec<&str> {
     let (mut depth, mut begin, mut parts) = (0i32, 0, Vec::new());
     for (index, c) in outside_strings(text) {
@@ -128,7 +128,7 @@ fn split(text: &str, at: char) -> Vec<&str> {
     parts
 }
 
-/// Characters that are in no string, with their places.
+/// Iterates over the characters outside strings, with their positions.
 fn outside_strings(text: &str) -> impl Iterator<Item = (usize, char)> {
     let mut is_inside = false;
     text.char_indices().filter(move |(_, c)| {
@@ -137,7 +137,7 @@ fn outside_strings(text: &str) -> impl Iterator<Item = (usize, char)> {
     })
 }
 
-/// Where the bracket closes that this text begins with.
+/// Returns the position of the bracket that closes the one at the start of this text.
 fn closing(text: &str) -> Option<usize> {
     let mut depth = 0;
     for (index, c) in outside_strings(text) {
@@ -156,7 +156,7 @@ fn closing(text: &str) -> Option<usize> {
     None
 }
 
-/// Words of letters, digits and underscores, with their places.
+/// Iterates over the words of letters, digits and underscores, with their positions.
 fn words(text: &str) -> impl Iterator<Item = (usize, &str)> {
     let is_part = |c: char| c.is_alphanumeric() || c == '_';
     let mut at = 0;
@@ -168,7 +168,7 @@ fn words(text: &str) -> impl Iterator<Item = (usize, &str)> {
     })
 }
 
-/// The text with spaces for comments, of one line and of several; a string stays as it is.
+/// Returns the text with spaces in place of comments, of one line or of several. Strings stay as they are.
 fn without_comments(text: &str) -> String {
     let mut plain = String::with_capacity(text.len());
     let mut rest = text;

@@ -1,8 +1,8 @@
-//! Designs of the user's own: built and simulated by GHDL or Verilator, each as a process of its own that answers one
-//! request: clock some edges with these inputs.
+//! Designs of the user's own, built and simulated by GHDL or Verilator. Each is a process that answers one kind of
+//! request: clock so many edges with these inputs.
 //!
-//! A built model is kept in a folder by the SHA-256 of the design's files, its generics, its interface to the world and
-//! the tools.
+//! A built model is kept in a folder whose name is the SHA-256 of the design's files, its generics, its interface to
+//! the world and the tools.
 
 mod build;
 mod cost;
@@ -36,25 +36,25 @@ pub(crate) use wire::Served;
 /// Why a design could not be built or simulated.
 #[derive(Debug)]
 pub enum DutError {
-    /// A tool is missing, or did not do what it was asked.
+    /// A tool is missing, or did not do its job.
     Tool(ToolError),
-    /// A tool refused the design, in its own words, shortened.
+    /// A tool refused the design; its message is shortened.
     Refused {
         /// The tool.
         tool: Tool,
         /// The design's topmost unit.
         top: String,
-        /// What it said.
+        /// The tool's message.
         said: String,
     },
     /// The simulation ended, or did not answer.
     Lost {
-        /// How.
+        /// The fault.
         error: ToolError,
-        /// The last clock edge that it answered for.
+        /// The last clock edge that the simulation answered for.
         edge: u64,
     },
-    /// Something else that has to be there is not.
+    /// Something that is needed is missing, or the run cannot go on; the text says why.
     Ended(String),
     /// A file could not be read or written.
     Io(PathBuf, std::io::Error),
@@ -94,14 +94,15 @@ impl fmt::Display for DutError {
 impl std::error::Error for DutError {}
 
 impl From<Fault> for DutError {
-    /// What a simulator that runs answers is one of these.
+    /// Returns the `DutError` inside a fault of a running simulator; any other fault becomes
+    /// [`Ended`](DutError::Ended).
     fn from(fault: Fault) -> Self {
         fault.downcast().map_or_else(|other| Self::Ended(other.to_string()), |error| *error)
     }
 }
 
 impl DutError {
-    /// What a tool did not do with a design: refused it, or failed by itself.
+    /// Returns the error of a tool that worked on a design: the tool refused the design, or failed by itself.
     fn of(top: &str, error: ToolError) -> Self {
         if error.refused() {
             return Self::Refused { tool: error.tool, top: top.to_string(), said: error.said };
@@ -110,17 +111,17 @@ impl DutError {
     }
 }
 
-/// The simulators at hand.
+/// The installed simulators.
 #[derive(Clone, Debug)]
 pub struct Simulators {
-    /// Where built models are kept.
+    /// The folder in which built models are kept.
     pub cache: PathBuf,
-    /// The shared library that GHDL calls, and how long a tool may run.
+    /// The shared library that GHDL calls, and the time limit of a tool.
     pub setup: Setup,
 }
 
 impl Simulators {
-    /// A design that is held against something: VHDL in GHDL, which knows unknown bits, Verilog in Verilator.
+    /// Builds a design that is compared with a block: VHDL in GHDL, which knows unknown bits, Verilog in Verilator.
     pub(crate) fn of_model(&self, model: &Model) -> Result<Box<dyn Design>, DutError> {
         if is_vhdl(&model.dut.files) {
             return Ok(Box::new(self.ghdl(model, "", false)?));
@@ -142,7 +143,8 @@ impl Designs for Simulators {
             }
             (Engine::Auto, true) => match self.verilator(&model, inside) {
                 Ok(design) => Ok(Arc::new(design) as _),
-                // What GHDL itself refuses is refused; what only the way through Verilog does not take, GHDL simulates.
+                // A design that GHDL itself refuses is refused. If only the way through Verilog fails, GHDL simulates
+                // it.
                 Err(DutError::Tool(error)) if error.tool != Tool::Verilator || !error.is_unusable() => {
                     Err(DutError::Tool(error))
                 }
@@ -159,14 +161,14 @@ impl Designs for Simulators {
     }
 }
 
-/// What is said after the head of a message, on one line.
+/// Joins the head of a message and the line after it.
 fn first_line(said: &str) -> String {
     let mut lines = said.lines();
     let (head, next) = (lines.next().unwrap_or_default(), lines.next().unwrap_or_default());
     format!("{} {}", head.trim_end_matches(':'), next.trim()).trim().to_string()
 }
 
-/// Whether a design is VHDL.
+/// Returns whether a design is VHDL.
 pub(crate) fn is_vhdl(files: &[SourceFile]) -> bool {
     files.iter().any(|(name, _)| name.ends_with(".vhd") || name.ends_with(".vhdl"))
 }

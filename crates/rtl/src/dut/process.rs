@@ -1,4 +1,4 @@
-//! A simulator as a process that answers requests.
+//! A simulator that runs as a process and answers requests.
 
 use std::io::{self, Read};
 use std::os::fd::AsRawFd;
@@ -15,16 +15,17 @@ use super::DutError;
 use super::wire::{DESCRIPTOR, put, take_answer};
 use crate::tool::{Fault as ToolFault, Group, Tool, ToolError, is_stopping};
 
-/// How long an answer may take, unless a tool's time is limited otherwise: it clocks at most some ten thousand edges.
+/// The longest time for an answer, unless the tools have another time limit. A request has at most some ten thousand
+/// edges.
 pub(crate) const ANSWER: Duration = Duration::from_secs(20);
-/// What it is asked to do.
+/// The step of the process, for messages.
 const SIMULATE: &str = "simulate a design";
-/// Bytes that are kept of what a simulator prints: as many of its beginning.
+/// Bytes that are kept of the beginning of a simulator's output, and as many of its end.
 const KEPT: usize = 1 << 14;
-/// How long the last words of a process that has ended are waited for.
+/// The longest wait for the last output of a process that has ended.
 const LAST_WORDS: Duration = Duration::from_secs(2);
 
-/// A simulator that runs.
+/// A running simulator.
 pub(crate) struct Process {
     tool: Tool,
     group: Group,
@@ -38,7 +39,7 @@ pub(crate) struct Process {
 }
 
 impl Process {
-    /// Starts a simulator and lets it come through its reset.
+    /// Starts a simulator and lets the design come out of its reset.
     pub(crate) fn start(
         tool: Tool,
         mut command: Command,
@@ -50,7 +51,7 @@ impl Process {
         let (ours, theirs) = UnixStream::pair().map_err(not_started).map_err(DutError::Tool)?;
         let descriptor = theirs.as_raw_fd();
         let given = move || {
-            // SAFETY: between fork and exec, on descriptors that are this process's own.
+            // SAFETY: this runs between fork and exec, on descriptors that belong to this process.
             let done = unsafe {
                 if descriptor == DESCRIPTOR {
                     libc::fcntl(descriptor, libc::F_SETFD, 0)
@@ -95,7 +96,7 @@ impl Process {
         }
     }
 
-    /// Why it does not answer.
+    /// Returns the reason why the simulator does not answer.
     fn lost(&mut self, error: &io::Error) -> DutError {
         let fault = if matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut) {
             ToolFault::TooLong(self.limit)
@@ -112,14 +113,14 @@ impl Process {
                 let code = status.code().map(ToolFault::Failed);
                 code.or(status.signal().map(ToolFault::Killed))
             });
-            // What is killed by who stops the tools was killed on purpose.
+            // A process that was killed while the tools are being stopped was killed on purpose.
             if is_stopping() { ToolFault::Stopped } else { ended.unwrap_or(ToolFault::Silent("answer")) }
         };
         let said = self.last_words();
         DutError::Lost { error: ToolError::new(self.tool, SIMULATE, fault, &said), edge: self.edge }
     }
 
-    /// What it printed.
+    /// Returns the simulator's output.
     fn last_words(&mut self) -> String {
         let start = Instant::now();
         while self.readers.iter().any(|reader| !reader.is_finished()) && start.elapsed() < LAST_WORDS / 4 {
@@ -138,7 +139,7 @@ impl Simulation for Process {
     }
 }
 
-/// Keeps the beginning and the end of what is printed.
+/// Starts a thread that keeps the beginning and the end of the output.
 fn listen(mut from: impl Read + Send + 'static, said: Arc<Mutex<Vec<u8>>>) -> JoinHandle<()> {
     thread::spawn(move || {
         let mut buffer = [0; 4096];

@@ -1,4 +1,4 @@
-//! A design as a transition in SMT-LIB, for proofs.
+//! A design as a transition relation in SMT-LIB, for proofs.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -11,13 +11,13 @@ use crate::formal::{FLAT, TRANSITION};
 use crate::temporary::Temporary;
 use crate::tool::Tool;
 
-/// A design as Yosys writes it.
+/// A design in SMT-LIB, as Yosys writes it.
 pub(crate) struct Transition {
     /// The definitions in SMT-LIB.
     pub(crate) text: String,
-    /// The module.
+    /// The name of the module.
     pub(crate) top: String,
-    /// The nets at whose edges something is clocked; twice, where at both.
+    /// The nets at whose edges a register is clocked. A net is listed twice when both of its edges clock registers.
     pub(crate) clocks: Vec<String>,
 }
 
@@ -25,7 +25,8 @@ pub(crate) struct Transition {
 pub(crate) const INVARIANT: &str = "hpu_invariant";
 
 impl Simulators {
-    /// A design's transition, with a net of what is said to hold in every state, in Verilog, if anything is.
+    /// Returns the transition relation of a design. If there are `invariants`, Verilog expressions that are claimed to
+    /// hold in every state, the net [`INVARIANT`] is added for them.
     pub(crate) fn transition(&self, dut: &Dut, invariants: &[String]) -> Result<Transition, DutError> {
         let folder = Temporary::folder().map_err(|error| DutError::Io(std::env::temp_dir(), error))?;
         let folder = folder.path();
@@ -41,7 +42,7 @@ impl Simulators {
             let verilog = read("flat.v")?;
             let all: Vec<_> = invariants.iter().map(|holds| format!("({holds})")).collect();
             let net = format!("(* keep *) wire {INVARIANT} = {};\nendmodule", all.join(" && "));
-            // One module, whose end is the last.
+            // The file has one module, whose `endmodule` is the last.
             let (head, _) = verilog.rsplit_once("endmodule").unwrap_or((&verilog, ""));
             write(folder, "flat.v", format!("{head}{net}\n").as_bytes())?;
             source = "read_verilog -noautowire flat.v; ".to_string();

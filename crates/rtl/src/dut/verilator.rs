@@ -1,4 +1,4 @@
-//! A design by Verilator: Verilog as it is, VHDL through GHDL's synthesis.
+//! A design simulated by Verilator: Verilog as it is, VHDL through GHDL's synthesis.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -17,11 +17,11 @@ use super::{DutError, Simulators};
 use crate::cost::verilog::{UNTOLD, repaired};
 use crate::tool::{Said, Tool, run};
 
-/// The file in which a built model tells its ports.
+/// The file that lists the ports of a built model.
 const PORTS: &str = "ports";
-/// The program that a model becomes.
+/// The program into which a model is compiled.
 const MODEL: &str = "obj/model";
-/// The widest port.
+/// The widest port, in bits.
 const MOST_BITS: u32 = 64;
 
 /// A design that was built.
@@ -57,7 +57,7 @@ impl Simulators {
         let text = fs::read_to_string(&path).map_err(|error| DutError::Io(path, error))?;
         let mut ports: Vec<Port> = text.lines().filter_map(port).collect();
         if is_vhdl {
-            // Synthesis knows bits alone; the entity knows which are signed numbers.
+            // Synthesis knows only bits; the entity knows which of them are signed numbers.
             let elaborated = self.ports_of_vhdl(model)?;
             for port in &mut ports {
                 if let Some(same) = elaborated.iter().find(|same| same.name.eq_ignore_ascii_case(&port.name))
@@ -70,7 +70,7 @@ impl Simulators {
         Ok(Verilated { folder, ports, is_vhdl, engine: tools, limit: self.setup.timeout.unwrap_or(ANSWER) })
     }
 
-    /// VHDL as Verilog, put right.
+    /// Returns the files of a VHDL design as Verilog, with the errors of GHDL's synthesis repaired.
     pub(super) fn synthesised(&self, dut: &Dut, folder: &Path) -> Result<Vec<String>, DutError> {
         self.analyse(dut, folder)?;
         let synth = |language: &str| -> Result<Said, DutError> {
@@ -87,7 +87,7 @@ impl Simulators {
         Ok(vec!["synthesised.v".to_string()])
     }
 
-    /// Verilog as a program.
+    /// Compiles Verilog to a program.
     fn verilate(
         &self,
         model: &Model,
@@ -100,14 +100,14 @@ impl Simulators {
         let say = |error| DutError::of(&dut.top, error);
         let mut command = Command::new(Tool::Verilator.name());
         command.current_dir(folder);
-        // Synthesis writes X where no choice leads; a designer, where one must not.
+        // Synthesised Verilog has X in choices that never occur; a designer writes X where a choice must not occur.
         let unknown = if generics { "unique" } else { "fast" };
         command.args(["--cc", "--exe", "-O3", "--flatten", "--x-assign", unknown, "--x-initial", "unique"]);
         command.args(["-Wno-lint", "-Wno-style", "-Wno-fatal", "--prefix", "Vdut", "--Mdir", "obj", "-o", "model"]);
-        // A loop without an end is to hang, so that it is seen, and not to be left out.
+        // An endless loop has to hang, so that it is noticed. The compiler must not remove it.
         command.args(["-CFLAGS", "-std=c++17 -O3 -fno-finite-loops -DVL_USER_FINISH", "-I.", "--top-module", top]);
         if inside {
-            // Signals stay what they are called, and are not put together.
+            // Signals keep their names and are not merged.
             command.arg("--public-flat-rw");
         }
         if generics {
@@ -120,7 +120,7 @@ impl Simulators {
         let mut found = fields(&header);
         if inside {
             let inner = inner(&root, top, &found);
-            // What synthesis has made up is nobody's signal.
+            // Signals that synthesis has added are not shown.
             let is_shown = |field: &Field| (generics || !is_made_up(&field.name)) && !carries_clock(dut, &field.name);
             found.extend(inner.into_iter().filter(is_shown));
         }
@@ -133,7 +133,7 @@ impl Simulators {
             }
         }
         let mut state = state(&root);
-        // What is not in one structure cannot be compared: the models are then clocked side by side to the end.
+        // Models whose state is not in one structure cannot be compared, so they are clocked side by side to the end.
         state.makes_up |= !is_flat(&folder.join("obj"));
         write(folder, "main.cpp", main_cpp(model, &found, &state).as_bytes())?;
         let mut make = Command::new("make");
@@ -153,7 +153,7 @@ impl Simulators {
         write(folder, PORTS, lines.collect::<String>().as_bytes())
     }
 
-    /// The ports that are signed numbers, from Verilator's own account of the design.
+    /// Returns the names of the ports and signals that are signed numbers, from Verilator's XML of the design.
     fn signed(
         &self,
         dut: &Dut,
@@ -187,20 +187,20 @@ impl Simulators {
         let is_signed = |line: &&str| attribute(line, "dtype_id").is_some_and(|id| signed.contains(&id));
         let all = || xml.lines().filter(|line| line.contains("<var "));
         let name = |line| attribute(line, "origName");
-        // A name that is a number of either kind in two modules is taken for one without a sign.
+        // A name that is signed in one module and unsigned in another counts as unsigned.
         let plain: BTreeSet<_> = all().filter(|line| !is_signed(line)).filter_map(name).collect();
         let names = all().filter(is_signed).filter_map(name).filter(|name| !plain.contains(name));
         Ok(names.map(str::to_string).collect())
     }
 }
 
-/// The files that are compiled; headers are read where they are included.
+/// Returns the files that are compiled. Headers are read where they are included.
 pub(super) fn sources(dut: &Dut) -> Vec<String> {
     let names = dut.files.iter().map(|(name, _)| base(name).to_string());
     names.filter(|name| name.ends_with(".v") || name.ends_with(".sv")).collect()
 }
 
-/// A parameter as Verilog writes it.
+/// Returns a parameter as Verilog writes it.
 pub(super) fn literal(value: &Generic) -> String {
     match value {
         Generic::Flag(flag) => i32::from(*flag).to_string(),
@@ -213,13 +213,13 @@ fn read(path: &Path) -> Result<String, DutError> {
     fs::read_to_string(path).map_err(|error| DutError::Io(path.to_path_buf(), error))
 }
 
-/// The value of an attribute on a line of XML.
+/// Returns the value of an attribute on a line of XML.
 fn attribute<'l>(line: &'l str, name: &str) -> Option<&'l str> {
     let (_, rest) = line.split_once(&format!(" {name}=\""))?;
     rest.split_once('"').map(|(value, _)| value)
 }
 
-/// A port from its line.
+/// Reads a port from its line.
 fn port(line: &str) -> Option<Port> {
     let [name, way, width, sign] = line.split(' ').collect::<Vec<_>>().try_into().ok()?;
     let width = width.parse().ok()?;
@@ -227,9 +227,9 @@ fn port(line: &str) -> Option<Port> {
     Some(Port { name: name.to_string(), is_input: way == "in", format, is_inside: way == "inside", is_number: false })
 }
 
-/// A port as the C++ has it.
+/// A port or an inner signal, as the C++ has it.
 struct Field {
-    /// In the design, and in C++.
+    /// Its name in the design, and in C++.
     name: String,
     field: String,
     is_input: bool,
@@ -237,7 +237,7 @@ struct Field {
     width: u32,
 }
 
-/// The ports, from lines such as `VL_IN8(&clk,0,0);`.
+/// Reads the ports from lines such as `VL_IN8(&clk,0,0);`.
 fn fields(header: &str) -> Vec<Field> {
     let field = |line: &str| {
         let line = line.trim();
@@ -250,22 +250,22 @@ fn fields(header: &str) -> Vec<Field> {
         let parts: Vec<_> = rest.trim_end_matches(");").split(',').collect();
         let field = parts.first()?.trim_start_matches('&').to_string();
         let [high, low] = [parts.get(1)?, parts.get(2)?].map(|bit| bit.parse::<i64>().ok());
-        // Names that C++ has for itself are marked; two underscores are written as a code.
+        // Verilator marks names that are reserved in C++, and writes two underscores as a code.
         let name = field.trim_start_matches("__SYM__").replace("___05F", "__");
         Some(Field { name, field, is_input, is_inside: false, width: u32::try_from(high? - low? + 1).ok()? })
     };
     header.lines().filter_map(field).collect()
 }
 
-/// Whether a signal's name is one of those that GHDL's synthesis gives, as in `n12_o`.
+/// Returns whether GHDL's synthesis has made up a signal's name, as in `n12_o`.
 fn is_made_up(name: &str) -> bool {
     let leaf = name.rsplit('.').next().unwrap_or_default();
     let number = leaf.strip_prefix('n').and_then(|rest| rest.strip_suffix("_o").or(rest.strip_suffix("_q")));
     number.is_some_and(|number| !number.is_empty() && number.chars().all(|c| c.is_ascii_digit()))
 }
 
-/// The signals inside, from lines such as `SData/*9:0*/ KneeCtl__DOT__duty__DOT__count;`: neither memories nor what
-/// Verilator adds, nor ports once more.
+/// Reads the signals inside the design from lines such as `SData/*9:0*/ KneeCtl__DOT__duty__DOT__count;`. Leaves out
+/// memories, the signals that Verilator adds, and the ports.
 fn inner(root: &str, top: &str, ports: &[Field]) -> Vec<Field> {
     let signal = |line: &str| {
         let line = line.trim().strip_suffix(';')?;
@@ -285,7 +285,7 @@ fn inner(root: &str, top: &str, ports: &[Field]) -> Vec<Field> {
     root.lines().filter_map(signal).collect()
 }
 
-/// The variables of the flattened design, and whether some of them are values that were made up for X.
+/// The variables of the flattened design, and whether some of their values were made up for X.
 struct State {
     variables: Vec<String>,
     makes_up: bool,
@@ -303,7 +303,7 @@ fn state(root: &str) -> State {
     State { makes_up: all.iter().any(made_up), variables: all.into_iter().filter(|name| !made_up(name)).collect() }
 }
 
-/// Whether Verilator has put the whole design into one structure.
+/// Returns whether Verilator has put the whole design into one structure.
 fn is_flat(folder: &Path) -> bool {
     let known = ["Vdut___024root.h", "Vdut___024unit.h", "Vdut__Syms.h", "Vdut__Dpi.h", "Vdut__pch.h"];
     let names = fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.file_name());
@@ -312,7 +312,7 @@ fn is_flat(folder: &Path) -> bool {
     classes.all(|name| known.iter().any(|known| name == *known))
 }
 
-/// The program around the model; see [`wire`](super::wire).
+/// Returns the C++ program around the model; [`wire`](super::wire) describes what it reads and writes.
 fn main_cpp(model: &Model, fields: &[Field], state: &State) -> String {
     let dut = model.dut;
     let timing = |field: &&Field| {

@@ -1,8 +1,8 @@
-//! Signals inside a design that GHDL simulates: by the Verilog procedural interface (IEEE 1364-2005, clause 27), which
-//! GHDL offers the libraries that it loads.
+//! Signals inside a design that GHDL simulates, read through the Verilog procedural interface (IEEE 1364-2005, clause
+//! 27), which GHDL offers to the libraries that it loads.
 //!
-//! It shows signals of bits, of vectors of bits, and numbers; neither variables of processes, nor enumerations, nor
-//! arrays of words.
+//! GHDL shows signals that are bits, vectors of bits or numbers. It shows neither variables of processes, nor
+//! enumerations, nor arrays of words.
 
 use std::collections::HashMap;
 use std::ffi::{CStr, c_char, c_int, c_void};
@@ -10,15 +10,15 @@ use std::fs;
 use std::mem;
 use std::ptr;
 
-/// In the environment of a bench whose inside is to be told.
+/// Environment variable that makes a bench report the signals inside.
 pub(super) const INSIDE: &str = "HPU_DUT_INSIDE";
-/// The file beside a bench that lists the signals to be told, one a line.
+/// The file beside a bench that lists the signals to be reported, one a line.
 pub(super) const LIST: &str = "hpu_dut_inside";
 
-/// The widest signal that is told.
+/// The widest signal that is reported, in bits.
 const MOST_BITS: u32 = u64::BITS;
 
-/// The standard's numbers of kinds, properties and formats.
+/// The standard's numbers for kinds, properties and formats.
 const MODULE: c_int = 32;
 const NET: c_int = 36;
 const PORT: c_int = 44;
@@ -31,14 +31,14 @@ const BINARY: c_int = 1;
 /// An object of the simulation.
 type Handle = *mut c_void;
 
-/// A value as text: the format that is asked for, and the answer.
+/// A value as text: the requested format, and the answer.
 #[repr(C)]
 struct Value {
     format: c_int,
     text: *const c_char,
 }
 
-/// The functions of GHDL that are called.
+/// The functions of GHDL that are called here.
 #[derive(Clone, Copy)]
 struct Functions {
     iterate: unsafe extern "C" fn(c_int, Handle) -> Handle,
@@ -49,7 +49,7 @@ struct Functions {
 }
 
 impl Functions {
-    /// Those of the program that has loaded this library, if it has them.
+    /// Finds the functions in the program that has loaded this library. Returns `None` if it does not have them.
     fn new() -> Option<Self> {
         let find = |name: &CStr| {
             // SAFETY: a look-up by a text that ends with 0.
@@ -74,9 +74,9 @@ impl Functions {
         }
     }
 
-    /// All objects of a kind in a scope.
+    /// Returns all objects of a kind in a scope.
     fn all(self, kind: c_int, scope: Handle) -> Vec<Handle> {
-        // SAFETY: the scope is null, which means the whole design, or GHDL's own; `scan` ends with null.
+        // SAFETY: the scope is null, which means the whole design, or an object of GHDL's; `scan` ends with null.
         unsafe {
             let each = (self.iterate)(kind, scope);
             if each.is_null() {
@@ -87,7 +87,7 @@ impl Functions {
     }
 
     fn name(self, object: Handle) -> String {
-        // SAFETY: an object of GHDL's, whose name it keeps until it is asked for the next one.
+        // SAFETY: the object is GHDL's. GHDL keeps its name until the next name is asked for.
         let name = unsafe { (self.get_str)(NAME, object) };
         if name.is_null() {
             return String::new();
@@ -96,10 +96,10 @@ impl Functions {
         unsafe { CStr::from_ptr(name) }.to_string_lossy().into_owned()
     }
 
-    /// A signal's bits as characters, the highest first; none of an enumeration.
+    /// Returns a signal's bits as characters, the highest first; `None` for an enumeration.
     fn bits(self, signal: Handle) -> Option<&'static CStr> {
         let mut value = Value { format: BINARY, text: ptr::null() };
-        // SAFETY: a signal of GHDL's; the text stays until the next one is asked for, and is read before that.
+        // SAFETY: the signal is GHDL's. The text stays until the next value is asked for, and is read before that.
         unsafe {
             (self.get_value)(signal, &raw mut value);
             (!value.text.is_null()).then(|| CStr::from_ptr(value.text))
@@ -107,24 +107,24 @@ impl Functions {
     }
 }
 
-/// A signal inside.
+/// A signal inside the design.
 pub(crate) struct Signal {
-    /// Its path below the design's top.
+    /// Its path below the top of the design.
     pub(crate) name: String,
     pub(crate) width: u32,
     pub(crate) is_number: bool,
     handle: Handle,
 }
 
-/// Signals inside a design.
+/// The signals inside the design.
 pub(crate) struct Inside {
     functions: Functions,
     pub(crate) signals: Vec<Signal>,
 }
 
 impl Inside {
-    /// All that GHDL shows of the design that it simulates in this process, the design's ports among them, if they are
-    /// asked for.
+    /// Returns all signals that GHDL shows of the design in this process, with the design's ports. Returns `None`
+    /// unless they are asked for.
     pub(crate) fn all() -> Option<Self> {
         std::env::var_os(INSIDE)?;
         let functions = Functions::new()?;
@@ -137,7 +137,7 @@ impl Inside {
         Some(inside)
     }
 
-    /// Those that the parent has listed, if it has, in its order.
+    /// Returns the signals that the parent has listed, in its order; `None` without a list.
     pub(super) fn listed() -> Option<Self> {
         let list = fs::read_to_string(LIST).ok()?;
         let Self { functions, signals } = Self::all()?;
@@ -145,7 +145,7 @@ impl Inside {
         Some(Self { functions, signals: list.lines().filter_map(|name| by_name.remove(name)).collect() })
     }
 
-    /// Adds what is in a scope.
+    /// Adds the signals of a scope.
     fn add(&mut self, scope: Handle, path: &str) {
         let functions = self.functions;
         for kind in [PORT, NET] {
@@ -153,7 +153,7 @@ impl Inside {
                 // SAFETY: an object of GHDL's.
                 let (size, vector) = unsafe { ((functions.get)(SIZE, handle), (functions.get)(VECTOR, handle)) };
                 let (width, name) = (size.cast_unsigned(), path.to_string() + &functions.name(handle));
-                // GHDL 2.0 counts ports among the nets, later ones do not.
+                // GHDL 2.0 counts ports among the nets; later versions do not.
                 let is_known = self.signals.iter().any(|signal| signal.name == name);
                 if (1..=MOST_BITS).contains(&width) && !is_known && functions.bits(handle).is_some() {
                     let is_number = vector == 0 && width == i32::BITS;
@@ -166,7 +166,7 @@ impl Inside {
         }
     }
 
-    /// The bits of a signal; `None` when one of them is unknown.
+    /// Returns the bits of a signal; `None` when one of them is unknown.
     pub(crate) fn word(&self, signal: usize) -> Option<u64> {
         let bits = self.functions.bits(self.signals[signal].handle)?;
         bits.to_bytes().iter().try_fold(0, |word, bit| match bit {

@@ -1,9 +1,10 @@
-//! What parent and simulator say to each other, as words of 8 bytes, and the simulator's side of it for GHDL.
+//! The protocol between the parent and a simulator, in words of 8 bytes, and the simulator's side of it for GHDL.
 //!
-//! At first the parent tells how many ports there are, which of them are outputs that drive the device, and the bits at
-//! all of them. The simulator holds the design in reset with these inputs, and answers as to every request. A request is
-//! the number of edges to clock, whether all changes are asked for, and the bits at all ports. An answer is the edges
-//! done and the changes on the way: how many, and of each the edge, the port, the bits, and 1 where they are all known.
+//! First the parent sends the number of ports, which of them are outputs that drive the device, and the bits at all of
+//! them. The simulator holds the design in reset with these inputs, then answers as it does to every request. A request
+//! is the number of edges to clock, whether all changes are wanted, and the bits at all ports. An answer is the number
+//! of edges done, the number of changes, and for each change the edge, the port, the bits, and 1 where all bits are
+//! known.
 
 use std::io::{self, Read, Write};
 use std::os::fd::FromRawFd;
@@ -13,10 +14,10 @@ use hpu_cosim::dut::Change;
 
 use super::vpi::Inside;
 
-/// The file descriptor by which a simulator talks to its parent.
+/// The file descriptor through which a simulator talks to its parent.
 pub(crate) const DESCRIPTOR: i32 = 3;
 
-/// Bits that VHDL hands over at a time.
+/// Bits that VHDL passes in one call.
 const PART_BITS: u32 = 30;
 /// Parts of the widest port.
 const PARTS: usize = 3;
@@ -32,7 +33,7 @@ pub(crate) fn take(from: &mut impl Read) -> io::Result<u64> {
     Ok(u64::from_le_bytes(bytes))
 }
 
-/// Takes an answer; the edges done.
+/// Reads an answer. Returns the number of edges done.
 pub(crate) fn take_answer(from: &mut impl Read, changes: &mut Vec<Change>) -> io::Result<u64> {
     let (done, count) = (take(from)?, take(from)?);
     for _ in 0..count {
@@ -42,19 +43,19 @@ pub(crate) fn take_answer(from: &mut impl Read, changes: &mut Vec<Change>) -> io
     Ok(done)
 }
 
-/// The simulator's side: what GHDL's process holds, called by `hpu_dut_bridge`.
+/// The simulator's side: the state in GHDL's process, which `hpu_dut_bridge` calls.
 pub(crate) struct Served {
     stream: UnixStream,
     drives: Vec<bool>,
     inputs: Vec<u64>,
-    /// Parts of the bits that VHDL has told of each port, -1 for unknown ones.
+    /// Parts of the bits that VHDL has reported of each port, -1 for unknown ones.
     told: Vec<[i32; PARTS]>,
     widths: Vec<u32>,
-    /// The signals inside, if they are asked for: the last of the ports.
+    /// The signals inside the design, if they are asked for. They are numbered after the ports.
     inside: Option<Inside>,
     /// The words after the last edge.
     words: Vec<Option<u64>>,
-    /// Whether anything was told since.
+    /// Whether VHDL has reported anything since.
     is_told: bool,
     all: bool,
     done: u64,
@@ -62,7 +63,7 @@ pub(crate) struct Served {
 }
 
 impl Served {
-    /// Meets the parent.
+    /// Receives the number of ports and their first words from the parent.
     pub(crate) fn open() -> io::Result<Self> {
         // SAFETY: the parent has made this descriptor for this process, and nothing else here uses it.
         let mut stream = unsafe { UnixStream::from_raw_fd(DESCRIPTOR) };
@@ -84,20 +85,21 @@ impl Served {
         })
     }
 
-    /// Part of the bits at an input.
+    /// Returns part of the bits at an input.
     pub(crate) fn input(&self, port: usize, part: usize) -> i32 {
         let bits = self.inputs[port].checked_shr(PART_BITS * part as u32).unwrap_or(0);
         (bits & ((1 << PART_BITS) - 1)) as i32
     }
 
-    /// VHDL tells a part of a port's bits, -1 for unknown ones, and how many bits the port has.
+    /// Takes a part of a port's bits from VHDL, -1 for unknown ones, and the number of bits of the port.
     pub(crate) fn tell(&mut self, port: usize, part: usize, word: i32, width: u32) {
         self.told[port][part] = word;
         self.widths[port] = width;
         self.is_told = true;
     }
 
-    /// After an edge, or the reset: whether an output that drives the device has changed.
+    /// Collects the changes after an edge, or after the reset. Returns whether an output that drives the device has
+    /// changed.
     pub(crate) fn edge(&mut self, reset: bool) -> bool {
         self.done += u64::from(!reset);
         if self.all {
@@ -123,12 +125,12 @@ impl Served {
         changed
     }
 
-    /// How many ports are no signals inside.
+    /// Returns the number of ports, without the signals inside.
     fn outside(&self) -> usize {
         self.words.len() - self.inside.as_ref().map_or(0, |inside| inside.signals.len())
     }
 
-    /// Tells the signals inside that have changed; after the reset, all that are known.
+    /// Records the signals inside that have changed; after the reset, all whose bits are known.
     fn look_inside(&mut self, reset: bool) {
         let outside = self.outside();
         let Some(inside) = &self.inside else { return };
@@ -142,7 +144,8 @@ impl Served {
         }
     }
 
-    /// Answers, and takes the next request: how many edges to clock. `None` when the parent is gone.
+    /// Sends the answer and receives the next request. Returns the number of edges to clock; `None` when the parent is
+    /// gone.
     pub(crate) fn next(&mut self) -> Option<i32> {
         let head = [self.done, self.changes.len() as u64 / 4];
         put(&mut self.stream, &[&head, &self.changes[..]].concat()).ok()?;

@@ -1,7 +1,8 @@
-//! A block of somebody else's, held against one of ours: the same stimuli for both, each answer compared.
+//! Compares a block by somebody else with one of ours: both get the same stimuli, and each answer is compared.
 //!
-//! Theirs is simulated as a design of a scene is: VHDL by GHDL, Verilog by Verilator, in a process of its own that is
-//! given the bits at its inputs and tells those at its outputs. It is first clocked some times in reset.
+//! In this module "ours" is the emulator's block, and "theirs" is the other block. Theirs is simulated like the design
+//! of a scene: VHDL by GHDL, Verilog by Verilator, in a process that is given the bits at its inputs and reports those
+//! at its outputs. It is first clocked some times in reset.
 
 mod proof;
 mod told;
@@ -21,12 +22,12 @@ use crate::vector::{Vectors, literal};
 use told::{Ours, Told};
 use wires::{What, Wire, not_taken, same, there_are};
 
-/// Clocks before the first row, in reset if there is one, with the inputs of that row.
+/// Clock cycles before the first row. The block has the inputs of that row, and is in reset if it has one.
 const SETTLE: u64 = 16;
-/// How often a clock ticks: a design of one clock does not see it.
+/// The clock's frequency. A design with one clock cannot see it.
 const CLOCK_HZ: u64 = 100_000_000;
 
-/// A block of somebody else's, and what of ours it is to equal.
+/// A block by somebody else, and the block of ours that it has to equal.
 #[derive(Clone, Debug)]
 pub struct Entity {
     /// Its files in the order in which they are compiled.
@@ -35,31 +36,33 @@ pub struct Entity {
     pub library: String,
     /// Its topmost entity or module.
     pub top: String,
-    /// Which VHDL it is written in.
+    /// The VHDL standard of its files.
     pub standard: Standard,
-    /// Its clock; when it is not said, a port `clk`, if there is one.
+    /// Its clock. Without a name it is the port `clk`, if there is one.
     pub clock: Option<String>,
-    /// Its reset, and whether it resets at 0; when it is not said, a port `rst`, if there is one.
+    /// Its reset, and whether the reset is active at 0. Without a name it is the port `rst`, if there is one.
     pub reset: Option<(String, bool)>,
-    /// Its ports, and to which of ours they are equal. A port that is called as one of ours need not be here.
+    /// Its ports, and the ports of ours that they correspond to. A port with the same name as one of ours may be left
+    /// out.
     pub ports: Vec<(String, Link)>,
     /// Outputs of ours that theirs does not have.
     pub without: Vec<String>,
-    /// Its generics, and their values: `WIDTH`, the name of one of ours, or as the language writes them.
+    /// Its generics and their values: a value is the name of a generic of ours, such as `WIDTH`, or is written as in
+    /// the language.
     pub generics: Vec<(String, String)>,
     /// The name of our block.
     pub block: String,
-    /// Labels of the configurations of ours to compare with; those that differ in generics that theirs has too, when
-    /// empty.
+    /// Labels of the configurations of ours to compare with. If empty, the configurations that differ in generics that
+    /// theirs has too.
     pub variants: Vec<String>,
-    /// Generics of ours; with them one configuration is compared, whose others are as by default.
+    /// Generics of ours. If there are any, a single configuration is compared; its other generics have their defaults.
     pub set: Vec<(String, Generic)>,
-    /// Clocks by which its outputs come later than ours.
+    /// Clock cycles by which its outputs come later than ours.
     pub latency: i64,
-    /// For a proof: its registers, or other signals, and the registers of ours that they are. Those of the same name
-    /// need not be here.
+    /// For a proof: its registers or other signals, and the registers of ours that they equal. Registers with the same
+    /// name may be left out.
     pub state: Vec<(String, String)>,
-    /// For a proof: what holds in every state of it, in Verilog.
+    /// For a proof: Verilog expressions that hold in every state of theirs.
     pub invariants: Vec<String>,
     /// Random rows, beside the directed ones.
     pub rows: usize,
@@ -67,21 +70,21 @@ pub struct Entity {
     pub seed: u64,
 }
 
-/// What a port of theirs is.
+/// The counterpart of a port of theirs.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum Link {
     /// A port of ours.
     Port(String),
-    /// An input that stays.
+    /// An input that stays constant.
     Constant(i64),
     /// An output that is not compared.
     Open,
 }
 
-/// Why nothing was compared.
+/// Why the comparison could not be made.
 #[derive(Debug)]
 pub enum EntityError {
-    /// What is asked for cannot be.
+    /// The request is not possible; the text says why.
     Refused(String),
     /// The design does not compile, a tool is missing, or the simulation failed.
     Simulator(Fault),
@@ -116,7 +119,7 @@ impl std::fmt::Display for EntityError {
 
 impl std::error::Error for EntityError {}
 
-/// A design that stands for a block of ours.
+/// A design in a simulator, with its ports connected to those of a block of ours.
 struct Connected {
     design: Box<dyn Design>,
     wires: Vec<Wire>,
@@ -130,25 +133,25 @@ fn refused<T>(why: String) -> Result<T, EntityError> {
 /// A configuration of a block, and its label.
 pub type Labelled = (String, Box<dyn AnyBlock>);
 
-/// What was found of a configuration.
+/// The result for one configuration.
 #[derive(Debug)]
 pub struct Compared {
     /// The row of the report.
     pub row: CheckRow,
     /// Inputs of ours that theirs does not take.
     pub not_taken: Vec<&'static str>,
-    /// What simulates theirs, in words.
+    /// The name of the simulator that ran theirs.
     pub engine: String,
-    /// Whether it has a reset. Without one, no row resets, and what it is after power-up is compared.
+    /// Whether theirs has a reset. Without one no row resets, and its state after power-up is compared.
     pub has_reset: bool,
 }
 
 impl Entity {
-    /// The configurations of ours to compare with, by their labels.
+    /// Returns the configurations of ours to compare with, by their labels.
     ///
     /// # Errors
     ///
-    /// When there is no such block, no such configuration, or no such generic.
+    /// An error when the block, a configuration or a generic does not exist.
     pub fn configurations(&self) -> Result<Vec<Labelled>, EntityError> {
         let name = &self.block;
         let known = hpu_datapath::registry();
@@ -178,12 +181,12 @@ impl Entity {
         Ok(listed().filter(|(_, block)| can_be(&**block)).collect())
     }
 
-    /// Holds theirs against a configuration of ours, row by row.
+    /// Compares theirs with a configuration of ours, row by row.
     ///
     /// # Errors
     ///
-    /// When the ports or generics do not fit, the design does not compile, or the simulation fails. A difference is a
-    /// result.
+    /// An error when the ports or generics do not fit, the design does not compile, or the simulation fails. A
+    /// difference is a result.
     pub fn compare(&self, (label, block): &mut Labelled, simulators: &Simulators) -> Result<Compared, EntityError> {
         let began = Instant::now();
         let dut = self.dut(&**block);
@@ -203,7 +206,7 @@ impl Entity {
         Ok(Compared { row: found, not_taken: not_taken(&**block, &wires), engine, has_reset })
     }
 
-    /// The design in a simulator, and what its ports are of a configuration of ours.
+    /// Puts the design into a simulator, and connects its ports to a configuration of ours.
     fn connected(&self, block: &dyn AnyBlock, dut: &Dut, simulators: &Simulators) -> Result<Connected, EntityError> {
         let clock = Clock::new(CLOCK_HZ).expect("a clock");
         let design = simulators.of_model(&Model { dut, clock, settle: SETTLE })?;
@@ -216,14 +219,14 @@ impl Entity {
         Ok(Connected { design, wires, has_clock: !clocks.is_empty() })
     }
 
-    /// What theirs answers to the rows that ours was given.
+    /// Simulates theirs on the rows that ours was given, and compares the answers.
     fn simulate(&self, design: &dyn Design, ours: &Ours, wires: &[Wire]) -> Result<Tally, Fault> {
         let beside = if self.is_vhdl() { "vhdl" } else { "verilog" };
         let mut told = Told::new(ours, wires, beside);
         let count = ours.vectors.rows.len();
         let bits = |row: usize| wires.iter().map(|wire| wire.given(ours, row)).collect::<Vec<_>>();
         let mut words = bits(0);
-        // In reset while it settles, whatever the first row asks for.
+        // While it settles theirs is in reset, whatever the first row asks for.
         for (word, wire) in words.iter_mut().zip(wires) {
             if let What::Reset { active_low } = wire.what {
                 *word = u64::from(!active_low);
@@ -234,7 +237,7 @@ impl Entity {
         told.begin(&changes);
         let mut row = 0;
         while row < count {
-            // Rows with the same inputs are one request.
+            // Consecutive rows with the same inputs are one request.
             let words = bits(row);
             let end = (row + 1..count).find(|&next| bits(next) != words).unwrap_or(count);
             changes.clear();
@@ -249,7 +252,7 @@ impl Entity {
         is_vhdl(&self.files)
     }
 
-    /// As a design to be simulated, with the generics of this configuration.
+    /// Returns theirs as a design to be simulated, with the generics of this configuration.
     fn dut(&self, block: &dyn AnyBlock) -> Dut {
         let value = |text: &String| match block.generics().iter().find(|(name, _)| name == text) {
             Some((_, Generic::Integer(value))) => scene::Generic::Integer(*value),
@@ -276,8 +279,8 @@ impl Entity {
         }
     }
 
-    /// Rows by which theirs come later than ours. A register's output is seen after its edge, in the row of what went
-    /// into it, as a combinational output is.
+    /// Returns the number of rows by which the answers of theirs come later than ours. The output of a register is seen
+    /// after its clock edge, in the row of the inputs that went into it, like a combinational output.
     fn shift(&self, block: &dyn AnyBlock, has_clock: bool) -> Result<i64, EntityError> {
         let shift = self.latency - i64::from(has_clock) + i64::from(block.clocked());
         if block.clocked() && !has_clock && self.latency >= 0 {

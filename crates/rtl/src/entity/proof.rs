@@ -87,7 +87,7 @@ impl Entity {
                 why + &self.unknown(&netlist, &registers)
             }
             Verdict::Open(why) => why,
-            Verdict::Proved(_) => unreachable!("it is open"),
+            Verdict::Proved(_) | Verdict::Wired(_) | Verdict::Miswired(_) => unreachable!("a question is open"),
         }))
     }
 

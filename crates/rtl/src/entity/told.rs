@@ -1,4 +1,4 @@
-//! What somebody else's block told, compared row by row.
+//! Compares the answers of somebody else's block with ours, row by row.
 
 use std::collections::VecDeque;
 use std::ops::Range;
@@ -11,34 +11,34 @@ use crate::around::{AFTER, Around, BEFORE, Row};
 use crate::report::{Mismatch, Tally};
 use crate::vector::{Column, Vectors, digits, hex};
 
-/// What our block answers.
+/// The answers of our block.
 pub(super) struct Ours {
     pub(super) vectors: Vectors,
-    /// Which rows reset.
+    /// Whether each row resets.
     pub(super) resets: Vec<bool>,
-    /// Rows by which theirs answers later.
+    /// Rows by which the answers of theirs come later.
     pub(super) shift: i64,
 }
 
 impl Ours {
-    /// The word at an input of ours.
+    /// Returns the word at an input of ours.
     pub(super) fn input(&self, row: usize, index: usize) -> i64 {
         self.vectors.rows[row][usize::from(self.vectors.header.clocked) + index]
     }
 
-    /// The row of ours that one of theirs answers; `None` where there is none, or a reset between the two has emptied
-    /// what was on its way.
+    /// Returns the row of ours that a row of theirs answers. Returns `None` where there is no such row, or where a
+    /// reset between the two has cleared the answer.
     fn answered(&self, row: usize) -> Option<usize> {
         let own = usize::try_from(row as i64 - self.shift).ok().filter(|own| *own < self.resets.len())?;
         (!self.resets[own.min(row) + 1..=own.max(row)].contains(&true)).then_some(own)
     }
 }
 
-/// What theirs told so far.
+/// The answers of theirs so far.
 pub(super) struct Told<'a> {
     ours: &'a Ours,
     wires: &'a [Wire],
-    /// The bits at their ports, `None` where one of them is unknown.
+    /// The bits at the ports of theirs, `None` where one of them is unknown.
     now: Vec<Option<u64>>,
     compared: u64,
     mismatches: u64,
@@ -54,12 +54,12 @@ impl<'a> Told<'a> {
         Self { ours, wires, now, compared: 0, mismatches: 0, first: None, around, last }
     }
 
-    /// Takes what its outputs are before the first row.
+    /// Takes the outputs of theirs before the first row.
     pub(super) fn begin(&mut self, changes: &[Change]) {
         changes.iter().for_each(|change| self.now[change.port] = change.bits);
     }
 
-    /// Takes what changed over some rows.
+    /// Takes the changes during some rows, and compares each row.
     pub(super) fn rows(&mut self, rows: Range<usize>, changes: &[Change]) {
         let mut changes = changes.iter().peekable();
         for (edge, row) in (1..).zip(rows) {
@@ -75,7 +75,7 @@ impl<'a> Told<'a> {
         let (inputs, number) = (header.inputs.len(), row as u64 + 1);
         let answered = self.ours.answered(row);
         self.compared += u64::from(answered.is_some());
-        // Where nothing is compared, the table shows twice what ours answers.
+        // Where nothing is compared, the table shows the answer of ours on both sides.
         let own = &rows[answered.unwrap_or(row)][inputs..];
         let mut got: Vec<_> = header.outputs.iter().zip(own).map(|(column, &word)| hex(column.format, word)).collect();
         for (wire, &bits) in self.wires.iter().zip(&self.now) {
@@ -110,7 +110,7 @@ impl<'a> Told<'a> {
         }
     }
 
-    /// What was found.
+    /// Returns the result of the comparison.
     pub(super) fn tally(self) -> Tally {
         let (rows, around) = (Vec::from(self.last), self.around);
         let first = self.first.map(|first| Mismatch { around: Around { rows, ..around }, ..first });
@@ -118,12 +118,12 @@ impl<'a> Told<'a> {
     }
 }
 
-/// What theirs answers, as a word of ours.
+/// An answer of theirs, as a word of ours.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Answer {
-    /// A word of the same bits; of a number, of the same value.
+    /// A word with the same bits; for a number, with the same value.
     Word(i64),
-    /// A number that is no word of ours.
+    /// A number that a word of ours cannot hold.
     Beyond(i64),
     Unknown,
 }
@@ -154,7 +154,7 @@ impl Answer {
     }
 }
 
-/// A word's bits and its value.
+/// Returns a word's bits and its value as text.
 fn shown(&Column { format, .. }: &Column, word: i64) -> String {
     let value = format.value(word) as f64 * format.lsb();
     format!("{:0width$b} ({value})", format.bits(word), width = format.width() as usize)

@@ -1,4 +1,4 @@
-//! What each port of somebody else's block is.
+//! Connects the ports of somebody else's block to those of ours.
 
 use hpu_cosim::dut::Port;
 use hpu_datapath::AnyBlock;
@@ -7,7 +7,7 @@ use hpu_signal::Signal;
 use super::told::Ours;
 use super::{Entity, EntityError, Link, refused};
 
-/// A port of theirs and what it is.
+/// A port of theirs and its counterpart.
 pub(super) struct Wire {
     pub(super) port: Port,
     pub(super) what: What,
@@ -15,7 +15,7 @@ pub(super) struct Wire {
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum What {
-    /// An input or an output of ours, by its place.
+    /// An input or an output of ours, by its index.
     Input(usize),
     Output(usize),
     Constant(i64),
@@ -26,7 +26,7 @@ pub(super) enum What {
 }
 
 impl Wire {
-    /// The bits at it in a row, if it is an input.
+    /// Returns the bits at the port in a row, if it is an input.
     pub(super) fn given(&self, ours: &Ours, row: usize) -> u64 {
         match self.what {
             What::Input(index) => self.port.format.bits(ours.input(row, index)),
@@ -38,7 +38,8 @@ impl Wire {
 }
 
 impl Entity {
-    /// What each port of theirs is; each output of ours is one of them, or is said to be none.
+    /// Returns each port of theirs with its counterpart. Each output of ours must have a counterpart, or be declared to
+    /// have none.
     pub(super) fn wires(&self, block: &dyn AnyBlock, ports: &[Port]) -> Result<Vec<Wire>, EntityError> {
         for name in self.ports.iter().map(|(name, _)| name).chain(self.reset.iter().map(|(name, _)| name)) {
             if !ports.iter().any(|port| same(&port.name, name)) {
@@ -57,7 +58,7 @@ impl Entity {
             let is_open = self.without.iter().any(|open| same(open, name));
             match theirs.len() {
                 0 if !is_open => {
-                    // What nobody compares has to be said: it would be taken for equal.
+                    // An output that nobody compares has to be declared: otherwise it would be taken for equal.
                     let theirs = ports.iter().filter(|port| !port.is_input).cloned().collect::<Vec<_>>();
                     return refused(format!(
                         "no output of `{}` is {name} of {}; write --port ...={name}, or --port open={name}; {}",
@@ -135,14 +136,14 @@ impl Entity {
     }
 }
 
-/// Inputs of ours that theirs does not take.
+/// Returns the inputs of ours that theirs does not take.
 pub(super) fn not_taken(block: &dyn AnyBlock, wires: &[Wire]) -> Vec<&'static str> {
     let taken = |index: usize| wires.iter().any(|wire| wire.what == What::Input(index));
     let inputs = block.inputs().into_iter().enumerate();
     inputs.filter(|&(index, _)| !taken(index)).map(|(_, signal)| signal.name).collect()
 }
 
-/// Names of ports, with their bits.
+/// Returns the names of ports with their numbers of bits, for a message.
 pub(super) fn there_are(ports: &[Port]) -> String {
     let shown = |port: &Port| {
         let way = if port.is_input { "in" } else { "out" };
@@ -156,7 +157,7 @@ fn names(signals: &[Signal]) -> String {
     signals.iter().map(|signal| signal.name).collect::<Vec<_>>().join(", ")
 }
 
-/// Whether two names of ports are the same.
+/// Returns whether two port names are the same; case does not matter.
 pub(super) fn same(one: &str, two: &str) -> bool {
     one.eq_ignore_ascii_case(two)
 }

@@ -1,19 +1,22 @@
 //! Solvers of SMT-LIB, raced against each other.
 
 use std::collections::HashMap;
-use std::process::Command;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc;
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use super::ProofError;
 use super::query::Query;
 use crate::temporary::Temporary;
 use crate::tool::{Fault, Said, Tool, ToolError, run_unless};
 
-/// The solvers that race.
-const SOLVERS: [Tool; 2] = [Tool::Z3, Tool::Yices];
+/// The solvers that race, and how much later each begins. Most questions are answered before the third one begins; it
+/// decides some that neither of the others does.
+const SOLVERS: [(Tool, Duration); 3] =
+    [(Tool::Z3, Duration::ZERO), (Tool::Yices, Duration::ZERO), (Tool::Bitwuzla, Duration::from_millis(300))];
+/// How often a solver that is to begin later looks for an answer by another one.
+const TICK: Duration = Duration::from_millis(5);
 
 /// The answer of a solver.
 pub(super) enum Answer {
@@ -25,7 +28,7 @@ pub(super) enum Answer {
 
 /// Whether all solvers are there.
 pub(super) fn known() -> Result<(), ToolError> {
-    SOLVERS.iter().try_for_each(|solver| solver.version().map(|_| ()))
+    SOLVERS.iter().try_for_each(|(solver, _)| solver.version().map(drop))
 }
 
 /// Whether what a question takes for given can be: that there is a state with such inputs.
@@ -51,10 +54,14 @@ fn raced(text: &str, limit: Duration) -> Result<(Answer, &'static str), ProofErr
     let is_answered = AtomicBool::new(false);
     let (send, answers) = mpsc::channel();
     thread::scope(|scope| {
-        for solver in SOLVERS {
+        for (solver, later) in SOLVERS {
             let (send, path, is_answered) = (send.clone(), &path, &is_answered);
             scope.spawn(move || {
-                let mut command = Command::new(solver.name());
+                let begin = Instant::now();
+                while begin.elapsed() < later && !is_answered.load(Ordering::Relaxed) {
+                    thread::sleep(TICK);
+                }
+                let mut command = solver.command();
                 command.arg(path).current_dir(path.parent().unwrap_or(path));
                 let said = run_unless(is_answered, solver, "decide a query", command, limit);
                 // Who listens has heard enough after the first answer.
@@ -83,8 +90,8 @@ fn answer(solver: Tool, said: Result<Said, ToolError>) -> Result<Answer, ToolErr
     let said = match said {
         Ok(said) => said,
         // `get-value` after `unsat` is an error, which the exit code tells.
-        Err(ToolError { fault: Fault::Failed(_), said, .. }) if said.contains("unsat") => {
-            Said { out: said, err: String::new() }
+        Err(ToolError { fault: Fault::Failed(_), said, .. }) if said.lines().any(|line| line.trim() == "unsat") => {
+            return Ok(Answer::Unsatisfiable);
         }
         Err(ToolError { fault: Fault::Failed(_), said, .. }) => return Ok(Answer::Unknown(said.trim().to_string())),
         Err(ToolError { fault: Fault::TooLong(limit), .. }) => {

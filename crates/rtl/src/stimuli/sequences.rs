@@ -5,7 +5,8 @@ use hpu_signal::Signal;
 use super::{corners, edge, product, reset};
 use crate::Stimulus;
 
-/// Sequential computations: every corner of each operand against those of the others, each with time for a bit an edge.
+/// Returns rows for sequential computations: every corner of each operand against those of the others. Each computation
+/// has time for one bit an edge.
 pub(super) fn computations(inputs: &[Signal], frac: i64) -> Vec<Stimulus> {
     let lists: Vec<_> = inputs[1..].iter().map(|signal| corners(signal.format)).collect();
     let edges = i64::from(inputs[1].format.width()) + frac + 2;
@@ -15,15 +16,15 @@ pub(super) fn computations(inputs: &[Signal], frac: i64) -> Vec<Stimulus> {
     [reset(vec![1; inputs.len()])].into_iter().chain(runs).collect()
 }
 
-/// Whether the block sees a position and nothing else but the sample period: it estimates a velocity.
+/// Returns whether the block estimates a velocity: its inputs are a position and at most the sample period.
 pub(super) fn is_estimator(inputs: &[Signal]) -> bool {
     inputs[0].name == "position" && inputs[1..].iter().all(|signal| signal.name == "period")
 }
 
-/// Eighths of a count a sample, each for a while: slow and fast, bends, reversals, standstill.
+/// Speeds in eighths of a count a sample, each for a while: slow and fast, bends, reversals, standstill.
 const SPEEDS: [i128; 14] = [8, 1, 3, -2, 17, 0, 5, -11, -20, 24, 40, -40, 7, 0];
 
-/// Motions across the counter's turn, at short sample periods.
+/// Returns motions through the position at which the counter wraps, at short sample periods.
 pub(super) fn motions(inputs: &[Signal]) -> Vec<Stimulus> {
     let mut rows = Vec::new();
     for period in [1, 3] {

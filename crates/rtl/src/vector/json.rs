@@ -1,8 +1,8 @@
-//! Vectors as JSON: everything that is known of a set, and the SHA-256 of what is written.
+//! Vectors as JSON: all information about a set, and the SHA-256 of the text.
 //!
-//! One key a line, one row a line. The last key is the SHA-256, in hex, of all other lines, so that
-//! `grep -v '"sha256"' FILE | sha256sum` prints it again. Words are decimal integers in units of their least
-//! significant bit, up to 64 bits: a reader must not take them for floats.
+//! The text has one key a line and one row a line. The last key is the SHA-256, in hex, of all other lines, so that
+//! `grep -v '"sha256"' FILE | sha256sum` prints it again. Words are decimal integers of up to 64 bits, in units of
+//! their least significant bit. A reader must not read them as floats.
 
 use std::fmt;
 
@@ -12,70 +12,70 @@ use sha2::{Digest, Sha256};
 
 use super::{Column, Header, Vectors};
 
-/// Where the inputs of a set come from.
+/// The source of the inputs of a set.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum Source {
     /// Corner cases.
     Directed,
-    /// A seed.
+    /// Random words from a seed.
     Random {
         /// The seed.
         seed: u64,
     },
-    /// What a loop, or a block in it, saw in a scene.
+    /// The inputs of a loop, or of a block in it, in a scene.
     Scene {
         /// Name of the scene.
         scene: String,
-        /// What was changed of it, as `KEY=VALUE`.
+        /// The changes to the scene, as `KEY=VALUE`.
         settings: Vec<String>,
         /// The scene's own seed.
         seed: u64,
     },
-    /// A lookup table: every address.
+    /// A lookup table, read at every address.
     Table,
 }
 
-/// Where a set comes from.
+/// The origin of a set.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Origin {
-    /// Label of the block's configuration, when it is one of those that are listed.
+    /// Label of the block's configuration, if it is one of the listed configurations.
     pub variant: Option<String>,
-    /// The inputs.
+    /// The source of the inputs.
     pub source: Source,
 }
 
 /// Why a JSON file was refused.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum JsonError {
-    /// Not one line is the SHA-256, or more than one.
+    /// No line is the SHA-256, or more than one.
     NoDigest,
-    /// The other lines have another SHA-256.
+    /// The SHA-256 of the other lines is not the one in the file.
     Edited {
-        /// What the file says.
+        /// The SHA-256 in the file.
         told: String,
-        /// What its other lines have.
+        /// The SHA-256 of its other lines.
         found: String,
     },
-    /// No JSON.
+    /// The text is not JSON.
     Syntax {
         /// The line.
         line: usize,
-        /// What the parser says of it.
+        /// The parser's message.
         said: String,
     },
-    /// No configuration is called so, with these columns and generics.
+    /// No known configuration has this name, these columns and these generics.
     Unknown {
-        /// What the file calls the block.
+        /// The block as the file describes it.
         block: Value,
     },
-    /// A row that is no list of as many words as there are columns.
+    /// A row is not a list with one word for each column.
     Row {
-        /// Which one, counted from 1.
+        /// The row's number, counted from 1.
         row: usize,
         /// Number of columns.
         expected: usize,
     },
-    /// A value that the column's format does not hold.
+    /// A value does not fit the column's format.
     Word {
         /// Row, counted from 1.
         row: usize,
@@ -111,7 +111,7 @@ impl fmt::Display for JsonError {
 impl std::error::Error for JsonError {}
 
 impl JsonError {
-    /// The line of the refused text, counted from 1; the first where none is to blame.
+    /// Returns the line of the refused text to which the error belongs, counted from 1; line 1 when it belongs to none.
     #[must_use]
     pub fn line(&self, text: &str) -> usize {
         let of =
@@ -126,17 +126,17 @@ impl JsonError {
     }
 }
 
-/// The line of a row, counted from 1, in a file with a row a line.
+/// Returns the line of a row, counted from 1, in a file with one row a line.
 #[must_use]
 pub fn row_line(text: &str, row: usize) -> usize {
     let rows = text.lines().position(|line| line.contains("\"rows\"")).unwrap_or(0);
     (rows + 1 + row).min(text.lines().count().max(1))
 }
 
-/// The line that is not part of its own digest.
+/// The key of the line that is not part of the digest.
 const DIGEST: &str = "\"sha256\"";
 
-/// SHA-256 of all lines but its own.
+/// Returns the SHA-256 of all lines except the digest's own.
 fn digest(text: &str) -> String {
     let mut sha = Sha256::new();
     for line in text.split_inclusive('\n').filter(|line| !line.contains(DIGEST)) {
@@ -145,7 +145,7 @@ fn digest(text: &str) -> String {
     sha.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// What a header says, by key.
+/// Returns the keys that describe a header.
 fn described(header: &Header) -> [(&'static str, Value); 4] {
     let column = |direction| {
         move |Column { name, format, unit }: &Column| {
@@ -183,7 +183,7 @@ fn origin_keys(origin: &Origin) -> Vec<(&'static str, Value)> {
 }
 
 impl Vectors {
-    /// The set as JSON, see `json.rs`.
+    /// Returns the set as JSON, in the format of `json.rs`.
     #[must_use]
     pub fn to_json(&self, origin: &Origin) -> String {
         let line = |(key, value): (&str, Value)| match value {
@@ -201,11 +201,11 @@ impl Vectors {
         format!("{said}{DIGEST}: \"{sha}\"\n}}\n")
     }
 
-    /// Reads a JSON file, whose header must be one of these.
+    /// Reads a JSON file. Its header must be one of `headers`.
     ///
     /// # Errors
     ///
-    /// [`JsonError`] when the file was changed since it was written, or says what no set can be.
+    /// [`JsonError`] when the file was changed after it was written, or does not describe a set.
     pub fn from_json(text: &str, headers: impl IntoIterator<Item = Header>) -> Result<Self, JsonError> {
         let told: Vec<_> = text.lines().filter(|line| line.contains(DIGEST)).collect();
         let told = match told[..] {
@@ -239,7 +239,7 @@ impl Vectors {
     }
 }
 
-/// A list, one element a line.
+/// Returns a list with one element a line.
 fn list(key: &str, elements: impl Iterator<Item = String>) -> String {
     format!("\"{key}\": [\n{}\n],\n", elements.collect::<Vec<_>>().join(",\n"))
 }

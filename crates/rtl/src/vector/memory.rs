@@ -1,4 +1,4 @@
-//! Memories: rows or tables as the words of a ROM, in the forms that simulators and vendors' tools take.
+//! Memories: rows or tables as the words of a ROM, in the formats of simulators and vendors' tools.
 
 use std::fmt::Write as _;
 
@@ -7,16 +7,16 @@ use super::Vectors;
 /// The contents of a memory.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Memory {
-    /// What it is, a line each.
+    /// Two lines that describe the contents.
     about: [String; 2],
     /// Bits of a word.
     width: usize,
-    /// Words by address, their most significant bit first.
+    /// The words by address, each with its most significant bit first.
     words: Vec<Vec<bool>>,
 }
 
 impl Memory {
-    /// The columns from `first` on, side by side.
+    /// Returns a memory with the columns from `first` on, side by side.
     pub(super) fn new(vectors: &Vectors, first: usize) -> Self {
         let columns: Vec<_> = vectors.header.columns().skip(first).collect();
         let width = columns.iter().map(|column| column.format.width() as usize).sum();
@@ -38,19 +38,19 @@ impl Memory {
         Self { about, width, words: vectors.rows.iter().map(word).collect() }
     }
 
-    /// Bits of a word.
+    /// Returns the number of bits of a word.
     #[must_use]
     pub fn width(&self) -> usize {
         self.width
     }
 
-    /// Whether there is no word, which no tool takes for a memory.
+    /// Returns whether there are no words. No tool accepts a memory without words.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.words.is_empty()
     }
 
-    /// Verilog's `$readmemh`: a hex number a line.
+    /// Returns the contents for Verilog's `$readmemh`: one hex number a line.
     #[must_use]
     pub fn to_readmemh(&self) -> String {
         let [what, slices] = &self.about;
@@ -58,7 +58,8 @@ impl Memory {
         format!("// {what}\n// {slices}\n") + &words.collect::<String>()
     }
 
-    /// Coefficients of Xilinx's memory generators (UG896, "COE File Syntax"): hex numbers in the order of the address.
+    /// Returns the coefficients for Xilinx's memory generators (UG896, "COE File Syntax"): hex numbers in the order of
+    /// the addresses.
     #[must_use]
     pub fn to_coe(&self) -> String {
         let [what, slices] = &self.about;
@@ -69,8 +70,8 @@ impl Memory {
         )
     }
 
-    /// Memory Initialization File of Intel's, formerly Altera's, Quartus: depth and width, then `address : word;` in
-    /// hex.
+    /// Returns a Memory Initialization File for Quartus by Intel (formerly Altera): depth and width, then `address :
+    /// word;` in hex.
     #[must_use]
     pub fn to_mif_intel(&self) -> String {
         let [what, slices] = &self.about;
@@ -85,7 +86,8 @@ impl Memory {
         text + "END;\n"
     }
 
-    /// Memory initialization file of Xilinx's (UG896, "MIF File Description"): one binary word a line, and no comment.
+    /// Returns a memory initialization file for Xilinx (UG896, "MIF File Description"): one binary word a line, without
+    /// comments.
     #[must_use]
     pub fn to_mif_xilinx(&self) -> String {
         let line =
@@ -94,7 +96,7 @@ impl Memory {
     }
 }
 
-/// Bits as a hex number, padded on the left to whole digits.
+/// Returns bits as a hex number, padded on the left to whole digits.
 fn hex(word: &[bool]) -> String {
     let first = word.len() % 4;
     let (head, rest) = word.split_at(first);

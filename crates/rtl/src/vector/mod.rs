@@ -1,8 +1,8 @@
-//! Golden vectors: what goes into a block before an edge, and what stands at its outputs after it.
+//! Golden vectors: the inputs of a block before an edge, and its outputs after the edge.
 //!
-//! A set is plain text. Line 1 names the block, its ports with their formats, and its generics; every further line is
-//! one edge (for a combinational block: one settling) in hex words, as many digits as the format needs, inputs first;
-//! the last line counts the rows, so that a cut file is never taken for a whole one.
+//! A set is plain text. Line 1 names the block, its ports with their formats, and its generics. Each further line is
+//! one edge (for a combinational block: one settling) in hex words with as many digits as the format needs, inputs
+//! first. The last line has the number of rows, so that a cut file is never taken for a complete one.
 //!
 //! ```text
 //! # position_counter in rst(0,1,0) step(1,1,0) out position(0,12,0) generics WIDTH=12
@@ -33,7 +33,7 @@ pub struct Column {
     pub unit: &'static str,
 }
 
-/// What line 1 of a vector file says. [`Display`](fmt::Display) writes that line.
+/// The contents of line 1 of a vector file. [`Display`](fmt::Display) writes that line.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Header {
     /// Name of the block.
@@ -48,7 +48,7 @@ pub struct Header {
     pub generics: Vec<(&'static str, Generic)>,
 }
 
-/// One edge's stimulus.
+/// The stimulus of one edge.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Stimulus {
     /// Whether this is a reset edge; never for a combinational block.
@@ -66,7 +66,7 @@ pub struct Vectors {
     pub rows: Vec<Vec<i64>>,
 }
 
-/// A generic's value as VHDL and GHDL's `-g` write it.
+/// Returns a generic's value as VHDL and GHDL's `-g` write it.
 #[must_use]
 pub fn literal(value: Generic) -> String {
     match value {
@@ -76,7 +76,7 @@ pub fn literal(value: Generic) -> String {
 }
 
 impl Header {
-    /// The header of a block in its configuration.
+    /// Returns the header of a block in its configuration.
     #[must_use]
     pub fn of(block: &dyn AnyBlock) -> Self {
         let column = |signal: &Signal| Column { name: signal.name, format: signal.format, unit: signal.unit };
@@ -90,7 +90,7 @@ impl Header {
         }
     }
 
-    /// All columns, inputs first.
+    /// Returns all columns, inputs first.
     pub fn columns(&self) -> impl Iterator<Item = &Column> {
         self.inputs.iter().chain(&self.outputs)
     }
@@ -116,18 +116,18 @@ impl fmt::Display for Header {
     }
 }
 
-/// Hex digits of a word of this width.
+/// Returns the number of hex digits of a word of this format.
 pub(crate) fn digits(format: Format) -> usize {
     format.width().div_ceil(4) as usize
 }
 
-/// A word in hex, all of its digits.
+/// Returns a word in hex with all of its digits.
 pub(crate) fn hex(format: Format, word: i64) -> String {
     format!("{:0digits$x}", format.bits(word), digits = digits(format))
 }
 
 impl Vectors {
-    /// Feeds a block, from its present state, and records what it answers: one row a stimulus.
+    /// Feeds a block from its present state and records its outputs: one row for each stimulus.
     pub fn record(block: &mut dyn AnyBlock, stimuli: impl IntoIterator<Item = Stimulus>) -> Self {
         let header = Header::of(block);
         let row = |Stimulus { rst, words }: Stimulus| {
@@ -139,7 +139,7 @@ impl Vectors {
         Self { header, rows }
     }
 
-    /// A lookup table of a block: a row an address.
+    /// Returns a lookup table of a block as vectors, with one row for each address.
     #[must_use]
     pub fn of_rom(block: &dyn AnyBlock, rom: &Rom) -> Self {
         let bits = rom.words.len().max(2).next_power_of_two().ilog2();
@@ -153,7 +153,7 @@ impl Vectors {
         Self { header, rows: (0..).zip(&rom.words).map(|(address, &word)| vec![address, word]).collect() }
     }
 
-    /// The vector file.
+    /// Returns the text of the vector file.
     #[must_use]
     pub fn to_text(&self) -> String {
         let mut text = format!("{}\n", self.header);
@@ -170,13 +170,13 @@ impl Vectors {
         text
     }
 
-    /// Decimal values (in units of each word's least significant bit) under a line of column names.
+    /// Returns decimal values (in units of each word's least significant bit) under a line of column names.
     #[must_use]
     pub fn to_csv(&self) -> String {
         self.csv_from(0)
     }
 
-    /// As [`to_csv`](Self::to_csv), the outputs alone.
+    /// Returns the outputs alone, in the format of [`to_csv`](Self::to_csv).
     #[must_use]
     pub fn outputs_to_csv(&self) -> String {
         self.csv_from(self.header.inputs.len())
@@ -194,12 +194,12 @@ impl Vectors {
         text
     }
 
-    /// What VUnit's `load_csv` reads: decimal values and nothing else, for it takes no line of names. The columns are
-    /// in the order of the header; all become VHDL integers.
+    /// Returns the text for VUnit's `load_csv`: decimal values without a line of names, because `load_csv` accepts no
+    /// names. The columns are in the order of the header; all become VHDL integers.
     ///
     /// # Errors
     ///
-    /// [`TooWide`] when a column has words that are no VHDL integers of 32 bits.
+    /// [`TooWide`] when the words of a column do not fit in VHDL integers of 32 bits.
     pub fn to_vunit(&self) -> Result<String, TooWide> {
         let integers = i128::from(i32::MIN)..=i128::from(i32::MAX);
         let fits = |format: Format| integers.contains(&format.min()) && integers.contains(&format.max());
@@ -210,20 +210,20 @@ impl Vectors {
         Ok(csv.split_once('\n').map_or("", |(_, rows)| rows).to_string())
     }
 
-    /// The rows as the words of a memory, all columns side by side, the first one in the upper bits.
+    /// Returns the rows as the words of a memory: all columns side by side, the first one in the upper bits.
     #[must_use]
     pub fn memory(&self) -> Memory {
         Memory::new(self, 0)
     }
 
-    /// The outputs alone as the words of a memory: for a lookup table, its contents.
+    /// Returns the outputs alone as the words of a memory. For a lookup table, these are its contents.
     #[must_use]
     pub fn outputs_memory(&self) -> Memory {
         Memory::new(self, self.header.inputs.len())
     }
 }
 
-/// A column whose words VUnit's integers do not hold.
+/// A column whose words do not fit in VUnit's integers.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct TooWide {
     /// Name of the column.

@@ -1,4 +1,4 @@
-//! A file that another thread writes.
+//! A sink that writes its file on another thread.
 
 use std::io;
 use std::mem;
@@ -8,9 +8,9 @@ use std::thread::{self, JoinHandle};
 
 use super::Sink;
 
-/// Hands all changes to another thread, which writes them in the same order. Errors come back at the end.
+/// Passes all changes to another thread, which writes them in the same order. Errors are returned at the end.
 ///
-/// A run is held up once the other is a few batches behind: memory stays bounded.
+/// The run waits once the thread is a few batches behind, so that memory stays bounded.
 pub struct Aside<S: Sink> {
     batch: Vec<Change>,
     full: SyncSender<Vec<Change>>,
@@ -18,7 +18,7 @@ pub struct Aside<S: Sink> {
     worker: JoinHandle<io::Result<S::Out>>,
 }
 
-/// What a sink is told.
+/// A change that a sink is given.
 #[derive(Clone, Copy)]
 enum Change {
     Time(u64),
@@ -26,9 +26,9 @@ enum Change {
     Real(u32, f64),
 }
 
-/// Changes of a batch: it fits in a processor's cache.
+/// Changes in a batch. A batch fits in a processor's cache.
 const BATCH: usize = 1 << 15;
-/// Batches on their way.
+/// The number of batches in use at a time.
 const BATCHES: usize = 4;
 
 impl<S: Sink + Send + 'static> Aside<S>
@@ -39,7 +39,7 @@ where
         let (full, filled) = mpsc::sync_channel::<Vec<Change>>(BATCHES);
         let (emptied, empty) = mpsc::channel();
         let worker = thread::spawn(move || {
-            // Memory that is touched here need not be made to exist while the run waits.
+            // Memory that is touched here is already allocated when the run needs it.
             for _ in 0..2 {
                 let mut batch = vec![Change::Time(1); BATCH];
                 batch.clear();
@@ -54,7 +54,7 @@ where
                         Change::Real(slot, value) => sink.real(slot as usize, value),
                     });
                 }
-                // Whoever no longer listens is done.
+                // The receiver is gone only when the run has ended.
                 let _ = emptied.send(batch);
             }
             written.and_then(|()| sink.finish())
@@ -66,7 +66,7 @@ where
 impl<S: Sink> Aside<S> {
     fn hand_over(&mut self) {
         let next = self.empty.try_recv().unwrap_or_else(|_| Vec::with_capacity(BATCH));
-        // It fails only after a panic over there, which `finish` passes on.
+        // Sending fails only after a panic of the other thread, which `finish` passes on.
         let _ = self.full.send(mem::replace(&mut self.batch, next));
     }
 
@@ -114,7 +114,7 @@ impl<S: Sink> Sink for Aside<S> {
 mod tests {
     use super::*;
 
-    /// Notes what it is told, slowly now and then, until there is no more room.
+    /// Records the changes that it is given, slowly from time to time, until there is no more room.
     #[derive(Default)]
     struct Notes {
         told: Vec<(usize, u64)>,
@@ -155,7 +155,7 @@ mod tests {
         }
     }
 
-    /// More changes than all batches on their way hold.
+    /// More changes than all batches in use can hold.
     const CHANGES: usize = 3 * BATCHES * BATCH;
 
     fn tell(sink: &mut impl Sink) -> io::Result<()> {

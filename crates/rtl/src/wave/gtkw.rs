@@ -1,4 +1,4 @@
-//! The GTKWave save file: which traces, in which groups, drawn how.
+//! The GTKWave save file: which traces it shows, in which groups, and how each is drawn.
 
 use std::fmt::Write;
 use std::ops::Range;
@@ -9,8 +9,8 @@ use super::layout::DIFFERS;
 use super::timescale::Timescale;
 use super::{Layout, Scope, Source, Var};
 
-/// The groups and their nets, those of several joints without the joint's number; nets named nowhere go into a last
-/// group.
+/// The groups and their nets. Nets of several joints are listed without the joint's number. Nets that are not listed go
+/// into a last group.
 const GROUPS: [(&str, &[&str]); 8] = [
     ("VHDL and emulator", &[DIFFERS]),
     ("Encoder", &["a_pin", "b_pin", "a", "b", "step", "error"]),
@@ -24,7 +24,7 @@ const GROUPS: [(&str, &[&str]); 8] = [
     ),
     ("PWM & bridge", &["a_high", "a_low", "b_high", "b_low"]),
 ];
-/// Nets drawn as curves.
+/// Nets that are drawn as curves.
 const CURVES: [&str; 19] = [
     "position",
     "count",
@@ -47,7 +47,7 @@ const CURVES: [&str; 19] = [
     "command",
 ];
 
-// Trace flags of GTKWave (TR_*_B in its analyzer.h); the save file has them in hexadecimal.
+// Trace flags of GTKWave (TR_*_B in its analyzer.h). The save file has them in hexadecimal.
 const DECIMAL: u32 = 1 << 2;
 const BINARY: u32 = 1 << 3;
 const RIGHT: u32 = 1 << 5;
@@ -61,18 +61,18 @@ const GROUP_BEGIN: u32 = 1 << 23;
 const GROUP_END: u32 = 1 << 24;
 const FIXED_POINT: u32 = 1 << 30;
 
-/// Empty rows under a curve, which is drawn over them too.
+/// Empty rows below a curve. The curve is drawn over them too.
 const STRETCH_ROWS: usize = 2;
-// The window, its panes, and what the waves have of its width, in pixels.
+// The sizes in pixels of the window and its panes, and the width of the waves.
 const SIZE: (u32, u32) = (1500, 1000);
 const TREE_WIDTH: u32 = 280;
 const NAMES_WIDTH: u32 = 340;
 const WAVES_WIDTH: u32 = SIZE.0 - TREE_WIDTH - NAMES_WIDTH - 40;
 
-/// A save file that opens a waveform ready to read: the clock if there is one, groups from the encoder to the plant,
-/// bits as bits, words as decimal numbers with their fraction bits, the loop's words and the plant's outputs as curves
-/// scaled to the whole run, and `span` filling the window, and the primary marker at an edge, if there is one to mark;
-/// markers A to Z at the first 26 `named` edges.
+/// Returns a save file that opens a waveform ready to read. It shows the clock, if there is one, and groups from the
+/// encoder to the plant. Bits are shown as bits, and words as decimal numbers with their fraction bits. The loop's
+/// words and the plant's outputs are curves, scaled to the whole run. `span` fills the window. The primary marker is at
+/// an edge, if one is to be marked; markers A to Z are at the first 26 `named` edges.
 ///
 /// `dump` is the name of the waveform's file; GTKWave looks for it beside the save file.
 #[must_use]
@@ -102,12 +102,12 @@ pub fn gtkw(
     file
 }
 
-/// A net's name without the number of its joint.
+/// Returns a net's name without the number of its joint.
 fn base(name: &str) -> &str {
     name.trim_end_matches(['1', '2', '3'])
 }
 
-/// What a save file begins with: the window, open scopes of the hierarchy, and a marker, if any.
+/// Returns the beginning of a save file: the window, open scopes of the hierarchy, and markers, if any.
 pub(super) fn header(
     tree: &[&str],
     dump: &str,
@@ -116,7 +116,7 @@ pub(super) fn header(
     marker: Option<Cycle>,
     named: &[Cycle],
 ) -> String {
-    // GTKWave counts in units of a thousand: of 10 ns, in nanoseconds.
+    // GTKWave counts in units of a thousand: times in 10 ns are written in nanoseconds.
     let timescale = Timescale::of(clock);
     let (start, end) = (timescale.in_thousands(span.start), timescale.in_thousands(span.end));
     // GTKWave shows 2^-zoom units of time in 200 pixels.
@@ -126,7 +126,8 @@ pub(super) fn header(
         let _ = write!(marker, " {}", timescale.in_thousands(edge));
     }
     let mut text = String::from("[*] Save file of a waveform written by hpu\n");
-    // GTKWave finds the dump by its place relative to the save file, whatever directory both have moved to.
+    // GTKWave finds the dump by its path relative to the save file, even when both have been moved to another
+    // directory.
     let _ = writeln!(text, "[dumpfile] \"/{dump}\"\n[savefile] \"/{dump}.gtkw\"");
     let _ = writeln!(text, "[timestart] {start}\n[size] {} {}\n[pos] -1 -1\n*{zoom:.6} {marker}", SIZE.0, SIZE.1);
     for scope in tree {
@@ -153,7 +154,7 @@ fn net_trace(layout: &Layout, index: usize) -> Option<String> {
     trace(layout, Source::Net(index), flags, format.frac(), alias)
 }
 
-/// How a word is written: a bit as a bit, a number in decimal.
+/// Returns the flags of a word: a bit is shown as a bit, a number in decimal.
 pub(super) fn word_flags(net: &Signal) -> u32 {
     match net.format {
         Format::BIT => BINARY | RIGHT,
@@ -162,7 +163,7 @@ pub(super) fn word_flags(net: &Signal) -> u32 {
     }
 }
 
-/// A trace, or nothing when the layout does not show the source.
+/// Returns the trace of a source; `None` when the layout does not show the source.
 fn trace(layout: &Layout, source: Source, flags: u32, frac: i32, alias: Option<String>) -> Option<String> {
     let (path, name) = layout.scopes().iter().find_map(|scope| find(scope, source))?;
     let mut text = line(&format!("{path}.{name}"), flags, frac, alias);
@@ -173,7 +174,7 @@ fn trace(layout: &Layout, source: Source, flags: u32, frac: i32, alias: Option<S
     Some(text)
 }
 
-/// A trace of the variable at a path.
+/// Returns the trace of the variable at a path.
 pub(super) fn line(path: &str, flags: u32, frac: i32, alias: Option<String>) -> String {
     let mut text = if frac > 0 {
         format!("@{:x}\n[fpshift_count] {frac}\n", flags | FIXED_POINT)
@@ -187,7 +188,7 @@ pub(super) fn line(path: &str, flags: u32, frac: i32, alias: Option<String>) -> 
     text
 }
 
-/// The first variable that shows a source, with the path of its scope.
+/// Returns the first variable that shows a source, with the path of its scope.
 fn find(scope: &Scope, source: Source) -> Option<(String, &str)> {
     if let Some(Var { name, .. }) = scope.vars.iter().find(|var| var.source == source) {
         return Some((scope.name.clone(), name));

@@ -1,4 +1,4 @@
-//! Which variables a waveform has, and where in the hierarchy they stand.
+//! The variables of a waveform, and their places in the hierarchy.
 
 use std::fmt;
 
@@ -6,7 +6,7 @@ use hpu_cosim::{Rig, Visit, Wired, World};
 use hpu_datapath::{AnyBlock, Instance, Wiring};
 use hpu_signal::{Format, Real, Signal};
 
-/// Where the value of a variable comes from. Variables with the same source are one signal under several names.
+/// The source of a variable's value. Variables with the same source are one signal under several names.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Source {
     /// The clock: 1 from each edge until half a period later.
@@ -28,7 +28,7 @@ pub struct Var {
     pub name: String,
     /// Width in bits; 64 for a real.
     pub width: u32,
-    /// Where its value comes from.
+    /// The source of its value.
     pub source: Source,
 }
 
@@ -51,11 +51,11 @@ pub struct Layout {
     pub(super) reals: Vec<Real>,
     /// Words of the inputs that are tied to a constant.
     pub(super) tied: Vec<i64>,
-    /// How many channels a logic analyser has; `None` for a design.
+    /// The number of channels of a logic analyser; `None` for a design.
     pub(super) channels: Option<usize>,
 }
 
-/// Makes the layout of a session.
+/// Visits a session and makes its layout.
 struct Laying {
     reals: &'static [Real],
 }
@@ -71,22 +71,22 @@ impl<'s> Visit<'s> for Laying {
     }
 }
 
-/// The name of the net that says whether VHDL has differed.
+/// The name of the net that is 1 once the VHDL has differed.
 pub(super) const DIFFERS: &str = "differs";
 
-/// The net that a [run of VHDL](crate::run_vhdl) shows after the wiring's: 1 from the first edge on at which a net
-/// differed from the emulator's.
+/// Returns the net that a [run of VHDL](crate::run_vhdl) shows after those of the wiring: it is 1 from the first edge
+/// at which a net differed from the emulator's.
 #[must_use]
 pub fn differs() -> Signal {
     Signal::bit(DIFFERS, "A net has differed from the emulator's")
 }
 
-/// A net was asked for that the wiring does not have.
+/// The error for a net that the wiring does not have.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct UnknownNet {
     /// The name.
     pub name: String,
-    /// The names there are.
+    /// The names of the wiring's nets.
     pub known: Vec<&'static str>,
 }
 
@@ -116,7 +116,7 @@ impl Scope {
         Self { name: name.to_string(), vars: reset.into_iter().chain(vars).collect(), scopes: Vec::new() }
     }
 
-    /// The scope of this name inside, which is made when it is not there.
+    /// Returns the inner scope of this name, and makes it when it is missing.
     fn inner(&mut self, name: &str) -> &mut Self {
         let at = self.scopes.iter().position(|scope| scope.name == name).unwrap_or(self.scopes.len());
         if at == self.scopes.len() {
@@ -140,7 +140,8 @@ impl Scope {
 }
 
 impl Layout {
-    /// The hierarchy of a wiring as GHDL shows it, without `clk`, and the plant's outputs in a scope `plant` beside it.
+    /// Returns the hierarchy of a wiring as GHDL shows it, without `clk`, and the plant's outputs in a scope `plant`
+    /// beside it.
     #[must_use]
     pub fn new<W: Wiring>(wiring: &W, reals: &[Real]) -> Self {
         let nets = wiring.nets();
@@ -168,14 +169,14 @@ impl Layout {
         Self { scopes, nets, reals: reals.to_vec(), tied, channels: None }
     }
 
-    /// The hierarchy of a scene's wiring and world. A recording has no plant.
+    /// Returns the hierarchy of a scene's wiring and world. A recording has no plant.
     #[must_use]
     pub fn of(session: &impl Wired) -> Self {
         let reals = if session.has_device() { session.reals() } else { &[] };
         session.visit(Laying { reals })
     }
 
-    /// The ports of a design of the user's own in a scope of its name, and its world.
+    /// Returns the hierarchy of a design of the user's own: its ports in a scope of its name, and its world.
     #[must_use]
     pub fn of_design(session: &impl Rig) -> Self {
         let nets = session.nets();
@@ -190,16 +191,16 @@ impl Layout {
         Self { scopes, nets, reals: session.reals().to_vec(), tied: Vec::new(), channels: None }
     }
 
-    /// The same with `clk` in front of every `rst`. The writers toggle it between the changes they observe: it costs
-    /// two entries an edge in the file, but no step of the engine.
+    /// Adds `clk` in front of every `rst`. The writers toggle it between the changes that they observe: it costs two
+    /// entries an edge in the file, but no step of the engine.
     #[must_use]
     pub fn with_clock(mut self) -> Self {
         self.scopes.iter_mut().for_each(Scope::add_clock);
         self
     }
 
-    /// The same with the net that a [run of VHDL](crate::run_vhdl) has beyond the wiring's, in a scope `comparison`: 1
-    /// from the first edge on at which a net differed from the emulator's.
+    /// Adds the net that a [run of VHDL](crate::run_vhdl) has beyond those of the wiring, in a scope `comparison`: it
+    /// is 1 from the first edge at which a net differed from the emulator's.
     #[must_use]
     pub fn with_comparison(mut self) -> Self {
         let var = Var::new(DIFFERS, Format::BIT, Source::Net(self.nets.len()));
@@ -208,8 +209,8 @@ impl Layout {
         self
     }
 
-    /// A few nets as a logic analyser would export them: one scope `libsigrok`, each net under the name of its channel,
-    /// as in `[("a_pin", "A"), ("b_pin", "B")]`.
+    /// Returns a layout of a few nets as a logic analyser would export them: one scope `libsigrok`, each net under the
+    /// name of its channel, as in `[("a_pin", "A"), ("b_pin", "B")]`.
     ///
     /// # Errors
     ///
@@ -227,13 +228,13 @@ impl Layout {
         Ok(Self { scopes: vec![scope], nets, reals: Vec::new(), tied: Vec::new(), channels: Some(channels.len()) })
     }
 
-    /// The topmost scopes.
+    /// Returns the topmost scopes.
     #[must_use]
     pub fn scopes(&self) -> &[Scope] {
         &self.scopes
     }
 
-    /// Full names of all variables in the order of the file, as in `hybrid_loop.counter.position[11:0]`.
+    /// Returns the full names of all variables in the order of the file, as in `hybrid_loop.counter.position[11:0]`.
     #[must_use]
     pub fn names(&self) -> Vec<String> {
         let mut names = Vec::new();
@@ -241,7 +242,7 @@ impl Layout {
         names
     }
 
-    /// Whether some variable shows this source.
+    /// Returns whether any variable shows this source.
     #[must_use]
     pub fn shows(&self, source: Source) -> bool {
         fn has(scope: &Scope, source: Source) -> bool {
@@ -250,7 +251,7 @@ impl Layout {
         self.scopes.iter().any(|scope| has(scope, source))
     }
 
-    /// A dense number for each source, below [`slots`](Self::slots).
+    /// Returns the number of a source. The numbers are dense, and below [`slots`](Self::slots).
     pub(super) fn slot(&self, source: Source) -> usize {
         match source {
             Source::Net(index) => index,
@@ -261,7 +262,7 @@ impl Layout {
         }
     }
 
-    /// How many slots there are.
+    /// Returns the number of slots.
     pub(super) fn slots(&self) -> usize {
         self.nets.len() + self.reals.len() + 2 + self.tied.len()
     }

@@ -1,7 +1,7 @@
-//! A waveform of the rows around a mismatch: the emulator's words beside those that it is held against.
+//! A waveform of the rows around a mismatch: the emulator's words, and beside them those of the other side.
 //!
-//! It is a VCD, which can say that a bit is unknown. Of a clocked block the inputs change half a cycle before the edge
-//! that samples them, all else at the edge; `differs` is 1 where a word does.
+//! The file is a VCD, because a VCD can hold unknown bits. The inputs of a clocked block change half a cycle before the
+//! edge that samples them, and all other signals change at the edge. `differs` is 1 in a row in which a word differs.
 
 use std::fmt::Write;
 
@@ -15,7 +15,7 @@ use crate::around::{Around, Row};
 
 /// The scope of the emulator's words.
 const EMULATOR: &str = "emulator";
-/// Where `clk` is among the variables; combinational logic has none.
+/// The index of `clk` among the variables. Combinational logic has no `clk`.
 const CLK: usize = 1;
 
 /// A variable of the file: its scope under the topmost one, if any, its name, its format.
@@ -26,7 +26,7 @@ struct Var<'a> {
 }
 
 impl Var<'_> {
-    /// The name with the range of its bits.
+    /// Returns the name with the range of its bits.
     fn ranged(&self) -> String {
         match self.format.width() {
             1 => self.name.to_string(),
@@ -35,7 +35,7 @@ impl Var<'_> {
     }
 }
 
-/// The variables in the order of [`values`]: the row's number, `clk`, `differs`, inputs, then both sides.
+/// Returns the variables in the order of [`values`]: the row's number, `clk`, `differs`, inputs, then both sides.
 fn vars(around: &Around) -> Vec<Var<'_>> {
     let (inputs, answers) = around.columns.split_at(around.inputs);
     let top = [(around.counted, Format::unsigned(32)), ("clk", Format::BIT), ("differs", Format::BIT)];
@@ -47,7 +47,7 @@ fn vars(around: &Around) -> Vec<Var<'_>> {
     top.chain(sides).collect()
 }
 
-/// The variables that change half a cycle before an edge.
+/// Returns whether a variable changes half a cycle before an edge.
 fn changes_before(around: &Around, index: usize) -> bool {
     is_clocked(around) && (3..3 + around.inputs).contains(&index)
 }
@@ -56,7 +56,7 @@ fn is_clocked(around: &Around) -> bool {
     around.inputs == 0 || around.columns[0].name == "rst"
 }
 
-/// The bits of all variables after the edge of a row.
+/// Returns the bits of all variables after the edge of a row.
 fn values(around: &Around, row: &Row) -> Vec<String> {
     let differs = row.expected[around.inputs..] != row.got;
     let own = [format!("{:032b}", row.number), "1".to_string(), u8::from(differs).to_string()];
@@ -66,14 +66,14 @@ fn values(around: &Around, row: &Row) -> Vec<String> {
     own.into_iter().chain(expected).chain(got).collect()
 }
 
-/// The bits of a word in hex; of a digit that is none, unknown ones.
+/// Returns the bits of a word in hex. A character that is not a hex digit stands for unknown bits.
 fn bits(word: &str, format: Format) -> String {
     let four = |digit: char| digit.to_digit(16).map_or("xxxx".to_string(), |digit| format!("{digit:04b}"));
     let all: String = word.chars().map(four).collect();
     all[all.len().saturating_sub(format.width() as usize)..].to_string()
 }
 
-/// The rows around a mismatch as a VCD.
+/// Returns the rows around a mismatch as a VCD.
 #[must_use]
 pub fn mismatch_vcd(around: &Around) -> String {
     let timescale = Timescale::of(around.clock);
@@ -120,7 +120,8 @@ pub fn mismatch_vcd(around: &Around) -> String {
     text
 }
 
-/// Its GTKWave save file: the emulator's word above the other, of every signal, and a marker where they first differ.
+/// Returns its GTKWave save file. It shows the emulator's word of each signal above the other word, and a marker at the
+/// first difference.
 #[must_use]
 pub fn mismatch_gtkw(around: &Around, number: u64, dump: &str) -> String {
     let ends = [around.rows.first(), around.rows.last()].map(|row| row.map_or(0, |row| row.number));

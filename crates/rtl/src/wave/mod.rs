@@ -1,13 +1,14 @@
 //! Waveforms: VCD and FST files of a run, and the GTKWave save file that opens them ready to read.
 //!
-//! A [`Layout`] says which variables a file has; it is the hierarchy that GHDL shows for the same design, with the
-//! plant's outputs beside it. [`Vcd`] and [`Fst`] observe a run and write the same data in two formats; [`gtkw`]
-//! arranges it on the screen. [`Recording::aside`] lets them write on a thread of their own. [`mismatch_vcd`] writes
-//! the rows around a mismatch, with the words of both sides.
+//! A [`Layout`] lists the variables of a file. It has the hierarchy that GHDL shows for the same design, with the
+//! plant's outputs beside it. [`Vcd`] and [`Fst`] observe a run and write the same data in two formats, and
+//! [`Recording::aside`] lets them write on a thread of their own. [`gtkw`] arranges the data on the screen.
+//! [`mismatch_vcd`] writes the rows around a mismatch, with the words of both sides.
 //!
-//! A file's unit of time is the longest power of ten in which every edge of the clock, and the middle between two, is a
-//! whole number (10 ns at 50 MHz); of a clock that has none it is a picosecond, and edges are rounded down to it. The
-//! words after an edge change at the same instant. `rst` is 0 throughout: the reset edge is before the recording.
+//! A file's unit of time is the longest power of ten in which every edge of the clock, and the middle between two
+//! edges, is a whole number (10 ns at 50 MHz). For a clock without such a unit it is a picosecond, and edges are
+//! rounded down to it. The words after an edge change at the time of the edge. `rst` is 0 throughout, because the reset
+//! edge is before the recording.
 
 mod aside;
 mod fst;
@@ -28,5 +29,5 @@ pub use self::layout::{Layout, Scope, Source, UnknownNet, Var, differs};
 pub use self::recording::{Recording, Sink, WaveFile, fst_aside, vcd_aside};
 pub use self::vcd::{Vcd, VcdFile};
 
-/// The producer that the files name.
+/// The name of the producer in the files.
 const VERSION: &str = concat!("hpu ", env!("CARGO_PKG_VERSION"));

@@ -1,4 +1,4 @@
-//! What both formats share: which values changed, when the clock toggles, and the first error.
+//! The part that both formats share: it finds changed values, toggles the clock, and keeps the first error.
 
 use std::fs::File;
 use std::io;
@@ -9,24 +9,25 @@ use super::aside::Aside;
 use super::timescale::Timescale;
 use super::{Fst, Layout, Source, Vcd};
 
-/// A file format that takes value changes. Variables are numbered by source: nets, reals, clock, reset, constants.
+/// A file format that takes value changes. The writers of VCD and FST implement it, so that [`Recording`] is written
+/// once. Variables are numbered by source: nets, reals, clock, reset, constants.
 pub trait Sink {
-    /// What the file was written to, handed back at the end.
+    /// The writer, which is returned at the end.
     type Out;
 
-    /// Begins an instant, later than all before, in units of the file.
+    /// Begins an instant. It must be later than all instants before. `time` is in units of the file.
     ///
     /// # Errors
     ///
     /// When writing fails.
     fn time(&mut self, time: u64) -> io::Result<()>;
-    /// A new word.
+    /// Writes a new word.
     ///
     /// # Errors
     ///
     /// When writing fails.
     fn word(&mut self, slot: usize, word: i64) -> io::Result<()>;
-    /// A new real.
+    /// Writes a new real.
     ///
     /// # Errors
     ///
@@ -40,16 +41,16 @@ pub trait Sink {
     fn finish(self) -> io::Result<Self::Out>;
 }
 
-/// A waveform being written. Only changes are.
+/// A waveform that is being written. Only changes are written.
 ///
-/// An [`Observe`]r cannot fail, so the first error is kept, nothing more is written, and [`finish`](Self::finish)
-/// returns it.
+/// An [`Observe`]r cannot return an error. So the first error is kept, nothing more is written, and
+/// [`finish`](Self::finish) returns the error.
 #[must_use = "a recording is complete only after `finish`"]
 pub struct Recording<S> {
     file: Timed<S>,
-    /// Whether the file shows a net.
+    /// Whether the file shows each net.
     shown: Vec<bool>,
-    /// Of each net the latest word, once there is one.
+    /// The latest word of each net, once there is one.
     words: Vec<i64>,
     has_words: bool,
     reals: Vec<Option<f64>>,
@@ -57,7 +58,7 @@ pub struct Recording<S> {
     error: Option<io::Error>,
 }
 
-/// A file and how far it is.
+/// A file, and the time that it has reached.
 struct Timed<S> {
     sink: S,
     timescale: Timescale,
@@ -66,7 +67,7 @@ struct Timed<S> {
     time: u64,
 }
 
-/// Words that are looked at together, to pass over those that stay.
+/// The number of words that are compared together, to skip unchanged ones quickly.
 const TOGETHER: usize = 8;
 
 impl<S: Sink> Recording<S> {
@@ -94,12 +95,12 @@ impl<S: Sink> Recording<S> {
         })
     }
 
-    /// Completes the file, which then lasts until `end` (and one edge at least, as an FST of a single instant would
-    /// show no values), and hands back what it was written to.
+    /// Completes the file, which then lasts until `end`, and returns the writer. The file lasts one edge at least,
+    /// because an FST of a single instant would show no values.
     ///
     /// # Errors
     ///
-    /// The first error since the recording began: of the device (a full disk), or
+    /// The first error since the recording began: an error of the device (a full disk), or
     /// [`InvalidInput`](io::ErrorKind::InvalidInput) when a call went back in time.
     pub fn finish(mut self, end: Cycle) -> io::Result<S::Out> {
         self.attempt(|recording| recording.file.reach(end.max(Cycle(1))));
@@ -109,7 +110,7 @@ impl<S: Sink> Recording<S> {
         }
     }
 
-    /// Goes on with the file unless it has failed already.
+    /// Writes to the file, unless it has failed already.
     #[inline]
     fn attempt(&mut self, write: impl FnOnce(&mut Self) -> io::Result<()>) {
         if self.error.is_none() {
@@ -119,7 +120,7 @@ impl<S: Sink> Recording<S> {
 
     fn write_nets(&mut self, cycle: Cycle, words: &[i64]) -> io::Result<()> {
         if !self.has_words {
-            // Whatever comes first is new.
+            // The first words all count as changed.
             self.words.iter_mut().zip(words).for_each(|(known, word)| *known = !word);
             self.has_words = true;
         }
@@ -162,7 +163,7 @@ impl<S: Sink> Recording<S> {
 }
 
 impl<S: Sink> Timed<S> {
-    /// Brings the file to an edge, toggling the clock on the way.
+    /// Moves the file to an edge, and toggles the clock on the way.
     fn reach(&mut self, cycle: Cycle) -> io::Result<()> {
         if cycle < self.now {
             let text = format!("a waveform at edge {} cannot go back to edge {}", self.now.0, cycle.0);
@@ -202,14 +203,14 @@ impl<S: Sink> Observe for Recording<S> {
     }
 }
 
-/// A file of a run, in whatever format: what watches a run need not be compiled again, for each format, by the crate
-/// that runs it.
+/// A file of a run in any format. A crate that runs scenes observes a run through this trait, so that it need not
+/// compile the run again for each format. Every [`Recording`] implements it.
 pub trait WaveFile: Observe {
     /// Completes the file; see [`Recording::finish`].
     ///
     /// # Errors
     ///
-    /// As there.
+    /// The errors of [`Recording::finish`].
     fn complete(self: Box<Self>, end: Cycle) -> io::Result<()>;
 }
 
@@ -219,20 +220,20 @@ impl<S: Sink> WaveFile for Recording<S> {
     }
 }
 
-/// An FST on a thread of its own.
+/// Returns an FST that is written on a thread of its own.
 ///
 /// # Errors
 ///
-/// When its beginning cannot be written.
+/// An error when the beginning of the file cannot be written.
 pub fn fst_aside(file: File, layout: &Layout, clock: Clock) -> io::Result<Box<dyn WaveFile>> {
     Ok(Box::new(Fst::new(file, layout, clock)?.aside()))
 }
 
-/// A VCD on a thread of its own.
+/// Returns a VCD that is written on a thread of its own.
 ///
 /// # Errors
 ///
-/// When its beginning cannot be written.
+/// An error when the beginning of the file cannot be written.
 pub fn vcd_aside(file: File, layout: &Layout, clock: Clock) -> io::Result<Box<dyn WaveFile>> {
     Ok(Box::new(Vcd::new(file, layout, clock)?.aside()))
 }
@@ -241,7 +242,7 @@ impl<S: Sink + Send + 'static> Recording<S>
 where
     S::Out: Send,
 {
-    /// Writes on, on a thread of its own, so that a run need not wait for the file. An error is known at the end only.
+    /// Continues on a thread of its own, so that a run need not wait for the file. An error is known only at the end.
     pub fn aside(self) -> Recording<Aside<S>> {
         let Self { file, shown, words, has_words, reals, first_real, error } = self;
         let Timed { sink, timescale, clk, now, time } = file;

@@ -1,22 +1,22 @@
-//! The unit in which a file counts its times.
+//! The unit in which a file counts time.
 
 use std::fmt;
 
 use hpu_signal::{Clock, Cycle};
 
-/// The longest power of ten in which every edge of a clock, and the middle between two, is a whole number: 10 ns at 50
-/// MHz. It is a picosecond where there is none, and edges are then rounded down to it. Short numbers are quick to write
-/// and pack.
+/// The longest power of ten in which every edge of a clock, and the middle between two edges, is a whole number: 10 ns
+/// at 50 MHz. Where there is none, the unit is a picosecond and edges are rounded down to it. Short numbers are written
+/// and packed quickly.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Timescale {
     clock: Clock,
     power: u32,
-    /// Units of an edge, where that is a whole number.
+    /// Units from one edge to the next, where that is a whole number.
     edge: Option<u64>,
 }
 
 impl Timescale {
-    /// The timescale of a clock.
+    /// Returns the timescale of a clock.
     pub fn of(clock: Clock) -> Self {
         let period_ps = SECOND_PS.is_multiple_of(clock.frequency_hz()).then(|| SECOND_PS / clock.frequency_hz());
         let exact = |power: &u32| period_ps.is_some_and(|period_ps| period_ps.is_multiple_of(2 * 10u64.pow(*power)));
@@ -24,12 +24,12 @@ impl Timescale {
         Self { clock, power, edge: period_ps.map(|period_ps| period_ps / 10u64.pow(power)) }
     }
 
-    /// Its unit is so many picoseconds, as a power of ten: 4 for 10 ns.
+    /// Returns the unit in picoseconds, as a power of ten: 4 for 10 ns.
     pub fn power(self) -> u32 {
         self.power
     }
 
-    /// When an edge is, in units.
+    /// Returns the time of an edge, in units.
     #[inline]
     pub fn at(self, cycle: Cycle) -> u64 {
         match self.edge {
@@ -38,7 +38,7 @@ impl Timescale {
         }
     }
 
-    /// When an edge is, in the largest of ps, ns, us and ms that the unit is not below.
+    /// Returns the time of an edge, in the largest of ps, ns, us and ms that is not larger than the unit.
     pub fn in_thousands(self, cycle: Cycle) -> u64 {
         self.at(cycle) * 10u64.pow(self.power % 3)
     }

@@ -1,4 +1,4 @@
-//! Value change dumps (IEEE 1364): text that every waveform viewer reads.
+//! Value change dumps (IEEE 1364): text that every waveform viewer can read.
 
 use std::io::{self, BufWriter, IntoInnerError, Write};
 
@@ -28,11 +28,11 @@ pub type Vcd<W> = Recording<VcdFile<W>>;
 /// The VCD side of a [`Recording`].
 pub struct VcdFile<W: Write> {
     out: BufWriter<W>,
-    /// By slot.
+    /// The columns by slot.
     vars: Vec<Column>,
 }
 
-/// What lines of a variable are made of.
+/// The parts of a variable's lines.
 #[derive(Clone, Default)]
 struct Column {
     width: u32,
@@ -68,7 +68,7 @@ impl<W: Write> Vcd<W> {
     }
 }
 
-/// From a picosecond, by the thousand.
+/// The units from a picosecond on, each a thousand times the one before.
 const UNITS: [TimescaleUnit; 4] = [TimescaleUnit::PS, TimescaleUnit::NS, TimescaleUnit::US, TimescaleUnit::MS];
 
 fn declare<W: Write>(header: &mut Writer<W>, layout: &Layout, scope: &Scope, vars: &mut [Column]) -> io::Result<()> {
@@ -90,13 +90,13 @@ fn declare<W: Write>(header: &mut Writer<W>, layout: &Layout, scope: &Scope, var
     header.upscope()
 }
 
-// The `vcd` crate formats vectors bit by bit and writes a tiny real with hundreds of decimals: lines put together here
-// are faster to write, and short.
+// The `vcd` crate formats vectors bit by bit, and writes a tiny real with hundreds of decimals. Lines that are put
+// together here are short and are written faster.
 impl<W: Write> Sink for VcdFile<W> {
     type Out = W;
 
     fn time(&mut self, mut time: u64) -> io::Result<()> {
-        // The sign, at most twenty digits, the line feed.
+        // The `#`, at most twenty digits, and the line feed.
         let mut line = [b'\n'; 22];
         let mut start = line.len() - 1;
         loop {
@@ -130,7 +130,7 @@ impl<W: Write> Sink for VcdFile<W> {
     }
 }
 
-/// The word's bits as characters, the most significant first.
+/// Returns the word's bits as characters, the most significant first.
 fn digits(width: u32, word: i64, text: &mut [u8; 64]) -> &[u8] {
     // The most significant bit first in the first byte.
     let bits = word << (64 - width);
@@ -141,7 +141,7 @@ fn digits(width: u32, word: i64, text: &mut [u8; 64]) -> &[u8] {
     &text[..width as usize]
 }
 
-/// The characters of all bytes.
+/// The eight binary digits of each byte, as characters.
 static EIGHT_DIGITS: [[u8; 8]; 256] = {
     let mut all = [[b'0'; 8]; 256];
     let mut byte = 0;

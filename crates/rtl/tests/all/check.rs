@@ -1,4 +1,5 @@
-//! Every block's VHDL against the emulator in GHDL. Without `ghdl` (Debian: ghdl-mcode) these tests fail and say so.
+//! GHDL compares every block's VHDL with the emulator. Without `ghdl` (Debian: ghdl-mcode) these tests fail and name
+//! the package.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -16,7 +17,7 @@ fn project() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-/// `hpu check` itself, which the test command runs, holds them all.
+/// The test command also runs `hpu check`, which compares all of these configurations.
 #[test]
 fn a_check_is_of_every_configuration_of_every_block() {
     let options = CheckOptions::new(project().join("hdl"));
@@ -34,7 +35,7 @@ fn the_multiplier_is_checked_on_products_from_all_strata() {
     assert!(report.rows[0].vectors >= 1 << 16, "{report}");
 }
 
-/// A copy of the project's VHDL in which one file has one phrase exchanged.
+/// Copies the project's VHDL, and replaces one phrase in one file.
 fn broken(test: &str, file: &str, phrase: &str, by: &str) -> PathBuf {
     let copy = std::env::temp_dir().join(format!("hpu-test-{}-{test}", std::process::id()));
     fs::create_dir_all(&copy).expect("a temporary directory");
@@ -64,7 +65,7 @@ fn a_displacement_that_adds_is_caught_with_row_signal_expected_and_got() {
     assert!(!report.ok());
     let row = report.rows.iter().find(|row| row.variant == "default").expect("the default configuration");
     let first = row.first.as_ref().expect("a first mismatch");
-    // Corners of (position, reference) in order: (0, 0) agrees either way; (0, 1) is -1 and not 1.
+    // The corners of (position, reference) in order: (0, 0) is equal either way; (0, 1) gives -1, not 1.
     assert_eq!((first.row, first.signal.as_str()), (2, "delta"));
     assert_eq!(first.expected, "111111111111 (-1)");
     assert_eq!(first.got, "000000000001 (1)");
@@ -78,7 +79,7 @@ fn a_displacement_that_adds_is_caught_with_row_signal_expected_and_got() {
     unchanged: position=000
 ";
     assert_eq!(first.to_string(), told);
-    // The rows after it are for the waveform, read by somebody else's parser: a row takes 10 ns.
+    // The rows after the mismatch are in the waveform, which another project's parser reads: a row takes 10 ns.
     assert_eq!(first.around.rows.len(), 2 + 64);
     let changes = read_back::changes(mismatch_vcd(&first.around).into_bytes());
     let at = |name: &str, time_ns: u64| {
@@ -92,7 +93,7 @@ fn a_displacement_that_adds_is_caught_with_row_signal_expected_and_got() {
     assert_eq!(["displacement.differs"; 2].map(|name| at(name, 20)), [Some("1"); 2]);
     assert_eq!((at("displacement.differs", 10), at("displacement.differs", 19)), (Some("0"), Some("0")));
     assert!(!changes.contains_key("displacement.clk") && at("displacement.row", 660).is_some());
-    // The save file has a marker at row 2 and names what the waveform has.
+    // The save file has a marker at row 2, and names the variables of the waveform.
     let save = mismatch_gtkw(&first.around, first.row, "x.vcd");
     assert!(
         save.contains("[dumpfile] \"/x.vcd\"")
@@ -115,7 +116,7 @@ fn a_counter_that_ignores_its_reset_is_caught_with_at_most_sixteen_edges_before(
     assert_eq!(columns[..4], ["row", "rst", "step", "position"], "{first}");
     assert_eq!(rows.last().expect("the row itself")[0], first.row.to_string(), "{first}");
     assert!(rows.len() <= 16);
-    // The counter without its reset has unknown bits, and the waveform says so.
+    // The counter without its reset has unknown bits, and the waveform shows them.
     let changes = read_back::changes(mismatch_vcd(&first.around).into_bytes());
     assert_eq!(changes["position_counter.vhdl.position"][0].1, "xxxxxxxxxxxx");
     assert_eq!(changes["position_counter.emulator.position"][0].1, "000000000000");
@@ -124,7 +125,7 @@ fn a_counter_that_ignores_its_reset_is_caught_with_at_most_sixteen_edges_before(
     assert!(xml.contains("<failure message=\"first at "), "{xml}");
 }
 
-/// The whole of a shipped scene, from which a comparison of so many edges takes its stretch.
+/// Returns a whole shipped scene; a comparison takes its `edges` edges from it.
 fn loop_scene(name: &str, edges: u64) -> (LoopScene, Experiment) {
     let shipped = shipped().iter().find(|scene| scene.name == name).expect("a shipped scene");
     let (name, text) = (format!("{name}.toml"), shipped.text.to_string());
@@ -132,7 +133,8 @@ fn loop_scene(name: &str, edges: u64) -> (LoopScene, Experiment) {
     (LoopScene { name, text, overrides: Vec::new(), data, edges }, shipped.parse(&[]).expect("a scene"))
 }
 
-/// The first edge at which one of some nets is not 0. What nets settle to before the first edge is no contact.
+/// Observes the first edge at which one of some nets is not 0. Words to which nets settle before the first edge are not
+/// contact.
 struct First {
     nets: Vec<usize>,
     at: Option<u64>,
@@ -148,7 +150,7 @@ impl Observe for First {
 }
 
 impl First {
-    /// By the driver that ticks every edge.
+    /// Runs the scene with the driver that ticks every edge.
     fn of(names: &[&str], experiment: &Experiment) -> Option<u64> {
         let rig = Ready::new(experiment).unwrap_or_else(|error| panic!("{error}"));
         let nets = rig.nets();
@@ -162,7 +164,7 @@ impl First {
 #[test]
 fn a_loop_is_compared_where_its_scene_touches_the_wall() {
     let cases: [(&str, &[&str], u64); 4] = [
-        // The spring sees the position at once, the conventional wall only at its samples, 50 000 edges apart.
+        // The spring sees the position at once; the conventional wall sees it only at its samples, 50 000 edges apart.
         ("thrown-hybrid", &["penetration"], 9000),
         ("leak-bounce", &["penetration"], 80_000),
         ("phantom-thrown", &["contact"], 9000),
@@ -180,8 +182,8 @@ fn a_loop_is_compared_where_its_scene_touches_the_wall() {
         assert_eq!(late.reached, Some(reached), "{name}");
         let before = reached - late.from_edge;
         assert!(before >= edges / 3 && before < edges, "{name}: {before} edges before the wall");
-        // What is left to move is moved as in the scene: the wall comes when it came, within a hundredth of the way
-        // (and a period of the host, whose commands are late by one).
+        // The rest of the motion is the same as in the scene. The wall is reached at the same edge within a hundredth
+        // of the way (and a period of the host, whose commands come one period late).
         let expected = edges - before;
         assert!(touched.abs_diff(expected) <= before / 100 + 2500, "{name}: {touched} of {expected} edges in contact");
     }
@@ -200,7 +202,7 @@ fn vhdl_that_is_wrong_in_contact_alone_is_caught_in_a_scene_whose_hand_arrives_l
     let row = &report.loops[0];
     let first = row.first.as_ref().expect("a mismatch");
     assert_eq!((first.signal.as_str(), first.expected.as_str()), ("penetration", "000000000001 (1)"));
-    // The hand arrives after millions of edges; a thousand of them are compared before.
+    // The hand arrives after millions of edges; the comparison begins a thousand edges before.
     assert!(row.contact.expect("contact").late.from_edge > 7_000_000 && experiment.edges() > 50_000_000);
     assert!(first.row.abs_diff(1000) <= 10, "{}", first.row);
 }
@@ -240,7 +242,7 @@ fn without_ghdl_the_check_names_the_package_to_install() {
         assert!(error.to_string().contains("ghdl-mcode"), "{error}");
         return;
     }
-    // The same test in a process that finds no program at all.
+    // Runs this test in a process that finds no program at all.
     let name = "without_ghdl_the_check_names_the_package_to_install";
     let mut child = Command::new(std::env::current_exe().expect("this test"));
     let child = child.args(["--exact", name]).env("PATH", "").env(CHILD, "1").output().expect("a child");

@@ -14,7 +14,7 @@ fn project() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-/// A shipped scene, thrown at the wall so fast that even a millisecond has hundreds of encoder edges.
+/// Returns a shipped scene that is thrown at the wall so fast that even a millisecond has hundreds of encoder edges.
 fn fast(name: &str, more: &[(&str, &str)]) -> LoopScene {
     let scene = shipped().iter().find(|scene| scene.name == name).expect("a shipped scene");
     let thrown = [
@@ -38,8 +38,8 @@ fn scene(options: &LoopScene) -> Scene {
     scene.unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// The scene must do something in these edges, or their equality says nothing: it touches the wall, the torque is not
-/// always full, and (in the emulator, which is equal) the velocity was sampled.
+/// Asserts that the scene does something in these edges, because otherwise their equality proves nothing: it touches
+/// the wall, the torque is not always full, and (in the emulator, which is equal) the velocity was sampled.
 fn does_something(options: &LoopScene) -> Vec<NetUse> {
     let scene = scene(options);
     let session = Session::new(&scene).unwrap_or_else(|error| panic!("{error}"));
@@ -103,7 +103,7 @@ fn the_wrapping_product_in_vhdl_wraps_as_the_emulators_does() {
     equal(&options);
 }
 
-/// A copy of the VHDL with one phrase of one file exchanged.
+/// Copies the VHDL, and replaces one phrase in one file.
 fn patched(file: &str, phrase: &str, by: &str) -> PathBuf {
     let copy = std::env::temp_dir().join(format!("hpu-test-loop-{}", std::process::id()));
     fs::create_dir_all(&copy).expect("a temporary directory");
@@ -121,7 +121,7 @@ fn patched(file: &str, phrase: &str, by: &str) -> PathBuf {
 
 #[test]
 fn a_wall_that_pulls_is_caught_at_the_edge_where_it_first_matters() {
-    // Contact everywhere: wrong from the first edge on, for the wall lies ahead.
+    // The changed wall is in contact everywhere. It is wrong from the first edge on, because the wall lies ahead.
     let hdl = patched("unilateral.vhd", "contact     <= not delta(delta'high);", "contact     <= '1';");
     let options = LoopScene { edges: 100, ..fast("hybrid-wall", &[]) };
     let row = closed_loop(&options, &(&hdl).into()).unwrap_or_else(|error| panic!("{error}"));
@@ -135,7 +135,7 @@ fn a_wall_that_pulls_is_caught_at_the_edge_where_it_first_matters() {
         (columns[place + 1].as_str(), &rows[0][place..place + 2]),
         ("contact(vhdl)", &["0", "1"].map(String::from)[..])
     );
-    // The edges after it are kept too, and an edge of the waveform is one of the scene's clock.
+    // The edges after the mismatch are kept too. An edge of the waveform is an edge of the scene's clock.
     assert_eq!(first.around.rows.len(), 1 + 64);
     let changes = hpu_rtl::wave::mismatch_vcd(&first.around).into_bytes();
     assert_eq!(crate::read_back::changes(changes)["hybrid_loop.vhdl.contact"], [(20_000, "1".to_string())]);
@@ -158,7 +158,7 @@ fn vectors_recorded_from_a_scene_are_the_runs_pins_and_gates_edge_by_edge() {
     let mut world = AxisWorld::new(session.plant(), 0, Schedule::default());
     assert_eq!(vectors.rows.len() as u64, EDGES + 1);
     assert_eq!(vectors.rows[0][0], 1);
-    // Columns: rst, a_pin, b_pin, five constants, four gates. The plant, driven by the gates, answers with the pins.
+    // Columns: rst, a_pin, b_pin, five constants, four gates. The gates drive the plant, which returns the pins.
     for row in &vectors.rows[1..] {
         let mut input = session.input();
         world.sense();
@@ -188,7 +188,7 @@ fn vectors_of_the_blocks_inside_a_loop_give_the_nets_that_the_loop_has() {
         run.step(&mut ());
         for (instance, (label, vectors)) in instances.iter().zip(&all[1..]) {
             assert_eq!(instance.label, *label);
-            // A limiter without registers answers what it sees before the edge.
+            // The output of a limiter without registers depends on its inputs before the edge.
             if !instance.model.clocked() || instance.label == "limiter" {
                 continue;
             }

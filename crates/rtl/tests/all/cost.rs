@@ -1,4 +1,4 @@
-//! Costs of designs that are small enough to be counted by hand.
+//! Costs of designs that are small enough to count by hand.
 
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
@@ -30,9 +30,11 @@ fn a_synchronizer_is_two_flip_flops_a_line_and_no_logic() {
 #[test]
 fn a_counter_is_one_cell_a_bit_and_no_cell_of_the_bench() {
     let cost = cost_of("position_counter", "8_bit");
-    // A flip-flop and an adder a bit; nothing needs the carry out of the topmost one. The reset is the flip-flop's own.
+    // Each bit has a flip-flop and an adder; the carry out of the topmost bit is not used. The reset is an input of the
+    // flip-flop.
     assert_eq!(cost.ice40, Counts { lut4: 8, ff: 8, carry: 7, bram: 0, dsp: 0 });
-    // The bench has 3 bits in and 8 out, each of two flip-flops: nothing of that, only nextpnr's two constants.
+    // The bench has 3 bits in and 8 out, each with two flip-flops. None of these is counted, only nextpnr's two
+    // constants.
     assert!((8..=10).contains(&cost.cells), "{} cells", cost.cells);
 }
 
@@ -47,7 +49,8 @@ fn a_combinational_block_has_a_path_and_no_flip_flop() {
     let cost = cost_of("torque_sum", "8_bit");
     assert_eq!(cost.ice40.ff, 0);
     assert!(cost.ice40.lut4 >= 10, "a bit of the sum depends on more than one of the inputs");
-    // More than the clock to output and setup of two registers side by side, less than an HX8K's slowest adder.
+    // The path is longer than clock to output and setup of two adjacent registers, and shorter than the slowest adder
+    // of an HX8K.
     let path_ns = cost.path_ns().expect("a path");
     assert!((1.0..20.0).contains(&path_ns), "{path_ns} ns");
 }
@@ -67,13 +70,14 @@ fn a_block_that_answers_a_constant_has_neither_cells_nor_a_path() {
 
 #[test]
 fn a_case_keeps_its_others_on_the_way_through_verilog() {
-    // previous, settling, step and error; the error is set by `when others` alone, and would be lost without it.
+    // The registers are previous, settling, step and error. Only `when others` sets the error, so it would be lost
+    // without it.
     let cost = cost_of("quadrature_decoder", "default");
     assert_eq!(cost.ice40.ff, 2 + 2 + 2 + 1);
     assert!(cost.fmax_mhz().is_some());
 }
 
-/// A table of 256 words behind the ports of the synchronizer: a counter reads it, a register follows.
+/// A table of 256 words behind the ports of the synchronizer. A counter addresses it, and a register follows it.
 const TABLE: &str = "
 library ieee;
 use ieee.std_logic_1164.all;
@@ -132,7 +136,7 @@ fn cost_of_table(width: u64) -> Cost {
 #[test]
 fn a_table_is_in_block_rams_of_256_words_of_16_bits() {
     let cost = cost_of_table(16);
-    // The counter's bits are flip-flops; the register behind the table is the block RAM's own.
+    // The counter's bits are flip-flops; the register behind the table is part of the block RAM.
     assert_eq!((cost.ice40.bram, cost.ice40.ff), (1, 8));
     assert!(cost.fits() && cost.fmax_mhz().is_some());
 }
@@ -144,7 +148,7 @@ fn tables_that_need_more_block_rams_than_there_are_do_not_fit() {
     assert!(cost.cells < HX8K_CELLS && !cost.fits());
     assert_eq!(cost.fmax_mhz(), None);
     let ecp5 = cost.ecp5.expect("counted for a larger FPGA");
-    // 256 words leave most of a block RAM's 18432 bits empty: at its widest it has 36 bits a word.
+    // 256 words leave most of a block RAM's 18432 bits empty, because its widest word has 36 bits.
     assert_eq!(ecp5.bram, (16 * (HX8K_BRAM + 1)).div_ceil(36));
 }
 
@@ -163,7 +167,7 @@ fn without_the_tools_the_packages_to_install_are_named() {
         assert!(error.to_string().contains("yosys nextpnr-ice40 fpga-icestorm"), "{error}");
         return;
     }
-    // The same test in a process that finds no program at all, then in one that finds GHDL alone.
+    // Runs this test in a process that finds no program at all, then in one that finds only GHDL.
     let name = "without_the_tools_the_packages_to_install_are_named";
     let run = |path: &Path, which: &str| {
         let mut child = Command::new(std::env::current_exe().expect("this test"));

@@ -1,4 +1,4 @@
-//! A remembered cost is the cost of this VHDL, in these widths, and of nothing else.
+//! The cache returns a cost only for the same VHDL in the same widths.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use hpu_datapath::{AnyBlock, AxisFront, Block, PositionCounter};
 use hpu_rtl::{Cache, CostError};
 
-/// A folder that goes with the test: a copy of `hdl/`, and room for a cache.
+/// A folder with a copy of `hdl/` and a cache, removed after the test.
 struct Desk(PathBuf);
 
 impl Desk {
@@ -37,7 +37,7 @@ impl Desk {
         fs::write(place, text.replace(from, to)).expect("VHDL");
     }
 
-    /// Files of the cache.
+    /// Returns the files of the cache.
     fn entries(&self) -> Vec<PathBuf> {
         fs::read_dir(self.0.join("cache")).expect("a cache").map(|file| file.expect("a file").path()).collect()
     }
@@ -63,7 +63,7 @@ fn what_was_measured_once_is_remembered_by_every_seed() {
     let later = desk.cache();
     assert_eq!(later.cost(&counter(8), desk.hdl()).expect("a cost"), cost);
     assert_eq!((first.measured(), later.measured()), (1, 0));
-    // As the flow without a cache.
+    // The flow without a cache gives the same cost.
     assert_eq!(hpu_rtl::cost(&counter(8), desk.hdl()).expect("a cost"), cost);
 }
 
@@ -71,7 +71,7 @@ fn what_was_measured_once_is_remembered_by_every_seed() {
 fn other_widths_are_another_cost() {
     let desk = Desk::new("widths");
     let cache = desk.cache();
-    // A flip-flop a bit.
+    // A bit takes a flip-flop.
     for width in [5, 6, 5, 6] {
         assert_eq!(cache.counts(&counter(width), desk.hdl()).expect("counts").ff, u64::from(width));
     }
@@ -84,7 +84,7 @@ fn other_vhdl_is_never_answered_from_the_cache_of_this() {
     let cache = desk.cache();
     let before = cache.counts(&counter(6), desk.hdl()).expect("counts");
     assert_eq!((before.ff, cache.measured()), (6, 1));
-    // A register more behind the output.
+    // Adds a register behind the output.
     let file = format!("{name}.vhd");
     let text = fs::read_to_string(desk.hdl().join(&file)).expect("VHDL");
     let late = text
@@ -97,7 +97,7 @@ fn other_vhdl_is_never_answered_from_the_cache_of_this() {
                   position <= now when rising_edge(clk);\nend architecture;\n";
     fs::write(desk.hdl().join(&file), format!("{ports}{around}")).expect("VHDL");
     assert_eq!((cache.counts(&counter(6), desk.hdl()).expect("counts").ff, cache.measured()), (12, 2));
-    // Back to the first: remembered still.
+    // The first VHDL again: its cost is still in the cache.
     fs::write(desk.hdl().join(&file), &text).expect("VHDL");
     assert_eq!((cache.counts(&counter(6), desk.hdl()).expect("counts"), cache.measured()), (before, 2));
 }
@@ -110,7 +110,7 @@ fn the_vhdl_of_what_a_block_instantiates_counts_as_its_own() {
     desk.edit("displacement.vhd", "library ieee;", "-- another one\nlibrary ieee;");
     assert_eq!(cache.counts(&front, desk.hdl()).expect("counts"), before);
     assert_eq!(cache.measured(), 2);
-    // A block that the front has no part of.
+    // The front does not instantiate this block.
     desk.edit("pwm.vhd", "library ieee;", "-- another one\nlibrary ieee;");
     assert_eq!(cache.counts(&front, desk.hdl()).expect("counts"), before);
     assert_eq!(cache.measured(), 2);
@@ -136,7 +136,7 @@ fn an_entry_that_is_cut_or_of_another_block_is_measured_again_and_replaced() {
         assert_eq!(cache.measured(), measured, "{damaged:?}");
         assert_eq!(fs::read_to_string(&entry).expect("an entry"), whole);
     }
-    // Nothing but the two entries: what is written beside them is renamed.
+    // The folder has nothing but the two entries, because temporary files are renamed to them.
     assert_eq!(desk.entries().len(), 2);
 }
 

@@ -1,4 +1,5 @@
-//! The Verilog whose cost is counted does what the emulator does: Icarus Verilog simulates it on golden vectors.
+//! The Verilog whose cost is counted has the same outputs as the emulator: Icarus Verilog simulates it on golden
+//! vectors.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -8,14 +9,14 @@ use std::process::Command;
 use hpu_datapath::{AnyBlock, registry, variants};
 use hpu_rtl::{Column, Header, Vectors, stimuli, verilog};
 
-/// Rows of directed stimuli, and as many random ones.
+/// Number of rows of directed stimuli, and as many random ones.
 const ROWS: usize = 60;
 
-/// The same for a law, which takes up to 34 rows from a sample to its torque.
+/// The number of rows for a law, which takes up to 34 rows from a sample to its torque.
 const LAW_ROWS: usize = 400;
 
-/// A module that feeds the rows of `rows.hex` to the block, one a clock, and tells how many rows there were and how
-/// many differ.
+/// Returns a module that feeds the rows of `rows.hex` to the block, one a clock, and prints the number of rows and how
+/// many of them differ.
 fn bench(header: &Header, rows: usize) -> String {
     let width = |columns: &[Column]| -> u32 { columns.iter().map(|column| column.format.width()).sum() };
     let (ins, outs) = (width(&header.inputs), width(&header.outputs));
@@ -81,11 +82,11 @@ fn differing_rows(block: &mut dyn AnyBlock, most: usize, dir: &Path) -> u64 {
     different.parse().expect("a number")
 }
 
-/// Blocks whose variants take half of the time of all: whole loops of the PHANToM. `testbench/long.sh` runs the
-/// variants of these; one of each is enough for the test command.
+/// Blocks whose variants take half of the total time: whole loops of the PHANToM. The test command simulates one
+/// variant of each, and `testbench/long.sh` simulates all of them.
 const LONG: [&str; 2] = ["phantom_loop", "phantom_shared_loop"];
 
-/// Simulates the variants that are asked for; returns the names of their blocks.
+/// Simulates the variants that are `wanted`. Returns the names of their blocks, and the number of laws among them.
 fn simulate(name: &str, wanted: impl Fn(&dyn AnyBlock, &BTreeSet<&str>) -> bool) -> (BTreeSet<&'static str>, usize) {
     let dir = std::env::temp_dir().join(format!("hpu-cost-verilog-{name}-{}", std::process::id()));
     std::fs::create_dir_all(&dir).expect("a folder for the test");

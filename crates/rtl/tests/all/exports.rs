@@ -1,11 +1,11 @@
-//! Vectors and tables in the forms of other tools, read back as those tools' manuals say.
+//! Vectors and tables in the formats of other tools, read back according to the manuals of these tools.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use hpu_datapath::{AnyBlock, block_by_name, variants};
 use hpu_rtl::{Header, JsonError, Origin, Source, Stimulus, Vectors, stimuli};
 
-/// A counter that steps down over the wrap and up again: reset, -1, +1.
+/// Returns the vectors of a counter that steps down over the wrap and up again: reset, -1, +1.
 fn counter() -> Vectors {
     let mut block = block_by_name("position_counter").expect("a block");
     let steps = [(true, 0), (false, -1), (false, 1)];
@@ -16,7 +16,7 @@ fn directed() -> Origin {
     Origin { variant: Some("default".to_string()), source: Source::Directed }
 }
 
-/// Every configuration with a few rows.
+/// Returns a few rows of every configuration.
 fn sets() -> Vec<(String, Vectors)> {
     let record = |(label, mut block): (String, Box<dyn AnyBlock>)| {
         let mut rows = stimuli::directed(&*block);
@@ -32,7 +32,7 @@ const ABOUT: &str = "position_counter in rst(0,1,0) step(1,1,0) out position(0,1
 
 #[test]
 fn a_memory_of_a_counter_is_as_by_hand_in_every_dialect() {
-    // 15 bits a row: rst, step in two, position in twelve.
+    // A row has 15 bits: rst, step with two, position with twelve.
     let memory = counter().memory();
     let slices = "rst[14:14] step[13:12] position[11:0]";
     assert_eq!((memory.width(), memory.is_empty()), (15, false));
@@ -50,7 +50,7 @@ fn a_memory_of_a_counter_is_as_by_hand_in_every_dialect() {
     assert_eq!(outputs.to_mif_xilinx(), "000000000000\n111111111111\n000000000000\n");
 }
 
-/// Hex digits as bits, without the padding above the width.
+/// Returns hex digits as bits, without the padding above the width.
 fn bits(digits: &str, width: usize) -> String {
     let all: String = digits.chars().map(|digit| format!("{:04b}", digit.to_digit(16).expect("a hex digit"))).collect();
     let (padding, word) = all.split_at(all.len() - width);
@@ -58,8 +58,8 @@ fn bits(digits: &str, width: usize) -> String {
     word.to_string()
 }
 
-/// A COE file's words: what follows the `=` of the vector, divided by commas, up to the semicolon; comments begin with
-/// one.
+/// Reads the words of a COE file: the text between the `=` of the vector and the semicolon, divided by commas. A
+/// comment begins with a semicolon.
 fn coe(text: &str, width: usize) -> Vec<String> {
     let plain: String = text.lines().filter(|line| !line.starts_with(';')).collect();
     let (head, vector) = plain.split_once("memory_initialization_vector=").expect("the vector");
@@ -67,7 +67,7 @@ fn coe(text: &str, width: usize) -> Vec<String> {
     vector.strip_suffix(';').expect("its end").split(',').map(|word| bits(word, width)).collect()
 }
 
-/// An Intel MIF's words, each at the next address, as many as the depth says.
+/// Reads the words of an Intel MIF. Each must be at the next address, and there must be as many as the depth says.
 fn mif_intel(text: &str, width: usize) -> Vec<String> {
     let plain: String = text.lines().filter(|line| !line.starts_with("--")).collect();
     let (head, content) = plain.split_once("CONTENTBEGIN").expect("a head and a content");
@@ -176,7 +176,7 @@ fn json_of_another_configuration_or_with_impossible_words_is_refused_though_its_
     let refused = |from: &str, to: &str| {
         let changed = json.replace(from, to);
         assert_ne!(changed, json);
-        // Whoever writes a file of his own learns its digest from the refusal.
+        // A user who writes such a file learns its digest from the refusal.
         let Err(JsonError::Edited { told, found }) = Vectors::from_json(&changed, [header.clone()]) else {
             panic!("{from}");
         };
@@ -197,7 +197,7 @@ fn json_of_another_configuration_or_with_impossible_words_is_refused_though_its_
     assert!(refused("[0,-1,4095]", "[0,-1,4095").starts_with("no JSON: "));
 }
 
-/// The words of a table.
+/// Returns the words of a table.
 fn words(block: &dyn AnyBlock, name: &str) -> Vec<i64> {
     block.roms().into_iter().find(|rom| rom.name == name).expect("a table").words
 }

@@ -1,4 +1,4 @@
-//! Generics whose range a header states have it in the entity too, and it is the range that the emulator takes.
+//! The range of a generic in a block's header is also in the entity, and is the range that the emulator accepts.
 
 use std::fs;
 use std::path::Path;

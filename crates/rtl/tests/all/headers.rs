@@ -1,5 +1,5 @@
-//! The header of a block's VHDL and the documentation of its Rust say the same of the hardware; no header leaves a
-//! limit open.
+//! The header of a block's VHDL and the documentation of its Rust give the same differences from the hardware. No
+//! header leaves a limit undefined.
 
 use std::fs;
 use std::path::Path;
@@ -13,13 +13,13 @@ fn header(block: &str) -> String {
     text.lines().take_while(|line| line.starts_with("--")).map(|line| format!("{line}\n")).collect()
 }
 
-/// What the documentation of the block's Rust says, without its quotes of code.
+/// Returns the differences in the documentation of the block's Rust, without the quotes of code.
 fn documented(block: &str) -> String {
     let source = |name: &str| {
         let places = ["", "phantom/"].map(|folder| format!("{ROOT}/crates/datapath/src/{folder}{name}.rs"));
         places.into_iter().find(|place| Path::new(place).is_file())
     };
-    // The five loops around a law are one module.
+    // The five loops around a law are in one module.
     let place = source(block).or_else(|| source("method_loop")).expect("a module");
     let text = fs::read_to_string(place).expect("Rust");
     let docs: Vec<_> = text.lines().map_while(|line| line.strip_prefix("//!")).collect();
@@ -49,7 +49,7 @@ fn a_header_that_clamps_says_to_what() {
         let header = header(block.name());
         let formulas = header.lines().filter(|line| line.starts_with("--   "));
         for line in formulas.filter(|line| line.contains("clamp(")) {
-            // Limits beside the value, or a line that says what `clamp` alone means.
+            // The limits stand beside the value, or a line defines `clamp` for the whole header.
             let limits = line.contains(", -") || line.contains(", 0, ") || header.contains("clamp(v) = ");
             assert!(limits, "{}: {line}", block.name());
         }

@@ -1,4 +1,4 @@
-//! JUnit XML stays well formed whatever a testbench or GHDL says.
+//! JUnit XML is well formed, whatever text comes from a testbench or GHDL.
 
 use hpu_rtl::{Around, CheckReport, CheckRow, Column, Mismatch, Row, junit};
 use hpu_signal::{Clock, Format};

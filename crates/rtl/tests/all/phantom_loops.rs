@@ -1,4 +1,4 @@
-//! The PHANToM's wirings closed around the VHDL in GHDL, and the vectors recorded from them.
+//! The PHANToM's wirings closed around the VHDL in GHDL, and vectors recorded from them.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -14,7 +14,7 @@ fn project() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-/// A shipped scene, thrown so fast that the wall is hit within the first 0.3 ms.
+/// Returns a shipped scene that is thrown so fast that the tip hits the wall within the first 0.3 ms.
 fn fast(name: &str, more: &[(&str, &str)]) -> LoopScene {
     let scene = shipped().iter().find(|scene| scene.name == name).expect("a shipped scene");
     let thrown =
@@ -35,7 +35,8 @@ fn scene(options: &LoopScene) -> PhantomScene {
     scene.phantom().expect("a PHANToM")
 }
 
-/// The wall must be hit and the motors pull in these edges, or their equality says nothing.
+/// Asserts that the tip hits the wall and the motors pull in these edges, because otherwise their equality proves
+/// nothing.
 fn does_something(options: &LoopScene) {
     let scene = scene(options);
     let session = PhantomSession::new(&scene).unwrap_or_else(|error| panic!("{error}"));
@@ -72,7 +73,7 @@ fn counters_and_motors_around_a_host_equal_the_emulators_at_every_edge() {
 
 #[test]
 fn beyond_the_tables_the_vhdl_commands_nothing_as_the_emulator_does() {
-    // 8 bits hold 127 counts, 4 mm; the wall stands at 0.5 mm, and is too soft to stop the tip.
+    // 8 bits hold 127 counts, which is 4 mm. The wall is at 0.5 mm, and is too soft to stop the tip.
     let options =
         fast("phantom-thrown", &[("method.depth_bits", "8"), ("room.stiffness", "50"), ("drop.speed", "8 m/s")]);
     let scene = scene(&options);
@@ -80,14 +81,14 @@ fn beyond_the_tables_the_vhdl_commands_nothing_as_the_emulator_does() {
     let run = session.run(Driver::Events, &mut session.trace(&[]), &mut (), &Control::default());
     let abort = run.aborted.expect("it leaves the tables");
     assert!(abort.why.contains("tables"), "{abort:?}");
-    // The VHDL goes on after the run would be over: as many edges again.
+    // The VHDL goes on after the end of the run, for as many edges again.
     let hdl = project().join("hdl").into();
     let row =
         closed_loop(&LoopScene { edges: 2 * run.edges, ..options }, &hdl).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!((row.vectors, row.mismatches), (2 * run.edges, 0), "{:?}", row.first);
 }
 
-/// A copy of the VHDL with one phrase of one file exchanged.
+/// Copies the VHDL, and replaces one phrase in one file.
 fn patched(file: &str, phrase: &str, by: &str) -> PathBuf {
     let copy = std::env::temp_dir().join(format!("hpu-test-phantom-{file}-{}", std::process::id()));
     fs::create_dir_all(&copy).expect("a temporary directory");
@@ -103,7 +104,7 @@ fn patched(file: &str, phrase: &str, by: &str) -> PathBuf {
     copy
 }
 
-/// Words of a net after each edge, in the emulator.
+/// Records the words of a net after each edge in the emulator.
 struct Of(&'static str);
 
 impl<'s> Visit<'s> for Of {
@@ -144,18 +145,19 @@ fn a_wall_that_pulls_is_caught_at_the_edge_of_the_first_contact() {
 
 #[test]
 fn a_host_command_held_an_edge_too_long_is_caught_where_it_changes() {
-    // Of period 3: takes the host's word on the first edge and every third from there.
+    // The changed register has period 3: it takes the host's word on the first edge and on every third edge after it.
     let hdl = patched("phantom_io.vhd", "period => \"01\"", "period => \"11\"");
     let options = LoopScene { edges: 30_000, ..fast("phantom-thrown-rtos", &[]) };
     let row = closed_loop(&options, &(&hdl).into()).unwrap_or_else(|error| panic!("{error}"));
     fs::remove_dir_all(hdl).expect("removed");
     let scene = scene(&options);
     let session = PhantomSession::new(&scene).expect("valid");
-    // Samples are 2500 edges apart, so two of three commands change on an edge that is not taken.
+    // Samples are 2500 edges apart, so two of three commands change on an edge at which the register does not take
+    // them.
     let late = ["command1", "command2", "command3"].map(|name| {
         let commands = session.visit(Of(name));
         let changed = |edge: &usize| commands[*edge] != commands[edge - 1];
-        // Index 0 holds the word after edge 1.
+        // Index 0 has the word after edge 1.
         (1..commands.len())
             .filter(changed)
             .find(|edge| !edge.is_multiple_of(3))
@@ -168,7 +170,7 @@ fn a_host_command_held_an_edge_too_long_is_caught_where_it_changes() {
     assert_eq!(first.signal, format!("command{joint}"));
 }
 
-/// Each row of each instance's vectors is what the loop's nets are.
+/// Compares each row of each instance's vectors with the nets of the loop.
 struct Replay<'a>(&'a [(&'static str, Vectors)]);
 
 impl<'s> Visit<'s> for Replay<'_> {
@@ -181,7 +183,7 @@ impl<'s> Visit<'s> for Replay<'_> {
         let instances = wiring.instances();
         assert_eq!(self.0.len(), 1 + instances.len());
         let mut run = ClosedLoop::new(wiring.clone(), world, input, u64::MAX);
-        // Combinational blocks have a row a change.
+        // Combinational blocks have one row for each change.
         let mut rows: Vec<_> = instances.iter().map(|_| 0).collect();
         let inputs = AnyBlock::inputs(wiring).len();
         let mut before = run.wiring.words().to_vec();
@@ -205,7 +207,7 @@ impl<'s> Visit<'s> for Replay<'_> {
                         *row += 1;
                     }
                     assert_eq!(vectors.rows[*row][..ins], sampled, "{label} at edge {edge}");
-                    // Before the first edge the nets have not settled yet with the scene's words.
+                    // Before the first edge the nets have not settled to the scene's words yet.
                     let shown = if edge == 1 { &[] } else { nets };
                     for (word, connection) in vectors.rows[*row][ins..].iter().zip(shown) {
                         assert_eq!(*word, before[connection.net], "{label} at edge {edge}");

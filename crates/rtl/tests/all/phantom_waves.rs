@@ -1,4 +1,4 @@
-//! Waveforms of a PHANToM's run, read back by somebody else's parser: every net and every plant output, change by
+//! Waveforms of a PHANToM's run, read back by another project's parser: every net and every plant output, change by
 //! change.
 
 use std::io::Cursor;
@@ -10,7 +10,7 @@ use hpu_signal::{Cycle, Observe};
 
 use crate::read_back::{self, Changes};
 
-/// A shipped scene for 4 ms, with contact.
+/// Returns a shipped scene of 4 ms with contact.
 fn scene(name: &str) -> PhantomScene {
     let scene = shipped().iter().find(|scene| scene.name == name).expect("a shipped scene");
     let set = |key: &str, value: &str| (key.to_string(), value.to_string());
@@ -18,7 +18,7 @@ fn scene(name: &str) -> PhantomScene {
     scene.parse(&overrides).unwrap_or_else(|error| panic!("{error}")).phantom().expect("a PHANToM")
 }
 
-/// All words and reals as the engine shows them.
+/// Records all words and reals that the engine shows.
 #[derive(Default)]
 struct Shown {
     nets: Vec<(Cycle, Vec<i64>)>,
@@ -56,7 +56,7 @@ fn every_word_and_every_output_of_the_plant_is_read_back_by_another_parser() {
         session.run(Driver::Events, &mut session.trace(&[]), &mut vcd, &control);
         session.run(Driver::Events, &mut session.trace(&[]), &mut fst, &control);
 
-        // 50 MHz: 20000 ps an edge.
+        // At 50 MHz an edge takes 20000 ps.
         let (nets, wiring) = (session.nets(), session.wiring().name());
         let mut expected = Changes::new();
         for (cycle, words) in &shown.nets {
@@ -78,7 +78,7 @@ fn every_word_and_every_output_of_the_plant_is_read_back_by_another_parser() {
                 assert!(found[variable] == *changes, "{name}: {variable}");
             }
             if wiring == "phantom_io" {
-                // The register that is taken every edge: its period is tied to 1.
+                // This register takes its input on every edge, because its period is tied to 1.
                 assert_eq!(found["phantom_io.hold.period"], [(0, "01".to_string())]);
             }
             assert_eq!(found[&format!("{wiring}.rst")], [(0, "0".to_string())]);

@@ -1,4 +1,4 @@
-//! A waveform as somebody else's parser reads it.
+//! Reads waveforms with another project's parser.
 
 use std::collections::BTreeMap;
 use std::io::Cursor;
@@ -8,7 +8,7 @@ use wellen::simple::Waveform;
 /// Value changes by full name: time in picoseconds, and the value as text.
 pub type Changes = BTreeMap<String, Vec<(u64, String)>>;
 
-/// What `wellen` reads.
+/// Returns the changes that `wellen` reads.
 pub fn changes(file: Vec<u8>) -> Changes {
     let mut waveform = waveform(file);
     let (unit_ps, hierarchy) = (unit_ps(&waveform), waveform.hierarchy());
@@ -29,12 +29,12 @@ pub fn changes(file: Vec<u8>) -> Changes {
     changes.collect()
 }
 
-/// The waveform of a file.
+/// Returns the waveform in a file.
 pub fn waveform(file: Vec<u8>) -> Waveform {
     wellen::simple::read_from_reader(Cursor::new(file)).expect("a readable waveform")
 }
 
-/// Picoseconds that a file's unit of time is.
+/// Returns a file's unit of time in picoseconds.
 pub fn unit_ps(waveform: &Waveform) -> u64 {
     let timescale = waveform.hierarchy().timescale().expect("a timescale");
     let power = timescale.unit.to_exponent().expect("a unit") + 12;

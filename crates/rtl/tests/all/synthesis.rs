@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// GHDL in a folder, which holds what it has analysed; what it said when it refused.
+/// Runs GHDL in a folder, in which it finds the units that it has analysed. Returns its message when it refuses.
 fn ghdl(dir: &Path, arguments: &[String]) -> Result<(), String> {
     let (verb, rest) = arguments.split_first().expect("a verb");
     let output = Command::new("ghdl")
@@ -16,7 +16,7 @@ fn ghdl(dir: &Path, arguments: &[String]) -> Result<(), String> {
     if output.status.success() { Ok(()) } else { Err(String::from_utf8_lossy(&output.stderr).into_owned()) }
 }
 
-/// A folder with these sources analysed.
+/// Makes a folder in which these sources are analysed.
 fn analysed(name: &str, sources: &[PathBuf]) -> PathBuf {
     let dir = std::env::temp_dir().join(format!("hpu-synthesis-{name}-{}", std::process::id()));
     std::fs::create_dir_all(&dir).expect("a folder for the test");
@@ -25,7 +25,7 @@ fn analysed(name: &str, sources: &[PathBuf]) -> PathBuf {
     dir
 }
 
-/// Synthesis of an analysed entity with its generics; what GHDL said when it refused.
+/// Synthesises an analysed entity with these generics. Returns GHDL's message when it refuses.
 fn synthesise(dir: &Path, entity: &str, generics: Vec<String>) -> Result<(), String> {
     let arguments = [vec!["--synth".to_string()], generics, vec![entity.to_string()]];
     ghdl(dir, &arguments.concat())

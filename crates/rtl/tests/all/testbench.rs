@@ -1,4 +1,4 @@
-//! Generated testbenches refuse what they cannot trust, as the reader in Rust does.
+//! Generated testbenches refuse damaged files, as the reader in Rust does.
 
 use std::path::Path;
 use std::time::Duration;
@@ -13,7 +13,7 @@ const VECTORS: &str = "\
 # end 2 rows
 ";
 
-/// What the testbench of the counter says of a vector file.
+/// Returns the output of the counter's testbench for a vector file.
 fn run(vectors: &str) -> Result<String, String> {
     let block: Box<dyn AnyBlock> = block_by_name("position_counter").expect("a block");
     let packages = [

@@ -1,4 +1,4 @@
-//! Golden vectors: written, read back, refused when wrong, fresh where committed.
+//! Golden vectors are written, read back, refused when wrong, and up to date where committed.
 
 use std::path::Path;
 
@@ -6,7 +6,7 @@ use hpu_datapath::{AnyBlock, block_by_name, variants};
 use hpu_rtl::{Header, Problem, Stimulus, VectorError, Vectors, stale, stimuli, stimuli_from_csv};
 use hpu_signal::Format;
 
-/// A counter that steps down over the wrap and up again: reset, -1, +1.
+/// Returns the vectors of a counter that steps down over the wrap and up again: reset, -1, +1.
 fn counter() -> Vectors {
     let mut block = block_by_name("position_counter").expect("a block");
     let steps = [(true, 0), (false, -1), (false, 1)];
@@ -34,7 +34,7 @@ fn csv_is_decimal_under_names() {
 
 #[test]
 fn readmemh_packs_a_row_into_one_number_first_column_on_top() {
-    // 15 bits a row: rst, step in two, position in twelve.
+    // A row has 15 bits: rst, step with two, position with twelve.
     let expected = "\
 // position_counter in rst(0,1,0) step(1,1,0) out position(0,12,0) generics WIDTH=12
 // rst[14:14] step[13:12] position[11:0]
@@ -77,11 +77,11 @@ fn the_stimuli_of_every_configuration_move_every_output_bit_that_can_move() {
             }
         }
     }
-    // Words with more fraction bits than there are to fill.
+    // These words have more fraction bits than their values need.
     let widened = |entry: &str| entry.contains(" widening ") || entry == "biquad default y f";
-    // The cosines of angles below a right one are positive, and at most 1.
+    // The cosines of angles below a right angle are positive, and at most 1.
     let positive = |entry: &str| entry.starts_with("trig_table ") && entry.ends_with(" cosine ff800000");
-    // Memories: velocities and couplings of whole counts, and a coupling that is never pulled.
+    // These are memories of velocities and couplings in whole counts, and of a coupling that is never pulled.
     let memory = |entry: &str| {
         let known = [
             "sampled_wall default memory ff",
@@ -94,13 +94,13 @@ fn the_stimuli_of_every_configuration_move_every_output_bit_that_can_move() {
         ];
         known.contains(&entry)
     };
-    // Laws and shapers that never pull: neither the two upper bits of a torque or the sign of a shaped one, nor the
-    // gates that only a negative command opens.
+    // These laws and shapers never pull. So the two upper bits of a torque, the sign of a shaped torque, and the gates
+    // that only a negative command opens never change.
     let pushing = |entry: &str| match entry.split(' ').collect::<Vec<_>>()[..] {
         ["virtual_coupling" | "passive_spring", _, "torque", bits] => bits == "3000" || bits == "c0",
         ["virtual_coupling_loop" | "passive_spring_loop", "default", "b_high", _] => true,
         ["input_shaper", _, "shaped", bits] => bits == "2000" || bits == "80",
-        // These are shaped.
+        // These loops have a shaper.
         [name, label, "b_high", _] if label.ends_with("8_bit") => name.ends_with("_loop"),
         ["sampled_wall_loop", "immediate", "a_low" | "b_high", _] => true,
         _ => false,
@@ -114,7 +114,7 @@ fn the_stimuli_of_every_configuration_move_every_output_bit_that_can_move() {
     assert_eq!(idle, by_design);
 }
 
-/// The rows from each reset up to the next: how many edges the reset takes, and the rows.
+/// Returns each reset with the rows up to the next reset: the number of edges that the reset takes, and the rows.
 fn between_resets(rows: &[Stimulus]) -> Vec<(usize, &[Stimulus])> {
     let mut all = Vec::new();
     let mut left = rows;
@@ -127,8 +127,8 @@ fn between_resets(rows: &[Stimulus]) -> Vec<(usize, &[Stimulus])> {
     all
 }
 
-/// The numbers of edges of those resets, after the first, that can be seen: without the reset, the same inputs would
-/// have given other outputs before the next one.
+/// Returns the numbers of edges of the resets after the first whose effect is visible: without the reset, the same
+/// inputs would have given other outputs before the next reset.
 fn seen_resets(block: &mut dyn AnyBlock, rows: &[Stimulus]) -> Vec<usize> {
     let stretches = between_resets(rows);
     let mut seen = Vec::new();
@@ -161,7 +161,7 @@ fn every_clocked_block_is_reset_in_the_midst_of_activity_for_one_edge_and_for_se
             unseen.push(name);
         }
     }
-    // These have no register.
+    // These blocks have no register.
     assert_eq!(unseen, ["command_limiter default", "input_shaper default", "input_shaper 8_bit"]);
 }
 

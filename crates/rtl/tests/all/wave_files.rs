@@ -1,4 +1,4 @@
-//! Waveform files: where they end, how they fail, what a logic analyser's looks like.
+//! Waveform files: their ends, their errors, and the files of a logic analyser.
 
 use std::io::{self, Cursor, Seek, SeekFrom, Write};
 
@@ -18,13 +18,13 @@ fn clock() -> Clock {
     Clock::new(50_000_000).expect("valid")
 }
 
-/// Words of all nets, every bit equal to bit `edge` modulo 2: each net changes at each edge.
+/// Returns words of all nets in which every bit equals bit 0 of `edge`: each net changes at each edge.
 fn alternating(edge: u64) -> Vec<i64> {
     let word = if edge.is_multiple_of(2) { 0 } else { u64::MAX };
     wiring().nets().iter().map(|net| net.format.from_bits(word)).collect()
 }
 
-/// A disk with room for so many bytes.
+/// A disk with room for a limited number of bytes.
 #[derive(Default)]
 struct Disk {
     room: usize,
@@ -58,19 +58,19 @@ impl Seek for Disk {
     }
 }
 
-/// Records two thousand edges, at each of which every net changes.
+/// Records two thousand edges; every net changes at each of them.
 fn record<S: Sink>(mut recording: Recording<S>) -> io::Result<S::Out> {
     let words = [alternating(0), alternating(1)];
     (0..2_000).for_each(|edge| recording.nets(Cycle(edge), &words[(edge % 2) as usize]));
     recording.finish(Cycle(2_000))
 }
 
-/// Tries many sizes of disk; a write that the disk refused is an error, and is not tried again for ever.
+/// Tries many sizes of disk. A write that the disk refuses must be an error, and must not be repeated for ever.
 fn tells_that_the_disk_is_full(record: impl Fn(&mut Disk) -> io::Result<()>) {
     let results = (0..1_000_000).step_by(9_973).map(|room| {
         let mut disk = Disk { room, ..Disk::default() };
         let result = record(&mut disk);
-        // A buffer tries once more when it is dropped.
+        // A buffer writes once more when it is dropped.
         assert!(disk.refusals <= 2, "{} refusals with room for {room} bytes", disk.refusals);
         assert_eq!(
             result.as_ref().map_err(io::Error::kind),
@@ -129,7 +129,7 @@ fn a_file_lasts_until_the_end_of_the_run_though_nothing_changes() {
 
 #[test]
 fn an_fst_of_several_sections_is_read_back_whole() {
-    // 24 nets at 2 bytes or more in memory: 500 000 edges are well over ten sections.
+    // 24 nets take 2 bytes or more each in memory, so 500 000 edges are well over ten sections.
     let edges = 500_000;
     let layout = Layout::new(&wiring(), &[]);
     let mut fst = Fst::new(Cursor::new(Vec::new()), &layout, clock()).expect("memory");
@@ -150,7 +150,7 @@ fn an_fst_of_several_sections_is_read_back_whole() {
 
 #[test]
 fn an_fst_can_be_read_from_the_middle() {
-    // A net changes every so many edges, each a different number; the last never does.
+    // Each net changes at a different interval of edges; the last net never changes.
     let nets = wiring().nets();
     let bits = |net: usize, edge: u64| match edge / (net as u64 + 3) % 2 {
         1 if net + 1 < nets.len() => u64::MAX,
@@ -169,7 +169,7 @@ fn an_fst_can_be_read_from_the_middle() {
     let signals = read.get_header().max_handle as usize;
     let mut starts = std::collections::BTreeSet::new();
     for from in (0..2 * edges).step_by(9_973) {
-        // What a reader is told first is how all signals stand where the section begins.
+        // The first values that a reader receives are those of all signals at the start of the section.
         let mut stand = vec![None; signals];
         let mut start = None;
         let section = fst_reader::FstFilter::filter_time(from, from);
@@ -185,7 +185,7 @@ fn an_fst_can_be_read_from_the_middle() {
         assert!(told.is_ok());
         let start = start.expect("a value");
         starts.insert(start);
-        // Two units an edge. The reset is the first signal, then come the nets, and the reals last.
+        // An edge is two units. The reset is the first signal; the nets follow, and the reals are last.
         let edge = start / 2;
         for (n, net) in nets.iter().enumerate() {
             let digit = if bits(n, edge) == 0 { "0" } else { "1" };

@@ -1,4 +1,4 @@
-//! The hierarchy of our waveforms is the one that GHDL dumps for the same design.
+//! The hierarchy of these waveforms is the one that GHDL dumps for the same design.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -10,7 +10,7 @@ use hpu_rtl::wave::{Layout, Vcd};
 use hpu_signal::{Clock, Cycle, Real};
 use vcd::{Parser, Scope, ScopeItem};
 
-/// What a dump says of each variable, in order: path, name, kind, width.
+/// Returns the variables of a dump, in order: path, name, kind, width.
 fn variables(dump: &[u8], top: &str) -> Vec<String> {
     fn walk(scope: &Scope, path: &str, list: &mut Vec<String>) {
         let path = format!("{path}{}.", scope.identifier);
@@ -35,7 +35,7 @@ fn ghdl(directory: &Path, arguments: &[&str]) {
     assert!(output.status.success(), "ghdl {arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
 }
 
-/// What GHDL dumps when it elaborates an entity of `hdl/`.
+/// Returns the dump of GHDL for an entity of `hdl/`, elaborated with these generics.
 fn dumped_by_ghdl(entity: &str, case: &str, generics: &[String]) -> Vec<u8> {
     let directory = std::env::temp_dir().join(format!("hpu-wave-{entity}-{case}-{}", std::process::id()));
     fs::create_dir_all(&directory).expect("a work directory");
@@ -55,14 +55,14 @@ fn dumped_by_ghdl(entity: &str, case: &str, generics: &[String]) -> Vec<u8> {
     dump
 }
 
-/// Signals inside blocks, from which proofs begin anew: no ports, so that our waveforms leave them out.
+/// Signals inside blocks at which proofs begin anew. They are not ports, so these waveforms leave them out.
 const INSIDE: [(&str, &[&str]); 3] = [
     ("forward", &["r", "height", "reach"]),
     ("jacobian", &["radial", "upper", "fore", "arm_x", "arm_z"]),
     ("room_walls", &["depth_x", "depth_y", "depth_z"]),
 ];
 
-/// Whether a variable as [`variables`] tells it is one of those.
+/// Returns whether a variable, as [`variables`] describes it, is one of these inner signals.
 fn is_inside(variable: &str) -> bool {
     let mut path = variable.rsplit(' ').next().unwrap_or_default().rsplit('.');
     let (name, instance) = (path.next().unwrap_or_default(), path.next().unwrap_or_default());

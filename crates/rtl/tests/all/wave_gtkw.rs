@@ -1,4 +1,4 @@
-//! The GTKWave save file names what the waveform has, once, in groups that are closed again.
+//! The GTKWave save file names every variable of the waveform once, in groups that are closed again.
 
 use hpu_datapath::{ConventionalLoop, HybridLoop, LoopConfig};
 use hpu_rtl::wave::{Layout, gtkw};
@@ -14,13 +14,13 @@ fn config() -> LoopConfig {
     LoopConfig { stiffness: Format::new(false, 8, 4).expect("12 bits"), ..LoopConfig::default() }
 }
 
-/// The names of the traces, without the aliases they are shown under.
+/// Returns the names of the traces, without the aliases under which they are shown.
 fn traces(save: &str) -> Vec<&str> {
     let lines = save.lines().filter(|line| !line.starts_with(['[', '@', '-', '*']));
     lines.map(|line| line.rsplit_once("} ").map_or(line, |(_, name)| name)).collect()
 }
 
-/// The two lines before the one that ends so.
+/// Returns the two lines before the line that ends with `trace`.
 fn before<'a>(save: &'a str, trace: &str) -> [&'a str; 2] {
     let lines: Vec<&str> = save.lines().collect();
     let at = lines.iter().position(|line| line.ends_with(trace)).expect("the trace");
@@ -86,7 +86,7 @@ fn the_window_opens_on_the_span() {
     let zoom: f64 =
         save.lines().find_map(|line| line.strip_prefix('*')?.split(' ').next()?.parse().ok()).expect("a zoom");
     let pixels = 50_000.0 * 20.0 / (-zoom).exp2() * 200.0;
-    // 1500 less a tree of 280 and names of 340 leaves 880 for the waves and their frame.
+    // 1500 pixels less a tree of 280 and names of 340 leave 880 for the waves and their frame.
     assert!((800.0..880.0).contains(&pixels), "{pixels} pixels");
 }
 

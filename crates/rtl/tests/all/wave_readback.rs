@@ -1,4 +1,4 @@
-//! Waveforms read back by somebody else's parser: every name, width and value change is what was put in.
+//! Waveforms read back by another project's parser: every name, width and value change is as written.
 
 use std::io::Cursor;
 
@@ -9,8 +9,8 @@ use hpu_signal::{Clock, Cycle, Observe, Real, Signal, UNKNOWN};
 use crate::read_back::{self, Changes};
 
 const REALS: [Real; 2] = [Real { name: "angle_rad", doc: "angle" }, Real { name: "current_a", doc: "current" }];
-/// Clocks, and the picoseconds of the unit that their files have. The edges of the first do not fall on whole
-/// picoseconds, those of the second do, but not the middles between them.
+/// Frequencies of clocks, and the unit of their files in picoseconds. The edges of the first clock do not fall on whole
+/// picoseconds. The edges of the second do, but not the middles between them.
 const CLOCKS: [(u64, u64); 7] = [
     (25_175_000, 1),
     (8_000_000_000, 1),
@@ -31,8 +31,8 @@ fn wiring() -> HybridLoop {
     HybridLoop::new(LoopConfig::default()).expect("the default is valid")
 }
 
-/// Each net through all zeros, all ones, each single bit and then pseudo-random and unknown words; each for several
-/// edges.
+/// Returns events in which each net takes all zeros, all ones, each single bit, and then pseudo-random and unknown
+/// words, each for several edges.
 fn events(nets: &[Signal]) -> Vec<Event> {
     let mut state = 1u64;
     let mut random = || {
@@ -47,7 +47,7 @@ fn events(nets: &[Signal]) -> Vec<Event> {
             2..66 => 1 << (step - 2),
             _ => random(),
         };
-        // Some nets keep their word on most steps, as real ones do.
+        // Some nets keep their word on most steps, as in a real run.
         let hold = |index: usize| step > 66 && !(step + index as u64).is_multiple_of(1 + index as u64 % 7);
         let last = events.iter().rev().find_map(|event| match event {
             Event::Nets(_, words) => Some(words.clone()),
@@ -81,7 +81,7 @@ fn record(events: &[Event], out: &mut impl Observe) {
     }
 }
 
-/// The word's two's complement bits, from its integer value alone.
+/// Returns the word's two's complement bits, computed from its integer value alone.
 fn bits(net: &Signal, word: i64) -> String {
     let width = net.format.width();
     if word == UNKNOWN {
@@ -90,7 +90,7 @@ fn bits(net: &Signal, word: i64) -> String {
     format!("{:0width$b}", i128::from(word).rem_euclid(1 << width), width = width as usize)
 }
 
-/// The changes that a file must show, by the name of the source.
+/// Returns the changes that a file must show, by the name of the source.
 fn expected(nets: &[Signal], events: &[Event], frequency_hz: u64, with_clock: bool) -> Changes {
     let picoseconds = |cycle| picoseconds(cycle, frequency_hz);
     let mut changes = Changes::new();
@@ -121,7 +121,7 @@ fn expected(nets: &[Signal], events: &[Event], frequency_hz: u64, with_clock: bo
     changes
 }
 
-/// The same by the full names of the wiring's hierarchy.
+/// Returns the same changes by the full names of the wiring's hierarchy.
 fn spread(sources: &Changes, with_clock: bool) -> Changes {
     let wiring = wiring();
     let nets = wiring.nets();
@@ -168,7 +168,8 @@ fn layouts() -> [(Layout, bool); 2] {
     [(layout.clone(), false), (layout.with_clock(), true)]
 }
 
-/// Records with every clock, with and without it in the file, and holds what is read to what was put in.
+/// Records with every clock, with and without the clock in the file, and compares the changes that are read with those
+/// that were written.
 fn every_change_is_read_back(record: impl Fn(&[Event], &Layout, Clock) -> Vec<u8>) {
     let nets = wiring().nets();
     let events = events(&nets);

@@ -1,4 +1,5 @@
-//! Waveforms of whole runs: watching changes nothing, both drivers write the same files, and recorded pins replay.
+//! Waveforms of whole runs: recording changes nothing, both drivers write the same files, and recorded pins can be
+//! replayed.
 
 use std::io::Cursor;
 
@@ -9,7 +10,7 @@ use hpu_datapath::{HybridLoop, LoopConfig, Wiring};
 use hpu_rtl::wave::{Fst, Layout, Vcd};
 use hpu_signal::{Clock, Cycle, Observe};
 
-/// The shipped hybrid wall, so near that the hand is in it within a tenth of a second.
+/// Returns the shipped hybrid wall, so near that the hand is in it within a tenth of a second.
 fn scene() -> Scene {
     let text = include_str!("../../../../testbench/scenes/hybrid-wall.toml");
     let set = |key: &str, value: &str| (key.to_string(), value.to_string());
@@ -18,7 +19,7 @@ fn scene() -> Scene {
     Scene::parse("hybrid-wall.toml", text, &overrides, &mut load).expect("a shipped scene")
 }
 
-/// Runs it; the wall time, which differs, is set to zero.
+/// Runs the scene, and sets the wall time, which differs from run to run, to zero.
 fn run(session: &Session, driver: Driver, observer: &mut impl Observe) -> Summary {
     let summary = session.run(driver, &mut session.trace(&[]), observer, &Control::default());
     Summary { wall_s: 0.0, ..summary }
@@ -52,13 +53,14 @@ fn a_run_with_a_waveform_equals_one_without_and_both_drivers_write_the_same_file
 fn recorded_pins_replay_at_the_edges_they_were_recorded_at() {
     let wiring = HybridLoop::new(LoopConfig::default()).expect("valid");
     let layout = Layout::analyser(&wiring, &[("a_pin", "A"), ("b_pin", "B")]).expect("nets");
-    // Periods of a whole, of no whole and of a repeating number of picoseconds, and the two ends of the range.
+    // The periods are a whole, a fractional and a repeating number of picoseconds; the last two frequencies are the
+    // ends of the range.
     for frequency_hz in [50_000_000, 25_175_000, 33_333_333, 1, 10_000_000_000] {
         let clock = Clock::new(frequency_hz).expect("valid");
         let mut vcd = Vcd::new(Vec::new(), &layout, clock).expect("memory");
         let mut words = vec![0; wiring.nets().len()];
         vcd.nets(Cycle(0), &words);
-        // Gray code forwards, each state one edge longer than the one before.
+        // Gray code forwards; each state lasts one edge longer than the one before.
         let levels = |count: u64| ((count / 2) % 2 == 1, count.div_ceil(2) % 2 == 1);
         let edge = |count: u64| count * (count + 1) / 2;
         for count in 1..=1_000 {

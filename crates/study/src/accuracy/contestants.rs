@@ -1,4 +1,4 @@
-//! Every way to run a scene that is not the scene as it is written.
+//! Every way to run a scene other than the scene as written.
 
 use hpu_cosim::scene::{
     BridgeModel, Datapath, Device, Experiment, Hand, PhantomLaw, PhantomModel, PhantomScene, Scene,
@@ -9,27 +9,27 @@ use crate::criteria;
 /// A way to run a scene.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Contestant {
-    /// What it is called: the family, the step if it has one, and what is left out, as in `rk4@1us+averaged`.
+    /// Name: the family, the step if there is one, and what is left out, as in `rk4@1us+averaged`.
     pub name: String,
-    /// The ladder that it is a rung of; its own name when it is none.
+    /// Name of the ladder of steps that it belongs to; its own name if there is no ladder.
     pub family: String,
-    /// Time from step to step, of a rung.
+    /// Length of the fixed step, in s, of a rung of a ladder.
     pub step_s: Option<f64>,
-    /// What makes the scene it.
+    /// Overrides of the scene.
     pub overrides: Vec<(String, String)>,
-    /// The published criterion that it is, which tells a verdict and runs nothing.
+    /// Name of the published criterion, if the contestant is one: it gives a verdict and runs nothing.
     pub criterion: Option<&'static str>,
 }
 
 /// The solvers of fixed steps.
 pub const SOLVERS: [&str; 4] = ["euler", "semi_implicit", "midpoint", "rk4"];
-/// The exact solver that leaps from event to event: the reference, run as any other.
+/// The exact solver that leaps from event to event: the reference, run like any other.
 pub const EVENTS: &str = "events";
 
-/// Every clock edge.
+/// The driver that ticks every clock edge.
 const CLOCK: &str = "clock";
 
-/// Keys and values of a scene, and what a contestant's name calls them.
+/// Keys and values of a scene, and their part in a contestant's name.
 struct Variant {
     suffix: &'static str,
     set: Vec<(&'static str, String)>,
@@ -47,7 +47,7 @@ impl Contestant {
         Self { name: name.into(), family: name.into(), step_s: None, overrides, criterion: None }
     }
 
-    /// A solver, with what a variant leaves out.
+    /// Returns a solver combined with what a variant leaves out.
     fn solver(solver: &str, step_s: Option<f64>, variant: &Variant) -> Self {
         let step = step_s.map_or(String::new(), |step_s| format!("@{}", time(step_s).replace(' ', "")));
         let mut overrides = vec![("model.solver".to_string(), solver.to_string())];
@@ -62,7 +62,7 @@ impl Contestant {
         }
     }
 
-    /// Edges or steps that a run goes on by, one after the other; 0 where it leaps.
+    /// Returns the number of clock edges or steps that a run takes one after the other; 0 if it leaps.
     #[must_use]
     pub fn paces(&self, experiment: &Experiment) -> u64 {
         match self.step_s {
@@ -77,9 +77,9 @@ impl Contestant {
     }
 }
 
-/// Every way to run a scene that differs from it as it is written, `events` first.
+/// Returns every way to run a scene that differs from the scene as written, with `events` first.
 ///
-/// What a scene refuses is told when it is tried.
+/// A combination that the scene refuses is reported only when it is tried.
 #[must_use]
 pub fn contestants(experiment: &Experiment) -> Vec<Contestant> {
     let as_written = Variant::new("", &[]);
@@ -127,7 +127,7 @@ fn of_an_axis(scene: &Scene) -> Vec<Contestant> {
         plain("frictionless", &[("model.friction", "none")]);
     }
 
-    // From what the scene has to what is usual in textbooks.
+    // The variants go from what the scene has to what is usual in textbooks.
     let mut variants = vec![Variant::new("", &[])];
     if switching {
         variants.push(Variant::new("+averaged", averaged));
@@ -141,7 +141,7 @@ fn of_an_axis(scene: &Scene) -> Vec<Contestant> {
         variants.push(Variant::new("+law+ideal+resistive", &with(&[law, ideal, resistive])));
     }
     all.extend(variants.iter().map(|variant| Contestant::solver("sample", None, variant)));
-    // Textbooks leave out the counts and the switching with large steps only; a few variants tell all.
+    // Textbooks leave out the counts and the switching with large steps only; a few variants cover all of this.
     let stepped = variants.iter().filter(|variant| !variant.suffix.contains("ideal"));
     for (variant, solver) in stepped.flat_map(|variant| SOLVERS.map(|solver| (variant, solver))) {
         all.extend(ladder(scene).into_iter().map(|step_s| Contestant::solver(solver, Some(step_s), variant)));
@@ -157,21 +157,22 @@ fn coulomb(scene: &Scene) -> f64 {
     }
 }
 
-/// Below which smoothed friction is proportional to speed: a count in 10 ms.
+/// Returns the speed below which smoothed friction is proportional to speed: a count in 10 ms.
 fn smooth_speed(scene: &Scene) -> String {
     let unit = if matches!(scene.device, Device::Motor(_)) { "rad/s" } else { "m/s" };
     format!("{:.3e} {unit}", scene.encoder.count_rad() / 0.01)
 }
 
-/// Steps from a clock edge to the sample period, by about a half of a decade each.
+/// Returns step lengths from a clock period to the sample period, about two a decade.
 fn ladder(scene: &Scene) -> Vec<f64> {
     let (least_s, most_s) = (scene.clock.period_s(), scene.sample_period_s());
-    // A rung hardly longer than an edge is that once more.
+    // A step only a little longer than a clock period would nearly repeat it.
     let between = rungs(4.0 * least_s, most_s);
     std::iter::once(least_s).chain(between).collect()
 }
 
-/// Steps from one time on to another, by about a half of a decade each; one hardly shorter than the last is that.
+/// Returns step lengths from `least_s` to `most_s`, about two a decade. The last is `most_s` itself and replaces a
+/// neighbour that is nearly as long.
 fn rungs(least_s: f64, most_s: f64) -> Vec<f64> {
     let rungs = (-9..=0).flat_map(|decade| [1.0, 3.0].map(|digit| format!("{digit}e{decade}")));
     let rungs = rungs.filter_map(|rung| rung.parse::<f64>().ok());
@@ -179,12 +180,12 @@ fn rungs(least_s: f64, most_s: f64) -> Vec<f64> {
     between.chain(std::iter::once(most_s)).collect()
 }
 
-/// A time as a scene takes it, in the largest unit that leaves it at one or above.
+/// Returns a time as a scene writes it, in the largest unit in which it is at least one.
 #[must_use]
 pub fn time(seconds: f64) -> String {
     let units = [("s", 1.0), ("ms", 1e3), ("us", 1e6), ("ns", 1e9)];
     let (unit, scale) = units.into_iter().find(|(_, scale)| seconds * scale >= 0.999_999).unwrap_or(("ns", 1e9));
-    // Six digits, which are plain where there are fewer.
+    // Six digits; parsing drops trailing zeros.
     let value: f64 = format!("{:.5e}", seconds * scale).parse().unwrap_or(seconds * scale);
     format!("{value} {unit}")
 }
@@ -203,7 +204,7 @@ fn of_a_phantom(scene: &PhantomScene) -> Vec<Contestant> {
         ..*model
     };
     let parts = [
-        // A host's law is in floats as it is.
+        // A host's law is already in floats.
         ("law", PhantomModel { law: if host { model.law } else { PhantomLaw::Floats }, ..*model }),
         ("ideal", PhantomModel { law: PhantomLaw::Ideal, ..*model }),
         ("one-joint", PhantomModel { tested_joint_only: true, ..*model }),
@@ -228,7 +229,7 @@ fn of_a_phantom(scene: &PhantomScene) -> Vec<Contestant> {
             all.push(Contestant::new(name, &[("model", &all_of_it)]));
         }
     }
-    // A host's samples end the steps of a law without a clock; an FPGA's law follows the arm within them.
+    // A host's samples end the steps of a law without a clock; an FPGA's law follows the arm within a step.
     let most_s = if host { scene.sample_period_s() } else { 1e-3 };
     let ladder = rungs(1e-6, most_s);
     let mut variants = vec![Variant::new("", &[])];
@@ -241,7 +242,7 @@ fn of_a_phantom(scene: &PhantomScene) -> Vec<Contestant> {
     all
 }
 
-/// The whole section: some of its keys are refused beside others.
+/// Returns the whole section, because some of its keys are refused beside others.
 fn in_toml(model: &PhantomModel) -> String {
     let law = model.law.name();
     let joints = if model.tested_joint_only { "tested" } else { "all" };
@@ -258,11 +259,11 @@ fn in_toml(model: &PhantomModel) -> String {
     text + " }"
 }
 
-/// The contestants that a list of names and families asks for, in their own order.
+/// Returns the contestants that a list of names and families asks for, in the order of `all`.
 ///
 /// # Errors
 ///
-/// Names that there are none of, with those that there are.
+/// Returns an error that names the unknown contestant and lists the known ones.
 pub fn named(all: &[Contestant], names: &[String]) -> Result<Vec<Contestant>, String> {
     let is = |contestant: &Contestant, name: &String| contestant.name == *name || contestant.family == *name;
     if let Some(unknown) = names.iter().find(|name| !all.iter().any(|contestant| is(contestant, name))) {

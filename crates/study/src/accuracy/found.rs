@@ -1,25 +1,25 @@
-//! What a race found.
+//! The results of a race.
 
 use hpu_cosim::scene::{OutcomeKind, Output};
 
 use super::contestants::Contestant;
 use super::front::front;
 
-/// How wrong a contestant is.
+/// How large the error of a contestant is.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Grade {
-    /// Every edge of every net is the reference's, and every row of the plant.
+    /// Every edge of every net, and every row of the plant, equals the reference.
     Exact,
-    /// The worst error of the outputs that count.
+    /// The worst error of the outputs that count, relative.
     Off(f64),
-    /// It tells the right verdict, and of the other outputs that count nothing.
+    /// The verdict is right; the contestant gives none of the other outputs that count.
     VerdictOnly,
-    /// The verdict is wrong, or a number is none.
+    /// The verdict is wrong, or an output is not a number.
     Wrong,
 }
 
 impl Grade {
-    /// The error, where it is a number.
+    /// Returns the error, if it is a number.
     #[must_use]
     pub fn error(self) -> Option<f64> {
         match self {
@@ -30,82 +30,83 @@ impl Grade {
     }
 }
 
-/// The best of some runs.
+/// The speed of the fastest of some runs.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Speed {
-    /// Seconds of motion.
+    /// Duration of the motion, in s.
     pub motion_s: f64,
-    /// Seconds of wall time.
+    /// Wall time, in s.
     pub wall_s: f64,
-    /// Clock edges; none of a criterion.
+    /// Number of clock edges; 0 for a criterion.
     pub edges: u64,
-    /// How many runs there were.
+    /// Number of runs.
     pub runs: u32,
-    /// Seconds of motion, from its start, that were timed and scaled to the whole; `None` where all of it was timed.
+    /// Seconds of motion, from its start, that were timed and scaled to the whole; `None` if the whole motion was
+    /// timed.
     pub timed_s: Option<f64>,
 }
 
 impl Speed {
-    /// Seconds of motion in a second of wall time.
+    /// Returns the seconds of motion in a second of wall time.
     #[must_use]
     pub fn motion_per_wall(self) -> f64 {
         self.motion_s / self.wall_s
     }
 
-    /// The part of the motion that was timed, in words: `whole`, or `first 0.031 s`.
+    /// Returns as text which part of the motion was timed: `whole`, or `first 0.031 s`.
     #[must_use]
     pub fn timed(self) -> String {
-        // Two digits, which are plain where there are fewer.
+        // Two digits; parsing drops trailing zeros.
         let two = |timed_s: f64| format!("{timed_s:.1e}").parse().unwrap_or(timed_s);
         self.timed_s.map_or("whole".into(), |timed_s| format!("first {} s", two(timed_s)))
     }
 
-    /// Clock edges in a second.
+    /// Returns the number of clock edges in a second of wall time.
     #[must_use]
     pub fn edges_per_s(self) -> f64 {
         self.edges as f64 / self.wall_s
     }
 }
 
-/// What a contestant did.
+/// The result of a contestant.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Row {
-    /// How wrong it is.
+    /// How large its error is.
     pub grade: Grade,
     /// The error of every output.
     pub errors: Vec<(Output, f64)>,
-    /// Its verdict; `None` of a criterion that tells only that the motion does not come to rest.
+    /// The contestant's verdict; `None` for a criterion that only tells that the motion does not come to rest.
     pub outcome: Option<OutcomeKind>,
-    /// The duration that it and its reference were shortened to, if they were.
+    /// The duration, in s, to which the contestant and its reference were shortened, if they were.
     pub shortened_s: Option<f64>,
-    /// How fast it is.
+    /// The contestant's speed.
     pub speed: Speed,
 }
 
-/// A contestant, and what it did, or why it is not one of this scene.
+/// A contestant and its result, or why it cannot run this scene.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Entry {
-    /// Who.
+    /// The contestant.
     pub contestant: Contestant,
-    /// What it did.
+    /// The result of the contestant.
     pub row: Result<Row, String>,
 }
 
-/// A race that is through.
+/// A finished race.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Chart {
-    /// What became of the reference.
+    /// The reference's verdict.
     pub outcome: OutcomeKind,
     /// The outputs that count.
     pub outputs: Vec<Output>,
-    /// The error that the scene allows.
+    /// The relative error that the scene allows.
     pub within: f64,
-    /// Everybody, in the order of the race.
+    /// All contestants, in the order of the race.
     pub entries: Vec<Entry>,
 }
 
 impl Chart {
-    /// The entries that no other beats in both speed and error, the slowest first.
+    /// Returns the entries that no other entry beats in both speed and error, the slowest first.
     #[must_use]
     pub fn front(&self) -> Vec<usize> {
         let point = |entry: &Entry| {
@@ -117,7 +118,7 @@ impl Chart {
         front(&points)
     }
 
-    /// The fastest entry whose error is within what the scene allows.
+    /// Returns the fastest entry whose error is within what the scene allows.
     #[must_use]
     pub fn fastest_within(&self) -> Option<usize> {
         let speed = |index: &usize| self.entries[*index].row.as_ref().map_or(0.0, |row| row.speed.motion_per_wall());

@@ -1,13 +1,13 @@
-//! Speed against accuracy: every way to run a scene, how fast it is and how wrong.
+//! Speed against accuracy: every way to run a scene, with its speed and its error.
 //!
-//! The reference is the scene as it is written, from event to event. A contestant ([`contestants`]) is the scene under
-//! overrides, or a published criterion, which tells a verdict and runs nothing. What counts as its error is the worst
-//! of the outputs that the scene names, or that the reference's verdict makes worth comparing ([`Outputs`]); what
-//! counts as its speed is motion over wall time, from a parsed scene to a verdict ([`Race`]).
+//! The reference is the scene as written, from event to event. A contestant ([`contestants`]) is the scene under
+//! overrides, or a published criterion, which gives a verdict and runs nothing. Its error is the worst of the outputs
+//! that the scene names, or of those that the reference's verdict makes worth comparing ([`Outputs`]). Its speed is
+//! motion over wall time, from a parsed scene to a verdict ([`Race`]).
 //!
-//! Errors are of the whole motion. So are wall times, but for long runs that go on by edges or fixed steps: these are
-//! timed over the first part of the motion, and scaled to all of it by how the wall time of the run for the errors was
-//! spread ([`Speed::timed_s`] says which).
+//! Errors are those of the whole motion. Wall times are too, except for long runs that go on by edges or by fixed
+//! steps. These are timed over the first part of the motion, and scaled to all of it by how the wall time was spread in
+//! the run for the errors ([`Speed::timed_s`] says over which part).
 
 mod contestants;
 mod found;

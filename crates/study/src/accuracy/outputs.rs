@@ -1,48 +1,48 @@
-//! What a run tells, and how wrong that is.
+//! The outputs of a run, and their errors.
 //!
-//! Every error is a relative number, 0 for equal; each has its denominator:
+//! Every error is a relative number, 0 for equal outputs. Each has its own denominator:
 //!
 //! | Output | Error |
 //! |---|---|
 //! | `trace` | rms of the difference, over the reference's range of motion |
 //! | `final_angle` | difference, over the reference's range of motion |
-//! | `peak_penetration` | difference, over the reference's own; where it has none, over its range of motion |
-//! | `amplitude`, `frequency` | difference, over the reference's own; one that does not swing has 0 of both |
+//! | `peak_penetration` | difference, over the reference's own; if that is 0, over its range of motion |
+//! | `amplitude`, `frequency` | difference, over the reference's own; both are 0 for a motion without a limit cycle |
 //! | `energy` | difference of what source and hand gave, over all energy that the reference exchanged |
-//! | `rms` of a drop test | difference, over the reference's own, or over the 0.003 cm that part the verdicts if these are more |
+//! | `rms` of a drop test | difference, over the reference's own, or over the verdict's limit, 0.003 cm, if more |
 //! | `verdict` | 0 when right, infinite when wrong |
 
 use hpu_cosim::scene::{Datapath, Experiment, Metric, OutcomeKind, Output};
 use hpu_cosim::{Control, Driver, PASSIVE_RMS_M, Ready, Rig, Summary, Trace, Wired, metric};
 use hpu_signal::{Cycle, Observe};
 
-/// Rows of a recording that a run may hold.
+/// Greatest number of rows of a recording that a run may hold.
 const MOST_ROWS: u64 = 20_000_000;
 
-/// What a run tells. Positions are in rad, of a mass or a PHANToM in m.
+/// The outputs of a run. Positions are in rad, of a mass or a PHANToM in m.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Outputs {
-    /// The motion at the plant's rate: the angle of an axis, the tip of a PHANToM along the direction under test.
+    /// The motion at the plant's rate: the angle of an axis, or the tip of a PHANToM along the direction under test.
     pub trace: Vec<f64>,
     /// The deepest point in the wall.
     pub peak_penetration: f64,
-    /// The amplitude of the verdict; 0 for one without.
+    /// The amplitude of the verdict; 0 for a verdict without one.
     pub amplitude: f64,
-    /// The frequency of the verdict; 0 for one without.
+    /// The frequency of the verdict, in Hz; 0 for a verdict without one.
     pub frequency_hz: f64,
-    /// What source and hand have given.
+    /// Energy that source and hand have given, in J.
     pub given_j: f64,
-    /// Sum of the sizes of all flows of energy.
+    /// Sum of the absolute values of all energy flows, in J.
     pub exchanged_j: f64,
-    /// rms about the steady value at the end of a drop test.
+    /// The rms about the steady value at the end of a drop test, in m.
     pub rms_m: Option<f64>,
-    /// What became of the motion.
+    /// The outcome of the motion.
     pub outcome: OutcomeKind,
-    /// A print of every edge of every net, of a run that was watched for it.
+    /// A hash over every edge of every net, of a run that was watched for it.
     pub print: Option<u64>,
 }
 
-/// The outputs that a verdict makes worth comparing: the trace of a motion without end depends on its phase.
+/// Returns the outputs that a verdict makes worth comparing: the trace of a motion without end depends on its phase.
 #[must_use]
 pub fn usual(outcome: OutcomeKind) -> Vec<Output> {
     match outcome {
@@ -56,14 +56,14 @@ pub fn usual(outcome: OutcomeKind) -> Vec<Output> {
     }
 }
 
-/// The driver that an experiment asks for.
+/// Returns the driver that an experiment asks for.
 #[must_use]
 pub fn driver(overrides: &[(String, String)]) -> Driver {
     let solver = overrides.iter().rev().find(|(key, _)| key == "model.solver");
     if solver.is_some_and(|(_, solver)| solver == "clock") { Driver::Clock } else { Driver::Events }
 }
 
-/// Every edge of every net, as one number.
+/// A hash over every edge of every net.
 struct Print {
     last: Vec<i64>,
     hash: u64,
@@ -90,7 +90,7 @@ impl Observe for Print {
     }
 }
 
-/// A scene made ready, if it has a motion that can be compared.
+/// Returns a scene made ready to run, if it has a motion that can be compared.
 pub(crate) fn ready(experiment: &Experiment) -> Result<Ready<'_>, String> {
     if matches!(experiment, Experiment::Axis(scene) if scene.model.datapath == Datapath::Linear) {
         return Err("model.datapath = \"linear\" is for hpu limits; write \"words\" or \"law\"".into());
@@ -108,16 +108,16 @@ pub(crate) fn ready(experiment: &Experiment) -> Result<Ready<'_>, String> {
 }
 
 impl Outputs {
-    /// Runs an experiment; the summary of one that `control` stopped has no outputs.
+    /// Runs an experiment. Returns no outputs if `control` stopped it.
     ///
     /// # Errors
     ///
-    /// Why it cannot be run.
+    /// Returns why the experiment cannot be run.
     pub fn of(experiment: &Experiment, driver: Driver, control: &Control) -> Result<(Option<Self>, Summary), String> {
         Self::watched(experiment, driver, &mut (), control)
     }
 
-    /// The same with the [`print`](Self::print), which takes most of the time of a run that leaps.
+    /// Like [`of`](Self::of), with the [`print`](Self::print), which takes most of the time of a run that leaps.
     ///
     /// # Errors
     ///
@@ -145,7 +145,7 @@ impl Outputs {
         Ok((outputs, summary))
     }
 
-    /// From what a complete run left behind.
+    /// Returns the outputs of a complete run.
     pub(crate) fn new(experiment: &Experiment, summary: &Summary, trace: &Trace) -> Result<Self, String> {
         let outcome = summary.outcome().ok_or("a recording has no verdict")?;
         let number = |which| metric(which, experiment, summary, trace);
@@ -167,13 +167,13 @@ impl Outputs {
         })
     }
 
-    /// Whether every edge of every net, and every row of the plant, is the reference's to the bit.
+    /// Whether every edge of every net, and every row of the plant, equals the reference to the bit.
     #[must_use]
     pub fn same_edges(&self, reference: &Self) -> bool {
         self.print.is_some() && self.print == reference.print
     }
 
-    /// The error of every output that the reference has; infinite for a number that is none.
+    /// Returns the error of every output that the reference has; infinite for an output that is not a number.
     #[must_use]
     pub fn errors(&self, reference: &Self) -> Vec<(Output, f64)> {
         let (low, high) =
@@ -207,14 +207,14 @@ fn is_of_axis(outcome: OutcomeKind) -> bool {
     matches!(outcome, OutcomeKind::Settled | OutcomeKind::LimitCycle | OutcomeKind::Diverged)
 }
 
-/// The worst error of these outputs; 0 when none of them was compared.
+/// Returns the worst error of these outputs; 0 if none of them was compared.
 #[must_use]
 pub fn worst(errors: &[(Output, f64)], outputs: &[Output]) -> f64 {
     let counted = errors.iter().filter(|(output, _)| outputs.contains(output));
     counted.map(|(_, error)| *error).fold(0.0, f64::max)
 }
 
-/// A difference over a size; nothing over nothing is nothing, and what is no number is infinite.
+/// Returns a difference over a size; 0 over 0 is 0, and a ratio that is not a finite number is infinite.
 fn over(difference: f64, size: f64) -> f64 {
     match (difference.abs(), (difference / size).abs()) {
         (0.0, _) => 0.0,
@@ -223,7 +223,7 @@ fn over(difference: f64, size: f64) -> f64 {
     }
 }
 
-/// rms of the difference over the rows that both have: an aborted run has fewer.
+/// Returns the rms of the difference over the rows that both have; an aborted run has fewer rows.
 fn rms_difference(ours: &[f64], theirs: &[f64]) -> f64 {
     let rows = ours.len().min(theirs.len()).max(1);
     let sum: f64 = ours.iter().zip(theirs).map(|(x, y)| (x - y).powi(2)).sum();

@@ -1,4 +1,4 @@
-//! Over a map: how often a contestant's verdict is wrong.
+//! How often a contestant's verdict is wrong over a map.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -14,46 +14,47 @@ use crate::criteria;
 use crate::map::{Axis, CellLimits, Map, MapError, Method, Point, outcome};
 use crate::units::{self, Row};
 
-/// Steps below this take too long for the many cells of a map, unless they are asked for.
+/// The shortest step that is run unless all contestants are asked for: shorter ones take too long for a map's many
+/// cells.
 pub const SHORTEST_STEP_S: f64 = 1e-6;
 
-/// A race over a map: the reference is its first layer, each contestant that runs anything another.
+/// A race over a map. The reference is the map's first layer; each contestant that runs anything is a further layer.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Tour {
-    /// Who runs.
+    /// The race's scene and contestants.
     pub race: Race,
-    /// The map, of the reference and of those who run.
+    /// The map, with the reference's layer and the contestants' layers.
     pub map: Map,
-    /// Who cannot run anywhere, and why.
+    /// Contestants that cannot run anywhere on the map, and why.
     pub refused: Vec<(Contestant, String)>,
-    /// The contestants of the layers after the first.
+    /// Indices of the contestants of the layers after the first.
     runners: Vec<usize>,
-    /// The criteria among the contestants.
+    /// Indices of the criteria among the contestants.
     criteria: Vec<usize>,
 }
 
 /// How often a contestant is wrong.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Share {
-    /// Who.
+    /// The contestant.
     pub contestant: Contestant,
-    /// Cells that both it and the reference have a verdict on.
+    /// Number of cells on which both the contestant and the reference have a verdict.
     pub cells: usize,
-    /// Those of them where its verdict is wrong.
+    /// Number of these cells where the contestant's verdict is wrong.
     pub wrong: usize,
-    /// How fast it is at the middle cell; `None` where it cannot run.
+    /// The contestant's speed at the middle cell; `None` if it cannot run there.
     pub speed: Option<Speed>,
 }
 
 impl Share {
-    /// The share of wrong verdicts; `None` without a cell.
+    /// Returns the share of wrong verdicts; `None` without a cell.
     #[must_use]
     pub fn share(&self) -> Option<f64> {
         (self.cells > 0).then(|| self.wrong as f64 / self.cells as f64)
     }
 }
 
-/// The indices of the shares that no other beats in both speed and share, the slowest first.
+/// Returns the indices of the shares that no other beats in both speed and share, the slowest first.
 #[must_use]
 pub fn front_of_shares(shares: &[Share]) -> Vec<usize> {
     let point = |share: &Share| Some((share.speed?.motion_per_wall(), share.share()?));
@@ -61,12 +62,12 @@ pub fn front_of_shares(shares: &[Share]) -> Vec<usize> {
 }
 
 impl Tour {
-    /// A tour of a race's contestants over two keys; unless `all`, without those that tick every edge or step in less
-    /// than a microsecond.
+    /// Returns a tour of a race's contestants over two keys. Unless `all`, it leaves out contestants that tick every
+    /// edge or step in less than a microsecond.
     ///
     /// # Errors
     ///
-    /// [`MapError`] when there is no such map of the reference.
+    /// Returns a [`MapError`] if the reference has no such map.
     pub fn new(
         mut race: Race,
         axes: (Axis, Axis),
@@ -98,18 +99,19 @@ impl Tour {
         Ok(Self { race, map, refused, runners, criteria })
     }
 
-    /// Units of work: the cells of all layers, and then those of the criteria, each of which tells all of them.
+    /// Returns the number of units of work: the cells of all layers, then one for each cell with all criteria's
+    /// verdicts.
     #[must_use]
     pub fn units(&self) -> usize {
         self.map.len() + if self.criteria.is_empty() { 0 } else { self.map.layer() }
     }
 
-    /// Runs every cell and times everybody at the middle one; `None` when `control` stopped it. Rows that are `done`
-    /// are not run again, and every new one goes through `keep`.
+    /// Runs every cell, and times every contestant at the middle cell. Returns `None` when `control` stopped it. Rows
+    /// that are `done` are not run again, and every new row goes through `keep`.
     ///
     /// # Errors
     ///
-    /// What `keep` says.
+    /// Returns the error of `keep`.
     pub fn run<E>(
         &self,
         plan: Plan,
@@ -158,7 +160,7 @@ impl Tour {
         Ok(Some(shares))
     }
 
-    /// A letter for each criterion's verdict on a cell: `r`est, `m`otion, or `-` for none.
+    /// Returns a letter for each criterion's verdict on a cell: `r`est, `m`otion, or `-` for none.
     fn foretell(&self, cell: usize) -> String {
         let Ok(Experiment::Axis(scene)) = self.map.experiment(self.map.point(cell)) else {
             return "-".repeat(self.criteria.len());
@@ -171,7 +173,7 @@ impl Tour {
         self.criteria.iter().filter_map(|index| self.race.contestants[*index].criterion).map(letter).collect()
     }
 
-    /// The speed at the middle cell; the outer `None` when it was stopped.
+    /// Returns the speed at the middle cell; the outer `None` when it was stopped.
     fn time(&self, contestant: &Contestant, plan: Plan, control: &Control) -> Option<Option<Speed>> {
         let point = Point { method: 0, ix: self.map.x.cells() / 2, iy: self.map.y.cells() / 2 };
         let mut middle = self.race.clone();

@@ -7,19 +7,19 @@ use std::time::{Duration, Instant};
 
 use hpu_cosim::Control;
 
-/// Time from look to look at a run.
+/// Time between two looks at a run.
 const LOOK: Duration = Duration::from_millis(5);
 
-/// How far a run had come at some times of it: a run that costs twice as much in contact as in free motion shows it
+/// How far a run had come at some times of it. A run that costs twice as much in contact as in free motion shows it
 /// here.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub(super) struct Profile {
-    /// Wall time and clock edges done; both only grow.
+    /// Pairs of wall time, in s, and clock edges done; both only grow.
     looks: Vec<(f64, u64)>,
 }
 
 impl Profile {
-    /// Does some work, and looks at how far its control says that it is.
+    /// Does some work, and records meanwhile how far its control says that it is.
     pub(super) fn of<T>(control: &Control, work: impl FnOnce() -> T) -> (T, Self) {
         let begin = Instant::now();
         let look = || (begin.elapsed().as_secs_f64(), control.progress.load(Ordering::Relaxed));
@@ -47,12 +47,12 @@ impl Profile {
         Self { looks: looks.to_vec() }
     }
 
-    /// Wall time of all of it.
+    /// Returns the wall time of the whole run, in s.
     pub(super) fn wall_s(&self) -> f64 {
         self.looks.last().map_or(0.0, |(wall_s, _)| *wall_s)
     }
 
-    /// The share of the wall time that the first `edges` took, on straight lines between the looks.
+    /// Returns the share of the wall time that the first `edges` took, interpolated linearly between the looks.
     pub(super) fn share(&self, edges: u64) -> f64 {
         let after = self.looks.iter().position(|look| look.1 >= edges);
         let (Some(after), wall_s) = (after, self.wall_s()) else { return 1.0 };

@@ -1,5 +1,5 @@
-//! The race: every contestant's outputs against the reference's, many at a time; then every contestant's wall time, one
-//! by one, over the whole motion or as much of it as tells the time.
+//! The race: first every contestant's outputs are compared with the reference's, many at a time. Then every
+//! contestant's wall time is taken, one by one, over the whole motion or over enough of it to scale.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -22,27 +22,27 @@ use crate::map::SceneText;
 use crate::units;
 use crate::watch::watched;
 
-/// A scene, and who runs it.
+/// A scene, and the contestants that run it.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Race {
     /// The scene.
     pub scene: SceneText,
-    /// What is changed for all.
+    /// Overrides for all contestants.
     pub set: Vec<(String, String)>,
-    /// Who runs it.
+    /// The contestants.
     pub contestants: Vec<Contestant>,
-    /// The scene as it is written.
+    /// The scene as written.
     pub written: Experiment,
 }
 
 /// Why there is no race.
 #[derive(Clone, PartialEq, Debug)]
 pub enum RaceError {
-    /// The scene is none.
+    /// The scene is not valid.
     Scene(SceneError),
-    /// It cannot be run, or has nothing to compare.
+    /// The scene cannot be run, or has nothing to compare.
     Run(String),
-    /// There is no such contestant.
+    /// There is no contestant of this name.
     Name(String),
 }
 
@@ -60,49 +60,50 @@ impl std::error::Error for RaceError {}
 /// How a race is run.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Plan {
-    /// Runs at a time, while only errors are looked for.
+    /// Number of runs at a time, while errors are measured.
     pub jobs: NonZeroUsize,
-    /// How long a run may take; what takes longer runs a shorter motion.
+    /// Greatest wall time of a run; a contestant that takes longer runs a shorter motion.
     pub longest: Duration,
-    /// Runs are repeated until they took so long all together, for the shortest of them. A run by edges or steps that
-    /// takes longer is timed for so long, and scaled.
+    /// Wall time after which a contestant's run is not repeated any more; the fastest of its runs counts. A run by
+    /// edges or steps that takes longer is timed for this long, and scaled.
     pub enough: Duration,
-    /// The most runs.
+    /// Greatest number of runs of a contestant.
     pub repeats: u32,
 }
 
 impl Plan {
-    /// As usual: 60 s at most, which no run of a scene of 2 s takes; repeated until 0.2 s are spent, 5 times at most.
+    /// Returns the usual plan: at most 60 s a run, which no run of a scene of 2 s takes; repeated until 0.15 s are
+    /// spent, at most 5 times.
     #[must_use]
     pub fn usual(jobs: NonZeroUsize) -> Self {
         Self { jobs, longest: Duration::from_secs(60), enough: Duration::from_millis(150), repeats: 5 }
     }
 }
 
-/// A contestant before its wall time was taken.
+/// A contestant whose errors are known and whose wall time is not taken yet.
 struct Judged {
     grade: Grade,
     errors: Vec<(Output, f64)>,
     outcome: Option<OutcomeKind>,
     shortened_s: Option<f64>,
-    /// Of a run by edges or steps.
+    /// How the wall time of a run by edges or steps was spread.
     profile: Option<Profile>,
 }
 
-/// The time that a run is expected to take, in ms of one core; the progress line counts in it.
+/// The time that a run is expected to take, in ms of one core; the progress line counts in this unit.
 struct Work {
     judge: u64,
     time: u64,
 }
 
 impl Race {
-    /// A race of the contestants with these names, or of all when there are none.
+    /// Returns a race of the contestants with these names, or of all contestants if there are no names.
     ///
     /// `load` reads the data files that the scene names; the race keeps them.
     ///
     /// # Errors
     ///
-    /// [`RaceError`].
+    /// Returns a [`RaceError`].
     pub fn new(
         text: (&str, &str),
         set: &[(String, String)],
@@ -118,7 +119,7 @@ impl Race {
         Ok(Self { scene, set: set.to_vec(), contestants, written })
     }
 
-    /// What makes the scene a contestant's.
+    /// Returns the overrides that turn the scene into a contestant's.
     #[must_use]
     pub fn overrides(&self, contestant: &Contestant) -> Vec<(String, String)> {
         self.set.iter().chain(&contestant.overrides).cloned().collect()
@@ -130,8 +131,8 @@ impl Race {
         self.scene.parse(&overrides).map_err(|error| error.to_string())
     }
 
-    /// The total of the progress counter when everybody has run. It is about the time in ms, so that a share of it is a
-    /// share of the time.
+    /// Returns the final value of the progress counter. It is roughly the time in ms, so that a share of it is a share
+    /// of the time.
     #[must_use]
     pub fn work(&self, plan: Plan) -> u64 {
         let all = self.contestants.iter().map(|contestant| self.work_of(contestant, plan));
@@ -139,18 +140,18 @@ impl Race {
     }
 
     fn work_of(&self, contestant: &Contestant, plan: Plan) -> Work {
-        // An edge or a step takes some 40 ns; all else is soon done.
+        // An edge or a step takes some 40 ns; everything else takes little time.
         let run = contestant.paces(&self.written) / 25_000;
         let most = plan.enough.as_millis() as u64;
-        // Nobody runs beside what is timed.
+        // Nothing else runs while a contestant is timed.
         Work { judge: 2 + run, time: (2 + run.min(most)) * plan.jobs.get() as u64 }
     }
 
-    /// Runs everybody; `None` when `control` stopped it. Progress is counted up to [`work`](Self::work).
+    /// Runs all contestants; returns `None` when `control` stopped it. Progress is counted up to [`work`](Self::work).
     ///
     /// # Errors
     ///
-    /// Why the reference cannot be run.
+    /// Returns why the reference cannot be run.
     pub fn run(&self, plan: Plan, control: &Control) -> Result<Option<Chart>, String> {
         let (reference, _) =
             watched(Duration::MAX, control, |own| Outputs::printed(&self.written, Driver::Events, own)).0?;
@@ -169,12 +170,12 @@ impl Race {
         };
         let mut rows = BTreeMap::new();
         let works: Vec<Work> = self.contestants.iter().map(|contestant| self.work_of(contestant, plan)).collect();
-        // The longest first, so that no core is left alone with one of them.
+        // The longest run first, so that no core is left alone with it at the end.
         let mut all: Vec<usize> = (0..self.contestants.len()).collect();
         all.sort_by_key(|&index| std::cmp::Reverse(works[index].judge));
         let Ok(()) = units::run_some(&all, plan.jobs, control, judge, |index, row| {
             rows.insert(index, row);
-            // One is counted for every unit.
+            // `run_some` itself counts one for every unit.
             control.progress.fetch_add(works[index].judge - 1, Ordering::Relaxed);
             Ok::<(), std::convert::Infallible>(())
         });
@@ -200,7 +201,7 @@ impl Race {
         Ok(Some(Chart { outcome: reference.outcome, outputs, within: accuracy.within, entries }))
     }
 
-    /// Holds a contestant against the reference; `None` when it was stopped.
+    /// Compares a contestant with the reference; returns `None` when it was stopped.
     fn judge(
         &self,
         index: usize,
@@ -224,7 +225,7 @@ impl Race {
             }
             (None, _) if !late => Ok(None),
             (None, summary) => {
-                // Half as far as it came, in two digits.
+                // Half as far as the run came, in two digits.
                 let shortened_s = format!("{:.1e}", 0.5 * summary.motion_s).parse().unwrap_or(summary.motion_s);
                 let short = |contestant, driver| {
                     let experiment = self.experiment(contestant, Some(shortened_s))?;
@@ -248,8 +249,9 @@ impl Race {
         }
     }
 
-    /// The best wall time of a contestant; `None` when it was stopped. With the profile of a run that took longer than
-    /// [`Plan::enough`], that of the part of the motion that it comes through meanwhile, scaled to all of it.
+    /// Returns the best wall time of a contestant; `None` when it was stopped. With the profile of a run that took
+    /// longer than [`Plan::enough`], only the part of the motion that fits into this time is run, and its wall time is
+    /// scaled to the whole.
     pub(super) fn time(
         &self,
         contestant: &Contestant,
@@ -260,9 +262,9 @@ impl Race {
     ) -> Result<Option<Speed>, String> {
         let experiment = self.experiment(contestant, shortened_s)?;
         let driver = driver(&contestant.overrides);
-        // The memory of the rows is not the model's: repeated runs take it over from each other.
+        // The memory of the rows is not part of the model's cost: repeated runs take it over from each other.
         let mut rows = None;
-        // Edges done, and whether they are all.
+        // Returns the number of edges done, and whether these are all.
         let mut once = |control: &Control| -> Result<(u64, bool), String> {
             if let (Some(name), Experiment::Axis(scene)) = (contestant.criterion, &experiment) {
                 black_box(criteria::named(name, scene));
@@ -281,7 +283,7 @@ impl Race {
             timed_s: None,
         };
         if let Some(profile) = profile.filter(|profile| profile.wall_s() > plan.enough.as_secs_f64()) {
-            // The better half of the time tells, should the machine be busy with something else in the other.
+            // The better of two halves counts, in case the machine is busy with something else during the other.
             for _ in 0..2 {
                 let start = Instant::now();
                 let (run, late) = watched(plan.enough / 2, control, &mut once);
@@ -324,7 +326,7 @@ fn held_against(run: &Outputs, reference: &Outputs, outputs: &[Output], shortene
     Judged { grade, errors, outcome: Some(run.outcome), shortened_s, profile: None }
 }
 
-/// Whether a criterion foretells the reference's verdict: rest below its limit, none above.
+/// Judges whether a criterion predicts the reference's verdict: rest below its limit, motion above.
 fn criterion(
     name: &'static str,
     experiment: &Experiment,

@@ -1,11 +1,11 @@
-//! A chart as a table.
+//! The result of a race as a table.
 
 use hpu_cosim::scene::{Experiment, Output};
 
 use super::found::{Chart, Entry, Grade};
 use crate::map::outcome_name;
 
-/// The name of a grade: `exact`, `off`, `verdict_only`, `wrong`.
+/// Returns the name of a grade: `exact`, `off`, `verdict_only`, `wrong`.
 #[must_use]
 pub fn grade_name(grade: Grade) -> &'static str {
     match grade {
@@ -16,7 +16,7 @@ pub fn grade_name(grade: Grade) -> &'static str {
     }
 }
 
-/// The outputs that errors of a scene may have.
+/// Returns the outputs that may have an error in a scene.
 #[must_use]
 pub fn outputs_of(experiment: &Experiment) -> &'static [Output] {
     match experiment {
@@ -25,8 +25,8 @@ pub fn outputs_of(experiment: &Experiment) -> &'static [Output] {
     }
 }
 
-/// The chart as CSV: errors are relative numbers, an infinite one is written `inf`; `replay` is the command of an
-/// entry.
+/// Returns the race's result as CSV. Errors are relative numbers; an infinite error is written `inf`. `replay` returns
+/// the command that runs an entry again.
 #[must_use]
 pub fn csv(chart: &Chart, outputs: &[Output], command: &str, replay: impl Fn(&Entry) -> String) -> String {
     let mut text = format!("# {command}\n");

@@ -1,4 +1,4 @@
-//! The story of the bits: each word against its format, and where bits were lost.
+//! The picture of the bits: each word compared with its format, and where bits were lost.
 
 use hpu_cosim::NetUse;
 
@@ -10,7 +10,8 @@ use super::{Picture, Run, conditions, nets, page};
 
 const RIGHT: i32 = WIDTH - 520;
 
-/// Every traced word at its rows, the edges at which it had overflowed shaded, and the share of its format that it used.
+/// Draws every traced word at its rows, shades the edges at which it had overflowed, and shows the share of its format
+/// that it used.
 pub(super) fn bits(run: &Run) -> Picture {
     let uses: Vec<&NetUse> = nets(run.scene)
         .iter()
@@ -34,7 +35,7 @@ pub(super) fn bits(run: &Run) -> Picture {
         let above = Panel { top: panel.top - 8, bottom: panel.top, x: panel.x.clone(), y: panel.y.clone(), ..panel };
         above.shade(&mut canvas, overflowed, RUST.color);
         limits(&panel, &mut canvas, used);
-        // A counter is read as signed elsewhere; here its word fills its format, and wraps at its ends.
+        // Elsewhere a counter is read as signed; here its word fills its format, and wraps at its ends.
         let counted = if used.signal.is_counter() { ", unsigned" } else { "" };
         let name = format!("{} {}{counted}", used.signal.name, used.signal.format);
         let mut legend = vec![(name.as_str(), Look::Line(BLUE))];
@@ -53,7 +54,7 @@ fn unit(net: &NetUse) -> String {
     if lsb == 1.0 { net.signal.unit.to_string() } else { format!("{lsb} {}", net.signal.unit) }
 }
 
-/// What was lost, for the title.
+/// Returns the overflows as text for the title.
 fn lost(run: &Run, uses: &[&NetUse]) -> String {
     let lost: Vec<String> = uses
         .iter()
@@ -68,7 +69,7 @@ fn share(edges: u64, all: u64) -> String {
     if percent < 0.1 { "below 0.1 %".into() } else { format!("{percent:.1} %") }
 }
 
-/// The ends of the format, where they are in view.
+/// Draws the ends of the format, where they are in view.
 fn limits(panel: &Panel, canvas: &mut Canvas, net: &NetUse) {
     for end in [net.signal.format.min(), net.signal.format.max()] {
         if panel.y.contains(&(end as f64)) {
@@ -77,7 +78,7 @@ fn limits(panel: &Panel, canvas: &mut Canvas, net: &NetUse) {
     }
 }
 
-/// The format as a bar, the range used filled in.
+/// Draws the format as a bar, with the range used filled in.
 fn gauge(panel: &Panel, canvas: &mut Canvas, net: &NetUse, edges: u64) {
     let format = net.signal.format;
     let (left, right) = (RIGHT + 60, WIDTH - 60);

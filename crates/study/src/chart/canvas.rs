@@ -1,4 +1,4 @@
-//! A page of marks, painted once as SVG and once as PNG.
+//! A page of marks, which is painted both as SVG and as PNG.
 
 use std::sync::Once;
 
@@ -9,20 +9,21 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 use super::series::Look;
 use super::{Key, Picture};
 
-/// Width of a page in marks' pixels; a browser shows it at half of that.
+/// Width of a page in pixels of the marks; a browser shows the page at half of this.
 pub(super) const WIDTH: i32 = 2400;
-/// Height of a page.
+/// Height of a page in pixels of the marks.
 pub(super) const HEIGHT: i32 = 1440;
 
-/// The family, and what a viewer without it takes.
+/// Font family, and the family that a viewer without it uses.
 const FAMILY: &str = "DejaVu Sans, sans-serif";
 
 pub(super) const INK: RGBColor = RGBColor(34, 38, 46);
-/// Texts that stand back: ticks, conditions, the command.
+/// Colour of secondary texts: ticks, conditions, the command.
 pub(super) const QUIET: RGBColor = RGBColor(90, 97, 108);
 pub(super) const GRID: RGBColor = RGBColor(226, 229, 234);
 
-/// How a text stands to its given point, which is at the middle of its height; `Up` is centred and read from below.
+/// Position of a text relative to its given point, which is at the middle of the text's height; `Up` is centred and
+/// reads from bottom to top.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Anchor {
     Left,
@@ -39,7 +40,7 @@ enum Mark {
     Text { at: (i32, i32), text: String, size: i32, bold: bool, color: RGBColor, anchor: Anchor },
 }
 
-/// A page under way.
+/// A page that is being drawn.
 #[derive(Default)]
 pub(super) struct Canvas {
     marks: Vec<Mark>,
@@ -57,7 +58,7 @@ fn font(size: i32, bold: bool) -> FontDesc<'static> {
     FontDesc::new(FontFamily::Name(FAMILY), f64::from(size), if bold { FontStyle::Bold } else { FontStyle::Normal })
 }
 
-/// Width of a text in pixels.
+/// Returns the width of a text in pixels.
 pub(super) fn text_width(text: &str, size: i32) -> i32 {
     font(size, false).box_size(text).map_or(0, |(width, _)| width as i32)
 }
@@ -71,28 +72,28 @@ impl Canvas {
         self.marks.push(Mark::Fill { corners, color });
     }
 
-    /// A filled polygon.
+    /// Adds a filled polygon.
     pub fn shape(&mut self, corners: Vec<(i32, i32)>, color: RGBColor) {
         self.marks.push(Mark::Shape { corners, color });
     }
 
-    /// Begins another panel: what is declared from here on shares it.
+    /// Begins another panel; looks that are declared from here on belong to it.
     pub fn panel(&mut self) {
         self.panels += 1;
     }
 
-    /// Says what a look stands for in this panel.
+    /// Declares what a look stands for in this panel.
     pub fn declare(&mut self, name: &str, look: Look) {
         let (RGBColor(r, g, b), marker) = (look.color(), look.marker());
         self.keys.push(Key { name: name.to_string(), color: [r, g, b], marker, panel: self.panels });
     }
 
-    /// A disc, or a ring of some width.
+    /// Adds a disc (`width` 0), or a ring whose line has this width.
     pub fn dot(&mut self, at: (i32, i32), radius: i32, color: RGBColor, width: u32) {
         self.marks.push(Mark::Dot { at, radius, color, width });
     }
 
-    /// A text whose point is at the middle of its height.
+    /// Adds a text whose point is at the middle of its height.
     pub fn text(&mut self, at: (i32, i32), text: impl Into<String>, size: i32, color: RGBColor, anchor: Anchor) {
         self.marks.push(Mark::Text { at, text: text.into(), size, bold: false, color, anchor });
     }
@@ -102,19 +103,19 @@ impl Canvas {
         self.marks.push(Mark::Text { at, text, size, bold: true, color: INK, anchor: Anchor::Left });
     }
 
-    /// Both forms of the page.
+    /// Returns the page as SVG and PNG.
     pub fn render(&self, name: &'static str) -> Picture {
         let size = (WIDTH as u32, HEIGHT as u32);
         let mut svg = String::new();
         self.paint(&SVGBackend::with_string(&mut svg, size).into_drawing_area(), true);
-        // Shown at half its pixels, so that whole pixels are fine enough.
+        // The SVG is shown at half of its pixels, so whole pixels are fine enough.
         let svg = svg.replacen(
             &format!("width=\"{WIDTH}\" height=\"{HEIGHT}\""),
             &format!("width=\"{}\" height=\"{}\"", WIDTH / 2, HEIGHT / 2),
             1,
         );
         let mut rgb = vec![255; 3 * WIDTH as usize * HEIGHT as usize];
-        // The bitmap's joints shoot out where a line turns back: there it is drawn piece by piece.
+        // The bitmap's line joints stick out where a line turns back, so lines are drawn piece by piece there.
         self.paint(&BitMapBackend::with_buffer(&mut rgb, size).into_drawing_area(), false);
         let mut png = Vec::new();
         let mut encoder = png::Encoder::new(&mut png, size.0, size.1);

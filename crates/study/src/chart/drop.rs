@@ -1,4 +1,4 @@
-//! A drop test: the tip above its wall, and how it rests there.
+//! The pictures of a drop test: the tip above its wall, and how it rests there.
 
 use std::ops::Range;
 
@@ -10,7 +10,7 @@ use super::panel::{Panel, around};
 use super::series::{BLUE, Look, ORANGE, SHADE};
 use super::{Picture, page, rate, thinned};
 
-/// Length of the close-up of the end.
+/// Length of the close-up of the end, in s.
 const END_S: f64 = 0.5;
 
 fn outcome(summary: &Summary) -> String {
@@ -33,7 +33,7 @@ fn conditions(scene: &PhantomScene, trace: &Trace) -> String {
     )
 }
 
-/// The pictures of a drop test, by its trace of [`PHANTOM_NETS`](super::PHANTOM_NETS).
+/// Returns the pictures of a drop test, from its trace of [`PHANTOM_NETS`](super::PHANTOM_NETS).
 #[must_use]
 pub fn drop_pictures(session: &PhantomSession, trace: &Trace, summary: &Summary, command: &str) -> Vec<Picture> {
     if trace.rows() == 0 {
@@ -42,19 +42,19 @@ pub fn drop_pictures(session: &PhantomSession, trace: &Trace, summary: &Summary,
     vec![drop(session.scene(), trace, summary, command), force(session, trace, summary, command)]
 }
 
-/// Times and values of a column of the trace, by `scale`.
+/// Returns the times and values of a column of the trace, multiplied by `scale`.
 fn column(trace: &Trace, real: usize, scale: f64) -> impl Iterator<Item = (f64, f64)> + Clone {
     trace.times_s().zip(trace.real(real).iter().map(move |value| value * scale))
 }
 
-/// The last stretch of a run.
+/// Returns the last stretch of a run.
 fn ending(summary: &Summary) -> Range<f64> {
     let end_s = summary.motion_s.max(1e-6);
-    // Of a short trial a part, so that two panels never show the same.
+    // For a short trial only a part of it, so that the two panels never show the same.
     end_s - END_S.min(0.25 * end_s)..end_s
 }
 
-/// A wall below its height.
+/// Draws a wall below its height.
 fn wall(panel: &Panel, height: f64, canvas: &mut Canvas) {
     if height > panel.y.start {
         canvas.fill([panel.at(panel.x.start, height), panel.at(panel.x.end, panel.y.start)], SHADE);
@@ -83,7 +83,7 @@ fn drop(scene: &PhantomScene, trace: &Trace, summary: &Summary, command: &str) -
     let above = |real: usize| column(trace, real, 1e6).map(move |(t, v)| (t, v - 1e3 * floor_mm));
     let shown = above(axis).chain(above(3 + axis)).filter(|(t, _)| x.contains(t)).map(|point| point.1);
     let y = around(shown, 0.1);
-    // A tip at rest within a count is shown as such, not blown up.
+    // A tip at rest within a count is shown as at rest, not magnified.
     let middle = 0.5 * (y.start + y.end);
     let y = if y.end - y.start < 100.0 { middle - 50.0..middle + 50.0 } else { y };
     let bottom = Panel { left: 170, top: 920, right: WIDTH - 120, bottom: HEIGHT - 150, x: x.clone(), y };
@@ -118,7 +118,7 @@ fn force(session: &PhantomSession, trace: &Trace, summary: &Summary, command: &s
         let panel = Panel { left: 170, top, right: WIDTH - 120, bottom, x, y };
         let legend = [("commanded", Look::Line(ORANGE)), ("of the motor under test, at its joint", Look::Line(BLUE))];
         panel.frame(&mut canvas, &legend, Some(x_label), "torque in mN\u{b7}m");
-        // The narrow command upon the wide torque: both are seen where they agree.
+        // The narrow command is drawn over the wide torque, so that both are visible where they agree.
         panel.curve(&mut canvas, came.clone(), BLUE, 8);
         panel.curve(&mut canvas, asked.clone(), ORANGE, 3);
     }

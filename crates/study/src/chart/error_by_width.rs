@@ -1,4 +1,5 @@
-//! What each bit of a loop is worth: the error of the outputs against the width, a line a knob.
+//! The picture of what each bit of a loop is worth: the error of the outputs against the width, with a line for each
+//! width.
 
 use crate::widths::search::{Found, Line, Width};
 
@@ -13,7 +14,7 @@ const LEFT: i32 = 190;
 const RIGHT: i32 = WIDTH - 90;
 const TOP: i32 = 300;
 const BOTTOM: i32 = HEIGHT - 160;
-/// Height of the bands for errors that have no logarithm.
+/// Height of the bands for errors that have no logarithm, in pixels.
 const BAND: i32 = 120;
 
 const fn style(width: Width) -> Style {
@@ -28,7 +29,7 @@ const fn style(width: Width) -> Style {
     }
 }
 
-/// The picture of a search's errors: bits across, error up, all other widths as the reference has them.
+/// Returns the picture of a search's errors: bits across, error up. All other widths are those of the reference.
 #[must_use]
 pub fn error_by_width(scene: &str, found: &Found, command: &str) -> Picture {
     let outputs: Vec<_> = found.outputs().iter().map(|output| output.name().replace('_', " ")).collect();
@@ -52,7 +53,7 @@ pub fn error_by_width(scene: &str, found: &Found, command: &str) -> Picture {
         y: libm::log10(low).floor()..libm::log10(high).ceil().max(0.0),
     };
     frame(&mut canvas, &panel, least..=most);
-    // Lines that lie upon each other are parted by some pixels.
+    // Lines that coincide are drawn a few pixels apart.
     let count = found.lines.len() as i32;
     let mut legend = LEFT;
     for (index, line) in found.lines.iter().enumerate() {

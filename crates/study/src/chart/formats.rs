@@ -1,4 +1,4 @@
-//! Words as bars: how far a format reaches, and which of it a signal uses.
+//! The picture of word formats as bars: how far each format reaches, and which part of it a signal uses.
 
 use crate::reproduce::formats::{Fate, Formats};
 
@@ -10,11 +10,11 @@ use super::{Picture, page};
 const LEFT: i32 = 190;
 const TOP: i32 = 300;
 const BOTTOM: i32 = 1270;
-/// Powers of two that are shown.
+/// The powers of two that are shown.
 const POWERS: std::ops::Range<f64> = -26.0..20.0;
 
-/// A panel for each configuration, a row for each signal: from its last place to its end the format, from its error to
-/// its greatest value the signal, on a logarithmic axis.
+/// Returns a picture with a panel for each configuration and a row for each signal, on a logarithmic axis: the format
+/// from its last place to its end, and the signal from its error to its greatest value.
 #[must_use]
 pub fn formats(all: &[Formats], command: &str) -> Picture {
     let conditions =

@@ -1,8 +1,8 @@
-//! Names beside points, where they cover neither each other nor what they name.
+//! Names beside points, placed so that they cover neither each other nor other points.
 
 use super::canvas::{Anchor, Canvas, INK, QUIET, text_width};
 
-/// Height of a label's text.
+/// Height of a label's text, in pixels.
 pub(super) const SIZE: i32 = 24;
 
 type Pixel = (i32, i32);
@@ -14,15 +14,15 @@ pub(super) type Area = [i32; 4];
 pub(super) struct Label {
     pub at: Pixel,
     pub text: String,
-    /// Whether it stands there even where there is no room.
+    /// Whether the label is written even where there is no room.
     pub needed: bool,
 }
 
-/// What labels keep clear of.
+/// The boxes, points and lines that labels keep clear of.
 pub(super) struct Surroundings<'a> {
-    /// Where labels may stand.
+    /// The box in which labels may be placed.
     pub inside: Area,
-    /// Texts that stand there already.
+    /// Boxes of texts that are already there.
     pub taken: Vec<Area>,
     pub dots: &'a [Pixel],
     pub lines: &'a [(Pixel, Pixel)],
@@ -36,7 +36,7 @@ fn around((x, y): Pixel, half: (i32, i32)) -> Area {
     [x - half.0, y - half.1, x + half.0, y + half.1]
 }
 
-/// Whether a line passes through a box, at one of points a few pixels apart.
+/// Whether a line passes through a box, tested at points a few pixels apart.
 fn crosses((from, to): &(Pixel, Pixel), area: &Area) -> bool {
     let steps = ((to.0 - from.0).abs().max((to.1 - from.1).abs()) / 6).max(1);
     (0..=steps).any(|step| {
@@ -45,7 +45,7 @@ fn crosses((from, to): &(Pixel, Pixel), area: &Area) -> bool {
     })
 }
 
-/// Places for a text of some width: the middle of its box beside the point, the nearest first.
+/// Returns places for a text of some width: the middle of its box relative to the point, the nearest first.
 fn places(width: i32) -> impl Iterator<Item = Pixel> {
     const RINGS: [i32; 7] = [0, 1, 2, 3, 4, 6, 8];
     let half = width / 2 + 28;
@@ -66,7 +66,7 @@ fn places(width: i32) -> impl Iterator<Item = Pixel> {
     })
 }
 
-/// Writes the labels, those first that come first.
+/// Writes the labels; earlier labels take precedence.
 pub(super) fn write(canvas: &mut Canvas, labels: &[Label], surroundings: &Surroundings) {
     let mut taken = surroundings.taken.clone();
     for Label { at, text, needed } in labels {
@@ -85,7 +85,7 @@ pub(super) fn write(canvas: &mut Canvas, labels: &[Label], surroundings: &Surrou
         };
         let Some(place) = places(2 * half.0).min_by_key(cost) else { continue };
         let cost = cost(&place);
-        // A name that covers another one says less than none.
+        // A label that covers another one is worse than no label.
         if cost >= 20_000 || (cost >= 2_000 && !needed) || cost == i32::MAX {
             continue;
         }

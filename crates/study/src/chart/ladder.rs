@@ -1,4 +1,4 @@
-//! The ladder of models: which claims each rung reproduces, and how stiff its walls may be.
+//! The picture of the ladder of models: which claims each rung reproduces, and how stiff its walls may be.
 
 use hpu_cosim::scene::Direction;
 use plotters::style::RGBColor;
@@ -16,11 +16,12 @@ const LEFT: i32 = 400;
 const TOP: i32 = 290;
 const ROW: i32 = 50;
 
-/// Rungs against claims, and below, the stiffest passive wall of each platform along y (or the first axis there is).
+/// Returns the picture of rungs against claims and, below, the stiffest passive wall of each platform along y (or the
+/// first axis that there is).
 ///
 /// # Panics
 ///
-/// Without a rung.
+/// If there is no rung.
 #[must_use]
 pub fn ladder(rungs: &[Summary], command: &str) -> Picture {
     let title = "PHANToM drop test: which claims of Sevcik et al. 2009 each model reproduces";
@@ -52,7 +53,7 @@ pub fn ladder(rungs: &[Summary], command: &str) -> Picture {
             let (from, to) = (top + 3, top + ROW - 3);
             canvas.fill([(left, from), (right, to)], fill(finding));
             if let Finding::MetInSome { met, seeds } = finding {
-                // Its share of met seeds, from the left.
+                // The share of seeds at which the claim is met, from the left.
                 canvas.fill([(left, from), (left + (right - left) * met as i32 / seeds as i32, to)], SKY);
             }
             canvas.text((column(index) + width / 2, y), brief(finding), 26, INK, Anchor::Centre);
@@ -69,7 +70,7 @@ pub fn ladder(rungs: &[Summary], command: &str) -> Picture {
     canvas.render("ladder")
 }
 
-/// The colour of a claim's field; where seeds differ, of the share at which it is not met.
+/// Returns the colour of a claim's field; where seeds differ, the colour of the share at which the claim is not met.
 const fn fill(finding: Finding) -> RGBColor {
     match finding {
         Finding::Confirmed => SKY,
@@ -78,7 +79,7 @@ const fn fill(finding: Finding) -> RGBColor {
     }
 }
 
-/// A column's head: its name, and a few words in lines that fit.
+/// Draws a column's head: its name, and a few words in lines that fit.
 fn head(canvas: &mut Canvas, x: i32, name: &str, words: &str) {
     canvas.text((x, TOP - 126), name, 28, INK, Anchor::Centre);
     let mut lines: Vec<String> = Vec::new();
@@ -117,7 +118,7 @@ fn stiffest(canvas: &mut Canvas, rungs: &[Summary]) {
         canvas.text((x, panel.bottom + 30), rung.rung.name, 26, INK, Anchor::Centre);
     }
     canvas.text(((panel.left + panel.right) / 2, panel.bottom + 66), "model", 26, INK, Anchor::Centre);
-    // Side by side, so that equal limits do not hide each other.
+    // The platforms are drawn side by side, so that equal limits do not hide each other.
     let count = table.platforms.len() as f64;
     for (place, &platform) in table.platforms.iter().enumerate() {
         let shift = 0.5 * ((place as f64 + 0.5) / count - 0.5);

@@ -1,4 +1,4 @@
-//! The stiffnesses at which a wall settles: sets and criteria side by side.
+//! The picture of the stiffnesses at which a wall settles: sets and criteria side by side.
 
 use hpu_cosim::figure;
 use plotters::style::RGBColor;
@@ -17,7 +17,7 @@ const RIGHT: i32 = WIDTH - 90;
 const TOP: i32 = 250;
 const BOTTOM: i32 = HEIGHT - 170;
 
-/// Where stiffnesses lie on the page.
+/// The horizontal scale of stiffnesses on the page.
 struct Scale<'a> {
     axis: &'a Axis,
 }
@@ -28,7 +28,7 @@ impl Scale<'_> {
         LEFT + (f64::from(RIGHT - LEFT) * share.clamp(0.0, 1.0)).round() as i32
     }
 
-    /// Whether it is on the page.
+    /// Whether the stiffness is on the page.
     fn holds(&self, stiffness: f64) -> bool {
         (0.0..=(self.axis.cells() - 1) as f64).contains(&self.axis.position(stiffness))
     }
@@ -38,8 +38,8 @@ impl Scale<'_> {
     }
 }
 
-/// The picture of a scene's limits over stiffness: the linear loop's set, over a box too where one was asked for, the
-/// words seen and at how many phases they settle, and the criteria.
+/// Returns the picture of a scene's limits over stiffness: the linear loop's set, its set over a box if one was asked
+/// for, the stiffness words that were run with the number of phases at which each settles, and the criteria.
 #[must_use]
 pub fn limits(scene: &str, found: &Limits, over: &[Unknown], command: &str) -> Picture {
     let unit = dotted(unit_of(found));
@@ -132,7 +132,8 @@ fn linear(canvas: &mut Canvas, scale: &Scale, y: i32, set: &Result<StableSet, St
     }
 }
 
-/// The groups as a band, and below it each word that was run by the share of its phases; returns where that ends.
+/// Draws the groups as a band, and below it each word that was run, at the share of its phases that settle. Returns the
+/// vertical position where the drawing ends.
 fn words(canvas: &mut Canvas, scale: &Scale, y: i32, set: &WordsSet) -> i32 {
     for (group, from, to) in set.groups() {
         let color = match group {

@@ -1,4 +1,4 @@
-//! Maps: what becomes of the motion over two keys of a scene, and how much.
+//! The pictures of a map: the outcome of the motion over two keys of a scene, and quantities measured there.
 
 use hpu_cosim::scene::{Experiment, OutcomeKind};
 use plotters::style::{RGBColor, WHITE};
@@ -14,7 +14,7 @@ use super::series::{
 };
 use super::{Picture, dotted, page};
 
-/// A number that is drawn over a map.
+/// A quantity that is drawn over a map.
 struct Quantity {
     name: &'static str,
     title: &'static str,
@@ -23,7 +23,7 @@ struct Quantity {
     of: fn(&Cell) -> Option<f64>,
 }
 
-/// The unit of an amplitude, by a thousandth of the device's own.
+/// The unit of an amplitude: a thousandth of the device's own unit.
 const LENGTH: &str = "length";
 
 const QUANTITIES: [Quantity; 4] = [
@@ -57,9 +57,9 @@ const QUANTITIES: [Quantity; 4] = [
     },
 ];
 
-/// The map of outcomes with the criteria's curves, then one picture for each number that any cell has.
+/// Returns the map of outcomes with the criteria's curves, then one picture for each quantity that any cell has.
 ///
-/// `curves` are those of each method, or why it has none.
+/// `curves` holds each method's curves, or why the method has none.
 #[must_use]
 pub fn map_pictures(map: &Map, found: &[Found], curves: &[Result<Curves, String>], command: &str) -> Vec<Picture> {
     let mut pictures = vec![outcomes(map, found, curves, command)];
@@ -86,7 +86,7 @@ fn class_color(class: Option<Class>) -> RGBColor {
     }
 }
 
-/// What dots and lines of a map are.
+/// Returns as text what the dots and lines of a map mean.
 fn said(found: &[Found]) -> String {
     let runs = (0..found.len()).filter(|index| was_run(found, *index)).count();
     match found.len() {
@@ -102,7 +102,7 @@ fn was_run(found: &[Found], index: usize) -> bool {
     matches!(found[index], Found::Run(_))
 }
 
-/// A dot that stands out from a cell's colour, where a cell was run and another was not.
+/// Returns the colour of a dot that stands out from a cell's colour, if the cell was run and another cell was not.
 fn dot(found: &[Found], index: usize, cell: RGBColor) -> Option<RGBColor> {
     let RGBColor(r, g, b) = cell;
     let is_light = 3 * i32::from(r) + 6 * i32::from(g) + i32::from(b) > 1200;
@@ -146,7 +146,7 @@ fn outcomes(map: &Map, found: &[Found], curves: &[Result<Curves, String>], comma
     canvas.render("map")
 }
 
-/// The key in one line, or in two of smaller letters.
+/// Draws the key in one line, or in two lines of smaller letters.
 fn legend(canvas: &mut Canvas, entries: &[(String, Look)]) {
     let width = |size: i32| entries.iter().map(|(text, _)| text_width(text, size) + 4 * size).sum::<i32>();
     let (size, mut y) = if width(26) < WIDTH - 120 { (26, 168) } else { (22, 150) };
@@ -173,10 +173,10 @@ fn curve_style(name: &str) -> Style {
     }
 }
 
-/// Colours of a ramp: cells alike are one mark.
+/// Number of colours of the ramp; neighbouring cells of the same colour are one mark.
 const STEPS: i32 = 32;
 
-/// From light to dark by lightness alone, and by hue too: viridis, backwards.
+/// Returns a colour of viridis, backwards: it goes from light to dark both by lightness alone and by hue.
 fn shade(share: f64) -> RGBColor {
     const STOPS: [[f64; 3]; 9] = [
         [253.0, 231.0, 37.0],
@@ -231,7 +231,7 @@ fn numbers(
     canvas.render(quantity.name)
 }
 
-/// A quantity with its unit and its scale.
+/// Returns a quantity's title with its unit and its scale.
 fn bar_name(map: &Map, quantity: &Quantity) -> String {
     let unit = match quantity.unit {
         LENGTH => match map.experiment(map.point(map.layer() / 2)) {
@@ -245,7 +245,7 @@ fn bar_name(map: &Map, quantity: &Quantity) -> String {
     format!("{}{unit}{}", quantity.title, if quantity.log { ", logarithmic" } else { "" })
 }
 
-/// The ramp with its values below, and what they are beside it.
+/// Draws the ramp with its values below, and the name of the quantity beside it.
 fn bar(canvas: &mut Canvas, name: &str, labels: &[String; 5]) {
     const SIDE: i32 = 24;
     let (left, y) = (100, 160);
@@ -254,7 +254,7 @@ fn bar(canvas: &mut Canvas, name: &str, labels: &[String; 5]) {
         canvas.fill([(x, y - 12), (x + SIDE, y + 12)], shade(f64::from(step) / f64::from(STEPS)));
     }
     for (quarter, label) in (0..).zip(labels) {
-        // At the middle of the colour that stands for it.
+        // The mark stands at the middle of the colour for the value.
         let x = left + SIDE * STEPS * quarter / 4 + SIDE / 2;
         canvas.line(vec![(x, y + 12), (x, y + 20)], INK, 2);
         canvas.text((x, y + 36), label.as_str(), 22, QUIET, Anchor::Centre);

@@ -1,4 +1,4 @@
-//! The panel of a map's method: cells, axes and curves, all placed in cells.
+//! The panel of a map's method: cells, axes and curves, with all positions in cells.
 
 use plotters::style::{RGBColor, WHITE};
 
@@ -20,10 +20,10 @@ pub(super) struct Frame {
     bottom: i32,
 }
 
-/// The panels of the methods, row by row; below those that are `noted` is room for a note.
+/// Returns the panels of the methods, row by row; if `noted`, with room for a note below each.
 pub(super) fn frames(map: &Map, noted: bool) -> Vec<Frame> {
     let methods = map.methods.len();
-    // Up to three abreast in one row, then as square as may be.
+    // Up to three panels stand in one row; more stand in a grid that is nearly square.
     let columns = if methods <= 3 { methods } else { (2..).find(|side| side * side >= methods).unwrap_or(methods) };
     let rows = methods.div_ceil(columns);
     let (width, height) = ((WIDTH - 60) / columns as i32, (HEIGHT - 70 - 200) / rows as i32);
@@ -36,19 +36,19 @@ pub(super) fn frames(map: &Map, noted: bool) -> Vec<Frame> {
     (0..methods).map(frame).collect()
 }
 
-/// An axis' key with its unit.
+/// Returns an axis's key with its unit.
 fn name(map: &Map, axis: &Axis) -> String {
     let unit = map.unit(axis);
     if unit.is_empty() { axis.key().to_string() } else { format!("{} in {}", axis.key(), dotted(unit)) }
 }
 
-/// Panels up to which they are large.
+/// Greatest number of panels that are large.
 const FEW: usize = 3;
-/// Room below a panel for a note.
+/// Room below a panel for a note, in pixels.
 const NOTE: i32 = 84;
 
 impl Frame {
-    /// The pixel of a place in cells, of which each reaches half a cell to either side of its number.
+    /// Returns the pixel of a position in cells; a cell reaches half a cell to either side of its number.
     fn x(&self, map: &Map, place: f64) -> i32 {
         self.left + (f64::from(self.right - self.left) * (place + 0.5) / map.x.cells() as f64).round() as i32
     }
@@ -57,7 +57,7 @@ impl Frame {
         self.bottom - (f64::from(self.bottom - self.top) * (place + 0.5) / map.y.cells() as f64).round() as i32
     }
 
-    /// The cells in their colours; those of a row that are alike are one mark.
+    /// Draws the cells in their colours; neighbours in a row with the same colour are one mark.
     pub fn cells(&self, canvas: &mut Canvas, map: &Map, color: impl Fn(usize) -> Option<RGBColor>) {
         for iy in 0..map.y.cells() {
             let (bottom, top) = (self.y(map, iy as f64 - 0.5), self.y(map, iy as f64 + 0.5));
@@ -75,7 +75,7 @@ impl Frame {
         }
     }
 
-    /// A dot in each cell that has a colour for it.
+    /// Draws a dot in each cell that has a colour for it.
     pub fn dots(&self, canvas: &mut Canvas, map: &Map, color: impl Fn(usize) -> Option<RGBColor>) {
         let side =
             ((self.right - self.left) / map.x.cells() as i32).min((self.bottom - self.top) / map.y.cells() as i32);
@@ -88,19 +88,20 @@ impl Frame {
         }
     }
 
-    /// A diagonal through each of the cells that are marked.
+    /// Draws a diagonal through each marked cell.
     pub fn hatch(&self, canvas: &mut Canvas, map: &Map, is_marked: impl Fn(usize) -> bool) {
         for cell in (0..map.layer()).filter(|cell| is_marked(self.method * map.layer() + cell)) {
             let (ix, iy) = ((cell % map.x.cells()) as f64, (cell / map.x.cells()) as f64);
             let corner = |to: f64| (self.x(map, ix + to), self.y(map, iy + to));
-            // A white seam, so that it is seen on dark cells.
+            // A white seam makes the line visible on dark cells.
             for (color, width) in [(WHITE, 4), (INK, 2)] {
                 canvas.line(vec![corner(-0.5), corner(0.5)], color, width);
             }
         }
     }
 
-    /// The sides of cells at which two classes meet, each stretch as one line; in dashes where one of both was not run.
+    /// Draws the sides of cells at which two classes meet, each stretch as one line; dashed where one of the two cells
+    /// was not run.
     pub fn boundary<T: PartialEq>(
         &self,
         canvas: &mut Canvas,
@@ -111,7 +112,7 @@ impl Frame {
         let (columns, rows) = (map.x.cells(), map.y.cells());
         let index = |ix: usize, iy: usize| self.method * map.layer() + iy * columns + ix;
         let corner = |ix: usize, iy: usize| (self.x(map, ix as f64 - 0.5), self.y(map, iy as f64 - 0.5));
-        // Whether two cells differ, both having been run or not.
+        // Whether two cells differ, and whether both were run equals `seen`.
         let differ = |a: usize, b: usize, seen: bool| class(a) != class(b) && (was_run(a) && was_run(b)) == seen;
         let mut lines = Vec::new();
         let mut stretches = |all: usize, meets: &dyn Fn(usize) -> bool, pixel: &dyn Fn(usize) -> (i32, i32), seen| {
@@ -137,7 +138,7 @@ impl Frame {
                 stretches(columns, &meets, &|ix| corner(ix, iy), seen);
             }
         }
-        // A white seam, so that it is seen on dark cells.
+        // A white seam makes the line visible on dark cells.
         for (color, width) in [(WHITE, 7), (INK, 3)] {
             for ([from, to], seen) in &lines {
                 let pieces = if *seen { vec![[*from, *to]] } else { dashes(*from, *to) };
@@ -162,7 +163,7 @@ impl Frame {
         }
         let size = if many { 22 } else { SMALL };
         canvas.text(((left + right) / 2, bottom + 62), name(map, &map.x), size, INK, Anchor::Centre);
-        // Beside a low panel the key's last part, or the unit, has to do.
+        // Beside a low panel there is only room for the key's last part or for the unit.
         let last = Axis::key(&map.y).rsplit('.').next().unwrap_or_default();
         let unit = dotted(map.unit(&map.y));
         let names =
@@ -175,7 +176,7 @@ impl Frame {
         }
     }
 
-    /// A note below the panel, in as many lines as it takes.
+    /// Draws a note below the panel, in as many lines as it takes.
     pub fn note(&self, canvas: &mut Canvas, map: &Map, text: &str) {
         const SIZE: i32 = 22;
         let mut lines: Vec<String> = Vec::new();
@@ -194,7 +195,8 @@ impl Frame {
         }
     }
 
-    /// A limit along one axis, as a line over the cells of the other; it is broken where there is none to be seen.
+    /// Draws a limit along one axis as a line over the cells of the other axis; the line is broken where no limit is in
+    /// view.
     pub fn curve(&self, canvas: &mut Canvas, map: &Map, limits: &[Option<f64>], over_x: bool, style: Style) {
         let along = if over_x { &map.x } else { &map.y };
         let inside = |place: &f64| (-0.5..=along.cells() as f64 - 0.5).contains(place);
@@ -212,13 +214,13 @@ impl Frame {
             .collect();
         for run in points.split(Option::is_none) {
             let run: Vec<(i32, i32)> = run.iter().flatten().copied().collect();
-            // A white seam, so that it is seen on every fill.
+            // A white seam makes the line visible on every fill.
             let (seam, line, reach) = if map.methods.len() > FEW { (6, 3, 8) } else { (9, 5, 9) };
             canvas.line(run.clone(), WHITE, seam);
             canvas.line(run.clone(), style.color, line);
             let apart = |a: (i32, i32), b: (i32, i32)| (a.0 - b.0).abs().max((a.1 - b.1).abs());
             let mut last: Option<(i32, i32)> = None;
-            // Curves upon each other have their markers at different points.
+            // Curves that coincide have their markers at different points.
             for &at in run.iter().skip(style.marker as usize % run.len().clamp(1, 4)) {
                 if last.is_none_or(|last| apart(last, at) >= 70) {
                     mark(canvas, at, style, reach);
@@ -229,7 +231,7 @@ impl Frame {
     }
 }
 
-/// A line along an axis in dashes.
+/// Returns the dashes of a line along an axis.
 fn dashes(from: (i32, i32), to: (i32, i32)) -> Vec<[(i32, i32); 2]> {
     const DASH: i32 = 6;
     let length = (to.0 - from.0).abs().max((to.1 - from.1).abs());
@@ -238,7 +240,7 @@ fn dashes(from: (i32, i32), to: (i32, i32)) -> Vec<[(i32, i32); 2]> {
     (0..length).step_by(2 * DASH as usize).map(|start| [at(start), at((start + DASH).min(length))]).collect()
 }
 
-/// Round values within an axis, and their labels: two at least, wherever two fit.
+/// Returns round values within an axis, and their labels: at least two, if two fit.
 pub(super) fn marks(axis: &Axis, most: usize) -> Vec<(f64, String)> {
     let (first, last) = (axis.values()[0], axis.values()[axis.cells() - 1]);
     let most = most.max(2);
@@ -246,7 +248,7 @@ pub(super) fn marks(axis: &Axis, most: usize) -> Vec<(f64, String)> {
         let decades = libm::log10(first).floor() as i32..=libm::log10(last).ceil() as i32;
         let with = |steps: &'static [f64]| {
             let all = decades.clone().flat_map(move |power| steps.iter().map(move |step| (*step, power)));
-            // As text, so that a third decimal is not one of binary.
+            // The value is parsed from text, so that a third decimal is not a binary rounding error.
             let all = all.filter_map(|(step, power)| format!("{step}e{power}").parse::<f64>().ok());
             all.filter(|value| (first..=last).contains(value)).collect::<Vec<f64>>()
         };

@@ -1,6 +1,6 @@
-//! Pictures of runs: position, torque, the story of the bits, runs side by side, and published tables, as SVG and PNG.
+//! Pictures of runs as SVG and PNG: position, torque, the use of the bits, runs side by side, and published tables.
 //!
-//! Text is set in DejaVu Sans, which comes embedded, so a picture is the same on every machine.
+//! Texts use DejaVu Sans, which is embedded, so a picture is the same on every machine.
 
 mod bits;
 mod canvas;
@@ -48,7 +48,7 @@ pub use speed::{shares, speed};
 pub use stiffness_by_cost::stiffness_by_cost;
 pub use table_2::{rms, table_2};
 
-/// The nets that a run's trace must hold for its pictures, in this order.
+/// Returns the nets that a run's trace must hold for its pictures, in this order.
 #[must_use]
 pub fn nets(scene: &Scene) -> &'static [&'static str] {
     match (scene.model.datapath, scene.method.kind) {
@@ -58,20 +58,20 @@ pub fn nets(scene: &Scene) -> &'static [&'static str] {
     }
 }
 
-/// The nets that the pictures of a PHANToM want; an FPGA beside a host has the commands alone.
+/// The nets that the pictures of a PHANToM use; an FPGA beside a host has only the commands.
 pub const PHANTOM_NETS: [&str; 9] =
     ["command1", "command2", "command3", "x", "y", "z", "force_x", "force_y", "force_z"];
 
-/// A finished run, as a picture needs it.
+/// A finished run, with everything that its pictures need.
 #[derive(Clone, Copy)]
 pub struct Run<'a> {
-    /// What was run.
+    /// The scene that was run.
     pub scene: &'a Scene,
-    /// Its words.
+    /// The words of the loop.
     pub words: &'a LoopWords,
-    /// Its trace, of [`nets`].
+    /// The trace of the run, with the nets of [`nets`].
     pub trace: &'a Trace,
-    /// What it was.
+    /// The summary of the run.
     pub summary: &'a Summary,
     /// The command that makes the picture.
     pub command: &'a str,
@@ -90,7 +90,7 @@ pub enum Marker {
     Diamond,
     /// A triangle that points down.
     Down,
-    /// A circle, white within.
+    /// A circle that is white inside.
     Ring,
     /// A diagonal cross.
     Cross,
@@ -101,20 +101,20 @@ pub enum Marker {
 }
 
 impl Marker {
-    /// How many there are.
+    /// Number of markers.
     const COUNT: i32 = Self::Hourglass as i32 + 1;
 }
 
-/// What a colour and a marker stand for in a picture.
+/// The meaning of a colour and a marker in a picture.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Key {
-    /// The series' name.
+    /// Name of the series.
     pub name: String,
     /// Red, green and blue.
     pub color: [u8; 3],
     /// The marker of a line; an area has none.
     pub marker: Option<Marker>,
-    /// The panel that it is in, counted over the picture.
+    /// Index of the panel that the series is in, counted over the picture.
     pub panel: usize,
 }
 
@@ -123,15 +123,16 @@ pub struct Key {
 pub struct Picture {
     /// File name, without extension.
     pub name: &'static str,
-    /// As SVG.
+    /// The picture as SVG.
     pub svg: String,
-    /// As PNG.
+    /// The picture as PNG.
     pub png: Vec<u8>,
-    /// What its colours and markers stand for.
+    /// The meaning of its colours and markers.
     pub keys: Vec<Key>,
 }
 
-/// The pictures of one run. A recording has no device, so only its bits are shown; a law without a wiring has no bits.
+/// Returns the pictures of one run. A recording has no device, so only its bits are shown. A law without a wiring has
+/// no bits.
 #[must_use]
 pub fn run_pictures(run: &Run) -> Vec<Picture> {
     let mut pictures = Vec::new();
@@ -148,28 +149,29 @@ fn motion_pictures(motion: &Motion) -> [Picture; 2] {
     [motion::position(motion), motion::torque(motion)]
 }
 
-/// The nets that a trace must hold for [`dut_pictures`], in this order: the ports, and whether the wall is touched.
+/// Returns the nets that a trace must hold for [`dut_pictures`], in this order: the ports, and whether the wall is
+/// touched.
 #[must_use]
 pub fn dut_nets(session: &DutSession) -> Vec<Signal> {
     let inside = session.wires().iter().map(|wire| wire.port.is_inside).chain([false]);
     session.nets().into_iter().zip(inside).filter(|(_, inside)| !inside).map(|(net, _)| net).collect()
 }
 
-/// The pictures of a run whose loop a design of the user's own closed. Its trace holds its [`dut_nets`].
+/// Returns the pictures of a run whose loop was closed by a design of the user's own. Its trace holds its [`dut_nets`].
 ///
 /// # Panics
 ///
-/// When the trace does not hold them.
+/// If the trace does not hold these nets.
 #[must_use]
 pub fn dut_pictures(session: &DutSession, trace: &Trace, summary: &Summary, command: &str) -> Vec<Picture> {
     motion_pictures(&dut_motion(session, trace, summary, command)).into()
 }
 
-/// A design of the user's own beside a loop of ours, in one picture.
+/// Returns one picture of a design of the user's own beside a loop of ours.
 ///
 /// # Panics
 ///
-/// When the traces do not hold what their pictures need.
+/// If the traces do not hold what their pictures need.
 #[must_use]
 pub fn dut_beside(session: &DutSession, trace: &Trace, summary: &Summary, ours: &Run, command: &str) -> Picture {
     motion::beside(&[dut_motion(session, trace, summary, command), Motion::of(ours)], command)
@@ -199,7 +201,7 @@ fn dut_motion<'a>(session: &'a DutSession, trace: &'a Trace, summary: &'a Summar
     }
 }
 
-/// The outcome of the motion in a few words, with a warning where it says nothing of the wall.
+/// Returns the outcome of the motion in a few words, with a warning if it is no verdict on the wall.
 fn outcome(run: &Run) -> String {
     let wraps = product_wraps(run.scene, &run.words.realised, run.trace, run.summary);
     let unseen = unseen_contact(run.scene, &run.words.realised, run.trace, run.summary);
@@ -212,13 +214,13 @@ fn outcome(run: &Run) -> String {
     verdict(run.summary, run.scene.device.units().position) + &warning
 }
 
-/// What a datapath did not see of a device past the wall.
+/// Returns as text how far the device was past the wall without the datapath seeing it.
 fn past_the_wall(run: &Run, Unseen { depth, wrapped }: Unseen) -> String {
     let (unit, digits) = (run.scene.device.units().position, if depth < 0.1 { 4 } else { 2 });
     format!("; {depth:.digits$} {unit} past the wall, {}", if wrapped { "counter wrapped" } else { "unseen" })
 }
 
-/// The verdict in a few words.
+/// Returns the verdict in a few words.
 fn verdict(summary: &Summary, unit: &str) -> String {
     match summary.verdict {
         Some(Verdict::Settled { rms_rad }) if rms_rad < 1e-5 => format!("settled, below 0.01 m{unit} rms"),
@@ -246,11 +248,11 @@ fn rate(hz: f64) -> String {
     }
 }
 
-/// The loop and its wall, in one line.
+/// Returns the loop and its wall in one line of text.
 fn conditions(run: &Run) -> String {
     let realised = &run.words.realised;
     let clock = rate(run.scene.clock.frequency_hz() as f64);
-    // As asked for: what the clock makes of it differs in digits that nobody reads here.
+    // The rate as asked for: the rate that the clock allows differs only in digits that do not matter here.
     let sampled = rate(run.scene.method.sample_rate_hz);
     let kind = match run.scene.method.kind {
         Loop::Hybrid => format!("hybrid loop at {clock}, damping sampled at {sampled}"),
@@ -263,17 +265,17 @@ fn conditions(run: &Run) -> String {
     format!("{kind}; wall of {:.3} {unit}; products {product}{drawn}", realised.stiffness_nm_per_rad)
 }
 
-/// What is said of a trace that does not hold all rows of its run.
+/// Returns a note for a trace that does not hold all rows of its run; empty for any other trace.
 fn thinned(trace: &Trace) -> String {
     if trace.every() == 1 { String::new() } else { format!("; one row of {} is drawn", trace.every()) }
 }
 
-/// A unit as print has it.
+/// Returns a unit as it is printed.
 fn dotted(unit: &str) -> String {
     unit.replace('.', "\u{b7}")
 }
 
-/// A page with title, conditions, and the command that made it.
+/// Returns a page with title, conditions, and the command that made it.
 fn page(title: &str, conditions: &str, command: &str) -> Canvas {
     let mut canvas = Canvas::default();
     canvas.title((60, 54), title, 46);
@@ -283,7 +285,7 @@ fn page(title: &str, conditions: &str, command: &str) -> Canvas {
     canvas
 }
 
-/// A command as the foot of a page has it: without the folders of absolute paths, and no longer than there is room.
+/// Returns a command for the foot of a page: without the folders of absolute paths, and cut to the room that there is.
 fn foot(command: &str) -> String {
     const ROOM: i32 = WIDTH - 260;
     let command = without_folders(command);
@@ -295,7 +297,7 @@ fn foot(command: &str) -> String {
     format!("{} \u{2026}", &command[..end])
 }
 
-/// A command whose absolute paths are left with their last names. A path ends where its quote does, or at a space.
+/// Returns a command whose absolute paths are cut to their last names. A path ends at its closing quote, or at a space.
 fn without_folders(command: &str) -> String {
     let mut text = String::new();
     let mut quote = None;

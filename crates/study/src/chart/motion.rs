@@ -1,4 +1,4 @@
-//! The motion before the wall, and the torque that meets it.
+//! The pictures of the motion before the wall, and of the torque that pushes back.
 
 use super::canvas::{Anchor, Canvas, HEIGHT, INK, QUIET, WIDTH};
 use super::panel::{Panel, around};
@@ -11,16 +11,16 @@ use hpu_cosim::scene::{Device, Hand};
 use hpu_cosim::{Mark, Pace, TORQUE_BETWEEN, Trace};
 use hpu_signal::{Clock, Cycle};
 
-/// Columns of [`hpu_plant::REALS`].
+/// Column of the angle in [`hpu_plant::REALS`].
 pub(super) const ANGLE: usize = 2;
-/// Length of a close-up.
+/// Length of a close-up, in s.
 const CLOSE_UP_S: f64 = 60e-3;
-/// So many faults are drawn as lines.
+/// Greatest number of faults that are drawn as lines.
 const MOST_LINES: usize = 12;
 
-/// A motion, as its pictures need it, whoever closed the loop.
+/// A motion, with everything that its pictures need, whichever logic closed the loop.
 pub(super) struct Motion<'a> {
-    /// The titles' two lines, and the command that makes the pictures.
+    /// Both lines of the title, and the command that makes the pictures.
     pub title: String,
     pub conditions: String,
     pub command: &'a str,
@@ -29,22 +29,22 @@ pub(super) struct Motion<'a> {
     pub duration_s: f64,
     pub motion_s: f64,
     pub clock: Clock,
-    /// Clocks of a period of the modulator, where it is known.
+    /// Period of the modulator in clock cycles, if it is known.
     pub modulator: Option<u64>,
     pub wall_rad: f64,
     pub trace: &'a Trace,
-    /// What went wrong between device and logic.
+    /// The faults between device and logic.
     pub faults: &'a [Mark],
-    /// What is not 0 at a row where the wall is touched.
+    /// A word for each row, which is not 0 where the wall is touched.
     pub contact: &'a [i64],
-    /// The penetration as the datapath counts it: its words, and what one is worth in mrad.
+    /// The penetration as the datapath counts it: its words, and the value of one in mrad.
     pub counted: Option<(&'a [i64], f64)>,
-    /// What the actuator is asked for: the words, and what one is worth in mN.m.
+    /// The torque asked of the actuator: the words, and the value of one in mN.m.
     pub asked: Option<(&'a [i64], f64)>,
 }
 
 impl<'a> Motion<'a> {
-    /// Of a loop of ours.
+    /// Returns the motion of a run of our own loop.
     pub(super) fn of(run: &Run<'a>) -> Self {
         Self {
             title: format!("{}: {}", run.scene.name, outcome(run)),
@@ -61,7 +61,7 @@ impl<'a> Motion<'a> {
             faults: &run.summary.faults,
             contact: run.words_in(PENETRATION),
             counted: Some((run.words_in(PENETRATION), 1e3 * run.words.realised.count_rad)),
-            // A positive command pushes against the positive direction: its torque is negative, as in the trace.
+            // A positive command pushes against the positive direction, so its torque is negative, as in the trace.
             asked: Some((run.words_in(COMMAND), -1e3 * run.words.command_quantum_nm(run.scene))),
         }
     }
@@ -79,7 +79,8 @@ impl<'a> Motion<'a> {
         self.trace.times_s().zip(words.iter().map(move |&word| word as f64 * scale))
     }
 
-    /// The faults within a panel: a line each, or if they are many a tick each, at its upper end.
+    /// Draws the faults within a panel: a line for each, or, if there are many, a tick for each at the panel's upper
+    /// end.
     fn faults(&self, panel: &Panel, scale: f64, canvas: &mut Canvas) {
         let within: Vec<_> = self.faults_within(&panel.x, scale).map(|(t, _)| t).collect();
         let top = panel.y.end;
@@ -97,7 +98,7 @@ impl<'a> Motion<'a> {
         self.faults.iter().map(at).filter(move |(t, _)| x.contains(t))
     }
 
-    /// What the faults within a panel are called in a legend, if there are any.
+    /// Returns the names of the faults within a panel for a legend, if there are any.
     fn fault_names(&self, x: &Range<f64>, scale: f64) -> Option<String> {
         let has = |kind: &&&str| self.faults_within(x, scale).any(|(_, what)| what == **kind);
         let names: Vec<_> = Mark::KINDS.iter().filter(has).map(|kind| kind.replace('_', " ")).collect();
@@ -115,9 +116,10 @@ impl<'a> Motion<'a> {
         Some(points)
     }
 
-    /// The first contact in ms, from a little before it (or the start, where there is none), and what to call it.
+    /// Returns the range of the first contact in ms, from a little before it (or from the start, if there is none), and
+    /// its label.
     fn close_up(&self) -> (Range<f64>, &'static str) {
-        // Of a short run a part, so that two panels never show the same.
+        // For a short run only a part of it, so that the two panels never show the same.
         let length_s = CLOSE_UP_S.min(0.25 * self.motion_s);
         let touch_s = self.contact().find(|(_, touching)| *touching).map(|(t, _)| t);
         let start_s = (touch_s.unwrap_or(0.0) - 0.1 * length_s).clamp(0.0, self.motion_s - length_s);
@@ -127,7 +129,7 @@ impl<'a> Motion<'a> {
     }
 }
 
-/// The wall as ground above its position.
+/// Draws the wall as an area above its position.
 pub(super) fn wall(position_rad: f64, panel: &Panel, canvas: &mut Canvas) {
     if position_rad < panel.y.end {
         canvas.fill([panel.at(panel.x.start, position_rad), panel.at(panel.x.end, panel.y.end)], SHADE);
@@ -135,14 +137,14 @@ pub(super) fn wall(position_rad: f64, panel: &Panel, canvas: &mut Canvas) {
     }
 }
 
-/// What the device's positions are.
+/// Returns the label for the device's positions.
 pub(super) fn angle_label(device: &Device) -> String {
     let what = if matches!(device, Device::Motor(_)) { "angle of the shaft" } else { "position of the mass" };
     format!("{what} in {}", device.units().position)
 }
 
-/// Angle against time, with the wall and the hand; below, the first contact close up: the penetration, as it is and as
-/// it is counted.
+/// Returns the picture of the angle against time, with the wall and the hand. Below it is a close-up of the first
+/// contact: the true penetration, and the penetration as counted.
 pub(super) fn position(run: &Motion) -> Picture {
     let mut canvas = run.page();
     let x = 0.0..run.motion_s;
@@ -190,8 +192,8 @@ pub(super) fn position(run: &Motion) -> Picture {
     canvas.render("position")
 }
 
-/// When the time begins that a row's mean is taken over, and the mean: over whole periods of the modulator where there
-/// is one, so that rows closer than a period, in which none begins, leave it as it is.
+/// Returns the mean of each row, and the time at which its window begins. With a modulator the window consists of whole
+/// periods. A row is left out if no period has begun since the row before it; the mean before it then stays valid.
 fn whole_means(run: &Motion, means: &[f64]) -> Vec<(f64, f64)> {
     let pace = Pace { stride: run.trace.edges_apart(), period: run.modulator };
     let edge_s = run.clock.period_s();
@@ -205,7 +207,8 @@ fn whole_means(run: &Motion, means: &[f64]) -> Vec<(f64, f64)> {
     points
 }
 
-/// Motions side by side, each a column, on the same scales: angle, and torque with its mean and what its ripple covers.
+/// Returns a picture of motions side by side, each a column, on the same scales: the angle, and the torque's mean and
+/// the range of its ripple.
 pub(super) fn beside(motions: &[Motion], command: &str) -> Picture {
     let titles: Vec<&str> = motions.iter().map(|motion| motion.title.as_str()).collect();
     let mut canvas = page("Side by side", &titles.join("; beside "), command);
@@ -246,12 +249,12 @@ pub(super) fn beside(motions: &[Motion], command: &str) -> Picture {
     canvas.render("side-by-side")
 }
 
-/// The torque that is asked for and the torque that comes: the whole run, and the first contact close up.
+/// Returns the picture of the commanded and the actual torque: the whole run, and a close-up of the first contact.
 pub(super) fn torque(run: &Motion) -> Picture {
     let mut canvas = run.page();
     let asked = || run.words(run.asked);
     let [means, least, greatest] = TORQUE_BETWEEN.map(|column| run.trace.real(column));
-    // What a row tells is of the time since the row before it.
+    // A row's values are those of the time since the row before it.
     let since = || run.trace.times_s().zip(run.trace.times_s().skip(1)).zip(1..);
     let came = || since().map(|((from, to), row)| (from..to, [least, greatest].map(|values| 1e3 * values[row])));
     let mean = whole_means(run, means);
@@ -286,7 +289,7 @@ pub(super) fn torque(run: &Motion) -> Picture {
             canvas.line(zero.to_vec(), INK, 2);
         }
         panel.band(&mut canvas, came(), SKY);
-        // The narrow command upon the wide mean: both are seen where they agree.
+        // The narrow command is drawn over the wide mean, so that both are visible where they agree.
         panel.steps(&mut canvas, mean.iter().map(|(t, torque)| (t * scale, 1e3 * torque)), BLUE, 8);
         panel.curve(&mut canvas, asked, ORANGE, 3);
         run.faults(&panel, scale, &mut canvas);

@@ -10,7 +10,7 @@ use super::canvas::{Anchor, Canvas, GRID, INK, QUIET, text_width};
 use super::series::{Look, Style, entry, mark};
 
 const SMALL: i32 = 26;
-/// Pixels from a marker of a curve to the next.
+/// Distance from a marker of a curve to the next, in pixels.
 const PITCH: i32 = 260;
 
 /// A rectangle of the page that shows a range of times and a range of values.
@@ -23,7 +23,7 @@ pub(super) struct Panel {
     pub y: Range<f64>,
 }
 
-/// Round values within a range, at most so many, and the decimals they need.
+/// Returns at most `most` round values within a range, and the number of decimals that they need.
 pub(super) fn ticks(range: &Range<f64>, most: usize) -> (Vec<f64>, usize) {
     let least = (range.end - range.start) / most as f64;
     let decade = 10f64.powf(least.log10().floor());
@@ -34,7 +34,7 @@ pub(super) fn ticks(range: &Range<f64>, most: usize) -> (Vec<f64>, usize) {
     ((first..=last).map(|n| n as f64 * step).collect(), decimals)
 }
 
-/// A tick's label; zero has no sign, and many digits are a power of ten.
+/// Returns a tick's label; zero has no sign, and a number of many digits is written with a power of ten.
 fn label(value: f64, decimals: usize) -> String {
     let text = if value.abs() < 1e7 { format!("{value:.decimals$}") } else { format!("{value:e}") };
     if text.trim_start_matches('-').chars().all(|c| c == '0' || c == '.') {
@@ -44,7 +44,8 @@ fn label(value: f64, decimals: usize) -> String {
     }
 }
 
-/// A range that holds all values, with air as a share of it; a single value stands amid two units.
+/// Returns a range that holds all values, with a margin that is a share of it; a single value gets a margin of 1 on
+/// either side.
 pub(super) fn around(values: impl Iterator<Item = f64>, air: f64) -> Range<f64> {
     let (low, high) = values
         .filter(|value| value.is_finite())
@@ -56,7 +57,7 @@ pub(super) fn around(values: impl Iterator<Item = f64>, air: f64) -> Range<f64> 
     low - room..high + room
 }
 
-/// The corners of a value that holds from each point to the next.
+/// Returns the corners of a step curve: each value holds from its point to the next.
 fn corners(points: impl Iterator<Item = (f64, f64)>) -> impl Iterator<Item = (f64, f64)> {
     let mut last = None;
     points.flat_map(move |(x, y)| {
@@ -66,7 +67,7 @@ fn corners(points: impl Iterator<Item = (f64, f64)>) -> impl Iterator<Item = (f6
 }
 
 impl Panel {
-    /// The pixel of a point, kept within the panel.
+    /// Returns the pixel of a point, kept within the panel.
     pub fn at(&self, x: f64, y: f64) -> (i32, i32) {
         let share = |range: &Range<f64>, v: f64| ((v - range.start) / (range.end - range.start)).clamp(0.0, 1.0);
         let across = f64::from(self.right - self.left) * share(&self.x, x);
@@ -74,7 +75,7 @@ impl Panel {
         (self.left + across.round() as i32, self.bottom - up.round() as i32)
     }
 
-    /// Grid, ticks and the axes' names; `legend` says above the panel what is drawn in it.
+    /// Draws grid, ticks and the names of the axes; `legend` lists above the panel what is drawn in it.
     pub fn frame(&self, canvas: &mut Canvas, legend: &[(&str, Look)], x_label: Option<&str>, y_label: &str) {
         let most = ((self.bottom - self.top) / 60).max(4) as usize;
         let (values, decimals) = ticks(&self.y, most);
@@ -104,14 +105,14 @@ impl Panel {
         }
     }
 
-    /// The name of the vertical axis, beside its middle.
+    /// Draws the name of the vertical axis, beside its middle.
     pub fn y_name(&self, canvas: &mut Canvas, name: &str) {
         let room = self.bottom - self.top + 40;
         let size = [SMALL, 24, 22, 20].into_iter().find(|size| text_width(name, *size) <= room).unwrap_or(18);
         canvas.text((self.left - 136, (self.top + self.bottom) / 2), name, size, INK, Anchor::Up);
     }
 
-    /// The same positions by another scale, labelled on the right: `scale` times the value.
+    /// Draws a second vertical axis on the right for the same positions, labelled with `scale` times the value.
     pub fn right_axis(&self, canvas: &mut Canvas, scale: f64, name: &str) {
         let range = self.y.start * scale..self.y.end * scale;
         let (values, decimals) = ticks(&range, ((self.bottom - self.top) / 60).max(4) as usize);
@@ -123,7 +124,7 @@ impl Panel {
         canvas.text((self.right + 130, (self.top + self.bottom) / 2), name, SMALL, INK, Anchor::Up);
     }
 
-    /// A curve through points in order of time, with its markers; returns the pixels that it joins.
+    /// Draws a curve through points in order of time, with its markers; returns the pixels that it joins.
     pub fn curve(
         &self,
         canvas: &mut Canvas,
@@ -132,7 +133,7 @@ impl Panel {
         width: u32,
     ) -> Vec<(i32, i32)> {
         let pixels = self.thinned(points.filter(|(x, _)| self.x.start <= *x && *x <= self.x.end));
-        // Each kind of marker has places of its own, so that curves upon each other show theirs in turn.
+        // Each kind of marker has places of its own, so that coinciding curves show their markers in turn.
         let mut next = self.left + 40 + style.marker as i32 * PITCH / Marker::COUNT;
         let mut places = Vec::new();
         for pair in pixels.windows(2) {
@@ -152,7 +153,7 @@ impl Panel {
         pixels
     }
 
-    /// A value that holds from each point to the next; returns the pixels of its corners.
+    /// Draws a value that holds from each point to the next; returns the pixels of its corners.
     pub fn steps(
         &self,
         canvas: &mut Canvas,
@@ -163,7 +164,7 @@ impl Panel {
         self.curve(canvas, corners(points), style, width)
     }
 
-    /// Of each column of pixels the first, least, greatest and last point: the same picture by fewer points.
+    /// Returns the first, least, greatest and last point of each column of pixels: the same picture with fewer points.
     fn thinned(&self, points: impl Iterator<Item = (f64, f64)>) -> Vec<(i32, i32)> {
         let mut kept: Vec<(i32, i32)> = Vec::new();
         let mut column: Vec<(i32, i32)> = Vec::new();
@@ -173,7 +174,7 @@ impl Panel {
             for point in [column.first().copied(), low, high, column.last().copied()].into_iter().flatten() {
                 match kept[..] {
                     [.., last] if last == point => {}
-                    // A level stretch needs its ends only.
+                    // A level stretch needs only its ends.
                     [.., before, last] if before.1 == last.1 && last.1 == point.1 => {
                         kept.pop();
                         kept.push(point);
@@ -194,7 +195,7 @@ impl Panel {
         kept
     }
 
-    /// The band between two curves, each span of which has one least and one greatest value.
+    /// Draws the band between two curves; each span has one least and one greatest value.
     pub fn band(&self, canvas: &mut Canvas, spans: impl Iterator<Item = (Range<f64>, [f64; 2])>, color: RGBColor) {
         let mut columns: BTreeMap<i32, (i32, i32)> = BTreeMap::new();
         let is_shown = |span: &Range<f64>| span.end > self.x.start && span.start < self.x.end;
@@ -225,8 +226,8 @@ impl Panel {
         }
     }
 
-    /// Shades the times at which a flag may be up that is seen at rows: it changed somewhere between two rows that
-    /// differ. What a few pixels part is shaded as one.
+    /// Shades the times at which a flag may be up. The flag is known at rows only: it changed at some time between two
+    /// rows that differ. Spans that are only a few pixels apart are shaded as one.
     pub fn shade(&self, canvas: &mut Canvas, flags: impl Iterator<Item = (f64, bool)> + Clone, color: RGBColor) {
         let mut spans: Vec<(i32, i32)> = Vec::new();
         let is_shown = |from: f64, to: f64| to >= self.x.start && from <= self.x.end;

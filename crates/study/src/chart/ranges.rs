@@ -1,4 +1,4 @@
-//! Range bars: what every signal's word holds, what was measured of it, and what is proved.
+//! The picture of ranges: what every signal's word holds, its measured range, and its proved range.
 
 use crate::widths::proof::Bound;
 use crate::widths::{Measured, SignalRow};
@@ -13,8 +13,8 @@ const RIGHT: i32 = WIDTH - 560;
 const TOP: i32 = 240;
 const BOTTOM: i32 = 1290;
 
-/// A row for each signal of more than one bit: from its last place to its end the format, over it the greatest size
-/// measured and the greatest proved, on an axis of powers of two.
+/// Returns a picture with a row for each signal of more than one bit: the format from its last place to its end, over
+/// it the greatest absolute value measured and the greatest proved, on an axis of powers of two.
 #[must_use]
 pub fn ranges(title: &str, measured: &Measured, proved: &[Bound], command: &str) -> Picture {
     let conditions =
@@ -88,7 +88,7 @@ fn bar(panel: &Panel, canvas: &mut Canvas, top: i32, height: i32, row: &SignalRo
     bits_at(RIGHT + 340, known, canvas);
 }
 
-/// The power of two of the greater size.
+/// Returns the logarithm to base 2 of the greater absolute value.
 fn power_of(min: f64, max: f64) -> f64 {
     libm::log2(max.abs().max(min.abs()))
 }

@@ -1,14 +1,15 @@
-//! Series: colours that are told apart under every kind of colour blindness, each with a marker of its own.
+//! The looks of series: colours that can be distinguished with every kind of colour blindness, each with its own
+//! marker.
 //!
-//! Under protanopia, deuteranopia and tritanopia as under normal sight, any two of these colours that share a picture
-//! are at least 15 apart by CIEDE2000, and each line stands out from white by 3 to 1. No text has their colour.
+//! With protanopia, deuteranopia, tritanopia and normal sight, any two of these colours that share a picture are at
+//! least 15 apart by CIEDE2000. Each line has a contrast of 3 to 1 against white. Texts never have these colours.
 
 use plotters::style::RGBColor;
 
 use super::Marker;
 use super::canvas::{Anchor, Canvas, INK, text_width};
 
-/// A colour with its marker: two lines of a panel differ in both.
+/// A colour with its marker; two lines of a panel differ in both.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Style {
     pub color: RGBColor,
@@ -29,24 +30,24 @@ pub(super) const RUST: Style = style(168, 58, 15, Marker::Cross);
 pub(super) const TAUPE: Style = style(102, 92, 89, Marker::Plus);
 pub(super) const MAROON: Style = style(84, 14, 0, Marker::Hourglass);
 
-/// Areas, behind lines: light enough for dark text.
+/// Colours of areas behind lines, light enough for dark text.
 pub(super) const SKY: RGBColor = RGBColor(185, 211, 255);
 pub(super) const SAND: RGBColor = RGBColor(247, 205, 128);
-/// The wall, and contact with it.
+/// Colour of the wall, and of contact with it.
 pub(super) const SHADE: RGBColor = RGBColor(233, 228, 220);
-/// Cells of a map that did not reach the wall.
+/// Colour of a map's cells that did not reach the wall.
 pub(super) const MAUVE: RGBColor = RGBColor(146, 131, 160);
-/// Where nothing is known.
+/// Colour of cells of which nothing is known.
 pub(super) const BLANK: RGBColor = RGBColor(217, 217, 217);
 
-/// What a key shows of a series.
+/// The way in which a key shows a series.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) enum Look {
     /// A line with markers.
     Line(Style),
-    /// Markers alone.
+    /// Markers without a line.
     Points(Style),
-    /// An area, or a line as wide as one.
+    /// An area, or a line as wide as an area.
     Area(RGBColor),
 }
 
@@ -66,7 +67,7 @@ impl Look {
     }
 }
 
-/// A marker with its middle at a pixel, reaching so far to each side.
+/// Draws a marker with its middle at a pixel; it reaches `reach` pixels to each side.
 pub(super) fn mark(canvas: &mut Canvas, (x, y): (i32, i32), Style { color, marker }: Style, reach: i32) {
     let thick = (reach / 3).max(2);
     let corners = |of: &[(i32, i32)]| of.iter().map(|(dx, dy)| (x + dx, y + dy)).collect::<Vec<_>>();
@@ -97,7 +98,7 @@ pub(super) fn mark(canvas: &mut Canvas, (x, y): (i32, i32), Style { color, marke
     }
 }
 
-/// An entry of a key: the look and its name; returns where the next entry begins.
+/// Draws an entry of a key: the look and its name. Returns where the next entry begins.
 pub(super) fn entry(canvas: &mut Canvas, (x, y): (i32, i32), (text, look): (&str, Look), size: i32) -> i32 {
     canvas.declare(text, look);
     let width = 2 * size;

@@ -10,17 +10,18 @@ use super::series::{BLUE, Look, ORANGE, SAND, SHADE};
 use super::words::{PENETRATION, SPRING};
 use super::{Picture, Run, outcome, page};
 
-/// How hard the wall pushes, in PWM counts, over time.
+/// Returns how hard the wall pushes, in PWM counts, over time.
 fn push<'a>(run: &Run<'a>) -> impl Iterator<Item = (f64, f64)> + Clone + 'a {
     let quantum = run.quantum();
     run.words_of(run.push()).map(move |(t, word)| (t, word as f64 * quantum))
 }
 
-/// Runs in one picture: angle and spring word over time, and the spring word over the penetration it is made of.
+/// Returns one picture of several runs: angle and spring word over time, and the spring word over the penetration from
+/// which it is computed.
 ///
 /// # Panics
 ///
-/// Without a run.
+/// If there is no run.
 #[must_use]
 pub fn side_by_side(title: &str, runs: &[Run], command: &str) -> Picture {
     let names: Vec<&str> = runs.iter().map(|run| run.scene.name.as_str()).collect();
@@ -36,7 +37,7 @@ pub fn side_by_side(title: &str, runs: &[Run], command: &str) -> Picture {
     let width = (WIDTH - 100) / runs.len() as i32;
     for (index, run) in runs.iter().enumerate() {
         let (left, right) = (170 + index as i32 * width, (index as i32 + 1) * width - 20);
-        // What tells the runs apart: the product's overflow where it differs, else the scene.
+        // The name is what distinguishes the runs: the product's overflow if it differs, else the scene.
         let name = match runs.iter().all(|other| other.scene.method.saturate == run.scene.method.saturate) {
             true => run.scene.name.as_str(),
             false if run.scene.method.saturate => "product saturates",
@@ -65,7 +66,7 @@ pub fn side_by_side(title: &str, runs: &[Run], command: &str) -> Picture {
         let legend = [(run.push(), Look::Line(ORANGE))];
         bottom.frame(&mut canvas, &legend, Some("penetration in encoder counts"), &label);
         let full = Format::unsigned(run.words.config.pwm.width).max() as f64;
-        // A panel draws what is beyond it at its edge: a full scale that no run comes near is not there.
+        // A panel draws points outside it at its edge, so a full scale that no run comes near is left out.
         if spring_range.contains(&full) {
             canvas.line(vec![bottom.at(depth_range.start, full), bottom.at(depth_range.end, full)], INK, 3);
             canvas.text((right, bottom.top - 27), "black line: full scale", 26, INK, Anchor::Right);
@@ -76,7 +77,7 @@ pub fn side_by_side(title: &str, runs: &[Run], command: &str) -> Picture {
             let law = law.take_while(|(_, counts)| spring_range.contains(counts));
             bottom.steps(&mut canvas, law, ORANGE, 3)
         } else {
-            // A method's force depends on what came before: the path that the run took.
+            // A method's force depends on what came before, so the path of the run is drawn.
             bottom.curve(&mut canvas, depths.clone().zip(push(run).map(|(_, counts)| counts)), ORANGE, 2)
         };
         if let Some((depth, (_, word))) = depths.last().zip(push(run).last()) {

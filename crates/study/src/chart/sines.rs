@@ -1,4 +1,4 @@
-//! Sources of sine: how far off they are, over the bits of their ROM.
+//! The picture of the sources of sine: their errors against the bits of their ROM.
 
 use crate::reproduce::sines::{Sine, Source};
 
@@ -8,7 +8,7 @@ use super::panel::Panel;
 use super::series::{BLUE, GREEN, Look, ORANGE, PURPLE, Style, entry};
 use super::{Picture, page};
 
-/// Where that which has no ROM is drawn.
+/// Horizontal position, in bits, of a source without a ROM.
 const NO_ROM_BITS: f64 = 100.0;
 
 fn style(source: Source) -> Style {
@@ -20,7 +20,7 @@ fn style(source: Source) -> Style {
     }
 }
 
-/// A curve for each source, a dot for each size; the default ones are ringed.
+/// Returns a picture with a curve for each source and a dot for each size; the default sizes are framed.
 #[must_use]
 pub fn sines(all: &[Sine], command: &str) -> Picture {
     let angles = all.first().map_or(0, |sine| sine.angles);

@@ -1,4 +1,4 @@
-//! Speed against accuracy: where each way to run a scene stops being true.
+//! The picture of speed against accuracy: how large the error of each way to run a scene is.
 
 mod plane;
 
@@ -11,7 +11,7 @@ use plane::{Height, Inside, Spot, Words};
 
 const X: &str = "seconds of motion per second of wall time";
 
-/// One look a solver; models that leave something out and are flowed exactly have one together.
+/// Returns the look of a solver. All reduced models that are computed by exact flow share one look.
 fn look(contestant: &Contestant) -> (&'static str, Style) {
     match solver(contestant) {
         "events" => ("events", BLACK),
@@ -30,7 +30,7 @@ fn solver(contestant: &Contestant) -> &str {
     contestant.family.split('+').next().unwrap_or_default()
 }
 
-/// The inside of a marker tells what is left out, whatever the solver.
+/// Returns the inside of a marker, which shows what is left out, whatever the solver.
 fn inside(contestant: &Contestant) -> Inside {
     let leaves = |part: &str| contestant.family.split('+').any(|left_out| left_out == part);
     match () {
@@ -42,7 +42,8 @@ fn inside(contestant: &Contestant) -> Inside {
     }
 }
 
-/// What a spot is called. Of the rungs of ladders those of one say their steps, for steps are the same in all.
+/// Returns the label of a spot. Only one ladder's rungs show their steps, because the steps are the same in all
+/// ladders.
 fn label(contestant: &Contestant, says_steps: bool, front: bool) -> String {
     let plain = |name: &str| name.replace('_', "-").replace('+', ", ");
     match (contestant.step_s.map(time), contestant.criterion) {
@@ -55,7 +56,7 @@ fn label(contestant: &Contestant, says_steps: bool, front: bool) -> String {
     .replace(" us", " \u{b5}s")
 }
 
-/// Whether it is on a ladder that leaves something out beside its steps.
+/// Whether the contestant is on a ladder that leaves out something besides its steps.
 fn is_behind(contestant: &Contestant) -> bool {
     contestant.step_s.is_some() && contestant.family.contains('+')
 }
@@ -65,7 +66,7 @@ fn spots<'a>(contestants: &'a [(&'a Contestant, f64, Height)], front: &'a [usize
     let longest = ladders().max_by_key(|(of, ..)| ladders().filter(|(other, ..)| other.family == of.family).count());
     let all = contestants.iter().enumerate();
     all.map(|(index, (contestant, speed, height))| {
-        // Of the rungs that are wrong the first says where its ladder stops being true.
+        // Of a ladder's wrong rungs only the first is named: there the ladder stops being right.
         let before = index.checked_sub(1).map(|before| &contestants[before]);
         let wrong_before =
             before.is_some_and(|(other, _, height)| other.family == contestant.family && *height == Height::Wrong);
@@ -90,7 +91,7 @@ fn spots<'a>(contestants: &'a [(&'a Contestant, f64, Height)], front: &'a [usize
     .collect()
 }
 
-/// The key of the solvers: one entry a look, with the names that have it.
+/// Returns the key of the solvers: one entry for each look, with the names that have it.
 fn solvers(contestants: &[(&Contestant, f64, Height)]) -> Vec<(String, Style)> {
     let mut entries: Vec<(String, Style)> = Vec::new();
     for (contestant, ..) in contestants {
@@ -105,7 +106,7 @@ fn solvers(contestants: &[(&Contestant, f64, Height)]) -> Vec<(String, Style)> {
     entries
 }
 
-/// The key of the insides: those that are there.
+/// Returns the key of the insides that occur.
 fn insides(contestants: &[(&Contestant, f64, Height)]) -> Vec<(&'static str, Inside)> {
     let all = [
         ("nothing else left out", Inside::Full),
@@ -121,12 +122,12 @@ fn percent(error: f64) -> String {
     format!("{} %", (1e6 * error).round() / 1e4)
 }
 
-/// A factor with two digits.
+/// Returns a factor with two digits.
 fn times(factor: f64) -> String {
     if factor >= 10.0 { format!("{factor:.0}") } else { format!("{factor:.1}") }
 }
 
-/// What the chart says, in one line.
+/// Returns the findings of the chart in one line of text.
 fn findings(chart: &Chart) -> String {
     let speed = |entry: &Entry| entry.row.as_ref().ok().map(|row| row.speed.motion_per_wall());
     let of = |name: &str| chart.entries.iter().find(|entry| entry.contestant.name == name).and_then(speed);
@@ -144,7 +145,7 @@ fn findings(chart: &Chart) -> String {
     findings.join("; ")
 }
 
-/// The picture of a chart: speed across, error up, what has neither in bands.
+/// Returns the picture of a chart: speed across, error up, with bands for errors that have no logarithm.
 #[must_use]
 pub fn speed(scene: &str, chart: &Chart, command: &str) -> Picture {
     let mut indices = Vec::new();
@@ -182,7 +183,7 @@ pub fn speed(scene: &str, chart: &Chart, command: &str) -> Picture {
     canvas.render("chart")
 }
 
-/// The picture of a chart over a map: speed across, share of wrong verdicts up.
+/// Returns the picture of a race over a map: speed across, share of wrong verdicts up.
 #[must_use]
 pub fn shares(scene: &str, map: &Map, shares: &[Share], command: &str) -> Picture {
     let mut indices = Vec::new();

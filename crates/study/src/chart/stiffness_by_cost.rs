@@ -1,4 +1,4 @@
-//! What stable stiffness costs: designs in the plane of lookup tables and stiffness, with their front.
+//! The picture of what stable stiffness costs: designs in the plane of lookup tables and stiffness, with their front.
 
 use crate::widths::search::{Found, Point};
 
@@ -7,7 +7,7 @@ use super::panel::{Panel, around};
 use super::series::{BLUE, GREEN, Look, ORANGE, Style, TAUPE, mark};
 use super::{Picture, dotted, page};
 
-/// Errors that a colour parts.
+/// Error, relative, that separates two colours.
 const SMALL: f64 = 0.01;
 
 fn style(error: f64) -> Style {
@@ -18,8 +18,8 @@ fn style(error: f64) -> Style {
     }
 }
 
-/// The picture of a search's designs: estimated LUT4s across, stable stiffness up; `share` of the reference's stiffness
-/// is what the smallest design may lose.
+/// Returns the picture of a search's designs: estimated LUT4s across, stable stiffness up. `share` is the part of the
+/// reference's stiffness that the smallest design may lose.
 #[must_use]
 pub fn stiffness_by_cost(scene: &str, found: &Found, share: f64, command: &str) -> Picture {
     let outputs: Vec<_> = found.outputs().iter().map(|output| output.name().replace('_', " ")).collect();
@@ -39,7 +39,7 @@ pub fn stiffness_by_cost(scene: &str, found: &Found, share: f64, command: &str) 
     );
     canvas.text((60, 164), front, 26, QUIET, Anchor::Left);
     let level = found.reference.merit.stiffness;
-    // A reference of wide words would leave no room for the others.
+    // A reference of wide words would leave no room for the other designs, so it is then left out of the scale.
     let dearest = found.points.iter().map(|point| point.merit.lut4).max().unwrap_or(0);
     let beside = 2 * found.reference.merit.lut4 > 3 * dearest;
     let all = || found.points.iter().chain((!beside).then_some(&found.reference));
@@ -88,7 +88,8 @@ pub fn stiffness_by_cost(scene: &str, found: &Found, share: f64, command: &str) 
         let capped = if smallest.capped { "; the format holds no stiffer wall" } else { "" };
         let words = widths(smallest) + capped;
         let width = text_width(&head, 26).max(text_width(&words, 26)) + 40;
-        // To the right where it has room, and as near as it covers no other design and neither level.
+        // The text stands to the right if it has room there, and as near as possible without covering another design or
+        // a level.
         let is_right = x + 70 + width < panel.right;
         let (side, anchor) = if is_right { (1, Anchor::Left) } else { (-1, Anchor::Right) };
         let covers = |place: &i32| {
@@ -106,7 +107,7 @@ pub fn stiffness_by_cost(scene: &str, found: &Found, share: f64, command: &str) 
     canvas.render("stiffness-by-cost")
 }
 
-/// The stiffest of at most so many tables, as a line.
+/// Draws a line at the stiffest design with at most so many lookup tables.
 fn stairs(canvas: &mut Canvas, found: &Found, panel: &Panel, at: impl Fn(&Point) -> (i32, i32)) {
     let mut corners: Vec<(i32, i32)> = Vec::new();
     for (x, y) in found.best().map(at) {
@@ -122,7 +123,7 @@ fn stairs(canvas: &mut Canvas, found: &Found, panel: &Panel, at: impl Fn(&Point)
     canvas.line(corners, INK, 3);
 }
 
-/// A design in words: the bits of its signals, the formats of its gains.
+/// Returns a design as text: the bits of its signals, the formats of its gains.
 pub(super) fn widths(point: &Point) -> String {
     let text = point.design.to_string();
     let names = ["position", "stiffness", "damping", "velocity", "PWM"];

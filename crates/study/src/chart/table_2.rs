@@ -1,4 +1,4 @@
-//! Table 2 of Sevcik et al. 2009 in its own form, and the rms along an axis, as in its Fig. 5.
+//! Pictures of Table 2 of Sevcik et al. 2009 in its own form, and of the rms along an axis, as in the paper's Fig. 5.
 
 use hpu_cosim::PASSIVE_RMS_M;
 use hpu_cosim::scene::{Direction, Platform};
@@ -17,7 +17,7 @@ const TOP: i32 = 300;
 const BOTTOM: i32 = 1240;
 const GAP: i32 = 36;
 
-/// The whole table: axes side by side, platforms in each, a row a stiffness.
+/// Returns the picture of the whole table: the axes side by side, the platforms in each, a row for each stiffness.
 #[must_use]
 pub fn table_2(tables: &Tables, command: &str) -> Picture {
     let table = tables.first();
@@ -80,8 +80,8 @@ const fn fill(class: Class) -> RGBColor {
     }
 }
 
-/// A cell: its class, or how many seeds are of each, and whether it is as printed. One that the paper lost is small; one
-/// printed otherwise is framed.
+/// Draws a cell: its class, or the number of seeds with each class, and whether it is as printed. A cell that is lost
+/// in the print is small. A cell that is printed otherwise is framed.
 fn shown(canvas: &mut Canvas, corners: [(i32, i32); 2], tally: &Tally, legible: Option<Share>) {
     let [(left, top), (right, bottom)] = corners;
     let (aside, over) = if legible.is_none() { ((right - left) / 4, (bottom - top) / 6) } else { (0, 0) };
@@ -95,7 +95,7 @@ fn shown(canvas: &mut Canvas, corners: [(i32, i32); 2], tally: &Tally, legible: 
         Class::Failed => ("?", INK),
     };
     canvas.fill([(left + aside, top + over), (right - aside, bottom - over)], fill(class));
-    // The paper's own letter.
+    // The letter that the paper uses.
     canvas.text(((left + right) / 2, (top + bottom) / 2 + 5), text, 30, ink, Anchor::Centre);
     match legible {
         Some(same) if same.all() => {
@@ -109,7 +109,7 @@ fn shown(canvas: &mut Canvas, corners: [(i32, i32); 2], tally: &Tally, legible: 
     }
 }
 
-/// A cell whose seeds differ: in how many it is passive, over a bar with each class's share.
+/// Draws a cell whose seeds differ: the number of seeds at which it is passive, above a bar with each class's share.
 fn mixed(canvas: &mut Canvas, [(left, top), (right, bottom)]: [(i32, i32); 2], tally: &Tally) {
     let Share { so, of } = tally.share(Class::Passive);
     let bar = bottom - (bottom - top) / 3;
@@ -130,7 +130,7 @@ fn frame(canvas: &mut Canvas, [(left, top), (right, bottom)]: [(i32, i32); 2], c
     canvas.line(corners, color, width);
 }
 
-/// What the fills stand for, and beside them what tells a cell of the paper from a lost one.
+/// Draws the key: what the fills stand for, and how a legible cell of the paper differs from a lost one.
 fn key(canvas: &mut Canvas, tables: &Tables) {
     let mut x = 60;
     let y = 1300;
@@ -159,11 +159,11 @@ fn key(canvas: &mut Canvas, tables: &Tables) {
     canvas.text((60, y + 58), lost, 24, QUIET, Anchor::Left);
 }
 
-/// Height of the bands for cells that are aborted, and for those that are still.
+/// Height of the bands for aborted cells and for cells at rest, in pixels.
 const BAND: i32 = 150;
 
-/// The rms over the stiffness at the first seed, a curve a platform, along y or along the first axis that the study
-/// has.
+/// Returns the picture of the rms over the stiffness at the first seed: a curve for each platform, along y or along the
+/// first axis that the study has.
 #[must_use]
 pub fn rms(tables: &Tables, command: &str) -> Picture {
     let table = tables.first();
@@ -194,7 +194,7 @@ pub fn rms(tables: &Tables, command: &str) -> Picture {
     canvas.text((panel.right + 20, y), "0.003 cm: passive below", 26, INK, Anchor::Left);
     let count = table.platforms.len() as i32;
     for (place, &platform) in (0..).zip(&table.platforms) {
-        // In a band each has a line of its own, so that platforms that are alike are all seen.
+        // In a band each platform has a line of its own, so that platforms with the same values are all visible.
         let lane = |top: i32| top + (2 * place + 1) * BAND / (2 * count);
         let pixel = |row: f64| {
             let rms = rms_cm(platform, row)?;
@@ -213,10 +213,10 @@ pub fn rms(tables: &Tables, command: &str) -> Picture {
     canvas.render("rms")
 }
 
-/// A micrometre: of what is less there is nothing to be told apart.
+/// A micrometre, in cm; smaller rms values are not distinguished.
 const FOOT_CM: f64 = 1e-4;
 
-/// Grid, ticks and names, with the band of aborted cells above.
+/// Draws grid, ticks and names, with the band of aborted cells above.
 fn axes(panel: &Panel, canvas: &mut Canvas, rows: &[f64]) {
     let head = panel.top - BAND;
     let foot = panel.bottom + BAND;

@@ -1,4 +1,4 @@
-//! What the rows of a trace say about the loop's words.
+//! Reads the loop's words from the rows of a trace.
 
 use hpu_signal::{Format, Narrowing, Overflow, Rounding};
 
@@ -9,34 +9,34 @@ pub(super) const SPRING: &str = "spring";
 pub(super) const COMMAND: &str = "command";
 
 impl<'a> Run<'a> {
-    /// The words of one of the nets.
+    /// Returns the words of one of the nets.
     pub(super) fn words_in(&self, net: &str) -> &'a [i64] {
         let index = nets(self.scene).iter().position(|name| *name == net);
         self.trace.words(index.expect("the trace holds the nets of its pictures"))
     }
 
-    /// Times of the rows and the words that one of the nets has at them. Between two rows it changes at any time: draw it
-    /// as points joined by lines, not as steps.
+    /// Returns the times of the rows, and the words of one of the nets at them. Between two rows the net changes at an
+    /// unknown time, so draw it as points joined by lines, not as steps.
     pub(super) fn words_of(&self, net: &str) -> impl Iterator<Item = (f64, i64)> + Clone + 'a {
         self.trace.times_s().zip(self.words_in(net).iter().copied())
     }
 
-    /// The net that says how hard the wall pushes: the spring, where it has a net of its own.
+    /// Returns the net that tells how hard the wall pushes: the spring, if it has a net of its own.
     pub(super) fn push(&self) -> &'static str {
         if nets(self.scene).contains(&SPRING) { SPRING } else { COMMAND }
     }
 
-    /// PWM counts of the least bit of a command, or of what the wall pushes with.
+    /// Returns the PWM counts of the least bit of a command, or of the net of [`push`](Self::push).
     pub(super) fn quantum(&self) -> f64 {
         self.words.command_quantum_nm(self.scene) / self.words.realised.torque_quantum_nm
     }
 
-    /// Times and values of one of the plant's outputs, by `scale`.
+    /// Returns the times and values of one of the plant's outputs, multiplied by `scale`.
     pub(super) fn reals_of(&self, real: usize, scale: f64) -> impl Iterator<Item = (f64, f64)> + Clone + 'a {
         self.trace.times_s().zip(self.trace.real(real).iter().map(move |value| value * scale))
     }
 
-    /// The spring's word at a penetration.
+    /// Returns the spring's word at a penetration.
     pub(super) fn spring_at(&self, penetration: i64) -> i64 {
         let overflow = if self.words.config.saturate { Overflow::Saturate } else { Overflow::Wrap };
         let narrowing = Narrowing {
@@ -48,7 +48,7 @@ impl<'a> Run<'a> {
         narrowing.apply(i128::from(penetration) * i128::from(self.words.stiffness)).word
     }
 
-    /// When a net had overflowed: the exact product or sum behind it, narrowed again.
+    /// Returns for each row whether a net had overflowed, by narrowing the exact product or sum behind it once more.
     pub(super) fn overflowed(&self, net: &str) -> Vec<bool> {
         let config = &self.words.config;
         let fits = |from_frac: i32, to: Format, value: i128| {

@@ -1,12 +1,14 @@
-//! The describing function of a quantised position: where rounding alone keeps a wall swinging.
+//! The describing function of a quantised position: from which stiffness on rounding alone sustains a limit cycle.
 //!
 //! A mid-tread quantiser passes a sine of amplitude `A` as if multiplied by
-//! `N(A) = (4Δ/πA) Σ sqrt(1 - ((2k - 1) Δ/2A)²)`, over the thresholds `(2k - 1) Δ/2` below `A`. `N` is at most 4/π, at
-//! `A = Δ/√2`. A swing lasts where the loop with `N(A)` times its gains is at the border of stability, hence from
-//! `K = π/4 K_crit` on. The encoder's counter is a floor: a mid-tread quantiser and half a count of bias. The bias
-//! shifts the middle of the swing into the middle of a count and changes nothing else, unless a steady effort moves it
-//! on: one that balances at the edge of a count makes a relay of the quantiser, of gain without bound for small swings,
-//! which then swings at any stiffness.
+//! `N(A) = (4Δ/πA) Σ sqrt(1 - ((2k - 1) Δ/2A)²)`, summed over the thresholds `(2k - 1) Δ/2` below `A`. `N` is at most
+//! 4/π, at `A = Δ/√2`. A limit cycle lasts where the loop with `N(A)` times its gains is at the border of stability,
+//! hence from `K = π/4 K_crit` on.
+//!
+//! The encoder's counter is a floor function: a mid-tread quantiser with a bias of half a count. The bias shifts the
+//! middle of the limit cycle into the middle of a count and changes nothing else, unless a steady effort moves it
+//! further. A steady effort that balances at the edge of a count turns the quantiser into a relay. Its gain has no
+//! bound for small amplitudes, so the loop then oscillates at any stiffness.
 
 use std::f64::consts::{FRAC_PI_4, PI};
 
@@ -16,7 +18,7 @@ use hpu_cosim::scene::{Hand, Scene};
 use super::{Assumption, Criterion, Figure, Silent, critical, frictionless, law};
 use crate::limits::{Damping, StableSet};
 
-/// `N(A)` of a mid-tread quantiser; `A` in its steps.
+/// Returns `N(A)` of a mid-tread quantiser, with `A` in quantiser steps.
 #[must_use]
 pub fn describing_function(amplitude_counts: f64) -> f64 {
     let thresholds = (1..).map(|k| f64::from(k) - 0.5).take_while(|threshold| *threshold < amplitude_counts);
@@ -24,23 +26,23 @@ pub fn describing_function(amplitude_counts: f64) -> f64 {
     4.0 / (PI * amplitude_counts) * sum
 }
 
-/// The amplitude in steps of the swing that keeps its size where `N(A) = gain`: the larger root below 3/2.
+/// Returns the amplitude, in quantiser steps, of the stable limit cycle where `N(A) = gain`: the larger root below 3/2.
 ///
-/// There `N` falls, so that a greater swing shrinks and a smaller one grows. `None` where `N` does not come by this
+/// There `N` falls, so a larger oscillation shrinks and a smaller one grows. Returns `None` if `N` does not reach this
 /// gain.
 #[must_use]
 pub fn stable_amplitude(gain: f64) -> Option<f64> {
-    // One threshold below A: N = (8/π) sqrt(u (1 - u)), u = 1/(2A)²; the larger A has the smaller u.
+    // With one threshold below A, N = (8/π) sqrt(u (1 - u)) and u = 1/(2A)²; the larger A has the smaller u.
     let product = (PI * gain / 8.0).powi(2);
     let rest = 1.0 - 4.0 * product;
-    // 2 product / (1 + root) is the smaller root without its cancellation.
+    // 2 product / (1 + root) is the smaller root without cancellation.
     let amplitude = (rest >= 0.0).then(|| 0.5 / (2.0 * product / (1.0 + rest.sqrt())).sqrt());
     amplitude.filter(|amplitude| *amplitude <= 1.5)
 }
 
-/// The softest wall that the quantiser keeps swinging.
+/// Returns the softest wall on which the quantiser sustains a limit cycle.
 ///
-/// The wall's damping acts on the quantised position too: it is multiplied by the same gain.
+/// The wall's damping acts on the quantised position too, so it is multiplied by the same gain.
 pub(super) fn criterion(scene: &Scene) -> Result<Criterion, Silent> {
     let name = "describing_function";
     let damping = scene.wall.damping_nm_s_per_rad;
@@ -49,7 +51,7 @@ pub(super) fn criterion(scene: &Scene) -> Result<Criterion, Silent> {
     let mut figures = vec![];
     let stiffness = scene.wall.stiffness_nm_per_rad;
     if stiffness >= limit {
-        // The quantiser's gain is at most that of `most`; below the softest crossing every gain settles.
+        // The quantiser's gain is at most `most`; the loop settles with every gain below the softest crossing.
         let range = [1e-3 * stiffness, most * stiffness];
         let set = StableSet::new(scene, Damping::PerStiffness(damping / stiffness), range);
         let gain = set.ok().and_then(|set| set.softest()).map(|stretch| stretch.to.middle() / stiffness);
@@ -84,7 +86,7 @@ pub(super) fn criterion(scene: &Scene) -> Result<Criterion, Silent> {
     })
 }
 
-/// Samples in a swing at this stiffness.
+/// Returns the number of samples in a period of the oscillation at this stiffness.
 fn samples_a_swing(scene: &Scene, stiffness: f64) -> f64 {
     let body = super::Rigid::new(scene);
     2.0 * PI / ((stiffness / body.inertia_kg_m2).sqrt() * body.period_s)

@@ -1,4 +1,4 @@
-//! Criteria of the linear loop's stability.
+//! Criteria for the stability of the linear loop.
 
 use hpu_cosim::figure;
 use hpu_cosim::scene::{Device, Motor, Scene};
@@ -9,7 +9,7 @@ use super::{
 };
 use crate::limits::unit;
 
-/// The eigenvalues of the map from one sample to the next, within the unit circle; delay and hand included.
+/// All eigenvalues of the map from one sample to the next lie within the unit circle; delay and hand are included.
 pub(super) fn spectral_radius(scene: &Scene) -> Result<Criterion, Silent> {
     let name = "spectral_radius";
     let limit = critical(scene, scene.wall.damping_nm_s_per_rad).map_err(|why| Silent { name, why })?;
@@ -28,7 +28,7 @@ fn resistance_ohm(scene: &Scene, motor: &Motor) -> f64 {
     motor.resistance_ohm + 2.0 * scene.bridge.on_resistance_ohm
 }
 
-/// Routh and Hurwitz on `L J s³ + (R J + L D) s² + (R D + K² + R b + L k_h) s + R (k + k_h)`, `D = B + b_h`.
+/// Routh and Hurwitz on `L J s³ + (R J + L D) s² + (R D + K² + R b + L k_h) s + R (k + k_h)`, with `D = B + b_h`.
 pub(super) fn routh(scene: &Scene) -> Result<Criterion, Silent> {
     let Device::Motor(motor) = &scene.device else {
         let why = "a mass, a spring and a damper without sampling settle at every stiffness".into();
@@ -70,7 +70,7 @@ pub(super) fn low_frequency(scene: &Scene, motor: &Motor) -> Criterion {
         speaks: sampled(scene).met,
         assumptions: vec![
             sampled(scene),
-            // It leaves out terms of second order in swing rate times lag: one per cent at a tenth.
+            // The criterion leaves out terms of second order in swing rate times lag: one per cent at a tenth.
             Assumption::new(
                 "swings slow against sampling, delay and winding: sqrt((k + k_h)/J) (T/2 + t_d + L/R) below 0.1",
                 swing < 0.1,

@@ -1,7 +1,7 @@
-//! The published criteria of a wall's stability.
+//! The published criteria for the stability of a wall.
 //!
-//! Each is told for every scene that gives it its numbers, with what it assumes and whether the scene is like that;
-//! where a scene has no such number (no Coulomb friction, no winding), that is told instead.
+//! Each criterion is reported for every scene that has the numbers it needs, with its assumptions and whether the scene
+//! meets them. If a scene lacks such a number (no Coulomb friction, no winding), that is reported instead.
 
 mod describing;
 mod linear;
@@ -16,53 +16,53 @@ use hpu_cosim::scene::{Datapath, Device, Hand, Loop, Scene};
 
 use crate::limits::{Damping, StableSet, Stretch, usual_range};
 
-/// A criterion's answer.
+/// A criterion's answer for a scene.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Criterion {
-    /// Its name.
+    /// Name of the criterion.
     pub name: &'static str,
-    /// The greatest stiffness it allows.
+    /// The greatest stiffness that the criterion allows.
     pub limit: f64,
     /// Unit of the limit.
     pub unit: &'static str,
-    /// Whether it speaks of loops of this kind at all: of springs that are sampled, or of those that are not.
+    /// Whether the criterion applies to loops of this kind: to sampled springs, or to springs that are not sampled.
     pub speaks: bool,
-    /// What it assumes.
+    /// The assumptions of the criterion.
     pub assumptions: Vec<Assumption>,
-    /// What else it tells, at the scene's own stiffness.
+    /// Further numbers of the criterion, at the scene's own stiffness.
     pub figures: Vec<Figure>,
-    /// What it says becomes of the scene's own stiffness, where it tells more than two cases apart.
+    /// The region of behaviour that the scene's own stiffness is in, if the criterion distinguishes more than two.
     pub region: Option<Region>,
 }
 
 impl Criterion {
-    /// With these figures, as far as they are finite: without a quantum some are not.
+    /// Returns the criterion with those of these figures that are finite; without a quantum some are not.
     fn with(mut self, figures: Vec<Figure>) -> Self {
         self.figures = figures.into_iter().filter(|figure| figure.value.is_finite()).collect();
         self
     }
 
-    /// Whether the scene is as the criterion assumes.
+    /// Whether the scene meets all assumptions of the criterion.
     #[must_use]
     pub fn assumptions_met(&self) -> bool {
         self.met() == self.assumptions.len()
     }
 
-    /// How many of its assumptions the scene meets.
+    /// Returns how many assumptions of the criterion the scene meets.
     #[must_use]
     pub fn met(&self) -> usize {
         self.assumptions.iter().filter(|assumption| assumption.met).count()
     }
 }
 
-/// Something that a criterion assumes.
+/// An assumption of a criterion.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Assumption {
-    /// In words.
+    /// The assumption as text.
     pub text: &'static str,
-    /// Whether the scene is like that.
+    /// Whether the scene meets it.
     pub met: bool,
-    /// What the scene has instead; empty where it is like that.
+    /// The scene's own property, as text, if it does not meet the assumption; else empty.
     pub here: String,
 }
 
@@ -75,24 +75,24 @@ impl Assumption {
 /// A number beside a limit.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Figure {
-    /// Its name.
+    /// Name of the number.
     pub name: &'static str,
-    /// Its value.
+    /// Value of the number.
     pub value: f64,
-    /// Its unit, empty for a ratio.
+    /// Unit of the number; empty for a ratio.
     pub unit: &'static str,
 }
 
 /// A criterion that has no limit for a scene.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Silent {
-    /// Its name.
+    /// Name of the criterion.
     pub name: &'static str,
-    /// Why it has none.
+    /// Why the criterion has no limit.
     pub why: String,
 }
 
-/// Their names.
+/// Names of all criteria.
 pub const NAMES: [&str; 9] = [
     "spectral_radius",
     "routh",
@@ -105,13 +105,14 @@ pub const NAMES: [&str; 9] = [
     "drop_threshold",
 ];
 
-/// Every criterion on a scene: its answer, or why it has none.
+/// Returns every criterion's answer for a scene, or why the criterion has none.
 #[must_use]
 pub fn all(scene: &Scene) -> Vec<Result<Criterion, Silent>> {
     NAMES.iter().filter_map(|name| named(name, scene)).collect()
 }
 
-/// The criterion of this name on a scene; `None` where there is none for its device.
+/// Returns the answer of the criterion with this name for a scene; `None` if the criterion does not exist for its
+/// device.
 #[must_use]
 pub fn named(name: &str, scene: &Scene) -> Option<Result<Criterion, Silent>> {
     let body = Rigid::new(scene);
@@ -129,7 +130,7 @@ pub fn named(name: &str, scene: &Scene) -> Option<Result<Criterion, Silent>> {
     }
 }
 
-/// The greatest stiffness up to which the linear loop with this damping settles.
+/// Returns the greatest stiffness up to which the linear loop with this damping settles.
 fn critical(scene: &Scene, damping: f64) -> Result<f64, String> {
     let set = StableSet::new(scene, Damping::Fixed(damping), usual_range(scene))?;
     match set.softest() {
@@ -146,7 +147,7 @@ fn linear_law(scene: &Scene) -> Assumption {
     )
 }
 
-/// What the scene's law is computed in.
+/// Returns as text how the scene's law is computed.
 fn law(scene: &Scene) -> &'static str {
     match scene.model.datapath {
         Datapath::Words => "in words",
@@ -165,7 +166,7 @@ fn known_hand(scene: &Scene) -> Assumption {
     known_hand_for("a hand that is absent, a constant effort, or a spring and damper", scene)
 }
 
-/// An assumption that hangs on the kind of the hand.
+/// Returns an assumption that depends on the kind of the hand.
 fn known_hand_for(text: &'static str, scene: &Scene) -> Assumption {
     let (known, here) = match scene.hand {
         Hand::None | Hand::ConstantTorque { .. } | Hand::SpringDamper { .. } => (true, ""),
@@ -179,7 +180,7 @@ fn sampled(scene: &Scene) -> Assumption {
     sampled_for("a spring that is sampled and held", scene)
 }
 
-/// An assumption of a spring that is sampled.
+/// Returns an assumption about a sampled spring.
 fn sampled_for(text: &'static str, scene: &Scene) -> Assumption {
     let here = || format!("the spring of {} reads the position at once", scene.method.kind.name());
     Assumption::new(text, !scene.method.kind.is_live(), here)
@@ -205,7 +206,7 @@ fn undamped_wall(scene: &Scene) -> Assumption {
     undamped_wall_for("a wall without damping", scene)
 }
 
-/// An assumption of a wall without damping.
+/// Returns an assumption about a wall without damping.
 fn undamped_wall_for(text: &'static str, scene: &Scene) -> Assumption {
     let damping = scene.wall.damping_nm_s_per_rad;
     Assumption::new(text, damping == 0.0, || format!("{} {}", figure(damping), scene.device.units().damping))

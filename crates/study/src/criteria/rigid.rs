@@ -1,48 +1,48 @@
-//! The published criteria of a sampled wall before a rigid body, in numbers.
+//! The published criteria for a rigid body in contact with a sampled wall, as numbers.
 //!
-//! `m x'' + b x' + f_c sgn x' = -F`, the position quantised by `Δ`, sampled with a period `T`, the wall's force
-//! `F = K p + B Δp/T` held after a delay `t_d`. Most criteria have this picture. A motor fits it as far as its drive is
-//! an ideal one: `b` is then `B + K²/R`, what the back-EMF brakes included. Angles and torques are at the shaft; of a
-//! mass read m for rad and N for N·m.
+//! The model is `m x'' + b x' + f_c sgn x' = -F`. The position is quantised by `Δ` and sampled with a period `T`. The
+//! wall's force `F = K p + B Δp/T` is held after a delay `t_d`. Most criteria use this model. A motor fits it as far as
+//! its drive is ideal: `b` is then `B + K²/R`, including the braking by the back-EMF. Angles and torques are at the
+//! shaft; for a mass read m instead of rad and N instead of N·m.
 
 use std::f64::consts::PI;
 
 use hpu_cosim::scene::{Device, Scene};
 
-/// A rigid body before a sampled wall.
+/// A rigid body in contact with a sampled wall.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Rigid {
     /// Inertia, in kg·m² (kg).
     pub inertia_kg_m2: f64,
-    /// Viscous damping `b` of the device.
+    /// Viscous damping `b` of the device, in N·m·s/rad (N·s/m).
     pub damping_nm_s_per_rad: f64,
-    /// Coulomb friction `f_c`.
+    /// Coulomb friction `f_c`, in N·m (N).
     pub coulomb_nm: f64,
-    /// Step `Δ` of the position, 0 for none: the quantum then asks for nothing.
+    /// Step `Δ` of the position, in rad (m). 0 means no quantisation, which then asks for no friction.
     pub quantum_rad: f64,
-    /// Sample period `T`.
+    /// Sample period `T`, in s.
     pub period_s: f64,
-    /// Delay `t_d` beside sampling and holding.
+    /// Delay `t_d` beside sampling and holding, in s.
     pub delay_s: f64,
-    /// Damping `B` of the wall.
+    /// Damping `B` of the wall, in N·m·s/rad (N·s/m).
     pub wall_damping_nm_s_per_rad: f64,
 }
 
-/// What becomes of a wall by the energy that a quantum and a sample generate.
+/// The behaviour of a wall, by the energy that a quantum and a sample generate.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Region {
-    /// Passive at every speed.
+    /// The wall is passive at every speed.
     Passive,
-    /// Settles from below the critical speed; beyond it, grows.
+    /// The motion settles from below the critical speed, and grows beyond it.
     LocallyStable,
-    /// Swings without end, no faster than the critical speed.
+    /// The motion goes on without end, no faster than the critical speed.
     LimitCycle,
-    /// Grows at every speed.
+    /// The motion grows at every speed.
     Unstable,
 }
 
 impl Region {
-    /// In words.
+    /// Returns the region's name.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -54,21 +54,21 @@ impl Region {
     }
 }
 
-/// The balance of Diolaiti et al. at some stiffness.
+/// The energy balance of Diolaiti et al. at some stiffness.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Balance {
-    /// `b / (K T)`; the sampling asks for `1/2 + t_d/T`.
+    /// `b / (K T)`; sampling asks for at least `1/2 + t_d/T`.
     pub beta: f64,
-    /// `f_c / (K Δ)`; the quantum asks for 1/2.
+    /// `f_c / (K Δ)`; the quantum asks for at least 1/2.
     pub sigma: f64,
-    /// Which of the two is met.
+    /// The region: which of the two conditions are met.
     pub region: Region,
-    /// Speed at which both sides are equal, where only one of the two is met.
+    /// Speed at which both sides of the balance are equal, if only one of the two conditions is met.
     pub critical_rad_per_s: Option<f64>,
 }
 
 impl Rigid {
-    /// The body of a scene; a motor's winding is taken for a damper.
+    /// Returns the rigid body of a scene; a motor's winding is treated as a damper.
     #[must_use]
     pub fn new(scene: &Scene) -> Self {
         let (inertia_kg_m2, damping_nm_s_per_rad, coulomb_nm) = match &scene.device {
@@ -90,39 +90,40 @@ impl Rigid {
         }
     }
 
-    /// Mean age of the wall's force: `T/2 + t_d`.
+    /// Returns the mean age of the wall's force: `T/2 + t_d`.
     #[must_use]
     pub fn lag_s(&self) -> f64 {
         0.5 * self.period_s + self.delay_s
     }
 
-    /// `f_c / Δ`.
+    /// Returns `f_c / Δ`.
     fn friction_of_a_quantum(&self) -> f64 {
         if self.quantum_rad > 0.0 { self.coulomb_nm / self.quantum_rad } else { f64::INFINITY }
     }
 
-    /// Colgate and Schenkel: passive whatever passive hand holds it while `b > K (T/2 + t_d) + |B|`.
+    /// Returns the limit of Colgate and Schenkel: passive with any passive hand while `b > K (T/2 + t_d) + |B|`.
     ///
-    /// With no delay, or a delay of whole samples and `B = 0`, that is necessary as well.
+    /// With no delay, or with a delay of whole samples and `B = 0`, this condition is necessary as well.
     #[must_use]
     pub fn colgate_schenkel(&self) -> f64 {
         (self.damping_nm_s_per_rad - self.wall_damping_nm_s_per_rad.abs()).max(0.0) / self.lag_s()
     }
 
-    /// Abbott and Okamura: `K <= min(2 b/T, 2 f_c/Δ)`; both sides, that of sampling first.
+    /// Returns both limits of Abbott and Okamura, `K <= min(2 b/T, 2 f_c/Δ)`; the limit of sampling first.
     #[must_use]
     pub fn abbott_okamura(&self) -> (f64, f64) {
         (2.0 * self.damping_nm_s_per_rad / self.period_s, 2.0 * self.friction_of_a_quantum())
     }
 
-    /// Diolaiti et al.: the stiffest passive wall, `β >= 1/2 + t_d/T` and `σ >= 1/2`; both sides, that of sampling
-    /// first.
+    /// Returns both limits of Diolaiti et al. for the stiffest passive wall, `β >= 1/2 + t_d/T` and `σ >= 1/2`; the
+    /// limit of sampling first.
     #[must_use]
     pub fn diolaiti(&self) -> (f64, f64) {
         (self.damping_nm_s_per_rad / self.lag_s(), 2.0 * self.friction_of_a_quantum())
     }
 
-    /// Where a stiffness above zero stands: `v T (1/2 + t_d/T - β) <= Δ (σ - 1/2)` is the balance of one sample.
+    /// Returns the region of a stiffness above zero; the balance of one sample is
+    /// `v T (1/2 + t_d/T - β) <= Δ (σ - 1/2)`.
     #[must_use]
     pub fn balance(&self, stiffness: f64) -> Balance {
         let beta = self.damping_nm_s_per_rad / (stiffness * self.period_s);
@@ -141,18 +142,19 @@ impl Rigid {
         Balance { beta, sigma, region, critical_rad_per_s }
     }
 
-    /// Gil and Hulin: `K < (b + b_h + B) / (T/2 + t_d)`, to first order in damping and delay.
+    /// Returns the limit of Gil and Hulin: `K < (b + b_h + B) / (T/2 + t_d)`, to first order in damping and delay.
     #[must_use]
     pub fn gil_hulin(&self, hand_damping_nm_s_per_rad: f64) -> f64 {
         let damping = self.damping_nm_s_per_rad + hand_damping_nm_s_per_rad + self.wall_damping_nm_s_per_rad;
         damping / self.lag_s()
     }
 
-    /// The stiffest wall on which a body comes to rest that a constant effort `w > f_c` drops onto it.
+    /// Returns the stiffest wall on which a body comes to rest after a constant effort `w > f_c` has dropped it onto
+    /// the wall.
     ///
-    /// A contact lasts half a swing and multiplies the energy by `e^(π ω (T/2 + t_d))`; the way out and back by
-    /// `(w - f_c)/(w + f_c)`. Both are equal at `K = m (ln((w + f_c)/(w - f_c)) / (π (T/2 + t_d)))²`. `None` for an
-    /// effort that friction holds.
+    /// A contact lasts half a period and multiplies the energy by `e^(π ω (T/2 + t_d))`. The way out and back
+    /// multiplies it by `(w - f_c)/(w + f_c)`. Both balance at `K = m (ln((w + f_c)/(w - f_c)) / (π (T/2 + t_d)))²`.
+    /// Returns `None` if friction holds the body against the effort.
     #[must_use]
     pub fn drop_threshold(&self, effort_nm: f64) -> Option<f64> {
         let (more, less) = (effort_nm + self.coulomb_nm, effort_nm - self.coulomb_nm);

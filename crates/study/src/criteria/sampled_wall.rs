@@ -1,4 +1,4 @@
-//! Criteria of a sampled wall before a rigid body, on a scene; their numbers are those of [`Rigid`].
+//! Criteria for a rigid body in contact with a sampled wall, applied to a scene; [`Rigid`] computes their numbers.
 
 use hpu_cosim::figure;
 use hpu_cosim::scene::{Datapath, Device, Hand, Scene};
@@ -14,7 +14,7 @@ fn criterion<const N: usize>(name: &'static str, scene: &Scene, limit: f64, othe
     Criterion { name, limit, unit: unit(scene), speaks: sampled(scene).met, assumptions, figures: vec![], region: None }
 }
 
-/// Stable to first order.
+/// Gil and Hulin: stable to first order.
 pub(super) fn gil_hulin(scene: &Scene, body: &Rigid) -> Criterion {
     let (grip, grip_damping) = scene.hand.grip();
     let damping = body.damping_nm_s_per_rad + grip_damping + body.wall_damping_nm_s_per_rad;
@@ -32,7 +32,7 @@ pub(super) fn gil_hulin(scene: &Scene, body: &Rigid) -> Criterion {
     criterion("gil_hulin", scene, body.gil_hulin(grip_damping), others)
 }
 
-/// Passive with any hand.
+/// Colgate and Schenkel: passive with any hand.
 pub(super) fn colgate_schenkel(scene: &Scene, body: &Rigid) -> Criterion {
     let delay = scene.clock.edges(body.delay_s);
     let exact = delay == 0 || (delay.is_multiple_of(scene.period_clocks()) && body.wall_damping_nm_s_per_rad == 0.0);
@@ -47,7 +47,7 @@ pub(super) fn colgate_schenkel(scene: &Scene, body: &Rigid) -> Criterion {
     criterion("colgate_schenkel", scene, body.colgate_schenkel(), others)
 }
 
-/// Passive in spite of the quantum.
+/// Abbott and Okamura: passive in spite of the quantum.
 pub(super) fn abbott_okamura(scene: &Scene, body: &Rigid) -> Criterion {
     let (sampling, quantum) = body.abbott_okamura();
     let others = [undelayed(scene), undamped_wall(scene), in_counts(scene), known_hand(scene)];
@@ -58,7 +58,7 @@ pub(super) fn abbott_okamura(scene: &Scene, body: &Rigid) -> Criterion {
     criterion("abbott_okamura", scene, sampling.min(quantum), others).with(figures)
 }
 
-/// The regions of behaviour.
+/// Diolaiti et al.: the regions of behaviour.
 pub(super) fn diolaiti(scene: &Scene, body: &Rigid) -> Criterion {
     let (sampling, quantum) = body.diolaiti();
     let others = [
@@ -85,7 +85,7 @@ pub(super) fn diolaiti(scene: &Scene, body: &Rigid) -> Criterion {
     Criterion { region: Some(balance.region), ..plain }.with(figures)
 }
 
-/// At rest after a fall.
+/// The drop threshold: at rest after a fall.
 pub(super) fn drop_threshold(scene: &Scene, body: &Rigid) -> Result<Criterion, Silent> {
     let silent = |why: &str| Err(Silent { name: "drop_threshold", why: why.into() });
     let Hand::ConstantTorque { torque_nm } = scene.hand else {

@@ -1,4 +1,4 @@
-//! From the cheapest model up.
+//! The search for the least model, from the cheapest model up.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::Ordering;
@@ -16,30 +16,30 @@ use crate::watch::watched;
 
 type Set = Vec<(String, String)>;
 
-/// A model that takes less than so many times as long is no slower: wall times are not finer.
+/// Ratio of wall times below which a model does not count as slower: wall times are not more precise than this.
 const WORTH: f64 = 1.05;
 
-/// Turns in which the pick is timed against the scene as written, in a second at most.
+/// Greatest number of turns in which the pick is timed against the scene as written; no turn begins after a second.
 const MOST_TURNS: usize = 5;
 
-/// By how much less a model may be worth and yet be the faster one.
+/// A model worth this much less than the best so far may still be the faster one, so it is tried too.
 const NEARLY: u32 = 2;
 
-/// A model is given up when it takes so many times as long as the scene as written and this much more: it cannot be the
-/// pick.
+/// A run of a model is given up after `LATE` times the wall time of the scene as written plus `LATEST`: such a model
+/// cannot be the pick.
 const LATE: u32 = 3;
 const LATEST: Duration = Duration::from_millis(200);
 
-/// Below this share of the tolerance an error of a fixed step may grow with a shorter one: where in a step a contact
-/// falls is chance.
+/// Share of the tolerance below which an error of a fixed step may grow when the step gets shorter: where in a step a
+/// contact falls is chance.
 const NOISE: f64 = 0.05;
 
-/// Finds the least model of a scene (its text under `set`) whose outputs are within `within` of those of the scene as
-/// it is written.
+/// Finds the least model of a scene (its text under `set`) whose outputs are within the tolerance `within` of the
+/// outputs of the scene as written.
 ///
 /// # Errors
 ///
-/// When the scene cannot be run, is a recording, or `control` stopped.
+/// Returns an error if the scene cannot be run, is a recording, or if `control` stopped it.
 pub fn fit(scene: &SceneText, set: &Set, within: f64, control: &Control) -> Result<Fit, FitError> {
     let experiment = scene.parse(set).map_err(|error| FitError::Scene(error.to_string()))?;
     let all = simplifications(&experiment);
@@ -61,8 +61,7 @@ pub fn fit(scene: &SceneText, set: &Set, within: f64, control: &Control) -> Resu
     climb.outputs = experiment.accuracy().outputs.clone().unwrap_or_else(|| usual(reference.outputs.outcome));
     let mut tried = 0;
     let mut pick = (Vec::new(), reference.clone(), 0.0);
-    // What a model is worth foretells its speed only roughly: those worth nearly as much as the first are looked at
-    // too.
+    // A model's worth predicts its speed only roughly, so models worth nearly as much as the first one are tried too.
     let mut least = 1;
     for model in models(&all) {
         if control.stop.load(Ordering::Relaxed) {
@@ -80,7 +79,7 @@ pub fn fit(scene: &SceneText, set: &Set, within: f64, control: &Control) -> Resu
             least = least.max(worth.saturating_sub(NEARLY));
         }
     }
-    // What gains nothing is kept.
+    // A simplification that gains no time is taken back.
     while let Some(better) = climb.fuller(&pick, &reference) {
         pick = better;
     }
@@ -110,7 +109,7 @@ pub fn fit(scene: &SceneText, set: &Set, within: f64, control: &Control) -> Resu
     })
 }
 
-/// A model, what it measured, and its worst error around.
+/// A model, its measured run, and its worst error in the neighbouring scenes.
 type Pick = (Vec<usize>, Measured, f64);
 
 struct Climb<'a> {
@@ -119,30 +118,30 @@ struct Climb<'a> {
     within: f64,
     control: &'a Control,
     all: &'a [Simplification],
-    /// The outputs that count.
+    /// The outputs that are judged.
     outputs: Vec<Output>,
     around: Vec<Neighbour>,
-    /// What models told of the scene itself.
+    /// Measured runs of models on the scene itself.
     seen: BTreeMap<Vec<usize>, Result<Measured, String>>,
-    /// Their errors in the scenes around.
+    /// Errors of models in the neighbouring scenes.
     seen_around: BTreeMap<(Vec<usize>, usize), Result<Errors, String>>,
-    /// How long a run of a model may take. One that diverges can take thousands of times as long as the scene.
+    /// How long a run of a model may take. A run that diverges can take thousands of times as long as the scene.
     patience: Duration,
     runs: usize,
 }
 
-/// A scene around.
+/// A neighbouring scene: the scene as written with its wall changed slightly.
 struct Neighbour {
     change: Set,
-    /// The reference's run there, made when the first model is held against it. `Some(None)`: the scene cannot be run
-    /// there (its wall no longer fits the word), so no model is judged by it.
+    /// The reference's run in this scene, made when the first model is compared with it. `Some(None)`: the scene cannot
+    /// be run with this change (its wall no longer fits the word), so no model is judged by it.
     reference: Option<Option<Measured>>,
 }
 
 type Errors = Vec<(Output, f64)>;
 
 impl Climb<'_> {
-    /// What a model tells of the scene itself.
+    /// Returns the measured run of a model on the scene itself; a model is run only once.
     fn told(&mut self, model: &[usize]) -> Result<Measured, String> {
         if let Some(told) = self.seen.get(model) {
             return told.clone();
@@ -153,7 +152,7 @@ impl Climb<'_> {
         told
     }
 
-    /// A run in a scene around, whose time does not count.
+    /// Runs a model once in a neighbouring scene; the wall time of this run is not used.
     fn once(&mut self, model: &[usize], index: usize) -> Result<Measured, String> {
         self.runs += 1;
         let experiment = self.experiment(model, &self.around[index].change)?;
@@ -170,7 +169,7 @@ impl Climb<'_> {
         if late { Err("it takes longer than the scene as written".into()) } else { told }
     }
 
-    /// The reference's run in a scene around; `None` where it cannot be run.
+    /// Returns the reference's run in a neighbouring scene; `None` if that scene cannot be run.
     fn there(&mut self, index: usize) -> Option<&Measured> {
         if self.around[index].reference.is_none() {
             self.around[index].reference = Some(self.once(&[], index).ok());
@@ -178,7 +177,7 @@ impl Climb<'_> {
         self.around[index].reference.as_ref().and_then(Option::as_ref)
     }
 
-    /// The errors of a model in a scene around, none where the scene as written cannot be run.
+    /// Returns the errors of a model in a neighbouring scene; none if the scene as written cannot be run there.
     fn errors_there(&mut self, model: &[usize], index: usize) -> Result<Errors, String> {
         let key = (model.to_vec(), index);
         if let Some(seen) = self.seen_around.get(&key) {
@@ -192,7 +191,7 @@ impl Climb<'_> {
         errors
     }
 
-    /// Whether the verdict hangs on little, here or around.
+    /// Whether the verdict is near its limit, in the scene itself or in a neighbouring one.
     fn is_thin(&mut self, reference: &Measured) -> bool {
         reference.thin || (0..self.around.len()).any(|index| self.there(index).is_some_and(|there| there.thin))
     }
@@ -202,8 +201,8 @@ impl Climb<'_> {
         self.scene.parse(&set).map_err(|error| error.to_string())
     }
 
-    /// How many times as fast a model is as the scene as written: both run in turn, so that a machine that is slow for
-    /// a while is so for both.
+    /// Returns how many times as fast a model is as the scene as written. Both are run in turn, so that a machine that
+    /// is slow for a while is slow for both.
     fn speedup(&self, model: &[usize]) -> Result<f64, String> {
         let nothing = Set::new();
         let both = [self.experiment(&[], &nothing)?, self.experiment(model, &nothing)?];
@@ -220,13 +219,13 @@ impl Climb<'_> {
         Ok(best_s[0] / best_s[1])
     }
 
-    /// Errors of the outputs that count.
+    /// Returns the errors of the outputs that are judged.
     fn errors(&self, run: &Measured, reference: &Measured) -> Errors {
         let all = run.outputs.errors(&reference.outputs);
         all.into_iter().filter(|(output, _)| self.outputs.contains(output)).collect()
     }
 
-    /// Errors of the outputs that do not count.
+    /// Returns the errors of the outputs that are not judged.
     fn not_judged(&self, run: &Measured, reference: &Measured) -> Errors {
         let all = run.outputs.errors(&reference.outputs);
         all.into_iter().filter(|(output, _)| !self.outputs.contains(output)).collect()
@@ -240,13 +239,14 @@ impl Climb<'_> {
         if self.control.stop.load(Ordering::Relaxed) { FitError::Stopped } else { FitError::Scene(why) }
     }
 
-    /// What the model measures and its worst error around, if it answers as the reference does with room to spare.
+    /// Returns the model's measured run and its worst error in the neighbouring scenes, if the model meets all
+    /// conditions listed in [`crate::fit`].
     fn holds(&mut self, model: &[usize], reference: &Measured) -> Option<(Measured, f64)> {
         let measured = self.told(model).ok()?;
         if self.worst(&measured, reference) > self.within / 2.0 {
             return None;
         }
-        // Two errors that cancel each other here will not do so elsewhere.
+        // Two errors that cancel each other in this scene will not cancel in another.
         for &index in model {
             let [with, without] = on_its_own(self.all, model, index).map(|model| self.told(&model));
             if self.worst(&with.ok()?, &without.ok()?) > self.within / 2.0 {
@@ -257,7 +257,7 @@ impl Climb<'_> {
             return None;
         }
         let worst = self.worst_around(model)?;
-        // Near a boundary of stability a step is taken only if the one above it would do as well.
+        // Near a boundary of stability a step is taken only if the next longer one would do as well.
         if self.rung(model).is_some() && self.is_thin(reference) {
             let longer = self.longer(model)?;
             let told = self.told(&longer).ok()?;
@@ -269,7 +269,7 @@ impl Climb<'_> {
         Some((measured, worst))
     }
 
-    /// The worst error in the scenes around, if the model will do there.
+    /// Returns the worst error in the neighbouring scenes, if it is within the tolerance in all of them.
     fn worst_around(&mut self, model: &[usize]) -> Option<f64> {
         let mut worst = 0.0f64;
         for index in 0..self.around.len() {
@@ -282,19 +282,20 @@ impl Climb<'_> {
         Some(worst)
     }
 
-    /// The fixed step of a model, if it has one.
+    /// Returns the fixed step of a model, if it has one.
     fn rung(&self, model: &[usize]) -> Option<usize> {
         model.iter().copied().find(|&index| !self.all[index].shorter.is_empty())
     }
 
-    /// The same model with the next longer step of the ladder, if there is one.
+    /// Returns the same model with the next longer step of the ladder, if there is one.
     fn longer(&self, model: &[usize]) -> Option<Vec<usize>> {
         let rung = self.rung(model)?;
         let longer = self.all.iter().position(|one| one.shorter.first() == Some(&rung))?;
         Some(model.iter().map(|&index| if index == rung { longer } else { index }).collect())
     }
 
-    /// Why the fixed step of a model, if it has one, is right by luck: a shorter one of its ladder that is not as good.
+    /// Returns why the fixed step of a model, if it has one, is right by luck: a shorter step of its ladder is not as
+    /// good.
     fn lucky(&mut self, model: &[usize], reference: &Measured) -> Option<String> {
         let rung = self.rung(model)?;
         let [with, without] = on_its_own(self.all, model, rung);
@@ -319,15 +320,15 @@ impl Climb<'_> {
         None
     }
 
-    /// The models that leave out one thing less, and what needs that.
+    /// Returns, for each simplification of a model, the model without it and without all that need it.
     fn less(&self, model: &[usize]) -> Vec<Vec<usize>> {
         model.iter().map(|&index| on_its_own(self.all, model, index)).map(|[_, less]| less).collect()
     }
 
-    /// A fuller model that takes no longer, if there is one.
+    /// Returns a model that leaves out less and takes no longer, if there is one.
     fn fuller(&mut self, pick: &Pick, reference: &Measured) -> Option<Pick> {
         for less in self.less(&pick.0) {
-            // A slower one is not looked at further.
+            // A slower model is not examined further.
             if self.told(&less).is_ok_and(|told| told.wall_s > WORTH * pick.1.wall_s) {
                 continue;
             }
@@ -358,11 +359,11 @@ impl Climb<'_> {
         all
     }
 
-    /// Why what the model still has may not be left out as well.
+    /// Returns why each thing that the model still has cannot be left out as well.
     fn kept(&mut self, model: &[usize], reference: &Measured) -> Vec<Kept> {
         let mut all = Vec::new();
         for (index, Simplification { what, probe, shorter, .. }) in self.all.iter().enumerate() {
-            // Of a ladder the shortest step that could be taken stands for all.
+            // Of a ladder, the shortest step that could be taken stands for all.
             let longer = shorter.first().is_some_and(|&next| !self.all[next].probe);
             if model.contains(&index) || *probe || longer {
                 continue;
@@ -381,7 +382,7 @@ impl Climb<'_> {
         all
     }
 
-    /// Why a model will not do: what it told, and the one that leaves out one thing less.
+    /// Returns why a model will not do, given its measured run and that of the model that leaves out one thing less.
     fn reason(&mut self, model: &[usize], [measured, fuller]: [&Measured; 2], reference: &Measured) -> String {
         let worst = |errors: Errors| errors.into_iter().max_by(|a, b| a.1.total_cmp(&b.1));
         let said = |(output, error): (Output, f64)| match output {
@@ -416,14 +417,15 @@ impl Climb<'_> {
     }
 }
 
-/// By how many times [`PHASE`] the wall is moved, either way: words hold the wall at whole counts, so each of them near
-/// is met, and each in another phase where a law holds it between them. Farther away a motion may be much longer or
-/// shorter: once.
+/// Multiples of [`PHASE`] by which the wall is moved, nearer and farther. Fixed-point words hold the wall at a whole
+/// count: these moves reach each of the counts nearby. A law in floats holds the wall between counts: there each move
+/// gives another phase. The last multiple, farther away, is tried once, because a motion may be much longer or shorter
+/// there.
 const PHASES: [f64; 7] = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0];
-/// In counts.
+/// Unit of the moves, in encoder counts.
 const PHASE: f64 = 0.94;
 
-/// The scenes around: the wall 5 % softer and stiffer, and a few counts nearer and farther.
+/// Returns the neighbouring scenes: the wall 5 % softer and stiffer, and a few counts nearer and farther.
 fn around(experiment: &Experiment) -> Vec<Set> {
     let one = |key: &str, value: f64| vec![(key.to_string(), format!("{value:?}"))];
     match experiment {

@@ -1,68 +1,68 @@
-//! What was found: a model, what it leaves out, and why it leaves out no more.
+//! The result of a fit: a model, the things that it leaves out, and why it leaves out no more.
 
 use std::fmt;
 
 use hpu_cosim::scene::Output;
 
-/// Something that the model leaves out.
+/// A thing that the model leaves out.
 #[derive(Clone, PartialEq, Debug)]
 pub struct LeftOut {
-    /// What.
+    /// Name of the thing, as a noun.
     pub what: String,
-    /// The output that it changes most.
+    /// The output that leaving it out changes most.
     pub output: Output,
-    /// By how much, relative.
+    /// Size of that change, relative.
     pub effect: f64,
-    /// How many times faster the model is without it.
+    /// How many times faster the model is because of it.
     pub gain: f64,
 }
 
-/// Something that the model has to keep.
+/// A thing that the model has to keep.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Kept {
-    /// What.
+    /// Name of the thing, as a noun.
     pub what: String,
-    /// Why.
+    /// Why it has to be kept.
     pub why: String,
 }
 
 /// The least model of a scene.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Fit {
-    /// What to set in the scene to have it; nothing when all of it is needed.
+    /// Keys to set in the scene to get the model; empty if nothing can be left out.
     pub set: Vec<(String, String)>,
     /// The tolerance asked for.
     pub within: f64,
-    /// Errors of the outputs that were judged, against the reference, relative.
+    /// Errors of the judged outputs against the reference, relative.
     pub errors: Vec<(Output, f64)>,
-    /// Errors of all other outputs, which may be larger than the tolerance: the trace of a motion without end drifts in
-    /// phase.
+    /// Errors of all other outputs, relative. They may exceed the tolerance: the trace of a motion without end drifts
+    /// in phase.
     pub not_judged: Vec<(Output, f64)>,
-    /// The worst error in the scenes around.
+    /// The worst error in the neighbouring scenes.
     pub around: f64,
     /// Share of the judged window in which the wall sees penetration, in the scene as written; see
     /// [`hpu_cosim::Summary`].
     pub contact_share: Option<f64>,
-    /// Wall time of the reference over that of the model.
+    /// Wall time of the reference divided by that of the model.
     pub speedup: f64,
     /// The wall time of the model, in s.
     pub wall_s: f64,
-    /// What is not in it.
+    /// The things that the model leaves out.
     pub left_out: Vec<LeftOut>,
-    /// What is.
+    /// The things that the model keeps.
     pub kept: Vec<Kept>,
-    /// Models that were tried.
+    /// Number of models that were tried.
     pub tried: usize,
-    /// Runs of any scene.
+    /// Number of runs, of all models and scenes.
     pub runs: usize,
 }
 
 /// Why there is no fit.
 #[derive(Clone, PartialEq, Debug)]
 pub enum FitError {
-    /// The scene itself cannot be run, or judged.
+    /// The scene itself cannot be run or judged.
     Scene(String),
-    /// Stopped.
+    /// The fit was stopped.
     Stopped,
 }
 
@@ -77,7 +77,7 @@ impl fmt::Display for FitError {
 
 impl std::error::Error for FitError {}
 
-/// A relative error as people read it.
+/// Returns a relative error as text for people.
 #[must_use]
 pub fn percent(error: f64) -> String {
     match error {

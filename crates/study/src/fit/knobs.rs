@@ -1,4 +1,4 @@
-//! What may be left out of a scene, and which of it goes together.
+//! The simplifications of a scene, and which of them can be combined.
 
 use std::ops::RangeInclusive;
 
@@ -10,23 +10,24 @@ use hpu_datapath::Estimator;
 /// One thing that a cheaper model leaves out.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Simplification {
-    /// What is left out, as a noun: "the bridge's switching".
+    /// Name of the thing, as a noun: "the bridge's switching".
     pub what: String,
     /// The keys that leave it out.
     pub set: Vec<(String, String)>,
-    /// Those that must be left out before, as indices into the list.
+    /// Simplifications that this one requires, as indices into the list.
     needs: Vec<usize>,
-    /// Those of which it is another degree, and with which it does not go together.
+    /// Alternatives to this simplification, with which it cannot be combined.
     instead_of: Vec<usize>,
-    /// The next two shorter steps of the same ladder, where it is a fixed step.
+    /// The next two shorter steps of the same ladder, if this is a fixed step.
     pub(super) shorter: Vec<usize>,
-    /// Whether it is only there to hold longer steps against.
+    /// Whether this step only serves to check longer steps, and is never taken itself.
     pub(super) probe: bool,
-    /// How much it is worth, to say which models to try first: about the logarithm of the gain in speed.
+    /// Worth of the simplification, for the order in which models are tried: roughly the logarithm of its gain in
+    /// speed.
     worth: u32,
 }
 
-/// What may be left out of an experiment.
+/// Returns the simplifications of an experiment.
 #[must_use]
 pub fn simplifications(experiment: &Experiment) -> Vec<Simplification> {
     let mut list = List(Vec::new());
@@ -38,8 +39,8 @@ pub fn simplifications(experiment: &Experiment) -> Vec<Simplification> {
     list.0
 }
 
-/// The sets of simplifications that go together, cheapest first by their worth; the last one is empty: the scene as
-/// written.
+/// Returns the sets of simplifications that can be combined, those worth most first. The last set is empty: the scene
+/// as written.
 #[must_use]
 pub fn models(all: &[Simplification]) -> Vec<Vec<usize>> {
     let mut models = vec![Vec::new()];
@@ -52,22 +53,22 @@ pub fn models(all: &[Simplification]) -> Vec<Vec<usize>> {
     models
 }
 
-/// What a model is worth: about the logarithm of its gain in speed.
+/// Returns the worth of a model: roughly the logarithm of its gain in speed.
 pub(super) fn worth(all: &[Simplification], model: &[usize]) -> u32 {
     model.iter().map(|&index| all[index].worth).sum()
 }
 
-/// Whether a model has all that its simplifications need, and none twice.
+/// Whether a model has all simplifications that its own require, and no two alternatives.
 pub(super) fn go_together(all: &[Simplification], model: &[usize]) -> bool {
     model.iter().map(|&index| &all[index]).all(|one| {
         one.needs.iter().all(|need| model.contains(need)) && !one.instead_of.iter().any(|it| model.contains(it))
     })
 }
 
-/// A model without one thing, before and after: first without all that needs the thing, then without the thing itself.
+/// Returns a model without the simplifications that require `thing`, and the same model without `thing` itself as well.
 pub(super) fn on_its_own(all: &[Simplification], model: &[usize], thing: usize) -> [Vec<usize>; 2] {
     let mut gone = vec![thing];
-    // What is needed comes before what needs it.
+    // A simplification comes after those that it requires.
     for &index in model {
         if all[index].needs.iter().any(|need| gone.contains(need)) {
             gone.push(index);
@@ -77,7 +78,7 @@ pub(super) fn on_its_own(all: &[Simplification], model: &[usize], thing: usize) 
     [without(&gone[1..]), without(&gone)]
 }
 
-/// The keys of a model.
+/// Returns the keys that make a scene this model.
 #[must_use]
 pub fn overrides(all: &[Simplification], model: &[usize]) -> Vec<(String, String)> {
     model.iter().flat_map(|&index| all[index].set.iter().cloned()).collect()
@@ -135,7 +136,7 @@ fn axis(scene: &Scene, list: &mut List) {
             ladder(&steps_s, what, &[("model.solver", solver)], &[averaged, law], &mut between, list);
         }
     }
-    // Words can be loaded with counts where a law in floats would leave out too much of them.
+    // Fixed-point words can be fed with counts where a law in floats would leave out too much of them.
     let on_counts = scene.model.encoder == EncoderModel::Quantised && !matches!(scene.hand, Hand::Capture { .. });
     let timed =
         matches!(scene.method.kind, Loop::Law(LawMethod::SampledWall(wall)) if wall.estimator == Estimator::EdgeTimer);
@@ -153,11 +154,11 @@ fn axis(scene: &Scene, list: &mut List) {
     }
 }
 
-/// Fixed steps in us, and what they are worth; the last two are there to hold the others against.
+/// Fixed steps in us, with their worth. The last two only serve to check the others.
 const STEPS: [(f64, u32); 7] = [(1000.0, 6), (300.0, 5), (100.0, 4), (30.0, 3), (10.0, 2), (3.0, 1), (1.0, 1)];
 
-/// The fixed steps of a solver within these bounds, the longest cut to the upper one, in place of all of `between`,
-/// which they join.
+/// Adds the fixed steps of a solver within these bounds to the list; the longest is cut to the upper bound. Each step
+/// is an alternative to everything in `between`, and joins it.
 fn ladder(
     steps_s: &RangeInclusive<f64>,
     what: impl Fn(&str) -> String,
@@ -168,7 +169,7 @@ fn ladder(
 ) {
     let most_us = 1e6 * steps_s.end();
     let within = STEPS.map(|(step_us, worth)| (step_us.min(most_us), worth));
-    // Of those that are cut to the same, or nearly so, the least.
+    // Of steps that are cut to the same or nearly the same length, the shortest is kept.
     let apart = |at: usize| within.get(at + 1).is_none_or(|next| next.0 < 0.7 * within[at].0);
     let mut rungs = Vec::new();
     for (at, (step_us, worth)) in within.into_iter().enumerate() {
@@ -188,8 +189,8 @@ fn ladder(
     }
 }
 
-/// Where smoothed friction reaches its full size: a count in ten sample periods, slower than anything that the law
-/// sees.
+/// Returns the speed at which smoothed friction reaches its full size: a count in ten sample periods, slower than
+/// anything that the law sees.
 fn friction_speed(scene: &Scene) -> f64 {
     scene.encoder.count_rad() / (10.0 * scene.sample_period_s())
 }
@@ -218,7 +219,7 @@ fn phantom(scene: &PhantomScene, list: &mut List) {
         list.add("the joints that are not under test", 3, &[("model.joints", "tested")], &[]);
     }
     if model.solver.is_exact() {
-        // A host's samples end steps; an FPGA's law follows the arm within them.
+        // A host's samples end steps; an FPGA's law follows the arm within a step.
         let most_s = if scene.platform.is_host() { scene.sample_period_s() } else { f64::INFINITY };
         let (mut set, mut words) = (vec![("model.solver", "rk4")], "");
         if model.law == PhantomLaw::Words {

@@ -1,4 +1,4 @@
-//! A run, what it told and how long it took.
+//! A run's outputs and its wall time.
 
 use std::time::{Duration, Instant};
 
@@ -7,30 +7,30 @@ use hpu_cosim::{Control, PASSIVE_RMS_M, Rig, Verdict, Wired};
 
 use crate::accuracy::{Outputs, ready};
 
-/// What a run told and how long it took.
+/// A run's outputs and its wall time.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) struct Measured {
-    /// What it told.
+    /// The outputs.
     pub outputs: Outputs,
     /// Share of the judged window in which the wall sees penetration.
     pub contact_share: Option<f64>,
-    /// Whether the verdict hangs on little: the rms that it is made of is within twice of its limit.
+    /// Whether the verdict is near its limit: the rms that decides it is between half of the limit and twice the limit.
     pub thin: bool,
-    /// Wall time, from a parsed scene to a verdict, in s: the best of a few runs while they are short.
+    /// Wall time from a parsed scene to a verdict, in s: the best of a few runs while runs are short.
     pub wall_s: f64,
 }
 
 impl Measured {
-    /// Runs an experiment, a few times while that is short.
+    /// Runs an experiment, a few times while a run is short.
     ///
     /// # Errors
     ///
-    /// Why it cannot be run, or that `control` stopped it.
+    /// Returns why the experiment cannot be run, or that `control` stopped it.
     pub fn of(experiment: &Experiment, control: &Control) -> Result<Self, String> {
         Self::best_of(5, experiment, control)
     }
 
-    /// The same, once.
+    /// Runs an experiment once.
     pub fn once(experiment: &Experiment, control: &Control) -> Result<Self, String> {
         Self::best_of(1, experiment, control)
     }
@@ -38,7 +38,7 @@ impl Measured {
     fn best_of(turns: usize, experiment: &Experiment, control: &Control) -> Result<Self, String> {
         let begin = Instant::now();
         let mut best: Option<Self> = None;
-        // The memory of the rows is not the model's: repeated runs take it over from each other.
+        // The memory of the rows is not part of the model's cost: repeated runs take it over from each other.
         let mut rows = None;
         for _ in 0..turns {
             let start = Instant::now();
@@ -61,7 +61,7 @@ impl Measured {
     }
 }
 
-/// Whether a verdict by its rms would be another with half or twice as much.
+/// Whether the verdict would differ if its rms were half or twice as large.
 fn thin(experiment: &Experiment, verdict: Option<Verdict>) -> bool {
     let (rms, limit) = match (verdict, experiment) {
         (

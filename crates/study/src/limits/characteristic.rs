@@ -1,16 +1,16 @@
 //! The characteristic function of a scene's linear loop, enclosed over a range of stiffnesses.
 //!
-//! From sample to sample the plant's states change by `x⁺ = x + E x + Γ u + Γ' u'`, `u` being the effort that begins
-//! within the period and `u'` the one before it. The controller answers the position by `-num(z)/den(z)`, `w` whole
+//! From sample to sample the plant's states change by `x⁺ = x + E x + Γ u + Γ' u'`. `u` is the effort that begins
+//! within the period, `u'` the effort before it. The controller answers the position by `-num(z)/den(z)`, `w` whole
 //! samples late. With `δ = z - 1` the loop's poles are the roots of
 //!
-//! `F(z) = den(z) det(δ - E) + num(z) z^-w c adj(δ - E) (Γ + Γ'/z)`,
+//! `F(z) = den(z) det(δ - E) + num(z) z^-w c adj(δ - E) (Γ + Γ'/z)`.
 //!
-//! which at the sample rate of a controller is well conditioned in powers of `δ`, and not in those of `z`. A sampled
+//! At the sample rate of a controller `F` is well conditioned in powers of `δ`, but not in powers of `z`. A sampled
 //! spring enters `num` and `den` affinely. A live spring is part of the plant, so `E` and `Γ` are matrix exponentials
 //! over an interval of stiffnesses, with their derivatives.
 //!
-//! Everything is enclosed: true for the scene's parameters as `f64` numbers, whatever is rounded on the way.
+//! Every enclosure holds for the scene's parameters as `f64` numbers, whatever is rounded during the computation.
 
 use std::array;
 
@@ -20,13 +20,13 @@ use hpu_datapath::Estimator;
 use crate::interval::{Complex, Interval, Matrix};
 use crate::widths::System;
 
-/// Sides of a box of parameters over which the function is enclosed, at most.
+/// Greatest number of sides of a parameter box over which the function is enclosed.
 pub(super) const MOST_SIDES: usize = 3;
-/// What a number depends on: the stiffness, then the sides of a box.
+/// Number of variables of a [`Jet`]: the stiffness, then the sides of a box.
 const ALONG: usize = 1 + MOST_SIDES;
 
-/// A number that depends on the stiffness, and on parameters: in the middle of their ranges, over all of these, and its
-/// derivatives over all of them.
+/// A number that depends on the stiffness and on parameters: its enclosure at the middle of their ranges, its enclosure
+/// over all of the ranges, and its derivatives over all of the ranges.
 #[derive(Clone, Copy, Debug)]
 struct Jet {
     middle: Interval,
@@ -57,7 +57,7 @@ impl Jet {
         }
     }
 
-    /// What two enclosures of the same have in common.
+    /// Returns the intersection of two enclosures of the same number.
     fn within(self, other: Self) -> Self {
         Self {
             middle: within(self.middle, other.middle),
@@ -66,7 +66,8 @@ impl Jet {
         }
     }
 
-    /// The same, not farther from its middle than its slopes take it.
+    /// Returns the same number with `over` intersected with its mean-value form: `middle` plus each slope times the
+    /// distance `away` from the middle to the ends.
     fn tight(self, away: &[Interval; ALONG]) -> Self {
         let meant = self.slopes.iter().zip(away).fold(self.middle, |sum, (slope, away)| sum.plus(slope.times(*away)));
         Self { over: within(self.over, meant), ..self }
@@ -80,7 +81,7 @@ impl Jet {
         }
     }
 
-    /// Times a power of two.
+    /// Returns the product with a power of two.
     fn scaled(self, by: f64) -> Self {
         Self {
             middle: self.middle.scaled(by),
@@ -105,23 +106,24 @@ impl Term {
     }
 }
 
-/// The wall's damping.
+/// The wall's damping, as a function of the wall's stiffness.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Damping {
-    /// The same at every stiffness, in SI units.
+    /// The same damping at every stiffness, in SI units.
     Fixed(f64),
-    /// So many seconds times the stiffness.
+    /// A damping proportional to the stiffness; the factor is in seconds.
     PerStiffness(f64),
 }
 
-/// A linear loop, its stiffness left open.
+/// A linear loop whose stiffness is left open.
 #[derive(Debug)]
 pub(super) struct OpenLoop {
-    /// The plant, or the plants of a box.
+    /// The plant, or the plants of a parameter box.
     plant: Plants,
-    /// Whether a spring in the plant answers the position at once, by the effort's column.
+    /// Whether the loop has a live spring: a part of the plant that answers the position at once, through the effort's
+    /// column.
     live: bool,
-    /// Times from a sample to the start of its effort and from there to the next sample.
+    /// Times from a sample to the start of its effort, and from there to the next sample.
     times_s: [Interval; 2],
     whole: u32,
     num: Vec<Term>,
@@ -129,14 +131,14 @@ pub(super) struct OpenLoop {
 }
 
 impl OpenLoop {
-    /// Whole samples of delay for which limits are worked out.
+    /// Greatest delay, in whole samples, for which limits are worked out.
     pub const MOST_WAITING: u64 = 64;
 
-    /// The linear loop of a scene with this damping.
+    /// Returns the linear loop of a scene with this damping.
     ///
     /// # Errors
     ///
-    /// Why there is none.
+    /// Returns the reason why the scene has no linear loop.
     pub fn new(scene: &Scene, damping: Damping) -> Result<Self, String> {
         let (num, den) = controller(scene, damping)?;
         let period = scene.period_clocks();
@@ -154,17 +156,18 @@ impl OpenLoop {
         Ok(Self { plant, live, times_s, whole: whole as u32, num, den })
     }
 
-    /// The same loop around other plants.
+    /// Returns the same loop around other plants.
     pub fn around(&self, plant: Plants) -> Self {
         Self { plant, num: self.num.clone(), den: self.den.clone(), ..*self }
     }
 
-    /// Poles outside the unit circle are as many as this, less the turns of `F` around zero along the circle.
+    /// Returns the plant's degree. The number of poles outside the unit circle is this degree minus the number of turns
+    /// of `F` around zero along the circle.
     pub fn degree(&self) -> usize {
         self.plant.over.len() - 1
     }
 
-    /// `e^(A t) - 1` with the effort's column, from the stiffness `low` to `high`.
+    /// Returns `e^(A t) - 1` with the effort's column, over the stiffnesses from `low` to `high`.
     fn change(&self, time_s: Interval, [low, high]: [f64; 2]) -> Vec<Vec<Jet>> {
         let Plants { over, middle: own, sides } = &self.plant;
         let (size, position) = (over.len(), over.len() - 2);
@@ -175,7 +178,7 @@ impl OpenLoop {
             let cell = |row: usize, column: usize| matrix[row][column].scaled(1.0 / back(row, column));
             (0..size).map(|row| (0..size).map(|column| cell(row, column)).collect()).collect()
         };
-        // What a unit of stiffness takes from the position's column.
+        // The share of the position's column that one unit of stiffness takes away.
         let springs = |matrix: &[Vec<Interval>]| -> Vec<Interval> {
             matrix.iter().map(|row| row[size - 1].scaled(scales[position] / scales[size - 1])).collect()
         };
@@ -191,8 +194,9 @@ impl OpenLoop {
         let flow = |a: Vec<Vec<Interval>>| Matrix(a).map(|cell| cell.times(time_s)).exponential_change().0;
         let middle = Interval::exact(0.5 * (low + high));
         let range = Interval { lo: low, hi: high };
-        // With A's derivative beside A on the diagonal the second block of the exponential's first row is its derivative,
-        // and with both once more the third is half of its second one. A derivative is scaled to be of A's size.
+        // With A's derivative beside A on the diagonal, the second block of the exponential's first row is the
+        // exponential's derivative. With both blocks once more, the third block is half of the second derivative. Each
+        // derivative is scaled to A's size.
         let beside = |a: Vec<Vec<Interval>>, slope: &[Vec<Interval>], unit: f64, blocks: usize| {
             let mut all = vec![vec![Interval::ZERO; blocks * size]; blocks * size];
             for at in 0..blocks {
@@ -231,7 +235,8 @@ impl OpenLoop {
                 slope
             };
             let mut over = beside(at(&plant, range), &by(&plant), unit, 3);
-            // A plant alone has its slope in the middle too, and is no farther from that than it bends.
+            // A single plant also has its slope at the middle. Over the range the slope departs from that by no more
+            // than the second derivative allows.
             if sides.is_empty() {
                 let here = beside(at(&own, middle), &by(&own), unit, 2);
                 for (row, here) in over.iter_mut().zip(&here) {
@@ -253,7 +258,7 @@ impl OpenLoop {
         for (of, Side { slope, half }) in (1..).zip(sides) {
             away[of] = *half;
             let slope = at(&balanced(slope), range);
-            // Of the plant's size over the side's.
+            // The ratio of the plant's size to the side's.
             let unit = 2f64.powi(half.hi.log2().floor() as i32);
             let over = beside(at(&plant, range), &slope, unit, 2);
             put(&over, &|jet| &mut jet.over, 0, 1.0);
@@ -263,7 +268,7 @@ impl OpenLoop {
         (0..size).map(|row| (0..size).map(|column| jet(row, column)).collect()).collect()
     }
 
-    /// The characteristic function over a range of stiffnesses.
+    /// Returns the characteristic function over a range of stiffnesses.
     pub fn over(&self, range: [f64; 2]) -> Characteristic {
         let states = self.plant.over.len() - 1;
         let [late, rest] = self.times_s.map(|time_s| (time_s != Interval::ZERO).then(|| self.change(time_s, range)));
@@ -273,7 +278,7 @@ impl OpenLoop {
         let (change, before) = match &late {
             None => (rest, None),
             Some(late) => {
-                // (1 + R)(1 + L) = 1 + L + R + R L, with the column of L that of the effort before.
+                // (1 + R)(1 + L) = 1 + L + R + R L; the column of L is the column of the effort before.
                 let product = |row: usize, of: usize| {
                     (0..states).fold(Jet::ZERO, |sum, k| sum.plus(rest[row][k].times(late[k][of])))
                 };
@@ -293,8 +298,9 @@ impl OpenLoop {
         away[0] = stiffness.over.minus(stiffness.middle);
         away[1..].iter_mut().zip(&self.plant.sides).for_each(|(away, side)| *away = side.half);
         let mut open = minors(&change, states, None);
-        // det e^(A t) = e^(t tr A), which no stiffness changes, and det(1 + E) is the sum of all of E's minors. Where E
-        // is large its determinant is a small difference, and known better from this.
+        // det e^(A t) = e^(t tr A) does not depend on the stiffness, and det(1 + E) is the sum of all minors of E.
+        // Where E is large, its determinant is a small difference of large numbers; this identity gives it more
+        // precisely.
         let (late_s, rest_s) = (self.times_s[0], self.times_s[1]);
         let trace =
             |plant: &[Vec<Interval>]| (0..states).fold(Interval::ZERO, |sum, state| sum.plus(plant[state][state]));
@@ -346,11 +352,12 @@ impl OpenLoop {
     }
 }
 
-/// `A` and the effort's column, with the words of `nominal`; a row of zeros for the effort. The position is the last
-/// state.
+/// Returns `A` with the effort's column, using the words of `nominal`, and a row of zeros for the effort. The position
+/// is the last state.
 pub(super) fn plant(scene: &Scene, nominal: &Scene) -> Vec<Vec<Interval>> {
     let system = System::new(scene, scene.hand.grip(), true);
-    // An effort is a torque at stall, u R / K in volts, of which another world makes more or less.
+    // An effort is a torque at stall: u R / K in volts. In another world of the box the same word makes more or less of
+    // it.
     let (up, down) = match &scene.device {
         Device::Motor(motor) => {
             let ohm = Interval::exact(motor.resistance_ohm).plus(Interval::exact(2.0 * scene.bridge.on_resistance_ohm));
@@ -370,12 +377,12 @@ pub(super) fn plant(scene: &Scene, nominal: &Scene) -> Vec<Vec<Interval>> {
     plant
 }
 
-/// A plant, or all plants of a box of parameters.
+/// One plant, or all plants of a parameter box.
 #[derive(Clone, Debug)]
 pub(super) struct Plants {
-    /// All of them.
+    /// Enclosure of all plants of the box.
     pub over: Vec<Vec<Interval>>,
-    /// That in the middle of the box.
+    /// The plant at the middle of the box; `None` for a single plant.
     pub middle: Option<Vec<Vec<Interval>>>,
     /// The sides of the box.
     pub sides: Vec<Side>,
@@ -384,25 +391,25 @@ pub(super) struct Plants {
 /// A side of a box of parameters.
 #[derive(Clone, Debug)]
 pub(super) struct Side {
-    /// The plants' derivatives along it, all over the box.
+    /// Derivatives of the plants along this side, enclosed over all of the box.
     pub slope: Vec<Vec<Interval>>,
-    /// From its middle to its ends.
+    /// Distance from the side's middle to its ends, as an interval around 0.
     pub half: Interval,
 }
 
 impl Plants {
-    /// One plant.
+    /// Returns a single plant.
     pub const fn one(plant: Vec<Vec<Interval>>) -> Self {
         Self { over: plant, middle: None, sides: Vec::new() }
     }
 }
 
-/// The numbers that two enclosures of the same have in common.
+/// Returns the numbers that two enclosures of the same number have in common.
 fn within(a: Interval, b: Interval) -> Interval {
     a.common(b).expect("two enclosures of the same number")
 }
 
-/// The controller of a scene's method, from position to effort: numerator and denominator.
+/// Returns the controller of a scene's method, from position to effort, as numerator and denominator.
 fn controller(scene: &Scene, damping: Damping) -> Result<(Vec<Term>, Vec<Term>), String> {
     let period_s = scene.sample_period_s();
     let one = || vec![Term::new(0, 0, 1.0, 0.0)];
@@ -411,7 +418,7 @@ fn controller(scene: &Scene, damping: Damping) -> Result<(Vec<Term>, Vec<Term>),
         Damping::Fixed(damping) => (damping, 0.0),
         Damping::PerStiffness(seconds) => (0.0, seconds),
     };
-    // A share of the damping in each sample's difference.
+    // The damping term of a velocity estimate that takes `share` of each sample's difference.
     let damped = |fixed: f64, share: f64, lag: u32, power: usize| {
         Term::new(lag, power, share * fixed / period_s, share * per_stiffness / period_s)
     };
@@ -438,7 +445,7 @@ fn controller(scene: &Scene, damping: Damping) -> Result<(Vec<Term>, Vec<Term>),
             }
             match wall.estimator {
                 Estimator::Difference => Ok((plain(fixed), one())),
-                // The share that each sample renews is 2^-shift.
+                // Each sample renews a share of 2^-shift.
                 Estimator::Filtered => {
                     let share = 0.5f64.powi(wall.shift as i32);
                     let den = vec![Term::new(0, 0, share, 0.0), Term::new(1, 1, 1.0 - share, 0.0)];
@@ -459,7 +466,7 @@ fn controller(scene: &Scene, damping: Damping) -> Result<(Vec<Term>, Vec<Term>),
                 Estimator::EdgeTimer => nonlinear("a velocity from the time between two counts"),
             }
         }
-        // e (K + K_c + B_c (1 - 1/z)/T) = K x, and the force is e (K_c + B_c (1 - 1/z)/T).
+        // The loop obeys e (K + K_c + B_c (1 - 1/z)/T) = K x, and the force is e (K_c + B_c (1 - 1/z)/T).
         LawMethod::VirtualCoupling { coupling_nm_per_rad, coupling_nm_s_per_rad, rigid } => {
             let damper = coupling_nm_s_per_rad / period_s;
             if rigid {
@@ -476,8 +483,8 @@ fn controller(scene: &Scene, damping: Damping) -> Result<(Vec<Term>, Vec<Term>),
     }
 }
 
-/// Scales states by powers of two until rows and columns of the matrix with this live stiffness are alike in size;
-/// returns the scales. The last row is zero.
+/// Scales the states by powers of two until the rows and columns of the matrix, with this live stiffness, are similar
+/// in size; returns the scales. The last row is zero.
 fn balance(a: &mut [Vec<Interval>], stiffness: f64) -> Vec<f64> {
     let size = a.len();
     let mut scales = vec![1.0; size];
@@ -493,7 +500,7 @@ fn balance(a: &mut [Vec<Interval>], stiffness: f64) -> Vec<f64> {
             let (row, column) = others.fold((0.0, 0.0), |(row, column), other| {
                 (row + sized(a, &scales, state, other), column + sized(a, &scales, other, state))
             });
-            // A scale f makes the row 1/f as large and the column f times.
+            // A scale f makes the row 1/f as large and the column f times as large.
             let ratio: f64 = if row == 0.0 || column == 0.0 { continue } else { row / column };
             let scale = 2f64.powi((0.5 * ratio.log2()).round() as i32);
             scales[state] *= scale;
@@ -508,8 +515,9 @@ fn balance(a: &mut [Vec<Interval>], stiffness: f64) -> Vec<f64> {
     scales
 }
 
-/// Coefficients of powers of `δ`, the lowest first: of `det(δ - E)`, or, with a column, of `c adj(δ - E) column`, `c`
-/// being the last state. By Cramer's rule the second is the determinant with its last column replaced.
+/// Returns the coefficients of the powers of `δ`, the lowest first: of `det(δ - E)`, or, with a column, of
+/// `c adj(δ - E) column`, where `c` picks the last state. By Cramer's rule the second is the determinant with its last
+/// column replaced.
 fn minors(change: &[Vec<Jet>], states: usize, column: Option<&[Jet]>) -> Vec<Jet> {
     let last = states - 1;
     let entry = |row: usize, of: usize| match column {
@@ -532,7 +540,7 @@ fn minors(change: &[Vec<Jet>], states: usize, column: Option<&[Jet]>) -> Vec<Jet
     coefficients
 }
 
-/// The determinant of the rows and columns that are kept, along the first of them.
+/// Returns the determinant of the kept rows and columns, expanded along the first kept row.
 fn determinant(kept: &[usize], entry: &impl Fn(usize, usize) -> Jet) -> Jet {
     fn along(rows: &[usize], columns: &[usize], entry: &impl Fn(usize, usize) -> Jet) -> Jet {
         let Some((&row, rows)) = rows.split_first() else { return Jet::constant(Interval::exact(1.0)) };
@@ -547,30 +555,31 @@ fn determinant(kept: &[usize], entry: &impl Fn(usize, usize) -> Jet) -> Jet {
     along(kept, kept, entry)
 }
 
-/// `F`, for all stiffnesses of a range.
+/// The characteristic function `F`, over all stiffnesses of a range.
 pub(super) struct Characteristic {
     pub range: [f64; 2],
-    /// Lags, and coefficients of powers of `δ`.
+    /// Pairs of a lag, in samples, and the coefficients of the powers of `δ` at this lag.
     terms: Vec<(u32, Vec<Jet>)>,
-    /// From the middle of the stiffnesses, and of each side of a box, to the ends.
+    /// Distances from the middle to the ends: of the stiffnesses, then of each side of the box.
     pub away: [Interval; ALONG],
 }
 
-/// A function over an arc of the circle, and its derivative by the angle.
+/// A function over an arc of the unit circle, and its derivative by the angle.
 #[derive(Clone, Copy)]
 pub(super) struct OnArc {
     pub value: Complex,
     pub by_angle: Complex,
 }
 
-/// Which of a coefficient's numbers a value is made of.
+/// Selects which number of each coefficient a value is computed from.
 #[derive(Clone, Copy)]
 pub(super) enum Of {
-    /// `F` in the middle of the range of stiffnesses, and of a box of parameters.
+    /// `F` at the middle of the range of stiffnesses and of the parameter box.
     Middle,
     /// `F` over all of the range and the box.
     Range,
-    /// The derivative of `F` by the stiffness, or by a side of the box from the first on, over all of the range and the box.
+    /// The derivative of `F` over all of the range and the box: by the stiffness (0), or by a side of the box (from 1
+    /// on).
     Slope(usize),
 }
 
@@ -584,7 +593,7 @@ impl Of {
     }
 }
 
-/// `δ` on the circle, from half of the angle, so that it is precise near 1.
+/// Returns `δ` on the unit circle, computed from half of the angle so that it is precise near `z = 1`.
 fn delta(half: Interval) -> Complex {
     let (sine, cosine) = (half.sin(), half.cos());
     let product = sine.times(cosine).scaled(2.0);
@@ -597,7 +606,7 @@ fn turn(lag: u32, angle: Interval) -> Complex {
 }
 
 impl Characteristic {
-    /// Of the coefficients of one lag: the polynomial, and its derivative by `δ`.
+    /// Returns the polynomial of one lag's coefficients, and its derivative by `δ`.
     fn polynomial(coefficients: &[Jet], delta: Complex, of: Of) -> [Complex; 2] {
         let (mut value, mut slope) = (Complex::ZERO, Complex::ZERO);
         for jet in coefficients.iter().rev() {
@@ -607,7 +616,7 @@ impl Characteristic {
         [value, slope]
     }
 
-    /// `F` or its slope over an arc.
+    /// Returns `F` or its slope over an arc.
     pub fn on(&self, angle: Interval, of: Of) -> OnArc {
         let delta = delta(angle.scaled(0.5));
         let z = Complex { re: delta.re.plus(Interval::exact(1.0)), im: delta.im };
@@ -622,14 +631,14 @@ impl Characteristic {
         OnArc { value: all, by_angle }
     }
 
-    /// Whether some pole is outside the unit circle at every stiffness of the range, as far as the coefficients tell:
-    /// by Vieta none exceeds its binomial where all poles are inside.
+    /// Whether the coefficients prove that some pole is outside the unit circle at every stiffness of the range: by
+    /// Vieta, if all poles are inside, no coefficient exceeds its binomial. `false` proves nothing.
     pub fn is_surely_unstable(&self) -> bool {
         let lags = self.terms.iter().map(|(lag, _)| *lag as usize).max().unwrap_or(0);
         let top = self.terms.iter().map(|(lag, terms)| (terms.len() + lags).saturating_sub(1 + *lag as usize)).max();
         let mut powers = vec![Interval::ZERO; top.unwrap_or(0) + 1];
         for (lag, coefficients) in &self.terms {
-            // Of (z - 1)^k by Horner, the highest power last.
+            // Expands the powers (z - 1)^k by Horner's scheme, the highest power last.
             let mut polynomial: Vec<Interval> = Vec::new();
             for jet in coefficients.iter().rev() {
                 polynomial.insert(0, Interval::ZERO);
@@ -650,13 +659,13 @@ impl Characteristic {
         let degree = powers.len() - 1;
         powers.iter().rev().enumerate().any(|(index, coefficient)| {
             let exceeds = coefficient.lo.max(-coefficient.hi) > most;
-            // A billionth for the rounding of the binomials.
+            // A billionth is allowed for the rounding of the binomials.
             most *= (1.0 + 1e-9) * (degree - index) as f64 / (index + 1) as f64;
             exceeds
         })
     }
 
-    /// `F` or its slope at 1 or at -1, where it is real.
+    /// Returns `F` or its slope at `z = 1` or `z = -1`, where it is real.
     pub fn at(&self, minus_one: bool, of: Of) -> Interval {
         let delta = Interval::exact(if minus_one { -2.0 } else { 0.0 });
         self.terms.iter().fold(Interval::ZERO, |sum, (lag, coefficients)| {

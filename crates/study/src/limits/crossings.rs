@@ -1,11 +1,14 @@
 //! Every stiffness of a range at which a pole of the linear loop is on the unit circle.
 //!
-//! A search over boxes of stiffness and angle `ω`, `z = e^jω`, on the enclosed [`Characteristic`]: a box goes when the
-//! function cannot be zero in it, and stays as a crossing when the interval operator of Krawczyk maps it into itself,
-//! which proves that it holds one root and no more. Everything else is halved. At `z = 1` and `z = -1` the function is
-//! real and the search is one of the stiffness alone; in an arc that ends there the imaginary part vanishes at the end
-//! of the arc, so its derivative is asked instead. So no crossing is missed: what cannot be told within the numbers'
-//! precision, or within so many boxes, is returned as open.
+//! The module searches boxes of stiffness and angle `ω`, `z = e^jω`, on the enclosed [`Characteristic`]. A box is
+//! dropped when the function cannot be zero in it. It stays as a crossing when Krawczyk's interval operator maps it
+//! into itself, which proves that it holds exactly one root. Every other box is halved.
+//!
+//! At `z = 1` and `z = -1` the function is real, and the search is over the stiffness alone. In an arc that ends at one
+//! of these points the imaginary part vanishes at the end of the arc, so its derivative is examined instead.
+//!
+//! So no crossing is missed: a box that cannot be decided within the numbers' precision, or within the limit on the
+//! number of boxes, is returned as open.
 
 use std::f64::consts::PI;
 
@@ -20,43 +23,44 @@ pub(super) enum Place {
     MinusOne,
 }
 
-/// Ranges of stiffnesses outside which no pole is on the unit circle, in order, apart from each other.
+/// Ranges of stiffnesses, ascending and disjoint, outside which no pole is on the unit circle.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) struct Crossings {
-    /// Each holds at least one crossing, or may hold some.
+    /// Ranges that hold at least one crossing, or may hold some.
     pub at: Vec<[f64; 2]>,
-    /// The same where some pole is outside the circle at every stiffness; crossings of others were not looked for.
+    /// Ranges in which some pole is outside the circle at every stiffness; other poles' crossings were not searched
+    /// there.
     pub unstable: Vec<[f64; 2]>,
 }
 
 impl Place {
-    /// The upper half of the circle.
+    /// Returns the places that make up the upper half of the circle.
     pub fn all() -> Vec<Self> {
         vec![Self::One, Self::MinusOne, Self::Arc(Interval { lo: 0.0, hi: END })]
     }
 }
 
-/// The middle of a half turn, not rounded into it.
+/// The angle of half a turn, rounded up so that the whole half circle is covered.
 const END: f64 = PI.next_up();
-/// Boxes after which the rest of the range is left open.
+/// Number of boxes after which the rest of the range is left open.
 const MOST_BOXES: u32 = 100_000;
-/// Boxes that cost as much as to enclose the function over a range of stiffnesses.
+/// Number of boxes that cost as much time as enclosing the function over one range of stiffnesses.
 pub(super) const BOXES_A_RANGE: u32 = 10;
-/// Widths below which nothing is gained by halving, relative.
+/// Relative width below which halving gains nothing.
 const LEAST: f64 = 1e-13;
 
-/// What a box turned out to be.
+/// Result of examining one box.
 enum Found {
     Nothing,
-    /// Holds one root.
+    /// The box holds exactly one root.
     Root([f64; 2], Place),
-    /// As far as it may hold one; halve the stiffnesses.
+    /// The part of the box that may hold a root; the stiffnesses are to be halved next.
     Perhaps([f64; 2], Place),
-    /// The same; halve the arc.
+    /// The part of the box that may hold a root; the arc is to be halved next.
     Halve([f64; 2], Interval),
 }
 
-/// All crossings over a range of stiffnesses.
+/// Returns all crossings over a range of stiffnesses.
 pub(super) fn crossings(open: &OpenLoop, range: [f64; 2]) -> Crossings {
     let (mut at, mut unstable): (Vec<[f64; 2]>, Vec<[f64; 2]>) = (Vec::new(), Vec::new());
     let mut boxes = 0;
@@ -114,7 +118,7 @@ pub(super) fn crossings(open: &OpenLoop, range: [f64; 2]) -> Crossings {
     Crossings { at: joined(at), unstable: joined(unstable) }
 }
 
-/// Ranges in order, those that overlap as one.
+/// Returns the ranges in ascending order, with overlapping ranges joined.
 pub(super) fn joined(mut ranges: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
     ranges.sort_by(|a, b| a[0].total_cmp(&b[0]));
     let mut apart: Vec<[f64; 2]> = Vec::new();
@@ -127,7 +131,7 @@ pub(super) fn joined(mut ranges: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
     apart
 }
 
-/// A box around one that may hold a root, if it is proved to hold just one.
+/// Returns a box around one that may hold a root, if that box is proved to hold exactly one.
 fn proved(open: &OpenLoop, [low, high]: [f64; 2], place: Place) -> Option<([f64; 2], Place)> {
     let spare = 0.5 * (high - low) + 1e-14 * high;
     let wider = [low - spare, high + spare];
@@ -147,7 +151,7 @@ fn proved(open: &OpenLoop, [low, high]: [f64; 2], place: Place) -> Option<([f64;
     }
 }
 
-/// A box that holds one root, as narrow as its function can be told.
+/// Narrows a box that holds one root as far as the function's precision allows, and returns its stiffnesses.
 fn narrowed(open: &OpenLoop, mut stiffness: [f64; 2], mut place: Place) -> [f64; 2] {
     for _ in 0..100 {
         let (found, there) = match look(&open.over(stiffness), place) {
@@ -164,12 +168,12 @@ fn narrowed(open: &OpenLoop, mut stiffness: [f64; 2], mut place: Place) -> [f64;
     stiffness
 }
 
-/// A quotient by something that is not zero.
+/// Returns a quotient by an interval that does not contain zero.
 fn quotient(by: Interval, over: Interval) -> Interval {
     if over.lo > 0.0 { by.divided(over) } else { Interval::ZERO.minus(by).divided(Interval::ZERO.minus(over)) }
 }
 
-/// What a box of stiffnesses and a place on the circle hold.
+/// Examines a range of stiffnesses at a place on the circle.
 fn look(function: &Characteristic, place: Place) -> Found {
     let [low, high] = function.range;
     let stiffness = Interval { lo: low, hi: high };
@@ -205,14 +209,14 @@ fn look(function: &Characteristic, place: Place) -> Found {
     if !over.value.has_zero() || !meant.has_zero() || ends && !over.by_angle.im.has_zero() {
         return Found::Nothing;
     }
-    // Where F(K) = F(m) + F'(K - m) is zero, F(m) conj F' is real: of this the stiffness is no part but by F'.
+    // Where F(K) = F(m) + F'(K - m) is zero, F(m) conj F' is real. The stiffness enters this condition only through F'.
     let quadrature = |f: Complex, g: Complex| f.im.times(g.re).minus(f.re.times(g.im));
     let bend = quadrature(mean.by_angle, slope.value).plus(quadrature(mean.value, slope.by_angle));
     let flat = quadrature(here, slope_here).plus(bend.times(aside));
     if !flat.has_zero() && !ends {
         return Found::Nothing;
     }
-    // And K = m - F(m) conj F' / |F'|².
+    // That zero lies at K = m - F(m) conj F' / |F'|².
     let square = |x: Interval| {
         let ends = x.times(x);
         if x.has_zero() { Interval { lo: 0.0, hi: ends.hi } } else { Interval { lo: ends.lo.max(0.0), hi: ends.hi } }
@@ -227,7 +231,7 @@ fn look(function: &Characteristic, place: Place) -> Found {
             Some(both) => narrow = both,
         }
     }
-    // Krawczyk: m - Y F(m) + (1 - Y J) (X - m), Y being about the inverse of J.
+    // Krawczyk's operator: m - Y F(m) + (1 - Y J) (X - m), with Y an approximate inverse of J.
     let (a, b) = (slope.value.re, over.by_angle.re);
     let (c, d) = (slope.value.im, over.by_angle.im);
     let determinant = a.middle() * d.middle() - b.middle() * c.middle();
@@ -253,8 +257,8 @@ fn look(function: &Characteristic, place: Place) -> Found {
         (narrow, next) = (first, second);
     }
     let narrow = [narrow.lo, narrow.hi];
-    // Where the slope is known, halving the arc leaves less and less of the stiffnesses; else the side along which the
-    // function varies more is halved.
+    // Where the slope is known precisely, halving the arc narrows the stiffnesses further and further. Elsewhere the
+    // side along which the function varies more is halved.
     let vary = |by: Complex, width: f64| by.re.size().max(by.im.size()) * width;
     let known = |x: Interval| x.width() <= 1e-9 * slope_here.re.size().max(slope_here.im.size());
     let exact = known(slope_here.re) && known(slope_here.im);
@@ -267,9 +271,9 @@ fn look(function: &Characteristic, place: Place) -> Found {
 
 /// Whether all poles are within the unit circle at a stiffness; `None` where that cannot be told.
 ///
-/// `F` has no poles outside the circle and grows there like `z` to the plant's degree, so it turns around zero along
-/// the circle that many times, less one for each root outside. The function is followed along arcs on which it is
-/// proved not to be zero: on each it turns by less than a half.
+/// `F` has no poles outside the circle and grows there like `z` to the power of the plant's degree. So along the circle
+/// it turns around zero as many times as that degree, less one turn for each root outside. The function is followed
+/// along arcs on which it is proved not to be zero: on each arc it turns by less than half a turn.
 pub(super) fn settles(open: &OpenLoop, stiffness: f64) -> Option<bool> {
     const MOST_ARCS: u32 = 100_000;
     let function = open.over([stiffness; 2]);
@@ -299,6 +303,6 @@ pub(super) fn settles(open: &OpenLoop, stiffness: f64) -> Option<bool> {
         before = after;
     }
     let turns = turned / PI;
-    // Half a turn of the upper half circle is one of the whole.
+    // Half a turn along the upper half of the circle is one turn along the whole circle.
     ((turns - turns.round()).abs() < 1e-3).then(|| turns.round() == open.degree() as f64)
 }

@@ -1,4 +1,4 @@
-//! Hands as published, shipped as `testbench/hands.toml`.
+//! Published hands, shipped as `testbench/hands.toml`.
 
 use hpu_cosim::figure;
 use hpu_cosim::scene::{Device, Hand, Scene};
@@ -6,27 +6,27 @@ use toml_edit::{DocumentMut, Item};
 
 use super::Unknown;
 
-/// What is changed of a scene.
+/// Keys of a scene and the values that replace the scene's own.
 pub type Overrides = Vec<(String, String)>;
 
-/// A hand: a spring and a damper to ground.
+/// A published hand: a spring and a damper to ground.
 #[derive(Clone, PartialEq, Debug)]
 pub struct PublishedHand {
-    /// What it does.
+    /// Name of the hand: its grip and direction.
     pub name: String,
-    /// N/m.
+    /// Stiffness of the hand, in N/m.
     pub stiffness_n_per_m: f64,
-    /// N·s/m.
+    /// Damping of the hand, in N·s/m.
     pub damping_n_s_per_m: f64,
-    /// Who measured it, and where it was read.
+    /// Authors of the measurement, and the publication.
     pub source: String,
 }
 
-/// The shipped hands.
+/// Returns the shipped hands.
 ///
 /// # Panics
 ///
-/// When the shipped file is none of hands.
+/// If the shipped file is not a list of hands.
 #[must_use]
 pub fn published_hands() -> Vec<PublishedHand> {
     let text = include_str!("../../../../testbench/hands.toml");
@@ -43,14 +43,16 @@ pub fn published_hands() -> Vec<PublishedHand> {
     hands.iter().map(hand).collect()
 }
 
-/// What the published hands are for a scene: the box from none to the firmest, and each of them as it sets the scene.
+/// Returns the published hands for a scene: the box from no hand to the firmest, and each hand as overrides of the
+/// scene.
 ///
-/// A motor's wheel is held at `lever_m` from its axis: a hand's spring turns by the square of that, and by that of the
-/// wheel's ratio at the shaft.
+/// A hand holds a motor's wheel at `lever_m` from its axis. At the shaft, the hand's stiffness and damping are
+/// therefore multiplied by `(lever_m / ratio)²`, with the wheel's ratio.
 ///
 /// # Errors
 ///
-/// Why there are none: a hand that cannot be another, a lever that is missing or that a mass has not.
+/// Returns why the scene cannot take these hands: its hand is not a spring and damper, a motor's lever is missing, or a
+/// lever is given for a mass.
 pub fn hands_of(scene: &Scene, lever_m: Option<f64>) -> Result<(Vec<Unknown>, Vec<Overrides>), String> {
     if !matches!(scene.hand, Hand::SpringDamper { .. }) {
         return Err("the scene's hand is no spring and damper on a path; write hand.kind = \"spring_damper\"".into());

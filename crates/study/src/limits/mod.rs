@@ -1,9 +1,9 @@
-//! How stiff a wall may be: the stable set of the scene's linear loop, what the scene does in words, and the published
-//! criteria.
+//! How stiff a wall may be: the stable set of the scene's linear loop, the behaviour of the scene in fixed-point words,
+//! and the published criteria.
 //!
-//! Neither is a single number: a loop may settle, swing and settle again as its wall becomes stiffer. The linear loop's
-//! set is proved ([`StableSet`]). The scene in words, with its quantisation, friction, hand and contact, is run at a
-//! grid of stiffnesses and phases of its contact ([`WordsSet`]).
+//! The answer is a set, not a single number: a loop may settle, oscillate and settle again as its wall becomes stiffer.
+//! The linear loop's set is proved ([`StableSet`]). The scene in fixed-point words, with its quantisation, friction,
+//! hand and contact, is run at a grid of stiffnesses and phases of its contact ([`WordsSet`]).
 
 mod characteristic;
 mod crossings;
@@ -28,27 +28,28 @@ pub use words::{Group, Looks, MOST_EVENTS, Seen, WordsSet};
 /// The limits of a scene's stiffness.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Limits {
-    /// The key whose values stand in the place of stiffnesses: of a design of the user's own, which alone knows what they
-    /// make.
+    /// The key that is varied instead of the stiffness, for a design of the user's own: only that design knows which
+    /// stiffness the key's values make.
     pub varied: Option<String>,
-    /// The stiffnesses that were looked at, in SI units.
+    /// The range of stiffnesses that was examined, in SI units.
     pub range: [f64; 2],
-    /// What the published criteria say.
+    /// Limits by the published criteria.
     pub criteria: Vec<Criterion>,
-    /// Which of them have no limit for this scene, and why.
+    /// The criteria that give no limit for this scene, and why.
     pub silent: Vec<Silent>,
-    /// The stable set of the linear loop, or why there is none.
+    /// The stable set of the linear loop, or the reason why there is none.
     pub linear: Result<StableSet, String>,
-    /// The linear loop's stable set over a box of what is not known, or why there is none; `None` without such a box.
+    /// The linear loop's stable set over a box of unknown parameters, or the reason why there is none; `None` without a
+    /// box.
     pub in_box: Option<Result<BoxSet, String>>,
-    /// The set of the scene in words, or why there is none.
+    /// The stable set of the scene in fixed-point words, or the reason why there is none.
     pub in_words: Result<WordsSet, String>,
-    /// The scene's own stiffness, where its words miss it by far.
+    /// The scene's own stiffness, if its fixed-point word misses it by far.
     pub stiffness_miss: Option<Miss>,
 }
 
-/// The limits of a scene's wall over a range of stiffnesses, the damping being the scene's. `in_words` is asked last,
-/// for the set in words over the same range: it takes the time.
+/// Returns the limits of a scene's wall over a range of stiffnesses, with the scene's damping. Calls `in_words` last,
+/// for the set in fixed-point words over the same range: it takes most of the time.
 #[must_use]
 pub fn limits(scene: &Scene, range: [f64; 2], in_words: impl FnOnce() -> Result<WordsSet, String>) -> Limits {
     let linear = StableSet::new(scene, Damping::Fixed(scene.wall.damping_nm_s_per_rad), range);
@@ -60,14 +61,14 @@ pub fn limits(scene: &Scene, range: [f64; 2], in_words: impl FnOnce() -> Result<
         }
     }
     let in_words = in_words();
-    // The linear loop has no words to miss it.
+    // The linear loop has no words that could miss the stiffness.
     let words = if scene.model.datapath == Datapath::Linear { None } else { scene.words().ok() };
     let stiffness_miss = words.and_then(|words| words.realised.stiffness_miss);
     Limits { varied: None, range, criteria, silent, linear, in_box: None, in_words, stiffness_miss }
 }
 
-/// The stiffnesses that limits are of unless others are asked for: from one word to the greatest of the scene's format;
-/// without words, from a thousandth to a thousand times the scene's own stiffness, or of 1 where that is 0.
+/// Returns the default range of stiffnesses for limits: from one word to the greatest word of the scene's format.
+/// Without words, from a thousandth to a thousand times the scene's own stiffness, or of 1 where that is 0.
 #[must_use]
 pub fn usual_range(scene: &Scene) -> [f64; 2] {
     if scene.model.datapath != Datapath::Linear
@@ -83,7 +84,7 @@ pub fn usual_range(scene: &Scene) -> [f64; 2] {
     [1e-3 * around, 1e3 * around]
 }
 
-/// The unit of the scene's stiffness.
+/// Returns the unit of the scene's stiffness.
 pub(crate) fn unit(scene: &Scene) -> &'static str {
     scene.device.units().stiffness
 }

@@ -1,9 +1,10 @@
-//! The stiffnesses at which the linear loop settles in every world of a box of parameters.
+//! The stiffnesses at which the linear loop settles in every world of a parameter box.
 //!
-//! First the loops at the box's corners and at points within it have their stable sets: what one of them lacks is none of
-//! the box's. What they have in common is then searched for crossings of any world of the box, by halving stiffnesses,
-//! parameters and arcs of the circle, until no plant of a cell has a pole there. Where no pole crosses, a loop that is
-//! stable at one point of the box is stable in all of it. What is left is told as not known.
+//! First the stable sets of the loops at the box's corners, and at points within it, are computed: a stiffness that one
+//! of them lacks is not in the box's set. Their common part is then searched for crossings of any world of the box. The
+//! search halves stiffnesses, parameters and arcs of the circle until no plant of a cell has a pole there. Where no
+//! pole crosses, a loop that is stable at one point of the box is stable in all of it. The remaining stiffnesses are
+//! reported as not known.
 
 use std::collections::HashMap;
 
@@ -17,16 +18,16 @@ use super::unknown::{Unknown, World};
 use super::{Damping, StableSet};
 use crate::interval::Interval;
 
-/// Stretches of equal ratio that a stable one is cut into; what one of them costs is no other's.
+/// Number of stretches of equal ratio that a stable range is cut into; each stretch has its own budget of boxes.
 const STRETCHES: usize = 48;
-/// Boxes after which the rest of such a stretch is not told.
+/// Number of boxes after which the rest of a stretch is reported as not known.
 const MOST_BOXES: u32 = 60_000;
-/// Ranges of stiffness that are not halved, relative to their stiffest.
+/// Width below which a range of stiffnesses is not halved, relative to its stiffest.
 const NARROW: f64 = 2e-3;
-/// Halvings of a parameter after which a cell is not halved.
+/// Number of halvings after which a parameter is not halved further.
 const MOST_HALVINGS: i32 = 9;
 
-/// Keys with which each number of the linear plant rises or falls and bends to one side only, whatever the others are.
+/// Keys along which every number of the linear plant is monotonic, and convex or concave, whatever the other keys are.
 const SMOOTH: [&str; 14] = [
     "device.resistance",
     "device.inductance",
@@ -43,31 +44,31 @@ const SMOOTH: [&str; 14] = [
     "amplifier.full_scale",
     "device.coulomb_friction",
 ];
-/// Those of them along which each number is a straight line.
+/// Those of [`SMOOTH`]'s keys along which every number of the plant is a straight line.
 const STRAIGHT: [&str; 5] =
     ["device.viscous_friction", "device.damping", "hand.stiffness", "hand.damping", "device.coulomb_friction"];
 
 /// The stable set of a box of linear loops.
 #[derive(Clone, PartialEq, Debug)]
 pub struct BoxSet {
-    /// The range that was looked at, in SI units.
+    /// The range of stiffnesses that was examined, in SI units.
     pub range: [f64; 2],
     /// Unit of the stiffness.
     pub unit: &'static str,
-    /// Worlds whose own sets were worked out.
+    /// Number of worlds whose own stable sets were computed.
     pub points: usize,
-    /// Where all of these settle, the softest first.
+    /// The stiffnesses at which all of these worlds settle, the softest first.
     pub at_points: Vec<[f64; 2]>,
-    /// Where every world of the box settles, proved.
+    /// The stiffnesses at which every world of the box settles, proved.
     pub proved: Vec<[f64; 2]>,
 }
 
 impl BoxSet {
-    /// The set of a box; `points` are the worlds that are looked at first.
+    /// Computes the stable set of a box. `points` are the worlds whose own sets are computed first.
     ///
     /// # Errors
     ///
-    /// Why there is none.
+    /// Returns the reason why there is no such set.
     pub fn new(world: &World, points: &[Scene], range: [f64; 2]) -> Result<Self, String> {
         let strange = world.unknown.iter().map(Unknown::key).find(|key| !SMOOTH.contains(key));
         if let Some(key) = strange {
@@ -103,7 +104,7 @@ impl BoxSet {
         Ok(Self { range, unit: super::unit(nominal), points: points.len(), at_points, proved })
     }
 
-    /// The set in words.
+    /// Returns the set as text.
     #[must_use]
     pub fn said(&self) -> String {
         let told = |stretches: &[[f64; 2]]| {
@@ -121,13 +122,13 @@ impl BoxSet {
     }
 }
 
-/// What two ascending lists of ranges have in common.
+/// Returns the common part of two ascending lists of ranges.
 fn common(a: &[[f64; 2]], b: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let pairs = a.iter().flat_map(|a| b.iter().map(move |b| [a[0].max(b[0]), a[1].min(b[1])]));
     pairs.filter(|[low, high]| low <= high).collect()
 }
 
-/// A range without others, which ascend.
+/// Returns a range without some others, which ascend.
 fn without([low, high]: [f64; 2], others: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let mut from = low;
     let mut left = Vec::new();
@@ -148,11 +149,11 @@ type Cell = Vec<[f64; 2]>;
 struct Search<'a> {
     world: &'a World<'a>,
     open: &'a OpenLoop,
-    /// Plants at points, by the points' numbers.
+    /// Plants at points of the box, by the bits of the points' coordinates.
     plants: HashMap<Vec<u64>, Vec<Vec<Interval>>>,
 }
 
-/// The cells that two numbers by two matrices' cells make.
+/// Returns the matrix that `make` computes cell by cell from two matrices.
 fn cells(
     one: &[Vec<Interval>],
     other: &[Vec<Interval>],
@@ -163,7 +164,7 @@ fn cells(
     one.iter().zip(other).map(row).collect()
 }
 
-/// All of both.
+/// Returns the smallest interval that contains both.
 fn hull(a: Interval, b: Interval) -> Interval {
     Interval { lo: a.lo.min(b.lo), hi: a.hi.max(b.hi) }
 }
@@ -179,8 +180,8 @@ impl Search<'_> {
         Ok(plant)
     }
 
-    /// The plants of a cell: each number is greatest and least in corners. Along a side it bends to one side only, so that
-    /// its slope is between those of the straight lines that go on from either end.
+    /// Returns the plants of a cell. Each number is greatest and least at corners. Along a side it is convex or
+    /// concave, so its slope lies between those of the straight lines that continue beyond either end.
     fn plants(&mut self, cell: &Cell) -> Result<Plants, String> {
         let mut over: Option<Vec<Vec<Interval>>> = None;
         let corners = World::corners(cell);
@@ -215,7 +216,7 @@ impl Search<'_> {
         Ok(Plants { over: over.expect("a box has corners"), middle: Some(middle), sides })
     }
 
-    /// Ranges of stiffness outside which no world of the box has a pole on the unit circle.
+    /// Returns ranges of stiffness outside which no world of the box has a pole on the unit circle.
     fn crossed(&mut self, range: [f64; 2]) -> Result<Vec<[f64; 2]>, String> {
         let sides = self.world.sides();
         let mut crossed: Vec<[f64; 2]> = Vec::new();
@@ -233,7 +234,7 @@ impl Search<'_> {
             boxes += BOXES_A_RANGE;
             let plants = self.plants(&cell)?;
             let function = self.open.around(plants).over(stiffness);
-            // What the function varies by along stiffness and sides, over all places where it may be zero.
+            // How much the function varies along stiffness and sides, over all places where it may be zero.
             let mut varies = vec![0.0f64; 1 + cell.len()];
             let mut kept = Vec::new();
             while let Some(place) = places.pop() {
@@ -284,7 +285,8 @@ impl Search<'_> {
     }
 }
 
-/// How much the function varies along the stiffness and each side, and along the arc; `None` where it is nowhere zero.
+/// Returns how much the function varies along the stiffness and each side, and along the arc; `None` if it has no zero
+/// there.
 fn perhaps(function: &Characteristic, place: Place, sides: usize) -> Option<(Vec<f64>, f64)> {
     let arc = match place {
         Place::Arc(arc) => arc,
@@ -300,7 +302,7 @@ fn perhaps(function: &Characteristic, place: Place, sides: usize) -> Option<(Vec
         }
     };
     let over = function.on(arc, Of::Range);
-    // At an end of the half circle the function is real: there its imaginary part is asked for its slope.
+    // At an end of the half circle the function is real, so the slope of its imaginary part is examined there instead.
     let ends = arc.lo == 0.0 || arc.hi >= std::f64::consts::PI;
     if !over.value.has_zero() || ends && !over.by_angle.im.has_zero() {
         return None;

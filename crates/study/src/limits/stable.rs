@@ -8,46 +8,47 @@ use super::crossings::{crossings, settles};
 
 /// The stiffnesses of a range at which all poles of the linear loop are within the unit circle.
 ///
-/// Bilateral contact, no Coulomb friction; of the hand its spring and damper.
+/// The contact is bilateral and without Coulomb friction. Of the hand, only its spring and damper count.
 #[derive(Clone, PartialEq, Debug)]
 pub struct StableSet {
-    /// The range that was looked at, in SI units.
+    /// The range of stiffnesses that was examined, in SI units.
     pub range: [f64; 2],
     /// Unit of the stiffness.
     pub unit: &'static str,
-    /// Where it settles, the softest first.
+    /// The stretches of stiffness that settle, the softest first.
     pub stable: Vec<Stretch>,
-    /// Where it cannot be told, beside the ends of the stretches: a loop that neither grows nor decays by more than is
-    /// known.
+    /// Ranges, beside the ends of the stretches, where stability cannot be told: the loop neither grows nor decays by
+    /// more than the numbers' precision shows.
     pub open: Vec<[f64; 2]>,
 }
 
 /// A closed interval of stiffnesses, each of which settles.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Stretch {
-    /// Its softest.
+    /// The softest end.
     pub from: End,
-    /// Its stiffest.
+    /// The stiffest end.
     pub to: End,
 }
 
 /// An end of a stretch.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct End {
-    /// It settles here.
+    /// The outermost stiffness that settles.
     pub at: f64,
-    /// A pole is on the unit circle between [`at`](Self::at) and here; `None` at an end of the range.
+    /// A stiffness just beyond the stretch: a pole is on the unit circle between [`at`](Self::at) and this stiffness.
+    /// `None` at an end of the range.
     pub beyond: Option<f64>,
 }
 
 impl End {
-    /// The middle between both.
+    /// Returns the middle between [`at`](Self::at) and [`beyond`](Self::beyond).
     #[must_use]
     pub fn middle(self) -> f64 {
         self.beyond.map_or(self.at, |beyond| 0.5 * (self.at + beyond))
     }
 
-    /// Half of the distance between both; 0 at an end of the range.
+    /// Returns half of the distance between [`at`](Self::at) and [`beyond`](Self::beyond); 0 at an end of the range.
     #[must_use]
     pub fn uncertainty(self) -> f64 {
         self.beyond.map_or(0.0, |beyond| 0.5 * (self.at - beyond).abs())
@@ -55,20 +56,20 @@ impl End {
 }
 
 impl StableSet {
-    /// The stable set of a scene's linear loop with this damping.
+    /// Computes the stable set of a scene's linear loop with this damping.
     ///
     /// # Errors
     ///
-    /// Why the scene has no linear loop.
+    /// Returns the reason why the scene has no linear loop.
     pub fn new(scene: &Scene, damping: Damping, range: [f64; 2]) -> Result<Self, String> {
         Ok(Self::of(&OpenLoop::new(scene, damping)?, scene, range))
     }
 
-    /// The same of a loop whose stiffness has the scene's unit.
+    /// Computes the stable set of a loop whose stiffness has the scene's unit.
     pub(super) fn of(open_loop: &OpenLoop, scene: &Scene, range: [f64; 2]) -> Self {
         let found = crossings(open_loop, range);
         let (mut stable, mut open) = (Vec::new(), Vec::new());
-        // Narrower than this a cut is an end; wider it is a stretch that cannot be told.
+        // A cut narrower than this is an end of a stretch; a wider one is a range that cannot be told.
         let is_end = |[low, high]: [f64; 2]| high - low <= 1e-6 * high;
         open.extend(found.at.iter().copied().filter(|cut| !is_end(*cut)));
         let mut cuts = [&found.at[..], &found.unstable].concat();
@@ -97,13 +98,13 @@ impl StableSet {
         Self { range, unit: super::unit(scene), stable, open }
     }
 
-    /// The stretch that begins with the softest wall of the range, if that settles.
+    /// Returns the stretch that begins with the softest wall of the range, if that wall settles.
     #[must_use]
     pub fn softest(&self) -> Option<Stretch> {
         self.stable.first().copied().filter(|stretch| stretch.from.beyond.is_none())
     }
 
-    /// The set in words, as in `0.01 to 0.7589 and 1.0955 to 4.0685 N.m/rad`.
+    /// Returns the set as text, as in `0.01 to 0.7589 and 1.0955 to 4.0685 N.m/rad`.
     #[must_use]
     pub fn said(&self) -> String {
         let [low, high] = self.range.map(figure);
@@ -116,7 +117,7 @@ impl StableSet {
                 format!("every stiffness from {low} to {high} {unit} settles")
             }
             stretches => {
-                // A proved end is rounded into its stretch, an end of the range as the range is told.
+                // A proved end is rounded into its stretch; an end of the range is written as the range is.
                 let told = |end: &End, up: bool| {
                     let at = if end.beyond.is_some() { inwards(end.at, up) } else { end.at };
                     figure(at)
@@ -134,13 +135,13 @@ impl StableSet {
     }
 }
 
-/// Seven digits of a positive number, rounded up or down.
+/// Rounds a positive number up or down to seven digits.
 pub(super) fn inwards(value: f64, up: bool) -> f64 {
     let unit = 10f64.powi(6 - value.log10().floor() as i32);
     (if up { (value * unit).ceil() } else { (value * unit).floor() }) / unit
 }
 
-/// Whether the linear loop settles at a stiffness; `None` where there is none, or where it cannot be told.
+/// Whether the linear loop settles at a stiffness; `None` if there is no linear loop, or if it cannot be told.
 pub(crate) fn linear_settles(scene: &Scene, stiffness: f64) -> Option<bool> {
     let open_loop = OpenLoop::new(scene, Damping::Fixed(scene.wall.damping_nm_s_per_rad)).ok()?;
     settles(&open_loop, stiffness)

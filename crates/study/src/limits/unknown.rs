@@ -1,7 +1,8 @@
-//! What a designer does not know of the world around the words: a box of parameters, and the scene at points of it.
+//! A box of parameters that a designer does not know of the world around the fixed-point words, and the scene at points
+//! of the box.
 //!
-//! The words are those of the scene as it stands, whatever the box: a motor whose resistance is a fifth higher than
-//! assumed gets the same duty words and makes less torque of them. A key with which the words change is refused.
+//! The words are those of the scene as written, whatever the box: a motor whose resistance is a fifth higher than
+//! assumed gets the same duty words and makes less torque of them. A key that changes the words is refused.
 
 use std::fmt;
 use std::str::FromStr;
@@ -12,7 +13,7 @@ use hpu_cosim::{SplitMix64, number};
 use super::hands::Overrides;
 use crate::map::{Axis, SceneText};
 
-/// A key of a scene that may have any value between two.
+/// A key of a scene that may have any value between two ends.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Unknown(Axis);
 
@@ -39,56 +40,56 @@ impl fmt::Display for Unknown {
 }
 
 impl Unknown {
-    /// The key.
+    /// Returns the key.
     #[must_use]
     pub fn key(&self) -> &str {
         self.0.key()
     }
 
-    /// Both ends, in the unit that they were given in.
+    /// Returns both ends, in the unit that they were given in.
     #[must_use]
     pub fn ends(&self) -> [f64; 2] {
         [self.0.values()[0], self.0.values()[1]]
     }
 
-    /// What makes the key this value.
+    /// Returns the override that gives the key this value.
     fn set(&self, value: f64) -> (String, String) {
         (self.key().to_string(), self.0.with_unit(value))
     }
 }
 
-/// A scene, and the box of what is not known of its world.
+/// A scene, and the box of parameters that are not known of its world.
 #[derive(Clone, Copy, Debug)]
 pub struct World<'a> {
-    /// Its text.
+    /// Text of the scene.
     pub text: &'a SceneText,
-    /// What is changed of it.
+    /// Overrides of the scene.
     pub set: &'a [(String, String)],
-    /// The scene under these changes, whose words are in all places of the box.
+    /// The scene with these overrides; its words hold everywhere in the box.
     pub nominal: &'a Scene,
     /// The sides of the box.
     pub unknown: &'a [Unknown],
-    /// What makes it a world in the box that is looked at too.
+    /// Overrides of each further world in the box that is examined by name, such as a published hand.
     pub named: &'a [Overrides],
 }
 
-/// Sides that a box may have: of each more there are twice as many corners.
+/// Greatest number of sides of a box: each further side doubles the number of corners.
 pub const MOST_UNKNOWN: usize = 6;
-/// Points within a box that are looked at beside its corners.
+/// Number of points within a box that are examined beside its corners.
 const WITHIN: usize = 8;
 
 impl World<'_> {
-    /// The scene at a point of the box, with the words of the nominal one.
+    /// Returns the scene at a point of the box, with the words of the nominal scene.
     ///
     /// # Errors
     ///
-    /// Why there is none there.
+    /// Returns the reason why there is no scene at this point.
     pub fn at(&self, values: &[f64]) -> Result<Scene, String> {
         let point: Vec<_> = self.unknown.iter().zip(values).map(|(unknown, value)| unknown.set(*value)).collect();
         self.with(&point)
     }
 
-    /// The scene under some more changes, with the words of the nominal one.
+    /// Returns the scene with further overrides and the words of the nominal scene.
     fn with(&self, point: &[(String, String)]) -> Result<Scene, String> {
         let set = [self.set, point].concat();
         let place = || {
@@ -103,23 +104,23 @@ impl World<'_> {
         }
     }
 
-    /// The corners of a box, of which the first side changes fastest.
+    /// Returns the corners of a box; the first side changes fastest.
     pub(super) fn corners(sides: &[[f64; 2]]) -> Vec<Vec<f64>> {
         let corner = |which: usize| sides.iter().enumerate().map(|(side, ends)| ends[which >> side & 1]).collect();
         (0..1usize << sides.len()).map(corner).collect()
     }
 
-    /// The box itself.
+    /// Returns the ends of the box's sides.
     pub(super) fn sides(&self) -> Vec<[f64; 2]> {
         self.unknown.iter().map(Unknown::ends).collect()
     }
 
-    /// The nominal scene, the box's corners, as many points within it as are looked at, always the same, and those that
-    /// have a name.
+    /// Returns the scenes to examine: the nominal one, those at the box's corners, those at `WITHIN` points inside the
+    /// box (the same points every time), and the named worlds.
     ///
     /// # Errors
     ///
-    /// Why there is no scene at one of them.
+    /// Returns the reason why there is no scene at one of the points.
     pub fn points(&self) -> Result<Vec<Scene>, String> {
         let sides = self.sides();
         let mut random = SplitMix64::new(1);

@@ -1,8 +1,9 @@
-//! The stiffnesses at which a scene settles as it stands: in words, with its quantisation, friction, hand and contact.
+//! The stiffnesses at which a scene settles as written: in fixed-point words, with its quantisation, friction, hand and
+//! contact.
 //!
-//! A verdict is no threshold: a scene may settle, swing and settle again from one stiffness word to the next, and at
-//! one phase of its contact and not at another. So it is run at a grid of words, at several phases each, and wherever
-//! two neighbours of the grid differ the words between them are looked at too, down to single words.
+//! Settling has no single threshold: a scene may settle, oscillate and settle again from one stiffness word to the
+//! next, and settle at one phase of its contact and not at another. So the scene is run at a grid of words, each at
+//! several phases. Wherever two neighbours of the grid differ, words between them are run too, down to single words.
 
 use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
@@ -15,28 +16,29 @@ use super::unit;
 use crate::map::{Cell, CellLimits, more_events};
 use crate::units::run_some;
 
-/// How closely a scene in words is looked at.
+/// How finely the stiffnesses of a scene in fixed-point words are examined.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Looks {
-    /// Phases of the contact at each stiffness.
+    /// Number of phases of the contact at each stiffness.
     pub phases: u32,
-    /// Words of the grid to begin with, spread evenly over the logarithm of the range.
+    /// Number of words in the first grid, spread evenly over the logarithm of the range.
     pub coarse: usize,
-    /// Words looked at in all; each of a range that has no more of them.
+    /// Greatest number of words that are run; a range that has no more words than this is run in full.
     pub most: usize,
-    /// Whether the grid is climbed from its softest word, and left where none settles above some that do: stiffer walls
-    /// are the dearest to run, and are not looked at then.
+    /// Whether the grid is climbed from its softest word, and left at the first word that settles at no phase above a
+    /// word that settles at every phase. Stiffer walls take the most time to run, and are skipped then.
     pub climbs: bool,
-    /// Neighbours that differ are looked between unless they are nearer than this, relative to the stiffer; 0 for down
-    /// to single words.
+    /// Two neighbours that differ have a word between them run unless they are nearer than this, relative to the
+    /// stiffer one; 0 goes down to single words.
     pub nearest: f64,
 }
 
 impl Looks {
-    /// A quick look, for many scenes in turn.
+    /// Coarse settings, for many scenes in turn.
     pub const BRIEF: Self = Self { phases: 8, coarse: 12, most: 64, climbs: true, nearest: 5e-3 };
 
-    /// So many words at so many phases: a grid of a quarter of them, and where neighbours differ the others.
+    /// Returns the settings for at most `most` words at this many phases: a grid of a quarter of the words, and the
+    /// others where neighbours differ.
     #[must_use]
     pub const fn words(most: usize, phases: u32) -> Self {
         Self { phases, coarse: if most < 8 { 2 } else { most / 4 }, most, climbs: false, nearest: 0.0 }
@@ -49,65 +51,67 @@ impl Default for Looks {
     }
 }
 
-/// Events after which a run counts as not settled: a wall far too stiff chatters through millions of counts.
+/// Number of events after which a run counts as not settled: a wall that is far too stiff chatters through millions of
+/// counts.
 pub const MOST_EVENTS: u64 = 3_000_000;
 
-/// A stiffness that was looked at.
+/// A stiffness that was run.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Seen {
-    /// Its word.
+    /// The stiffness word.
     pub word: i128,
-    /// What the word makes of it, in SI units.
+    /// The stiffness that the word makes, in SI units.
     pub stiffness: f64,
-    /// At how many phases it settled, over all worlds.
+    /// Number of phases, over all worlds, at which it settled.
     pub settled: u32,
 }
 
-/// What neighbouring stiffnesses have in common.
+/// The behaviour that neighbouring stiffnesses share.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Group {
-    /// They settle at every phase.
+    /// The stiffnesses settle at every phase.
     All,
-    /// They settle at some phases.
+    /// The stiffnesses settle at some phases.
     Some,
-    /// They settle at no phase.
+    /// The stiffnesses settle at no phase.
     None,
 }
 
-/// What became of a scene in words, over stiffnesses and phases of its contact.
+/// The behaviour of a scene in fixed-point words, over stiffnesses and phases of its contact.
 #[derive(Clone, PartialEq, Debug)]
 pub struct WordsSet {
     /// Unit of the stiffnesses.
     pub unit: &'static str,
     /// Stiffness of one word, in SI units.
     pub step: f64,
-    /// Words in the range.
+    /// Number of words in the range.
     pub words: i128,
-    /// Phases at each stiffness, over all worlds.
+    /// Number of phases at each stiffness, over all worlds.
     pub phases: u32,
-    /// Worlds that each stiffness was looked at in; 1 for the scene's own alone.
+    /// Number of worlds that each stiffness was run in; 1 if only the scene's own.
     pub worlds: u32,
-    /// Worlds that were left out: their hand is not at the wall when it is judged.
+    /// Number of worlds that were left out because their hand is not at the wall in the judged window.
     pub untouched: u32,
-    /// The stiffnesses looked at, the softest first.
+    /// The stiffnesses that were run, the softest first.
     pub seen: Vec<Seen>,
-    /// Words between two neighbours that differ, at most; 1 where all of these were looked at.
+    /// Greatest distance, in words, between two neighbours that differ; 1 if every word between such neighbours was
+    /// run.
     pub finest: i128,
-    /// Runs that had more events than a run may have ([`MOST_EVENTS`]), counted as not settled.
+    /// Number of runs that exceeded the limit of events ([`MOST_EVENTS`]); they count as not settled.
     pub cut_short: u32,
-    /// Runs that settled although a product without its upper bits has wrapped on the way: their hand may have come to
-    /// rest beyond the wall.
+    /// Number of runs that settled although a product without its upper bits wrapped on the way: their hand may have
+    /// come to rest beyond the wall.
     pub wrapped: u32,
 }
 
 impl WordsSet {
-    /// Looks at a scene's stiffnesses over a range in SI units, in each of some worlds with the same words: the first is
-    /// the one that names the stiffnesses.
+    /// Runs a scene's stiffnesses over a range in SI units, in each of some worlds with the same words. The first world
+    /// names the stiffnesses.
     ///
     /// # Errors
     ///
-    /// The reason why there is none: no words, no free motion, no contact in a judged window, a run that cannot be
-    /// made, or that `control` stopped it.
+    /// Returns the reason why there is no set: no words, no free motion, no contact in a judged window, a run that
+    /// cannot be made, or that `control` stopped it.
     pub fn new(
         worlds: &[Scene],
         range: [f64; 2],
@@ -129,7 +133,7 @@ impl WordsSet {
         let realised = scene.words().map_err(|error| error.to_string())?.realised;
         let format = scene.method.stiffness_format;
         let step = word_step(scene, &realised);
-        // A range ends at the words nearest to its ends.
+        // The range is rounded to the nearest words.
         let word = |stiffness: f64| ((stiffness / step).round() as i128).clamp(1, format.max());
         let (least, most) = (word(range[0]), word(range[1]));
         let touched = touched(worlds, least, jobs, control)?;
@@ -145,13 +149,14 @@ impl WordsSet {
         Ok(Self { worlds: touched.len() as u32, untouched, ..found })
     }
 
-    /// Looks at the values of a generic or constant of a design of the user's own, from the least to the greatest; `at`
-    /// makes the scene of a value. A phase is a share of a millisecond, for nobody knows when such a design samples.
+    /// Runs the values of a generic or constant of a design of the user's own, from the least to the greatest. `at`
+    /// makes the scene for a value. A phase is a share of a millisecond, because the sample times of such a design are
+    /// not known.
     ///
     /// # Errors
     ///
-    /// The reason why there is none: no free motion, no contact in a judged window, a run that cannot be made, or that
-    /// `control` stopped it.
+    /// Returns the reason why there is no set: no free motion, no contact in a judged window, a run that cannot be
+    /// made, or that `control` stopped it.
     pub fn of_design(
         at: &(dyn Fn(i128) -> Result<DutScene, String> + Sync),
         range: [i128; 2],
@@ -172,7 +177,8 @@ impl WordsSet {
         Grid { at: &at, phases: looks.phases, step: 1.0, unit: "", drops: false }.look(range, looks, jobs, control)
     }
 
-    /// Neighbours that have the same in common, the softest first: what, from, to.
+    /// Returns the runs of neighbouring stiffnesses with the same behaviour, the softest first: group, first and last
+    /// member.
     #[must_use]
     pub fn groups(&self) -> Vec<(Group, Seen, Seen)> {
         let mut groups: Vec<(Group, Seen, Seen)> = Vec::new();
@@ -186,29 +192,29 @@ impl WordsSet {
         groups
     }
 
-    /// The softest stiffness that was seen to fail at some phase, above the softest that settle at every phase: below
-    /// these a wall may be too soft to come to rest in time.
+    /// Returns the softest stiffness that failed at some phase and is stiffer than the softest one that settles at
+    /// every phase. Below the latter a wall may be too soft to come to rest in time.
     #[must_use]
     pub fn lowest_failed(&self) -> Option<Seen> {
         let settles = |seen: &&Seen| seen.settled == self.phases;
         self.seen.iter().skip_while(|seen| !settles(seen)).find(|seen| !settles(seen)).copied()
     }
 
-    /// The stiffest that was seen to settle at some phase.
+    /// Returns the stiffest stiffness that settled at some phase.
     #[must_use]
     pub fn highest_settled(&self) -> Option<Seen> {
         self.seen.iter().rfind(|seen| seen.settled > 0).copied()
     }
 
-    /// The stiffest below [`lowest_failed`](Self::lowest_failed): from the softest that settles at every phase up to
-    /// here all that were looked at do.
+    /// Returns the stiffest stiffness below [`lowest_failed`](Self::lowest_failed): all stiffnesses that were run, from
+    /// the softest that settles at every phase up to this one, settle at every phase.
     #[must_use]
     pub fn all_up_to(&self) -> Option<Seen> {
         let settles = |seen: &&Seen| seen.settled == self.phases;
         self.seen.iter().skip_while(|seen| !settles(seen)).take_while(settles).last().copied()
     }
 
-    /// Whether nothing settles, at any phase, where the other set still does at every phase: by more than a word.
+    /// Whether a stretch of more than a word settles at every phase in the other set and at no phase in this one.
     #[must_use]
     pub fn is_apart_from(&self, other: &Self) -> bool {
         match (self.highest_settled(), other.lowest_failed()) {
@@ -218,13 +224,13 @@ impl WordsSet {
         }
     }
 
-    /// How many runs it took.
+    /// Returns the number of runs that the set took.
     #[must_use]
     pub fn runs(&self) -> usize {
         self.seen.len() * self.phases as usize
     }
 
-    /// Up to where all settle and from where none was seen to, in words.
+    /// Returns a text that tells the lowest stiffness seen to fail and the highest seen to settle.
     #[must_use]
     pub fn turn(&self) -> String {
         let unit = self.unit;
@@ -239,7 +245,8 @@ impl WordsSet {
         }
     }
 
-    /// On which side of the set a criterion's limit lies, and the share of the phases that settle there.
+    /// Returns on which side of the set a criterion's limit lies; among both, with the share of phases that settle
+    /// there.
     #[must_use]
     pub fn against(&self, limit: f64) -> String {
         let nearest = self.seen.iter().min_by(|a, b| {
@@ -258,7 +265,7 @@ impl WordsSet {
         side.to_string()
     }
 
-    /// A stiffness with as many decimals as the grid has where it is finest.
+    /// Returns a stiffness with as many decimals as the finest part of the grid has.
     #[must_use]
     pub fn digits(&self, stiffness: f64) -> String {
         let decimals = (-(self.step * self.finest as f64).log10().floor()).max(0.0) as usize;
@@ -275,7 +282,7 @@ impl Group {
         }
     }
 
-    /// In words.
+    /// Returns the group's name.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -286,7 +293,7 @@ impl Group {
     }
 }
 
-/// The words in the middle between neighbours that differ.
+/// Returns the middle words between neighbours that differ.
 fn between(seen: &BTreeMap<i128, u32>, phases: u32, looks: Looks) -> Vec<i128> {
     let neighbours: Vec<(i128, Group)> =
         seen.iter().map(|(word, settled)| (*word, Group::of(*settled, phases))).collect();
@@ -297,12 +304,12 @@ fn between(seen: &BTreeMap<i128, u32>, phases: u32, looks: Looks) -> Vec<i128> {
     apart.map(|pair| pair[0].0 + (pair[1].0 - pair[0].0) / 2).collect()
 }
 
-/// Rows of a run that settled, of one that did so although its product has wrapped, and of one that was cut short.
+/// Rows of a run that settled, of one that settled although its product wrapped, and of one that was cut short.
 const SETTLED: &str = "settled";
 const WRAPPED: &str = "wrapped";
 const CUT_SHORT: &str = "cut short";
 
-/// Words from the least to the greatest, evenly over their logarithm; all where there are no more than that.
+/// Returns `count` words from the least to the greatest, evenly over their logarithm; all words if there are no more.
 fn spread(least: i128, most: i128, count: usize) -> Vec<i128> {
     if most - least < count as i128 {
         return (least..=most).collect();
@@ -314,7 +321,7 @@ fn spread(least: i128, most: i128, count: usize) -> Vec<i128> {
     words
 }
 
-/// A scene with the stiffness of a word.
+/// Returns a scene with the stiffness of a word.
 fn at_word(scene: &Scene, word: i128) -> Scene {
     let mut scene = scene.clone();
     let step = scene.words().map_or(0.0, |words| word_step(&scene, &words.realised));
@@ -322,12 +329,13 @@ fn at_word(scene: &Scene, word: i128) -> Scene {
     scene
 }
 
-/// The stiffness of a scene's lowest word.
+/// Returns the stiffness of a scene's lowest word.
 fn word_step(scene: &Scene, realised: &Realised) -> f64 {
     realised.torque_quantum_nm / realised.count_rad * scene.method.stiffness_format.lsb()
 }
 
-/// The worlds whose hand is at the wall when it is judged, at the softest stiffness; all where there is but one.
+/// Returns the worlds whose hand is at the wall in the judged window at the softest stiffness; a single world is
+/// returned unchecked.
 fn touched<'s>(
     worlds: &'s [Scene],
     softest: i128,
@@ -349,26 +357,26 @@ fn touched<'s>(
     if touched.is_empty() { Err("not judged: the wall is reached in no world of the box".into()) } else { Ok(touched) }
 }
 
-/// Runs that are told apart.
+/// Counts of runs that are reported separately.
 #[derive(Default)]
 struct Apart {
     cut_short: u32,
     wrapped: u32,
 }
 
-/// What is looked at: scenes by phase and word.
+/// The scenes to run, by phase and word.
 struct Grid<'a> {
     at: &'a (dyn Fn(usize, i128) -> Result<Experiment, String> + Sync),
     phases: u32,
-    /// What a word is worth, in this unit.
+    /// Stiffness of one word, in `unit`.
     step: f64,
     unit: &'static str,
-    /// Whether a product drops its upper bits.
+    /// Whether the scene's product drops its upper bits.
     drops: bool,
 }
 
 impl Grid<'_> {
-    /// Looks at the words of a range.
+    /// Runs the words of a range.
     fn look(
         &self,
         [least, mut most]: [i128; 2],
@@ -422,7 +430,7 @@ impl Grid<'_> {
         })
     }
 
-    /// Runs these words at every phase, and adds at how many each settles.
+    /// Runs these words at every phase, and adds to `seen` the number of phases at which each settles.
     fn settled(
         &self,
         words: &[i128],
@@ -472,11 +480,13 @@ impl Grid<'_> {
     }
 }
 
-/// The scene with its contact at one of so many phases: later within the sample period, and elsewhere within a count.
+/// Returns the scene with its contact at one of `phases` phases: later within the sample period, and displaced within a
+/// count.
 ///
-/// A hand that follows a path does so later by a share of the sample period. A device that moves by itself begins
-/// farther back by what it covers in that time at its initial speed. Either begins and ends elsewhere within a count of
-/// the encoder, by shares in another order, so that no phase has both alike.
+/// A hand that follows a path starts later by a share of the sample period. A device that moves by itself begins
+/// farther back by the distance that it covers in that time at its initial speed. Both also begin and end at another
+/// place within an encoder count. The shares of the count come in another order than those of the period, so that no
+/// two phases have the same share of both.
 fn phased(scene: &Scene, count_rad: f64, phase: u32, phases: u32) -> Scene {
     let mut scene = scene.clone();
     let span_s = scene.sample_period_s();
@@ -484,11 +494,11 @@ fn phased(scene: &Scene, count_rad: f64, phase: u32, phases: u32) -> Scene {
     scene
 }
 
-/// The contact at a phase, by a share of a span of time and of a count.
+/// Moves the contact to a phase: by a share of a span of time and by a share of a count.
 fn shift((hand, device): (&mut Hand, &mut Device), (count_rad, span_s): (f64, f64), phase: u32, phases: u32) {
     let share = f64::from(phase) / f64::from(phases);
     let late_s = share * span_s;
-    // Three has no divisor in common with the usual eight.
+    // Three has no common divisor with the usual eight.
     let aside = f64::from(3 * phase % phases) / f64::from(phases) * count_rad;
     let back = match hand {
         Hand::SpringDamper { path, .. } => {
@@ -506,7 +516,7 @@ fn shift((hand, device): (&mut Hand, &mut Device), (count_rad, span_s): (f64, f6
     }
 }
 
-/// Why the verdict of a scene whose hand is not at the wall is none on the wall, and what to change.
+/// Returns why a scene whose hand is not at the wall gives no verdict on the wall, and what to change.
 fn untouched(experiment: &Experiment) -> String {
     let (hand, device, wall_rad, stiffness) = match experiment {
         Experiment::Axis(scene) => {

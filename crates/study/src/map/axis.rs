@@ -5,11 +5,11 @@ use std::str::FromStr;
 
 use hpu_cosim::{excerpt, number};
 
-/// Fewest cells along an axis.
+/// Smallest number of cells along an axis.
 pub const FEWEST: usize = 2;
-/// Most cells along an axis.
+/// Greatest number of cells along an axis.
 pub const MOST: usize = 1000;
-/// Cells along an axis that names no number.
+/// Number of cells along an axis whose text gives none.
 pub const USUAL: usize = 41;
 
 /// A key of the scene, and the values it takes.
@@ -45,7 +45,7 @@ impl FromStr for Axis {
         if !unit.is_empty() && !other.is_empty() && unit != other {
             return Err(format!("{unit} and {other}: write both ends in the same unit"));
         }
-        // Of a design of the user's own every whole number, where nobody says how many.
+        // For a design of the user's own: every whole number, if no number of cells is given.
         let whole = key.trim().starts_with(OF_A_DESIGN) && [from, to].iter().all(|end| end.fract() == 0.0);
         let every = (whole && (1.0..MOST as f64).contains(&(to - from))).then(|| (to - from) as usize + 1);
         let cells = cells.or(every).unwrap_or(USUAL);
@@ -53,10 +53,10 @@ impl FromStr for Axis {
     }
 }
 
-/// How keys of a design of the user's own begin, whose generics and constants are whole numbers.
+/// Prefix of the keys of a design of the user's own, whose generics and constants are whole numbers.
 const OF_A_DESIGN: &str = "dut.";
 
-/// A number and its unit.
+/// Splits a text into a number and its unit.
 fn quantity(text: &str) -> Result<(f64, &str), String> {
     let text = text.trim();
     let ends = (0..=text.len()).rev().filter(|&end| text.is_char_boundary(end));
@@ -68,13 +68,13 @@ fn quantity(text: &str) -> Result<(f64, &str), String> {
 }
 
 impl Axis {
-    /// So many cells between two values, of which both ends are cells.
+    /// Returns an axis of so many cells from one value to another; both ends are cells.
     ///
-    /// Values between the ends have six digits, so that a command that names one can be read.
+    /// Values between the ends have six digits, so that a command that contains one stays readable.
     ///
     /// # Errors
     ///
-    /// In words, when there is no such axis.
+    /// Returns as text why there is no such axis.
     pub fn new(key: &str, (from, to): (f64, f64), unit: &str, cells: usize, log: bool) -> Result<Self, String> {
         let wrong = |why: String| Err(format!("{key}: {why}"));
         if key.is_empty() {
@@ -99,7 +99,7 @@ impl Axis {
             } else {
                 from + share * (to - from)
             };
-            // What is left of a difference of the ends is zero.
+            // A rounding remainder near zero becomes zero.
             let exact = if exact.abs() < 1e-12 * (to - from) { 0.0 } else { exact };
             let exact = if key.starts_with(OF_A_DESIGN) { exact.round() } else { exact };
             format!("{exact:.5e}").parse().unwrap_or(exact)
@@ -116,49 +116,50 @@ impl Axis {
         Ok(Self { key: key.to_string(), unit: unit.to_string(), log, values })
     }
 
-    /// The key.
+    /// Returns the key.
     #[must_use]
     pub fn key(&self) -> &str {
         &self.key
     }
 
-    /// The unit of the values; empty for plain numbers, which a scene takes in SI units.
+    /// Returns the unit of the values; empty for plain numbers, which a scene takes in SI units.
     #[must_use]
     pub fn unit(&self) -> &str {
         &self.unit
     }
 
-    /// Whether the cells lie at equal ratios and not at equal distances.
+    /// Whether the cells lie at equal ratios instead of equal distances.
     #[must_use]
     pub fn is_log(&self) -> bool {
         self.log
     }
 
-    /// The value at each cell.
+    /// Returns the value at each cell.
     #[must_use]
     pub fn values(&self) -> &[f64] {
         &self.values
     }
 
-    /// Cells.
+    /// Returns the number of cells.
     #[must_use]
     pub fn cells(&self) -> usize {
         self.values.len()
     }
 
-    /// What a scene takes as the value of a cell.
+    /// Returns a cell's value as a scene writes it.
     #[must_use]
     pub fn text(&self, cell: usize) -> String {
         self.with_unit(self.values[cell])
     }
 
-    /// A value with the unit.
+    /// Returns a value with the unit.
     #[must_use]
     pub fn with_unit(&self, value: f64) -> String {
         if self.unit.is_empty() { number(value) } else { format!("{} {}", number(value), self.unit) }
     }
 
-    /// Where a value lies, in cells: a cell's own value at its number. Beyond the ends it goes on.
+    /// Returns the position of a value in cells: a cell's own value lies at the cell's number. Values beyond the ends
+    /// are extrapolated.
     #[must_use]
     pub fn position(&self, value: f64) -> f64 {
         let scale = |value: f64| if self.log { libm::log(value) } else { value };

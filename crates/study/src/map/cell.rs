@@ -11,38 +11,38 @@ use hpu_cosim::{AnyRig, Control, Driver, Ready, Rig, Summary, Trace, Verdict, Wi
 use super::unseen::unseen_contact;
 use crate::watch::limited;
 
-/// What a cell was; positions in rad, of a mass or a PHANToM in m.
+/// The result of a cell; positions in rad, of a mass or a PHANToM in m.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Cell {
-    /// What became of the motion.
+    /// The outcome of the motion.
     pub outcome: OutcomeKind,
-    /// rms about the mean at the end.
+    /// The rms about the mean at the end.
     pub rms: Option<f64>,
-    /// Half of the range, of a motion that does not end.
+    /// Half of the range of a motion that does not end.
     pub amplitude: Option<f64>,
-    /// Of a limit cycle; 0 for one that is slower than the run is long.
+    /// Frequency of a limit cycle, in Hz; 0 if its period is longer than the run.
     pub frequency_hz: Option<f64>,
-    /// Energy that the hand gave.
+    /// Energy that the hand gave, in J.
     pub hand_j: f64,
-    /// Energy that the supply gave, or motors that are driven as torques.
+    /// Energy that the supply gave, or motors that are driven as torques, in J.
     pub source_j: f64,
-    /// Energy that became heat.
+    /// Energy that became heat, in J.
     pub dissipated_j: f64,
     /// Stiffness that is felt in a settled contact, in N·m/rad or N/m.
     pub displayed_stiffness: Option<f64>,
-    /// The same over what the scene asks for.
+    /// The felt stiffness divided by the stiffness that the scene asks for.
     pub displayed_ratio: Option<f64>,
     /// Share of the judged window in which the wall sees penetration; `None` for a motion that was aborted.
     pub contact_share: Option<f64>,
-    /// How often the spring's product has wrapped where the motion came to rest in the wall: the hand is through it.
+    /// How often the spring's product had wrapped when the motion came to rest in the wall: the hand is through it.
     pub product_wraps: Option<NonZeroU32>,
     /// Whether the device was past its wall in the judged window while the datapath saw no contact.
     pub contact_unseen: bool,
-    /// Stiffness that the words realise over what the scene asks for, less 1.
+    /// The stiffness that the fixed-point words realise divided by the stiffness that the scene asks for, less 1.
     pub stiffness_error: Option<f64>,
-    /// Share of the edges at which the net that overflowed most had overflowed.
+    /// Share of the clock edges at which the net that overflowed most had overflowed.
     pub overflow_share: f64,
-    /// Clock edges that were run.
+    /// Number of clock edges that were run.
     pub edges: u64,
 }
 
@@ -56,7 +56,7 @@ pub const OUTCOMES: [(OutcomeKind, &str); 6] = [
     (OutcomeKind::HighlyUnstable, "highly_unstable"),
 ];
 
-/// The name of a cell's outcome; of none, `failed`.
+/// Returns the name of a cell's outcome; `failed` for a cell without one.
 #[must_use]
 pub fn outcome_name(outcome: Option<OutcomeKind>) -> &'static str {
     OUTCOMES.iter().find(|(kind, _)| Some(*kind) == outcome).map_or("failed", |(_, name)| name)
@@ -65,35 +65,35 @@ pub fn outcome_name(outcome: Option<OutcomeKind>) -> &'static str {
 /// How far a cell is run.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct CellLimits {
-    /// Events that it may have; one with more has failed. What the limit makes of a cell depends on the scene alone.
+    /// Greatest number of events; a cell with more has failed. The effect of this limit depends on the scene alone.
     pub events: u64,
-    /// Wall time after which it is given up. It has not failed then: on a faster machine, or on an idle one, it may
-    /// end.
+    /// Wall time after which a cell is given up. It has not failed then: it may end on a faster machine or on an idle
+    /// one.
     pub guard: Duration,
 }
 
 impl CellLimits {
-    /// Without a guard: for studies that cannot go on without the run.
+    /// Limits without a guard, for studies that need the run in order to go on.
     pub(crate) const UNGUARDED: Self = Self { events: 100_000_000, guard: Duration::MAX };
 }
 
 impl Default for CellLimits {
-    /// Near two hundred times the events of the longest shipped scene, and half an hour.
+    /// Returns the usual limits: nearly two hundred times the events of the longest shipped scene, and half an hour.
     fn default() -> Self {
         Self { events: 300_000_000, guard: Duration::from_secs(1800) }
     }
 }
 
-/// Why a run ended that had more events than it may have.
+/// Returns the reason of a run that ended because it had too many events.
 pub(crate) fn more_events(most: u64) -> String {
     format!("more than {most} events")
 }
 
-/// Rows of a recording that a cell may hold.
+/// Greatest number of rows of a recording that a cell may hold.
 const MOST_ROWS: u64 = 20_000_000;
 
 impl Cell {
-    /// As a line: the fields in their order, those without a value empty.
+    /// Returns the cell as a line: its fields in their order, empty where there is no value.
     #[must_use]
     pub fn line(&self) -> String {
         let known = |value: Option<f64>| value.map_or(String::new(), |value| format!("{value:e}"));
@@ -115,7 +115,7 @@ impl Cell {
         format!("{},{},{}", outcome_name(Some(self.outcome)), numbers.join(","), self.edges)
     }
 
-    /// From its line; `None` for any other text.
+    /// Reads a cell from its line; `None` for any other text.
     #[must_use]
     pub fn read(line: &str) -> Option<Self> {
         let fields: Vec<&str> = line.split(',').collect();
@@ -159,11 +159,11 @@ impl Cell {
         })
     }
 
-    /// Runs an experiment; `None` when `control` or the guard stopped it.
+    /// Runs an experiment; returns `None` when `control` or the guard stopped it.
     ///
     /// # Errors
     ///
-    /// Why it could not be run to its end; that it has more events than it may is such a reason.
+    /// Returns why the experiment could not be run to its end; too many events are such a reason.
     pub fn run(experiment: &Experiment, limits: CellLimits, control: &Control) -> Result<Option<Self>, String> {
         let rig = any_rig(experiment)?;
         let rows = rig.edges() / rig.stride();
@@ -223,7 +223,8 @@ impl Cell {
     }
 }
 
-/// Any scene made ready; its design, if it has one, is built by what this program knows.
+/// Returns any scene made ready to run. If it has a design of the user's own, this is built by what the program has
+/// provided.
 pub(super) fn any_rig(experiment: &Experiment) -> Result<AnyRig<'_>, String> {
     let said = |error: Fault| error.to_string();
     match experiment {
@@ -232,7 +233,7 @@ pub(super) fn any_rig(experiment: &Experiment) -> Result<AnyRig<'_>, String> {
     }
 }
 
-/// rms, amplitude and frequency of a verdict.
+/// Returns rms, amplitude and frequency of a verdict.
 fn numbers(verdict: Verdict) -> (Option<f64>, Option<f64>, Option<f64>) {
     match verdict {
         Verdict::Settled { rms_rad } => (Some(rms_rad), None, None),
@@ -245,7 +246,8 @@ fn numbers(verdict: Verdict) -> (Option<f64>, Option<f64>, Option<f64>) {
     }
 }
 
-/// What the words make of an experiment's stiffness, relative; `None` where it has none.
+/// Returns the relative error of the stiffness that the fixed-point words realise; `None` for a scene without such
+/// words.
 fn stiffness_error(experiment: &Experiment) -> Option<f64> {
     match experiment {
         Experiment::Axis(scene) if scene.wall.stiffness_nm_per_rad > 0.0 => {
@@ -256,8 +258,8 @@ fn stiffness_error(experiment: &Experiment) -> Option<f64> {
     }
 }
 
-/// How often the spring's product has wrapped where a motion came to rest in the wall, if it has: of a loop whose
-/// product drops its upper bits.
+/// Returns how often the spring's product had wrapped when the motion came to rest in the wall; `None` if it had not,
+/// or if the loop's product does not drop its upper bits.
 #[must_use]
 pub fn product_wraps(scene: &Scene, realised: &Realised, trace: &Trace, summary: &Summary) -> Option<u64> {
     let settled = matches!(summary.verdict, Some(Verdict::Settled { .. }));
@@ -271,9 +273,9 @@ pub fn product_wraps(scene: &Scene, realised: &Realised, trace: &Trace, summary:
     (wraps > 0).then_some(wraps)
 }
 
-/// The actuator's mean torque or force over the mean penetration of the wall as it is asked for, both exact, in the
-/// last three tenths of the run, and its ratio to the stiffness that is asked for; `None` where the wall is not touched
-/// all that while.
+/// Returns the displayed stiffness and its ratio to the stiffness asked for. The displayed stiffness is the actuator's
+/// mean torque or force divided by the mean penetration of the wall as asked for, both exact, in the last three tenths
+/// of the run. Returns `None` if the wall is not touched during all of this time.
 #[must_use]
 pub fn displayed_stiffness(
     (wall_rad, asked): (f64, f64),

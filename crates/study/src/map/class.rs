@@ -1,4 +1,4 @@
-//! What a map shows of a cell.
+//! The classes in which a map shows its cells.
 
 use std::ops::Range;
 
@@ -6,48 +6,48 @@ use hpu_cosim::scene::OutcomeKind;
 
 use super::{Cell, Found, OUTCOMES, nearest, outcome_name};
 
-/// What a map shows of a cell that was run. Boundaries run between cells of different classes.
+/// The class of a cell that was run. Boundaries run between cells of different classes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Class {
-    /// What became of the motion.
+    /// The outcome of the motion.
     Outcome(OutcomeKind),
-    /// The wall saw no penetration in the judged window: the outcome is no verdict of the wall.
+    /// The wall saw no penetration in the judged window, so the outcome is no verdict on the wall.
     WallNotReached,
 }
 
 impl Class {
-    /// The class of a cell.
+    /// Returns the class of a cell.
     #[must_use]
     pub fn of(cell: &Cell) -> Self {
         if cell.contact_share == Some(0.0) { Self::WallNotReached } else { Self::Outcome(cell.outcome) }
     }
 }
 
-/// All classes there are, that of a failed cell last.
+/// Returns all classes; the last, `None`, is that of a failed cell.
 pub fn classes() -> impl Iterator<Item = Option<Class>> {
     let outcomes = OUTCOMES.iter().map(|(kind, _)| Some(Class::Outcome(*kind)));
     outcomes.chain([Some(Class::WallNotReached), None])
 }
 
-/// How many of these cells, run or inferred, came to rest through a wall whose product has wrapped.
+/// Returns how many of these cells, run or inferred, came to rest through a wall whose product has wrapped.
 #[must_use]
 pub fn wrapped(found: &[Found], cells: Range<usize>) -> usize {
     let wraps = |index: &usize| nearest(found, *index).is_some_and(|cell| cell.product_wraps.is_some());
     cells.filter(wraps).count()
 }
 
-/// How many of these cells, run or inferred, saw no contact though the device was past its wall.
+/// Returns how many of these cells, run or inferred, saw no contact although the device was past its wall.
 #[must_use]
 pub fn unseen(found: &[Found], cells: Range<usize>) -> usize {
     cells.filter(|index| is_unseen(found, *index)).count()
 }
 
-/// Whether a cell, run or inferred, saw no contact though the device was past its wall.
+/// Whether a cell, run or inferred, saw no contact although the device was past its wall.
 pub(crate) fn is_unseen(found: &[Found], index: usize) -> bool {
     nearest(found, index).is_some_and(|cell| cell.contact_unseen)
 }
 
-/// The name of a class; of none, `failed`.
+/// Returns the name of a class; `failed` for a cell without one.
 #[must_use]
 pub fn class_name(class: Option<Class>) -> &'static str {
     match class {

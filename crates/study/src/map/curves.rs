@@ -1,42 +1,42 @@
-//! What published criteria draw over a map: the greatest stiffness that they allow, along the other axis. Only those
-//! that speak of the method's kind of loop.
+//! The curves of published criteria over a map: the greatest stiffness that each allows, along the other axis. Only
+//! criteria that apply to the method's kind of loop have a curve.
 
 use hpu_cosim::scene::{Experiment, Scene};
 
 use super::{Axis, Map, Point};
 use crate::criteria::{self, Criterion};
 
-/// The key over which the criteria have a limit.
+/// The key that the criteria limit.
 pub const KEY: &str = "wall.stiffness";
 
 /// The curves of a method.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Curves {
-    /// Whether it is the columns that are stiffnesses, and the rows that the limits are functions of.
+    /// Whether the columns are stiffnesses, so that the limits are functions of the row.
     pub over_x: bool,
     /// A curve for each criterion.
     pub curves: Vec<Curve>,
 }
 
-/// A criterion's limit.
+/// The limit of a criterion along the other axis.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Curve {
-    /// The criterion's name.
+    /// Name of the criterion.
     pub name: &'static str,
-    /// What it assumes.
+    /// Assumptions of the criterion.
     pub assumptions: String,
-    /// At how many points these are met.
+    /// Number of points at which the assumptions are met.
     pub met: usize,
     /// The limit at each cell of the other axis, in the unit of the axis of stiffness; `None` where there is none.
     pub limits: Vec<Option<f64>>,
 }
 
 impl Curves {
-    /// The curves of a method of a map.
+    /// Returns the curves of a method of a map.
     ///
     /// # Errors
     ///
-    /// In words, why none can be drawn.
+    /// Returns as text why there are none.
     pub fn new(map: &Map, method: usize) -> Result<Self, String> {
         let over_x = map.x.key() == KEY;
         if !over_x && map.y.key() != KEY {
@@ -70,7 +70,7 @@ impl Curves {
         }
     }
 
-    /// Without what no axis can show.
+    /// Returns the curves without the limits that the axis cannot show.
     fn within(mut self, stiffness: &Axis) -> Self {
         for limit in self.curves.iter_mut().flat_map(|curve| &mut curve.limits) {
             *limit = limit.filter(|limit| stiffness.position(*limit).is_finite());
@@ -79,11 +79,12 @@ impl Curves {
     }
 }
 
-/// The scene along the other axis, with some stiffness above zero, and that stiffness in the axis's unit.
+/// Returns the scene at a cell of the other axis, with some stiffness above zero, and this stiffness in the axis's
+/// unit.
 fn scene(map: &Map, method: usize, over_x: bool, cell: usize) -> Result<(Scene, f64), String> {
     let stiffness = if over_x { &map.x } else { &map.y };
     let mut why = "no cell has a stiffness above zero".to_string();
-    // A cell that asks too much of the words may have a neighbour that does not.
+    // If the scene's words cannot hold a cell's values, a neighbouring cell may still be possible.
     for at in 1..stiffness.cells() {
         let (ix, iy) = if over_x { (at, cell) } else { (cell, at) };
         match map.experiment(Point { method, ix, iy }) {

@@ -1,32 +1,32 @@
-//! Why a method's region of rest ends where it does: what becomes of the motion just beyond its edge, and which
-//! criterion puts an edge there.
+//! Why a method's region of rest ends where it does: how the motion behaves just beyond its edge, and which criterion
+//! predicts this edge.
 
 use hpu_cosim::scene::{Experiment, OutcomeKind};
 
 use super::{Cell, Class, Curves, Found, Map, Point, class, nearest};
 
-/// What a motion does just beyond the edge.
+/// The behaviour of a motion just beyond the edge.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub enum Reason {
-    /// It grows without end.
+    /// The motion grows without end.
     Grows,
-    /// It swings, and the command or a product is at its end for a hundredth of the time or more.
+    /// The motion oscillates, and the command or a product is at its limit for a hundredth of the time or more.
     FullScale,
-    /// It swings by no more than a few counts: what the encoder hides from the law.
+    /// The motion oscillates by no more than a few counts, which the encoder hides from the law.
     Counts,
-    /// It swings by more than that, within what all words hold.
+    /// The motion oscillates by more than a few counts, within the range of all words.
     Swings,
-    /// It has not come to rest yet, and has no period.
+    /// The motion has not come to rest yet, and has no period.
     Wanders,
 }
 
-/// Amplitude up to which the encoder is to blame, in counts.
+/// Amplitude, in counts, up to which the encoder is the reason.
 pub const FEW_COUNTS: f64 = 2.5;
-/// Share of the time for which a word overflows, from which on full scale is.
+/// Share of the time with an overflowed word from which on full scale is the reason.
 pub const OFTEN: f64 = 0.01;
 
 impl Reason {
-    /// In words.
+    /// Returns the reason as text.
     #[must_use]
     pub const fn text(self) -> &'static str {
         match self {
@@ -38,7 +38,7 @@ impl Reason {
         }
     }
 
-    /// Of a cell that is not at rest, with the size of a count.
+    /// Returns the reason of a cell that is not at rest, given the size of a count.
     fn of(cell: &Cell, count: Option<f64>) -> Self {
         let counts = cell.amplitude.zip(count).map(|(amplitude, count)| amplitude / count);
         match cell.outcome {
@@ -51,14 +51,14 @@ impl Reason {
     }
 }
 
-/// A reason, how often it is one, and what was measured there.
+/// A reason, its frequency along the edge, and the values measured there.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Share {
-    /// Why.
+    /// The reason.
     pub reason: Reason,
-    /// At how many places of the edge.
+    /// Number of places of the edge with this reason.
     pub places: usize,
-    /// Least and greatest frequency of a limit cycle.
+    /// Least and greatest frequency of a limit cycle, in Hz.
     pub frequency_hz: Option<(f64, f64)>,
     /// Least and greatest amplitude, in counts.
     pub amplitude_counts: Option<(f64, f64)>,
@@ -67,16 +67,16 @@ pub struct Share {
 /// The edge of a method's region of rest.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Edge {
-    /// Pairs of neighbours of which one comes to rest and the other does not.
+    /// Number of places: pairs of neighbours of which one comes to rest and the other does not.
     pub places: usize,
-    /// Why, the most frequent reason first.
+    /// The reasons, the most frequent first.
     pub shares: Vec<Share>,
-    /// The criterion that is nearest to the edge, by the median ratio of edge over limit, and that ratio.
+    /// The criterion that is nearest to the edge, by the median ratio of edge to limit, and this ratio.
     pub nearest: Option<(&'static str, f64)>,
 }
 
 impl Edge {
-    /// The edge of a method; `curves` are its criteria's.
+    /// Computes the edge of a method; `curves` are its criteria's.
     #[must_use]
     pub fn new(map: &Map, found: &[Found], curves: Option<&Curves>, method: usize) -> Self {
         let rests = |point: Point| match class(found, map.index(point)) {
@@ -111,7 +111,7 @@ impl Edge {
             ratios[ratios.len() / 2]
         };
         let most = ratios.iter().map(|(_, all)| all.len()).max().unwrap_or(0);
-        // A criterion that speaks of half of the edge or less explains none of it.
+        // A criterion with a limit at half of the edge or less does not explain the edge.
         let medians = ratios.iter_mut().filter(|(_, all)| 2 * all.len() > most).map(|(name, all)| (*name, median(all)));
         let distance = |ratio: f64| libm::log(ratio).abs();
         edge.nearest = medians.min_by(|a, b| distance(a.1).total_cmp(&distance(b.1)));
@@ -141,7 +141,7 @@ impl Edge {
         widen(&mut share.amplitude_counts, cell.amplitude.zip(count).map(|(amplitude, count)| amplitude / count));
     }
 
-    /// In one line; `None` where the map has no edge.
+    /// Returns the edge as one line of text; `None` if the map has no edge.
     #[must_use]
     pub fn text(&self) -> Option<String> {
         if self.places == 0 {
@@ -152,7 +152,7 @@ impl Edge {
         Some(shares.join("; ") + &nearest.unwrap_or_default())
     }
 
-    /// For a picture: what there is at a tenth of the edge or more.
+    /// Returns the edge as a short text for a picture: the reasons at a tenth of the edge or more.
     #[must_use]
     pub fn short(&self) -> Option<String> {
         let often = self.shares.iter().filter(|share| share.percent(self.places) >= 10.0);
@@ -168,7 +168,7 @@ impl Share {
         100.0 * self.places as f64 / places as f64
     }
 
-    /// Amplitude, of what is one of counts, and frequency.
+    /// Returns the amplitude, if the reason is one of counts, and the frequency, as text.
     fn measured(&self) -> Vec<String> {
         let range = |(low, high): (f64, f64), unit: &str| {
             let decimals = usize::from(low < 10.0);
@@ -188,7 +188,7 @@ impl Share {
     }
 }
 
-/// Holds an edge between a cell and the next one along the stiffnesses against every criterion.
+/// Compares an edge between a cell and the next one along the stiffnesses with every criterion.
 fn compare(ratios: &mut Vec<(&'static str, Vec<f64>)>, map: &Map, curves: &Curves, here: Point) {
     let (stiffness, at, other) = if curves.over_x { (&map.x, here.ix, here.iy) } else { (&map.y, here.iy, here.ix) };
     let (low, high) = (stiffness.values()[at], stiffness.values()[at + 1]);

@@ -16,12 +16,12 @@ pub struct Plan {
     pub full: bool,
     /// How far a cell is run.
     pub limits: CellLimits,
-    /// Threads.
+    /// Number of threads.
     pub jobs: NonZeroUsize,
 }
 
 impl Map {
-    /// Runs one cell, as a unit of work; `None` when it was stopped, by `control` or by the guard.
+    /// Runs one cell as a unit of work; returns `None` when `control` or the guard stopped it.
     pub fn run_cell(&self, index: usize, limits: CellLimits, control: &Control) -> Option<Row> {
         let made = self.experiment(self.point(index)).map_err(|error| error.to_string());
         match made.and_then(|experiment| Cell::run(&experiment, limits, control)) {
@@ -30,12 +30,12 @@ impl Map {
         }
     }
 
-    /// Fills the map; `None` when `control` stopped it. A cell that took longer than the guard allows is
-    /// [`Found::Late`]. Rows that are `done` are not run again, and every new one goes through `keep`.
+    /// Fills the map; returns `None` when `control` stopped it. A cell that took longer than the guard allows is
+    /// [`Found::Late`]. Rows that are `done` are not run again, and every new row goes through `keep`.
     ///
     /// # Errors
     ///
-    /// What `keep` says.
+    /// Returns the error of `keep`.
     pub fn run<E>(
         &self,
         plan: Plan,
@@ -43,13 +43,13 @@ impl Map {
         control: &Control,
         mut keep: impl FnMut(usize, &Row) -> Result<(), E>,
     ) -> Result<Option<Vec<Found>>, E> {
-        // Of a cell there is in memory what was found, and nothing else.
+        // For each cell only its result is in memory.
         let mut found: Vec<Option<Found>> = vec![None; self.len()];
         for (index, row) in done {
             found[index] = Some(Found::Run(read(row)));
         }
-        // Who stops the map may end a simulator, and with it a cell, before the cell itself is told to stop: what has
-        // failed then is run again.
+        // Stopping the map may end a simulator, and with it a cell, before the cell itself is told to stop. A cell that
+        // failed for this reason is run again.
         let stopped = || control.stop.load(Ordering::Relaxed);
         let unit = |index: usize, own: &Control| {
             let row = self.run_cell(index, plan.limits, own);
@@ -63,7 +63,8 @@ impl Map {
                 found[index] = Some(Found::Run(read(row)));
                 Ok(())
             })?;
-            // Those that no one has stopped were late. They have no row, so that whoever goes on from here runs them.
+            // If the map was not stopped, the missing cells were late. They have no row, so that a later continuation
+            // runs them.
             if !control.stop.load(Ordering::Relaxed) {
                 for index in &left {
                     found[*index].get_or_insert(Found::Late);
@@ -88,7 +89,7 @@ impl Map {
                 _ => None,
             };
             let asked = layers.iter_mut().zip(&firsts).map(|(layer, first)| layer.refine(|cell| class(first + cell)));
-            // Every layer takes its step: no short cut at the first.
+            // Every layer takes its step, so `fold` is used, which does not stop early.
             if !asked.fold(false, |any, asked| any | asked) {
                 break;
             }
@@ -102,13 +103,13 @@ impl Map {
     }
 }
 
-/// A place in an order that scatters neighbours, by multiples of the golden ratio. Neighbours cost alike: in the map's
-/// own order a corner of slow cells may come last, and a thread wait for the other.
+/// Returns a cell's place in an order that scatters neighbours, by multiples of the golden ratio. Neighbours take
+/// similar time: in the map's own order a corner of slow cells may come last, and one thread would wait for another.
 fn scattered(index: &usize) -> u64 {
     (*index as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15)
 }
 
-/// A row as the cell that it was.
+/// Reads a row as the cell that it describes.
 fn read(row: Row) -> Result<Cell, String> {
     row.and_then(|line| Cell::read(&line).ok_or_else(|| format!("`{line}` in the journal is no cell")))
 }

@@ -1,4 +1,4 @@
-//! A method of a map: a label, and what it changes in the scene.
+//! A method of a map: a label and its overrides of the scene.
 
 use std::str::FromStr;
 
@@ -8,16 +8,16 @@ use hpu_cosim::scene::{Device, Scene};
 /// A layer of a map.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Method {
-    /// What it is called.
+    /// Label of the method.
     pub label: String,
-    /// What it changes in the scene.
+    /// Overrides of the scene.
     pub set: Vec<(String, String)>,
 }
 
 impl FromStr for Method {
     type Err = String;
 
-    /// Reads `LABEL:KEY=VALUE,KEY=VALUE`; a comma within brackets or quotes parts nothing.
+    /// Reads `LABEL:KEY=VALUE,KEY=VALUE`; a comma within brackets or quotes does not separate.
     fn from_str(text: &str) -> Result<Self, String> {
         const SYNTAX: &str =
             "write LABEL:KEY=VALUE,KEY=VALUE, as in 1khz:method.kind=conventional,method.sample_rate='1 kHz'";
@@ -35,9 +35,10 @@ impl FromStr for Method {
 }
 
 impl Method {
-    /// Every method that a scene's device can run, with the constants that its own damping `b` pays for at the scene's
-    /// sample rate: energy bounding by `c = b/T`, a coupling of `b/T` to a rigid wall. Each is sampled at that rate but
-    /// the hybrid loop's spring; dual rate takes the velocity every tenth sample.
+    /// Returns every method that a scene's device can run. The constants are the largest that the device's own damping
+    /// `b` keeps passive at the scene's sample rate: energy bounding by `c = b/T`, and a coupling of `b/T` to a rigid
+    /// wall. All methods are sampled at that rate, except for the hybrid loop's spring. Dual rate takes the velocity
+    /// every tenth sample.
     #[must_use]
     pub fn all(scene: &Scene) -> Vec<Self> {
         let period_s = scene.sample_period_s();
@@ -77,7 +78,7 @@ impl Method {
     }
 }
 
-/// What commas part that are in no brackets and no quotes.
+/// Splits a text at the commas that are in no brackets and no quotes.
 fn parts(text: &str) -> Vec<&str> {
     let (mut parts, mut start, mut depth, mut quoted) = (Vec::new(), 0, 0, false);
     for (at, letter) in text.char_indices() {

@@ -1,8 +1,8 @@
 //! Maps of stability: a scene over two of its keys, by any set of methods.
 //!
-//! A cell is a run of the scene under overrides: those of the whole map, those of the two axes, those of the method. It
-//! is a unit of work ([`crate::units`]), so a map is the same whatever the threads, and goes on after an interruption.
-//! Unless all cells are asked for, only those along boundaries are run ([`Refinement`]).
+//! A cell is a run of the scene under overrides: those of the whole map, those of the two axes, and those of the
+//! method. It is a unit of work ([`crate::units`]), so a map does not depend on the threads, and continues after an
+//! interruption. Unless all cells are asked for, only those along boundaries are run ([`Refinement`]).
 
 mod axis;
 mod cell;
@@ -35,23 +35,23 @@ pub use refine::{Refinement, STRIDE};
 pub use table::{COLUMNS, csv, parquet, units_of};
 pub use unseen::{Unseen, unseen_contact};
 
-/// A scene's text, with all that it needs.
+/// A scene's text, with all data files that it needs.
 #[derive(Clone, PartialEq, Debug)]
 pub struct SceneText {
-    /// The file, as errors call it.
+    /// Name of the file, as errors write it.
     pub name: String,
-    /// Its text.
+    /// Text of the scene.
     pub text: String,
-    /// The data files that it names.
+    /// The data files that the scene names.
     pub files: BTreeMap<String, Vec<u8>>,
 }
 
 impl SceneText {
-    /// A scene and what it is under overrides; the data files that it names are read by `load`, and kept.
+    /// Reads a scene under overrides. `load` reads the data files that the scene names, and they are kept.
     ///
     /// # Errors
     ///
-    /// [`SceneError`] when it is none.
+    /// Returns a [`SceneError`] if this is not a valid scene.
     pub fn read(
         (name, text): (&str, &str),
         overrides: &[(String, String)],
@@ -67,11 +67,11 @@ impl SceneText {
         Ok((scene, experiment))
     }
 
-    /// The scene under overrides.
+    /// Returns the scene under overrides.
     ///
     /// # Errors
     ///
-    /// [`SceneError`] when they make none.
+    /// Returns a [`SceneError`] if the overrides make no valid scene.
     pub fn parse(&self, overrides: &[(String, String)]) -> Result<Experiment, SceneError> {
         let mut load =
             |file: &str| self.files.get(file).cloned().ok_or_else(|| io::Error::from(io::ErrorKind::NotFound));
@@ -84,17 +84,17 @@ impl SceneText {
 pub struct Map {
     /// The scene.
     pub scene: SceneText,
-    /// What is changed in all cells.
+    /// Overrides for all cells.
     pub set: Vec<(String, String)>,
     /// The key that changes from column to column.
     pub x: Axis,
     /// The key that changes from row to row.
     pub y: Axis,
-    /// Layers, of which each is a whole grid.
+    /// The layers; each is a whole grid.
     pub methods: Vec<Method>,
 }
 
-/// A cell's place.
+/// The place of a cell.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Point {
     /// Index of the method.
@@ -105,29 +105,29 @@ pub struct Point {
     pub iy: usize,
 }
 
-/// What is known of a cell.
+/// State of a cell: run, inferred or late.
 #[derive(Clone, PartialEq, Debug)]
 pub enum Found {
-    /// It was run; or why it could not be.
+    /// The cell was run; or the reason why it could not be run.
     Run(Result<Cell, String>),
-    /// It is of the class of this cell, which was run.
+    /// The cell has the class of the cell with this index, which was run.
     As(usize),
-    /// It took longer than the guard allows, so that nothing is known of it: it is to be run again.
+    /// The cell took longer than the guard allows. Nothing is known of it, and it is to be run again.
     Late,
 }
 
 /// Why there is no such map.
 #[derive(Clone, PartialEq, Debug)]
 pub enum MapError {
-    /// Both axes are this key.
+    /// Both axes have this key.
     SameKey(String),
     /// Two methods have this label.
     SameLabel(String),
-    /// This method sets the key of an axis.
+    /// The method with this label sets this key, which is an axis.
     AxisSet(String, String),
     /// The scene is a recording.
     Recording,
-    /// No cell that was tried of this method can run; the last said this.
+    /// None of the cells of this method that were tried can run; the second text is the reason of the first one.
     Method(String, String),
 }
 
@@ -148,13 +148,13 @@ impl fmt::Display for MapError {
 impl std::error::Error for MapError {}
 
 impl Map {
-    /// A map, of which every method can run somewhere: the corners and the middle are tried.
+    /// Returns a map in which every method can run somewhere: the corners and the middle are tried.
     ///
     /// `load` reads the data files that the scene names; the map keeps them.
     ///
     /// # Errors
     ///
-    /// [`MapError`].
+    /// Returns a [`MapError`].
     pub fn new(
         (name, text): (&str, &str),
         set: &[(String, String)],
@@ -212,55 +212,55 @@ impl Map {
         Ok(map)
     }
 
-    /// Cells of all methods.
+    /// Returns the number of cells of all methods.
     #[must_use]
     pub fn len(&self) -> usize {
         self.methods.len() * self.layer()
     }
 
-    /// Whether there is no method.
+    /// Whether the map has no method.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.methods.is_empty()
     }
 
-    /// Cells of a method.
+    /// Returns the number of cells of one method.
     #[must_use]
     pub fn layer(&self) -> usize {
         self.x.cells() * self.y.cells()
     }
 
-    /// The place of cell number `index`: column by column, row by row, method by method.
+    /// Returns the place of cell number `index`: column by column, row by row, method by method.
     #[must_use]
     pub fn point(&self, index: usize) -> Point {
         let (method, cell) = (index / self.layer(), index % self.layer());
         Point { method, ix: cell % self.x.cells(), iy: cell / self.x.cells() }
     }
 
-    /// The number of the cell at a place.
+    /// Returns the number of the cell at a place.
     #[must_use]
     pub fn index(&self, Point { method, ix, iy }: Point) -> usize {
         method * self.layer() + iy * self.x.cells() + ix
     }
 
-    /// What makes the scene a cell's: with these, `hpu run` runs the cell.
+    /// Returns the overrides that turn the scene into a cell's: with them, `hpu run` runs the cell.
     #[must_use]
     pub fn overrides(&self, Point { method, ix, iy }: Point) -> Vec<(String, String)> {
         let axes = [(self.x.key().to_string(), self.x.text(ix)), (self.y.key().to_string(), self.y.text(iy))];
         self.set.iter().cloned().chain(axes).chain(self.methods[method].set.iter().cloned()).collect()
     }
 
-    /// The scene of a cell.
+    /// Returns the scene of a cell.
     ///
     /// # Errors
     ///
-    /// [`SceneError`] when the cell's values make none.
+    /// Returns a [`SceneError`] if the cell's values make no valid scene.
     pub fn experiment(&self, point: Point) -> Result<Experiment, SceneError> {
         self.scene.parse(&self.overrides(point))
     }
 
-    /// The unit of an axis: the one that it was given, else that of plain numbers of its key; empty where the key has
-    /// none, or no cell makes a scene.
+    /// Returns the unit of an axis: the unit that it was given, else the unit of plain numbers of its key; empty if the
+    /// key has none, or if no cell makes a scene.
     #[must_use]
     pub fn unit<'m>(&'m self, axis: &'m Axis) -> &'m str {
         if !axis.unit().is_empty() {
@@ -275,7 +275,8 @@ impl Map {
     }
 }
 
-/// Whether nothing is known of a cell because it, or that whose class it would have, took longer than the guard allows.
+/// Whether nothing is known of a cell because this cell, or the cell whose class it would have, took longer than the
+/// guard allows.
 #[must_use]
 pub fn is_late(found: &[Found], index: usize) -> bool {
     match found[index] {
@@ -284,19 +285,19 @@ pub fn is_late(found: &[Found], index: usize) -> bool {
     }
 }
 
-/// What became of a cell, run or inferred; `None` for one that could not be run.
+/// Returns the outcome of a cell, run or inferred; `None` for a cell that could not be run.
 #[must_use]
 pub fn outcome(found: &[Found], index: usize) -> Option<OutcomeKind> {
     nearest(found, index).map(|cell| cell.outcome)
 }
 
-/// What a map shows of a cell, run or inferred; `None` for one that could not be run.
+/// Returns the class of a cell, run or inferred; `None` for a cell that could not be run.
 #[must_use]
 pub fn class(found: &[Found], index: usize) -> Option<Class> {
     nearest(found, index).map(Class::of)
 }
 
-/// The cell, or the one that it is inferred from.
+/// Returns the cell, or the cell that it is inferred from.
 #[must_use]
 pub fn nearest(found: &[Found], index: usize) -> Option<&Cell> {
     match &found[index] {

@@ -1,25 +1,25 @@
 //! Which cells of a grid are run: all along the boundaries, few elsewhere.
 //!
 //! The grid is cut into squares of [`STRIDE`] cells, whose corners are run. A square that holds cells of different
-//! classes, its own corners or those of a smaller neighbour on its edge, is cut into four, down to single cells. What
-//! lies in a square that is left whole is inferred: it is of the one class that all its known cells have. Where a cell
-//! differs from both of its neighbours in its row or its column, the boundary is not sharp there, and all within two
-//! cells are run.
+//! classes (its own corners, or those of a smaller neighbour on its edge) is cut into four, down to single cells. Cells
+//! in a square that is left whole are inferred: they have the one class that all known cells of the square have. If a
+//! cell differs from both of its neighbours in its row or its column, the boundary is not sharp there, and all cells
+//! within two cells of it are run.
 //!
-//! What this costs: one cell in sixteen, and three or four for each cell that the boundary is long.
+//! The cost is one cell in sixteen, and three or four cells for each cell of the boundary's length.
 //!
-//! What this can miss: an island narrower than [`STRIDE`] cells that holds no corner of the first squares, and a
-//! tongue, a gap or a speck of such width where it touches no square that is cut. Whatever reaches a known cell is
-//! followed to its end; `--full` runs all.
+//! The method can miss an island narrower than [`STRIDE`] cells that holds no corner of the first squares. It can also
+//! miss a tongue, a gap or a speck of such width where it touches no square that is cut. Anything that reaches a known
+//! cell is followed to its end; `--full` runs all cells.
 
 use std::collections::BTreeSet;
 
-/// Cells along an edge of the first squares.
+/// Number of cells along an edge of the first squares.
 pub const STRIDE: usize = 4;
-/// How far around a cell that stands alone all are run.
+/// Distance, in cells, within which all cells are run around a cell that differs from its neighbours.
 const RADIUS: usize = 2;
 
-/// Corners of a square, both included: first and last column, first and last row.
+/// The ends of a square, both included: first and last column, first and last row.
 #[derive(Clone, Copy, PartialEq, Debug)]
 struct Square {
     x: (usize, usize),
@@ -49,13 +49,13 @@ pub struct Refinement {
     wanted: BTreeSet<usize>,
 }
 
-/// The parts of an edge: from each of these to the next.
+/// Returns the parts of an edge: from each of these ends to the next.
 fn parts(ends: &[usize]) -> impl Iterator<Item = (usize, usize)> + Clone {
     ends.windows(2).map(|pair| (pair[0], pair[1]))
 }
 
 impl Refinement {
-    /// The first squares of a grid of so many columns and rows; cells are numbered row by row.
+    /// Returns the first squares of a grid of so many columns and rows; cells are numbered row by row.
     #[must_use]
     pub fn new(width: usize, height: usize) -> Self {
         let ends = |cells: usize| {
@@ -77,7 +77,7 @@ impl Refinement {
         self.squares.extend(squares);
     }
 
-    /// The cells that are to be run, in order.
+    /// Returns the cells that are to be run, in order.
     #[must_use]
     pub fn wanted(&self) -> &BTreeSet<usize> {
         &self.wanted
@@ -88,8 +88,8 @@ impl Refinement {
         square.rows().flat_map(move |y| square.columns().map(move |x| y * width + x))
     }
 
-    /// Asks for more cells where the known ones differ; `false` when there is nothing to ask. `class` is asked of
-    /// wanted cells.
+    /// Asks for more cells where known cells differ; returns `false` if there is nothing to ask for. `class` is called
+    /// for wanted cells only.
     pub fn refine<C: PartialEq>(&mut self, class: impl Fn(usize) -> C) -> bool {
         let mut known: Vec<Option<C>> = (0..self.width * self.height).map(|_| None).collect();
         for &cell in &self.wanted {
@@ -118,7 +118,8 @@ impl Refinement {
         !mixed.is_empty()
     }
 
-    /// Asks for all within [`RADIUS`] of a cell that differs from both of its neighbours in its row or its column.
+    /// Asks for all cells within [`RADIUS`] of a cell that differs from both of its neighbours in its row or its
+    /// column.
     fn widen<C: PartialEq>(&mut self, known: &[Option<C>]) -> bool {
         let mut like: Vec<usize> = (0..known.len()).collect();
         for (cell, other) in self.inferred() {
@@ -140,7 +141,7 @@ impl Refinement {
         self.wanted.len() > before
     }
 
-    /// For each cell of the grid that is not wanted, a cell that is, of the same square: the nearest corner.
+    /// Returns, for each cell of the grid that is not wanted, the nearest corner of its square, which is wanted.
     #[must_use]
     pub fn inferred(&self) -> Vec<(usize, usize)> {
         let mut inferred: Vec<(usize, usize)> = Vec::new();
@@ -152,7 +153,7 @@ impl Refinement {
             }));
         }
         inferred.sort_unstable();
-        // Cells on the edge between two squares are of both, whose classes are the same.
+        // A cell on the edge between two squares belongs to both; their classes are the same.
         inferred.dedup_by_key(|(cell, _)| *cell);
         inferred
     }

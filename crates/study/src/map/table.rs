@@ -1,4 +1,4 @@
-//! A map as rows: CSV, and Parquet.
+//! A map as rows of CSV and of Parquet.
 
 use std::io::{self, Write};
 use std::ops::Range;
@@ -14,7 +14,7 @@ use parquet::schema::parser::parse_message_type;
 
 use super::{Found, Map, is_late, outcome, outcome_name};
 
-/// The columns. Numbers are empty (null) where they have no meaning, and in cells that were not run.
+/// Names of the columns. Numbers are empty (null) where they have no meaning, and in cells that were not run.
 pub const COLUMNS: [&str; 22] = [
     "method",
     "ix",
@@ -40,7 +40,7 @@ pub const COLUMNS: [&str; 22] = [
     "reason",
 ];
 
-/// Names of the columns that measurements are in.
+/// Names of the columns with measurements.
 const MEASURED: [&str; 13] = [
     "rms",
     "amplitude",
@@ -57,7 +57,7 @@ const MEASURED: [&str; 13] = [
     "overflow_share",
 ];
 
-/// Units and meanings: keys and values of the files' heads.
+/// Returns units and meanings as keys and values, for the heads of the files.
 #[must_use]
 pub fn units_of(map: &Map) -> Vec<(String, String)> {
     let middle = map.point(map.layer() / 2);
@@ -107,7 +107,7 @@ pub fn units_of(map: &Map) -> Vec<(String, String)> {
     pairs.map(|(key, value)| (key.to_string(), value)).into()
 }
 
-/// A row of the table, but for the command.
+/// A row of the table, without the command.
 struct Fields<'a> {
     method: &'a str,
     place: [usize; 2],
@@ -156,17 +156,17 @@ fn fields<'a>(map: &'a Map, found: &'a [Found], index: usize) -> Fields<'a> {
     }
 }
 
-/// A field as CSV has it.
+/// Returns a field as CSV writes it, quoted if needed.
 fn quoted(text: &str) -> String {
     if text.contains([',', '"', '\n']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.to_string() }
 }
 
-/// Writes the map as CSV. Lines that begin with `#` say by which command it was made, and the units; `replay` tells the
+/// Writes the map as CSV. Lines that begin with `#` hold the command that made it, and the units. `replay` returns the
 /// command of each cell.
 ///
 /// # Errors
 ///
-/// What the writer says.
+/// Returns the writer's error.
 pub fn csv(
     mut out: impl Write,
     map: &Map,
@@ -193,14 +193,14 @@ pub fn csv(
     out.flush()
 }
 
-/// Rows of a group of the Parquet file; so many are in memory at a time.
+/// Number of rows in a group of the Parquet file, and so in memory at a time.
 const GROUP_ROWS: usize = 4096;
 
 /// Writes the map as Parquet, with the same columns; units and command are in the file's metadata.
 ///
 /// # Errors
 ///
-/// What the writer says.
+/// Returns the writer's error.
 pub fn parquet(
     out: impl Write + Send,
     map: &Map,
@@ -264,7 +264,7 @@ fn rows<W: Write + Send>(
 
 type Group<'a, W> = SerializedRowGroupWriter<'a, W>;
 
-/// The values that are there, and for each row whether there is one.
+/// Returns the present values, and for each row whether it has one.
 fn known<T>(values: impl Iterator<Item = Option<T>>) -> (Vec<T>, Vec<i16>) {
     let values: Vec<Option<T>> = values.collect();
     let levels = values.iter().map(|value| i16::from(value.is_some())).collect();

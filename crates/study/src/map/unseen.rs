@@ -8,15 +8,16 @@ use hpu_cosim::{Summary, Trace};
 pub struct Unseen {
     /// Greatest depth in the judged window, in rad, of a mass in m.
     pub depth: f64,
-    /// The depth is half of the position counter's range or more: the counter wrapped, and lies before the wall.
+    /// Whether the depth is half of the position counter's range or more: the counter wrapped, and reads a position
+    /// before the wall.
     pub wrapped: bool,
 }
 
-/// Counts past the wall that the encoder and the wall's rounded place may hide.
+/// Counts past the wall that may stay hidden because of the encoder and of the wall's rounded place.
 const HIDDEN_COUNTS: f64 = 2.0;
 
-/// Returns the depth that the datapath did not see in the judged window; `None` where it saw contact or the device
-/// stayed before the wall.
+/// Returns the depth that the datapath did not see in the judged window; `None` if it saw contact or the device stayed
+/// before the wall.
 #[must_use]
 pub fn unseen_contact(scene: &Scene, realised: &Realised, trace: &Trace, summary: &Summary) -> Option<Unseen> {
     if summary.contact_share != Some(0.0) {

@@ -1,56 +1,57 @@
-//! What a paper printed beside what comes out here: one line a statement, each measured by runs of its own.
+//! A paper's statements beside the emulator's results: one line for each statement, each measured by runs of its own.
 
 use hpu_cosim::Control;
 use hpu_cosim::scene::{Experiment, shipped};
 
 use super::summing::{Finding, Statement, Sum, summing_up};
 
-/// A paper's statements, in its order.
+/// The statements of a paper, in the paper's order.
 pub struct Comparison {
-    /// Name on the command line.
+    /// Name of the comparison on the command line.
     pub name: &'static str,
     /// Heading.
     pub title: &'static str,
-    /// The lines.
+    /// The lines, one for each statement.
     pub lines: Vec<Line>,
-    /// What the paper claims, and how it is judged.
+    /// The paper's claims, and how each is judged.
     pub claims: Vec<Claim>,
-    /// What a reader must know of the whole: assumed parameters, readings, causes of gaps.
+    /// Notes that a reader needs for the whole comparison: assumed parameters, readings of the paper, causes of
+    /// differences.
     pub notes: &'static [&'static str],
 }
 
-/// A published claim, and what the figures of its lines say to it.
+/// A published claim, and how the figures of its lines decide it.
 pub struct Claim {
     /// The claim.
     pub statement: Statement,
-    /// Whether it is so, for each case of what the paper leaves open, from what its lines found, in their order; no
-    /// case where the scene's own parameters were inferred from the claim.
+    /// Judges the claim from the results of its lines, in their order. Returns, for each case of what the paper leaves
+    /// open, whether the claim holds; no case if the scene's own parameters were inferred from the claim.
     pub judge: fn(&[&Found]) -> Vec<bool>,
 }
 
 /// A statement, and how it is measured.
 pub struct Line {
-    /// Lines of one group stand together under this heading.
+    /// Heading under which the lines of one group stand together.
     pub group: &'static str,
-    /// What is measured.
+    /// The quantity that is measured.
     pub what: String,
-    /// What the paper prints; empty where it prints nothing.
+    /// The paper's figure as printed; empty if the paper prints none.
     pub published: &'static str,
-    /// Letters of the claims that are judged by this line, among others.
+    /// Letters of the claims that this line decides, alone or with others.
     pub claims: &'static str,
-    /// Measures: the number or verdict; `None` when stopped.
+    /// The measurement: returns a number or a verdict, or `None` when stopped.
     pub measure: Measure,
 }
 
-/// A measurement: its result, or the reason why there is none; `None` when `control` stopped it.
+/// A measurement: returns its result or the reason why there is none; `None` when `control` stopped it.
 pub type Measure = Box<dyn Fn(&Control) -> Option<Result<Found, String>> + Sync>;
 
-/// What a line measured.
+/// The result of a line.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Found {
-    /// In words with units.
+    /// The result as text with units.
     pub text: String,
-    /// The numbers that claims are judged by, in the order that the line's claims expect; infinite where there is none.
+    /// The numbers that decide the claims, in the order that the line's claims expect; infinite where there is none.
     pub figures: Vec<f64>,
 }
 
@@ -61,19 +62,19 @@ impl From<String> for Found {
 }
 
 impl Found {
-    /// In words, with the numbers that claims are judged by.
+    /// Returns a result from its text and from the numbers that decide the claims.
     pub fn new(text: String, figures: impl IntoIterator<Item = f64>) -> Self {
         Self { text, figures: figures.into_iter().collect() }
     }
 
-    /// As a journal keeps it: the same figures to the last bit.
+    /// Returns the result as a line of a journal, with the same figures to the last bit.
     #[must_use]
     pub fn line(&self) -> String {
         let figures: Vec<_> = self.figures.iter().map(|figure| format!("{figure:?}")).collect();
         format!("{};{}", figures.join(" "), self.text)
     }
 
-    /// From the journal; `None` when it is none.
+    /// Reads a result from a line of a journal; `None` if the line is no result.
     #[must_use]
     pub fn read(line: &str) -> Option<Self> {
         let (figures, text) = line.split_once(';')?;
@@ -82,12 +83,12 @@ impl Found {
     }
 }
 
-/// A measurement of anything that has a text.
+/// Returns a measurement whose result converts into [`Found`].
 pub fn measure<F: Into<Found>>(measure: impl Fn(&Control) -> Option<Result<F, String>> + Sync + 'static) -> Measure {
     Box::new(move |control| measure(control).map(|found| found.map(Into::into)))
 }
 
-/// The findings on all claims, each from what its lines found.
+/// Returns the findings on all claims, each from the results of its lines.
 #[must_use]
 pub fn sums(comparison: &Comparison, results: &[Result<Found, String>]) -> Vec<Sum> {
     let sum = |Claim { statement, judge }: &Claim| {
@@ -110,18 +111,18 @@ pub fn sums(comparison: &Comparison, results: &[Result<Found, String>]) -> Vec<S
     comparison.claims.iter().map(sum).collect()
 }
 
-/// A shipped scene under overrides.
+/// Returns a shipped scene under overrides.
 ///
 /// # Errors
 ///
-/// What the scene refuses.
+/// Returns the scene's reason for refusing the overrides, or that there is no such scene.
 pub fn shipped_scene(name: &str, set: &[(&str, &str)]) -> Result<Experiment, String> {
     let scene = shipped().iter().find(|scene| scene.name == name).ok_or_else(|| format!("no scene {name}"))?;
     let set: Vec<_> = set.iter().map(|(key, value)| (key.to_string(), value.to_string())).collect();
     scene.parse(&set).map_err(|error| error.to_string())
 }
 
-/// The lines as a table of text, each with its result, in the order of the lines.
+/// Returns the lines and their results as a table of text, in the order of the lines.
 #[must_use]
 pub fn beside_text(comparison: &Comparison, results: &[Result<Found, String>]) -> String {
     let width = |texts: &mut dyn Iterator<Item = usize>| texts.max().unwrap_or(0);
@@ -148,7 +149,7 @@ pub fn beside_text(comparison: &Comparison, results: &[Result<Found, String>]) -
     text + &summing_up(&sums(comparison, results))
 }
 
-/// The lines as CSV, under the command that made them.
+/// Returns the lines and their results as CSV, headed by the command that made them.
 #[must_use]
 pub fn beside_csv(comparison: &Comparison, results: &[Result<Found, String>], command: &str) -> String {
     let quoted = |text: &str| format!("\"{}\"", text.replace('"', "\"\""));

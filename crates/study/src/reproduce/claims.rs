@@ -1,7 +1,7 @@
-//! What the paper says of its table, held against the table of one seed.
+//! The paper's claims about its table, compared with the table of one seed.
 //!
-//! The paper reads its limits off the rows, so a limit here is a row too: the stiffest that is passive, all softer ones
-//! being so.
+//! The paper reads its limits off the rows, so a limit here is also a row: the stiffest row that is passive and below
+//! which all softer rows are passive too.
 
 use std::ops::Range;
 
@@ -11,23 +11,23 @@ use hpu_cosim::scene::{Direction, Platform};
 use super::summing::Statement;
 use super::table::{Class, Limit, Table};
 
-/// A statement of the paper, and what the table says to it.
+/// A claim of the paper, and whether the table confirms it.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Claim {
-    /// Its letter.
+    /// Letter of the claim.
     pub name: &'static str,
-    /// A few words for it, for a column's head.
+    /// A short form of the claim, for the head of a column.
     pub short: &'static str,
-    /// The paper's words.
+    /// The claim in the paper's words.
     pub paper: &'static str,
-    /// Where the paper says so.
+    /// Place of the claim in the paper.
     pub place: &'static str,
-    /// What counts as that.
+    /// The condition on the table under which the claim counts as met.
     pub says: &'static str,
-    /// Whether the table says so, along every axis that it has; `None` when it does not tell, as when its rows end too
-    /// early.
+    /// Whether the table meets the claim along every axis that it has; `None` if the table cannot tell, for example
+    /// because its rows end too early.
     pub met: Option<bool>,
-    /// The numbers, axis by axis.
+    /// The numbers that decide it, axis by axis.
     pub found: String,
 }
 
@@ -41,13 +41,13 @@ const PMOS: Platform = Platform::Pmos1;
 const RTOS: [Platform; 4] = [Platform::Rtos(1), Platform::Rtos(5), Platform::Rtos(10), Platform::Rtos(20)];
 const FPGA: [Platform; 3] = [Platform::Fpga(20), Platform::Fpga(100), Platform::Fpga(400)];
 
-/// Factor within which two curves "track closely".
+/// Greatest factor between two curves that "track closely".
 const CLOSELY: f64 = 2.0;
 
-/// An axis' answer: the number, and whether it is as claimed; `None` within when the rows end too early to tell.
+/// An axis's answer: the number, and whether the claim is met; the inner `None` if the rows end too early to tell.
 type Answer = Option<(String, Option<bool>)>;
 
-/// The paper's claims, each held against the table.
+/// Returns the paper's claims, each compared with the table.
 #[must_use]
 pub fn claims(table: &Table) -> Vec<Claim> {
     let (y, xz) = (&[Direction::Y], &[Direction::X, Direction::Z]);
@@ -118,10 +118,10 @@ pub fn claims(table: &Table) -> Vec<Claim> {
     ]
 }
 
-/// What counts as tracking closely.
+/// The condition under which two platforms track closely.
 const NEAR: &str = "within a factor of 2 along y, in every row where either is not passive";
 
-/// The paper's words, and where they stand.
+/// A quotation: the paper's words, and their place.
 pub(super) type Words = (&'static str, &'static str);
 
 pub(super) const PMOS_1: Words = (
@@ -171,8 +171,9 @@ const STIFFER: Words = (
     "caption of Fig. 5",
 );
 
-/// The stiffest passive wall on any of these platforms over that on PMOS-1: the least and the most that it may be,
-/// apart where the rows end before a wall does. Not a number when PMOS-1 has no passive wall.
+/// Returns the stiffest passive wall on any of these platforms divided by that on PMOS-1, as the least and the greatest
+/// value that it may have. The two differ if the rows end before a limit is reached. Not a number if PMOS-1 has no
+/// passive wall.
 fn best_ratio(table: &Table, axis: Direction, platforms: &[Platform]) -> Option<(f64, f64)> {
     let limits = platforms.iter().map(|&platform| table.limit(axis, platform)).collect::<Option<Vec<_>>>()?;
     let best = limits.iter().filter_map(|limit| limit.passive_n_per_m).fold(0.0, f64::max);
@@ -201,7 +202,7 @@ fn times(table: &Table, axis: Direction, platforms: &[Platform], claimed: Range<
     Some((ratio_text((least, most)), (outside || inside).then_some(inside)))
 }
 
-/// The abstract's claim, which names no axis: so one is enough.
+/// Judges the abstract's claim. The claim names no axis, so one axis that meets it is enough.
 fn over_six(table: &Table) -> Claim {
     let ratios = Direction::ALL.iter().filter_map(|&axis| Some((axis, best_ratio(table, axis, &FPGA)?)));
     let ratios: Vec<_> = ratios.filter(|(_, (_, most))| !most.is_nan()).collect();
@@ -228,14 +229,15 @@ fn stiffer(table: &Table, axis: Direction, these: &[Platform], those: &[Platform
     };
     let ((these, ends), (those, end)) = (best(these)?, best(those)?);
     let least = |open| if open { ">=" } else { "" };
-    // Rows that end before a wall does leave open which is the stiffer.
+    // Rows that end before a limit is reached leave open which is the stiffer.
     let told = !end && (!ends || these > those);
     Some((format!("{}{these} and {}{those}", least(ends), least(end)), told.then_some(these > those)))
 }
 
 fn same_row(table: &Table, axis: Direction, one: Platform, other: Platform) -> Answer {
     let (one, other) = (table.limit(axis, one)?, table.limit(axis, other)?);
-    // Two that no row tells apart, for all are passive or none is, need not be the same.
+    // If every row of both is passive, or none is, the rows cannot tell the two apart; their limits need not be the
+    // same.
     let ends = |limit: &Limit| limit.passive_n_per_m.is_some() && limit.beyond_n_per_m.is_some();
     let told = ends(&one) || ends(&other);
     let same = one.passive_n_per_m == other.passive_n_per_m;
@@ -278,7 +280,7 @@ fn soft_and_stiff(table: &Table, axis: Direction, soft: f64, stiff: f64) -> Answ
     Some((format!("{} and {}", soft.name(), stiff.name()), Some(met)))
 }
 
-/// A limit in N/m, or that there is none; or that it is no less than the last row.
+/// Returns a limit in N/m as text: "none" if there is none, with ">=" if the limit is no less than the last row.
 pub(super) fn newtons(limit: &Limit) -> String {
     let least = if limit.beyond_n_per_m.is_none() { ">=" } else { "" };
     limit.passive_n_per_m.map_or("none".into(), |stiffness| format!("{least}{stiffness}"))

@@ -1,8 +1,9 @@
-//! On which side each criterion errs: its limit over the stiffness at which the scene as it stands, in words, ceases to
-//! settle.
+//! On which side each criterion errs: the criterion's limit divided by the stiffness at which the scene as written, in
+//! fixed-point words, ceases to settle.
 //!
-//! Nothing here is a paper's: the devices are four that the papers tell of or assume, each with its quantisation, its
-//! friction and its hand. Above one, a criterion calls stable what is not; below one, it forbids what holds.
+//! This comparison is not from a paper. The devices are those that the papers describe or assume, each with its
+//! quantisation, its friction and its hand. A ratio above one means that the criterion calls a loop stable that is not;
+//! a ratio below one means that it forbids a loop that settles.
 
 use std::num::NonZeroUsize;
 use std::sync::{Arc, OnceLock};
@@ -12,7 +13,7 @@ use hpu_cosim::scene::{Experiment, Scene};
 use super::beside::{Comparison, Line, Measure, shipped_scene};
 use crate::limits::{Limits, Looks, WordsSet, limits, usual_range};
 
-/// A device: its heading, the shipped scene and what is changed of it.
+/// A device: its heading, the shipped scene, and the overrides of that scene.
 type Device = (&'static str, &'static str, &'static [(&'static str, &'static str)]);
 
 const DEVICES: [Device; 5] = [
@@ -35,7 +36,7 @@ const DEVICES: [Device; 5] = [
     ("An Impulse Engine's axis (data inferred), pushed by 2 N", "impulse-engine", &[]),
 ];
 
-/// Criteria that can speak of one of them.
+/// Criteria that apply to at least one of the devices.
 const CRITERIA: [&str; 9] = [
     "spectral_radius",
     "routh",
@@ -48,7 +49,7 @@ const CRITERIA: [&str; 9] = [
     "drop_threshold",
 ];
 
-/// A line for each criterion and device.
+/// Returns the comparison: a line for each criterion and device.
 #[must_use]
 pub fn comparison() -> Comparison {
     let mut lines = Vec::new();
@@ -85,7 +86,7 @@ pub fn comparison() -> Comparison {
     }
 }
 
-/// What all lines of a device share is found once.
+/// Returns a measurement; the limits that all lines of a device share are computed once.
 fn measure(
     of: &Arc<OnceLock<Result<Limits, String>>>,
     name: &'static str,

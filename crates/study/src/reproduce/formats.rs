@@ -1,33 +1,36 @@
-//! The words of a PHANToM: what is proved of every signal for every posture, and what a million postures show.
+//! The word formats of a PHANToM: the range of every signal, proved for every posture, and measured over a million
+//! postures.
 
 use hpu_datapath::ConfigError;
-use hpu_datapath::phantom::{PhantomConfig, SignalBound, bounds};
+use hpu_datapath::phantom::PhantomConfig;
 use hpu_signal::Format;
 
 use super::postures::{Measured, SIGNALS, measure};
+use crate::widths::proof::{SignalBound, bounds};
 
 pub use super::formats_claims::sums;
 pub use super::formats_text::{FORMATS_CSV_HEADER, formats_csv, formats_text, plain};
 
-/// Random postures of each configuration, beside every count of the tables and every combination of their edges.
+/// Number of random postures of each configuration, beside every count of the tables and every combination of their
+/// ends.
 pub const POSTURES: usize = 1_000_000;
-/// The stiffest walls of the published study.
+/// Stiffness of the stiffest walls of the published study, in N/m.
 pub const STIFFNESS_MAX_N_PER_M: f64 = 40_000.0;
 
-/// Words to be looked at, for walls up to a stiffness.
+/// A configuration of word formats to examine, for walls up to a stiffness.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Words {
-    /// Their name.
+    /// Name of the configuration.
     pub name: &'static str,
-    /// What they are.
+    /// Description of the configuration.
     pub about: &'static str,
-    /// The datapath.
+    /// The datapath's configuration.
     pub config: PhantomConfig,
-    /// The stiffest wall.
+    /// Stiffness of the stiffest wall, in N/m.
     pub stiffness_max_n_per_m: f64,
 }
 
-/// The words that are compared.
+/// Returns the configurations that are compared.
 #[must_use]
 pub fn words() -> Vec<Words> {
     let fitted = PhantomConfig::default();
@@ -46,24 +49,24 @@ pub fn words() -> Vec<Words> {
     ]
 }
 
-/// What a format's greatest word is worth.
+/// Returns the value of a format's greatest word.
 pub(super) fn greatest(format: Format) -> f64 {
     format.max() as f64 * format.lsb()
 }
 
-/// What becomes of a value that a word cannot hold.
+/// The effect on a value that its word cannot hold.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Fate {
-    /// There is none.
+    /// No value is too large for its word.
     Never,
-    /// It stops at the limit, by intent.
+    /// The value stops at the limit, by intent.
     Saturates,
-    /// Its upper bits are lost.
+    /// The value loses its upper bits.
     Wraps,
 }
 
 impl Fate {
-    /// In a word.
+    /// Returns the effect's name.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -74,19 +77,19 @@ impl Fate {
     }
 }
 
-/// A signal: what is proved and, but of the words inside a block, what was measured.
+/// A signal's proved range and, unless the signal is inside a block, its measured range.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Row {
-    /// For every posture.
+    /// The range proved for every posture.
     pub proved: SignalBound,
-    /// From some postures.
+    /// The range measured over some postures.
     pub measured: Option<Measured>,
-    /// Factor and unit in which errors are told.
+    /// Factor and unit in which errors are written.
     pub scale: (f64, &'static str),
 }
 
 impl Row {
-    /// Whether a value can be too large for its word.
+    /// Returns what happens to a value that is too large for the signal's word.
     #[must_use]
     pub fn fate(&self) -> Fate {
         let SignalBound { name, fits, .. } = self.proved;
@@ -97,13 +100,14 @@ impl Row {
         }
     }
 
-    /// Bits above the greatest value: the power of two at which the format ends over it; below 0 where it does not fit.
+    /// Returns the bits above the greatest value: the logarithm to base 2 of the format's upper end divided by that
+    /// value; below 0 if the value does not fit.
     #[must_use]
     pub fn headroom_bits(&self) -> f64 {
         f64::from(self.proved.format.int()) - libm::log2(self.size())
     }
 
-    /// The greatest size of a value.
+    /// Returns the greatest absolute value.
     #[must_use]
     pub fn size(&self) -> f64 {
         self.proved.max.max(-self.proved.min)
@@ -115,16 +119,16 @@ impl Row {
 pub struct Formats {
     /// The configuration.
     pub words: Words,
-    /// Its signals, in the order of the datapath.
+    /// The signals, in the order of the datapath.
     pub rows: Vec<Row>,
 }
 
 impl Formats {
-    /// Proves and measures.
+    /// Proves and measures the ranges of all signals.
     ///
     /// # Errors
     ///
-    /// When a block refuses the words.
+    /// Returns an error if a block refuses the word formats.
     pub fn new(words: Words, postures: usize) -> Result<Self, ConfigError> {
         let Words { config, stiffness_max_n_per_m, .. } = words;
         let measured = measure(&config, stiffness_max_n_per_m, postures)?;
@@ -142,21 +146,21 @@ impl Formats {
         Ok(Self { words, rows: bounds(&config, stiffness_max_n_per_m)?.into_iter().map(row).collect() })
     }
 
-    /// The row of a signal, if there is one.
+    /// Returns the row of a signal, if there is one.
     #[must_use]
     pub fn row(&self, signal: &str) -> Option<&Row> {
         self.rows.iter().find(|row| row.proved.name == signal)
     }
 }
 
-/// The torques of the joints at the full scale of their DACs: 0.17 N.m of the motor times the ratio.
+/// Returns the torques of the joints, in N.m, at the full scale of their DACs: 0.17 N.m of the motor times the ratio.
 #[must_use]
 pub fn full_scales_nm(config: &PhantomConfig) -> [f64; 3] {
     let full = f64::from(1u32 << (config.command_width - 1)) * f64::from(1u32 << config.gain_frac);
     config.gains.map(|gain| full / f64::from(gain))
 }
 
-/// A stiffness, never rounded up to one that does not fit.
+/// Returns a stiffness as text, never rounded up to a stiffness that does not fit.
 pub(crate) fn stiffness(n_per_m: f64) -> String {
     if n_per_m.fract() == 0.0 { n_per_m.to_string() } else { format!("{n_per_m:.7}") }
 }

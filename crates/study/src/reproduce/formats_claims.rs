@@ -1,10 +1,10 @@
-//! The paper's claims about the datapath's words and its workspace.
+//! The paper's claims about the datapath's word formats and its workspace.
 
 use super::formats::{Fate, Formats};
 use super::summing::{Finding, Statement, Sum};
 use super::workspace::Workspace;
 
-/// The paper's claims, and what words and workspace say to them.
+/// Returns the findings on the paper's claims, from the word formats and the workspace.
 #[must_use]
 pub fn sums(all: &[Formats], workspace: &Workspace) -> Vec<Sum> {
     vec![words(all), lookup(workspace)]

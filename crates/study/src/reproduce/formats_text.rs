@@ -1,8 +1,7 @@
-//! The words of a PHANToM as text and CSV.
+//! The word formats of a PHANToM as text and CSV.
 
 use std::fmt::Write;
 
-use hpu_datapath::phantom::SignalBound;
 use hpu_signal::Notation;
 
 use super::formats::{Fate, Formats, Row, full_scales_nm, greatest, stiffness};
@@ -11,13 +10,14 @@ use super::postures::Measured;
 use super::summing::summing_up;
 use super::text::quoted;
 use super::workspace::Workspace;
+use crate::widths::proof::SignalBound;
 
 /// First line of the CSV; units are in their own columns.
 pub const FORMATS_CSV_HEADER: &str = "configuration,stiffness_max_n_per_m,signal,unit,format,format_min,format_max,\
      proved_min,proved_max,headroom_bits,overflow,proved_error,measured_min,measured_max,measured_error,\
      scaled_unit,proved_error_scaled,measured_error_scaled\n";
 
-/// Every signal of every configuration, one a row; what is not known is left out.
+/// Returns every signal of every configuration as CSV, one a row; unknown values are left empty.
 #[must_use]
 pub fn formats_csv(all: &[Formats]) -> String {
     let known = |value: Option<f64>| {
@@ -50,7 +50,8 @@ pub fn formats_csv(all: &[Formats]) -> String {
     text
 }
 
-/// All of it as text, formats in this notation: tables, the workspace, and last what plain (1,9,22) cannot hold.
+/// Returns the tables of formats, written in this notation, then the workspace, and last what plain (1,9,22) cannot
+/// hold.
 #[must_use]
 pub fn formats_text(all: &[Formats], workspace: &Workspace, notation: Notation) -> String {
     let mut text = String::from(
@@ -125,7 +126,7 @@ fn table(Formats { words, rows }: &Formats, notation: Notation) -> String {
     text + "\n"
 }
 
-/// A value in four digits; an error without bound is unknown.
+/// Returns a value in four digits; an error without bound is "unknown".
 fn digits(value: f64) -> String {
     match value.abs() {
         size if size.is_infinite() => "unknown".into(),
@@ -138,7 +139,7 @@ fn digits(value: f64) -> String {
     }
 }
 
-/// What plain (1,9,22) cannot hold, and why.
+/// Returns what plain (1,9,22) cannot hold, and why.
 #[must_use]
 pub fn plain(all: &[Formats]) -> Option<String> {
     let formats = all.iter().find(|formats| formats.rows.iter().any(|row| row.fate() == Fate::Wraps))?;

@@ -1,4 +1,4 @@
-//! The ladder: the same table from ever more of the physics, and which claims each rung reproduces.
+//! The ladder: the same table from models with more and more of the physics, and which claims each model reproduces.
 
 use std::fmt::Write;
 
@@ -8,12 +8,12 @@ use super::published::Agreement;
 use super::summing::Finding;
 use super::tables::{Repeated, Tables};
 
-/// For which platforms an override is.
+/// The platforms that an override applies to.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum For {
-    /// All of them.
+    /// All platforms.
     All,
-    /// The multitasking one.
+    /// The multitasking platform, PMOS-1.
     Pmos,
 }
 
@@ -26,14 +26,14 @@ impl For {
     }
 }
 
-/// A model: what of the physics it has.
+/// A model with a part of the physics.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Rung {
-    /// Its name, without a comma.
+    /// Name of the model, without a comma.
     pub name: &'static str,
-    /// What it has.
+    /// The physics that the model adds.
     pub about: &'static str,
-    /// What it changes of the scene: key and value, and for which platforms.
+    /// Overrides of the scene: the platforms, the key and its value.
     pub overrides: &'static [(For, &'static str, &'static str)],
 }
 
@@ -41,13 +41,13 @@ impl Rung {
     /// The scene as it is shipped.
     pub const SHIPPED: Self = Self { name: "shipped", about: "the scene as it is shipped", overrides: &[] };
 
-    /// What it changes of the scene on this platform.
+    /// Returns the model's overrides of the scene on this platform.
     pub fn overrides(&self, platform: Platform) -> impl Iterator<Item = (&'static str, &'static str)> {
         self.overrides.iter().filter(move |(who, ..)| who.covers(platform)).map(|(_, key, value)| (*key, *value))
     }
 }
 
-/// The rungs. Each gives the whole section `[model]`, so that it does not depend on the shipped one.
+/// The rungs. Each sets the whole section `[model]`, so that it does not depend on the shipped scene's.
 pub const RUNGS: [Rung; 8] = [
     Rung {
         name: "ideal",
@@ -113,27 +113,28 @@ pub const RUNGS: [Rung; 8] = [
     },
 ];
 
-/// What became of a rung.
+/// The result of a rung.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Summary {
     /// The model.
     pub rung: Rung,
-    /// Its table at every seed.
+    /// The model's table at every seed.
     pub tables: Tables,
     /// The paper's claims.
     pub claims: Vec<Repeated>,
-    /// Cells that are as printed.
+    /// How many cells are as printed.
     pub agreement: Agreement,
 }
 
 impl Summary {
-    /// Sums up the tables of a rung.
+    /// Returns the summary of a rung's tables.
     #[must_use]
     pub fn new(rung: Rung, tables: Tables) -> Self {
         Self { rung, claims: tables.claims(), agreement: Agreement::of(&tables), tables }
     }
 
-    /// Claims that are met at every seed, claims that are met at some seeds only, and all that can be told.
+    /// Returns the number of claims met at every seed, of claims met at some seeds only, and of all claims that can be
+    /// told.
     #[must_use]
     pub fn met(&self) -> [usize; 3] {
         let findings: Vec<_> = self.claims.iter().map(Repeated::finding).collect();
@@ -146,7 +147,7 @@ impl Summary {
     }
 }
 
-/// The finding on a claim in a narrow field.
+/// Returns the finding on a claim for a narrow field.
 #[must_use]
 pub(crate) fn brief(finding: Finding) -> String {
     match finding {
@@ -157,7 +158,7 @@ pub(crate) fn brief(finding: Finding) -> String {
     }
 }
 
-/// The rungs against the claims, and then the numbers of each.
+/// Returns the rungs against the claims as text, then the numbers of each claim.
 #[must_use]
 pub fn ladder_text(ladder: &[Summary]) -> String {
     let mut text = format!("{:<20}{:>14}{:>8}", "model", "as printed", "claims");
@@ -198,13 +199,13 @@ pub fn ladder_text(ladder: &[Summary]) -> String {
     text + &by_rung(ladder)
 }
 
-/// A count at every seed, and what some seeds add.
+/// Returns a count that holds at every seed, and what some seeds add to it.
 #[must_use]
 pub(crate) fn plus(every: usize, some: usize) -> String {
     if some == 0 { every.to_string() } else { format!("{every}+{some}") }
 }
 
-/// How the fields read.
+/// Returns the legend of the fields.
 fn key(seeds: usize, first: u64) -> String {
     let mut text = "\nmet   not   ? its table does not tell".to_string();
     if seeds == 1 {
@@ -220,7 +221,7 @@ fn key(seeds: usize, first: u64) -> String {
     text
 }
 
-/// The summing-up: each claim in the paper's words, and which rungs find what.
+/// Returns the summing-up: each claim in the paper's words, and the rungs with each finding.
 fn by_rung(ladder: &[Summary]) -> String {
     let mut text = String::from("\nSumming up: the paper's claims, and what each model says to them\n");
     for (index, claim) in ladder.first().map_or(&[][..], |rung| &rung.claims).iter().enumerate() {
@@ -241,7 +242,7 @@ fn by_rung(ladder: &[Summary]) -> String {
     text
 }
 
-/// Rungs and claims, one of each a row.
+/// Returns rungs and claims as CSV, one row for each pair.
 #[must_use]
 pub fn ladder_csv(ladder: &[Summary]) -> String {
     let mut text =

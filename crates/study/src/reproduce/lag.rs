@@ -1,7 +1,7 @@
-//! The amplifier's lag that puts PMOS-1 where it was seen, for each transmission that may be assumed.
+//! The amplifier's lag that gives PMOS-1 the published limit, for each assumed transmission.
 //!
 //! Neither the lag nor the transmission's stiffness is published. Each line runs the drop test on PMOS-1 with one
-//! transmission and every lag of a grid, and tells which lags put its stiffest passive wall where the paper saw it.
+//! transmission and every lag of a grid. It tells with which lags the stiffest passive wall is where the paper saw it.
 
 use hpu_cosim::Control;
 use hpu_cosim::scene::{Direction, Platform};
@@ -12,10 +12,10 @@ use super::summing::Statement;
 use super::trial::{Verdict, run_trial};
 use super::{Point, Rung, Study, TRIALS};
 
-/// The lags that are tried, in hundredths of a millisecond: 0 to 0.80 ms in steps of 0.05.
+/// Lags that are tried, in hundredths of a millisecond: 0 to 0.80 ms in steps of 0.05.
 pub const LAGS_10_US: [u32; 17] = [0, 5, 10, 15, 20, 25, 30, 35, 40, 45, 50, 55, 60, 65, 70, 75, 80];
 
-/// The transmissions that are assumed: a name, and the stiffness at the tip as a scene has it.
+/// Transmissions that are assumed: a name, and the stiffness at the tip as a scene writes it.
 const TRANSMISSIONS: [(&str, &str); 7] = [
     ("rigid", "0"),
     ("14 kN/m", "14 kN/m"),
@@ -26,10 +26,10 @@ const TRANSMISSIONS: [(&str, &str); 7] = [
     ("2 kN/m", "2 kN/m"),
 ];
 
-/// Walls at and beyond the limit that the paper tells.
+/// Walls at and beyond the limit that the paper gives, in N/m.
 const ROWS_N_PER_M: [f64; 3] = [750.0, 1000.0, 1250.0];
 
-/// Which part of the arm moves: heading, value of `model.joints`, axes that are judged.
+/// The part of the arm that moves: heading, value of `model.joints`, axes that are judged.
 const ARMS: [(&str, &str, &[Direction]); 2] = [
     ("The joint under test alone, as on the ladder; lags in ms that fit along x, y and z", "tested", &Direction::ALL),
     (
@@ -40,7 +40,7 @@ const ARMS: [(&str, &str, &[Direction]); 2] = [
     ),
 ];
 
-/// A line for each transmission.
+/// Returns the comparison, with a line for each transmission.
 #[must_use]
 pub fn comparison() -> Comparison {
     let mut lines = Vec::new();
@@ -76,11 +76,12 @@ pub fn comparison() -> Comparison {
     }
 }
 
-/// The lags that fit; figures: the least and the greatest at which PMOS-1 is passive at 750 and not at 1000 N/m, in ms.
+/// Returns the lags that fit. The figures are the least and the greatest lag, in ms, at which PMOS-1 is passive at
+/// 750 N/m and not at 1000 N/m.
 ///
 /// # Errors
 ///
-/// Why a trial could not be run.
+/// Returns why a trial could not be run.
 pub fn fitting(
     joints: &str,
     axes: &[Direction],
@@ -97,7 +98,8 @@ pub fn fitting(
         ];
         let set = set.map(|(key, value)| (key.to_string(), value)).to_vec();
         let study = Study { set, ..Study::whole(&[Rung::SHIPPED]) };
-        // How many rows are passive, the softest first: along the axis where they are fewest, and where they are most.
+        // Number of passive rows, counted from the softest: along the axis with the fewest, and along the axis with the
+        // most.
         let (mut fewest, mut most) = (ROWS_N_PER_M.len(), 0);
         for &axis in axes {
             let passive = match passive_rows(&study, axis, control)? {
@@ -122,7 +124,7 @@ pub fn fitting(
     Some(Ok(Found::new(text, ends)))
 }
 
-/// How many of the rows, from the softest on, are passive in all trials.
+/// Returns how many of the rows, from the softest on, are passive in all trials.
 fn passive_rows(study: &Study, axis: Direction, control: &Control) -> Option<Result<usize, String>> {
     for (row, stiffness_n_per_m) in ROWS_N_PER_M.into_iter().enumerate() {
         for trial in 1..=TRIALS {

@@ -1,4 +1,4 @@
-//! One run of a mass on a rail, for a line of a comparison: its verdict in words, and what its trace tells.
+//! One run of a mass on a rail, for a line of a comparison: its verdict as text, and figures read from its trace.
 
 use hpu_cosim::scene::{OutcomeKind, Scene};
 use hpu_cosim::{Control, Driver, Ready, Rig, Summary, Trace, Verdict, Wired};
@@ -8,14 +8,14 @@ use super::beside::shipped_scene;
 /// Keys of a scene with their values.
 pub(super) type Set = Vec<(&'static str, String)>;
 
-/// A run.
+/// A finished run.
 pub(super) struct Made {
     pub scene: Scene,
     pub summary: Summary,
     pub trace: Trace,
 }
 
-/// Runs a shipped scene under overrides; `None` when stopped.
+/// Runs a shipped scene under overrides; returns `None` when stopped.
 pub(super) fn run(name: &str, set: &Set, control: &Control) -> Option<Result<Made, String>> {
     let set: Vec<(&str, &str)> = set.iter().map(|(key, value)| (*key, value.as_str())).collect();
     let experiment = match shipped_scene(name, &set) {
@@ -34,12 +34,12 @@ pub(super) fn run(name: &str, set: &Set, control: &Control) -> Option<Result<Mad
     complete.then(|| made.ok_or_else(|| format!("{name} is no scene of an axis")))
 }
 
-/// The pieces together.
+/// Returns both lists of overrides as one.
 pub(super) fn with(first: &Set, second: &Set) -> Set {
     first.iter().chain(second).cloned().collect()
 }
 
-/// One key.
+/// Returns an override of a single key.
 pub(super) fn key(key: &'static str, value: impl ToString) -> Set {
     vec![(key, value.to_string())]
 }
@@ -49,7 +49,7 @@ impl Made {
         self.summary.outcome() == Some(OutcomeKind::Settled)
     }
 
-    /// The frequency of its limit cycle, if it has one.
+    /// Returns the frequency of the run's limit cycle, in Hz, if it has one.
     pub fn frequency_hz(&self) -> Option<f64> {
         match self.summary.verdict {
             Some(Verdict::LimitCycle { frequency_hz, .. }) if frequency_hz > 0.0 => Some(frequency_hz),
@@ -57,7 +57,7 @@ impl Made {
         }
     }
 
-    /// The verdict.
+    /// Returns the verdict as text.
     pub fn outcome(&self) -> String {
         match self.summary.verdict {
             Some(Verdict::LimitCycle { amplitude_rad, frequency_hz, .. }) if frequency_hz > 0.0 => {
@@ -69,25 +69,26 @@ impl Made {
         }
     }
 
-    /// Positions beyond the wall's surface, as its word has it.
+    /// Returns the positions relative to the wall's surface, in m, positive beyond it. The surface is where its
+    /// fixed-point word places it.
     pub fn beyond_m(&self) -> impl Iterator<Item = f64> + '_ {
         let count_m = self.scene.encoder.count_rad();
         let surface_m = (self.scene.wall.position_rad / count_m).round() * count_m;
         self.trace.angles_rad().iter().map(move |x| x - surface_m)
     }
 
-    /// Forces against the penetration.
+    /// Returns the forces against the penetration, in N.
     pub fn pushes_n(&self) -> impl Iterator<Item = f64> + '_ {
         self.trace.real(3).iter().map(|force| -force)
     }
 
-    /// Index of the row at a time.
+    /// Returns the index of the row at a time.
     pub fn row(&self, time_s: f64) -> usize {
         self.trace.times_s().take_while(|time| *time < time_s).count()
     }
 }
 
-/// A length with a unit to its size.
+/// Returns a length as text, in the unit that suits its size.
 pub(super) fn length(length_m: f64) -> String {
     match length_m.abs() {
         size if size < 1e-3 => format!("{:.0} um", length_m * 1e6),

@@ -1,13 +1,13 @@
 //! Published studies, run again: Table 2 of Sevcik et al. 2009, a weighted PHANToM dropped onto virtual walls.
 //!
-//! A [`Study`] is a set of drop trials: rungs of models × axes × platforms × stiffnesses × seeds × trials, each one run
-//! of the shipped scene `phantom-drop` under overrides. Near a boundary of stability one draw is not enough: there a
-//! cell is run at every seed ([`Study::wanted`]). A [`Table`] sums up one seed's trials of one rung as the paper does,
-//! [`Tables`] those of all seeds. [`Published`] knows which cells are legible, and [`Tables::claims`] holds the paper's
-//! statements against the table of every seed. The [`ladder`] does so with ever more of the physics.
+//! A [`Study`] is a set of drop trials: rungs of models × axes × platforms × stiffnesses × seeds × trials. Each trial
+//! is one run of the shipped scene `phantom-drop` under overrides. Near a boundary of stability one draw is not enough,
+//! so a cell there is run at every seed ([`Study::wanted`]). A [`Table`] sums up one seed's trials of one rung as the
+//! paper does, and [`Tables`] those of all seeds. [`Published`] knows which cells are legible. [`Tables::claims`]
+//! compares the paper's claims with the table of every seed. The [`ladder`] does so with more and more of the physics.
 //!
-//! Beside them the words of its datapath: [`formats`] proves and measures ranges and errors, [`workspace`] counts what
-//! the tables hold, [`sines`] compares four sources of sine.
+//! Other modules examine the word formats of the PHANToM's datapath: [`formats`] proves and measures ranges and errors,
+//! [`workspace`] counts what the tables hold, [`sines`] compares four sources of sine.
 
 pub mod beside;
 mod claims;
@@ -49,61 +49,61 @@ use std::ops::Range;
 
 use hpu_cosim::scene::{Direction, Platform};
 
-/// The stiffnesses of the walls, in N/m: the legible rows of the table, and what may have stood between them.
+/// The stiffnesses of the walls, in N/m: the legible rows of the table, and rows that may have stood between them.
 pub const STIFFNESSES_N_PER_M: [f64; 20] = [
     5.0, 50.0, 100.0, 250.0, 500.0, 750.0, 1e3, 1250.0, 1500.0, 2e3, 2500.0, 3e3, 4e3, 5e3, 7.5e3, 10e3, 15e3, 20e3,
     30e3, 40e3,
 ];
 
-/// Trials of each cell at a seed, as in the paper.
+/// Number of trials of each cell at a seed, as in the paper.
 pub const TRIALS: u64 = 3;
 
 /// Seed of the shipped scene, at which every cell is run.
 pub const FIRST_SEED: u64 = 1;
 
-/// Seeds at which a cell near a boundary is run.
+/// Number of seeds at which a cell near a boundary is run.
 pub const SEEDS: u64 = 12;
 
-/// Which drop trials to run.
+/// The drop trials to run.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Study {
-    /// The models, each a whole table.
+    /// The models, each of which makes a whole table.
     pub rungs: Vec<Rung>,
-    /// Along which axes.
+    /// The axes.
     pub axes: Vec<Direction>,
-    /// On which platforms.
+    /// The platforms.
     pub platforms: Vec<Platform>,
-    /// Against walls of which stiffness, in ascending order.
+    /// The stiffnesses of the walls, in N/m, ascending.
     pub stiffnesses_n_per_m: Vec<f64>,
     /// The seed at which every cell is run.
     pub first_seed: u64,
-    /// At how many seeds, from the first on, a cell near a boundary is run.
+    /// Number of seeds, from the first on, at which a cell near a boundary is run.
     pub seeds: u64,
-    /// Trials of a cell at a seed.
+    /// Number of trials of a cell at a seed.
     pub trials: u64,
-    /// What else of the scene is changed.
+    /// Further overrides of the scene.
     pub set: Vec<(String, String)>,
 }
 
 /// One drop trial.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Point {
-    /// Which rung of the study.
+    /// Index of the rung in the study.
     pub rung: usize,
-    /// Along which axis.
+    /// The axis.
     pub axis: Direction,
-    /// On which platform.
+    /// The platform.
     pub platform: Platform,
-    /// Stiffness of the wall.
+    /// Stiffness of the wall, in N/m.
     pub stiffness_n_per_m: f64,
     /// Seed of the draws.
     pub seed: u64,
-    /// Which trial, from 1.
+    /// Number of the trial, from 1.
     pub trial: u64,
 }
 
 impl Study {
-    /// All of the paper's trials on these rungs.
+    /// Returns the study of all of the paper's trials on these rungs.
     #[must_use]
     pub fn whole(rungs: &[Rung]) -> Self {
         Self {
@@ -118,7 +118,8 @@ impl Study {
         }
     }
 
-    /// All trials that may be run, in their order: rung, axis, platform, stiffness, seed, trial, the last running fastest.
+    /// Returns all trials that may be run. They are ordered by rung, axis, platform, stiffness, seed and trial; the
+    /// trial changes fastest.
     #[must_use]
     pub fn points(&self) -> Vec<Point> {
         let mut points = Vec::new();
@@ -137,13 +138,13 @@ impl Study {
         points
     }
 
-    /// The seeds, in their order.
+    /// Returns the seeds, in their order.
     pub fn all_seeds(&self) -> Range<u64> {
         self.first_seed..self.first_seed + self.seeds
     }
 
-    /// What a trial changes of the scene: its place in the table, then its rung's model, then what the user says, last
-    /// its seed.
+    /// Returns a trial's overrides of the scene: first its place in the table, then its rung's model, then the user's
+    /// overrides, last its seed.
     #[must_use]
     pub fn overrides(&self, point: &Point) -> Vec<(String, String)> {
         let own = [
@@ -159,6 +160,6 @@ impl Study {
         own.into_iter().chain(rung).chain(self.set.iter().cloned()).chain(seed).collect()
     }
 
-    /// Keys of the scene that are the study's own.
+    /// Keys of the scene that the study itself sets.
     pub const OWN_KEYS: [&str; 4] = ["platform.kind", "drop.axis", "drop.trial", "room.stiffness"];
 }

@@ -1,4 +1,4 @@
-//! Postures of a PHANToM through its blocks, held against the kinematics in floats.
+//! Postures of a PHANToM, computed by its blocks and compared with the kinematics in floats.
 
 use std::f64::consts::TAU;
 
@@ -11,18 +11,18 @@ use hpu_datapath::phantom::{
 use hpu_plant::arm::kinematics;
 use hpu_signal::Format;
 
-/// What was seen of a signal.
+/// The measured range and error of a signal.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Measured {
     /// Least value.
     pub min: f64,
     /// Greatest value.
     pub max: f64,
-    /// Greatest distance to the true value.
+    /// Greatest distance to the exact value.
     pub error: f64,
 }
 
-/// The signals that are seen, between the blocks.
+/// The signals that are measured, between the blocks.
 pub const SIGNALS: [&str; 20] = [
     "sine1",
     "cosine1",
@@ -46,7 +46,7 @@ pub const SIGNALS: [&str; 20] = [
     "command3",
 ];
 
-/// A datapath, and draws.
+/// A datapath under test, and the random numbers for its postures.
 struct Bench {
     config: PhantomConfig,
     tables: [TrigTable; 3],
@@ -59,12 +59,13 @@ struct Bench {
     random: SplitMix64,
 }
 
-/// Every count of the tables (all joints at the same), every combination of their edges, and random postures on top;
-/// each with random walls about the tip and, apart from them, random forces.
+/// Measures every signal. The postures are every count of the tables (all joints at the same count), every combination
+/// of the counts at the tables' ends and middle, and random postures. Each posture gets random walls about the tip and,
+/// independently, random forces.
 ///
 /// # Errors
 ///
-/// When a block refuses the words.
+/// Returns an error if a block refuses the word formats.
 pub fn measure(
     config: &PhantomConfig,
     stiffness_max_n_per_m: f64,
@@ -83,7 +84,7 @@ pub fn measure(
     let edges = [-reach, -1, 0, 1, reach - 1];
     for first in edges {
         for second in edges {
-            // Often, as the forces are drawn anew each time.
+            // Each combination is taken 32 times, because the forces are drawn anew each time.
             edges.iter().flat_map(|third| [*third; 32]).for_each(|third| look([first, second, third]));
         }
     }
@@ -115,7 +116,7 @@ impl Bench {
         self.random.below(bound.unsigned_abs().max(1)).cast_signed()
     }
 
-    /// What each signal is, and what it should be.
+    /// Returns each signal's value, and the exact value.
     fn signals(&mut self, counts: [i64; 3]) -> [(f64, f64); SIGNALS.len()] {
         let formats = self.config.formats;
         let [upper_m, fore_m] = self.lengths_m;
@@ -164,14 +165,15 @@ impl Bench {
         all
     }
 
-    /// A stiffness as a word, and as it was asked for: the greatest every fourth time.
+    /// Returns a stiffness as a word, and as it was asked for: the greatest stiffness every fourth time.
     fn stiffness(&mut self) -> (i64, f64) {
         let format = self.config.formats.stiffness;
         let asked = if self.below(4) == 0 { self.stiffness_max } else { self.below(self.stiffness_max + 1) };
         (format.wrap(asked.into()), asked as f64 * format.lsb())
     }
 
-    /// The room's forces on a tip beyond walls, at most twice as deep as the force grows, and what they should be.
+    /// Returns the room's forces on a tip beyond walls, and the exact forces. The tip is at most twice as deep as the
+    /// depth at which the force reaches its limit.
     fn push(&mut self, tip: [i64; 3], tip_m: [f64; 3], stiffness: i64, asked: f64) -> [(f64, f64); 3] {
         let formats = self.config.formats;
         let (position, limit_n) = (formats.position, f64::from(self.config.force_limit) * formats.force.lsb());
@@ -195,7 +197,7 @@ impl Bench {
         })
     }
 
-    /// A force within the limit: every fourth time the greatest in all directions.
+    /// Returns a force within the limit; every fourth time the greatest force in all directions.
     fn force(&mut self) -> [i64; 3] {
         let limit = i64::from(self.config.force_limit);
         let greatest = self.below(4) == 0;
@@ -214,7 +216,7 @@ impl Bench {
     }
 }
 
-/// The greatest depth that a word of positions holds, at most 1 m.
+/// Returns the greatest depth, in m, that a word of positions holds, at most 1 m.
 fn greatest_m(position: Format) -> f64 {
     (position.max() as f64 * position.lsb()).min(1.0)
 }

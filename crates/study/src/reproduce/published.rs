@@ -1,21 +1,21 @@
-//! What of the printed Table 2 is legible.
+//! The legible cells of the printed Table 2.
 //!
-//! The text of the paper at hand has five rows of the table. At 250 and 500 N/m all cells of all axes have their "x";
-//! at 750 N/m those of x and y have, and those of z are blank, which is more likely lost than meant: the body finds the
-//! all-FPGA platforms five times stiffer than PMOS-1 in z. At 30 000 and 40 000 N/m no cell has one. The rows between
-//! are lost, and so is the shading.
+//! The text of the paper at hand has five rows of the table. At 250 and 500 N/m all cells of all axes have their "x".
+//! At 750 N/m the cells of x and y have it. The cells of z are blank there, which is more likely lost than meant: the
+//! body of the paper finds the all-FPGA platforms five times stiffer than PMOS-1 in z. At 30 000 and 40 000 N/m no cell
+//! has an "x". The rows in between are lost, and so is the shading.
 
 use hpu_cosim::scene::{Direction, Platform};
 
 use super::table::Class;
 use super::tables::{Share, Tables, Tally};
 
-/// A row of the printed table, of which only the "x" can be told.
+/// A row of the printed table; only the "x" can be read.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Published {
-    /// The row's stiffness.
+    /// Stiffness of the row, in N/m.
     pub stiffness_n_per_m: f64,
-    /// Along each axis, whether all of its platforms have an "x" or none has; `None` where it is lost.
+    /// Along each axis, whether all of its platforms have an "x" or none has; `None` where the print is lost.
     pub passive: [Option<bool>; 3],
 }
 
@@ -29,26 +29,26 @@ pub const PUBLISHED: [Published; 5] = [
 ];
 
 impl Published {
-    /// Whether the printed cell has its "x"; `None` where there is no such row or it is lost.
+    /// Whether the printed cell has its "x"; `None` if there is no such row or the cell is lost.
     #[must_use]
     pub fn passive(axis: Direction, stiffness_n_per_m: f64) -> Option<bool> {
         PUBLISHED.iter().find(|row| row.stiffness_n_per_m == stiffness_n_per_m)?.passive[axis.index()]
     }
 }
 
-/// How many of a table's cells are legible in print, and are there the same.
+/// How many of a table's cells are legible in print, and how many of these agree with the print.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Agreement {
-    /// Cells that can be compared.
+    /// Number of cells that can be compared.
     pub legible: usize,
-    /// Cells that are the same at every seed at which they were run.
+    /// Number of cells that agree at every seed at which they were run.
     pub same: usize,
-    /// Cells that are the same at some of these seeds.
+    /// Number of cells that agree at some of these seeds.
     pub mixed: usize,
 }
 
 impl Agreement {
-    /// Counts the cells of a table; one that failed is not the same as anything.
+    /// Counts the cells of a table; a cell that failed never agrees.
     #[must_use]
     pub fn of(tables: &Tables) -> Self {
         let mut agreement = Self::default();
@@ -67,13 +67,13 @@ impl Agreement {
         agreement
     }
 
-    /// Cells that are the same at no seed.
+    /// Returns the number of cells that agree at no seed.
     #[must_use]
     pub const fn otherwise(&self) -> usize {
         self.legible - self.same - self.mixed
     }
 
-    /// At how many seeds a cell is as printed; `None` where print or table do not say.
+    /// Returns at how many seeds a cell is as printed; `None` if the print or the table does not tell.
     #[must_use]
     pub fn at(tables: &Tables, axis: Direction, platform: Platform, stiffness_n_per_m: f64) -> Option<Share> {
         let printed = Published::passive(axis, stiffness_n_per_m)?;

@@ -1,4 +1,4 @@
-//! A power-scaled spring: its two published figures by both readings of the law, beside closed forms.
+//! A power-scaled spring: its two published figures by both readings of the law, compared with closed forms.
 
 use std::f64::consts::PI;
 
@@ -10,14 +10,14 @@ use super::summing::Statement;
 
 const SCENE: &str = "power-scaling";
 
-/// How the spring is computed.
+/// How the spring's force is computed.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Spring {
-    /// The energy-level spring in words.
+    /// The energy-level spring in fixed-point words.
     Words,
-    /// The same in floats.
+    /// The energy-level spring in floats.
     Law,
-    /// A plain spring, sampled and held, in words.
+    /// A plain spring, sampled and held, in fixed-point words.
     Plain,
 }
 
@@ -44,22 +44,22 @@ fn plain(rate: &str) -> Set {
     key("method", format!(r#"{{ kind = "conventional", sample_rate = "{rate}", {words} }}"#))
 }
 
-/// A ramp that begins at 10 s.
+/// Returns a ramp that begins at 10 s.
 fn ramp(what: &str, seconds: f64) -> Set {
     key("wall.ramp", format!("{{ {what}, from = 10, to = {} }}", 10.0 + seconds))
 }
 
-/// The length of a straight ramp of a scale with the same impulse as the scale `1/beta` while `beta` goes straight from
-/// 1 to `to` in `seconds`: `2 ln(to) / (to - 1)` of it.
+/// Returns the length, in s, of a straight ramp of the scale that has the same impulse as the scale `1/beta` while
+/// `beta` goes straight from 1 to `to` in `seconds`: `2 ln(to) / (to - 1)` times `seconds`.
 #[must_use]
 pub fn equal_impulse_s(to: f64, seconds: f64) -> f64 {
     2.0 * libm::log(to) / (to - 1.0) * seconds
 }
 
-/// The factor of the third figure.
+/// A scale by the factor of Fig. 3.
 const FORTY: &str = "scale = 40";
 
-/// The paper's statements.
+/// Returns the paper's statements beside the emulator's results.
 #[must_use]
 pub fn comparison() -> Comparison {
     let mut lines = Vec::new();
@@ -177,7 +177,7 @@ pub fn comparison() -> Comparison {
     Comparison { name: "power-scaling", title, lines, claims: claims(), notes: NOTES }
 }
 
-/// What the paper claims.
+/// Returns the paper's claims.
 fn claims() -> Vec<Claim> {
     let claim =
         |letter, paper, place, means, judge| Claim { statement: Statement { letter, paper, place, means }, judge };
@@ -251,7 +251,7 @@ fn within(spring: Spring, seconds: f64) -> String {
     format!("{}, {seconds} s", spring.name())
 }
 
-/// The scale from 1 to a thousandth.
+/// Returns a ramp of the scale from 1 to a thousandth.
 fn thousandth(seconds: f64) -> Set {
     with(&ramp("scale = 0.001", seconds), &key("method.scale_format", "(0,2,18)"))
 }
@@ -260,14 +260,14 @@ fn run(set: &Set, control: &Control) -> Option<Result<Made, String>> {
     made::run(SCENE, &with(&key("record.plant_rate", "1 kHz"), set), control)
 }
 
-/// Index of the first row beyond the wall's other side; of the last row if there is none.
+/// Returns the index of the first row beyond the wall's other side, or of the last row if there is none.
 fn leaves(made: &Made) -> usize {
     let after = made.row(10.0);
     let rows = made.trace.angles_rad().len();
     made.beyond_m().skip(after).position(|x| x < 0.0).map_or(rows - 1, |row| after + row)
 }
 
-/// What a motion was; figures: whether it settles, and where it ends in metres.
+/// Describes a motion. The figures are whether it settles, and where it ends, in m.
 fn motion(made: &Made) -> Found {
     let angles = made.trace.angles_rad();
     let tail = &angles[angles.len() - angles.len() * 3 / 10..];
@@ -286,8 +286,8 @@ fn motion(made: &Made) -> Found {
     Found::new(text, [f64::from(u8::from(made.settled())), end_m])
 }
 
-/// How far apart the ramps of stiffness and scale take the mass, until it first leaves the wall (the figure, in metres)
-/// and to the end.
+/// Returns the greatest distance between the mass under the ramp of stiffness and under the ramp of scale, until the
+/// mass first leaves the wall (the figure, in m) and to the end.
 fn same(spring: Spring, seconds: f64, control: &Control) -> Option<Result<Found, String>> {
     let stiffness = run(&with(&ramp(r#"stiffness = "400 N/m""#, seconds), &spring.set()), control)?;
     let scale = run(&with(&ramp(FORTY, seconds), &spring.set()), control)?;
@@ -305,15 +305,15 @@ fn same(spring: Spring, seconds: f64, control: &Control) -> Option<Result<Found,
     }))
 }
 
-/// Half of the range from one time to another.
+/// Returns half of the range of positions from one time to another, in m.
 fn amplitude_m(made: &Made, from_s: f64, to_s: f64) -> f64 {
     let window = &made.trace.angles_rad()[made.row(from_s)..made.row(to_s)];
     let ends = window.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |ends, &x| (ends.0.min(x), ends.1.max(x)));
     0.5 * (ends.1 - ends.0)
 }
 
-/// What a slow ramp makes of the energy of a small swing, as it is and without friction (`e^(-bt/m)`) and hold
-/// (`e^(∫kT/2m)`).
+/// Returns by what factor a slow ramp changes the energy of a small swing, as measured, and without the effect of
+/// friction (`e^(-bt/m)`) and of the hold (`e^(∫kT/2m)`).
 fn adiabatic(set: &Set, hold_s: f64, control: &Control) -> Option<Result<String, String>> {
     let start = [
         ("device.initial_position", "0.12 m"),
@@ -324,7 +324,7 @@ fn adiabatic(set: &Set, hold_s: f64, control: &Control) -> Option<Result<String,
     ];
     let start = start.map(|(key, value)| (key, value.to_string())).to_vec();
     Some(run(&with(&start, set), control)?.map(|made| {
-        // A whole period before and one after; their middles count.
+        // The amplitudes are those of a whole period before the ramp and a whole period after it; their middles count.
         let (slow_s, fast_s) = (2.0 * PI / 10.0, 2.0 * PI / 20.0);
         let before = amplitude_m(&made, 1.0 - slow_s, 1.0);
         let after = amplitude_m(&made, 21.0, 21.0 + fast_s);
@@ -335,7 +335,7 @@ fn adiabatic(set: &Set, hold_s: f64, control: &Control) -> Option<Result<String,
     }))
 }
 
-/// The growth of a swing's amplitude at 400 N/m, in 1/s, from the ranges of whole periods 8 s apart.
+/// Returns the growth of a swing's amplitude at 400 N/m, in 1/s, from the ranges of whole periods 8 s apart.
 fn growth_of(set: &Set, control: &Control) -> Option<Result<f64, String>> {
     let start = [
         ("device.initial_position", "30 mm"),

@@ -1,4 +1,4 @@
-//! The analog input shaper, and energy bounding behind it: stiffness that holds, and what is felt of it.
+//! The analog input shaper, and energy bounding with it: the stiffness that settles, and the stiffness that is felt.
 
 use std::num::NonZeroUsize;
 use std::sync::atomic::Ordering;
@@ -17,19 +17,19 @@ pub const LADDER_KN_PER_M: [u32; 19] = [10, 15, 20, 25, 30, 35, 40, 45, 50, 55, 
 /// The constants of energy bounding that are tried, in N·s/m.
 pub(super) const C1_N_S_PER_M: [u32; 5] = [10, 20, 30, 40, 50];
 
-/// The shaper of a run.
+/// The input shaper of a run.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Shaper {
-    /// None.
+    /// No shaper.
     None,
-    /// The circuit before the amplifier.
+    /// The analog circuit before the amplifier.
     Analog,
-    /// Its twin in the datapath.
+    /// Its digital counterpart in the datapath.
     Digital,
 }
 
 impl Shaper {
-    /// All of them.
+    /// All shapers.
     pub const ALL: [Self; 3] = [Self::None, Self::Analog, Self::Digital];
 
     fn name(self) -> &'static str {
@@ -40,7 +40,7 @@ impl Shaper {
         }
     }
 
-    /// Behind a law.
+    /// Returns the overrides that put the shaper behind a law.
     fn set(self) -> Set {
         match self {
             Self::None => Vec::new(),
@@ -49,14 +49,14 @@ impl Shaper {
         }
     }
 
-    /// Behind a plain wall, which has a place for a digital one by another name.
+    /// Returns the overrides that put the shaper behind a plain wall; a digital shaper needs another kind of method.
     fn wall(self) -> Set {
         let kind = if self == Self::Digital { key("method.kind", "sampled_wall") } else { Vec::new() };
         with(&kind, &self.set())
     }
 }
 
-/// The paper's statements.
+/// Returns the paper's statements beside the emulator's results.
 #[must_use]
 pub fn comparison() -> Comparison {
     let mut lines = Vec::new();
@@ -88,7 +88,7 @@ pub fn comparison() -> Comparison {
     let published = [
         ("ab", "20 to 30 kN/m, then about 100 Hz"),
         ("cd", "60 to 70 kN/m, then about 130 Hz"),
-        ("", ""), // Shown behind energy bounding alone.
+        ("", ""), // The paper shows it only behind energy bounding.
     ];
     for (shaper, (claims, published)) in Shaper::ALL.into_iter().zip(published) {
         let ladder = measure(move |control| ladder(&shaper.wall(), control));
@@ -127,7 +127,7 @@ pub fn comparison() -> Comparison {
     }
 }
 
-/// Of energy bounding: heading, form, friction, what the paper says by shaper.
+/// Cases of energy bounding: heading, form, friction, and the paper's statement for each shaper.
 const BOUNDED: [(&str, &str, &str, [&str; 3]); 4] = [
     ("Energy bounding by c1 and c2 = c1, a slow press to 6 N on 100 kN/m", "c1_c2", "0 N", SAID),
     ("Energy bounding by the greatest passive force, the same press", "force_bound", "0 N", SAID),
@@ -183,7 +183,7 @@ fn gains(frequency_hz: f64) -> String {
     format!("closed form {exact:.8}, analog {analog:.6}; bilinear {digital:.6}, words {words:.6}")
 }
 
-/// The lowest wall that was seen to fail and the highest that was seen to settle; `None` when stopped.
+/// Returns the lowest wall that was seen to fail and the highest that was seen to settle; `None` when stopped.
 fn turn(set: &Set, control: &Control) -> Option<Result<String, String>> {
     let set: Vec<(&str, &str)> = set.iter().map(|(key, value)| (*key, value.as_str())).collect();
     let found = shipped_scene("impulse-engine", &set).and_then(|experiment| {
@@ -200,8 +200,8 @@ fn turn(set: &Set, control: &Control) -> Option<Result<String, String>> {
     }))
 }
 
-/// What became of the walls of the ladder; figures: the last rung that settles below the first that does not, in kN/m,
-/// that one, and the frequency of its chatter in hertz.
+/// Runs the walls of the ladder. The figures are the last wall that settles below the first that does not, in kN/m, the
+/// first wall that does not settle, in kN/m, and the frequency of its chatter, in Hz.
 fn ladder(set: &Set, control: &Control) -> Option<Result<Found, String>> {
     let (mut rungs, mut turn) = (Vec::new(), None);
     for k in LADDER_KN_PER_M {
@@ -219,7 +219,7 @@ fn ladder(set: &Set, control: &Control) -> Option<Result<Found, String>> {
     Some(Ok(Found::new(told(&rungs), turn.unwrap_or([f64::INFINITY; 3]))))
 }
 
-/// Up to where the rungs settle, what follows, and whether any settles beyond.
+/// Returns as text up to where the walls settle, what the next one does, and whether any settles beyond.
 #[must_use]
 pub fn told(rungs: &[(u32, bool, String)]) -> String {
     let Some(first) = rungs.iter().position(|(_, settled, _)| !settled) else {
@@ -241,8 +241,8 @@ fn bounded(form: &str, c1: u32, friction: &str) -> Set {
     ]
 }
 
-/// The verdict of a press, and the stiffness that was felt; figures: whether it settles, and the stiffness held, in
-/// kN/m.
+/// Returns the verdict of a press, and the stiffness that was felt. The figures are whether it settles, and the
+/// stiffness held, in kN/m.
 fn felt(made: &Made) -> Found {
     let pairs: Vec<(f64, f64)> = made.beyond_m().zip(made.pushes_n()).collect();
     let mean = |pairs: &[(f64, f64)]| {
@@ -261,7 +261,7 @@ fn felt(made: &Made) -> Found {
     Found::new(text, [f64::from(u8::from(made.settled())), held_kn_per_m])
 }
 
-/// The slope of the straight line through pairs, by least squares.
+/// Returns the slope of the straight line through pairs, by least squares.
 #[must_use]
 pub fn slope(pairs: &[(f64, f64)]) -> f64 {
     let count = pairs.len() as f64;

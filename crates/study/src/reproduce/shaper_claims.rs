@@ -4,10 +4,10 @@ use super::beside::{Claim, Found};
 use super::shaper::C1_N_S_PER_M;
 use super::summing::Statement;
 
-/// Letters of the claims on energy bounding, all judged by its presses together.
+/// Letters of the claims on energy bounding; all of its presses together decide each claim.
 pub(super) const TOLD: &str = "efghi";
 
-/// What the paper claims.
+/// Returns the paper's claims.
 pub(super) fn claims() -> Vec<Claim> {
     let claim =
         |letter, paper, place, means, judge| Claim { statement: Statement { letter, paper, place, means }, judge };
@@ -83,15 +83,16 @@ pub(super) fn claims() -> Vec<Claim> {
     ]
 }
 
-/// Whether a ladder settles up to a wall within these, in kN/m, and no longer at one within them.
+/// Whether a ladder settles up to a wall of at least `low` and fails at a wall of at most `high`, both in kN/m.
 fn turns_within(found: &Found, low: f64, high: f64) -> bool {
     found.figures[0] >= low && found.figures[1] <= high
 }
 
-/// Of each c1 in ascending order, whether it settles, and the stiffness held.
+/// For each c1 in ascending order, whether the press settles, and the stiffness held, in kN/m.
 type Presses = Vec<(bool, f64)>;
 
-/// What the presses of each form say: without a shaper, with the analog one, with the digital one.
+/// Returns whether the claim holds for each form, from its presses without a shaper, with the analog and with the
+/// digital one.
 fn each_form(found: &[&Found], so: impl Fn([&Presses; 3]) -> bool) -> Vec<bool> {
     let presses = found
         .chunks(C1_N_S_PER_M.len())
@@ -100,12 +101,12 @@ fn each_form(found: &[&Found], so: impl Fn([&Presses; 3]) -> bool) -> Vec<bool> 
     presses.chunks_exact(3).map(|form| so([&form[0], &form[1], &form[2]])).collect()
 }
 
-/// The largest c1 up to which all settle.
+/// Returns the number of c1, in ascending order, up to which all settle.
 fn settles_to(presses: &Presses) -> usize {
     presses.iter().take_while(|(settles, _)| *settles).count()
 }
 
-/// The stiffest that settles.
+/// Returns the stiffest of the walls that settle, in kN/m.
 fn stiffest(presses: &Presses) -> f64 {
     presses.iter().filter(|(settles, _)| *settles).map(|(_, held)| *held).fold(0.0, f64::max)
 }

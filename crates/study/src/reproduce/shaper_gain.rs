@@ -1,5 +1,5 @@
-//! The gain of what an input shaper leaves, `1 - H`, without its rectifiers: in closed form, of the plant's shaper, and
-//! of the datapath's words.
+//! The gain `|1 - H|` of an input shaper without its rectifiers: in closed form, for the plant's shaper, and for the
+//! datapath's fixed-point words.
 
 use std::f64::consts::{PI, SQRT_2, TAU};
 
@@ -8,30 +8,30 @@ use hpu_datapath::{Biquad, BiquadConfig, Block, biquad};
 use hpu_plant::Shaper;
 use hpu_signal::Format;
 
-/// Cutoff of the published filter.
+/// Cutoff of the published filter, in Hz.
 pub const CUTOFF_HZ: f64 = 2.5;
 
-/// Sample time of the digital one.
+/// Sample time of the digital shaper, in s.
 pub const PERIOD_S: f64 = 1e-3;
 
-/// `|1 - H|` of the Butterworth filter: `(√2 ω_c s + ω_c²) / (s² + √2 ω_c s + ω_c²)`.
+/// Returns `|1 - H|` of the Butterworth filter: `(√2 ω_c s + ω_c²) / (s² + √2 ω_c s + ω_c²)`.
 #[must_use]
 pub fn exact(frequency_hz: f64) -> f64 {
-    // In units of the cutoff.
+    // Frequencies are in units of the cutoff.
     let w = frequency_hz / CUTOFF_HZ;
     let slow = SQRT_2 * w;
     slow.hypot(1.0) / slow.hypot(1.0 - w * w)
 }
 
-/// `|1 - H|` of the bilinear transform, which maps a frequency onto another, the cutoff onto itself.
+/// Returns `|1 - H|` of the bilinear transform, which maps each frequency to another one and the cutoff to itself.
 #[must_use]
 pub fn bilinear(frequency_hz: f64) -> f64 {
     let warped = |hz: f64| libm::tan(PI * hz * PERIOD_S);
     exact(CUTOFF_HZ * warped(frequency_hz) / warped(CUTOFF_HZ))
 }
 
-/// `|1 - H|` of the plant's shaper, under a sine held for a thousandth of its period and read in the middle of every
-/// hold.
+/// Returns `|1 - H|` of the plant's shaper, whose input is a sine held for a thousandth of its period; the output is
+/// read in the middle of every hold.
 #[must_use]
 pub fn analog(frequency_hz: f64) -> f64 {
     const HOLDS: u32 = 1000;
@@ -54,11 +54,11 @@ pub fn analog(frequency_hz: f64) -> f64 {
 /// Bits of a force's magnitude in the words that are measured.
 const FORCE_BITS: u32 = 16;
 
-/// What the datapath's filter leaves of a sequence of forces, in their units.
+/// Returns `1 - H` of a sequence of forces, as the datapath's filter computes it, in the forces' units.
 ///
 /// # Panics
 ///
-/// When the shaper's own widths are refused.
+/// If the shaper's own widths are refused.
 pub fn words(forces: impl Iterator<Item = i64>) -> impl Iterator<Item = f64> {
     let coefficient = Format::new(true, 1, 30).expect("32 bits");
     let word = |value: f64| (value / coefficient.lsb()).round() as i32;
@@ -67,11 +67,11 @@ pub fn words(forces: impl Iterator<Item = i64>) -> impl Iterator<Item = f64> {
     let input = Format::signed(FORCE_BITS + 2);
     let config = BiquadConfig { input, output, coefficient, b: [b0, b1, b2], a: [a1, a2], period_width: 24 };
     let mut filter = Biquad::new(config).expect("as in the shaper");
-    // A sample every edge.
+    // One sample at every clock cycle.
     forces.map(move |x| x as f64 - output.to_f64(filter.tick(biquad::In { x, period: 1 }).y))
 }
 
-/// `|1 - H|` of the datapath's words, under a sine of full scale sampled for two seconds.
+/// Returns `|1 - H|` of the datapath's fixed-point words, whose input is a sine of full scale sampled for two seconds.
 #[must_use]
 pub fn digital(frequency_hz: f64) -> f64 {
     const SETTLING: usize = 3000;
@@ -86,8 +86,8 @@ pub fn digital(frequency_hz: f64) -> f64 {
     left[0].hypot(left[1]) * 2.0 / (WATCHED as f64 * full)
 }
 
-/// The greatest value of `1 - H` under a step of 1: in closed form, of the plant's shaper read every 0.1 ms, and of the
-/// words.
+/// Returns the greatest value of `1 - H` under a step of 1: in closed form, of the plant's shaper read every 0.1 ms,
+/// and of the fixed-point words.
 #[must_use]
 pub fn overshoots() -> [f64; 3] {
     let step = Shaper::new(CUTOFF_HZ).stepped(1.0);

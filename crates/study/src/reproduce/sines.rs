@@ -1,4 +1,4 @@
-//! Four sources of sine and cosine: how far off they are, and how many bits of ROM they take.
+//! Four sources of sine and cosine: their errors, and the bits of ROM that they take.
 
 use std::f64::consts::TAU;
 use std::fmt::Write;
@@ -14,21 +14,21 @@ use super::text::quoted;
 /// A source of sine and cosine.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Source {
-    /// A word for each count.
+    /// A table with a word for each count.
     Table,
-    /// A quarter of a wave, the nearest step.
+    /// A table of a quarter wave, read at the nearest step.
     Quarter,
-    /// A quarter of a wave, chords between its steps.
+    /// A table of a quarter wave, with straight lines between its steps.
     Interpolated,
-    /// Rotations.
+    /// CORDIC rotations.
     Cordic,
 }
 
 impl Source {
-    /// All of them.
+    /// All sources.
     pub const ALL: [Self; 4] = [Self::Table, Self::Quarter, Self::Interpolated, Self::Cordic];
 
-    /// The name of its block.
+    /// Returns the name of the source's block.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -39,7 +39,7 @@ impl Source {
         }
     }
 
-    /// What it calculates with.
+    /// Returns the arithmetic that the source needs, as text.
     #[must_use]
     pub const fn arithmetic(self) -> &'static str {
         match self {
@@ -59,81 +59,81 @@ impl Source {
     }
 }
 
-/// A ROM.
+/// Size of a ROM.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Rom {
-    /// Words.
+    /// Number of words.
     pub words: u64,
-    /// Bits of each.
+    /// Bits of each word.
     pub width: u32,
 }
 
 impl Rom {
-    /// All of its bits.
+    /// Returns the number of all bits.
     #[must_use]
     pub fn bits(self) -> u64 {
         self.words * u64::from(self.width)
     }
 }
 
-/// A source in one size, and what was found of it.
+/// A source in one size, and its measured errors.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Sine {
-    /// Which.
+    /// The source.
     pub source: Source,
-    /// Its generics that differ within the ladder.
+    /// The generics that differ within the ladder of sizes.
     pub size: String,
-    /// Whether these are the default ones.
+    /// Whether these are the default generics.
     pub default: bool,
     /// Format of sine and cosine.
     pub format: Format,
-    /// Its ROM, once however often it is read at an edge.
+    /// The source's ROM, counted once however often it is read at a clock edge.
     pub rom: Rom,
-    /// Greatest distance of a sine or cosine to the true one.
+    /// Greatest distance of a sine or cosine to the exact one.
     pub worst: f64,
     /// Root of the mean square of all these distances.
     pub rms: f64,
-    /// Greatest angle by which sine and cosine together point off.
+    /// Greatest error, in rad, of the angle to which sine and cosine together point.
     pub worst_rad: f64,
-    /// Angles that were looked at.
+    /// Number of angles that were examined.
     pub angles: u64,
 }
 
 impl Sine {
-    /// The worst in units of the last place.
+    /// Returns the greatest error in units of the last place.
     #[must_use]
     pub fn worst_lsb(&self) -> f64 {
         self.worst / self.format.lsb()
     }
 
-    /// The rms in units of the last place.
+    /// Returns the rms error in units of the last place.
     #[must_use]
     pub fn rms_lsb(&self) -> f64 {
         self.rms / self.format.lsb()
     }
 }
 
-/// The joints that differ: the first, and the second and third.
+/// Returns the turns of the joints that differ: the first joint, and the second, which is like the third.
 fn turns(config: &PhantomConfig) -> [Turn; 2] {
     let [first, second, _] = config.turns;
     [first, second]
 }
 
-/// Every source in a ladder of sizes about its default, over all counts of the default tables in joint 1 and in joint
-/// 2.
+/// Examines every source in a ladder of sizes about its default, over all counts that the default tables hold in joint
+/// 1 and in joint 2.
 ///
 /// # Errors
 ///
-/// When a block refuses a size, which none does.
+/// Returns an error if a block refuses a size; no block does.
 pub fn sines() -> Result<Vec<Sine>, ConfigError> {
     sines_of(&PhantomConfig::default())
 }
 
-/// The same for another design: its joints, and the counts that its tables hold.
+/// Like [`sines`], for another design: its joints, and the counts that its tables hold.
 ///
 /// # Errors
 ///
-/// When a block refuses a size.
+/// Returns an error if a block refuses a size.
 pub fn sines_of(config: &PhantomConfig) -> Result<Vec<Sine>, ConfigError> {
     let PhantomConfig { position_width, depth_width, .. } = *config;
     let (plain, phase) = (PhantomConfig::default().formats.trig, Phase::default());
@@ -153,7 +153,7 @@ pub fn sines_of(config: &PhantomConfig) -> Result<Vec<Sine>, ConfigError> {
     }
     for width in 4..=12 {
         let made = counts.turns.map(|turn| TrigInterpolated::new(phase.of(turn), width, 14));
-        // A step and the rise to the next, which is at most pi/2 of a step's width.
+        // A word holds a step and the rise to the next step, which is at most pi/2 of a step's width.
         let size = format!("QUARTER_WIDTH {width}, REST_WIDTH 14");
         let rom = Rom { words: 1 << width, width: stored + (stored + 1).saturating_sub(width) };
         all.push(counts.looked_at(Source::Interpolated, size, width == 9, plain, rom, made)?);
@@ -166,7 +166,7 @@ pub fn sines_of(config: &PhantomConfig) -> Result<Vec<Sine>, ConfigError> {
     Ok(all)
 }
 
-/// A sine of one integer bit.
+/// Returns the format of a sine with one integer bit.
 fn narrow(frac: i32) -> Format {
     Format::new(true, 1, frac).expect("at most 32 bits")
 }
@@ -178,7 +178,7 @@ struct Counts {
 }
 
 impl Counts {
-    /// Looks at every count of both joints.
+    /// Examines every count of both joints.
     fn looked_at<W: Wave>(
         &self,
         source: Source,
@@ -210,7 +210,7 @@ impl Counts {
 pub const SINES_CSV_HEADER: &str = "source,size,default,format,rom_words,rom_width_bits,rom_bits,worst,worst_lsb,rms_lsb,\
      worst_rad,latency_edges,angles,arithmetic\n";
 
-/// Every source in every size, one a row.
+/// Returns every source in every size as CSV, one a row.
 #[must_use]
 pub fn sines_csv(all: &[Sine]) -> String {
     let mut text = SINES_CSV_HEADER.to_string();
@@ -233,7 +233,7 @@ pub fn sines_csv(all: &[Sine]) -> String {
     text
 }
 
-/// All of it as text.
+/// Returns every source in every size as text.
 #[must_use]
 pub fn sines_text(all: &[Sine], notation: Notation) -> String {
     let wide = all.iter().map(|sine| notation.of(sine.format).len()).fold(9, usize::max);

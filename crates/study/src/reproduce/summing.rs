@@ -1,41 +1,41 @@
-//! The summing-up at the end of a reproduction: each published claim, in the paper's words, and what the runs say to
-//! it.
+//! The summing-up at the end of a reproduction: each published claim in the paper's words, and the answer of the runs
+//! to it.
 
 use std::fmt::Write;
 
 /// A published claim.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Statement {
-    /// Its letter.
+    /// Letter of the claim.
     pub letter: &'static str,
-    /// The paper's words.
+    /// The claim in the paper's words.
     pub paper: &'static str,
-    /// Its place in the paper.
+    /// Place of the claim in the paper.
     pub place: &'static str,
-    /// The condition on the runs under which it counts as confirmed.
+    /// The condition on the runs under which the claim counts as confirmed.
     pub means: &'static str,
 }
 
 /// The answer of the runs to a claim.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Finding {
-    /// It is so.
+    /// The claim holds.
     Confirmed,
-    /// It is not so.
+    /// The claim does not hold.
     NotConfirmed,
-    /// It is so at some seeds and not at others: one draw cannot tell.
+    /// The claim holds at some seeds and not at others: one draw cannot tell.
     MetInSome {
-        /// Seeds at which it is so.
+        /// Number of seeds at which it holds.
         met: usize,
-        /// All seeds.
+        /// Number of all seeds.
         seeds: usize,
     },
-    /// The runs do not decide, or it depends on what the paper leaves open.
+    /// The runs do not decide, or the answer depends on what the paper leaves open.
     CannotBeTold,
 }
 
 impl Finding {
-    /// From whether it is so, `None` when the runs do not decide.
+    /// Returns the finding from whether the claim holds; `None` if the runs do not decide.
     #[must_use]
     pub fn of(met: Option<bool>) -> Self {
         match met {
@@ -45,7 +45,7 @@ impl Finding {
         }
     }
 
-    /// From cases that differ in what the paper leaves open: all of them have to agree.
+    /// Returns the finding from cases that differ in what the paper leaves open; all of them have to agree.
     #[must_use]
     pub fn of_cases(cases: &[bool]) -> Self {
         match cases.first() {
@@ -54,7 +54,7 @@ impl Finding {
         }
     }
 
-    /// From every seed's answer, `None` where that seed's runs do not decide.
+    /// Returns the finding from every seed's answer; `None` where that seed's runs do not decide.
     #[must_use]
     pub fn of_seeds(seeds: &[Option<bool>]) -> Self {
         let met = seeds.iter().filter(|met| **met == Some(true)).count();
@@ -65,7 +65,7 @@ impl Finding {
         }
     }
 
-    /// In words.
+    /// Returns the finding as text.
     #[must_use]
     pub fn name(self) -> String {
         match self {
@@ -77,7 +77,7 @@ impl Finding {
     }
 }
 
-/// A claim with its finding and the figures that it rests on.
+/// A claim with its finding and the figures that the finding rests on.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Sum {
     /// The claim.
@@ -88,7 +88,7 @@ pub struct Sum {
     pub found: String,
 }
 
-/// The summing-up as text; empty where the paper claims nothing.
+/// Returns the summing-up as text; empty if the paper claims nothing.
 #[must_use]
 pub fn summing_up(sums: &[Sum]) -> String {
     if sums.is_empty() {

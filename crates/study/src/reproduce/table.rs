@@ -1,16 +1,16 @@
-//! The table at one seed: what became of each cell's trials, and how stiff each platform's walls may be.
+//! The table at one seed: the class of each cell's trials, and how stiff each platform's walls may be.
 
 use hpu_cosim::scene::{Direction, Platform};
 
 use super::trial::{Trial, Verdict};
 use super::{Outcomes, Study};
 
-/// What a cell of the table shows.
+/// The class of a cell, and how the paper prints it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Class {
     /// Every trial was passive: "x".
     Passive,
-    /// Some trial was not, and none was aborted: shaded.
+    /// Some trial was not passive, and none was aborted: shaded.
     NonPassive,
     /// Some trial was aborted: white.
     HighlyUnstable,
@@ -19,7 +19,7 @@ pub enum Class {
 }
 
 impl Class {
-    /// In words.
+    /// Returns the class's name.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -34,11 +34,11 @@ impl Class {
 /// A cell of the table.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Cell {
-    /// The seed of its draws.
+    /// Seed of the cell's draws.
     pub seed: u64,
-    /// What it shows.
+    /// Class of the cell.
     pub class: Class,
-    /// Its trials, or why they could not be run.
+    /// The cell's trials, or why they could not be run.
     pub trials: Vec<Result<Trial, String>>,
 }
 
@@ -57,7 +57,7 @@ impl Cell {
         Self { seed, class, trials }
     }
 
-    /// The mean of the trials' rms; `None` where it was not recorded, which is in cells that are aborted or failed.
+    /// Returns the mean of the trials' rms, in m; `None` in cells that are aborted or failed, where it is not recorded.
     #[must_use]
     pub fn rms_m(&self) -> Option<f64> {
         if !matches!(self.class, Class::Passive | Class::NonPassive) {
@@ -67,7 +67,8 @@ impl Cell {
         Some(all.iter().sum::<f64>() / all.len() as f64)
     }
 
-    /// The greatest rms of the trials, by which the cell is passive or not; `None` where [`Cell::rms_m`] is.
+    /// Returns the greatest rms of the trials, in m, which decides whether the cell is passive; `None` where
+    /// [`Cell::rms_m`] is.
     #[must_use]
     pub fn worst_rms_m(&self) -> Option<f64> {
         self.rms_m()?;
@@ -78,36 +79,38 @@ impl Cell {
 /// How stiff a wall may be on a platform, along an axis.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Limit {
-    /// The stiffest row that is passive, all softer rows being so too; `None` when the softest is not.
+    /// The stiffest row, in N/m, that is passive and below which all softer rows are passive too; `None` if the softest
+    /// row is not passive.
     pub passive_n_per_m: Option<f64>,
-    /// The row after it, which is not; `None` when all rows are passive.
+    /// The next row, in N/m, which is not passive; `None` if all rows are passive.
     pub beyond_n_per_m: Option<f64>,
     /// Whether some stiffer row is passive again.
     pub again: bool,
 }
 
-/// The cells of one rung of the study at one seed; a cell that was not run at it is the first seed's.
+/// The cells of one rung of the study at one seed. For a cell that was not run at this seed, the first seed's cell is
+/// taken.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Table {
     /// The seed.
     pub seed: u64,
-    /// Along which axes.
+    /// The axes.
     pub axes: Vec<Direction>,
-    /// On which platforms.
+    /// The platforms.
     pub platforms: Vec<Platform>,
-    /// The rows, ascending.
+    /// Stiffnesses of the rows, in N/m, ascending.
     pub stiffnesses_n_per_m: Vec<f64>,
-    /// Trials of each cell.
+    /// Number of trials of each cell.
     pub trials: u64,
     cells: Vec<Cell>,
 }
 
 impl Table {
-    /// The table of one rung at a seed, the first being 0.
+    /// Returns the table of one rung at a seed; the first seed is 0.
     ///
     /// # Panics
     ///
-    /// When not all cells were run at the first seed.
+    /// If not all cells were run at the first seed.
     pub(super) fn new(study: &Study, rung: usize, seed: usize, outcomes: &Outcomes) -> Self {
         let count = study.cells() / study.rungs.len();
         let cell = |cell| study.cell(cell, seed, outcomes).or_else(|| study.cell(cell, 0, outcomes));
@@ -122,7 +125,7 @@ impl Table {
         }
     }
 
-    /// A cell, if the study has it.
+    /// Returns a cell, if the study has it.
     #[must_use]
     pub fn cell(&self, axis: Direction, platform: Platform, stiffness_n_per_m: f64) -> Option<&Cell> {
         let axis = self.axes.iter().position(|other| *other == axis)?;
@@ -131,7 +134,7 @@ impl Table {
         self.cells.get((axis * self.platforms.len() + platform) * self.stiffnesses_n_per_m.len() + row)
     }
 
-    /// How stiff the walls may be, if the study tells.
+    /// Returns how stiff the walls may be, if the study tells.
     #[must_use]
     pub fn limit(&self, axis: Direction, platform: Platform) -> Option<Limit> {
         let rows = self.stiffnesses_n_per_m.iter();
@@ -146,7 +149,7 @@ impl Table {
         })
     }
 
-    /// All cells, in the order of the study.
+    /// Returns all cells, in the order of the study.
     #[must_use]
     pub fn cells(&self) -> &[Cell] {
         &self.cells

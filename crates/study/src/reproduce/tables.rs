@@ -1,4 +1,5 @@
-//! The table over all seeds: in how many of them a cell is passive, a limit as an interval, a claim met in so many.
+//! The table over all seeds: at how many seeds a cell is passive, limits as intervals, and at how many seeds a claim is
+//! met.
 
 use std::fmt;
 
@@ -9,17 +10,17 @@ use super::summing::{Finding, Sum};
 use super::table::{Cell, Class, Table};
 use super::{Outcomes, Study};
 
-/// So many of so many seeds.
+/// A number of seeds out of a total.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Share {
-    /// Seeds at which it is so.
+    /// Number of seeds at which the statement holds.
     pub so: usize,
-    /// Seeds at which it was looked at.
+    /// Number of seeds at which it was examined.
     pub of: usize,
 }
 
 impl Share {
-    /// Whether it is so at every seed.
+    /// Whether the statement holds at every seed.
     #[must_use]
     pub const fn all(self) -> bool {
         self.so == self.of
@@ -35,19 +36,19 @@ impl fmt::Display for Share {
 /// A cell at each seed at which it was run.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Tally {
-    /// Its class at each of these seeds, in their order.
+    /// Class of the cell at each of these seeds, in their order.
     pub classes: Vec<Class>,
 }
 
 impl Tally {
-    /// Its class, if all seeds agree; `None` when it is mixed.
+    /// Returns the cell's class if all seeds agree; `None` if they differ.
     #[must_use]
     pub fn class(&self) -> Option<Class> {
         let first = *self.classes.first()?;
         self.classes.iter().all(|class| *class == first).then_some(first)
     }
 
-    /// In how many seeds it is of this class.
+    /// Returns at how many seeds the cell has this class.
     #[must_use]
     pub fn share(&self, class: Class) -> Share {
         Share { so: self.classes.iter().filter(|own| **own == class).count(), of: self.classes.len() }
@@ -57,13 +58,14 @@ impl Tally {
 /// The limits of a column over all seeds.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Span {
-    /// The stiffest row that is passive at every seed, all softer rows being so too; `None` when the softest is not.
+    /// The stiffest row, in N/m, that is passive at every seed and below which all softer rows are so too; `None` if
+    /// the softest row is not.
     pub every_n_per_m: Option<f64>,
-    /// The row after it, which is not; `None` when all rows are passive at every seed.
+    /// The next row, in N/m, which is not passive at every seed; `None` if all rows are passive at every seed.
     pub beyond_n_per_m: Option<f64>,
-    /// The stiffest row that is passive at some seed; `None` when no row is.
+    /// The stiffest row, in N/m, that is passive at some seed; `None` if no row is.
     pub some_n_per_m: Option<f64>,
-    /// Whether that is the last row.
+    /// Whether `some_n_per_m` is the last row.
     pub ends: bool,
 }
 
@@ -81,24 +83,24 @@ impl fmt::Display for Span {
 /// A claim at every seed.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Repeated {
-    /// What each seed's table says to it, with the seed, in their order.
+    /// Each seed, and the claim as its table decides it, in the order of the seeds.
     pub seeds: Vec<(u64, Claim)>,
 }
 
 impl Repeated {
-    /// The claim at the first seed.
+    /// Returns the claim at the first seed.
     #[must_use]
     pub fn first(&self) -> &Claim {
         &self.seeds[0].1
     }
 
-    /// What all seeds together say to it.
+    /// Returns the finding of all seeds together.
     #[must_use]
     pub fn finding(&self) -> Finding {
         Finding::of_seeds(&self.seeds.iter().map(|(_, claim)| claim.met).collect::<Vec<_>>())
     }
 
-    /// The numbers of the first seed; at which seeds it is met where they differ in that.
+    /// Returns the numbers of the first seed and, where the seeds differ, the seeds at which the claim is met.
     #[must_use]
     pub fn found(&self) -> String {
         let (seed, first) = &self.seeds[0];
@@ -115,7 +117,7 @@ impl Repeated {
         found
     }
 
-    /// For the summing-up.
+    /// Returns the claim for the summing-up.
     #[must_use]
     pub fn sum(&self) -> Sum {
         Sum { statement: self.first().statement(), finding: self.finding(), found: self.found() }
@@ -129,29 +131,29 @@ pub struct Tables {
 }
 
 impl Tables {
-    /// The tables of one rung, from the outcomes of a study that is through.
+    /// Returns the tables of one rung, from the outcomes of a finished study.
     ///
     /// # Panics
     ///
-    /// When not all cells were run at the first seed.
+    /// If not all cells were run at the first seed.
     #[must_use]
     pub fn new(study: &Study, rung: usize, outcomes: &Outcomes) -> Self {
         Self { tables: (0..study.seeds as usize).map(|seed| Table::new(study, rung, seed, outcomes)).collect() }
     }
 
-    /// The table at the first seed.
+    /// Returns the table at the first seed.
     #[must_use]
     pub fn first(&self) -> &Table {
         &self.tables[0]
     }
 
-    /// The table at each seed, in their order.
+    /// Returns the table at each seed, in their order.
     #[must_use]
     pub fn each(&self) -> &[Table] {
         &self.tables
     }
 
-    /// A cell at the seeds at which it was run, if the study has it.
+    /// Returns a cell at the seeds at which it was run, if the study has it.
     #[must_use]
     pub fn cell(&self, axis: Direction, platform: Platform, stiffness_n_per_m: f64) -> Option<Tally> {
         self.first().cell(axis, platform, stiffness_n_per_m)?;
@@ -162,7 +164,7 @@ impl Tables {
         Some(Tally { classes: cells.collect() })
     }
 
-    /// How many cells were run at every seed, and how many there are.
+    /// Returns how many cells were run at every seed, out of all cells.
     #[must_use]
     pub fn repeated(&self) -> Share {
         let last = &self.tables[self.tables.len() - 1];
@@ -170,7 +172,7 @@ impl Tables {
         Share { so, of: last.cells().len() }
     }
 
-    /// Which cells were run at how many seeds, in words.
+    /// Returns as text which cells were run at how many seeds.
     #[must_use]
     pub fn drawn(&self) -> String {
         match self.tables.len() {
@@ -179,7 +181,7 @@ impl Tables {
         }
     }
 
-    /// How stiff the walls may be, if the study tells.
+    /// Returns how stiff the walls may be, if the study tells.
     #[must_use]
     pub fn limit(&self, axis: Direction, platform: Platform) -> Option<Span> {
         let rows = &self.first().stiffnesses_n_per_m;
@@ -196,7 +198,7 @@ impl Tables {
         })
     }
 
-    /// The paper's claims, each held against the table of every seed.
+    /// Returns the paper's claims, each compared with the table of every seed.
     #[must_use]
     pub fn claims(&self) -> Vec<Repeated> {
         let mut seeds = self.tables.iter().map(|table| (table.seed, claims(table)));
@@ -208,7 +210,7 @@ impl Tables {
         all
     }
 
-    /// Why trials failed, each reason once.
+    /// Returns why trials failed, each reason once.
     #[must_use]
     pub fn failures(&self) -> Vec<&str> {
         let cells = self.tables.iter().flat_map(Table::cells);

@@ -15,7 +15,7 @@ use super::{Outcomes, Point, Study};
 pub const CSV_HEADER: &str =
     "rung,axis,platform,stiffness_n_per_m,seed,trial,outcome,rms_m,aborted_at_s,edges,reason\n";
 
-/// Every trial that was run, one a row.
+/// Returns every trial that was run as CSV, one a row.
 #[must_use]
 pub fn csv(study: &Study, outcomes: &Outcomes) -> String {
     let mut text = CSV_HEADER.to_string();
@@ -47,12 +47,12 @@ pub fn csv(study: &Study, outcomes: &Outcomes) -> String {
     text
 }
 
-/// A field of a CSV.
+/// Returns a field of a CSV, quoted if needed.
 pub(super) fn quoted(field: &str) -> String {
     if field.contains([',', '"']) { format!("\"{}\"", field.replace('"', "\"\"")) } else { field.to_string() }
 }
 
-/// The table as the paper prints it, what of it is legible there beside, and what follows from it.
+/// Returns the table as the paper prints it, with a mark at each legible cell, and the limits and claims that follow.
 #[must_use]
 pub fn table_text(tables: &Tables) -> String {
     let mut text = grid(tables);
@@ -74,7 +74,7 @@ pub fn table_text(tables: &Tables) -> String {
     text + &summing_up(&tables.claims().iter().map(Repeated::sum).collect::<Vec<_>>())
 }
 
-/// Which cells were run at which seeds, and each mixed cell.
+/// Returns as text which cells were run at which seeds, and each cell whose seeds differ.
 fn seeds(tables: &Tables) -> String {
     let table = tables.first();
     let seeds = tables.each().len();
@@ -103,7 +103,7 @@ fn seeds(tables: &Tables) -> String {
     text
 }
 
-/// A mixed cell: in how many seeds it is of each class.
+/// Returns as text in how many seeds a mixed cell has each class.
 fn told(tally: &Tally) -> String {
     let classes = [Class::NonPassive, Class::HighlyUnstable, Class::Failed];
     let others = classes.map(|class| (class, tally.share(class).so)).into_iter().filter(|(_, so)| *so > 0);
@@ -152,7 +152,7 @@ fn grid(tables: &Tables) -> String {
     text.lines().map(|line| format!("{}\n", line.trim_end())).collect()
 }
 
-/// How stiff the walls may be, and that over PMOS-1.
+/// Returns as text how stiff the walls may be, and the ratio to PMOS-1.
 fn limits(tables: &Tables) -> String {
     let mut text = String::from("Stiffest wall in N/m up to which every row is passive");
     text += if tables.each().len() > 1 {
@@ -174,7 +174,7 @@ fn limits(tables: &Tables) -> String {
     text
 }
 
-/// A limit over that of PMOS-1 at the same seed: the least and the greatest over all seeds.
+/// Returns the ratio of a limit to that of PMOS-1 at the same seed: the least and the greatest over all seeds.
 fn ratio(tables: &Tables, axis: Direction, platform: Platform) -> Option<String> {
     let row = |table: &Table, platform| table.limit(axis, platform)?.passive_n_per_m;
     let ratios = tables.each().iter().map(|table| Some(row(table, platform)? / row(table, Platform::Pmos1)?));

@@ -6,39 +6,39 @@ use hpu_cosim::{Control, Driver, Ready, Rig, Verdict as Outcome, Wired};
 /// The shipped scene of a drop trial.
 pub const SCENE: &str = "phantom-drop";
 
-/// What a trial was.
+/// The result of a trial.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Trial {
-    /// How it was judged.
+    /// Verdict on the trial.
     pub verdict: Verdict,
-    /// Clock edges that were run.
+    /// Number of clock edges that were run.
     pub edges: u64,
-    /// Why it was aborted, if it was.
+    /// Why the trial was aborted, if it was.
     pub why: String,
 }
 
-/// How a drop trial is judged.
+/// The verdict on a drop trial.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Verdict {
-    /// It came to rest on the wall.
+    /// The arm came to rest on the wall.
     Passive {
-        /// rms about the steady value.
+        /// The rms about the steady value, in m.
         rms_m: f64,
     },
-    /// It kept chattering.
+    /// The arm kept chattering.
     NonPassive {
-        /// rms about the steady value.
+        /// The rms about the steady value, in m.
         rms_m: f64,
     },
-    /// It was aborted.
+    /// The trial was aborted.
     HighlyUnstable {
-        /// When.
+        /// Time of the abortion, in s.
         at_s: f64,
     },
 }
 
 impl Verdict {
-    /// The rms about the steady value, of a trial that was not aborted.
+    /// Returns the rms about the steady value, in m, of a trial that was not aborted.
     #[must_use]
     pub fn rms_m(&self) -> Option<f64> {
         match self {
@@ -49,7 +49,7 @@ impl Verdict {
 }
 
 impl Trial {
-    /// As a line: outcome, rms in metres, time of abortion in seconds, edges, and why it was aborted.
+    /// Returns the trial as a line: outcome, rms in metres, time of abortion in seconds, edges, and why it was aborted.
     #[must_use]
     pub fn line(&self) -> String {
         let Self { verdict, edges, why } = self;
@@ -60,7 +60,7 @@ impl Trial {
         }
     }
 
-    /// From its line; `None` for any other text.
+    /// Reads a trial from its line; `None` for any other text.
     #[must_use]
     pub fn read(line: &str) -> Option<Self> {
         let mut fields = line.splitn(5, ',');
@@ -76,11 +76,11 @@ impl Trial {
     }
 }
 
-/// Runs the scene under these overrides; `None` when it was stopped.
+/// Runs the scene under these overrides; returns `None` when it was stopped.
 ///
 /// # Errors
 ///
-/// Why it could not be run.
+/// Returns why the scene could not be run.
 pub fn run_trial(overrides: &[(String, String)], control: &Control) -> Result<Option<Trial>, String> {
     let experiment = scene().parse(overrides).map_err(|error| error.to_string())?;
     let ready = Ready::new(&experiment).map_err(|error| error.to_string())?;
@@ -99,11 +99,11 @@ pub fn run_trial(overrides: &[(String, String)], control: &Control) -> Result<Op
     Ok(Some(Trial { verdict, edges: summary.edges, why }))
 }
 
-/// The scene as it is shipped.
+/// Returns the scene as shipped.
 ///
 /// # Panics
 ///
-/// When it is not.
+/// If the scene is not shipped.
 #[must_use]
 pub fn scene() -> &'static Shipped {
     shipped().iter().find(|scene| scene.name == SCENE).expect("the scene of the drop trial is shipped")

@@ -7,30 +7,31 @@ use std::ops::RangeInclusive;
 use hpu_datapath::phantom::PhantomConfig;
 use hpu_plant::arm::kinematics;
 
-/// The nominal workspace of a Premium 1.0 in mm: wide (x), high (y), deep (z). General knowledge of the device.
+/// The nominal workspace of a Premium 1.0, in mm: width (x), height (y), depth (z). General knowledge of the device.
 pub const NOMINAL_MM: [f64; 3] = [254.0, 178.0, 127.0];
-/// Cells along each of its sides: about 2 mm each.
+/// Number of cells along each side of the workspace: about 2 mm each.
 pub const CELLS: [u32; 3] = [127, 89, 64];
-/// Widths of the counts that the tables hold.
+/// Widths of the counts that the tables hold, in bits.
 pub const DEPTHS: RangeInclusive<u32> = 11..=15;
 
-/// The cells of the nominal workspace by the counts that they need.
+/// The cells of the nominal workspace, classified by the counts that they need.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Workspace {
-    /// All of them.
+    /// Number of all cells.
     pub cells: u64,
-    /// Those that the links do not reach.
+    /// Number of cells that the links do not reach.
     pub unreachable: u64,
-    /// Those whose counts the tables of each of [`DEPTHS`] hold.
+    /// For each width of [`DEPTHS`], the number of cells whose counts the tables hold.
     pub held: Vec<(u32, u64)>,
-    /// Those that the configuration's own tables do not hold because of each joint, alone or with others.
+    /// For each joint, the number of cells that the configuration's own tables do not hold because of this joint, alone
+    /// or with others.
     pub missed_by: [u64; 3],
-    /// Width of the counts that the configuration's own tables hold.
+    /// Width of the counts that the configuration's own tables hold, in bits.
     pub depth_width: u32,
 }
 
 impl Workspace {
-    /// Takes the inverse kinematics at the middle of each cell of a box of that size about the neutral tip.
+    /// Computes the inverse kinematics at the middle of each cell of a box of this size about the neutral tip.
     #[must_use]
     pub fn new(config: &PhantomConfig, size_mm: [f64; 3], cells: [u32; 3]) -> Self {
         let lengths_m = config.lengths.map(|word| f64::from(word) / f64::from(1u32 << config.formats.length_frac));
@@ -67,18 +68,18 @@ impl Workspace {
         }
     }
 
-    /// A part of the cells.
+    /// Returns a number of cells as a percentage of all cells.
     fn percent(&self, cells: u64) -> f64 {
         100.0 * cells as f64 / self.cells as f64
     }
 
-    /// The share of all cells that tables of a width hold, in percent.
+    /// Returns the share of all cells that tables of a width hold, in percent.
     #[must_use]
     pub fn held_percent(&self, depth_width: u32) -> Option<f64> {
         self.held.iter().find(|(width, _)| *width == depth_width).map(|(_, held)| self.percent(*held))
     }
 
-    /// The share of each width, and what keeps the rest out.
+    /// Returns as text the share of each width, and what keeps the other cells out.
     #[must_use]
     pub fn text(&self) -> String {
         let [wide, high, deep] = NOMINAL_MM;
@@ -111,7 +112,7 @@ impl Workspace {
         text
     }
 
-    /// As CSV.
+    /// Returns the shares as CSV.
     #[must_use]
     pub fn csv(&self) -> String {
         let mut text = "depth_bits,cells,unreachable_cells,held_cells,held_percent\n".to_string();

@@ -1,4 +1,4 @@
-//! Speed against accuracy: errors of known differences, the front, who runs a scene.
+//! Speed against accuracy: errors of known differences, the front, and which contestants a scene has.
 
 use std::num::NonZeroUsize;
 use std::time::Duration;
@@ -19,7 +19,7 @@ fn run(experiment: &Experiment, driver: Driver) -> Outputs {
     Outputs::printed(experiment, driver, &Control::default()).expect("runs").0.expect("to its end")
 }
 
-/// A motion over a range of 4, into a wall by 0.5, that gave 3 J of 8 J exchanged.
+/// Returns outputs with a motion over a range of 4 that goes 0.5 deep into a wall, and with 3 J given of 8 J exchanged.
 fn reference() -> Outputs {
     Outputs {
         trace: vec![-1.0, 0.0, 3.0, 2.0],
@@ -64,7 +64,7 @@ fn known_differences_have_known_errors() {
     ];
     assert_eq!(ours.errors(&theirs), expected);
     assert_eq!(worst(&expected, &[Output::Trace, Output::Frequency]), 0.125);
-    // An offset of two rows of four: rms is that of the two, 1 / sqrt(2), over 4.
+    // Two rows of four are off by 1: the rms of the difference is 1 / sqrt(2), over the range of 4.
     let half = Outputs { trace: vec![-1.0, 1.0, 2.0, 2.0], ..theirs.clone() };
     assert!((error(Output::Trace, &half, &theirs) - 0.5f64.sqrt() / 4.0).abs() < 1e-15);
 }
@@ -80,10 +80,10 @@ fn what_is_wrong_altogether_has_an_infinite_error_and_what_does_not_swing_one_of
     for output in [Output::Trace, Output::FinalAngle, Output::Energy] {
         assert_eq!(error(output, &lost, &theirs), f64::INFINITY);
     }
-    // A reference that never touched the wall: a depth is told over its range of motion.
+    // For a reference that never touched the wall, the error of the depth is relative to its range of motion.
     let apart = Outputs { peak_penetration: 0.0, ..theirs.clone() };
     assert_eq!(error(Output::PeakPenetration, &theirs, &apart), 0.125);
-    // What the reference does not have is not compared.
+    // An output that the reference does not have is not compared.
     assert!(theirs.errors(&rests).iter().all(|(output, _)| !matches!(output, Output::Amplitude | Output::Frequency)));
 }
 
@@ -92,7 +92,7 @@ fn a_drop_test_is_compared_by_trace_rms_and_verdict() {
     let passive = Outputs { rms_m: Some(1e-6), outcome: OutcomeKind::Passive, ..reference() };
     let outputs: Vec<_> = passive.errors(&passive).into_iter().map(|(output, _)| output).collect();
     assert_eq!(outputs, [Output::Trace, Output::Rms, Output::Verdict]);
-    // Over the 30 um that decide; beyond them, over itself.
+    // The error is relative to the 30 um that decide the verdict; beyond them it is relative to the reference itself.
     let other = Outputs { rms_m: Some(4e-6), ..passive.clone() };
     assert!((error(Output::Rms, &other, &passive) - 0.1).abs() < 1e-12);
     let chatters = Outputs { rms_m: Some(200e-6), outcome: OutcomeKind::NonPassive, ..passive.clone() };
@@ -141,14 +141,14 @@ fn the_contestants_of_a_motor_are_of_every_family() {
             let rungs = all.iter().filter(|contestant| contestant.family == format!("{solver}{variant}"));
             let steps: Vec<f64> = rungs.filter_map(|contestant| contestant.step_s).collect();
             assert!(steps.windows(2).all(|pair| pair[0] < pair[1]), "{steps:?}");
-            // From a clock edge of 50 MHz to a sample at 1 kHz; decades between.
+            // From a clock period at 50 MHz to a sample period at 1 kHz, with decades in between.
             assert_eq!((steps[0], steps[steps.len() - 1]), (20e-9, 1e-3));
             for decade in [100e-9, 1e-6, 10e-6, 100e-6] {
                 assert!(steps.contains(&decade), "{steps:?}");
             }
         }
     }
-    // No Coulomb friction, so none to smooth.
+    // The scene has no Coulomb friction, so there is none to smooth.
     assert!(!families.contains(&"smoothed") && !families.contains(&"frictionless"));
     assert!(contestants(&scene("friction-wall", &[])).iter().any(|one| one.name == "smoothed"));
     let mut names: Vec<&String> = all.iter().map(|contestant| &contestant.name).collect();
@@ -198,7 +198,7 @@ fn clock_has_every_edge_of_events() {
         assert!(clock.same_edges(&events), "{name}");
         assert!(clock.errors(&events).iter().all(|(_, error)| *error == 0.0), "{name}");
     }
-    // A wall that is one word stiffer leaves its print.
+    // A wall that is one word stiffer changes the hash.
     let moved = [("run.duration", "20 ms"), ("device.initial_angle", "1.6 rad")];
     let stiff = scene("hybrid-wall", &[&moved[..], &[("wall.stiffness", "1.55 N.m/rad")]].concat());
     assert!(!run(&stiff, Driver::Events).same_edges(&run(&scene("hybrid-wall", &moved), Driver::Events)));
@@ -231,14 +231,14 @@ fn steps_that_are_passed_between_events_are_those_that_every_edge_sees() {
     }
 }
 
-/// A mass on a rail that runs down in a viscous medium and comes to no wall: a smooth, linear motion.
+/// A mass on a rail that slows down in a viscous medium and reaches no wall: a smooth, linear motion.
 fn coasting(names: &[&str]) -> Chart {
     let shipped = shipped().iter().find(|shipped| shipped.name == "rail-drop").expect("a shipped scene");
     let set = [
         ("device.coulomb", "0"),
         ("device.damping", "10 N.s/m"),
         ("device.initial_speed", "1 m/s"),
-        // Ends where a step of every rung ends.
+        // The run ends where a step of every rung ends.
         ("run.duration", "30 ms"),
         ("accuracy.outputs", "[\"final_angle\"]"),
     ];
@@ -259,7 +259,8 @@ fn in_a_race_clock_is_exact_and_a_ladder_s_error_falls_with_its_step_by_the_solv
     };
     assert_eq!((row("events").grade, row("clock").grade), (Grade::Exact, Grade::Exact));
     let error = |name: &str| row(name).grade.error().unwrap_or(f64::INFINITY);
-    // A tenth of the step: a tenth of Euler's error; of the classic method of order 4 a third of it is enough.
+    // A tenth of the step gives a tenth of Euler's error. For the classic method of order 4, a third of the step is
+    // enough.
     for (solver, order, rungs) in [("euler", 1.0, ["1ms", "100us"]), ("rk4", 4.0, ["1ms", "300us"])] {
         let [long, short] = rungs.map(|rung| error(&format!("{solver}@{rung}")));
         let shorter: f64 = if rungs[1] == "100us" { 10.0 } else { 10.0 / 3.0 };
@@ -305,7 +306,7 @@ fn a_long_run_by_edges_or_steps_is_timed_over_its_first_part_and_says_so() {
     for row in [rows[1], rows[2]] {
         let timed_s = row.speed.timed_s.expect("ten million edges and two million steps take longer");
         assert!(timed_s > 0.0 && timed_s < 0.2 && row.speed.wall_s.is_finite(), "{row:?}");
-        // Two digits at most, however slow the machine is at that moment.
+        // At most two digits, however slow the machine is at that moment.
         let timed = row.speed.timed();
         let digits = timed
             .strip_prefix("first 0.")

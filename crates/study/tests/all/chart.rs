@@ -1,4 +1,4 @@
-//! Pictures: whole, deterministic, and telling what the run did.
+//! Pictures are complete and deterministic, and they show what the run did.
 
 use hpu_cosim::scene::{Scene, shipped};
 use hpu_cosim::{Control, Driver, Rig, Session, Wired};
@@ -12,7 +12,7 @@ fn parsed(name: &str) -> Scene {
     shipped().iter().find(|scene| scene.name == name).unwrap().parse(&[]).unwrap().axis().unwrap()
 }
 
-/// Runs scenes and hands the finished runs over.
+/// Runs scenes and passes the finished runs on.
 fn with_runs<T>(names: &[&str], then: impl FnOnce(&[Run]) -> T) -> T {
     let scenes: Vec<Scene> = names.iter().map(|name| parsed(name)).collect();
     let sessions: Vec<Session> = scenes.iter().map(|scene| Session::new(scene).unwrap()).collect();
@@ -111,7 +111,7 @@ fn two_panels_of_a_short_run_do_not_show_the_same() {
     let summary = session.run(Driver::Events, &mut trace, &mut (), &Control::default());
     let run = Run { scene: &scene, words: session.words(), trace: &trace, summary: &summary, command: COMMAND };
     for picture in run_pictures(&run).iter().filter(|picture| picture.name != "bits") {
-        // The last time of a panel over its first: the close-up, in ms, is a quarter of the whole.
+        // The last time of the close-up, in ms, is a quarter of the whole run.
         let times: Vec<f64> = texts(&picture.svg).iter().filter_map(|text| text.text.parse().ok()).collect();
         assert!(times.contains(&0.04) && !times.contains(&20.0), "{}: {times:?}", picture.name);
     }
@@ -126,7 +126,7 @@ fn the_command_is_drawn_upon_the_motors_torque_and_is_narrower() {
         key.color
     };
     let (asked, came) = (color("commanded"), color("the motor's"));
-    // The lines of the panels, not of their keys: the widest that there are of each colour.
+    // The lines of the panels, not those of the keys, which have few points.
     let lines = |of| {
         let all = elements(&picture.svg).filter(|(name, _)| *name == "polyline").enumerate();
         let own = all.filter(move |(_, (_, mark))| attribute(mark, "stroke").map(rgb) == Some(of));
@@ -142,7 +142,7 @@ fn the_command_is_drawn_upon_the_motors_torque_and_is_narrower() {
     }
 }
 
-/// The lines of a colour that have many points, in order of painting.
+/// Returns the lines of a colour that have many points, in order of painting.
 fn curves(picture: &Picture, name: &str) -> Vec<Vec<(f64, f64)>> {
     let key = picture.keys.iter().find(|key| key.name.starts_with(name)).unwrap_or_else(|| panic!("{name}"));
     let own = elements(&picture.svg)
@@ -152,7 +152,7 @@ fn curves(picture: &Picture, name: &str) -> Vec<Vec<(f64, f64)>> {
 
 #[test]
 fn a_word_that_changed_between_two_rows_is_drawn_as_changing_between_them() {
-    // Rows are 0.1 ms apart, 8 pixels of a close-up of 25 ms: no column has two of them.
+    // Rows are 0.1 ms apart, which is 8 pixels of a close-up of 25 ms: no column of pixels has two rows.
     with_runs(&["leak-bounce"], |runs| {
         let pictures = run_pictures(&runs[0]);
         for (picture, name) in [("torque", "commanded"), ("position", "as counted")] {
@@ -207,7 +207,7 @@ fn a_picture_says_scene_verdict_and_the_command_that_made_it() {
         for (name, title) in [("position", position), ("torque", position), ("bits", bits)] {
             let svg = &named(&pictures, name).svg;
             assert!(texts(svg)[0].text.starts_with(title), "{:?}", texts(svg)[0]);
-            // In SVG, what the shell takes for itself is written as XML wants it.
+            // In SVG, characters that are special to the shell are escaped as XML requires.
             assert!(svg.contains("-o &lt;here&gt; &amp; there"), "{scene} {name}");
         }
     }
@@ -261,7 +261,7 @@ fn titles_say_where_a_verdict_says_nothing_of_the_wall() {
     for (scene, wanted) in [
         ("thrown-hybrid", Some("; wall not reached")),
         ("free-motion", Some("; wall not reached")),
-        // The summary of this scene counts two.
+        // The summary of this scene counts two wraps.
         ("wrap-product", Some("; through the wall, product wrapped 2 times")),
         ("wrap-saturated", None),
         ("hybrid-wall", None),
@@ -285,7 +285,8 @@ fn the_range_of_a_counter_says_that_it_is_of_the_unsigned_word() {
 
 #[test]
 fn a_full_scale_that_no_run_comes_near_is_not_drawn() {
-    // Their springs reach some 700 of 4095 PWM counts; those of the others are cut off at full scale.
+    // The springs of the first two scenes reach some 700 of 4095 PWM counts; those of the other two are cut off at full
+    // scale.
     for (names, drawn) in [(["thrown-hybrid", "thrown-conventional"], 0), (["wrap-product", "wrap-saturated"], 2)] {
         let svg = with_runs(&names, |runs| side_by_side("Two", runs, COMMAND).svg);
         let said = texts(&svg).iter().filter(|text| text.text == "black line: full scale").count();

@@ -1,6 +1,6 @@
-//! Colours as people see them: CIEDE2000 under normal sight and under colour blindness, and WCAG's contrast.
+//! Colours as people see them: CIEDE2000 with normal sight and with colour blindness, and WCAG's contrast.
 //!
-//! Colour blindness is that of Machado, Oliveira and Fernandes (2009) at severity 1.0, on linear RGB.
+//! The model of colour blindness is that of Machado, Oliveira and Fernandes (2009) at severity 1.0, on linear RGB.
 
 /// Red, green and blue.
 pub type Rgb = [u8; 3];
@@ -35,7 +35,7 @@ fn times(rows: &[[f64; 3]; 3], of: [f64; 3]) -> [f64; 3] {
     rows.map(|row| row[0] * of[0] + row[1] * of[1] + row[2] * of[2])
 }
 
-/// A colour in CIELAB (D65) as somebody with such a sight sees it.
+/// Returns a colour in CIELAB (D65) as a person with this kind of sight sees it.
 pub fn seen(color: Rgb, sight: &[[f64; 3]; 3]) -> Lab {
     const XYZ: [[f64; 3]; 3] = [
         [0.412_456_4, 0.357_576_1, 0.180_437_5],
@@ -51,7 +51,7 @@ pub fn seen(color: Rgb, sight: &[[f64; 3]; 3]) -> Lab {
     [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
 }
 
-/// CIEDE2000 as Sharma, Wu and Dalal (2005) write it.
+/// Returns the CIEDE2000 difference, as Sharma, Wu and Dalal (2005) define it.
 pub fn difference([l1, a1, b1]: Lab, [l2, a2, b2]: Lab) -> f64 {
     let seventh = |c: f64| (c.powi(7) / (c.powi(7) + 25f64.powi(7))).sqrt();
     let g = 0.5 * (1.0 - seventh(0.5 * (a1.hypot(b1) + a2.hypot(b2))));
@@ -84,7 +84,7 @@ pub fn difference([l1, a1, b1]: Lab, [l2, a2, b2]: Lab) -> f64 {
     (l * l + c * c + h * h + rt * c * h).sqrt()
 }
 
-/// Contrast by WCAG 2: 1 of equals, 21 of black and white.
+/// Returns the contrast by WCAG 2: 1 for equal colours, 21 for black and white.
 pub fn contrast(one: Rgb, other: Rgb) -> f64 {
     let luminance = |color: Rgb| {
         let [r, g, b] = linear(color);
@@ -135,7 +135,7 @@ fn differences_are_those_that_sharma_published() {
     ];
     for [l1, a1, b1, l2, a2, b2, published] in PUBLISHED {
         let found = difference([l1, a1, b1], [l2, a2, b2]);
-        // As many digits as are printed; there and back it is the same.
+        // As many digits as are printed; the difference is symmetric.
         assert!((found - published).abs() < 5.1e-5, "{published}: {found}");
         assert!((found - difference([l2, a2, b2], [l1, a1, b1])).abs() < 1e-9, "{published}");
     }

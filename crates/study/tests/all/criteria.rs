@@ -1,4 +1,4 @@
-//! The published criteria against the known answers of their papers, and the exact ones against the emulator.
+//! The published criteria against the known answers of their papers, and the exact criteria against the emulator.
 
 use hpu_cosim::LinearLoop;
 use hpu_cosim::scene::Scene;
@@ -23,7 +23,7 @@ fn scene(text: &str, overrides: &[(&str, String)]) -> Scene {
         .unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// A linear scene of this device and hand.
+/// Returns a linear scene of this device and hand.
 fn linear(device: &str, hand: &str, overrides: &[(&str, String)]) -> Scene {
     let text = format!(
         r#"
@@ -74,7 +74,7 @@ fn at_1000_n_per_m_the_phantom_is_stable_below_47_mm_per_s() {
 #[test]
 fn the_four_regions_lie_where_damping_and_friction_suffice_or_not() {
     let body = |damping: f64, coulomb: f64| Rigid { damping_nm_s_per_rad: damping, coulomb_nm: coulomb, ..PHANTOM };
-    // At K = 1000, T = 1 ms: 1/2 of each is b = 0.5 and f_c = 0.01455.
+    // At K = 1000 N/m and T = 1 ms, beta and sigma are 1/2 at b = 0.5 and f_c = 0.01455.
     for (damping, coulomb, region) in [
         (0.51, 0.0147, Region::Passive),
         (0.49, 0.0147, Region::LocallyStable),
@@ -87,13 +87,13 @@ fn the_four_regions_lie_where_damping_and_friction_suffice_or_not() {
             assert!(matches!(region, Region::Passive | Region::Unstable));
             continue;
         };
-        // A sample at this speed: what sampling and quantum generate is what damping and friction take.
+        // In one sample at this speed, damping and friction take the energy that sampling and quantum generate.
         let (k, t, step) = (1000.0, 1e-3, 29.1e-6);
         let generated = 0.5 * k * speed * speed * t * t + 0.5 * k * step * speed * t;
         near(damping * speed * speed * t + coulomb * speed * t, generated, 1e-9);
         assert!(speed > 0.0);
     }
-    // A delay of a sample asks for three times the damping.
+    // A delay of one sample asks for three times the damping.
     let late = Rigid { delay_s: 1e-3, ..body(1.51, 0.0147) };
     assert_eq!(late.balance(1000.0).region, Region::Passive);
     assert_eq!(Rigid { damping_nm_s_per_rad: 1.49, ..late }.balance(1000.0).region, Region::LocallyStable);
@@ -117,7 +117,7 @@ fn passivity_costs_the_wall_s_damping_and_the_delay_s_lag() {
     for samples in 0..5 {
         let late = Rigid { delay_s: f64::from(samples) * 1e-3, ..body };
         let limit = late.colgate_schenkel();
-        // b = max over w of (T/2) / (1 - cos wT) Re{(1 - e^-jwT) K e^-jdwT}, the frequency condition itself.
+        // b = max over w of (T/2) / (1 - cos wT) Re{(1 - e^-jwT) K e^-jdwT}: the frequency condition itself.
         let needed = |angle: f64| {
             let (p, q, lag) = (1.0 - angle.cos(), angle.sin(), f64::from(samples) * angle);
             0.5e-3 / p * limit * (p * lag.cos() + q * lag.sin())
@@ -131,7 +131,7 @@ fn passivity_costs_the_wall_s_damping_and_the_delay_s_lag() {
 fn a_dropped_phantom_comes_to_rest_on_the_known_stiffness() {
     let body = Rigid { inertia_kg_m2: 0.09, ..PHANTOM };
     near(body.drop_threshold(0.15).expect("it falls"), 9785.13552, 1e-9);
-    // Lags that the papers' platforms suggest, to the table's whole newtons.
+    // Lags that the papers' platforms suggest, to the whole newtons of the table.
     for (period_s, delay_s, expected, digits) in [
         (1e-3, 1e-3, 1087.23728, 1e-8),
         (1e-3, 1.1e-3, 956.0, 6e-4),
@@ -151,7 +151,7 @@ fn a_scene_with_a_weight_has_the_drop_s_threshold_and_one_without_says_why_not()
     let criterion = told(&dropped, "drop_threshold");
     near(criterion.limit, 9785.13552, 1e-9);
     assert_eq!(criterion.unit, "N/m");
-    // The linear law pulls as well.
+    // The linear law also pulls.
     assert!(!criterion.assumptions_met());
     let held = linear(device, "{ kind = \"constant_torque\", torque = 0.03 }", &[]);
     for (scene, why) in [(linear(device, NONE, &[]), "constant effort"), (held, "friction holds")] {
@@ -168,7 +168,7 @@ fn the_describing_function_has_its_known_values() {
     near(describing_function(0.5f64.sqrt()), 1.27323954, 4e-9);
     near(describing_function(1.0), 1.10265779, 5e-9);
     near(describing_function(2.0), 1.03748884, 5e-9);
-    // By its definition: the first harmonic of the rounded sine.
+    // The definition: the first harmonic of the rounded sine.
     for amplitude in [0.6, 1.0, 1.4, 2.3, 7.9] {
         let steps = 200_000;
         let sum: f64 = (0..steps)
@@ -183,13 +183,13 @@ fn the_describing_function_has_its_known_values() {
 
 #[test]
 fn a_stable_swing_s_amplitude_solves_the_describing_function() {
-    // The sheet's 0.98849 has four digits: its N is 1.11113, that of 0.98852 is 1/0.9.
+    // The sheet's 0.98849 has four digits: its N is 1.11113, while N of 0.98852 is 1/0.9.
     near(stable_amplitude(1.0 / 0.9).expect("a swing"), 0.9885, 5e-5);
     for step in 0..=40 {
         let gain = 0.801 + (1.2732 - 0.801) * f64::from(step) / 40.0;
         let amplitude = stable_amplitude(gain).expect("within the first threshold's fall");
         near(describing_function(amplitude), gain, 1e-12);
-        // A greater swing meets less gain.
+        // A larger oscillation meets less gain.
         assert!(describing_function(amplitude * 1.001) < gain);
     }
     assert_eq!(stable_amplitude(1.2733), None);
@@ -203,11 +203,11 @@ fn a_quantiser_swings_from_pi_quarters_of_the_critical_stiffness_on() {
     let critical = 10084.0301;
     let criterion = told(&at(critical * 0.9), "describing_function");
     near(criterion.limit, std::f64::consts::FRAC_PI_4 * critical, 6e-9);
-    // K N(A) = K_crit.
+    // The amplitude obeys K N(A) = K_crit.
     near(describing_function(criterion.figures[0].value), 1.0 / 0.9, 1e-8);
-    // Softer than that it comes to rest.
+    // On a softer wall the motion comes to rest.
     assert!(told(&at(0.78 * critical), "describing_function").figures.is_empty());
-    // Damping of the wall passes the same quantiser: both gains times 4/π are at the border of the exact loop.
+    // The wall's damping passes the same quantiser: with both gains times 4/π the exact loop is at its border.
     let damped = linear(device, NONE, &[("wall.damping", "2".into())]);
     let onset = told(&damped, "describing_function").limit;
     let gain = 4.0 / std::f64::consts::PI;
@@ -240,7 +240,7 @@ fn routh_s_limit_counts_a_hand_that_holds_the_shaft() {
     assert!(told(&scene, "routh").assumptions_met());
 }
 
-/// The emulator's boundary, in the domain of validity of the exact criterion: linear, unquantised, bilateral.
+/// The emulator's boundary in the domain where the exact criterion is valid: linear, unquantised, bilateral.
 #[test]
 fn the_emulated_boundary_is_that_of_the_exact_loop_over_bodies_periods_delays_and_hands() {
     let mut scenes = 0;
@@ -283,7 +283,7 @@ fn the_emulated_boundary_is_that_of_the_exact_loop_over_bodies_periods_delays_an
 #[track_caller]
 fn agrees(device: &str, hand: &str, overrides: &[(&str, &str)]) {
     let mut overrides: Vec<_> = overrides.iter().map(|(key, value)| (*key, value.to_string())).collect();
-    // A thousandth to a thousand times this is looked at.
+    // The range examined is from a thousandth to a thousand times this stiffness.
     overrides.push(("wall.stiffness", if device.contains("motor") { "1".into() } else { "1000".into() }));
     let scene = linear(device, hand, &overrides);
     let exact = told(&scene, "spectral_radius").limit;

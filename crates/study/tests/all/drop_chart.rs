@@ -1,4 +1,4 @@
-//! Pictures of drop tests: whole, deterministic, and telling what the trial did.
+//! Pictures of drop tests are complete and deterministic, and they show what the trial did.
 
 use std::sync::atomic::Ordering;
 
@@ -28,7 +28,7 @@ fn pictures(scene: &PhantomScene) -> (Vec<Picture>, Summary) {
     (drop_pictures(&PhantomSession::new(scene).unwrap(), &trace, &summary, COMMAND), summary)
 }
 
-/// A trial of each outcome, at a slow clock.
+/// Trials of each outcome, at a slow clock.
 fn passive() -> PhantomScene {
     parsed("phantom-drop", &[("run.duration", "2 s")])
 }
@@ -63,7 +63,7 @@ fn every_outcome_is_titled_and_its_texts_stand_apart() {
         for picture in &pictures {
             let texts = texts(&picture.svg);
             assert!(texts[0].text.starts_with(title), "{} {:?}", texts[0].text, summary.verdict);
-            // In SVG, what the shell takes for itself is written as XML wants it.
+            // In SVG, characters that are special to the shell are escaped as XML requires.
             assert!(picture.svg.contains("-o &lt;here&gt; &amp; there"), "{title}");
             assert_readable(picture, title);
         }
@@ -98,7 +98,7 @@ fn an_interrupted_trial_is_drawn_as_far_as_it_went() {
     for edges in ["4 ms", "100 ns"] {
         let scene = parsed("phantom-drop", &[("run.duration", edges)]);
         let (trace, mut summary) = ran(&scene, &Control::default());
-        // As a run is that was stopped there.
+        // The same as a run that was stopped there.
         (summary.complete, summary.verdict) = (false, None);
         let pictures = drop_pictures(&PhantomSession::new(&scene).unwrap(), &trace, &summary, COMMAND);
         assert_eq!(pictures.len(), 2);
@@ -127,7 +127,7 @@ fn pictures_of_the_shipped_thrown_scenes_are_readable_and_show_nothing_twice() {
     for name in ["phantom-thrown", "phantom-thrown-shared", "phantom-thrown-rtos"] {
         for picture in pictures(&parsed(name, &[])).0 {
             assert_readable(&picture, name);
-            // 40 ms: the close-up does not begin where the whole does.
+            // The run lasts 40 ms; the close-up does not begin where the whole run does.
             let starts = texts(&picture.svg).into_iter().filter(|text| text.text == "0.000");
             assert_eq!(starts.count(), 1, "{name} {}", picture.name);
         }
@@ -151,7 +151,7 @@ fn the_same_trial_makes_the_same_pictures_and_another_another() {
 
 #[test]
 fn the_commanded_torque_stands_beside_the_motors_and_agrees_with_it_at_rest() {
-    // On a host the trace has the commands alone.
+    // On a host the trace has only the commands.
     for scene in [passive(), non_passive()] {
         let pictures = pictures(&scene).0;
         let lines = |name: &str| {
@@ -165,7 +165,7 @@ fn the_commanded_torque_stands_beside_the_motors_and_agrees_with_it_at_rest() {
         };
         let (asked, came) = (lines("commanded"), lines("of the motor"));
         assert_eq!((asked.len(), came.len()), (2, 2), "one in each panel");
-        // Without a lag of the amplifier the motor at rest gives what its DAC asks for.
+        // Without a lag of the amplifier, the motor at rest gives the torque that its DAC asks for.
         let at_rest = asked.iter().zip(&came).filter(|_| scene.name == "phantom-drop");
         for (asked, came) in at_rest {
             assert!((asked[asked.len() - 1].1 - came[came.len() - 1].1).abs() <= 2.0, "{}", scene.name);

@@ -1,5 +1,5 @@
-//! The least model that answers a scene's question: it is the right one where it is chosen and elsewhere, and scenes
-//! that are made to fool the choice do not.
+//! The least model that answers a scene's question: it is right for the scene where it is chosen and for other scenes,
+//! and scenes that are designed to mislead the choice do not mislead it.
 
 use hpu_cosim::scene::{Experiment, Hand, Output, Solver, shipped, shipped_file};
 use hpu_cosim::{Control, Ready, Wired};
@@ -28,7 +28,7 @@ fn sets(found: &Fit, key: &str) -> bool {
     found.set.iter().any(|(set, _)| set == key)
 }
 
-/// Whether only the ends of sample periods are left of a scene.
+/// Whether the fit leaves only the ends of a scene's sample periods.
 fn leaps_samples(name: &str) -> bool {
     match read(name, &fitted(name, &Set::new()).set).1 {
         Experiment::Axis(scene) => {
@@ -39,7 +39,7 @@ fn leaps_samples(name: &str) -> bool {
     }
 }
 
-/// Runs a scene under changes; what it told, and which of its outputs count.
+/// Runs a scene under overrides; returns its outputs, and which of them count.
 fn run(name: &str, set: &Set) -> (Outputs, Vec<Output>) {
     let (_, experiment) = read(name, set);
     let driver = Ready::new(&experiment).unwrap_or_else(|error| panic!("{name}: {error}")).driver();
@@ -49,7 +49,7 @@ fn run(name: &str, set: &Set) -> (Outputs, Vec<Output>) {
     (outputs, counted)
 }
 
-/// Walls of those that `hpu fit --help` says were tried: there the tolerance itself holds.
+/// Returns two of the walls that `hpu fit --help` says were tried: for them the tolerance itself holds.
 fn tried(experiment: &Experiment) -> [Set; 2] {
     let one = |key: &str, value: f64| vec![(key.to_string(), format!("{value:?}"))];
     match experiment {
@@ -65,7 +65,7 @@ fn tried(experiment: &Experiment) -> [Set; 2] {
     }
 }
 
-/// Scenes around a scene that the choice has not seen: there the help promises twice the tolerance.
+/// Returns scenes near a scene that the choice has not tried: for them the help promises twice the tolerance.
 fn elsewhere(experiment: &Experiment) -> Vec<Set> {
     let (stiffness, k, place, at, step) = match experiment {
         Experiment::Axis(scene) => (
@@ -85,7 +85,7 @@ fn elsewhere(experiment: &Experiment) -> Vec<Set> {
     [0.98, 1.03].map(|share| one(stiffness, share * k)).into_iter().chain(places).collect()
 }
 
-/// Scenes that take a third of the time of all of them: `testbench/long.sh` runs those.
+/// Scenes that take a third of the time of all scenes; `testbench/long.sh` runs them.
 const LONG: [&str; 6] = [
     "power-scaling",
     "impulse-engine-shaped",
@@ -118,7 +118,7 @@ fn right_on(name: &str) {
     }
     for change in elsewhere(&experiment) {
         let (there, _) = run(name, &change);
-        // A scene near a boundary of stability may end otherwise itself: then the pick has to, too.
+        // A scene near a boundary of stability may itself have another outcome: then the pick must have the same.
         let counted = if there.outcome == reference.outcome { counted.clone() } else { usual(there.outcome) };
         let set = change.iter().chain(&found.set).cloned().collect();
         let error = worst(&run(name, &set).0.errors(&there), &counted);
@@ -126,7 +126,7 @@ fn right_on(name: &str) {
     }
 }
 
-/// The scenes whose number in the list leaves this rest by four: tests of a file run side by side.
+/// Checks the scenes whose number in the list leaves this remainder by four: the tests of a file run side by side.
 fn right_on_scenes(rest: usize) {
     let names = shipped().iter().map(|shipped| shipped.name);
     names.skip(rest).step_by(4).filter(|name| !LONG.contains(name)).for_each(right_on);
@@ -198,7 +198,7 @@ fn a_looser_tolerance_leaves_out_more() {
     let (tight, loose) = (of(0.001), of(0.2));
     assert!(tight.set.is_empty(), "{:?}", tight.set);
     assert!(sets(&loose, "model.bridge"), "{:?}", loose.set);
-    // Each thing left out is named with what it changes, each thing kept with why.
+    // Each thing left out is named with the output that it changes, each thing kept with the reason.
     assert!(!loose.left_out.is_empty() && loose.left_out.iter().all(|left| left.effect <= 0.1));
     assert_eq!(tight.left_out, []);
     assert!(tight.kept.iter().any(|kept| kept.what == "the bridge's switching"), "{:?}", tight.kept);

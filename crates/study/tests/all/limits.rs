@@ -1,5 +1,5 @@
-//! The limits that come out of the emulator, against the data sheet's digits, the formulas, and an exact criterion with
-//! its own arithmetic.
+//! The limits that the emulator yields, against the data sheet's digits, the formulas, and an exact criterion with its
+//! own arithmetic.
 
 use std::num::NonZeroUsize;
 
@@ -64,7 +64,7 @@ fn found(text: &str, overrides: &[(&str, String)]) -> Limits {
     of(&scene(text, overrides))
 }
 
-/// The limits of a scene over its usual range.
+/// Returns the limits of a scene over its usual range.
 fn of(scene: &Scene) -> Limits {
     briefly(scene, usual_range(scene))
 }
@@ -75,7 +75,7 @@ fn briefly(scene: &Scene, range: [f64; 2]) -> Limits {
     limits(scene, range, in_words)
 }
 
-/// The end of the stretch that begins with the softest wall.
+/// Returns the end of the stretch that begins with the softest wall.
 fn limit(limits: &Limits) -> f64 {
     end(limits).middle()
 }
@@ -93,8 +93,8 @@ fn near(got: f64, expected: f64, relative: f64) {
     assert!((got - expected).abs() <= relative * expected.abs(), "got {got}, expected {expected}");
 }
 
-/// The set's limit has these digits (half a unit of the last one, as a share), is known to a billionth, is that of the
-/// exact map, and the loop run in time settles below it and grows above.
+/// Asserts that the set's limit has these digits (`digits` is half a unit of the last one, relative), is known to a
+/// billionth, and equals that of the exact map. The loop run in time must settle below the limit and grow above it.
 #[track_caller]
 fn has_digits(limits: &Limits, expected: f64, digits: f64) {
     near(limit(limits), expected, digits);
@@ -128,7 +128,7 @@ fn the_conventional_loop_at_1_khz_holds_a_sixth_of_that() {
     let limits = found(MOTOR, &[("method.kind", "conventional".into())]);
     has_digits(&limits, 0.497373834, 1e-9);
     near(limit(&hybrid("0", "1 kHz")) / limit(&limits), 5.99539, 1e-6);
-    // The rule of thumb leaves out terms of second order, and says so.
+    // The rule of thumb leaves out terms of second order, and reports that.
     let rule = criterion(&limits, "low_frequency");
     assert!(!rule.assumptions_met());
     near(rule.limit, (1.3e-6 + 2.85979167e-4) / (0.5e-3 + 96.35e-6), 1e-5);
@@ -165,13 +165,13 @@ fn a_sampled_wall_before_a_damped_mass_holds_the_known_stiffness() {
     for (damping, expected) in [("0.5", 1000.83403), ("5", 10084.0301)] {
         let limits = found(MASS, &[("device.damping", damping.into())]);
         has_digits(&limits, expected, 6e-9);
-        // K* = (1 - e) / (g2 phi - g1 e) of the exact linear analysis, b T / m being large enough for its digits.
+        // K* = (1 - e) / (g2 phi - g1 e) of the exact linear analysis; b T / m is large enough for all of its digits.
         let (m, b, t): (f64, f64, f64) = (0.1, damping.parse().unwrap(), 1e-3);
         let e = (-b * t / m).exp();
         let lost = -(-b * t / m).exp_m1();
         let (g2, phi, g1) = (lost / b, m * lost / b, t / b - m * lost / (b * b));
         near(limit(&limits), lost / (g2 * phi - g1 * e), 1e-8);
-        // Passivity asks for less, the first-order rule is the same here.
+        // Passivity asks for less stiffness; the first-order rule gives the same here.
         near(criterion(&limits, "colgate_schenkel").limit, 2.0 * b / t, 1e-15);
         near(criterion(&limits, "gil_hulin").limit, 2.0 * b / t, 1e-15);
         assert_eq!(limits.linear.as_ref().unwrap().unit, "N/m");
@@ -184,8 +184,8 @@ fn passivity_allows_the_known_stiffness_and_its_frequency_condition_agrees() {
         let limits = found(MASS, &[("device.damping", format!("{device}")), ("wall.damping", format!("{wall}"))]);
         let passive = criterion(&limits, "colgate_schenkel").limit;
         near(passive, expected, 1e-12);
-        // b = max over w of (T/2) / (1 - cos wT) Re{(1 - e^-jwT) H}, H = K + B (z - 1) / (T z), in real arithmetic:
-        // with p = 1 - cos and q = sin, (1 - e^-j) = p + jq and H = K + (B/T)(p + jq).
+        // The frequency condition in real arithmetic: b = max over w of (T/2) / (1 - cos wT) Re{(1 - e^-jwT) H}, with H
+        // = K + B (z - 1) / (T z). With p = 1 - cos and q = sin, (1 - e^-j) = p + jq and H = K + (B/T)(p + jq).
         let t = 1e-3;
         let needed = |angle: f64| {
             let (p, q) = (1.0 - angle.cos(), angle.sin());
@@ -247,16 +247,16 @@ fn a_delay_within_a_sample_and_one_of_several_agree_with_the_exact_map() {
 #[test]
 fn a_loop_without_a_limit_says_which_way() {
     let said = |overrides: &[(&str, String)]| found(MASS, overrides).linear.expect("a linear loop").said();
-    // More damping than a sampled velocity can carry: beta = 2.
+    // A sampled velocity cannot carry this much damping: beta = 2.
     assert_eq!(said(&[("wall.damping", "250".into())]), "no stiffness from 1 to 1000000 N/m settles");
-    // A continuous spring before a damped mass is passive at any stiffness.
+    // A continuous spring on a damped mass is passive at any stiffness.
     let passive = [("method.kind", "hybrid".to_string()), ("device.damping", "1".into())];
     assert_eq!(said(&passive), "every stiffness from 1 to 1000000 N/m settles");
 }
 
 #[test]
 fn a_loop_that_neither_grows_nor_decays_by_more_than_rounding_is_left_open() {
-    // Nothing takes energy from a mass on a spring that is not sampled.
+    // Nothing dissipates energy in a mass on a spring that is not sampled.
     let lossless = [("method.kind", "hybrid".to_string()), ("device.damping", "0".into())];
     let set = found(MASS, &lossless).linear.expect("a linear loop");
     assert!(set.stable.is_empty() && set.said().contains("neither grows nor decays by more than is known"), "{set:?}");
@@ -272,7 +272,7 @@ fn a_delay_of_thousands_of_samples_is_told_and_not_waited_for() {
     assert!(begin.elapsed().as_secs() < 60, "{:?}", begin.elapsed());
 }
 
-/// A shipped scene.
+/// Returns a shipped scene under overrides.
 fn known(name: &str, overrides: &[(&str, String)]) -> Scene {
     let shipped = shipped().iter().find(|scene| scene.name == name).unwrap_or_else(|| panic!("{name}"));
     scene(shipped.text, overrides)
@@ -280,7 +280,8 @@ fn known(name: &str, overrides: &[(&str, String)]) -> Scene {
 
 #[test]
 fn in_words_neighbours_that_differ_are_words_apart_and_each_verdict_is_that_of_its_run() {
-    // One at whose limit the hand leans on the wall, one with friction: the whole scene, not its linear loop.
+    // One scene has a limit at which the hand leans on the wall, the other has friction: the whole scene, not its
+    // linear loop.
     for (name, least, most) in [("conventional-wall-1khz", 10, 40), ("friction-wall", 120, 180)] {
         let scene = known(name, &[]);
         let range = [least, most].map(|words| words as f64 * WORD);
@@ -308,7 +309,8 @@ fn in_words_neighbours_that_differ_are_words_apart_and_each_verdict_is_that_of_i
     }
 }
 
-/// A word: a PWM count for a count, 24 V * 25.9 mN.m/A / 2.34566 Ohm / 4096 over 2 pi / 4096.
+/// The stiffness of one word, in N.m/rad: a PWM count for an encoder count,
+/// 24 V * 25.9 mN.m/A / 2.34566 Ohm / 4096 over 2 pi / 4096.
 const WORD: f64 = 0.042176;
 
 #[test]
@@ -323,7 +325,8 @@ fn neither_set_depends_on_the_scene_s_own_stiffness() {
 
 #[test]
 fn holes_of_the_hybrid_loop_are_found_from_every_start() {
-    // Where numpy's eigenvalues change sides, bisected (testbench/oracle/stable_set.py has random loops).
+    // The stiffnesses at which numpy's eigenvalues cross the unit circle, found by bisection
+    // (testbench/oracle/stable_set.py has random loops).
     let none = ("hand", "{ kind = \"none\" }".to_string());
     for (rate, damping, bare, expected) in [
         ("300 Hz", "5e-4", false, &[0.758_851_678_6, 1.092_266_105_2, 4.068_514_314_5][..]),
@@ -344,7 +347,7 @@ fn holes_of_the_hybrid_loop_are_found_from_every_start() {
                 near(*end, *expected, 2e-9);
             }
         }
-        // The loop in time, an oracle of its own, on both sides of each end.
+        // The loop in time, an independent oracle, on both sides of each end.
         let scene = known("hybrid-wall", &overrides);
         for (index, end) in expected.iter().enumerate() {
             for (side, stable) in [(0.99, index % 2 == 0), (1.01, index % 2 == 1)] {
@@ -371,7 +374,7 @@ fn a_coupling_and_estimators_have_linear_loops_of_their_own_and_nonlinear_laws_h
     for name in ["popc-velocity", "bounded-wall-1khz", "energy-level-wall"] {
         assert!(none(name, &[]).contains("is nonlinear"), "{name}");
     }
-    // A coupling that is stiffer than any wall leaves the wall as it is.
+    // A coupling that is stiffer than any wall does not change the limit.
     let alone = of_linear(&known("conventional-wall-1khz", &[("wall.damping", "0".into())]));
     let coupled = [
         ("method.coupling_stiffness", "1e5".to_string()),
@@ -383,7 +386,7 @@ fn a_coupling_and_estimators_have_linear_loops_of_their_own_and_nonlinear_laws_h
     near(coupled.stable[0].to.middle(), alone.stable[0].to.middle(), 2e-5);
 }
 
-/// The stable set over the usual range.
+/// Returns the stable set over the usual range.
 fn of_linear(scene: &Scene) -> StableSet {
     let damping = Damping::Fixed(scene.wall.damping_nm_s_per_rad);
     StableSet::new(scene, damping, usual_range(scene)).unwrap_or_else(|why| panic!("{why}"))
@@ -395,7 +398,7 @@ fn a_scene_without_a_limit_in_words_says_why() {
     assert!(reason(&known("prescribed-sweep", &[])).contains("imposes"));
     let untouched = reason(&known("free-motion", &[]));
     assert!(untouched.contains("wall not reached") && untouched.contains("move wall.position (2 rad)"), "{untouched}");
-    // A damper of 100 N.s/m holds walls up to 2 b/T, 200 kN/m, and words of 5.24 N/m end at 21.5 kN/m.
+    // A damper of 100 N.s/m holds walls up to 2 b/T, 200 kN/m; words of 5.24 N/m end at 21.5 kN/m.
     let damped = [
         ("hand.torque", "5 N"),
         ("device.damping", "100 N.s/m"),

@@ -1,4 +1,5 @@
-//! Limits over a box of what is not known, against spectral radii at single points of it, by their own arithmetic.
+//! Limits over a box of unknown parameters, against spectral radii at single points of it, which have their own
+//! arithmetic.
 
 use std::num::NonZeroUsize;
 
@@ -8,7 +9,7 @@ use hpu_study::SampledLoop;
 use hpu_study::limits::{BoxSet, Looks, Unknown, WordsSet, World, hands_of, published_hands, usual_range};
 use hpu_study::map::SceneText;
 
-/// A shipped scene under changes, and its text.
+/// Returns a shipped scene under overrides, and its text.
 fn known(name: &str, set: &[(String, String)]) -> (SceneText, Scene) {
     let scene = shipped().iter().find(|scene| scene.name == name).expect("it is shipped");
     let text = SceneText { name: name.into(), text: scene.text.to_string(), files: std::collections::BTreeMap::new() };
@@ -24,16 +25,16 @@ fn set(pairs: &[(&str, &str)]) -> Vec<(String, String)> {
     pairs.iter().map(|(key, value)| (key.to_string(), value.to_string())).collect()
 }
 
-/// The growth from sample to sample of the loop in one world, at a stiffness as the nominal words make it.
+/// Returns the growth of the loop from sample to sample in one world, at the stiffness that the nominal words make.
 fn radius(world: &World, values: &[f64], stiffness: f64) -> f64 {
     let scene = world.at(values).expect("a world");
     let by = scene.full_command_over(world.nominal);
-    // Its damping is scaled already.
+    // The damping is scaled already.
     SampledLoop::new(&scene, stiffness * by, scene.wall.damping_nm_s_per_rad).spectral_radius()
 }
 
-/// A scene and its changes, what is not known of it, the stretches that are proved, and up to which share of the last
-/// stiffness at which all points settle.
+/// A case: a scene and its overrides, its unknown parameters, the number of stretches that are proved, and up to which
+/// share of the last stiffness at which all points settle.
 type Case<'a> = (&'a str, &'a [(&'a str, &'a str)], &'a [&'a str], usize, f64);
 
 #[test]
@@ -75,7 +76,7 @@ fn holds(cases: &[Case]) {
                 assert!(radius < 1.0, "{name}: {radius} at {stiffness}, {values:?}");
             }
         }
-        // Where the points of the box stop to settle, one of its corners does.
+        // Just beyond the last stiffness at which all points of the box settle, one of its corners does not.
         let last = found.at_points.last().expect("some settle")[1];
         let corners = (0..1 << unknown.len()).map(|which: usize| {
             unknown.iter().enumerate().map(|(side, of)| of.ends()[which >> side & 1]).collect::<Vec<f64>>()
@@ -89,7 +90,8 @@ fn holds(cases: &[Case]) {
 
 #[test]
 fn a_world_has_the_words_of_the_scene_and_makes_its_own_torque_of_them() {
-    // A full command is K U / (R + 2 R_on): a tenth more volts make a tenth more, half of the resistance twice as much.
+    // A full command is K U / (R + 2 R_on): a tenth more voltage makes a tenth more torque, half the resistance twice
+    // as much.
     for (key, value, by) in
         [("bridge.supply", 1.1, 1.1), ("device.resistance", 0.5, 2.0), ("device.torque_constant", 3.0, 3.0)]
     {
@@ -150,7 +152,7 @@ fn published_hands_turn_by_the_square_of_the_lever() {
     assert_eq!((hands[0].stiffness_n_per_m, hands[0].damping_n_s_per_m), (0.0, 0.0));
     let (_, scene) = known("hybrid-wall", &[]);
     let (sides, sets) = hands_of(&scene, Some(0.05)).expect("a motor's wheel has a radius");
-    // 769.9 N/m at 50 mm of a wheel that turns a seventh of the shaft: 769.9 x 0.0025 / 49.
+    // 769.9 N/m at 50 mm of a wheel that turns a seventh of the shaft's angle: 769.9 x 0.0025 / 49.
     let firmest = 769.9 * 0.0025 / 49.0;
     assert!((sides[0].ends()[1] - firmest).abs() < 1e-6 * firmest, "{}", sides[0]);
     assert_eq!((sides[0].ends()[0], sides[1].ends()[0], sets.len()), (0.0, 0.0, hands.len()));

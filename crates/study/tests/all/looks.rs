@@ -1,5 +1,5 @@
-//! What a reader sees of a picture, read from its SVG: texts that stand apart and out, colours that everybody tells
-//! apart, each with its meaning.
+//! Checks on how a picture looks, read from its SVG: texts are apart and legible, and colours can be distinguished by
+//! every kind of sight and each have a meaning.
 
 use std::collections::BTreeSet;
 
@@ -8,14 +8,14 @@ use hpu_study::chart::Picture;
 
 use crate::colours::{Rgb, SIGHTS, contrast, difference, seen};
 
-/// How far apart the colours of a picture have to be, by CIEDE2000.
+/// Smallest difference between the colours of a picture, by CIEDE2000.
 const APART: f64 = 15.0;
-/// Contrast of a text with what is behind it.
+/// Smallest contrast of a text with its background.
 const LEGIBLE: f64 = 4.5;
-/// Colours of paper, ink and grid, and of a band whose name stands in it: they stand for nothing.
+/// Colours of paper, ink and grid, and of a band with its name in it: these colours have no meaning.
 const NEUTRAL: [&str; 5] = ["#FFFFFF", "#22262E", "#5A616C", "#E2E5EA", "#E9E4DC"];
 
-/// A text: what is written, its colour, and left, top, right and bottom of the box that it takes.
+/// A text: its words, its colour, and the left, top, right and bottom of its box.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Text {
     pub text: String,
@@ -23,7 +23,7 @@ pub struct Text {
     pub area: [f64; 4],
 }
 
-/// The marks of an SVG in the order in which they are painted, each from its name to its end.
+/// Returns the marks of an SVG in the order in which they are painted, each from its name to its end.
 pub fn elements(svg: &str) -> impl Iterator<Item = (&str, &str)> {
     let names = ["rect", "polyline", "polygon", "circle", "text"];
     svg.split('<').filter_map(move |rest| {
@@ -32,7 +32,7 @@ pub fn elements(svg: &str) -> impl Iterator<Item = (&str, &str)> {
     })
 }
 
-/// An attribute of a mark.
+/// Returns an attribute of a mark.
 pub fn attribute<'a>(mark: &'a str, name: &str) -> Option<&'a str> {
     mark.split_once(&format!(" {name}=\""))?.1.split_once('"').map(|(value, _)| value)
 }
@@ -41,7 +41,7 @@ pub fn number(mark: &str, name: &str) -> f64 {
     attribute(mark, name).and_then(|text| text.parse().ok()).unwrap_or_else(|| panic!("{name} of {mark}"))
 }
 
-/// The points of a line.
+/// Returns the points of a line.
 pub fn points(mark: &str) -> Vec<(f64, f64)> {
     let points = attribute(mark, "points").expect("points").split_whitespace();
     let number = |text: &str| text.parse::<f64>().expect("a number");
@@ -53,13 +53,13 @@ pub fn rgb(color: &str) -> Rgb {
     [0, 2, 4].map(|at| u8::from_str_radix(&digits[at..at + 2], 16).unwrap_or_else(|_| panic!("{color}")))
 }
 
-/// Left, top, right and bottom of a rectangle.
+/// Returns left, top, right and bottom of a rectangle.
 pub fn rectangle(mark: &str) -> [f64; 4] {
     let [x, y, width, height] = ["x", "y", "width", "height"].map(|name| number(mark, name));
     [x, y, x + width, y + height]
 }
 
-/// The width of a text in DejaVu Sans by the advances of its glyphs, over the size of the font.
+/// Returns the width of a text in DejaVu Sans, from the advances of its glyphs, divided by the font's size.
 fn width(text: &str, bold: bool) -> f64 {
     let bytes = if bold { dejavu::sans::bold() } else { dejavu::sans::regular() };
     let font = FontRef::try_from_slice(bytes).expect("a font");
@@ -80,7 +80,7 @@ fn text_of(mark: &str) -> Text {
     };
     let area = match attribute(mark, "transform") {
         None => [left, y - 0.35 * size, left + width, y + 0.35 * size],
-        // Turned about its point, to be read from below.
+        // Rotated about its point, to be read from bottom to top.
         Some(turn) if turn.starts_with("rotate(270") => {
             [x - 0.35 * size, y - 0.5 * width, x + 0.35 * size, y + 0.5 * width]
         }
@@ -89,13 +89,13 @@ fn text_of(mark: &str) -> Text {
     Text { text: words, color: rgb(attribute(mark, "fill").expect("a colour")), area }
 }
 
-/// The texts of an SVG, in order.
+/// Returns the texts of an SVG, in order.
 pub fn texts(svg: &str) -> Vec<Text> {
     let texts = elements(svg).filter(|(name, _)| *name == "text").map(|(_, mark)| text_of(mark));
     texts.filter(|text| !text.text.is_empty()).collect()
 }
 
-/// Holds a picture to all that is said here.
+/// Asserts all rules of this module for a picture.
 #[track_caller]
 pub fn assert_readable(picture: &Picture, said: &str) {
     let said = format!("{said} {}", picture.name);
@@ -119,7 +119,7 @@ fn texts_are_on_the_page_and_apart(picture: &Picture, said: &str) {
     }
 }
 
-/// Each text against what is painted below it before: the last rectangle that holds its ends or its middle.
+/// Checks each text against its background: the last rectangle painted before it that holds its ends or its middle.
 #[track_caller]
 fn texts_stand_out(picture: &Picture, said: &str) {
     let mut below: Vec<([f64; 4], Rgb)> = Vec::new();
@@ -149,8 +149,8 @@ fn texts_stand_out(picture: &Picture, said: &str) {
     }
 }
 
-/// Any two series of the picture look different to everybody, or are the same look in two panels; those of a panel
-/// differ in their markers too, but for areas, which have none.
+/// Checks that any two series of the picture look different with every kind of sight, or have the same look in two
+/// panels. Two series of a panel also differ in their markers, except for areas, which have none.
 #[track_caller]
 fn series_are_told_apart(picture: &Picture, said: &str) {
     for (index, one) in picture.keys.iter().enumerate() {
@@ -169,7 +169,7 @@ fn series_are_told_apart(picture: &Picture, said: &str) {
     }
 }
 
-/// The ramp of a picture that has one: squares of 24 in one row near the head, from its lesser end on.
+/// Returns the ramp of a picture that has one: squares of 24 pixels in one row near the top, from the lower end on.
 pub fn ramp(svg: &str) -> Vec<Rgb> {
     let rects = elements(svg).filter(|(name, _)| *name == "rect").map(|(_, mark)| mark);
     let bar = rects.filter(|mark| number(mark, "width") == 24.0 && number(mark, "height") == 24.0);
@@ -193,7 +193,7 @@ fn every_colour_stands_for_something(picture: &Picture, said: &str) {
             }
         }
     }
-    // And nothing is told that is not drawn.
+    // Every look in a key occurs in the picture.
     for key in &picture.keys {
         let [r, g, b] = key.color;
         assert!(picture.svg.contains(&format!("#{r:02X}{g:02X}{b:02X}")), "{said}: {key:?}");

@@ -1,4 +1,4 @@
-//! Maps: axes, methods, cells, and the same map whatever the threads and the interruptions.
+//! Maps: axes, methods and cells, and that a map does not depend on threads or interruptions.
 
 use std::collections::BTreeMap;
 use std::convert::Infallible;
@@ -28,7 +28,7 @@ fn map_of(scene: &str, set: &[(&str, &str)], x: &str, y: &str, methods: &[&str])
     Map::new((scene.name, scene.text), &set, (axis(x), axis(y)), methods, &mut shipped_file)
 }
 
-/// A hand that leans on walls soft and stiff for 150 ms, of which the last 45 are judged.
+/// Returns a map of a hand that leans on soft and stiff walls for 150 ms, with the last 45 ms judged.
 fn pressed(x: &str, y: &str, methods: &[&str]) -> Map {
     let path = "[[\"0 s\", 1.4], [\"20 ms\", 1.8]]";
     let set = [("run.duration", "150 ms"), ("device.initial_angle", "1.4 rad"), ("hand.path", path)];
@@ -171,7 +171,7 @@ fn a_map_of_a_real_scene_has_the_boundary_of_its_full_grid_from_a_quarter_of_the
     assert_eq!(refined_outcomes, full_outcomes);
     let runs = refined.iter().filter(|found| matches!(found, Found::Run(_))).count();
     assert!(4 * runs <= full.len(), "{runs} of {}", full.len());
-    // Cells that both ran are the same to the last digit.
+    // Cells that both maps ran are the same to the last digit.
     for (one, other) in refined.iter().zip(&full).filter(|(one, _)| matches!(one, Found::Run(_))) {
         assert_eq!(one, other);
     }
@@ -179,7 +179,7 @@ fn a_map_of_a_real_scene_has_the_boundary_of_its_full_grid_from_a_quarter_of_the
 
 #[test]
 fn where_the_hand_stops_before_the_wall_is_no_edge_of_rest_and_the_refined_map_finds_it() {
-    // The hand's spring rests at 1.8 rad. Walls before it are pressed; of those beyond it nothing is learned.
+    // The hand's spring rests at 1.8 rad. It presses walls before that; walls beyond it are never reached.
     let map = pressed("wall.position=1.2..2.4 rad:17", "wall.damping=0..0.1 mN.m.s/rad:9", &["a"]);
     let (refined, full) = (run(&map, plan(false, 2)), run(&map, plan(true, 2)));
     let reached = |found: &[Found], index: usize| {
@@ -244,7 +244,7 @@ fn a_refined_map_does_not_depend_on_what_else_is_known() {
 
 #[test]
 fn a_cell_of_too_many_events_and_one_that_cannot_be_are_rows_with_their_reasons_and_sink_nothing() {
-    // 20 ms, and eleven days; a stiffness that fits its word, and one that does not.
+    // Durations of 20 ms and of eleven days; a stiffness that fits its word, and one that does not.
     let set = [("record.plant_rate", "10 Hz")];
     let map =
         map_of("hybrid-wall", &set, "run.duration=0.02..1000000 s:2", "wall.stiffness=1..1000000 N.m/rad:2", &["a"])
@@ -260,13 +260,13 @@ fn a_cell_of_too_many_events_and_one_that_cannot_be_are_rows_with_their_reasons_
     for index in [2, 3] {
         assert!(reason(index).contains("does not fit"), "{}", reason(index));
     }
-    // More than fits any memory is not begun.
+    // A run that needs more memory than any machine has is not begun.
     let map = map_of("hybrid-wall", &[], "run.duration=0.02..1000000 s:2", "wall.stiffness=1..2 N.m/rad:2", &["a"]);
     let found = run(&map.expect("a map"), plan(true, 2));
     assert!(matches!(&found[1], Found::Run(Err(reason)) if reason.contains("record.plant_rate")), "{:?}", found[1]);
 }
 
-/// Cells of some ten thousand events and of up to ten times as many.
+/// Returns a map whose cells have some ten thousand events, and up to ten times as many.
 fn of_many_events() -> Map {
     map_of("hybrid-wall", &[], "run.duration=0.02..10 s:5", "wall.stiffness=1..2 N.m/rad:2", &["a"]).expect("a map")
 }
@@ -297,7 +297,7 @@ fn a_limit_in_events_makes_the_same_cells_on_a_busy_machine() {
 fn a_cell_that_the_guard_stops_is_late_and_has_no_row_and_is_run_by_whoever_goes_on() {
     let map = of_many_events();
     let limits = CellLimits { guard: Duration::ZERO, ..CellLimits::default() };
-    // Late after the first look of the guard, which comes after 20 ms: the longest cells at least.
+    // A cell is late after the guard's first look, which comes after 20 ms; this stops at least the longest cells.
     let mut rows: BTreeMap<usize, Row> = BTreeMap::new();
     let mut keep = |index: usize, row: &Row| {
         rows.insert(index, row.clone());
@@ -340,9 +340,9 @@ fn the_displayed_stiffness_of_a_quiet_contact_is_that_of_the_word_within_the_enc
         let experiment = map.experiment(map.point(index)).unwrap().axis().unwrap();
         let realised = experiment.words().unwrap().realised;
         let displayed = cell.displayed_stiffness.expect("the hand leans on it");
-        // The hand's spring balances where 0.3 (1.8 - x) = k (x - wall). The wall's place is rounded to a count and the
-        // shaft's floored to one, so the torque is off by a count and a half of stiffness, and so is the place itself;
-        // mean torques are told to a step of the modulator.
+        // The hand's spring balances where 0.3 (1.8 - x) = k (x - wall). The wall's place is rounded to a count, and
+        // the shaft's position is floored to one. So the torque is off by the stiffness times a count and a half, and
+        // the position is off by as much. Mean torques are known to a step of the modulator.
         let stiffness = realised.stiffness_nm_per_rad;
         let off = 1.5 * realised.count_rad;
         let depth = 0.3 * (1.8 - 1.5) / (0.3 + stiffness) - off;
@@ -423,7 +423,7 @@ fn csv_and_parquet_hold_the_same_rows_with_units_in_their_heads() {
             .map(|(_, field)| match field {
                 Field::Null => String::new(),
                 Field::Str(text) => text.clone(),
-                // As CSV writes places and as it writes measurements.
+                // CSV writes places and measurements in different ways.
                 Field::Double(value) => format!("{value:e}"),
                 field => field.to_string(),
             })

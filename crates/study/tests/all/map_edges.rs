@@ -1,11 +1,11 @@
-//! Why a region of rest ends, on maps made by hand.
+//! The reasons why a region of rest ends, on maps made by hand.
 
 use std::io;
 
 use hpu_cosim::scene::{OutcomeKind, shipped};
 use hpu_study::map::{Cell, Curve, Curves, Edge, Found, Map, Method, Reason};
 
-/// Four stiffnesses by two rates on a shipped scene.
+/// Returns a map of four stiffnesses by two rates of a shipped scene.
 fn map() -> Map {
     let scene = shipped().iter().find(|scene| scene.name == "hybrid-wall").expect("shipped");
     let x = "wall.stiffness=1..8 N.m/rad:4:log".parse().expect("an axis");
@@ -46,7 +46,7 @@ fn swing(counts: f64, frequency_hz: f64, overflow_share: f64) -> Found {
 
 #[test]
 fn each_place_of_an_edge_has_its_reason_by_the_cell_beyond() {
-    // Rows of 4: at rest up to 2 N.m/rad in the first, up to 4 in the second.
+    // Rows of 4: at rest up to 2 N.m/rad in the first row, up to 4 N.m/rad in the second.
     let found = vec![
         rest(),
         rest(),
@@ -58,10 +58,10 @@ fn each_place_of_an_edge_has_its_reason_by_the_cell_beyond() {
         swing(40.0, 150.0, 0.02),
     ];
     let edge = Edge::new(&map(), &found, None, 0);
-    // Along the rows: column 1 to 2 of row 0 and 2 to 3 of row 1; along the columns: column 2.
+    // Along the rows: column 1 to 2 of row 0, and column 2 to 3 of row 1. Along the columns: column 2.
     assert_eq!(edge.places, 3);
     let shares: Vec<_> = edge.shares.iter().map(|share| (share.reason, share.places)).collect();
-    // Two counts are the encoder's doing, whatever overflows meanwhile.
+    // The encoder is the reason for an amplitude of two counts, whatever overflows meanwhile.
     assert_eq!(shares, [(Reason::Counts, 2), (Reason::FullScale, 1)]);
     assert_eq!(edge.shares[1].frequency_hz, Some((150.0, 150.0)));
     let (low, high) = edge.shares[0].amplitude_counts.expect("swings");

@@ -1,4 +1,4 @@
-//! Pictures of maps and of charts of speed: each colour, dot and line is what it is said to be.
+//! Pictures of maps and of charts of speed: each colour, dot and line has the meaning that the key gives it.
 
 use hpu_cosim::Control;
 use hpu_cosim::scene::{OutcomeKind, Output, shipped, shipped_file};
@@ -11,7 +11,8 @@ use crate::looks::{assert_readable, attribute, elements, number, points, ramp, r
 
 const COMMAND: &str = "hpu map hybrid-wall --x 'wall.stiffness=0.1..6' -o /tmp/there/out";
 
-/// Cells that a map of so many methods might have: stiffer is worse, and of the inner cells every second was not run.
+/// Returns a map with made-up cells of so many methods: stiffer cells are worse, and every second inner cell was not
+/// run.
 fn made_up(methods: Vec<Method>, x: &str, y: &str) -> (Map, Vec<Found>) {
     let scene = shipped().iter().find(|scene| scene.name == "hybrid-wall").expect("a shipped scene");
     let axes = (x.parse().expect("an axis"), y.parse().expect("an axis"));
@@ -80,7 +81,7 @@ fn every_panel_has_ticks_and_the_units_of_its_axes() {
             let texts = texts(&picture.svg);
             let count = |said: &str| texts.iter().filter(|text| text.text.ends_with(said)).count();
             assert_eq!(count("N\u{b7}m/rad"), map.methods.len(), "{}", picture.name);
-            // The bar of frequencies has a unit too.
+            // The bar of frequencies also has a unit.
             assert_eq!(count("Hz") - count("cycle in Hz"), map.methods.len(), "{}", picture.name);
             for panel in panels(&picture.svg) {
                 let [left, top, right, bottom] = panel;
@@ -95,7 +96,7 @@ fn every_panel_has_ticks_and_the_units_of_its_axes() {
     }
 }
 
-/// The frames of the panels: closed lines around cells.
+/// Returns the frames of the panels: closed lines around cells.
 fn panels(svg: &str) -> Vec<[f64; 4]> {
     let lines = elements(svg).filter(|(name, _)| *name == "polyline").map(|(_, mark)| points(mark));
     let frames = lines.filter(|points| points.len() == 5 && points[0] == points[4]);
@@ -122,7 +123,7 @@ fn cells_have_the_colours_of_the_bar_which_darkens_evenly_for_everybody() {
         for (sight, matrix) in &SIGHTS {
             let seen: Vec<_> = bar.iter().map(|color| seen(*color, matrix)).collect();
             assert!(seen.is_sorted_by(|a, b| a[0] > b[0]), "{sight}: {seen:?}");
-            // Steps of one size, within a factor of three of their mean.
+            // The steps have similar sizes, within a factor of three of their mean.
             let steps: Vec<f64> = seen.windows(2).map(|pair| difference(pair[0], pair[1])).collect();
             let mean = steps.iter().sum::<f64>() / 32.0;
             assert!(steps.iter().all(|step| (mean / 3.0..3.0 * mean).contains(step)), "{sight}: {steps:?}");
@@ -143,7 +144,7 @@ fn a_dot_is_a_run_and_a_line_is_where_the_outcome_changes() {
             );
             let lines = elements(&picture.svg).filter(|(name, _)| *name == "polyline").map(|(_, mark)| mark);
             let lines: Vec<_> = lines.filter(|mark| number(mark, "stroke-width") == 3.0).map(points).collect();
-            // Of a whole line, or of a dash that is not farther from there than dashes are from each other.
+            // A whole line passes the point, or a dash that is not farther from it than dashes are from each other.
             let on = |x: f64, y: f64, whole: bool| {
                 lines.iter().any(|ends| {
                     let [(x1, y1), (x2, y2)] = [ends[0], ends[1]];
@@ -160,7 +161,7 @@ fn a_dot_is_a_run_and_a_line_is_where_the_outcome_changes() {
             for (method, [left, top, right, bottom]) in panels(&picture.svg).into_iter().enumerate() {
                 let (width, height) = ((right - left) / map.x.cells() as f64, (bottom - top) / map.y.cells() as f64);
                 let index = |ix: usize, iy: usize| method * map.layer() + iy * map.x.cells() + ix;
-                // A whole line between two runs, dashes where one of both was not run.
+                // A whole line lies between two runs; dashes lie where one of the two cells was not run.
                 let check = |(x, y): (f64, f64), a: usize, b: usize| {
                     let (differ, seen) = (shown(&found, a) != shown(&found, b), was_run(a) && was_run(b));
                     assert_eq!(on(x, y, true), differ && seen, "{a} {b}");
@@ -183,13 +184,13 @@ fn a_dot_is_a_run_and_a_line_is_where_the_outcome_changes() {
     }
 }
 
-/// The outcome of a cell that met the wall; none of one that did not.
+/// Returns the outcome of a cell that met the wall; `None` for a cell that did not.
 fn shown(found: &[Found], index: usize) -> Option<OutcomeKind> {
     let cell = map::nearest(found, index).expect("every cell is known");
     (cell.contact_share != Some(0.0)).then_some(cell.outcome)
 }
 
-/// The colours of the cells of a map's only panel, by their numbers.
+/// Returns the colours of the cells of a map's only panel, by their numbers.
 fn colours_of_cells(map: &Map, svg: &str) -> Vec<[u8; 3]> {
     let [left, top, right, bottom] = panels(svg)[0];
     let (width, height) = ((right - left) / map.x.cells() as f64, (bottom - top) / map.y.cells() as f64);
@@ -227,7 +228,7 @@ fn cells_that_did_not_reach_the_wall_have_a_colour_of_their_own_and_none_is_sett
         assert!(texts(&picture.svg).iter().any(|text| text.text.contains("hatched: wall not reached")));
         let lines = elements(&picture.svg).filter(|(name, _)| *name == "polyline").map(|(_, mark)| points(mark));
         let slanted = lines.filter(|ends| ends.len() == 2 && ends[0].0 != ends[1].0 && ends[0].1 != ends[1].1);
-        // Each is drawn with a seam.
+        // Each line is drawn with a seam.
         assert_eq!(slanted.count(), 2 * untouched, "{}", picture.name);
     }
 }
@@ -244,7 +245,7 @@ fn a_map_of_walls_that_the_hand_falls_through_says_so() {
     assert!(head(&found).ends_with("; product wrapped in 1 settled cell"), "{}", head(&found));
 }
 
-/// A race of every contestant of a scene, with errors and speeds that nobody has measured.
+/// Returns a race of every contestant of a scene, with made-up errors and speeds.
 fn race() -> Race {
     let scene = shipped().iter().find(|scene| scene.name == "friction-wall").expect("a shipped scene");
     Race::new((scene.name, scene.text), &[], &[], &mut shipped_file).expect("a race")
@@ -266,7 +267,7 @@ fn charted() -> Chart {
             _ if step_s > 99e-6 => (Grade::Wrong, 1e2 * 3f64.powf(less)),
             _ => (Grade::Off(1e-2 * (step_s * 1e6).powf(0.7)), 1e7 * step_s * 3f64.powf(less)),
         };
-        // No two are equal.
+        // No two speeds are equal.
         let speed = speed_of(motion_per_wall * (1.0 + 1e-5 * index as f64));
         let row = Row { grade, errors: Vec::new(), outcome: Some(OutcomeKind::Settled), shortened_s: None, speed };
         Entry { contestant, row: Ok(row) }
@@ -290,7 +291,7 @@ fn charts_of_speed_are_readable_and_have_no_more_labels_than_can_be_read() {
     assert!(chart.entries.len() > 60, "{}", chart.entries.len());
     for picture in &pictures {
         assert_readable(picture, "speed");
-        // Ticks, key and names: those of the steps once, not once a solver.
+        // Ticks, key and names; the names of the steps appear once, not once for each solver.
         let texts = texts(&picture.svg);
         assert!(texts.len() <= 70, "{}: {texts:#?}", texts.len());
         assert!(texts.iter().filter(|text| text.text == "1 \u{b5}s").count() <= 1);
@@ -302,7 +303,7 @@ fn a_point_far_from_all_others_stands_at_the_edge_with_its_value() {
     let picture = speed("friction-wall", &charted(), COMMAND);
     let texts = texts(&picture.svg);
     assert!(texts.iter().any(|text| text.text == "routh, at 4e7 \u{2192}"), "{texts:#?}");
-    // Four decades of speed that nobody else has are not drawn.
+    // The four decades of speed without any other contestant are not drawn.
     assert!(!texts.iter().any(|text| ["1e6", "1e7", "1e8"].contains(&text.text.as_str())), "{texts:#?}");
 }
 
@@ -350,6 +351,6 @@ fn a_point_below_the_lowest_line_says_its_error() {
     let picture = speed("friction-wall", &chart, COMMAND);
     let texts = texts(&picture.svg);
     assert!(texts.iter().any(|text| text.text == "midpoint, 20 ns, 1e\u{2212}7 % \u{2193}"), "{texts:#?}");
-    // Not one decade for it alone.
+    // No decade is drawn for this point alone.
     assert!(!texts.iter().any(|text| text.text == "1e\u{2212}7"), "{texts:#?}");
 }

@@ -1,10 +1,10 @@
-//! Refinement against verdicts that are known everywhere: the same map as the full grid, by a quarter of the runs.
+//! Refinement against verdicts that are known everywhere: it finds the map of the full grid with a quarter of the runs.
 
 use std::collections::BTreeSet;
 
 use hpu_study::map::{Refinement, STRIDE};
 
-/// The map that refinement makes of a verdict, and how many cells it ran.
+/// Returns the map that refinement makes of a verdict, and how many cells it ran.
 fn refined<C: PartialEq + Copy>(width: usize, height: usize, verdict: impl Fn(usize, usize) -> C) -> (Vec<C>, usize) {
     let class = |cell: usize| verdict(cell % width, cell / width);
     let mut grid = Refinement::new(width, height);
@@ -24,7 +24,7 @@ fn full<C>(width: usize, height: usize, verdict: impl Fn(usize, usize) -> C) -> 
     (0..width * height).map(|cell| verdict(cell % width, cell / width)).collect()
 }
 
-/// Asserts that refinement finds the full map, by so small a share of its runs.
+/// Asserts that refinement finds the full map with at most this share of its runs.
 fn assert_found<C: PartialEq + Copy + std::fmt::Debug>(
     name: &str,
     (width, height): (usize, usize),
@@ -43,7 +43,8 @@ fn a_sharp_boundary_is_that_of_the_full_grid_from_a_quarter_of_its_runs() {
         let s = size as f64;
         let at = |i: usize| (i as f64 + 0.37) / s;
         assert_found("a straight line", (size, size), 0.25, |x, y| at(y) > 0.3 + 0.45 * at(x));
-        // Two branches across the whole map: on the smallest grid, whose boundary is a large part of it, a little more.
+        // Two branches across the whole map: on the smallest grid the boundary is a large part of it and needs a little
+        // more.
         let share = if size < 60 { 0.3 } else { 0.25 };
         assert_found("a parabola", (size, size), share, |x, y| at(y) > 4.0 * (at(x) - 0.45).powi(2));
         assert_found("a hyperbola", (size, size), 0.25, |x, y| at(x) * at(y) > 0.2);
@@ -66,7 +67,7 @@ fn a_straight_line_of_any_slope_and_place_is_found_to_the_cell() {
             let (map, _) = refined(width, height, verdict);
             let differ: Vec<usize> =
                 (0..map.len()).filter(|cell| map[*cell] != verdict(cell % width, cell / width)).collect();
-            // A corner of the map that the line cuts off is narrower than a square.
+            // A corner of the map that the line cuts off is narrower than a square, so it may be missed.
             let known: BTreeSet<usize> = Refinement::new(width, height).wanted().clone();
             let near = |cell: usize| known.iter().any(|k| k % width == cell % width && k / width == cell / width);
             assert!(differ.iter().all(|cell| !near(*cell)));
@@ -95,14 +96,15 @@ fn a_map_without_any_order_is_run_whole() {
 
 #[test]
 fn a_strip_that_is_one_cell_wide_is_followed_wherever_it_meets_a_known_cell() {
-    // Column 8 is one of the first squares' edges, column 9 lies between two of them.
+    // Column 8 is an edge of the first squares; column 9 lies between two such edges.
     let strip = |column: usize| move |x: usize, _: usize| x == column;
     let (map, _) = refined(41, 41, strip(8));
     assert_eq!(map, full(41, 41, strip(8)));
-    // What is said to be missed is missed: the document shall not promise less than there is, nor more.
+    // The documentation of `Refinement` says what is missed, and this must be missed: it may promise neither less nor
+    // more.
     let (map, _) = refined(41, 41, strip(9));
     assert!(map.iter().all(|found| !found));
-    // A tongue that comes out of something known is followed through the squares that the known thing cuts.
+    // A tongue that starts at a known region is followed through the squares that this region cuts.
     let tongue = |x: usize, y: usize| y < 10 || (x == 9 && y < 12);
     let (map, _) = refined(41, 41, tongue);
     assert_eq!(map, full(41, 41, tongue));
@@ -110,7 +112,7 @@ fn a_strip_that_is_one_cell_wide_is_followed_wherever_it_meets_a_known_cell() {
 
 #[test]
 fn a_boundary_that_is_not_sharp_is_searched_two_cells_around() {
-    // In each fifth row there is a hole behind the boundary, and a speck before it that no square's corner meets.
+    // In each fifth row there is a hole behind the boundary, and a speck before it that meets no square's corner.
     let verdict = |x: usize, y: usize| match (y % 5, x) {
         (2, 22) => false,
         (2, 19) => true,

@@ -1,4 +1,4 @@
-//! Table 2 of Sevcik et al. 2009 from made-up trials whose table is known, and its pictures.
+//! Table 2 of Sevcik et al. 2009 from made-up trials with a known table, and its pictures.
 
 use hpu_cosim::scene::{Direction, Platform};
 use hpu_study::chart;
@@ -11,7 +11,7 @@ use crate::looks::assert_readable;
 
 const COMMAND: &str = "hpu reproduce phantom-table-2 -o there";
 
-/// A device whose every platform is passive up to a stiffness, then not, and unstable from ten times that.
+/// Returns the trial of a platform that is passive up to a stiffness, then not, and unstable from ten times that on.
 fn trial(limit_n_per_m: f64, point: &Point) -> Trial {
     let k = point.stiffness_n_per_m;
     let rms_m = 30e-6 * k / limit_n_per_m;
@@ -25,7 +25,8 @@ fn trial(limit_n_per_m: f64, point: &Point) -> Trial {
     Trial { verdict, edges: 1000, why: String::new() }
 }
 
-/// What the paper tells: 1 kHz at 750 N/m, an RTOS twice that at most, the FPGA over six times.
+/// Returns the limit that the paper reports: 750 N/m at 1 kHz, at most twice that for an RTOS, over six times for the
+/// FPGA.
 fn as_told(point: &Point) -> f64 {
     match point.platform {
         Platform::Pmos1 | Platform::Rtos(1) => 750.0,
@@ -34,7 +35,7 @@ fn as_told(point: &Point) -> f64 {
     }
 }
 
-/// The outcomes of a study of one rung at its first seed.
+/// Returns the outcomes of a study of one rung at its first seed.
 fn outcomes_of(study: &Study, made: impl Fn(&Point) -> Result<Trial, String>) -> Outcomes {
     study.points().iter().map(made).enumerate().collect()
 }
@@ -130,7 +131,7 @@ fn a_limit_ends_at_the_first_row_that_is_not_passive_and_tells_of_islands_beyond
 
 #[test]
 fn legible_cells_are_those_of_the_paper() {
-    // 64 cells with an "x" (8 of z at 750 N/m are lost), and 48 without.
+    // 64 cells have an "x" (8 of z at 750 N/m are lost), and 48 have none.
     let rows = STIFFNESSES_N_PER_M.iter().flat_map(|&row| Direction::ALL.map(|axis| Published::passive(axis, row)));
     let count = |printed: bool| 8 * rows.clone().filter(|cell| *cell == Some(printed)).count();
     assert_eq!((count(true), count(false)), (64, 48));
@@ -179,7 +180,7 @@ fn each_claim_fails_when_its_platform_is_otherwise_and_names_the_axis() {
         assert_eq!(claim.met, Some(false), "{name}");
         assert!(claim.found.contains(said), "{name}: `{said}` is not in {}", claim.found);
     }
-    // Best of a family: both fast ones must go.
+    // The best of a family counts, so both fast FPGA platforms must be slow.
     let slow = |point: &Point| if point.axis == Direction::X { as_told(point).min(3000.0) } else { as_told(point) };
     let slow = table_of(&study, |point| Ok(trial(slow(point), point)));
     assert_eq!((claim(&slow, "d1").met, claim(&slow, "d2").met), (Some(false), Some(true)));
@@ -208,7 +209,7 @@ fn rows_that_end_too_early_leave_a_claim_untold_unless_what_is_there_is_enough()
     };
     // Up to 750 N/m everything is passive.
     assert_eq!(told(&up_to(750.0)), []);
-    // From 10 000 N/m on nothing is.
+    // From 10 000 N/m on nothing is passive.
     let study = Study { stiffnesses_n_per_m: vec![10e3, 20e3], ..Study::whole(&[Rung::SHIPPED]) };
     let table = table_of(&study, |point| Ok(trial(as_told(point), point)));
     assert_eq!((claim(&table, "b").met, claim(&table, "e").met), (None, None));
@@ -216,12 +217,12 @@ fn rows_that_end_too_early_leave_a_claim_untold_unless_what_is_there_is_enough()
         claim(&table, "e").found,
         "x none and none (untold), y none and none (untold), z none and none (untold)"
     );
-    // Up to 1500 N/m an RTOS reaches at least twice PMOS-1, but whether it is only twice, and what an FPGA does, is
+    // Up to 1500 N/m an RTOS reaches at least twice PMOS-1. Whether it is only twice, and how far an FPGA reaches, is
     // open.
     let table = up_to(1500.0);
     assert_eq!(told(&table), [("a", true), ("b", true), ("c1", true)]);
     assert_eq!(claim(&table, "c2").found, "x >=2.0 (untold), y >=2.0 (untold), z >=2.0 (untold)");
-    // Up to 5000 N/m the FPGA's is more than six times, whatever comes.
+    // Up to 5000 N/m the FPGA's limit is already more than six times that of PMOS-1.
     let table = up_to(5000.0);
     assert_eq!((claim(&table, "d1").met, claim(&table, "d2").met), (Some(true), Some(true)));
     assert_eq!((claim(&table, "e").met, claim(&table, "c2").met), (None, Some(true)));
@@ -300,7 +301,7 @@ fn pictures_are_whole_deterministic_and_say_the_command_that_made_them() {
         assert!(picture.svg.contains(COMMAND), "{}", picture.name);
         assert_eq!(&picture.png[1..4], b"PNG");
     }
-    // Three axes of eight platforms: as many "x" as passive cells, and three in the key.
+    // Three axes of eight platforms: as many "x" as passive cells, and three more in the key.
     let passive = Direction::ALL.iter().flat_map(|&axis| Platform::ALL.map(|platform| (axis, platform)));
     let passive: usize = passive
         .map(|(axis, platform)| {

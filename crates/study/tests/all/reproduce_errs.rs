@@ -1,4 +1,4 @@
-//! Criteria against the emulator: what is known of the devices stands in the lines.
+//! Criteria against the emulator: the lines contain the known figures of the devices.
 
 use hpu_cosim::Control;
 use hpu_study::reproduce::beside::{beside_csv, beside_text};
@@ -16,11 +16,11 @@ fn the_dropped_mass_has_the_sheets_limits_and_settles_between_what_the_sheet_tri
         results[at].as_ref().expect("measured").text.trim_start_matches(['!', ' ']).to_string()
     };
     let number = |text: String| text.split(' ').next().and_then(|word| word.parse::<f64>().ok()).expect("a number");
-    // 2 b / T and the bounce's threshold.
+    // 2 b / T, and the threshold of the bounce.
     assert_eq!(number(of("abbott_okamura")), 10.0);
     assert_eq!(number(of("drop_threshold")), 9785.13552);
-    // An event-exact simulation of the sheet passes 8000 and fails 10000 N/m, at one phase of the contact; over eight
-    // of them none settles from between these on.
+    // An event-exact simulation of the sheet settles at 8000 and fails at 10000 N/m, at one phase of the contact. Over
+    // eight phases no wall settles from a stiffness between these on.
     let words = of("in words");
     let (failed, settled) = words.split_once(", highest seen to settle ").expect("both ends");
     let failed = number(failed.trim_start_matches("lowest seen to fail ").to_string());

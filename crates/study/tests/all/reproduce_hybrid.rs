@@ -9,7 +9,7 @@ use hpu_cosim::scene::{Scene, shipped};
 use hpu_study::SampledLoop;
 use hpu_study::reproduce::hybrid::comparison;
 
-/// What the line says that is measured under this name.
+/// Returns the text of the line that is measured under this name.
 fn measured(what: &str) -> String {
     let comparison = comparison();
     let mut lines = comparison.lines.iter().filter(|line| line.what == what);
@@ -18,7 +18,7 @@ fn measured(what: &str) -> String {
     (line.measure)(&Control::default()).expect("not stopped").unwrap_or_else(|reason| panic!("{what}: {reason}")).text
 }
 
-/// The numbers in a text, but those glued to a letter or another word.
+/// Returns the numbers in a text, without those joined to a letter or another word.
 fn numbers(text: &str) -> Vec<f64> {
     text.split(|c: char| !(c.is_ascii_digit() || c == '.')).filter_map(|word| word.parse().ok()).collect()
 }
@@ -57,12 +57,12 @@ fn linear_limits_are_routh_s_and_those_of_the_data_sheet_and_so_are_their_ratios
 #[test]
 fn in_words_the_hybrid_wall_is_some_five_times_stiffer_and_a_slower_clock_takes_some_of_it() {
     let found = measured("in words, pushed by 50 mN.m");
-    // Each from where all settle to where none was seen to.
+    // Each pair goes from the stiffness up to which all settle to the one beyond which none was seen to settle.
     let [slow_all, slow, all, some, least, most, _, early_all, early, early_least, early_most] = numbers(&found)[..]
     else {
         panic!("eleven numbers: {found}")
     };
-    // Words know of counts and of the PWM's period, which can only cost; a word of (0,8,4) is 2.6 mN.m/rad.
+    // Fixed-point words add counts and the PWM's period, which can only cost; a word of (0,8,4) is 2.6 mN.m/rad.
     assert!(
         slow_all <= slow && slow < 0.497374 + 2.7e-3 && early_all < all && all <= some && some < 2.98195,
         "{found}"
@@ -80,7 +80,7 @@ fn the_higher_the_rate_the_less_damping_holds_a_wall() {
     let needed = |rate: &str| {
         let found = measured(&format!("1.8 N.m/rad, conventional, {rate}"));
         let (linear, words) = found.split_once(", in words ").expect("both");
-        // Seen to fail, and to hold.
+        // The damping seen to fail, and the damping seen to hold.
         let ends = |text: &str| [numbers(text)[0], numbers(text)[1]];
         [linear, words].map(|text| match text {
             none if none.ends_with("none does") => [f64::INFINITY; 2],
@@ -92,11 +92,11 @@ fn the_higher_the_rate_the_less_damping_holds_a_wall() {
     for pair in rates.windows(2) {
         assert!(pair[0][0][1] > pair[1][0][1] && pair[0][1][1] > pair[1][1][1], "{rates:?}");
     }
-    // The exact map fails and holds there, and both are within 2 %.
+    // The exact map fails and holds at these dampings, which are within 2 %.
     for (rate, [[fails, holds], _]) in [("2 kHz", rates[1]), ("5 kHz", rates[2])] {
         let scene = scene("conventional-wall-1khz", &[("method.sample_rate", rate), ("hand", "{ kind = \"none\" }")]);
         let radius = |damping: f64| SampledLoop::new(&scene, 1.8, damping).spectral_radius();
-        // Half of a third digit.
+        // Half a unit of the third digit.
         let spare = 1.3e-3;
         assert!(radius(holds * 1e-3 * (1.0 + spare)) < 1.0, "{rate}");
         assert!(radius(fails * 1e-3 * (1.0 - spare)) > 1.0 && fails > 0.975 * holds, "{rate}");
@@ -114,10 +114,10 @@ fn two_equal_rates_are_one_and_a_slow_damper_alone_is_a_slow_loop() {
         let radius = SampledLoop::new(&fast, stiffness, damping).spectral_radius();
         same(SampledLoop::dual_rate(&fast, stiffness, damping, 1).spectral_radius(), radius);
     }
-    // Without damping nothing is slow.
+    // Without damping there is nothing slow.
     let radius = SampledLoop::new(&fast, 3.0, 0.0).spectral_radius();
     same(SampledLoop::dual_rate(&fast, 3.0, 0.0, 10).spectral_radius(), radius.powi(10));
-    // Without a spring nothing is fast; so much damping diverges.
+    // Without a spring there is nothing fast; this much damping diverges.
     let radius = SampledLoop::new(&slow, 0.0, 8e-3).spectral_radius();
     assert!(radius > 1.1, "{radius}");
     same(SampledLoop::dual_rate(&fast, 0.0, 8e-3, 10).spectral_radius(), radius);
@@ -137,7 +137,7 @@ fn the_text_s_numbers_are_those_of_265_mnm_in_4096_counts() {
         near(found[0], read * gain * 1e3, 1e-3);
         near(*found.last().expect("a share"), read * gain * 1e-3 / (B + K * K / R), 1e-4);
     }
-    // 0.5 rad are 325 counts of 2 pi / 4096 (2 rad: the 1303rd; the wall: 978), 1.5 N.m/rad are a gain of 36.
+    // 0.5 rad are 325 counts of 2 pi / 4096 (2 rad: the 1303rd; the wall: the 978th); 1.5 N.m/rad are a gain of 36.
     let count = 265.0 / 4096.0;
     near(numbers(&measured("torque 0.5 rad deep in 1.5 N.m/rad"))[0], 4095.0 * count, 0.5 * count);
     let dropped = f64::from(325 * 36 % 4096) * count;
@@ -149,7 +149,7 @@ fn one_count_a_sample_asks_for_all_torque_from_a_tenth_of_the_damping_at_ten_tim
     let comparison = comparison();
     let lines: Vec<_> = comparison.lines.iter().filter(|line| line.what.starts_with("a count a sample")).collect();
     assert_eq!(lines.len(), 2);
-    // Full torque times period over count: of the motor 265 mN.m and 2 pi / 4096.
+    // Full torque times period over count; for the motor 265 mN.m and 2 pi / 4096.
     let motor = 0.265 * 50e-6 / (2.0 * PI / 4096.0);
     let found = numbers(&(lines[0].measure)(&Control::default()).expect("not stopped").expect("measured").text);
     near(found[0], motor, 0.5e-4);
@@ -178,8 +178,8 @@ fn at_1_khz_a_bridge_that_brakes_holds_a_stiffer_wall_than_one_that_floats() {
     let found = measured("conventional, 1 kHz, pushed by 20 mN.m");
     let (brake, float) = found.split_once(", floating ").expect("both");
     let (brake, float) = (numbers(brake), numbers(float));
-    // Asked for, then felt: braking, the word is what is felt but for the counts; floating, the same duty makes less
-    // torque.
+    // The stiffness as asked for, then as felt. With a braking bridge the word is felt as asked for, within the counts.
+    // With a floating bridge the same duty makes less torque.
     assert!(brake[0] > float[0] && brake[1] > float[1], "{found}");
     assert!((0.9..=1.0).contains(&(brake[1] / brake[0])) && float[1] < 0.5 * float[0], "{found}");
 }

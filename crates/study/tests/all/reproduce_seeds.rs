@@ -1,5 +1,5 @@
-//! Seeds of the drop test: which cells are run at all of them, from made-up outcomes whose boundaries are known; what
-//! limits, claims and tables say of cells whose seeds differ; and the PHANToM's own.
+//! Seeds of the drop test: which cells are run at all of them, from made-up outcomes with known boundaries; how limits,
+//! claims and tables report cells whose seeds differ; and the PHANToM's own seeds.
 
 use hpu_cosim::Control;
 use hpu_cosim::scene::{Direction, Platform};
@@ -11,7 +11,7 @@ use hpu_study::reproduce::{
 
 use crate::looks::assert_readable;
 
-/// One column of as many rows, of 1 N/m, 2 N/m and so on; one trial a cell.
+/// Returns a study of one column with so many rows, of 1 N/m, 2 N/m and so on, with one trial for each cell.
 fn column(rows: usize) -> Study {
     Study {
         axes: vec![Direction::Y],
@@ -32,7 +32,7 @@ fn of(class: Class) -> Result<Trial, String> {
     Ok(Trial { verdict, edges: 1, why: String::new() })
 }
 
-/// Passive up to a limit that depends on the seed, non-passive up to 8 N/m, aborted beyond.
+/// Returns trials that are passive up to a limit that depends on the seed, non-passive up to 8 N/m, and aborted beyond.
 fn up_to(limit: impl Fn(u64) -> f64) -> impl Fn(&Point) -> Result<Trial, String> {
     move |point| {
         of(match point.stiffness_n_per_m {
@@ -43,7 +43,7 @@ fn up_to(limit: impl Fn(u64) -> f64) -> impl Fn(&Point) -> Result<Trial, String>
     }
 }
 
-/// Runs what is wanted, so many trials at a time, until nothing is.
+/// Runs the wanted trials, so many at a time, until none is wanted.
 fn run(study: &Study, at_a_time: usize, made: impl Fn(&Point) -> Result<Trial, String>) -> Outcomes {
     let points = study.points();
     let mut outcomes = Outcomes::new();
@@ -52,12 +52,12 @@ fn run(study: &Study, at_a_time: usize, made: impl Fn(&Point) -> Result<Trial, S
         if wanted.is_empty() {
             return outcomes;
         }
-        // Backwards, as no order is promised.
+        // They are run backwards, because no order is promised.
         outcomes.extend(wanted.iter().rev().take(at_a_time).map(|place| (*place, made(&points[*place]))));
     }
 }
 
-/// The rows of a column that were run at every seed; all others were run at the first alone.
+/// Returns the rows of a column that were run at every seed; all other rows were run at the first seed only.
 fn repeated(study: &Study, outcomes: &Outcomes) -> Vec<u64> {
     let points = study.points();
     let rows = study.stiffnesses_n_per_m.iter().filter(|row| {
@@ -79,7 +79,7 @@ fn the_first_seed_is_that_of_the_shipped_scene() {
 fn where_seeds_agree_one_row_on_either_side_of_a_boundary_is_run_at_all() {
     let study = column(12);
     let outcomes = run(&study, usize::MAX, up_to(|_| 4.0));
-    // Passive to 4, non-passive to 8, aborted to 12.
+    // Passive up to 4, non-passive up to 8, aborted up to 12.
     assert_eq!(repeated(&study, &outcomes), [4, 5, 8, 9]);
     assert_eq!(outcomes.len(), 8 + 4 * 12);
 }
@@ -87,10 +87,10 @@ fn where_seeds_agree_one_row_on_either_side_of_a_boundary_is_run_at_all() {
 #[test]
 fn rows_that_seeds_disagree_on_are_followed_to_where_they_agree() {
     let study = column(8);
-    // Passive to 6 at the first seed, to 2 at the ninth, to 7 at the twelfth; else to 5, 4, 3.
+    // Passive up to 6 at the first seed, to 2 at the ninth, to 7 at the twelfth; to 5, 4 or 3 at the others.
     let limit = |seed: u64| [6.0, 5.0, 5.0, 5.0, 4.0, 4.0, 4.0, 3.0, 2.0, 3.0, 5.0, 7.0][seed as usize - 1];
     let outcomes = run(&study, usize::MAX, up_to(limit));
-    // From the least limit to the row after the greatest; 8 is the last row, and not aborted.
+    // From the least limit to the row after the greatest. Row 8 is the last row, and it is not aborted.
     assert_eq!(repeated(&study, &outcomes), [2, 3, 4, 5, 6, 7, 8]);
     let tables = Tables::new(&study, 0, &outcomes);
     let shares: Vec<usize> = (1..=8)
@@ -99,7 +99,7 @@ fn rows_that_seeds_disagree_on_are_followed_to_where_they_agree() {
             tally.share(Class::Passive).so
         })
         .collect();
-    // Of row 1 only the first seed is known; of the others, the seeds whose limit is not below them.
+    // Row 1 is known at the first seed only. The other rows count the seeds whose limit is not below them.
     assert_eq!(shares, [1, 12, 11, 9, 6, 2, 1, 0]);
 }
 
@@ -115,7 +115,7 @@ fn an_end_of_the_rows_is_near_a_boundary_unless_its_class_is_the_one_beyond() {
 #[test]
 fn outcomes_do_not_depend_on_order_or_interruptions() {
     let study = Study { trials: 3, ..column(12) };
-    // Rows and seeds in no order at all.
+    // Rows and seeds with outcomes in no order at all.
     let made = |point: &Point| {
         let mixed = (point.stiffness_n_per_m as u64 * 7 + point.seed * 5 + point.trial * 3) % 11;
         of(if mixed < 9 { Class::Passive } else { Class::NonPassive })
@@ -159,7 +159,7 @@ fn a_finding_over_seeds_is_so_at_all_at_none_or_in_so_many() {
     assert_eq!(Finding::MetInSome { met: 3, seeds: 12 }.name(), "met in 3 of 12");
 }
 
-/// PMOS-1 and RTOS-1 along y: passive to 750 N/m, but RTOS-1 to 250 N/m at seeds 3 and 5.
+/// Returns a study of PMOS-1 and RTOS-1 along y: passive up to 750 N/m, except RTOS-1 at seeds 3 and 5: up to 250 N/m.
 fn some() -> (Study, Outcomes) {
     let study = Study {
         axes: vec![Direction::Y],
@@ -190,7 +190,7 @@ fn a_claim_is_met_in_as_many_seeds_as_tables_meet_it() {
         claim("b").found(),
         "y 750 and 750, at seed 1; met at seeds 1, 2, 4, 6, 7, 8, 9, 10, 11, 12: one draw cannot tell"
     );
-    // PMOS-1 was run at every seed at 750, 1000 and 1250 N/m, and elsewhere counts with its first seed.
+    // PMOS-1 was run at every seed at 750, 1000 and 1250 N/m; at other stiffnesses its first seed counts.
     assert_eq!(claim("a").found(), "y 750");
     // 250, 500 and 750 N/m and the two stiffest rows are legible for both platforms.
     let printed = |row| Agreement::at(&tables, Direction::Y, Platform::Rtos(1), row);
@@ -204,7 +204,7 @@ fn a_claim_is_met_in_as_many_seeds_as_tables_meet_it() {
         "8 of 10 legible cells are as printed, 2 at some seeds, 0 are not",
         "PMOS-1      y            750 (1.0)\nRTOS-1      y       250..750 (0.3..1.0)",
         "(b)   met in 10 of 12 \"when comparing",
-        // Rows 750 to 1250 of PMOS-1, 250 to 1250 of RTOS-1.
+        // Rows 750 to 1250 of PMOS-1, and 250 to 1250 of RTOS-1.
         "Seeds: 8 of 18 cells are near a boundary and run at 12 seeds, from 1; the others at seed 1 alone",
     ] {
         assert!(text.contains(said), "{said}\n{text}");

@@ -1,4 +1,4 @@
-//! The summing-up of reproductions: every claim with a finding, computed from what its lines found.
+//! The summing-up of reproductions: every claim with a finding, computed from the results of its lines.
 
 use hpu_cosim::Control;
 use hpu_cosim::scene::{Direction, Platform};
@@ -12,7 +12,7 @@ fn comparisons() -> [Comparison; 4] {
     [hybrid::comparison(), shaper::comparison(), scaling::comparison(), lag::comparison()]
 }
 
-/// The findings when the lines have found these figures.
+/// Returns the findings if the lines have these figures.
 fn findings(comparison: &Comparison, figures: impl Fn(&Line) -> Vec<f64>) -> Vec<(&'static str, Finding)> {
     let results: Vec<_> = comparison.lines.iter().map(|line| Ok(Found::new("so much".into(), figures(line)))).collect();
     sums(comparison, &results).iter().map(|sum| (sum.statement.letter, sum.finding)).collect()
@@ -55,7 +55,7 @@ fn every_claim_has_lines_and_words_and_every_line_that_judges_a_claim_has_one() 
         for letter in comparison.lines.iter().flat_map(|line| line.claims.chars()) {
             assert!(letters.contains(&letter.to_string().as_str()), "{}: {letter}", comparison.name);
         }
-        // What is printed of the paper is judged, but for its own words and what was derived from it.
+        // Every published figure is judged, except the paper's own words and figures that were derived from it.
         let published = |line: &&Line| !line.published.is_empty() && !line.published.contains("derived");
         for line in comparison.lines.iter().filter(published) {
             let number =
@@ -91,7 +91,7 @@ fn findings_follow_the_figures() {
         vec![f64::from(u8::from(settles)), c1]
     };
     let as_told = findings(&shaper, |line| if line.claims.len() > 2 { press(line) } else { ladder(line) });
-    // Mass and damping of the device are inferred from the first two claims: they confirm nothing.
+    // Mass and damping of the device are inferred from the first two claims, so these claims confirm nothing.
     let expected = [[CannotBeTold; 2].as_slice(), &[Confirmed; 7]].concat();
     assert_eq!(as_told.iter().map(|(_, finding)| *finding).collect::<Vec<_>>(), expected);
     let greatest = |line: &Line| line.group.contains("greatest");
@@ -110,7 +110,7 @@ fn findings_follow_the_figures() {
     let expected = ["a", "b", "c", "d", "e"].map(|letter| of(&runs_away, letter));
     assert_eq!(expected, [Confirmed, NotConfirmed, NotConfirmed, NotConfirmed, NotConfirmed]);
 
-    // The lag is fitted to the claim.
+    // The lag is fitted to this claim.
     let fitted = findings(&lag::comparison(), |_| vec![0.3; 2]);
     assert_eq!(of(&fitted, "a"), CannotBeTold);
 }
@@ -135,13 +135,13 @@ fn the_rows_of_figure_4_say_that_they_are_ramps_of_equal_impulse() {
     let printed: Vec<_> = scaling.lines.iter().filter(|line| line.group.starts_with("Fig. 4 as printed")).collect();
     assert_eq!(printed.len(), 4);
     for line in printed {
-        // 2 ln(1000) / 999 of 1 s, of 5 s.
+        // 2 ln(1000) / 999 of 1 s, and of 5 s.
         let ramp = if line.what.contains("5 s") { "69.1 ms" } else { "13.8 ms" };
         assert!(line.what.contains(&format!("run as a straight ramp of {ramp} of equal impulse")), "{}", line.what);
     }
 }
 
-/// A table of one seed in which PMOS-1 and RTOS-1 hold 750 N/m, the others what `others` says.
+/// Returns a table of one seed in which PMOS-1 and RTOS-1 hold 750 N/m, and the other platforms the limit of `others`.
 fn tables(others: impl Fn(Platform) -> f64) -> Tables {
     let study = Study { seeds: 1, ..Study::whole(&[Rung::SHIPPED]) };
     let trial = |point: &Point| {
@@ -204,7 +204,7 @@ fn the_ladder_sums_up_by_model() {
 
 #[test]
 fn one_lag_and_another_transmission_fit_pmos_1_and_a_longer_lag_does_not() {
-    // Along y, by the joint under test alone. A transmission adds a lag of its own.
+    // Along y, with the joint under test alone. A transmission adds a lag of its own.
     let fits = |stiffness: &str, lag: u32| {
         let found = lag::fitting("tested", &[Direction::Y], stiffness, &[lag], &Control::default());
         found.expect("not stopped").expect("measured").figures[0].is_finite()

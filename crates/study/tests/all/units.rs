@@ -1,4 +1,4 @@
-//! Sets of units: the same rows whatever the threads, the interruptions and the failures.
+//! Sets of units: the rows do not depend on threads, interruptions or failures.
 
 use std::collections::BTreeMap;
 use std::convert::Infallible;
@@ -17,7 +17,7 @@ fn jobs(jobs: usize) -> NonZeroUsize {
     NonZeroUsize::new(jobs).unwrap()
 }
 
-/// A unit whose row tells its index; one in seven fails.
+/// Returns a row that contains the unit's index; one unit in seven fails.
 fn unit(index: usize) -> Row {
     if index % 7 == 3 { Err(format!("unit {index} cannot")) } else { Ok(format!("{index},{}", index * index)) }
 }
@@ -33,7 +33,7 @@ fn all(jobs_: usize, unit: impl Fn(usize) -> Row + Sync) -> Vec<Row> {
 fn rows_are_in_the_order_of_the_units_whatever_the_threads() {
     let expected: Vec<Row> = (0..COUNT).map(unit).collect();
     for threads in [1, 2, 3, 64] {
-        // Later units are done sooner.
+        // Later units finish sooner.
         let slow = |index: usize| {
             thread::sleep(Duration::from_micros(100 * (COUNT - index) as u64));
             unit(index)
@@ -59,7 +59,7 @@ fn interrupted(threads: usize, header: &str, stop_after: usize) -> String {
     let mut journal = Journal::head(header);
     let mut kept = 0;
     let unit = |index: usize, own: &Control| {
-        // Some are in the midst of it when the stop comes, and wait for it.
+        // Some units are running when the stop comes, and wait for it.
         if index >= stop_after {
             while !own.stop.load(Ordering::Relaxed) {
                 thread::yield_now();
@@ -86,7 +86,7 @@ fn a_set_that_goes_on_equals_one_that_was_never_interrupted_and_does_no_unit_twi
     let expected: Vec<Row> = (0..COUNT).map(unit).collect();
     for (threads, stop_after) in [(1, 1), (2, 13), (3, 39)] {
         let mut text = interrupted(threads, "a set", stop_after);
-        // A power cut in the midst of a line.
+        // A power cut in the middle of a line.
         text += "39 made 39,15";
         let journal = Journal::read(text.as_bytes(), "a set", COUNT).unwrap();
         assert_eq!((journal.rows.len(), journal.damaged), (stop_after, 1));
@@ -129,7 +129,7 @@ fn read(bytes: &[u8]) -> Result<(BTreeMap<usize, Row>, usize), JournalError> {
     Journal::read(bytes, NAME, 10).map(|journal| (journal.rows, journal.damaged))
 }
 
-/// A journal of three rows: its bytes, the rows, and where each begins and ends.
+/// Returns a journal of three rows: its bytes, its rows, and where each row begins and ends.
 fn small() -> (Vec<u8>, BTreeMap<usize, Row>, Vec<std::ops::Range<usize>>) {
     let rows = BTreeMap::from([
         (0, Ok("settled,1.5e-3,,0e0,7500000".to_string())),
@@ -146,7 +146,7 @@ fn small() -> (Vec<u8>, BTreeMap<usize, Row>, Vec<std::ops::Range<usize>>) {
     (text.into_bytes(), rows, places)
 }
 
-/// The rows but those whose places hold this byte.
+/// Returns the rows except the one whose place holds this byte.
 fn without(byte: usize) -> BTreeMap<usize, Row> {
     let (_, rows, places) = small();
     rows.into_iter().zip(places).filter(|(_, place)| !place.contains(&byte)).map(|(row, _)| row).collect()
@@ -174,7 +174,7 @@ fn every_bit_that_flips_in_a_row_costs_that_row_and_no_other() {
         let mut bytes = whole.clone();
         bytes[bit / 8] ^= 1 << (bit % 8);
         let (found, damaged) = read(&bytes).expect("its own first line");
-        // A line's end that is none takes the next row with it.
+        // If a line's end is damaged, the next row is lost with it.
         let (here, end) = (bit / 8, places.iter().position(|place| place.end == bit / 8 + 1));
         let mut expected = without(here);
         if let Some(next) = end.and_then(|end| places.get(end + 1)) {
@@ -216,7 +216,7 @@ fn a_journal_that_is_cut_off_anywhere_has_the_rows_before_the_cut() {
         let cut = usize::from(!places.iter().any(|place| place.start == length));
         assert_eq!(read(&whole[..length]), Ok((before, cut)), "{length} bytes");
     }
-    // Zeros, as some file systems leave behind a power cut.
+    // Zeros, as some file systems leave after a power cut.
     let (mut zeros, last) = (whole.clone(), places[2].clone());
     zeros[last.clone()].fill(0);
     assert_eq!(read(&zeros), Ok((without(last.start), 1)));
@@ -227,7 +227,7 @@ fn rows_that_are_there_twice_count_once_and_rows_of_other_sets_never() {
     let (whole, rows, places) = small();
     let with = |line: &str| read(&[&whole, line.as_bytes()].concat()).expect("its own first line");
     assert_eq!(with(std::str::from_utf8(&whole[places[0].clone()]).unwrap()), (rows.clone(), 0));
-    // Two different rows of the same unit: neither is believed, nor a third.
+    // Two different rows of the same unit: neither is used, nor is a third.
     let mut others = rows.clone();
     others.remove(&3);
     let other = Journal::line(NAME, 3, &Ok("settled".into()));

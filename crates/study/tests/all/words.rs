@@ -1,8 +1,6 @@
-//! The words of the PHANToM's datapath: what is measured lies within what is proved, and both say what is known.
+//! The word formats of the PHANToM's datapath: measured ranges lie within the proved ranges, and both are reported.
 
-use hpu_datapath::phantom::{
-    PhantomConfig, TrigCordic, TrigInterpolated, TrigQuarter, TrigTable, bounds, loop_variants,
-};
+use hpu_datapath::phantom::{PhantomConfig, TrigCordic, TrigInterpolated, TrigQuarter, TrigTable, loop_variants};
 use hpu_datapath::{Block, Generic};
 use hpu_signal::Notation;
 use hpu_study::reproduce::formats::{
@@ -10,6 +8,7 @@ use hpu_study::reproduce::formats::{
 };
 use hpu_study::reproduce::sines::{SINES_CSV_HEADER, Sine, Source, sines, sines_csv, sines_text};
 use hpu_study::reproduce::workspace::{CELLS, NOMINAL_MM, Workspace};
+use hpu_study::widths::proof::bounds;
 
 fn all(postures: usize) -> Vec<Formats> {
     words().into_iter().map(|words| Formats::new(words, postures).unwrap()).collect()
@@ -19,7 +18,7 @@ fn named<'a>(all: &'a [Formats], name: &str) -> &'a Formats {
     all.iter().find(|formats| formats.words.name == name).unwrap()
 }
 
-/// Fields of a CSV's line, quotes heeded.
+/// Returns the number of fields of a CSV's line, respecting quotes.
 fn fields(line: &str) -> usize {
     let mut quoted = false;
     1 + line
@@ -53,7 +52,7 @@ fn sines_are_exhausted_so_that_their_measured_range_is_the_proved_one() {
     for row in &formats.rows[..6] {
         let measured = row.measured.unwrap();
         assert_eq!((measured.min, measured.max), (row.proved.min, row.proved.max), "{}", row.proved.name);
-        // Half an LSB, and nearly all of it among 8192 counts.
+        // Half an LSB, and nearly all of it is reached among 8192 counts.
         let half = row.proved.format.lsb() / 2.0;
         assert!(measured.error <= half * (1.0 + 1e-6) && measured.error > 0.99 * half, "{measured:?}");
     }
@@ -106,7 +105,7 @@ fn a_line_below_the_tables_says_what_plain_q22_cannot_hold() {
 fn full_scales_are_those_of_the_motors_behind_their_ratios() {
     let near = |config: &PhantomConfig, ratios: [f64; 3]| {
         for (scale_nm, ratio) in full_scales_nm(config).into_iter().zip(ratios) {
-            // The gain's word is the nearest.
+            // The gain's word is the nearest one.
             assert!((scale_nm / (0.17 * ratio) - 1.0).abs() < 1e-5, "{scale_nm} {ratio}");
         }
     };
@@ -133,11 +132,11 @@ fn every_row_of_a_csv_has_the_fields_of_its_header() {
 #[test]
 fn a_box_about_the_neutral_tip_is_held_when_it_is_small_and_out_of_reach_when_it_is_large() {
     let config = PhantomConfig::default();
-    // 5 mm beside are at most 5/140 rad in any joint but for second order, 160 of the 1024 counts of 11 bits.
+    // 5 mm to the side are at most 5/140 rad in any joint, up to second order: 160 of the 1024 counts of 11 bits.
     let small = Workspace::new(&config, [10.0; 3], [5; 3]);
     assert_eq!((small.cells, small.unreachable), (125, 0));
     assert!(small.held.iter().all(|(_, held)| *held == 125) && small.missed_by == [0; 3]);
-    // Middles are 3.3 m apart; the links are 0.28 m long.
+    // The middles are 3.3 m apart; the links are 0.28 m long.
     let large = Workspace::new(&config, [1e4; 3], [3; 3]);
     assert_eq!((large.cells, large.unreachable), (27, 26));
     assert!(large.held.iter().all(|(_, held)| *held == 1));
@@ -160,7 +159,7 @@ fn cells_beyond_the_links_are_those_farther_from_the_shoulder_than_both() {
     assert_eq!(found.unreachable, beyond);
     assert!(found.held.is_sorted_by_key(|(_, held)| *held));
     let (width, most) = *found.held.last().unwrap();
-    // +-2^14 counts of 1/28000 turns are more than half a turn either way: nothing that is reached is missed.
+    // +-2^14 counts of 1/28000 turns are more than half a turn either way: no reachable cell is missed.
     assert_eq!((width, most), (15, found.cells - found.unreachable));
 }
 
@@ -175,9 +174,9 @@ fn the_full_table_is_off_by_half_an_lsb_at_any_size_and_no_other_is_better() {
         assert_eq!(sine.angles, 2 * 8192);
         assert!(sine.rms <= sine.worst && sine.worst_rad <= 1.5 * sine.worst, "{sine:?}");
         if sine.source == Source::Table {
-            // 1e-6 is far above what a float's own error of 2^-53 is of the smallest LSB.
+            // 1e-6 is far above a float's own error of 2^-53, relative to the smallest LSB.
             assert!((0.49..0.5 + 1e-6).contains(&sine.worst_lsb()), "{sine:?}");
-            // The errors of so many angles are spread evenly: 1/sqrt(12). Wide words leave no less than that.
+            // The errors of so many angles are spread evenly: 1/sqrt(12). Wide words have no smaller rms.
             assert!((sine.rms_lsb() - 12f64.sqrt().recip()).abs() < 0.01, "{sine:?}");
         } else {
             assert!(sine.worst_lsb() > 0.5, "{sine:?}");
@@ -212,7 +211,7 @@ fn more_rotations_are_never_worse_and_need_no_rom() {
     let rotations = of(&all, Source::Cordic);
     assert!(rotations.windows(2).all(|pair| pair[1].worst <= pair[0].worst));
     assert!(rotations.iter().all(|sine| sine.rom.bits() == 0));
-    // Each rotation halves the angle that is left, down to the words' own places.
+    // Each rotation halves the remaining angle, down to the last place of the words.
     assert!(rotations[0].worst <= 2f64.powi(-11) + 2f64.powi(-22), "{:?}", rotations[0]);
 }
 
@@ -251,7 +250,7 @@ fn four_bits_of_fraction_are_worth_a_factor_of_sixteen() {
         bounds(&config, 40_000.0).unwrap().iter().find(|row| row.name == "x").unwrap().error
     };
     let [coarse, middle, fine] = ["fraction_14", "fraction_18", "fraction_22"].map(error);
-    // All terms are halves of an LSB times lengths; lengths as words differ by some parts in 2^14.
+    // All terms are halves of an LSB times lengths; the lengths as words differ by some parts in 2^14.
     assert!((coarse / middle / 16.0 - 1.0).abs() < 1e-3 && (middle / fine / 16.0 - 1.0).abs() < 1e-3);
     let lengths = |label: &str| loop_variants().into_iter().find(|(of, _)| *of == label).unwrap().1.lengths;
     // 0.14 * 2^14 = 2293.76, 0.14 * 2^18 = 36700.16, 0.14 * 2^22 = 587202.56.

@@ -1,4 +1,4 @@
-//! What the tests of the command share: running it, and a folder of their own.
+//! Functions that the tests of the command share: they run it, and make a folder for each test.
 
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
@@ -8,41 +8,41 @@ use std::process::{Command, Output};
 /// The project's folder.
 pub const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 
-/// The command, in the project's folder.
+/// Returns the command, which runs in the project's folder.
 pub fn hpu() -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_hpu"));
     command.current_dir(ROOT);
     command
 }
 
-/// What the command did with these arguments.
+/// Runs the command with these arguments.
 pub fn run(arguments: &[&str]) -> Output {
     hpu().args(arguments).output().expect("the command starts")
 }
 
-/// Its exit code.
+/// Returns the exit code.
 pub fn code(output: &Output) -> i32 {
     output.status.code().expect("it was not killed")
 }
 
-/// Its stdout.
+/// Returns stdout.
 pub fn stdout(output: &Output) -> String {
     String::from_utf8(output.stdout.clone()).expect("text")
 }
 
-/// Its stderr.
+/// Returns stderr.
 pub fn stderr(output: &Output) -> String {
     String::from_utf8(output.stderr.clone()).expect("text")
 }
 
-/// Its stdout as one JSON object.
+/// Returns stdout as one JSON object.
 pub fn json(output: &Output) -> serde_json::Value {
     let value: serde_json::Value = serde_json::from_str(&stdout(output)).expect("exactly one JSON value");
     assert!(value.is_object(), "{value}");
     value
 }
 
-/// An empty folder for one test.
+/// Makes an empty folder for one test.
 pub fn scratch(test: &str) -> PathBuf {
     let dir = Path::new(env!("CARGO_TARGET_TMPDIR")).join(test);
     if dir.exists() {
@@ -52,12 +52,12 @@ pub fn scratch(test: &str) -> PathBuf {
     dir
 }
 
-/// A path as an argument.
+/// Returns a path as an argument.
 pub fn text(path: &Path) -> &str {
     path.to_str().expect("a path in UTF-8")
 }
 
-/// Names of all that is in a folder, sorted.
+/// Returns the sorted names of everything in a folder.
 pub fn names(dir: &Path) -> Vec<String> {
     let entries = fs::read_dir(dir).expect("a folder");
     let mut names: Vec<_> =
@@ -66,12 +66,13 @@ pub fn names(dir: &Path) -> Vec<String> {
     names
 }
 
-/// Asserts that the command refused: this code, nothing on stdout, one error on stderr that holds all these words.
+/// Asserts that the command refused: the exit code is `expected`, stdout is empty, and stderr has one error, in which
+/// all these words occur.
 pub fn assert_refused(output: &Output, expected: i32, words: &[&str]) {
     let said = stderr(output);
     assert_eq!(code(output), expected, "{said}");
     assert_eq!(stdout(output), "", "results are for who is not refused");
-    // What a run will write is told before it, and on a busy machine how long it has taken.
+    // A run first prints how much it will write, and on a busy machine the time that it has taken.
     let told = |line: &&str| line.starts_with("trace.csv: ") || line.ends_with(" s so far");
     let first = said.lines().find(|line| !told(line));
     assert!(first.is_some_and(|line| line.starts_with("error: ")), "{said}");
@@ -80,7 +81,7 @@ pub fn assert_refused(output: &Output, expected: i32, words: &[&str]) {
     }
 }
 
-/// A folder of these scripts as the only tools; within them the real ones are found.
+/// Makes a folder with these scripts as the only tools. The scripts themselves find the real tools.
 pub fn tools(dir: &Path, scripts: &[(&str, &str)]) -> PathBuf {
     let place = dir.join("tools");
     fs::create_dir_all(&place).expect("a folder");

@@ -1,4 +1,4 @@
-//! From a case to a command: a verb, a scene within sense, and a small budget.
+//! Makes a command from a case: a verb, a scene with sensible values, and a small budget.
 
 use std::fs;
 use std::path::Path;
@@ -25,14 +25,14 @@ pub const VERBS: [&str; 12] = [
     "rest",
 ];
 
-/// The scene of a case and what is changed of it, as far as it takes that; and a key to vary.
+/// The scene of a case, and the changes to it that the scene accepts.
 pub struct Changed<'s> {
     pub scene: &'s Shipped,
     pub set: Set,
     pub experiment: Experiment,
 }
 
-/// Puts a case's changes on its scene. Most that the scene refuses are left out, and the run is made short.
+/// Applies a case's changes to its scene. Most changes that the scene refuses are left out, and the run is made short.
 pub fn changed<'s>(case: &Case, scene: &'s Shipped, keys: &[Key], edges: u64) -> Changed<'s> {
     let mut set = Set::new();
     let mut experiment = parsed(scene, &set).expect("a shipped scene");
@@ -71,7 +71,7 @@ fn words(text: &str) -> Vec<String> {
     text.split(' ').map(str::to_string).collect()
 }
 
-/// The arguments of a case's command; its files are written into `dir`.
+/// Returns the arguments of a case's command. Writes its files into `dir`.
 pub fn arguments(case: &Case, scenes: &[Shipped], keys: &[Vec<Key>], dir: &Path) -> Vec<String> {
     let [a, b, c, d] = case.numbers.map(|number| number as usize);
     let verb = VERBS[case.verb];
@@ -97,7 +97,7 @@ pub fn arguments(case: &Case, scenes: &[Shipped], keys: &[Vec<Key>], dir: &Path)
     let changed = changed(case, &scenes[index], &keys[index], edges);
     let named = |set: &Set| {
         let scene = match &case.spoilt {
-            // The file itself, spoilt.
+            // The scene's own file with a part replaced.
             Some(spoilt) => {
                 fs::write(dir.join("spoilt.toml"), spoilt.text(changed.scene.text)).expect("a scene");
                 "spoilt.toml".to_string()
@@ -118,7 +118,7 @@ pub fn arguments(case: &Case, scenes: &[Shipped], keys: &[Vec<Key>], dir: &Path)
         arguments.extend(end.split(' ').filter(|word| !word.is_empty()).map(str::to_string));
         arguments
     };
-    // Data files stand where shipped scenes look for them.
+    // Data files are copied to where shipped scenes look for them.
     for file in ["replay-motion.csv", "replay-capture.vcd"] {
         fs::copy(Path::new(crate::common::ROOT).join("testbench/scenes").join(file), dir.join(file)).expect("data");
     }
@@ -168,7 +168,7 @@ pub fn arguments(case: &Case, scenes: &[Shipped], keys: &[Vec<Key>], dir: &Path)
                     arguments.extend(["--x".to_string(), x, "--y".to_string(), y]);
                     arguments
                 }
-                // A scene that varies in nothing.
+                // A scene in which nothing varies.
                 _ => with_scene("run", ""),
             }
         }
@@ -181,7 +181,7 @@ pub fn arguments(case: &Case, scenes: &[Shipped], keys: &[Vec<Key>], dir: &Path)
     }
 }
 
-/// Ranges of two keys around what the scene takes.
+/// Returns ranges of two keys around the values that the scene accepts.
 fn axes(case: &Case, changed: &Changed, keys: &[Key]) -> Option<[String; 2]> {
     let sizes: Vec<&Key> = keys.iter().filter(|key| matches!(key.takes, Takes::Size { .. })).collect();
     let mut axes = Vec::new();
@@ -213,7 +213,7 @@ fn axes(case: &Case, changed: &Changed, keys: &[Key]) -> Option<[String; 2]> {
     None
 }
 
-/// A block ticked with words of its inputs.
+/// Ticks a block with words of its inputs.
 fn block(case: &Case, dir: &Path) -> Vec<String> {
     let blocks = variants();
     let (label, block) = &blocks[case.numbers[0] as usize % blocks.len()];
@@ -249,7 +249,7 @@ fn block(case: &Case, dir: &Path) -> Vec<String> {
     arguments
 }
 
-/// A vector file of the project, whole or spoilt.
+/// Verifies a vector file of the project, whole or with a part replaced.
 fn verify(case: &Case, dir: &Path) -> Vec<String> {
     let folder = Path::new(crate::common::ROOT).join("vectors");
     let list = |dir: &Path| {
@@ -272,7 +272,7 @@ fn verify(case: &Case, dir: &Path) -> Vec<String> {
     words("vectors --verify vectors.txt")
 }
 
-/// Everything else, and arguments that are refused.
+/// Runs all other verbs, and arguments that are refused.
 fn rest(case: &Case) -> Vec<String> {
     let all = [
         "scenes",
@@ -294,7 +294,7 @@ fn rest(case: &Case) -> Vec<String> {
         "limits hybrid-wall --json",
         "limits rail-drop",
         "block pwm --notation q",
-        // Refused, or without the tool.
+        // These are refused, or lack the tool.
         "check no_such_block",
         "cost no_such_block",
         "check displacement --rows 5",
@@ -304,7 +304,7 @@ fn rest(case: &Case) -> Vec<String> {
         "run replay-motion --set hand.file=/dev/zero",
         "vectors --verify /dev/zero",
     ];
-    // The refused ones are rare.
+    // Refused arguments are rare.
     let at = case.numbers[0] as usize;
     words(if at.is_multiple_of(10) { all[19 + at / 10 % 8] } else { all[at / 10 % 19] })
 }

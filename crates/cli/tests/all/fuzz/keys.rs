@@ -1,10 +1,10 @@
-//! Learns the keys of a scene, their ranges and their choices from the scene's own refusals.
+//! Learns the keys of a scene, their ranges and their choices from the scene's own error messages.
 
 use std::collections::BTreeMap;
 
 use hpu_cosim::scene::{Experiment, Shipped};
 
-/// A key and what it takes.
+/// A key and the values that it accepts.
 #[derive(Clone, Debug)]
 pub struct Key {
     pub path: String,
@@ -14,7 +14,8 @@ pub struct Key {
 /// The values that a key accepts.
 #[derive(Clone, Debug)]
 pub enum Takes {
-    /// A quantity: 0, if that is one; the least and the greatest size; either sign, if the least is not above 0.
+    /// A quantity: whether 0 is accepted, and the least and the greatest size. If the least is not above 0, both signs
+    /// are accepted.
     Size { zero: bool, least: f64, most: f64 },
     /// A whole number.
     Whole(u64, u64),
@@ -27,12 +28,12 @@ pub enum Takes {
 /// Overrides, in order.
 pub type Set = Vec<(String, String)>;
 
-/// The scene under these overrides, or why not.
+/// Returns the scene under these overrides, or the error.
 pub fn parsed(scene: &Shipped, set: &Set) -> Result<Experiment, String> {
     scene.parse(set).map_err(|error| error.to_string())
 }
 
-/// Every key that a scene takes.
+/// Returns every key that a scene accepts.
 pub fn keys(scene: &Shipped) -> Vec<Key> {
     let mut found = BTreeMap::new();
     section(scene, "", &mut found);
@@ -54,7 +55,7 @@ fn section(scene: &Shipped, path: &str, found: &mut BTreeMap<String, Takes>) {
     }
 }
 
-/// Reads the accepted values out of a refusal of 1e99.
+/// Reads the accepted values from the error for 1e99.
 fn takes(said: &str) -> Option<Takes> {
     if let Some((_, range)) = said.split_once("; accepted: ") {
         let (zero, range) = range.strip_prefix("0, or ").map_or((false, range), |range| (true, range));
@@ -76,7 +77,7 @@ fn takes(said: &str) -> Option<Takes> {
 }
 
 impl Takes {
-    /// A value at one of the ends (`how` 0 and 1), or at a share of the way between them.
+    /// Returns a value at one of the ends (`how` 0 and 1), or at the share `at` of the way between them.
     pub fn value(&self, how: u8, at: f64) -> String {
         let share = match how {
             0 => 0.0,
@@ -89,7 +90,7 @@ impl Takes {
                 let value = least.ln() + share * (most.ln() - least.ln());
                 format!("{:e}", [*least, *most, value.exp()][usize::from(how.min(2))])
             }
-            // Of either sign: sizes of fifteen decades.
+            // Values of either sign, whose sizes span fifteen decades.
             Self::Size { most, .. } => {
                 let size = most * 10f64.powf(-15.0 * (2.0 * share - 1.0).abs());
                 let size = if how < 2 { *most } else { size };

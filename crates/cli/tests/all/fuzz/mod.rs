@@ -1,11 +1,11 @@
-//! Commands at random, within sense and at its edges: no panic, no hang, every exit in the contract, nothing left
-//! behind.
+//! Random commands with sensible values and values at their limits: no panic, no hang, every exit code in the contract,
+//! no files left behind.
 //!
-//! Shipped scenes are changed in any of their keys, to the ends of what each accepts and between; some files are spoilt
-//! as text. Every verb runs with a small budget, as a process of its own. `HPU_FUZZ` says how many commands [60],
-//! `HPU_FUZZ_SEED` which ones [1], `HPU_FUZZ_FIRST` where to begin [0], `HPU_FUZZ_FOLDER` where its files are [fuzz]:
-//! each command depends on seed and number alone. A failure is told with its number, made smaller, with the command and
-//! its files in a folder that stays.
+//! Shipped scenes are changed in any of their keys, to the limits of the accepted values and between; parts of some
+//! files are replaced as text. Every verb runs with a small budget, as a process of its own. `HPU_FUZZ` is the number
+//! of commands [60], `HPU_FUZZ_SEED` the seed [1], `HPU_FUZZ_FIRST` the number of the first command [0],
+//! `HPU_FUZZ_FOLDER` the folder of its files [fuzz]. Each command depends only on the seed and its number. A failure is
+//! reported with its number and reduced to a smaller case, whose command and files stay in a folder.
 
 mod command;
 mod keys;
@@ -29,16 +29,16 @@ use crate::common::scratch;
 use command::VERBS;
 use keys::Key;
 
-/// No command within its budget computes for longer: time of the processor, as the machine may have other things to do.
+/// The limit of a command's processor time in seconds. Elapsed time would depend on the other work of the machine.
 const MOST_CPU_S: u64 = 20;
-/// Nor waits for longer.
+/// The limit of a command's elapsed time.
 const LONGEST: Duration = Duration::from_secs(180);
-/// Memory that a command may ask for, in KiB.
+/// The memory that a command may allocate, in KiB.
 const MOST_KIB: u64 = 4 << 20;
-/// Tries to make a failure smaller.
+/// Attempts to reduce a failure to a smaller case.
 const MOST_SHRINKS: usize = 40;
 
-/// What a command is made of.
+/// The parts of a command.
 #[derive(Clone, Debug)]
 pub struct Case {
     verb: usize,
@@ -49,7 +49,7 @@ pub struct Case {
     spoilt: Option<Spoilt>,
 }
 
-/// What is done to a file.
+/// A change to the text of a file.
 #[derive(Clone, Debug)]
 pub struct Spoilt {
     at: f64,
@@ -58,7 +58,7 @@ pub struct Spoilt {
 }
 
 impl Spoilt {
-    /// The text with a part replaced.
+    /// Returns the text with a part replaced.
     fn text(&self, text: &str) -> String {
         let bound = |byte: usize| (byte..=text.len()).find(|&byte| text.is_char_boundary(byte)).unwrap_or(text.len());
         let from = bound((self.at * text.len() as f64) as usize);
@@ -68,7 +68,7 @@ impl Spoilt {
 }
 
 fn cases() -> impl Strategy<Value = Case> {
-    // Runs are most of what is done, and quick.
+    // Most cases are runs, which are quick.
     let verb = prop_oneof![6 => 0..3usize, 6 => 3..VERBS.len()];
     let changes = vec((any::<u16>(), 0..8u8, 0.0..1.0), 0..6);
     let with = prop_oneof![Just(String::new()), "[ -~]{1,6}", "[\\PC]{1,3}", Just("\n".into()), Just("1e308".into())];
@@ -85,22 +85,22 @@ fn cases() -> impl Strategy<Value = Case> {
     )
 }
 
-/// What became of a command.
+/// The result of a command.
 struct Done {
     exit: String,
     seconds: f64,
-    /// What is wrong, if anything is.
+    /// The fault, if there is one.
     wrong: Option<String>,
     stderr: String,
 }
 
-/// Commands of a verb with one exit.
+/// The commands of a verb with the same exit.
 #[derive(Default)]
 struct Tally {
     commands: u64,
     seconds: f64,
     longest_s: f64,
-    /// The number of that one.
+    /// The number of the command that took longest.
     longest: u64,
 }
 
@@ -145,7 +145,7 @@ fn run(arguments: &[String], dir: &Path) -> Done {
     let exit = match (hangs, status.code(), status.signal()) {
         (true, ..) => "hangs".to_string(),
         (_, Some(code), _) => code.to_string(),
-        // SIGXCPU, SIGKILL: its time is up.
+        // SIGXCPU or SIGKILL: the command has reached its time limit.
         (.., Some(24 | 9)) => "hangs".to_string(),
         (.., signal) => format!("signal {}", signal.unwrap_or(0)),
     };
@@ -186,7 +186,7 @@ fn empty(dir: &Path) {
     fs::create_dir_all(dir).expect("a folder");
 }
 
-/// The command of a case, in an empty folder, and what became of it.
+/// Runs the command of a case in an empty folder. Returns its arguments and its result.
 fn done(case: &Case, scenes: &[Shipped], keys: &[Vec<Key>], dir: &Path) -> (Vec<String>, Done) {
     empty(dir);
     let arguments = command::arguments(case, scenes, keys, dir);
@@ -244,7 +244,7 @@ fn commands_at_random_end_as_the_contract_says() {
                 line.join(" ")
             ));
             eprintln!("{}", failures[failures.len() - 1]);
-            // Its files again, in the place of those of the last try.
+            // Writes its files again, in the place of those of the last attempt.
             empty(&dir);
             command::arguments(&least, scenes, &keys, &dir);
             let kept = folder.join(format!("case-{index}"));

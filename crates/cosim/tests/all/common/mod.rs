@@ -1,17 +1,17 @@
-//! What the tests of PHANToM scenes share: running them densely, and the textbook's law in floats.
+//! Helpers of the tests of PHANToM scenes: dense runs, and the textbook's law in floats.
 
 use hpu_cosim::scene::{PhantomLaw, PhantomScene, Platform, shipped};
 use hpu_cosim::{Control, Driver, PhantomSession, Rig, Summary, Wired};
 use hpu_signal::{Cycle, Observe};
 
-/// A shipped scene, changed.
+/// Returns a shipped scene with overrides.
 pub fn phantom(name: &str, overrides: &[(&str, &str)]) -> PhantomScene {
     let overrides: Vec<_> = overrides.iter().map(|(k, v)| (k.to_string(), v.to_string())).collect();
     let scene = shipped().iter().find(|scene| scene.name == name).expect("a shipped scene");
     scene.parse(&overrides).unwrap_or_else(|error| panic!("{error}")).phantom().expect("a PHANToM")
 }
 
-/// Whether the force is computed outside the FPGA.
+/// Returns whether the force is computed outside the FPGA.
 pub fn by_host(scene: &PhantomScene) -> bool {
     !matches!(scene.platform, Platform::Fpga(_)) || scene.model.law != PhantomLaw::Words
 }
@@ -40,7 +40,7 @@ impl Observe for Dense {
 }
 
 impl Dense {
-    /// The words after each edge, from edge 0 to the last.
+    /// Returns the words after each edge, from edge 0 to the last.
     pub fn every_edge(&self) -> impl Iterator<Item = &[i64]> {
         let ends = self.changes.iter().skip(1).map(|(edge, _)| *edge).chain([self.end + 1]);
         self.changes.iter().zip(ends).flat_map(|((edge, words), end)| (*edge..end).map(move |_| words.as_slice()))
@@ -56,8 +56,8 @@ pub fn run(scene: &PhantomScene) -> (Summary, Dense) {
     (summary, dense)
 }
 
-/// The DAC counts that the walls of a scene amount to at these joint angles: from the equations of the paper's
-/// kinematics, force limited to 8.5 N, torque per count that of 0.17 N.m at the motor for 2^15.
+/// Returns the DAC counts that the walls of a scene ask for at these joint angles: from the equations of the paper's
+/// kinematics, with the force limited to 8.5 N, and a count being 0.17 N.m / 2^15 at the motor.
 pub fn law(scene: &PhantomScene, [t1, t2, t3]: [f64; 3]) -> [i64; 3] {
     let [l1, l2] = scene.drop.lengths_m;
     let (s1, c1, s2, c2, s3, c3) = (t1.sin(), t1.cos(), t2.sin(), t2.cos(), t3.sin(), t3.cos());
@@ -80,7 +80,7 @@ pub fn law(scene: &PhantomScene, [t1, t2, t3]: [f64; 3]) -> [i64; 3] {
     })
 }
 
-/// The angles of an arm of two links of the same length whose tip is there.
+/// Returns the joint angles of an arm of two links of the same length with its tip at `tip_m`.
 pub fn angles_rad(length_m: f64, tip_m: &[f64]) -> [f64; 3] {
     // In the plane of the arm the base is at (-l, l) of the tip's origin; the links' triangle is isosceles.
     let ground = tip_m[0].hypot(tip_m[2] + length_m);

@@ -10,7 +10,7 @@ fn the_published_observer_does_not_see_the_leak_and_the_exact_one_stops_it() {
     for share in [0.0, 0.25, 0.7] {
         let plain = bounce("leak-bounce", share, &[]).0;
         let (blind, least) = bounce("popc-velocity", share, &[]);
-        // Forces rounded by a count of 2 N / 65536, of 1 N.
+        // The forces are rounded by one count, 2 N / 65536, of about 1 N.
         near(blind, plain, 1e-3);
         assert!(least >= 0, "{least}");
         let (seen, least) = bounce("popc-held-force", share, &[]);
@@ -18,7 +18,7 @@ fn the_published_observer_does_not_see_the_leak_and_the_exact_one_stops_it() {
     }
 }
 
-/// Energy outside the wall, of 100 g under 0.2 N into it.
+/// Returns the energy outside the wall of 100 g under 0.2 N toward the wall.
 fn outside_j(trace: &Trace, from_s: f64, to_s: f64) -> Vec<f64> {
     let span = rows(trace, from_s, to_s);
     let places = trace.angles_rad()[span.clone()].iter().zip(&speeds(trace)[span]);
@@ -29,7 +29,7 @@ fn outside_j(trace: &Trace, from_s: f64, to_s: f64) -> Vec<f64> {
 fn with_credit_a_controller_acts_only_when_all_is_given_back() {
     let thrown_j = 0.05 * 0.1f64.powi(2) + 0.2 * 0.1e-3;
     let (_, trace) = run(&scene("popc-credit", &[]), &[]);
-    // The wall kept most of it for a while, and let it all go.
+    // The wall kept most of the energy for a while, and then gave it all back.
     assert!(range(&outside_j(&trace, 0.05, 0.25)).1 < 0.25 * thrown_j);
     let (low, high) = range(&outside_j(&trace, 1.4, 2.0));
     near(low, thrown_j, 0.03);
@@ -40,7 +40,7 @@ fn with_credit_a_controller_acts_only_when_all_is_given_back() {
 fn with_a_bound_on_the_credit_it_acts_in_time() {
     let (_, trace) = run(&scene("popc-credit-bounded", &[]), &[]);
     let (first, last) = (outside_j(&trace, 0.05, 0.25), outside_j(&trace, 1.4, 2.0));
-    // Bounces that grew by the leak, some 60 ms each, would have grown sixteenfold.
+    // Bounces that grow by the leak, some 60 ms each, would have grown sixteenfold.
     assert!(range(&last).1 < 1.17 * range(&first).1, "{:?} {:?}", range(&first), range(&last));
 }
 

@@ -1,4 +1,4 @@
-//! What actuators and words cannot hold: full scale, a product that wraps, a motor whose winding is open.
+//! The limits of actuators and words: full scale, a product that wraps, a motor whose winding is open.
 
 use hpu_cosim::scene::{Device, OutcomeKind};
 
@@ -11,7 +11,7 @@ fn beyond_full_scale_a_wall_gives_way_by_the_energy_that_is_left() {
     let (_, trace) = run(&scene, &["command"]);
     let peak_m = range(trace.angles_rad()).1 - 10e-3;
     near(peak_m, m * v * v / (2.0 * f) + 0.5 * f / k, 2.5e-3);
-    // In and out again under a force that stays.
+    // In and out again under a constant force.
     let entry = (v * v - f * f / (k * m)).sqrt();
     let flat = trace.words(0).iter().filter(|command| **command == 65_535).count();
     near(flat as f64 * trace.interval_s(), 2.0 * m * entry / f, 1e-2);
@@ -47,7 +47,7 @@ fn an_open_winding_brakes_nothing_and_a_shorted_one_by_the_square_of_k_by_r() {
     let (_, trace) = run(&floating, &[]);
     near(*trace.angles_rad().last().expect("rows"), turned(b), 1e-6);
     assert_eq!(range(trace.real(0)), (0.0, 0.0));
-    // Braking, and run down: the inductance does not change how far, the first clock (20 ns, 6 urad) does.
+    // Braked to rest: the inductance does not change the distance, but the first clock does (20 ns, 6 urad).
     let (summary, trace) = run(&scene("floating-motor", &[("method.pwm.off", "brake")]), &[]);
     let shorted = b + motor.torque_constant_nm_per_a.powi(2) / motor.resistance_ohm;
     near(*trace.angles_rad().last().expect("rows"), turned(shorted), 5e-6);
@@ -61,8 +61,8 @@ fn a_negative_damper_beyond_the_devices_grows_by_the_difference() {
         let at = |t_s| trace.real(1)[rows(&trace, t_s, t_s).start];
         f64::ln(at(0.99) / at(0.09)) / 0.9
     };
-    // (0.6 - 0.5) / 0.1 a second; at 0.5 as if there were none, and below it slows. A count of force, 15 uN, and half a
-    // sample of 100 us are a hundredth of it.
+    // The growth is (0.6 - 0.5) / 0.1 a second; at 0.5 it is that of no damper, and below the motion slows. A count of
+    // force, 15 uN, and half a sample of 100 us are a hundredth of it.
     for (negative, per_s) in [("0.6", 1.0), ("0.5", 0.0), ("0.4", -1.0)] {
         let found = growth(negative);
         assert!((found - per_s).abs() < 0.02, "{negative}: {found} / s, not {per_s}");

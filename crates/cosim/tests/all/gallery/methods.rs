@@ -1,10 +1,11 @@
-//! What a method takes from the wall that was asked for: its stiffness, its first tenth of a second.
+//! The price of a method: the felt stiffness, and the force in the first tenth of a second, are less than asked for.
 
 use hpu_cosim::law::high_pass;
 
 use super::axis::{near, range, run, scene};
 
-/// Force over depth between a quarter and the whole of 2 mm, in N/m, on the way in; full scale 25 N, counts of 5 um.
+/// Returns the force over the depth between a quarter and the whole of 2 mm, in N/m, on the way in; full scale is 25 N,
+/// and a count 5 um.
 fn felt(name: &str, overrides: &[(&str, &str)]) -> f64 {
     let (_, trace) = run(&scene(name, overrides), &["penetration", "command"]);
     let at = |depth: i64| {
@@ -17,7 +18,7 @@ fn felt(name: &str, overrides: &[(&str, &str)]) -> f64 {
 
 #[test]
 fn behind_energy_bounding_a_wall_is_as_stiff_as_its_bound() {
-    // A sample is a count deep, 1 % of the span with the one at its end.
+    // A sample is one count deep, and two such errors are 1 % of the span.
     near(felt("capped-stiffness", &[]), 5e3, 0.01);
     near(felt("capped-stiffness", &[("method.form", "force_bound")]), 10e3, 0.01);
     near(felt("capped-stiffness", &[("wall.stiffness", "4 kN/m")]), 4e3, 0.01);
@@ -35,8 +36,8 @@ fn a_shaped_push_lacks_what_the_high_pass_takes_and_never_exceeds_the_wall() {
     let whole = range(trace.words(0)).1;
     assert_eq!(range(trace.words(1)).1, whole);
     assert!(trace.words(0).iter().zip(trace.words(1)).all(|(asked, given)| given <= asked));
-    // In contact from 100.2 ms to 101 ms, in the middle of which the step is; its rise of 0.8 ms and the sample of 1 ms
-    // are 2 % of what 1 - H rises in the 45 ms that its slope at the start would take.
+    // The mass is in contact from 100.2 ms to 101 ms, and the step is taken at the middle of that. The rise of 0.8 ms
+    // and the sample of 1 ms are 2 % of the rise of 1 - H, which takes 45 ms by its slope at the start.
     for after_ms in [10.0, 20.0, 26.3, 40.0, 60.0, 80.0, 150.0] {
         let row = ((100.6 + 0.5 + after_ms) * 1e-3 / trace.interval_s()).round() as usize;
         let z = std::f64::consts::SQRT_2 * std::f64::consts::PI * 2.5 * after_ms * 1e-3;

@@ -1,5 +1,5 @@
-//! The failure gallery: for every method a shipped scene in which it fails, with the mechanism's number held against
-//! its closed form, and a rival that holds.
+//! The failure gallery: for every method a shipped scene in which it fails. The number that measures the mechanism is
+//! compared with its closed form, and a rival method holds.
 
 mod axis;
 mod credit;

@@ -13,14 +13,15 @@ fn outcome(name: &str, overrides: &[(&str, &str)]) -> Option<OutcomeKind> {
 
 #[test]
 fn one_sample_of_delay_divides_the_stiffness_that_a_rigid_mass_rests_on_by_nine() {
-    // Rest where a bounce gains what friction takes: ln((w + f) / (w - f)) = pi omega (T/2 + t_d), of 90 g.
+    // The tip rests where a bounce gains as much as friction takes: ln((w + f) / (w - f)) = pi omega (T/2 + t_d), with
+    // 90 g.
     let limit_n_per_m = |delay_s: f64| {
         let share: f64 = (0.15 + 0.038) / (0.15 - 0.038);
         0.09 * (share.ln() / (std::f64::consts::PI * (0.5e-3 + delay_s))).powi(2)
     };
     let (prompt, late) = (limit_n_per_m(0.0), limit_n_per_m(1e-3));
     assert!((prompt - 9785.13552).abs() < 1e-4 && (late - 1087.23728).abs() < 1e-4, "{prompt} {late}");
-    // The arm's own mass depends on its pose: a fifth either way.
+    // The arm's own mass depends on its pose: by a fifth either way.
     for (limit, delay) in [(late, "1"), (prompt, "0")] {
         for (share, found) in [(0.8, OutcomeKind::Passive), (1.2, OutcomeKind::NonPassive)] {
             let k = (share * limit).to_string();

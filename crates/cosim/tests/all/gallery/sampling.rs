@@ -1,4 +1,5 @@
-//! What sampling and counting do: the leak of a held spring, a swing of one count, ticking, and velocity in counts.
+//! Effects of sampling and counting: the leak of a held spring, a limit cycle of one count, ticking, and the velocity
+//! in counts.
 
 use std::f64::consts::{PI, TAU};
 
@@ -6,7 +7,8 @@ use hpu_cosim::scene::OutcomeKind;
 
 use super::axis::{near, outcome, range, rows, run, scene, speeds};
 
-/// Energy after over energy before a bounce of 0.1 m/s, entered this share of a sample later, and the least memory.
+/// Returns the energy after over the energy before a bounce at 0.1 m/s, entered this share of a sample later, and the
+/// least memory.
 pub fn bounce(name: &str, share: f64, more: &[(&str, &str)]) -> (f64, i64) {
     let start = format!("{} mm", 9.9 - 0.1 * share);
     let overrides = [&[("device.initial_position", start.as_str()), ("run.duration", "45 ms")], more].concat();
@@ -20,16 +22,17 @@ pub fn bounce(name: &str, share: f64, more: &[(&str, &str)]) -> (f64, i64) {
 
 #[test]
 fn a_held_spring_gives_exp_of_half_pi_omega_t_a_bounce_and_a_live_one_nothing() {
-    // sqrt(1 kN/m / 100 g) = 100 / s; range over the entry's phase and mean are known answers.
+    // sqrt(1 kN/m / 100 g) = 100 / s; the range over the entry's phase and the mean are known answers.
     let gains: Vec<f64> = (0..8).map(|phase| bounce("leak-bounce", f64::from(phase) / 8.0, &[]).0).collect();
     near(gains.iter().sum::<f64>() / 8.0, (0.5 * PI * 100.0 * 1e-3).exp(), 1e-3);
     let (least, most) = range(&gains);
     assert!(least > 1.16695 - 5e-4 && most < 1.17274 + 5e-4, "{least} to {most}");
-    // Some six clocks late, 120 ns: exp(pi omega 2 t) is 4e-5 more than 1; a count is 1e-4 of the depth.
+    // The spring is about six clocks late, 120 ns: exp(pi omega 2 t) is 4e-5 more than 1; a count is 1e-4 of the depth.
     near(bounce("leak-bounce", 0.3, &[("method.kind", "hybrid")]).0, 1.0, 1e-4);
 }
 
-/// Critical stiffness of a sampled spring on a damped mass, and the frequency of its swing there, without counts.
+/// Returns the critical stiffness of a sampled spring on a damped mass, and the frequency of its oscillation, without
+/// counts.
 fn critical(mass_kg: f64, damping: f64, t_s: f64) -> (f64, f64) {
     let e = (-damping * t_s / mass_kg).exp();
     let phi = mass_kg * (1.0 - e) / damping;
@@ -47,14 +50,14 @@ fn a_stable_wall_swings_by_one_count_as_the_describing_function_says() {
     // N(A) = 8/pi sqrt(u (1 - u)) = 1 / 0.9 with u = (D / 2 A)^2; of the two roots the greater A is the stable one.
     let u = 0.5 * (1.0 - (1.0 - 4.0 * (PI / 7.2).powi(2)).sqrt());
     let counts = 0.5 / u.sqrt();
-    // It breathes by a quarter from second to second: over five of them.
+    // The amplitude varies by a quarter from second to second, so five seconds are averaged.
     let (_, trace) = run(&scene("count-cycle", &[("run.duration", "5 s")]), &["penetration"]);
     let swing = trace.angles_rad();
     let mean = swing.iter().sum::<f64>() / swing.len() as f64;
     let rms = (swing.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / swing.len() as f64).sqrt();
-    // Of a sine, which is what a describing function speaks of.
+    // The amplitude of a sine of this rms, because a describing function assumes a sine.
     near(rms * std::f64::consts::SQRT_2, counts * 10e-6, 0.15);
-    // The first row is before the datapath has seen where it is.
+    // The first row is recorded before the datapath has read the position.
     let steps = trace.words(0)[1..].windows(2).map(|pair| (pair[1] - pair[0]).abs()).sum::<i64>();
     near(steps as f64 / 4.0 / 5.0, frequency_hz, 0.15);
 }
@@ -94,12 +97,12 @@ fn of_a_damper_that_asks_for_more_than_full_scale_a_count_full_scale_remains() {
     assert!(scene.wall.damping_nm_s_per_rad * count_m / t_s > force_n);
     let (summary, trace) = run(&scene, &["command"]);
     assert_eq!(summary.outcome(), Some(OutcomeKind::LimitCycle));
-    // From full scale less a count of the spring, 3276.8 of 65 536, to full scale.
+    // The command runs from full scale less a count of the spring, 3276.8 of 65 536, to full scale.
     assert_eq!(range(trace.words(0)), (3_276 - 65_536, 65_535));
-    // A count outward takes full scale off, one inward adds what the spring, 1 N on average, leaves of it: F - 1 N / 2
-    // for a sample.
+    // A count outward takes full scale off the force. A count inward adds full scale less the spring's force, 1 N on
+    // average: F - 1 N / 2 for a sample.
     let remains = (force_n - 0.5) * t_s / count_m;
-    // The swings decay by exp(-B t / 2 m), 1 kg, over a second.
+    // The oscillations decay by exp(-B t / 2 m), with 1 kg, over a second.
     let swing = |from_s| {
         let (low, high) = range(&trace.angles_rad()[rows(&trace, from_s, from_s + 0.4)]);
         high - low
@@ -111,7 +114,7 @@ fn of_a_damper_that_asks_for_more_than_full_scale_a_count_full_scale_remains() {
 fn a_tenth_of_the_velocitys_rate_gives_the_damper_back() {
     let uniform = scene("fast-velocity", &[]);
     let mut dual = scene("dual-rate-velocity", &[]);
-    // No more than full scale a count.
+    // No more than full scale per count.
     assert!(dual.wall.damping_nm_s_per_rad * 100e-6 / 500e-6 <= 2.0);
     assert_eq!(run(&dual, &[]).0.outcome(), Some(OutcomeKind::Settled));
     dual.method.kind = uniform.method.kind;

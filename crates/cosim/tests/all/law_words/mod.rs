@@ -1,9 +1,9 @@
 //! Every law's datapath against the law in floats, along the datapath's own trajectory.
 //!
-//! The loop is closed around the words; the positions that they saw are given to the law, and its torque is held
-//! against theirs. The bound is what the roundings of the words amount to. Where a law remembers, a bound of what it
-//! remembers is carried along beside it: `memory_off` of the memory, `force_off` of the torque. Positions, motions and
-//! integer gains are exact in both, so that both agree on contact.
+//! The loop is closed around the words. The law gets the positions that the words saw, and its torque is compared with
+//! theirs. The bound follows from the roundings of the words. Where a law has memory, bounds are carried along:
+//! `memory_off` for the error of the memory, `force_off` for that of the torque. Positions, motions and integer gains
+//! are exact in both, so that both agree on contact.
 
 mod recorded;
 
@@ -15,11 +15,11 @@ use hpu_cosim::law::{
 use recorded::{Push, Recorded, TOP, Tally};
 
 fn wall(run: &Recorded, ratio: u32) -> Wall {
-    // The word is worth PWM counts per count in `ratio` samples.
+    // The word stands for PWM counts per count in `ratio` samples.
     Wall::new(run.stiffness, run.damping * f64::from(ratio), ratio, 1.0, run.start)
 }
 
-/// By how much roots differ whose radicands differ by at most `off`, one of them being `radicand`:
+/// Returns the greatest difference of roots whose radicands differ by at most `off`, one of them being `radicand`:
 /// `|√a - √b| = |a - b| / (√a + √b)`.
 fn root_off(radicand: f64, off: f64) -> f64 {
     if off == 0.0 { 0.0 } else { off / (radicand.sqrt() + (radicand - off).max(0.0).sqrt()).max(off.sqrt()) }
@@ -39,8 +39,8 @@ fn a_sampled_wall_is_within_the_floors_of_drag_and_relief() {
         let mut law = wall(&run, 5);
         law.relief_n_s_per_m = run.generic("RELIEF") / 16.0 * 5.0;
         for sample in &run.samples {
-            // The spring is exact; the drag's floor is below it, that of the relief, which is taken off, above: less
-            // than 1 each.
+            // The spring is exact. The floor of the drag lies below it, and the floor of the relief, which is
+            // subtracted, above it: less than 1 each.
             let force = law.sample(sample.delta);
             assert!(force.abs() < TOP);
             tally.hold(sample, sample.torque, force, 1.0);
@@ -69,11 +69,11 @@ fn a_virtual_coupling_is_within_the_words_of_its_shares_and_its_extension() {
             assert!((run.generic(name) / 65_536.0 - share).abs() <= half * (1.0 + 1e-9), "{name}");
         }
         // Touching or free, e' = f e + s max(0, x - f e), with h = f (1 - s): Lipschitz in e with f. In words, a step
-        // adds the floors, 2^-8 (and where only the words take the tool to be free or not, as much again), and three
-        // shares off by half a 2^-16 of x and e, |e| <= |x|.
+        // adds the floors, 2^-8 (as much again where only the words take the tool to be free or not), and three shares
+        // off by half a 2^-16 of x and e, |e| <= |x|.
         let most = run.samples.iter().map(|sample| sample.delta.abs()).fold(0.0, f64::max);
         let memory_off = (2.0 / 256.0 + half * 3.0 * most) / (1.0 - shares.free);
-        // The force is max(0, (k + d) e' - d e), continuous where the tool comes free, and two floors.
+        // The force is max(0, (k + d) e' - d e), which is continuous where the tool comes free, plus two floors.
         let force_off = (k + 2.0 * d) * memory_off + (k + d) * half * most + 2.0;
         for sample in &run.samples {
             tally.hold(sample, sample.torque, law.sample(sample.delta).min(TOP), force_off);
@@ -82,7 +82,7 @@ fn a_virtual_coupling_is_within_the_words_of_its_shares_and_its_extension() {
     tally.done("virtual_coupling");
 }
 
-/// Runs of a passivity controller of an undamped wall, which wants the same in words and in floats.
+/// Runs a passivity controller of an undamped wall, whose force is the same in words and in floats.
 fn controlled(
     observer: Observer,
     rate_hz: u32,
@@ -108,10 +108,9 @@ fn controlled(
 #[test]
 fn a_passivity_controller_is_within_the_floor_of_its_quotient() {
     controlled(Observer::Velocity, 2_000, 5_000, |run, mut law, tally| {
-        // A correction makes W + c d of W: 0, or what the limits leave over, in words the rest of the division less,
-        // below
-        // |d|. W + c d is monotone in W and no steeper than 1, so that energies off by no more than the greatest |d| so far
-        // remain so; all else is exact.
+        // A correction turns W into W + c d: 0, or the rest that the limits leave over; in words, less the rest of the
+        // division, which is below |d|. W + c d is monotone in W with a slope of at most 1, so energies that differ by
+        // no more than the greatest |d| so far keep doing so. All else is exact.
         let mut memory_off: f64 = 0.0;
         for sample in &run.samples {
             let force = law.sample(sample.delta);
@@ -127,8 +126,9 @@ fn a_passivity_controller_is_within_the_floor_of_its_quotient() {
 #[test]
 fn a_passivity_controller_that_sees_the_held_force_is_within_what_its_quotients_leave() {
     controlled(Observer::HeldForce, 10_000, 1_000, |run, mut law, tally| {
-        // A correction is off by -w/d of energies off by w, and by the quotient's floor, below 1; limits leave less of
-        // both. The next motion d' makes w (1 - d'/d) of it, or anything between that and w, and adds less than |d'|.
+        // A correction is off by -w/d if energies are off by w, and by the quotient's floor, below 1; limits reduce
+        // both. The next motion d' turns w into w (1 - d'/d), or into anything between that and w, and adds less than
+        // |d'|.
         let (mut memory_off, mut acted): (f64, Option<f64>) = (0.0, None);
         for sample in &run.samples {
             let motion = sample.motion;
@@ -148,18 +148,18 @@ fn a_passivity_controller_that_sees_the_held_force_is_within_what_its_quotients_
     });
 }
 
-/// What energy bounding wants of an undamped wall.
+/// Returns the force of an undamped wall before energy bounding.
 fn wanted(run: &Recorded, delta: f64) -> f64 {
     (run.stiffness * delta).clamp(0.0, TOP)
 }
 
-/// A floor to 1/16 PWM count under a root, and one to whole PWM counts.
+/// The floor to 1/16 PWM count under a root, and the floor to whole PWM counts.
 const BOUND_FLOORS: f64 = 1.0 + 1.0 / 16.0;
 
 #[test]
 fn energy_bounding_is_within_the_floors_of_its_bounds() {
     let push = Push {
-        // Seven PWM counts per count: c1 d is a whole number.
+        // Seven PWM counts per count, so c1 d is a whole number.
         method: "kind = \"energy_bounding\"\nc1 = \"0.2952324 N.m/rad\"",
         wall: "stiffness = \"1.5 N.m/rad\"\ndamping = 0",
         rate_hz: 4_000,
@@ -173,11 +173,11 @@ fn energy_bounding_is_within_the_floors_of_its_bounds() {
         let c = 7.0;
         assert_eq!((run.generic("C1"), run.generic("C2")), (16.0 * c, 16.0 * c));
         let mut law = EnergyBounding::new(wall(&run, 1), BoundingForm::C1C2(c, c), TOP, run.start);
-        // What is stored beyond the bound's need, G = 2 c E - F^2 >= 0, and how far words and law are apart in it.
+        // The energy beyond the bound's need, G = 2 c E - F^2 >= 0, and the difference of words and law in it.
         let (mut spare_off, mut force_off): (f64, f64) = (0.0, 0.0);
         let (mut energy, mut torque) = (0.0, 0.0);
         for sample in &run.samples {
-            // With c1 = c2 and G >= 0, cd - S <= F + cd <= cd + S, in words as well, and what is wanted is not
+            // With c1 = c2 and G >= 0, cd - S <= F + cd <= cd + S, in words as well, and the wanted force f is not
             // negative. So F' = min(f, F + cd) for d > 0, min(max(f, F + cd), cd + S) for d < 0; S^2 = (cd)^2 + G + F^2
             // and G' = S^2 - (F' - cd)^2.
             let (motion, want) = (sample.motion, wanted(&run, sample.delta));
@@ -188,8 +188,8 @@ fn energy_bounding_is_within_the_floors_of_its_bounds() {
             let bound_off = root_off(root * root, root_square_off) + BOUND_FLOORS;
             let (high, reached) = (across + root, want.max(step));
             if motion < 0.0 && reached > high - bound_off {
-                // cd + S, or nearly. The law leaves G' = 0, words what S - (F' - cd) < 1 + 1/16 leaves. Where only one
-                // of them is bound, the other is so near that S - (F' - cd) is at most 2 bound_off.
+                // cd + S, or nearly. The law leaves G' = 0; the words leave what follows from S - (F' - cd) < 1 + 1/16.
+                // Where only one of them is bound, the other is so near that S - (F' - cd) is at most 2 bound_off.
                 force_off = bound_off;
                 let short = if want > high + bound_off { BOUND_FLOORS } else { 2.0 * bound_off };
                 let by_force = root_square_off + force_off * (2.0 * (sample.torque - across).abs() + force_off);
@@ -235,8 +235,8 @@ fn the_force_bound_is_within_the_floors_of_its_root() {
         let (mut energy, mut torque, mut want) = (0.0, 0.0, 0.0);
         for sample in &run.samples {
             let motion = sample.motion;
-            // E' = E + c d^2 + F d, begun afresh where F = 0: in both where nothing was wanted; in one of them where
-            // the bound was below 1 PWM count, which leaves out the energy there was.
+            // E' = E + c d^2 + F d, begun afresh where F = 0: in both where no force was wanted; in only one of them
+            // where the bound was below 1 PWM count, which then drops the stored energy.
             memory_off = if want == 0.0 {
                 0.0
             } else {
@@ -276,10 +276,10 @@ fn a_passive_spring_is_within_the_floors_of_its_extension() {
             let radicand = extension * (extension + 2.0 * motion);
             let radicand_off = memory_off * (2.0 * extension + memory_off + 2.0 * motion.abs());
             if extension == 0.0 || radicand + radicand_off <= 0.0 {
-                // Dead in both, or engaged in both with the penetration, a whole number.
+                // The spring is dead in both, or engaged in both with the penetration, a whole number.
                 memory_off = 0.0;
             } else if radicand - radicand_off <= 0.0 {
-                // One may be dead and the other not: from here on they are two springs.
+                // One spring may be dead and the other not: from here on they differ.
                 break;
             } else {
                 memory_off = root_off(radicand, radicand_off) + if motion == 0.0 { 0.0 } else { unit };
@@ -294,7 +294,7 @@ fn a_passive_spring_is_within_the_floors_of_its_extension() {
     tally.done("passive_spring");
 }
 
-/// A law whose force is what it is given: what is then shaped is the torque of the words.
+/// A law whose force equals its input, so that the torque of the words is shaped.
 struct Same;
 
 impl SampledLaw for Same {
@@ -312,7 +312,7 @@ fn a_shaper_is_within_the_words_of_its_filter() {
         samples: 5_000,
     };
     let [b0, b1, b2, a1, a2] = high_pass(2.5, 1e-3);
-    // Sums of the magnitudes of the impulse responses of 1/A and of B/A; after a second 1e-6 of either is left.
+    // Sums of the magnitudes of the impulse responses of 1/A and of B/A; after a second 1e-6 of either remains.
     let (mut gain, mut passed) = (0.0, 0.0);
     let (mut y, mut h) = ([0.0; 2], [0.0; 3]);
     for k in 0..2_000 {
@@ -324,8 +324,8 @@ fn a_shaper_is_within_the_words_of_its_filter() {
     }
     // The filter's word, 14 bits before the point, does not overflow.
     assert!(TOP * passed < 16_384.0);
-    // A sample adds the rounding of y, half a 2^-16, and coefficients off by half a 2^-30: three of u, two of y. What
-    // it adds goes round the loop.
+    // A sample adds the rounding of y, half a 2^-16, and coefficients off by half a 2^-30: three of u, two of y. This
+    // error passes through the recursion.
     let step = 0.5f64.powi(17) + 0.5f64.powi(31) * TOP * (3.0 + 2.0 * passed);
     let bound = gain * step * (1.0 + 1e-5) + 1.0;
     let mut tally = Tally::default();

@@ -1,4 +1,4 @@
-//! Runs of scenes in words, as a law sees them: sample by sample.
+//! Runs of scenes in words, recorded sample by sample as a law sees them.
 
 use std::fmt::Write as _;
 
@@ -9,10 +9,10 @@ use hpu_signal::{Cycle, Format, Observe};
 
 /// The greatest torque of 12 bits, in PWM counts.
 pub const TOP: f64 = 4095.0;
-/// What the floats may add: 1e5 roundings by half an ulp, 2^-31, of numbers below 2^22.
+/// The greatest error of the floats: 1e5 roundings by half an ulp, 2^-31, of numbers below 2^22.
 pub const FLOATS: f64 = 5e-5;
 
-/// A motor that a hand pushes into a wall and pulls out of it, here and there, beginning outside.
+/// A motor that a hand pushes into a wall and pulls out of it at several places, beginning outside.
 pub struct Push {
     /// The lines of `[method]`.
     pub method: &'static str,
@@ -24,29 +24,30 @@ pub struct Push {
     pub samples: u32,
 }
 
-/// One sample: what it saw, and what was made of it.
+/// One sample: the inputs of the law and its results.
 #[derive(Clone, Copy)]
 pub struct Sample {
     /// Counts beyond the surface.
     pub delta: f64,
     /// Counts since the sample before.
     pub motion: f64,
-    /// PWM counts.
+    /// The torque in PWM counts.
     pub torque: f64,
-    /// The same behind the shaper.
+    /// The torque behind the shaper, in PWM counts.
     pub shaped: f64,
     /// The law's memory, in its LSB.
     pub memory: f64,
 }
 
 impl Sample {
-    /// Whether it touched the wall.
+    /// Returns whether the sample touched the wall.
     pub fn touches(&self) -> bool {
         self.delta >= 0.0
     }
 }
 
-/// A run in words. Units: the count, the PWM count and the sample, in which words of constants are worth themselves.
+/// A run in words. Units: the count, the PWM count and the sample, in which the words of constants have their own
+/// values.
 pub struct Recorded {
     /// PWM counts per count.
     pub stiffness: f64,
@@ -54,7 +55,7 @@ pub struct Recorded {
     pub damping: f64,
     /// The wall's stiffness as asked for, in PWM counts per count.
     pub asked: f64,
-    /// Where the device started, in counts beyond the surface.
+    /// The start of the device, in counts beyond the surface.
     pub start: f64,
     /// The samples.
     pub samples: Vec<Sample>,
@@ -62,7 +63,7 @@ pub struct Recorded {
 }
 
 impl Recorded {
-    /// A generic of the loop.
+    /// Returns a generic of the loop.
     pub fn generic(&self, name: &str) -> f64 {
         let value = self.generics.iter().find(|(found, _)| *found == name).expect("a generic").1;
         if let Generic::Integer(value) = value { value as f64 } else { panic!("{name} is no number") }
@@ -114,7 +115,7 @@ impl Push {
         )
     }
 
-    /// Runs it in words.
+    /// Runs the motion in words.
     pub fn run(&self, seed: u64) -> Recorded {
         let text = self.text(seed);
         let scene = Scene::parse("push.toml", &text, &[], &mut |_| unreachable!("no file is named"));
@@ -128,12 +129,12 @@ impl Push {
         seen.until(run.edges + 1);
         let [delta, torque, shaped, memory] =
             ["delta", "torque", "shaped", "memory"].map(|name| nets.iter().position(|net| net.name == name).unwrap());
-        // Reset has counted nothing and seen no reference; the first edge has.
+        // Reset has counted nothing and read no reference; the first edge has.
         let at_start = Format::signed(words.config.position_width).wrap((-words.reference).into());
         seen.rows[0][delta] = at_start;
         let start = at_start as f64;
         let mut before = start;
-        // A sample edge sees the nets before it; what it makes of them is there before the next one.
+        // A sample edge reads the nets before it; its results are there before the next sample edge.
         let samples = seen.rows.windows(2).map(|pair| {
             let at = |row: usize, net: usize| pair[row][net] as f64;
             let motion = at(0, delta) - std::mem::replace(&mut before, at(0, delta));
@@ -151,10 +152,10 @@ impl Push {
     }
 }
 
-/// How near the law the words have been.
+/// The differences between words and law so far.
 #[derive(Default)]
 pub struct Tally {
-    /// Samples held against the law.
+    /// Number of samples compared with the law.
     pub held: u64,
     touching: u64,
     worst: f64,
@@ -163,10 +164,10 @@ pub struct Tally {
 }
 
 impl Tally {
-    /// A bound that says anything, in PWM counts: a fortieth of the greatest torque.
+    /// The widest useful bound, in PWM counts: a fortieth of the greatest torque.
     pub const WIDE: f64 = 100.0;
 
-    /// Holds words against the law; what is held within a wider bound than that does not count.
+    /// Compares words with the law; a comparison within a wider bound than `WIDE` does not count.
     pub fn hold(&mut self, sample: &Sample, word: f64, law: f64, bound: f64) {
         let off = (word - law).abs();
         let Sample { delta, motion, .. } = sample;
@@ -185,7 +186,7 @@ impl Tally {
         self.sum += bound;
     }
 
-    /// 1e5 samples were held, a fifth of them inside the wall.
+    /// Checks that 1e5 samples were compared, a fifth of them inside the wall.
     pub fn done(&self, name: &str) {
         let Self { held, touching, worst, widest, sum } = self;
         println!(

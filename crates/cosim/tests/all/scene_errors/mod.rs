@@ -9,7 +9,7 @@ use std::io;
 use hpu_cosim::scene::{Device, Origin, Parameter, ParameterValue, Scene};
 use proptest::prelude::*;
 
-/// A scene that is accepted once its motor is named, as [`parse`] does; every test spoils one thing.
+/// A scene that is accepted once its motor is named, as in [`parse`]; every test spoils one part of it.
 const GOOD: &str = r#"about = "A wall."
 [device]
 kind = "motor"
@@ -51,7 +51,7 @@ fn parse(text: &str, overrides: &[(&str, &str)]) -> Result<Scene, String> {
     Scene::parse("testbench/scenes/x.toml", text, &overrides, &mut files).map_err(|error| error.to_string())
 }
 
-/// The message for the good scene with `from` replaced.
+/// Returns the message for the good scene with `from` replaced.
 fn refused(from: &str, to: &str) -> String {
     assert_eq!(GOOD.matches(from).count(), 1, "{from}");
     parse(&GOOD.replace(from, to), &[]).expect_err(to)
@@ -61,7 +61,7 @@ fn refused_hand(hand: &str) -> String {
     refused("kind = \"none\"", hand)
 }
 
-/// The message is exactly this, after `testbench/scenes/x.toml:`.
+/// Checks that the message is exactly this, after `testbench/scenes/x.toml:`.
 #[track_caller]
 fn says(message: String, expected: &str) {
     assert_eq!(message, format!("testbench/scenes/x.toml:{expected}"));
@@ -426,7 +426,7 @@ proptest! {
     }
 }
 
-/// A scene around a motor whose data are these.
+/// Returns a scene around a motor with these data.
 fn motor(data: &str) -> Result<Scene, String> {
     let text = GOOD.replace("kind = \"motor\"", &format!("kind = 'motor'\n{data}"));
     Scene::parse("testbench/scenes/x.toml", &text, &[], &mut files).map_err(|error| error.to_string())
@@ -446,7 +446,7 @@ fn a_motor_has_no_data_that_nobody_gave() {
         let missing = format!("x.toml:2:1: device.{key}: missing; write ");
         assert!(said.contains(&missing) && said.ends_with("or name the motor: motor = \"vasudevan_2007\""), "{said}");
     }
-    // A named motor brings its own data, which a key replaces; the wheel is no part of it.
+    // A named motor brings its own data, which keys replace one by one; the wheel is not part of them.
     let Device::Motor(named) = motor("motor = \"vasudevan_2007\"\ninductance = \"1 mH\"").unwrap().device else {
         panic!("a motor")
     };
@@ -471,7 +471,7 @@ fn every_parameter_tells_its_unit_and_who_said_it() {
     assert_eq!(said("method.pwm.bits"), Some((ParameterValue::Integer(12), "bit", Origin::Default)));
     assert_eq!(said("method.kind"), Some((ParameterValue::Text("hybrid".into()), "", Origin::Scene)));
     assert_eq!(said("method.stiffness_format"), Some((ParameterValue::Text("(0,12,0)".into()), "", Origin::Default)));
-    // Nothing is told twice, and nothing that no run uses.
+    // Each parameter is listed once, and only if the run uses it.
     let mut keys: Vec<&str> = scene.parameters.iter().map(|parameter| parameter.key.as_str()).collect();
     let all = keys.len();
     keys.sort_unstable();
@@ -492,12 +492,12 @@ fn a_stiffness_that_its_word_misses_by_far_has_a_format_that_holds_it() {
     };
     let found = miss("(0,12,0)", "0.1").expect("15.7 % off");
     assert!((found.error - (2.0 * word / 0.1 - 1.0)).abs() < 1e-12, "{}", found.error);
-    // Nearest of halves 2.5 (+5.4 %), of quarters 2.25 (-5.1 %), of eighths 2.375 (+0.17 %).
+    // The nearest word is 2.5 in halves (+5.4 %), 2.25 in quarters (-5.1 %), 2.375 in eighths (+0.17 %).
     assert_eq!(found.format.map(|format| format.to_string()), Some("(0,12,3)".to_string()));
     assert_eq!(miss("(0,12,3)", "0.1"), None);
-    // 1.5 N.m/rad is 35.57 words, 36 of which are 1.2 % more.
+    // 1.5 N.m/rad is 35.57 words; the word 36 is 1.2 % more.
     assert_eq!(miss("(0,12,0)", "1.5"), None);
-    // In 32 bits there is no room for what such a soft wall needs.
+    // 32 bits are too few for the format that such a soft wall needs.
     let none = miss("(0,31,1)", "0.015").expect("40.6 % off");
     assert_eq!(none.format, None);
 }

@@ -1,4 +1,4 @@
-//! What a scene may leave out of its model, and what of it does not go together.
+//! The physics that a scene may leave out of its model, and the combinations that are refused.
 
 use hpu_cosim::scene::{Datapath, EncoderModel, Friction, Solver, Winding};
 
@@ -13,7 +13,7 @@ fn refused(model: &str, expected: &str) {
     says(with(model).expect_err(model), expected);
 }
 
-/// A mass that is accepted, its model last.
+/// Returns a mass that is accepted, with its model last.
 fn mass(model: &str) -> Result<hpu_cosim::scene::Scene, String> {
     let text = r#"about = "A mass."
 [device]

@@ -2,7 +2,7 @@
 
 use super::{GOOD, parse, refused, says};
 
-/// The good scene with a mass in words.
+/// Returns the good scene with a mass in words.
 fn on_rail() -> String {
     let mass = "kind = \"mass\"\nmass = \"75 g\"\ndamping = 0.005\n[encoder]\nresolution = \"29.1 um\"\n[amplifier]\nfull_scale = \"10 N\"";
     GOOD.replace("kind = \"motor\"", mass).replace("1.5 rad", "2 cm").replace("1.5 N.m/rad", "1 N/mm")
@@ -51,7 +51,7 @@ fn a_mass_in_words_says_its_resolution_and_its_force() {
         refused("[clock]", "[encoder]\nresolution = 1e-5\n[clock]"),
         "5:1: encoder.resolution: unknown key; accepted here: lines",
     );
-    // Its words are refused in its own units: 4095 counts a count are 4095 / 4096 of 10 N / 29.1 um.
+    // Its words are refused with its own units: 4095 counts per count are 4095 / 4096 of 10 N / 29.1 um.
     let said = parse(&rail, &[("wall.stiffness", "1000 N/mm")]).unwrap_err();
     assert!(said.contains("1000000 N/m does not fit (0,12,0); write at most 343558.7"), "{said}");
 }

@@ -1,4 +1,4 @@
-//! Quantities that are finite but absurd are refused with what is accepted; what is shipped is far from that.
+//! Quantities that are finite but absurd are refused, with the accepted range; shipped scenes are far from its ends.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +7,7 @@ use toml_edit::{Document, Item, TableLike};
 
 use super::{parse, refused, refused_hand, says};
 
-/// The message for a shipped scene with one key changed.
+/// Returns the message for a shipped scene with one key changed.
 fn shipped_with(name: &str, key: &str, value: &str) -> String {
     let scene = shipped().iter().find(|scene| scene.name == name).unwrap();
     scene.parse(&[(key.into(), value.into())]).expect_err(value).to_string()
@@ -84,7 +84,7 @@ fn a_speed_that_no_decoder_follows_by_far_is_refused() {
     );
 }
 
-/// Every value of a table, with its key.
+/// Appends every value of a table, with its key.
 fn values(table: &dyn TableLike, path: &str, found: &mut Vec<(String, Item)>) {
     for (key, item) in table.iter() {
         let path = if path.is_empty() { key.to_string() } else { format!("{path}.{key}") };
@@ -109,7 +109,8 @@ fn what_is_shipped_is_orders_of_magnitude_from_every_bound() {
             let (number, unit) = text.trim().split_once(' ').unwrap_or((text.trim(), ""));
             let unit = unit.split('#').next().unwrap().trim();
             let Some(number) = number.parse::<f64>().ok().filter(|number| *number != 0.0) else { continue };
-            // Units of one key differ by prefixes: as a scene reads them they are told apart by its message for 1e99.
+            // Values of one key may have units with different prefixes. The message for 1e99 times the value shows the
+            // size in SI units.
             let message =
                 scene.parse(&[(key.clone(), format!("{number:?}e99 {unit}"))]).err().map(|error| error.to_string());
             let Some(size) = message.as_deref().and_then(told) else { continue };
@@ -131,13 +132,13 @@ fn what_is_shipped_is_orders_of_magnitude_from_every_bound() {
             let scene = shipped().iter().find(|scene| scene.name == *name).unwrap();
             let refused = scene.parse(&[(key.split_once(' ').unwrap().1.into(), value)]);
             let refused = refused.err().map_or(String::new(), |error| error.to_string());
-            // Words have their own ranges.
+            // Words have ranges of their own.
             assert!(!refused.contains("; accepted: "), "{name}: {refused}");
         }
     }
 }
 
-/// The number that a message tells before what is accepted.
+/// Returns the number that a message states before the accepted range.
 fn told(message: &str) -> Option<f64> {
     let (before, _) = message.split_once("; accepted: ")?;
     before.rsplit(": ").next()?.split(' ').next()?.parse::<f64>().ok().map(f64::abs)

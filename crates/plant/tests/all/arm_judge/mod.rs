@@ -1,9 +1,9 @@
 //! A judge of the arm's motion: the *published* equations `M(θ) θ'' + C(θ, θ') θ' + N(θ) = τ` of Çavuşoğlu, Feygin and
 //! Tendick 2002 (with the sign that makes `C` skew) in double-double, by Taylor series of order 24 whose last terms
-//! stay below 1e-30. The code under test works with momenta, in f64, to order 16; nothing is shared but the parameters.
+//! stay below 1e-30. The code under test works with momenta, in f64, to order 16; the two share only the parameters.
 //!
-//! Stick and slip: of all combinations of the joints at rest, the one whose accelerations and holding torques agree
-//! with it.
+//! Stick and slip: among all combinations of the joints at rest, the judge takes the one whose accelerations and
+//! holding torques agree with it.
 
 pub mod twice;
 
@@ -12,7 +12,7 @@ use twice::{Twice, ZERO};
 
 const N: usize = 24;
 const LOCAL: f64 = 1e-30;
-/// Looks for a change of mode within a segment.
+/// Number of points within a segment at which a change of mode is looked for.
 const LOOKS: usize = 64;
 
 type Terms = [Twice; N + 1];
@@ -43,14 +43,14 @@ pub struct Judge {
     end: Twice,
     mode: Joints<Mode>,
     u: Joints<f64>,
-    /// Angles and speeds of links and motors, torques above their commands, what holds the stuck joints.
+    /// Angles and speeds of links and motors, torques minus their commands, holding torques of the stuck joints.
     q: Joints<Terms>,
     v: Joints<Terms>,
     p: Joints<Terms>,
     w: Joints<Terms>,
     lag: Joints<Terms>,
     hold: Joints<Terms>,
-    /// The joint whose mode ends at the end, and the direction it breaks off to, if it was stuck.
+    /// The joint whose mode ends at the end, and the direction in which it breaks away if it was stuck.
     next: Option<(usize, Option<f64>)>,
 }
 
@@ -81,7 +81,7 @@ impl Judge {
         judge
     }
 
-    /// Angles at the motors.
+    /// Returns the angles at the motors.
     pub fn angles(&mut self, time: Twice) -> Joints<Twice> {
         self.go(time);
         self.p.map(|terms| value(&terms, time - self.anchor))
@@ -186,7 +186,7 @@ impl Judge {
         }
     }
 
-    /// Whether the joints at rest do what their accelerations and holding torques say.
+    /// Returns whether the modes of the joints at rest agree with their accelerations and holding torques.
     fn agrees(&self, broke: Option<(usize, f64)>) -> bool {
         (0..3).all(|i| match self.mode[i] {
             Mode::Stuck => self.hold[i][0].hi.abs() <= self.model.coulomb_nm[i],
@@ -197,7 +197,7 @@ impl Judge {
         })
     }
 
-    /// Ends the segment where `room`, which is not negative at the start, becomes so.
+    /// Ends the segment where `room`, which is not negative at the start, becomes negative.
     fn shorten(&mut self, room: &Terms, next: (usize, Option<f64>)) {
         let length = self.end - self.anchor;
         let look = |n: usize| length * (n as f64 / LOOKS as f64);
@@ -217,7 +217,7 @@ impl Judge {
         (self.end, self.next) = (self.anchor + t, Some(next));
     }
 
-    /// All series up to this power.
+    /// Writes all series up to this power.
     fn write(&mut self, powers: usize) {
         let model = self.model;
         let ([a0, a2, a3], p) = (model.turning_kg_m2, model.coupling_kg_m2);
@@ -250,7 +250,7 @@ impl Judge {
                     (sine[i][k], cosine[i][k]) = (up / power, -down / power);
                 }
             }
-            // M and the slopes of M that C is made of.
+            // M, and the slopes of M that make up C.
             m11[k] = cosine[0][k] * a2 + cosine[1][k] * a3 + product(&cosine[2], &sine[3], 0, k) * p;
             if k == 0 {
                 m11[0] = m11[0] + a0.into() + rotor;
@@ -295,7 +295,7 @@ impl Judge {
                 }
                 *force = *force + torque;
             }
-            // M θ'' = force, the terms of M beyond the first being known.
+            // M θ'' = force, where the terms of M beyond the first are known.
             let [c1, c2, c3] = [
                 product(&m11, &acceleration[0], 1, k),
                 product(&m23, &acceleration[2], 1, k),

@@ -1,4 +1,4 @@
-//! Sums of two `f64`: some 31 decimal digits (Dekker 1971, Knuth). Written for the judge alone.
+//! Sums of two `f64`, with some 31 decimal digits (Dekker 1971, Knuth). Written only for the judge.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -90,7 +90,7 @@ impl Div for Twice {
 }
 
 impl Twice {
-    /// Sine and cosine, by their plain series; good for angles of a few radians.
+    /// Returns sine and cosine, by their plain series; good for angles of a few radians.
     pub fn sin_cos(self) -> (Self, Self) {
         let square = self * self;
         let one = Self::from(1.0);

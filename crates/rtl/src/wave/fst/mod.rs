@@ -1,7 +1,8 @@
-//! GTKWave's compressed format: for long runs.
+//! FST, GTKWave's compressed format, for long runs.
 //!
-//! The format is the one of GTKWave's own writer as its readers take it: a header, the hierarchy, the signals' kinds,
-//! then sections of changes ([`section`]). What may be left out is: blackouts, attributes, aliases found by content.
+//! The file has the format that GTKWave's own writer uses and its readers expect: a header, the hierarchy, the signals'
+//! kinds, then sections of changes ([`section`]). Optional parts are left out: blackouts, attributes, and aliases found
+//! by content.
 
 mod section;
 
@@ -23,7 +24,7 @@ pub struct FstFile<W: Write + Seek> {
     section: Section,
 }
 
-/// Changes are kept in memory up to this size, then packed into a section of the file.
+/// Size in bytes up to which changes are kept in memory before they are packed into a section of the file.
 const SECTION_BYTES: usize = 1 << 18;
 
 impl<W: Write + Seek> Fst<W> {
@@ -40,14 +41,14 @@ impl<W: Write + Seek> Fst<W> {
         let Hierarchy { text, signals, scopes, vars } = hierarchy;
         let mut geometry = Vec::new();
         for (_, kind) in &signals {
-            // A real has no width.
+            // A real has no width, so its width is written as 0.
             put_varint(&mut geometry, if let Kind::Word(width) = *kind { width.into() } else { 0 });
         }
         let count = signals.len() as u64;
         let header = Header { timescale: Timescale::of(clock), end: 0, scopes, vars, signals: count, sections: 0 };
         let mut start = header.block();
         put_block(&mut start, HIERARCHY_LZ4, &[&numbers([text.len() as u64]), &lz4_flex::block::compress(&text)]);
-        // As long here as unpacked: it is not packed.
+        // The packed length is the same as the unpacked one, because the block is not packed.
         put_block(&mut start, GEOMETRY, &[&numbers([geometry.len() as u64, count]), &geometry]);
         out.write_all(&start)?;
         let section = Section::new(layout.slots(), signals, layout.shows(Source::Clock));
@@ -55,7 +56,7 @@ impl<W: Write + Seek> Fst<W> {
     }
 }
 
-// Kinds of block: a byte, then the length of the rest, itself included.
+// Kinds of block. A block is a byte with its kind, then the length of the rest, including the length itself.
 const HEADER: u8 = 0;
 const GEOMETRY: u8 = 3;
 const HIERARCHY_LZ4: u8 = 6;
@@ -68,12 +69,12 @@ fn put_block(file: &mut Vec<u8>, kind: u8, parts: &[&[u8]]) {
     parts.iter().for_each(|part| file.extend_from_slice(part));
 }
 
-/// Numbers one after another, as blocks have them.
+/// Returns numbers one after another, in the form of blocks.
 fn numbers<const N: usize>(values: [u64; N]) -> Vec<u8> {
     values.iter().flat_map(|value| value.to_be_bytes()).collect()
 }
 
-/// What the first block says. It is written twice: some is known at the end only.
+/// The contents of the first block. It is written twice, because some of it is known only at the end.
 struct Header {
     timescale: Timescale,
     end: u64,
@@ -86,7 +87,7 @@ struct Header {
 impl Header {
     fn block(&self) -> Vec<u8> {
         let (start, writer_memory, time_zero) = (0, 0, 0);
-        // Tells readers the byte order of reals.
+        // This number shows readers the byte order of reals.
         let order = std::f64::consts::E.to_le_bytes();
         let counts = numbers([writer_memory, self.scopes, self.vars, self.signals, self.sections]);
         let exponent = self.timescale.power() as i8 - 12;
@@ -100,11 +101,11 @@ impl Header {
     }
 }
 
-/// The hierarchy as the file has it, and the signals in the order in which it first names them.
+/// The hierarchy in the form of the file, and the signals in the order in which it first names them.
 #[derive(Default)]
 struct Hierarchy {
     text: Vec<u8>,
-    /// Slot and kind of each.
+    /// Slot and kind of each signal.
     signals: Vec<(usize, Kind)>,
     scopes: u64,
     vars: u64,
@@ -119,7 +120,7 @@ impl Hierarchy {
         self.scopes += 1;
         self.text.extend(SCOPE);
         self.text.extend_from_slice(scope.name.as_bytes());
-        // Its name ends, and that of a component that it has none of.
+        // The end of the scope's name, and an empty component name.
         self.text.extend([0; 2]);
         for var in &scope.vars {
             let (tag, kind, size) = match var.source {
@@ -131,7 +132,7 @@ impl Hierarchy {
             self.text.extend_from_slice(var.name.as_bytes());
             self.text.push(0);
             put_varint(&mut self.text, size.into());
-            // A signal that has a name already is told by its number, from one.
+            // A signal that already has a name is written as its number, counted from 1.
             let slot = layout.slot(var.source);
             let known = self.signals.iter().position(|&(other, _)| other == slot);
             put_varint(&mut self.text, known.map_or(0, |index| index as u64 + 1));
@@ -157,7 +158,7 @@ impl<W: Write + Seek> Sink for FstFile<W> {
     type Out = W;
 
     fn time(&mut self, time: u64) -> io::Result<()> {
-        // A section may only end where a new instant begins.
+        // A section may end only where a new instant begins.
         if self.section.size() > SECTION_BYTES {
             self.pack()?;
         }

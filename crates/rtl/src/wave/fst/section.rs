@@ -1,4 +1,4 @@
-//! A section of an FST: the changes of a stretch of time, signal by signal.
+//! A section of an FST: the changes during a stretch of time, signal by signal.
 
 use std::io::Write;
 
@@ -8,31 +8,31 @@ use hpu_signal::UNKNOWN;
 
 use super::{CHANGES, numbers};
 
-/// What a signal's values are.
+/// The kind of a signal's values.
 #[derive(Clone, Copy)]
 pub enum Kind {
-    /// Words of so many bits, 64 at most.
+    /// Words of this many bits, at most 64.
     Word(u32),
     Real,
 }
 
-/// The changes since the last section.
+/// The changes since the end of the last section.
 pub struct Section {
-    /// By slot.
+    /// The changes of each signal, by slot.
     streams: Vec<Stream>,
     /// Slots and kinds of the signals, in the order of the file.
     signals: Vec<(usize, Kind)>,
     start: u64,
     end: u64,
-    /// Each instant's time, less that of the one before.
+    /// The time of each instant, as the difference from the instant before.
     times: Vec<u8>,
-    /// Whether times are packed.
+    /// Whether the times are packed.
     pack_times: bool,
     instants: u64,
-    /// All values at the start, as characters and bytes of reals.
+    /// All values at the start, as characters and as the bytes of reals.
     frame: Vec<u8>,
     size: usize,
-    /// Memory for what is packed: the section, and one of its streams.
+    /// Memory for packed data: for the section, and for one of its streams.
     packed: Vec<u8>,
     stream: Vec<u8>,
 }
@@ -40,18 +40,19 @@ pub struct Section {
 /// The changes of one signal.
 #[derive(Clone, Default)]
 struct Stream {
-    /// Of its words.
+    /// The width of its words, in bits.
     width: u32,
     /// The latest value.
     bits: u64,
-    /// Which instant of the section changed it last.
+    /// The instant of the section in which it last changed.
     changed: u64,
     bytes: Vec<u8>,
 }
 
 impl Section {
-    /// The first section. Slots that are no signal of the file are not written. Times of a `clock` repeat themselves
-    /// and shrink to nothing; others hardly do, and to pack them would cost more than all else.
+    /// Returns the first section. Slots that are not signals of the file are not written. The times of a clock
+    /// (`clock`) repeat and can be packed to almost nothing. Other times hardly get shorter, and packing them would
+    /// take longer than everything else.
     pub fn new(slots: usize, signals: Vec<(usize, Kind)>, clock: bool) -> Self {
         let mut streams = vec![Stream::default(); slots];
         for &(slot, kind) in &signals {
@@ -75,17 +76,17 @@ impl Section {
         }
     }
 
-    /// Bytes of changes so far.
+    /// Returns the size of the changes so far, in bytes.
     pub fn size(&self) -> usize {
         self.size + self.times.len()
     }
 
-    /// The time of the latest instant.
+    /// Returns the time of the latest instant.
     pub fn end(&self) -> u64 {
         self.end
     }
 
-    /// Begins an instant. That of time 0 is no instant of its own: its values are those that the file starts with.
+    /// Begins an instant. Time 0 is not an instant of its own: its values are the initial values of the file.
     pub fn begin(&mut self, time: u64) {
         if time == 0 {
             return;
@@ -113,7 +114,7 @@ impl Section {
         }
     }
 
-    /// A new word. Bits beyond its width are not looked at.
+    /// Adds a new word. Bits beyond its width are ignored.
     #[inline]
     pub fn word(&mut self, slot: usize, word: i64) {
         self.change(slot, word.cast_unsigned(), |stream, later| {
@@ -125,13 +126,13 @@ impl Section {
                 put_varint(&mut stream.bytes, later << 1);
                 // The most significant bit first in the first byte.
                 stream.bytes.extend_from_slice(&(word << (64 - stream.width)).to_be_bytes());
-                // To copy eight bytes and drop some is quicker than to copy as many as there are.
+                // Copying eight bytes and dropping some is faster than copying only the bytes of the word.
                 stream.bytes.truncate(stream.bytes.len() - 8 + stream.width.div_ceil(8) as usize);
             }
         });
     }
 
-    /// A new real.
+    /// Adds a new real.
     #[inline]
     pub fn real(&mut self, slot: usize, value: f64) {
         self.change(slot, value.to_bits(), |stream, later| {
@@ -140,7 +141,7 @@ impl Section {
         });
     }
 
-    /// A new value, put by what is told how many instants later it is.
+    /// Adds a new value. `put` writes it, and is given the number of instants since the last change.
     #[inline(always)]
     fn change(&mut self, slot: usize, bits: u64, put: impl FnOnce(&mut Stream, u64)) {
         let stream = &mut self.streams[slot];
@@ -151,21 +152,22 @@ impl Section {
         self.size += stream.bytes.len() - before;
     }
 
-    /// The section as the file has it. The next begins empty.
+    /// Returns the section in the form of the file, and begins a new empty one.
     pub fn pack(&mut self) -> &[u8] {
         let unpacked: usize = self.signals.iter().map(|&(slot, _)| self.streams[slot].bytes.len()).sum();
         let packed = &mut self.packed;
         packed.clear();
         packed.push(CHANGES);
-        // Its length comes last.
+        // The length is written last, once it is known.
         packed.extend(numbers([0, self.start, self.end, unpacked as u64]));
-        // The frame, as long here as unpacked: it is not packed.
+        // The frame. Its packed length is the same as the unpacked one, because it is not packed.
         let frame = self.frame.len() as u64;
         [frame, frame, self.signals.len() as u64].iter().for_each(|&number| put_varint(packed, number));
         packed.extend_from_slice(&self.frame);
 
         put_varint(packed, self.signals.len() as u64);
-        // Where each stream starts, counted from the one before it, the first from this byte: that streams are in LZ4.
+        // The start of each stream, as the difference from the stream before; the first is counted from this byte. The
+        // byte says that the streams are in LZ4.
         let mut places = Vec::new();
         let (mut before, mut silent) = (packed.len(), 0);
         packed.push(b'4');
@@ -183,14 +185,14 @@ impl Section {
                     self.stream.resize(lz4_flex::block::get_maximum_output_size(bytes.len()).max(self.stream.len()), 0);
                     lz4_flex::block::compress_into(bytes, &mut self.stream).expect("as much room as it may need")
                 }
-                // Digits of reals that move do not repeat themselves.
+                // The digits of moving reals do not repeat, so they are not packed.
                 Kind::Real => bytes.len(),
             };
             if length < bytes.len() {
                 put_varint(packed, bytes.len() as u64);
                 packed.extend_from_slice(&self.stream[..length]);
             } else {
-                // Not packed.
+                // The length 0 says that the stream is not packed.
                 packed.push(0);
                 packed.extend_from_slice(bytes);
             }
@@ -223,8 +225,8 @@ impl Section {
 }
 
 impl Stream {
-    /// Instants since the last change, when one is put now; `None` before the first instant, where values are the
-    /// frame's.
+    /// Returns the number of instants from the last change to a change now. Returns `None` before the first instant,
+    /// where the frame has the values.
     #[inline]
     fn later(&mut self, instants: u64) -> Option<u64> {
         let now = instants.checked_sub(1)?;
@@ -233,8 +235,8 @@ impl Stream {
         Some(later)
     }
 
-    /// Puts a word of unknown bits: one bit is told by its number among the values beyond 0 and 1, several as
-    /// characters.
+    /// Writes a word of unknown bits. A single bit is written as its number among the values beyond 0 and 1, several
+    /// bits as characters.
     #[cold]
     fn put_unknown(&mut self, later: u64) {
         if self.width == 1 {
@@ -249,13 +251,13 @@ impl Stream {
 /// The character of an unknown bit.
 const UNKNOWN_BIT: u8 = b'x';
 
-/// Whether bits are in the place of unknown ones.
+/// Returns whether these bits stand for unknown ones.
 #[inline]
 fn is_unknown(width: u32, bits: u64) -> bool {
     bits == UNKNOWN.cast_unsigned() && width < 64
 }
 
-/// Signals without changes, so many in a row.
+/// Writes the number of consecutive signals without changes.
 fn put_silent(places: &mut Vec<u8>, silent: &mut u64) {
     if *silent > 0 {
         put_varint(places, *silent << 1);
@@ -263,7 +265,7 @@ fn put_silent(places: &mut Vec<u8>, silent: &mut u64) {
     }
 }
 
-/// Seven bits a byte, the least significant first; the last byte's top bit is 0.
+/// Appends a number, seven bits a byte, the least significant bits first. The top bit of the last byte is 0.
 #[inline]
 pub fn put_varint(bytes: &mut Vec<u8>, mut value: u64) {
     while value > 0x7f {
@@ -273,7 +275,7 @@ pub fn put_varint(bytes: &mut Vec<u8>, mut value: u64) {
     bytes.push(value as u8);
 }
 
-/// The same of two's complement, as many bits as tell the sign.
+/// Appends a signed number in the same way: two's complement, with as many bits as the sign needs.
 fn put_signed(bytes: &mut Vec<u8>, mut value: i64) {
     while !(-64..64).contains(&value) {
         bytes.push(value as u8 | 0x80);

@@ -1,4 +1,4 @@
-//! The plane of speed and error: both as logarithms, with bands for what has no logarithm.
+//! The plane of speed and error: both on logarithmic axes, with bands for errors that have no logarithm.
 
 use std::ops::Range;
 
@@ -10,16 +10,16 @@ use super::super::labels::{self, Area, Label, Surroundings};
 use super::super::panel::Panel;
 use super::super::series::{BLACK, Look, SAND, SHADE, Style, entry, mark};
 
-/// How high a spot stands.
+/// Vertical position of a spot.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) enum Height {
-    /// In the band at the floor.
+    /// In the band at the bottom: no error.
     Floor,
-    /// At an error.
+    /// At a relative error.
     At(f64),
-    /// In the band of those that tell a verdict and no more.
+    /// In the band of contestants that give only a verdict.
     Told,
-    /// In the band at the top.
+    /// In the band at the top: a wrong verdict.
     Wrong,
 }
 
@@ -36,34 +36,34 @@ pub(super) enum Inside {
 
 /// A contestant in the plane.
 pub(super) struct Spot {
-    /// The ladder that it is on.
+    /// Name of the ladder that the contestant is on.
     pub family: String,
     pub speed: f64,
     pub height: Height,
     pub inside: Inside,
     pub style: Style,
-    /// Its whole name.
+    /// The contestant's whole name.
     pub name: String,
-    /// What stands beside it, if anything is to.
+    /// The label beside the spot; empty for none.
     pub label: String,
-    /// Whether the name must be there.
+    /// Whether the label must be written.
     pub needed: bool,
-    /// Whether it is drawn behind the others.
+    /// Whether the spot is drawn behind the others.
     pub behind: bool,
-    /// Whether no other beats it.
+    /// Whether no other contestant beats this one.
     pub front: bool,
-    /// Whether it is the one to take.
+    /// Whether this is the contestant to take.
     pub chosen: bool,
 }
 
-/// What is written about the plane.
+/// The texts around the plane.
 pub(super) struct Words<'a> {
     pub x: &'a str,
     pub y: String,
     pub floor: &'a str,
     pub told: String,
     pub wrong: String,
-    /// The error that is allowed, and what to call it.
+    /// The error that is allowed, and its label.
     pub allowed: Option<(f64, String)>,
 }
 
@@ -71,29 +71,30 @@ const LEFT: i32 = 190;
 const RIGHT: i32 = WIDTH - 90;
 const TOP: i32 = 262;
 const BOTTOM: i32 = HEIGHT - 150;
-/// Height of the bands at top and floor.
+/// Height of the bands at the top and the bottom, in pixels.
 const BAND: i32 = 116;
-/// Height of the band of verdicts.
+/// Height of the band of verdicts, in pixels.
 const TOLD: i32 = 66;
 
 struct Plane {
     panel: Panel,
-    /// Tops of the bands above it, of those that are there.
+    /// Tops of the bands above the panel, if these bands exist.
     wrong: Option<i32>,
     told: Option<i32>,
-    /// Middle of the band at the floor.
+    /// Middle of the band at the bottom.
     floor: i32,
 }
 
-/// Powers of ten that may lie empty between a point and the others; one farther off stands at the edge, with its value.
+/// Greatest gap, in powers of ten, between a point and the others. A point beyond a wider gap stands at the edge, with
+/// its value.
 const GAP: f64 = 1.5;
 
-/// The values without those few that lie farther beyond the others than [`GAP`], at either end.
+/// Returns the values without the few, at either end, that lie farther from the others than [`GAP`].
 fn together(values: impl Iterator<Item = f64>) -> Vec<f64> {
     let mut sorted: Vec<f64> = values.filter(|value| value.is_finite() && *value > 0.0).collect();
     sorted.sort_by(f64::total_cmp);
     let far = |a: f64, b: f64| libm::log10(b / a) > GAP;
-    // Few: two of at least ten.
+    // At most two, and only of at least ten values.
     let few = if sorted.len() >= 10 { 2 } else { 0 };
     let above = (1..=few).rev().find(|&n| far(sorted[sorted.len() - n - 1], sorted[sorted.len() - n]));
     sorted.truncate(sorted.len() - above.unwrap_or(0));
@@ -101,7 +102,7 @@ fn together(values: impl Iterator<Item = f64>) -> Vec<f64> {
     sorted.split_off(below.unwrap_or(0))
 }
 
-/// Whole powers of ten around some values.
+/// Returns the range of whole powers of ten around some values.
 fn decades(values: impl Iterator<Item = f64>, least: Range<f64>) -> Range<f64> {
     let (low, high) = values
         .filter(|value| value.is_finite() && *value > 0.0)
@@ -109,7 +110,7 @@ fn decades(values: impl Iterator<Item = f64>, least: Range<f64>) -> Range<f64> {
     (libm::log10(low) + 1e-9).floor()..(libm::log10(high) - 1e-9).ceil()
 }
 
-/// A line's ends.
+/// The ends of a line.
 type Line = ((i32, i32), (i32, i32));
 
 impl Plane {
@@ -136,7 +137,7 @@ impl Plane {
         Self { panel, wrong, told, floor: BOTTOM - BAND / 2 }
     }
 
-    /// The pixel of a spot; in a band each family has its own lane.
+    /// Returns the pixel of a spot; in the top band each family has its own lane.
     fn at(&self, spot: &Spot, lane: i32) -> (i32, i32) {
         let speed = libm::log10(spot.speed);
         let (x, _) = self.panel.at(speed, 0.0);
@@ -148,7 +149,8 @@ impl Plane {
         }
     }
 
-    /// What the label of a spot off the scale adds: its values, and which way it lies. Empty for any other spot.
+    /// Returns the addition to the label of a spot that is off the scale: its values, and the direction. Empty for any
+    /// other spot.
     fn beyond(&self, spot: &Spot) -> String {
         let arrow = |range: &Range<f64>, value: f64, [less, more]: [&'static str; 2]| match libm::log10(value) {
             log if log < range.start - 1e-9 => Some(less),
@@ -164,7 +166,7 @@ impl Plane {
         across + &up.map_or(String::new(), |(error, arrow)| format!(", {} % {arrow}", power(100.0 * error)))
     }
 
-    /// Grid, axes and bands; returns where the bands' names stand.
+    /// Draws grid, axes and bands; returns the boxes of the bands' names.
     fn grid(&self, canvas: &mut Canvas, words: &Words) -> Vec<Area> {
         let Panel { left, right, bottom, .. } = self.panel;
         let mut names = Vec::new();
@@ -198,7 +200,7 @@ impl Plane {
         names
     }
 
-    /// Draws the error that is allowed; returns its line and where its name stands.
+    /// Draws the error that is allowed; returns its line and the box of its name.
     fn allowed(&self, canvas: &mut Canvas, error: f64, text: &str) -> (Line, Area) {
         let (_, y) = self.panel.at(self.panel.x.start, libm::log10(error));
         for x in (LEFT..RIGHT).step_by(28) {
@@ -226,7 +228,7 @@ pub(super) fn draw(canvas: &mut Canvas, spots: &[Spot], words: &Words) {
             families.push(&spot.family);
         }
     }
-    // Lanes for those alone that are wrong, so that they are apart.
+    // Only families with a wrong verdict have a lane, so that these are apart.
     let mut wrong = families.clone();
     wrong.retain(|family| spots.iter().any(|spot| spot.family == *family && spot.height == Height::Wrong));
     let lane = |family: &str| {
@@ -274,7 +276,7 @@ pub(super) fn draw(canvas: &mut Canvas, spots: &[Spot], words: &Words) {
         .into_iter()
         .map(|index| {
             let (Spot { name, label, needed, .. }, beyond) = (&spots[index], &beyond[index]);
-            // A spot off the scale always says its name and its value.
+            // The label of a spot off the scale always shows its name and its value.
             let label = if beyond.is_empty() { label } else { name };
             Label { at: pixels[index], text: format!("{label}{beyond}"), needed: *needed || !beyond.is_empty() }
         })
@@ -283,7 +285,7 @@ pub(super) fn draw(canvas: &mut Canvas, spots: &[Spot], words: &Words) {
     labels::write(canvas, &named, &Surroundings { inside, taken, dots: &pixels, lines: &lines });
 }
 
-/// A power of ten, or a value between two, in few letters.
+/// Returns a power of ten, or a value between two of them, in few letters.
 fn power(value: f64) -> String {
     let decade = libm::log10(value).round();
     match decade as i32 {
@@ -294,7 +296,7 @@ fn power(value: f64) -> String {
     }
 }
 
-/// One spot.
+/// Draws one spot.
 fn shape(canvas: &mut Canvas, at: (i32, i32), style: Style, inside: Inside, reach: i32) {
     mark(canvas, at, style, reach);
     let hole = |canvas: &mut Canvas, reach| mark(canvas, at, Style { color: WHITE, ..style }, reach);
@@ -309,7 +311,7 @@ fn shape(canvas: &mut Canvas, at: (i32, i32), style: Style, inside: Inside, reac
     }
 }
 
-/// The key: solvers in a row, and below what the insides of markers are, the front and the ring.
+/// Draws the key: the solvers in a row, and below it the insides of markers, the front and the ring.
 pub(super) fn key(canvas: &mut Canvas, solvers: &[(String, Style)], insides: &[(&str, Inside)], allowed: Option<&str>) {
     let mut x = 60;
     for (text, style) in solvers {

@@ -1,4 +1,4 @@
-//! What a bridge that brakes in its off phase adds to one that floats.
+//! The gain in stiffness from a bridge that brakes in its off phase over a bridge that floats.
 
 use hpu_cosim::Control;
 use hpu_cosim::scene::{Device, Experiment};
@@ -35,11 +35,11 @@ pub(super) fn lines() -> Vec<Line> {
     lines
 }
 
-/// The stiffest wall that holds.
+/// The stiffest wall that settles.
 struct Held {
-    /// As it is asked for, in N·m/rad; or why there is none.
+    /// The stiffness asked for, in N·m/rad, or the reason why no wall settles.
     asked: Result<f64, String>,
-    /// As it is felt.
+    /// The stiffness felt, in N·m/rad.
     felt: Option<f64>,
 }
 
@@ -63,7 +63,8 @@ impl Held {
         }
     }
 
-    /// What it is more than the other, in percent: asked for, and felt; infinite where the other does not hold.
+    /// Returns by how many percent the wall is stiffer than the other, as asked for and as felt; infinite if the other
+    /// does not settle.
     fn gains(&self, other: &Self) -> [f64; 2] {
         let asked = |held: &Self| held.asked.as_ref().ok().copied();
         let more = |own: Option<f64>, other: Option<f64>| match (own, other) {

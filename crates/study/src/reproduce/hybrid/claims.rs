@@ -91,12 +91,13 @@ pub(super) fn claims() -> Vec<Claim> {
     ]
 }
 
-/// What each figure says.
+/// Returns whether the claim holds for each figure.
 fn figures(found: &[&Found], so: impl Fn(f64) -> bool) -> Vec<bool> {
     found.iter().flat_map(|found| &found.figures).map(|figure| so(*figure)).collect()
 }
 
-/// Of the least damping at ever higher rates: first linear, then in words, for each wall.
+/// Returns whether the least damping falls at ever higher rates, for each wall: first linear, then in fixed-point
+/// words.
 fn less_at_higher_rates(found: &[&Found]) -> Vec<bool> {
     let falls = |wall: &[&Found], of: usize| {
         let least: Vec<f64> = wall.iter().map(|found| found.figures[of]).collect();

@@ -1,4 +1,4 @@
-//! The least virtual damping that holds a given wall.
+//! The least virtual damping with which a given wall settles.
 
 use hpu_cosim::Control;
 use hpu_cosim::scene::{Experiment, OutcomeKind, Scene};
@@ -10,7 +10,7 @@ use crate::map::{Cell, CellLimits};
 
 const GROUP: &str = "The least virtual damping that holds a wall, pushed by 20 mN.m: seen to fail, to hold";
 
-/// The loops, and what makes them of a shipped scene.
+/// The loops: a name, the shipped scene, and the sample rate.
 const LOOPS: [(&str, &str, &str); 6] = [
     ("conventional, 100 Hz", "conventional-wall-1khz", "100 Hz"),
     ("conventional, 1 kHz", "conventional-wall-1khz", "1 kHz"),
@@ -20,7 +20,7 @@ const LOOPS: [(&str, &str, &str); 6] = [
     ("hybrid, 1 kHz", "hybrid-wall", "1 kHz"),
 ];
 
-/// Rates of the conventional loop, the lowest first.
+/// Number of rates of the conventional loop, the lowest first.
 pub(super) const RATES: usize = LOOPS.len() - 1;
 
 pub(super) fn lines() -> Vec<Line> {
@@ -54,9 +54,9 @@ fn runs_settled(scene: &Scene, control: &Control) -> Result<bool, String> {
     Ok(cell.outcome == OutcomeKind::Settled)
 }
 
-/// Two dampings within 2 %, one seen to fail and the other to hold: the first pair of a scan upwards in steps of a square
-/// root of two, then bisection; both 0 where none is needed, `None` when none holds, up to 32 mN·m·s/rad. What holds
-/// between two steps of the scan is not seen.
+/// Returns two dampings within 2 %, one seen to fail and the other seen to hold. They are the first such pair of a scan
+/// upwards in steps of a square root of two, narrowed by bisection. Both are 0 if no damping is needed. Returns `None`
+/// if no damping up to 32 mN·m·s/rad holds. A damping that holds between two steps of the scan is missed.
 fn least(scene: &Scene, mut stable: impl FnMut(&Scene) -> Result<bool, String>) -> Result<Option<[f64; 2]>, String> {
     let mut holds = |damping: f64| {
         let mut scene = scene.clone();
@@ -80,8 +80,8 @@ fn least(scene: &Scene, mut stable: impl FnMut(&Scene) -> Result<bool, String>) 
     Ok(Some([low, high]))
 }
 
-/// Where damping was seen to fail and to hold, and the gain in counts that the second is when a velocity is a difference
-/// of counts.
+/// Returns as text where damping was seen to fail and to hold, and the gain in counts that the second damping means for
+/// a velocity that is a difference of counts.
 fn text(damping: Option<[f64; 2]>, scene: &Scene) -> String {
     let realised = scene.words().map(|words| words.realised);
     let Some([fails, holds]) = damping else { return "none does".into() };

@@ -1,5 +1,5 @@
-//! Vasudevan et al. 2007: the hybrid loop against the conventional one; and what the pages that cite it print of a
-//! braking bridge and of two sampling rates.
+//! Vasudevan et al. 2007: the hybrid loop compared with the conventional one, and the statements about a braking bridge
+//! and two sampling rates on the pages that cite the paper.
 
 mod bridge;
 mod claims;
@@ -18,7 +18,7 @@ use hpu_cosim::scene::Scene;
 use super::beside::{Comparison, Found, Line, shipped_scene};
 use crate::limits::{Looks, WordsSet, usual_range};
 
-/// The published statements.
+/// Returns the published statements beside the emulator's results.
 #[must_use]
 pub fn comparison() -> Comparison {
     let groups = [stiffness::lines(), damping::lines(), bridge::lines(), rates::lines(), words::lines()];
@@ -51,7 +51,7 @@ pub fn comparison() -> Comparison {
     }
 }
 
-/// A line whose measurement is thrown away when it was stopped meanwhile.
+/// Returns a line whose measurement is discarded if it was stopped meanwhile.
 fn line<F: Into<Found>>(
     group: &'static str,
     what: impl Into<String>,
@@ -65,17 +65,17 @@ fn line<F: Into<Found>>(
     Line { group, what: what.into(), published, claims: "", measure: Box::new(measure) }
 }
 
-/// A shipped scene of an axis under overrides.
+/// Returns a shipped scene of an axis under overrides.
 fn axis(name: &str, set: &[(&str, &str)]) -> Result<Scene, String> {
     shipped_scene(name, set)?.axis().ok_or_else(|| format!("{name} is no axis"))
 }
 
-/// What leans on the wall.
+/// The force that leans on the wall.
 #[derive(Clone, Copy)]
 enum Leaning {
     /// A constant torque, in mN·m.
     Push(u32),
-    /// The hand that the scene ships with.
+    /// The hand of the shipped scene.
     Shipped,
 }
 
@@ -87,7 +87,8 @@ impl Leaning {
         }
     }
 
-    /// A shipped wall without damping, its stiffness in fine words, with this hand, under further overrides.
+    /// Returns a shipped wall without damping, with its stiffness in fine words and with this hand, under further
+    /// overrides.
     fn scene(self, name: &str, set: &[(&str, &str)]) -> Result<Scene, String> {
         let mut all = vec![("wall.damping", "0"), ("method.stiffness_format", "(0,8,4)")];
         let hand;
@@ -100,12 +101,12 @@ impl Leaning {
     }
 }
 
-/// The stiffest walls in words, in N·m/rad.
+/// The stiffest walls in fixed-point words, in N·m/rad.
 #[derive(Clone, Copy)]
 struct Stiffest {
-    /// Up to here all that were looked at settle, at every phase of the contact.
+    /// All stiffnesses that were run up to this one settle at every phase of the contact.
     all: f64,
-    /// None stiffer was seen to settle.
+    /// No stiffer wall was seen to settle.
     some: f64,
 }
 
@@ -119,7 +120,7 @@ impl Stiffest {
         }
     }
 
-    /// How many times as stiff as another: the least and the greatest ratio that both can mean.
+    /// Returns how many times as stiff the wall is as another: the least and the greatest ratio that both ranges allow.
     fn over(self, other: Self) -> [f64; 2] {
         [self.all / other.some, self.some / other.all]
     }

@@ -1,4 +1,4 @@
-//! Position at 20 kHz and velocity at 2 kHz, against both at 20 kHz.
+//! Position at 20 kHz with velocity at 2 kHz, compared with both at 20 kHz.
 
 use hpu_cosim::Control;
 use hpu_cosim::scene::Scene;
@@ -28,7 +28,7 @@ pub(super) fn lines() -> Vec<Line> {
     ] {
         let what = format!("{damping} N.m.s/rad");
         lines.push(line(INERTIA, what, published, move |control| both(inertia, damping, control)));
-        // The uniform rate's range is said to end above 0.1 N·m·s/rad.
+        // The paper says that the uniform rate's range ends above 0.1 N·m·s/rad.
         lines.last_mut().expect("just added").claims = if ["0.3", "1"].contains(&damping) { "gh" } else { "g" };
     }
     lines.push(line(INERTIA, "a count a sample asks for all torque from", "", |_| saturating(inertia)));
@@ -39,7 +39,7 @@ fn milli(damping: &str) -> f64 {
     damping.parse::<f64>().map_or(f64::NAN, |damping| damping * 1e3)
 }
 
-/// A motor's scene, with this damping, its velocity every so many samples.
+/// Returns a motor's scene with this damping, whose velocity is renewed every `every` samples.
 fn motor(damping: &str, every: &str) -> Result<Scene, String> {
     axis(
         "hybrid-wall",
@@ -57,7 +57,7 @@ fn motor(damping: &str, every: &str) -> Result<Scene, String> {
     )
 }
 
-/// The same of an inertia: a mass whose kg, m and N are kg·m², rad and N·m.
+/// Returns the same scene for an inertia: a mass whose kg, m and N stand for kg·m², rad and N·m.
 fn inertia(damping: &str, every: &str) -> Result<Scene, String> {
     axis(
         "impulse-engine",
@@ -98,7 +98,7 @@ fn both(device: fn(&str, &str) -> Result<Scene, String>, damping: &str, control:
     Ok(Found::new(format!("in words {}; linear {}", told(words), told(linear)), figures.as_flattened().to_vec()))
 }
 
-/// A place where the linear loop of two rates ceases to settle, by bisection from 1.
+/// Returns a stiffness at which the linear loop of two rates ceases to settle, by bisection from 1.
 fn linear(scene: &Scene, every: u32) -> Result<f64, String> {
     let damping = scene.wall.damping_nm_s_per_rad;
     let stable = |stiffness: f64| SampledLoop::dual_rate(scene, stiffness, damping, every).spectral_radius() < 1.0;
@@ -114,7 +114,7 @@ fn linear(scene: &Scene, every: u32) -> Result<f64, String> {
     Ok(0.5 * (low + high))
 }
 
-/// The damping at which one count in a sample asks for the full torque, at either rate of the velocity.
+/// Returns as text the damping at which one count in a sample asks for the full torque, at either rate of the velocity.
 fn saturating(device: fn(&str, &str) -> Result<Scene, String>) -> Result<String, String> {
     let from = |every: &str, samples: f64| {
         let scene = device("0", every)?;

@@ -1,4 +1,4 @@
-//! The text's own numbers.
+//! The numbers in the paper's text.
 
 use hpu_cosim::scene::{Experiment, Scene};
 use hpu_cosim::{Control, Driver, Ready, Rig, Wired};
@@ -33,7 +33,7 @@ fn words(set: &[(&str, &str)]) -> Result<hpu_cosim::scene::Realised, String> {
     axis("hybrid-wall", set)?.words().map(|words| words.realised).map_err(|error| error.to_string())
 }
 
-/// A gain on the difference of two positions at 1 kHz, in SI units, and beside what the motor has of its own.
+/// Returns a gain on the difference of two positions at 1 kHz, in SI units and relative to the motor's own damping.
 fn gain(gain: f64) -> Result<String, String> {
     let scene: Scene = axis("hybrid-wall", &[])?;
     let words = scene.words().map_err(|error| error.to_string())?.realised;
@@ -43,7 +43,7 @@ fn gain(gain: f64) -> Result<String, String> {
     Ok(format!("{:.3} uN.m.s/rad, {:.4} of the motor's own", damping * 1e6, damping / own))
 }
 
-/// The mean of the motor's torque in the last three tenths of a run that holds the shaft in the wall.
+/// Returns the mean of the motor's torque in the last three tenths of a run that holds the shaft in the wall.
 fn torque(product: &str, control: &Control) -> Result<Found, String> {
     let scene = axis(
         "hybrid-wall",

@@ -1,4 +1,4 @@
-//! What the tests of the proofs share: scenes under overrides, and a shaft that moves at random within limits.
+//! Helpers of the tests of proofs: scenes under overrides, and a shaft that moves at random within limits.
 
 use hpu_cosim::scene::{Experiment, Scene, shipped};
 use hpu_cosim::{Control, Driver, Pins, Rig, Session, SplitMix64, Summary, Wired};
@@ -6,24 +6,24 @@ use hpu_datapath::{LoopIn, LoopOut, Wiring};
 use hpu_signal::{Signal, SignalUse};
 use hpu_study::widths::proof::{Bound, Proof};
 
-/// A shipped scene under overrides.
+/// Returns a shipped scene under overrides.
 pub fn experiment(name: &str, overrides: &[(&str, &str)]) -> Experiment {
     let overrides: Vec<_> = overrides.iter().map(|(key, value)| (key.to_string(), value.to_string())).collect();
     let shipped = shipped().iter().find(|scene| scene.name == name).unwrap();
     shipped.parse(&overrides).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// A shipped scene of an axis under overrides.
+/// Returns a shipped scene of an axis under overrides.
 pub fn axis(name: &str, overrides: &[(&str, &str)]) -> Scene {
     experiment(name, overrides).axis().unwrap()
 }
 
-/// A complete run.
+/// Returns the summary of a complete run.
 pub fn run(scene: &Scene) -> Summary {
     traced(scene).0
 }
 
-/// A complete run, and the shaft's angles at the rate that the scene records them.
+/// Returns the summary of a complete run, and the shaft's angles at the rate at which the scene records them.
 pub fn traced(scene: &Scene) -> (Summary, Vec<f64>) {
     let session = Session::new(scene).unwrap_or_else(|error| panic!("{error}"));
     let mut trace = session.trace(&[]);
@@ -35,12 +35,12 @@ pub fn of<'p>(proof: &'p Proof, name: &str) -> &'p Bound {
     proof.bounds.iter().find(|bound| bound.name == name).unwrap()
 }
 
-/// A figure of the run's nets.
+/// Returns the usage of one of the run's nets.
 pub fn used(summary: &Summary, name: &str) -> SignalUse {
     summary.nets.iter().find(|net| net.signal.name == name).unwrap().usage
 }
 
-/// Asserts that a bound holds what was seen.
+/// Asserts that a bound holds the values that were seen.
 pub fn contains(bound: &Bound, signal: &Signal, usage: &SignalUse) {
     if usage.min > usage.max {
         return;
@@ -50,30 +50,30 @@ pub fn contains(bound: &Bound, signal: &Signal, usage: &SignalUse) {
     assert!(!bound.never_overflows || usage.overflowed == 0, "overflowed {} edges: {bound:?}", usage.overflowed);
 }
 
-/// Bits of the narrowest word that holds a range of values of this LSB, sign included.
+/// Returns the bits of the narrowest word that holds a range of values of this LSB, sign included.
 pub fn bits(lsb: f64, least: f64, most: f64) -> u32 {
     let (least, most) = ((least / lsb) as i128, (most / lsb) as i128);
     let size = |value: i128| 128 - (if value < 0 { !value } else { value }).leading_zeros();
     size(least).max(size(most)) + u32::from(least < 0)
 }
 
-/// A shaft within limits of speed and angle: the directed corners first, then at random.
+/// A shaft within limits of speed and angle: it moves to the directed corners first, then at random.
 pub struct Wander {
     draw: SplitMix64,
     /// Position and its limits, in counts.
     at: f64,
     limits: [f64; 2],
-    /// Speeds, in counts per clock.
+    /// Slowest and fastest speed, in counts per clock.
     speeds: [f64; 2],
     speed: f64,
     left: u64,
-    /// Clocks from end to end, and a few samples more.
+    /// Number of clocks from end to end, and a few samples more.
     crossing: u64,
     corners: usize,
 }
 
 impl Wander {
-    /// A shaft that starts where the scene's does.
+    /// Returns a shaft that starts at the scene's initial angle.
     pub fn new(scene: &Scene, proof: &Proof, seed: u64) -> Self {
         let limit = |name: &str| proof.limits.iter().find(|limit| limit.name == name).unwrap();
         let (count, clock_s) = (scene.encoder.count_rad(), scene.clock.period_s());
@@ -90,7 +90,7 @@ impl Wander {
         (self.draw.next_u64() >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    /// The pins after one more clock.
+    /// Returns the pins after one more clock.
     pub fn step(&mut self) -> Pins {
         if self.left == 0 {
             self.corners += 1;
@@ -117,7 +117,7 @@ impl Wander {
     }
 }
 
-/// Ticks a wiring under a wandering shaft, and shows its words after every edge.
+/// Ticks a wiring under a wandering shaft, and passes its words on after every edge.
 pub fn wander<W>(
     mut wiring: W,
     input: LoopIn<i64>,

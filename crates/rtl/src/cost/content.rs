@@ -1,40 +1,7 @@
-//! An entry of the cache: a small text that says what it is of, and ends with a checksum over all of it.
-
-use sha2::{Digest, Sha256};
+//! A cost as one line of text.
 
 use super::{Cost, Counts, Placed, SEEDS};
-
-const FIRST: &str = "hpu cost entry 2";
-
-/// What an entry holds: a line of it.
-pub trait Content: Sized {
-    /// How its file is called.
-    const EXTENSION: &'static str;
-    fn line(&self) -> String;
-    fn from_line(line: &str) -> Option<Self>;
-}
-
-/// An entry's text; `about` is for people.
-pub fn write<C: Content>(key: &str, about: &str, content: &C) -> String {
-    let said = format!("{FIRST}\nkey {key}\nabout {about}\n{}\n", content.line());
-    format!("{said}sha256 {}\n", hexadecimal(Sha256::digest(&said)))
-}
-
-/// What an entry of that key holds; nothing if it is not whole, or of something else.
-pub fn read<C: Content>(key: &str, text: &str) -> Option<C> {
-    let (said, sum) = text.strip_suffix('\n')?.rsplit_once('\n')?;
-    let said = &text[..=said.len()];
-    let lines: Vec<_> = said.split('\n').collect();
-    let [first, of, about, content, ""] = lines[..] else { return None };
-    let whole = sum.strip_prefix("sha256 ") == Some(hexadecimal(Sha256::digest(said)).as_str());
-    let ours = first == FIRST && of.strip_prefix("key ") == Some(key) && about.starts_with("about ");
-    (whole && ours).then(|| C::from_line(content)).flatten()
-}
-
-/// A hash in hexadecimal digits.
-pub fn hexadecimal(hash: impl AsRef<[u8]>) -> String {
-    hash.as_ref().iter().map(|byte| format!("{byte:02x}")).collect()
-}
+use crate::entry::Content;
 
 impl Content for Counts {
     const EXTENSION: &'static str = "counts";
@@ -89,13 +56,13 @@ impl Content for Cost {
 }
 
 impl Cost {
-    /// A cost as one line without a comma.
+    /// Returns the cost as one line without a comma.
     #[must_use]
     pub fn line(&self) -> String {
         Content::line(self)
     }
 
-    /// From its line; nothing if it is none.
+    /// Reads a cost from its line. Returns `None` when the line is not a cost.
     #[must_use]
     pub fn from_line(line: &str) -> Option<Self> {
         Content::from_line(line)
@@ -114,8 +81,8 @@ fn counted<'a>(words: &mut impl Iterator<Item = &'a str>) -> Option<Counts> {
 
 #[cfg(test)]
 mod tests {
-    use super::{read, write};
     use crate::cost::{Cost, Counts, Placed};
+    use crate::entry::{read, write};
 
     const SOME: Counts = Counts { lut4: 5, ff: 4, carry: 3, bram: 2, dsp: 0 };
 

@@ -1,0 +1,126 @@
+//! Snapshots of the command's surface: every page of help, and the keys of every verb's JSON.
+//!
+//! A script that reads `--json` breaks when a key goes; a snapshot shows it before. After a change that is meant, look at
+//! `git diff` and accept: `INSTA_UPDATE=always cargo test -p hpu --test all -- snapshots`.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::PathBuf;
+
+use serde_json::Value;
+
+use crate::common::{code, hpu, json, stderr, stdout};
+
+fn settings() -> insta::Settings {
+    let mut settings = insta::Settings::clone_current();
+    settings.set_prepend_module_to_snapshot(false);
+    settings.set_omit_expression(true);
+    settings
+}
+
+/// The verbs below a verb, as its help lists them.
+fn verbs(help: &str) -> Vec<String> {
+    let listed = help.split("\nCommands:\n").nth(1).unwrap_or_default().lines();
+    let names = listed.take_while(|line| !line.is_empty()).filter_map(|line| line.split_whitespace().next());
+    names.filter(|name| *name != "help").map(str::to_string).collect()
+}
+
+fn help(verb: &[&str]) -> String {
+    let output = hpu().args(verb).arg("--help").env("COLUMNS", "100").output().expect("starts");
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    stdout(&output)
+}
+
+#[test]
+fn every_page_of_help() {
+    let top = help(&[]);
+    let mut pages = vec![("help".to_string(), top.clone())];
+    for verb in verbs(&top) {
+        let page = help(&[&verb]);
+        for below in verbs(&page) {
+            pages.push((format!("help-{verb}-{below}"), help(&[&verb, &below])));
+        }
+        pages.push((format!("help-{verb}"), page));
+    }
+    assert!(pages.len() > 24, "{} pages", pages.len());
+    settings().bind(|| {
+        for (name, page) in pages {
+            insta::assert_snapshot!(name, page);
+        }
+    });
+}
+
+/// Every path of a JSON value with the kinds of what stands there; all elements of a list together.
+fn paths(value: &Value, at: &str, found: &mut BTreeSet<String>) {
+    match value {
+        Value::Object(object) => object.iter().for_each(|(key, value)| {
+            paths(value, &format!("{at}.{key}"), found);
+        }),
+        Value::Array(all) => all.iter().for_each(|value| paths(value, &format!("{at}[]"), found)),
+        Value::Null => drop(found.insert(format!("{at} null"))),
+        Value::Bool(_) => drop(found.insert(format!("{at} bool"))),
+        Value::Number(_) => drop(found.insert(format!("{at} number"))),
+        Value::String(_) => drop(found.insert(format!("{at} text"))),
+    }
+}
+
+/// Commands for the forms of JSON, as short as they can be. Left out is what takes a minute: `cost --scene`, and the
+/// studies of papers but two.
+const COMMANDS: [(&str, &str); 21] = [
+    ("run", "run hybrid-wall --edges 100000 --json"),
+    ("run-compare", "run hybrid-wall --edges 100000 --compare --json"),
+    ("run-phantom", "run phantom-drop --set run.duration=20ms --json"),
+    ("run-dut", "run testbench/dut/knee.toml --edges 20000 --json"),
+    ("scenes", "scenes --json"),
+    ("blocks", "block --json"),
+    ("block", "block truncating_multiplier --json"),
+    ("check", "check displacement --rows 20 --scene hybrid-wall --edges 2000 --json"),
+    ("check-formal", "check --formal displacement --json"),
+    (
+        "check-entity",
+        "check --entity fast_mul --as truncating_multiplier --port x=a --port y=b --port p=product --clock clock \
+         --latency 2 --generic N=A_WIDTH --generic KEEP=OUT_WIDTH --generic SATURATING=SATURATE --rows 20 \
+         testbench/dut/blocks/fast_mul.vhd --json",
+    ),
+    ("limits", "limits hybrid-wall --words 2 --phases 1 --json"),
+    (
+        "map",
+        "map hybrid-wall --x wall.stiffness=0.1..6:2 --y wall.damping=0..0.4mN.m.s/rad:2 --set run.duration=0.3s --json",
+    ),
+    ("chart", "chart friction-wall --contestants events,rk4 --set run.duration=0.1s --json"),
+    ("fit", "fit friction-wall --set run.duration=0.1s --json"),
+    ("widths", "widths hybrid-wall --json"),
+    ("widths-phantom", "widths phantom-drop --set run.duration=20ms --json"),
+    ("widths-search", "widths hybrid-wall --search --vary position_bits=11..12 --vary velocity_bits=9..10 --json"),
+    ("cost", "cost displacement --variant default --json"),
+    ("reproduce-formats", "reproduce phantom-formats --json"),
+    ("reproduce-sines", "reproduce phantom-sines --json"),
+    (
+        "reproduce-table",
+        "reproduce phantom-table-2 --axes x --platforms RTOS-1,FPGA-20 --stiffness 250,5000 --trials 1 \
+         --set run.duration=0.3s --json",
+    ),
+];
+
+#[test]
+fn the_keys_of_every_verbs_json() {
+    settings().bind(|| {
+        for (name, command) in COMMANDS {
+            let output = hpu().args(command.split_whitespace()).output().expect("starts");
+            assert_eq!(code(&output), 0, "{command}: {}", stderr(&output));
+            let mut found = BTreeSet::new();
+            paths(&json(&output), "", &mut found);
+            let found: Vec<_> = found.into_iter().collect();
+            insta::assert_snapshot!(format!("json-{name}"), found.join("\n"));
+        }
+    });
+}
+
+#[test]
+fn no_snapshot_is_left_of_what_is_gone() {
+    let dir = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/all/snapshots"));
+    let kept = fs::read_dir(dir).expect("snapshots").map(|entry| entry.expect("an entry").file_name());
+    let mut jsons: Vec<_> = kept.filter_map(|name| name.into_string().ok()).collect();
+    jsons.retain(|name| name.starts_with("json-"));
+    assert_eq!(jsons.len(), COMMANDS.len(), "{jsons:?}");
+}

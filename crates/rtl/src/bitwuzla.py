@@ -1,0 +1,15 @@
+"""Bitwuzla on a file of SMT-LIB, by its library for Python: prints what the program of that name prints."""
+
+import sys
+
+import bitwuzla
+
+if sys.argv[1:] == ["--version"]:
+    print(bitwuzla.version())
+else:
+    options = bitwuzla.Options()
+    options.set(bitwuzla.Option.PRODUCE_MODELS, True)
+    try:
+        bitwuzla.Parser(bitwuzla.TermManager(), options).parse(sys.argv[1])
+    except bitwuzla.BitwuzlaException as error:
+        sys.exit(f"error: {error}")

@@ -1,0 +1,99 @@
+//! A cache of tool results: a folder of small files. The key of an entry is the SHA-256 of everything that the result
+//! depends on.
+//!
+//! An entry says what it is about, and ends with a checksum over all of it. A file whose checksum is wrong, or that has
+//! another key, is ignored and replaced. Several programs may share a folder, because files appear whole.
+
+use std::fs;
+use std::io::{self, ErrorKind, Write};
+use std::path::{Path, PathBuf};
+
+use sha2::{Digest, Sha256};
+
+use crate::ghdl::GhdlError;
+use crate::temporary::{self, Temporary, sweep_files};
+
+const FIRST: &str = "hpu entry 3";
+
+/// A result that an entry can hold, as one line. Costs and the results of proofs implement it, and [`Entries`] stores
+/// them through it.
+pub trait Content: Sized {
+    /// The extension of the entry's file name.
+    const EXTENSION: &'static str;
+    fn line(&self) -> String;
+    fn from_line(line: &str) -> Option<Self>;
+}
+
+/// Returns an entry's text. `about` is for human readers.
+pub fn write<C: Content>(key: &str, about: &str, content: &C) -> String {
+    let said = format!("{FIRST}\nkey {key}\nabout {about}\n{}\n", content.line());
+    format!("{said}sha256 {}\n", hexadecimal(Sha256::digest(&said)))
+}
+
+/// Reads the result from an entry. Returns `None` when the entry is damaged or has another key.
+pub fn read<C: Content>(key: &str, text: &str) -> Option<C> {
+    let (said, sum) = text.strip_suffix('\n')?.rsplit_once('\n')?;
+    let said = &text[..=said.len()];
+    let lines: Vec<_> = said.split('\n').collect();
+    let [first, of, about, content, ""] = lines[..] else { return None };
+    let whole = sum.strip_prefix("sha256 ") == Some(hexadecimal(Sha256::digest(said)).as_str());
+    let ours = first == FIRST && of.strip_prefix("key ") == Some(key) && about.starts_with("about ");
+    (whole && ours).then(|| C::from_line(content)).flatten()
+}
+
+/// Returns the SHA-256 of all parts, in hexadecimal digits. Each part is hashed with its length, so that two parts
+/// cannot be confused with one.
+pub fn key(parts: &[&str]) -> String {
+    let mut hash = Sha256::new();
+    for part in parts {
+        hash.update((part.len() as u64).to_le_bytes());
+        hash.update(part);
+    }
+    hexadecimal(hash.finalize())
+}
+
+/// Returns a hash in hexadecimal digits.
+pub fn hexadecimal(hash: impl AsRef<[u8]>) -> String {
+    hash.as_ref().iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// A folder of entries.
+#[derive(Debug)]
+pub struct Entries(PathBuf);
+
+impl Entries {
+    /// Opens a folder, and makes it when it is missing.
+    pub fn open(dir: PathBuf) -> Result<Self, GhdlError> {
+        fs::create_dir_all(&dir).map_err(|error| refused(&dir, error))?;
+        sweep_files(&dir);
+        Ok(Self(dir))
+    }
+
+    /// Returns the result under a key, if there is one.
+    pub fn find<C: Content>(&self, key: &str) -> Result<Option<C>, GhdlError> {
+        let place = self.place::<C>(key);
+        match fs::read(&place) {
+            Ok(bytes) => Ok(std::str::from_utf8(&bytes).ok().and_then(|text| read(key, text))),
+            Err(error) if error.kind() == ErrorKind::NotFound => Ok(None),
+            Err(error) => Err(refused(&place, error)),
+        }
+    }
+
+    /// Writes a result under a key.
+    pub fn keep<C: Content>(&self, key: &str, about: &str, content: &C) -> Result<(), GhdlError> {
+        let place = self.place::<C>(key);
+        let written = Temporary::file(&self.0, key).and_then(|file| {
+            file.open()?.write_all(write(key, about, content).as_bytes())?;
+            temporary::place(vec![(file, place.clone())]).map_err(|(_, error)| error)
+        });
+        written.map_err(|error| refused(&place, error))
+    }
+
+    fn place<C: Content>(&self, key: &str) -> PathBuf {
+        self.0.join(format!("{key}.{}", C::EXTENSION))
+    }
+}
+
+fn refused(place: &Path, error: io::Error) -> GhdlError {
+    GhdlError::Io(place.to_path_buf(), error)
+}

@@ -1,0 +1,135 @@
+//! Proofs, remembered by the SHA-256 of both sides.
+
+use std::collections::HashMap;
+use std::fmt::Write as _;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
+
+use hpu_datapath::{AnyBlock, AnyStep};
+use hpu_signal::{Format, Term};
+
+use super::{ProofError, TOOLS, Verdict, prove};
+use crate::cost::CostError;
+use crate::entry::{self, Content, Entries};
+use crate::hdl::Setup;
+use crate::sources::vhdl;
+use crate::vector::literal;
+
+/// The sources by which a proof is made: of other questions, or another netlist, nothing is remembered.
+const FLOW: [&str; 7] = [
+    include_str!("mod.rs"),
+    include_str!("netlist.rs"),
+    include_str!("query.rs"),
+    include_str!("solver.rs"),
+    include_str!("tried.rs"),
+    include_str!("../cost/verilog.rs"),
+    include_str!("../check.rs"),
+];
+
+/// A folder of proofs, by the SHA-256 of all that they depend on: the VHDL of the entity and of what it instantiates,
+/// the equations as terms, the generics, the versions of the tools, and the sources of this module. Only proofs are
+/// remembered: a refutation is found again, and more time may decide what is open.
+#[derive(Debug)]
+pub struct Proofs {
+    entries: Entries,
+    tools: String,
+    remembered: AtomicU64,
+}
+
+impl Proofs {
+    /// The proofs in a folder, which is made when it is missing.
+    ///
+    /// # Errors
+    ///
+    /// [`ProofError`] when a tool is missing: a proof is one by the tools at hand; and when there can be no such folder.
+    pub fn open(dir: impl Into<PathBuf>) -> Result<Self, ProofError> {
+        let mut tools = String::new();
+        for tool in TOOLS {
+            let _ = write!(tools, "{} {}, ", tool.name(), tool.version()?);
+        }
+        let entries = Entries::open(dir.into()).map_err(CostError::from)?;
+        Ok(Self { entries, tools, remembered: AtomicU64::new(0) })
+    }
+
+    /// Proves a block, as [`prove`] does, unless the same has been proved before.
+    ///
+    /// # Errors
+    ///
+    /// As [`prove`], and when the folder cannot be read or written.
+    pub fn prove(&self, block: &dyn AnyBlock, setup: &Setup, limit: Duration) -> Result<Verdict, ProofError> {
+        let Some(equations) = block.equations() else { return prove(block, setup.clone(), limit) };
+        let generics: Vec<_> =
+            block.generics().iter().map(|(name, value)| format!("{name}={}", literal(*value))).collect();
+        let about = format!("{} {} by {}", block.name(), generics.join(" "), self.tools);
+        let vhdl = vhdl(block.name(), &setup.hdl).map_err(CostError::from)?;
+        let key = entry::key(&[&FLOW.concat(), &about, &vhdl, &terms(equations)]);
+        if let Some(Solvers(by)) = self.entries.find(&key).map_err(CostError::from)? {
+            self.remembered.fetch_add(1, Ordering::Relaxed);
+            return Ok(Verdict::Proved(by));
+        }
+        let found = prove(block, setup.clone(), limit)?;
+        if let Verdict::Proved(by) = &found {
+            self.entries.keep(&key, &about, &Solvers(by.clone())).map_err(CostError::from)?;
+        }
+        Ok(found)
+    }
+
+    /// How many proofs were remembered, since the folder was opened.
+    pub fn remembered(&self) -> u64 {
+        self.remembered.load(Ordering::Relaxed)
+    }
+}
+
+/// The tools that made a proof.
+struct Solvers(Vec<&'static str>);
+
+impl Content for Solvers {
+    const EXTENSION: &'static str = "proof";
+
+    fn line(&self) -> String {
+        format!("by {}", self.0.join(" "))
+    }
+
+    fn from_line(line: &str) -> Option<Self> {
+        let known = |name: &str| TOOLS.iter().map(|tool| tool.name()).find(|known| *known == name);
+        line.strip_prefix("by ")?.split_whitespace().map(known).collect::<Option<_>>().map(Self)
+    }
+}
+
+/// A block's registers, equations and lemmas as text.
+fn terms(equations: &dyn AnyStep) -> String {
+    let named = |role: &str, index: usize, format: Format| Term::of_bits(format, &format!("|{role} {index}|"));
+    let all = |role: &str, formats: &[Format]| -> Vec<Term> {
+        formats.iter().enumerate().map(|(index, format)| named(role, index, *format)).collect()
+    };
+    let registers = AnyStep::registers(equations);
+    let kept: Vec<_> = registers.iter().map(|register| register.format).collect();
+    let inputs: Vec<_> = equations.inputs().iter().map(|input| input.format).collect();
+    let defined = Term::defined(HashMap::new(), || {
+        let (next, shown) = equations.terms(&all("register", &kept), &all("input", &inputs));
+        let claims = equations.lemmas().into_iter().map(|lemma| {
+            let (given, follows) = (lemma.follows)(&all("any", &lemma.any));
+            format!("{:?} {given:?} {follows:?}", lemma.any)
+        });
+        format!("{next:?} {shown:?} {}", claims.collect::<String>())
+    });
+    let ports = format!("{:?} {:?} {registers:?}", equations.inputs(), equations.outputs());
+    format!("{ports}\n{}\n{}\n{:?}", defined.built, defined.lines.join("\n"), defined.cuts)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Solvers;
+    use crate::entry::Content;
+
+    #[test]
+    fn only_tools_that_there_are_have_proved_anything() {
+        let read = |line| Solvers::from_line(line).map(|Solvers(by)| by);
+        assert_eq!(read("by z3 yices-smt2 ghdl"), Some(vec!["z3", "yices-smt2", "ghdl"]));
+        assert_eq!(Solvers(vec!["z3", "ghdl"]).line(), "by z3 ghdl");
+        for line in ["", "z3", "by cvc5", "by z3 nobody"] {
+            assert_eq!(read(line), None, "{line}");
+        }
+    }
+}
