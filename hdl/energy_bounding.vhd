@@ -120,6 +120,16 @@ architecture rtl of energy_bounding is
   subtype wide_word   is signed(WIDE_WIDTH - 1 downto 0);
   subtype energy_word is unsigned(ENERGY_WIDTH - 1 downto 0);
 
+  signal moved    : signed(WIDTH - 1 downto 0);  -- d of the last sample edge
+  signal demand   : wide_word;                   -- wanted of the last sample edge
+  signal energy   : energy_word;
+  signal shown    : signed(TORQUE_WIDTH + 1 downto 0);
+  signal pull     : signed(BOUND_WIDTH + WIDTH - 1 downto 0);       -- c2 * d
+  signal pulled   : signed(2 * (BOUND_WIDTH + WIDTH) - 1 downto 0); -- its square
+  signal moved2   : signed(2 * WIDTH - 1 downto 0);                 -- d^2
+  signal worked   : signed(TORQUE_WIDTH + WIDTH + 1 downto 0);      -- shown * d
+  signal bounded  : signed(TORQUE_WIDTH + 1 downto 0);              -- the torque to come
+  signal used     : signed(TORQUE_WIDTH + WIDTH downto 0);          -- what it takes
   signal previous : std_logic_vector(WIDTH - 1 downto 0);
   signal d        : std_logic_vector(WIDTH - 1 downto 0);
   signal spring   : std_logic_vector(TORQUE_WIDTH - 1 downto 0);
@@ -220,7 +230,39 @@ architecture rtl of energy_bounding is
     return shift_left(resize(unsigned(FULL), ROOT_WIDTH), places);
   end function;
 
+  -- The torque wanted within the bounds: by the root alone, or by c1 and c2.
+  function within(wanted : wide_word; last : signed; moved : signed; bound : unsigned)
+    return signed is
+    variable total           : wide_word;
+    variable highest, lowest : wide_word;
+  begin
+    if LEAST_CONSERVATIVE then
+      highest := topped(below(wide(bound)));
+      total   := larger(smaller(wanted, highest), -highest);
+      return total(TORQUE_WIDTH + 1 downto 0);
+    end if;
+    highest := below(product(C2, moved) + wide(bound));
+    lowest  := above(product(C2, moved) - wide(bound));
+    total   := wide(last);
+    if moved(moved'high) = '1' then
+      total := total + above(product(C1, moved));
+      total := smaller(larger(larger(wanted, total), lowest), highest);
+    elsif moved /= 0 then
+      total := total + below(product(C1, moved));
+      total := larger(smaller(smaller(wanted, total), highest), lowest);
+    end if;
+    total := limited(total);
+    return total(TORQUE_WIDTH + 1 downto 0);
+  end function;
+
 begin
+
+  pull    <= resize(to_signed(C2, BOUND_WIDTH + 1) * signed(d), pull'length);
+  pulled  <= pull * pull;
+  moved2  <= signed(d) * signed(d);
+  worked  <= shown * signed(d);
+  bounded <= within(demand, shown, moved, unsigned(root));
+  used    <= bounded(TORQUE_WIDTH downto 0) * moved;
 
   busy <= start or rooting or ready;
 
@@ -301,36 +343,29 @@ begin
 
   process (clk)
     -- 2^PERIOD_WIDTH - 2, written to stay inside an integer for 31 bits.
-    variable countdown       : natural range 0 to 2 * (2**(PERIOD_WIDTH - 1) - 1);
-    variable moved           : signed(WIDTH - 1 downto 0);  -- d of the last sample edge
-    variable demand          : wide_word;                   -- wanted of the last sample edge
-    variable energy          : energy_word;
-    variable filled          : energy_word;                 -- the energy to come
-    variable shown           : signed(TORQUE_WIDTH + 1 downto 0);
-    variable total           : wide_word;
-    variable pull            : signed(BOUND_WIDTH + WIDTH downto 0);  -- c2*d
-    variable highest, lowest : wide_word;
+    variable countdown : natural range 0 to 2 * (2**(PERIOD_WIDTH - 1) - 1);
+    variable filled    : energy_word;  -- the energy to come
+    variable total     : wide_word;
   begin
     if rising_edge(clk) then
       start <= '0';
 
       if countdown = 0 then
         if busy = '0' then
-          moved    := signed(d);
-          demand   := wide(signed(wanted));
+          moved    <= signed(d);
+          demand   <= wide(signed(wanted));
           previous <= position;
           start    <= '1';
 
           if LEAST_CONSERVATIVE then
-            total := product(C1, moved * moved) + shift_left(wide(shown * moved), BOUND_FRAC);
+            total := product(C1, moved2) + shift_left(wide(worked), BOUND_FRAC);
             if shown /= 0 then
               total := total + wide(energy);
             end if;
             filled   := clamp(total);
             radicand <= std_logic_vector(under_root(C1, filled, 2));
           else
-            pull     := to_signed(C2, BOUND_WIDTH + 1) * moved;
-            radicand <= std_logic_vector(resize(unsigned(pull * pull), ROOT_WIDTH)
+            radicand <= std_logic_vector(unsigned(resize(pulled, ROOT_WIDTH))
                                          + under_root(C2, energy, BOUND_FRAC + 1));
           end if;
         end if;
@@ -340,37 +375,23 @@ begin
       end if;
 
       if ready = '1' then
-        if LEAST_CONSERVATIVE then
-          highest := topped(below(wide(unsigned(root))));
-          total   := larger(smaller(demand, highest), -highest);
-        else
-          highest := below(product(C2, moved) + wide(unsigned(root)));
-          lowest  := above(product(C2, moved) - wide(unsigned(root)));
-          total   := wide(shown);
-          if moved(moved'high) = '1' then
-            total := total + above(product(C1, moved));
-            total := smaller(larger(larger(demand, total), lowest), highest);
-          elsif moved /= 0 then
-            total := total + below(product(C1, moved));
-            total := larger(smaller(smaller(demand, total), highest), lowest);
-          end if;
-          total  := limited(total);
-          filled := clamp(wide(energy) + wide(total(TORQUE_WIDTH downto 0) * moved));
+        if not LEAST_CONSERVATIVE then
+          filled := clamp(wide(energy) + wide(used));
         end if;
 
-        shown  := total(shown'range);
-        energy := filled;
-        torque <= std_logic_vector(shown);
-        memory <= std_logic_vector(energy);
+        shown  <= bounded;
+        energy <= filled;
+        torque <= std_logic_vector(bounded);
+        memory <= std_logic_vector(filled);
       end if;
 
       if rst = '1' then
         countdown := 0;
-        moved     := (others => '0');
-        demand    := (others => '0');
-        energy    := (others => '0');
+        moved     <= (others => '0');
+        demand    <= (others => '0');
+        energy    <= (others => '0');
         filled    := (others => '0');
-        shown     := (others => '0');
+        shown     <= (others => '0');
         previous  <= (others => '0');
         start     <= '0';
         radicand  <= (others => '0');

@@ -97,6 +97,12 @@ architecture rtl of foaw is
     return ABOVE(ABOVE'high) nor BELOW(BELOW'high);
   end function;
 
+  signal earlier  : history;
+  signal distance : signed(WIDTH - 1 downto 0);
+  signal ratio    : ratio_word;
+  -- (2a+1) * ratio, of which RATIO_FRAC+1 bits are fraction.
+  signal product  : signed(OUT_WIDTH + RATIO_FRAC + 2 downto 0);
+
   -- Gated instead of chosen, for the unknown words again.
   function choose(first : std_logic; a, b : signed) return signed is
   begin
@@ -105,39 +111,45 @@ architecture rtl of foaw is
 
 begin
 
+  -- The longest window that is straight.
+  process (all)
+    variable e      : differences;
+    variable fits   : std_logic;
+    variable found  : signed(WIDTH - 1 downto 0);
+    variable worth  : ratio_word;
+  begin
+    for j in 1 to WINDOW loop
+      e(j) := signed(unsigned(position) - earlier(j));
+    end loop;
+
+    fits  := '1';
+    found := e(1);
+    worth := RECIPROCAL(1);
+    for n in 2 to WINDOW loop
+      for j in 1 to n - 1 loop
+        fits := fits and close(e(j), e(n), j, n);
+      end loop;
+      found := choose(fits, e(n), found);
+      worth := choose(fits, RECIPROCAL(n), worth);
+    end loop;
+
+    distance <= found;
+    ratio    <= worth;
+  end process;
+
+  product <= (distance & to_signed(1, OUT_FRAC + 1)) * ratio;
+
   process (clk)
     -- 2^PERIOD_WIDTH - 2, written to stay inside an integer for 31 bits.
     variable countdown : natural range 0 to 2 * (2**(PERIOD_WIDTH - 1) - 1);
-    variable earlier   : history;
-    variable e         : differences;
-    variable fits      : std_logic;
-    variable distance  : signed(WIDTH - 1 downto 0);
-    variable ratio     : ratio_word;
-    variable product   : signed(OUT_WIDTH + RATIO_FRAC + 2 downto 0);
   begin
     if rising_edge(clk) then
       if countdown = 0 then
-        for j in 1 to WINDOW loop
-          e(j) := signed(unsigned(position) - earlier(j));
-        end loop;
         for j in WINDOW downto 2 loop
-          earlier(j) := earlier(j - 1);
+          earlier(j) <= earlier(j - 1);
         end loop;
-        earlier(1) := unsigned(position);
+        earlier(1) <= unsigned(position);
 
-        fits     := '1';
-        distance := e(1);
-        ratio    := RECIPROCAL(1);
-        for n in 2 to WINDOW loop
-          for j in 1 to n - 1 loop
-            fits := fits and close(e(j), e(n), j, n);
-          end loop;
-          distance := choose(fits, e(n), distance);
-          ratio    := choose(fits, RECIPROCAL(n), ratio);
-        end loop;
-
-        -- (2a+1) * ratio, of which RATIO_FRAC+1 bits are fraction.
-        product  := (distance & to_signed(1, OUT_FRAC + 1)) * ratio;
         velocity <= std_logic_vector(product(OUT_WIDTH + RATIO_FRAC downto RATIO_FRAC + 1));
 
         countdown := maximum(to_integer(unsigned(period)), 1) - 1;
@@ -147,7 +159,7 @@ begin
 
       if rst = '1' then
         countdown := 0;
-        earlier   := (others => (others => '0'));
+        earlier   <= (others => (others => '0'));
         velocity  <= (others => '0');
       end if;
     end if;

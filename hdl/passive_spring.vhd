@@ -104,21 +104,26 @@ architecture rtl of passive_spring is
 
   -- A length never is negative: its sign bit is 0.
   subtype length_word is signed(EXTENSION_WIDTH downto 0);
-  subtype square_word is signed(SQUARE_WIDTH - 1 downto 0);
 
+  signal previous : unsigned(WIDTH - 1 downto 0);
+  signal x        : length_word;
+  -- Stiffness and scale as of the sample edge: a torque is made of one sample.
+  signal k        : signed(STIFFNESS_WIDTH downto 0);
+  signal beta     : signed(SCALE_WIDTH downto 0);
+  signal d        : signed(WIDTH - 1 downto 0);
+  signal pace     : signed(WIDTH + ALPHA_WIDTH - 1 downto 0);                        -- alpha * d
+  signal gained   : signed(EXTENSION_WIDTH + WIDTH + ALPHA_WIDTH downto 0);          -- x * alpha * d
+  signal area     : signed(ROOT_WIDTH - 1 downto 0);                                 -- x^2
+  signal depth    : length_word;
+  signal reached  : length_word;
+  signal pull     : signed(STIFFNESS_WIDTH + EXTENSION_WIDTH + 1 downto 0);          -- k * x
+  signal push     : signed(STIFFNESS_WIDTH + EXTENSION_WIDTH + SCALE_WIDTH + 2 downto 0);
   signal start    : std_logic;
   signal square   : std_logic_vector(ROOT_WIDTH - 1 downto 0);
   signal root     : std_logic_vector(EXTENSION_WIDTH downto 0);
   signal rooting  : std_logic;
   signal ready    : std_logic;
   signal busy     : std_logic;
-
-  -- x^2 + 2 * x * moved, in which moved has 8 fraction bits.
-  function worked(x : length_word; moved : signed) return square_word is
-    constant ADDED : square_word := resize(x * moved, SQUARE_WIDTH);
-  begin
-    return resize(x * x, SQUARE_WIDTH) + shift_left(ADDED, EXTENSION_FRAC - 7);
-  end function;
 
   -- Between 0 and the largest word of `bits` bits. Gated instead of chosen, so
   -- that an unknown value stays unknown.
@@ -133,6 +138,15 @@ architecture rtl of passive_spring is
   end function;
 
 begin
+
+  d       <= signed(unsigned(position) - previous);
+  pace    <= d * to_signed(ALPHA, ALPHA_WIDTH);
+  gained  <= x * pace;
+  area    <= x * x;
+  depth   <= shift_left(resize(signed('0' & penetration), depth'length), EXTENSION_FRAC);
+  reached <= signed('0' & clamp(signed('0' & root), EXTENSION_WIDTH));
+  pull    <= k * reached;
+  push    <= pull * beta;
 
   busy <= start or rooting or ready;
 
@@ -153,35 +167,26 @@ begin
   process (clk)
     -- 2^PERIOD_WIDTH - 2, written to stay inside an integer for 31 bits.
     variable countdown : natural range 0 to 2 * (2**(PERIOD_WIDTH - 1) - 1);
-    variable previous  : unsigned(WIDTH - 1 downto 0);
-    variable d         : signed(WIDTH - 1 downto 0);
-    variable x         : length_word;
     variable touched   : std_logic;  -- contact at the last sample edge not passed over
-    variable depth     : length_word;
-    -- Stiffness and scale as of the sample edge: a torque is made of one sample.
-    variable k         : signed(STIFFNESS_WIDTH downto 0);
-    variable beta      : signed(SCALE_WIDTH downto 0);
-    variable push      : signed(FORCE_WIDTH - 1 downto 0);
   begin
     if rising_edge(clk) then
       start <= '0';
 
       if countdown = 0 then
         if busy = '0' then
-          d        := signed(unsigned(position) - previous);
-          previous := unsigned(position);
-          depth    := shift_left(resize(signed('0' & penetration), depth'length), EXTENSION_FRAC);
-
           if std_logic_vector(x) = (x'range => '0') and contact = '1'
              and (touched = '0' or REVIVE) then
             square <= std_logic_vector(depth * depth);
           else
-            square <= clamp(worked(x, d * to_signed(ALPHA, ALPHA_WIDTH)), ROOT_WIDTH);
+            -- x^2 + 2 * x * alpha * d, in which alpha has 8 fraction bits.
+            square <= clamp(resize(area, SQUARE_WIDTH)
+                            + shift_left(resize(gained, SQUARE_WIDTH), EXTENSION_FRAC - 7), ROOT_WIDTH);
           end if;
-          touched := contact;
-          k       := signed('0' & stiffness);
-          beta    := signed('0' & scale);
-          start   <= '1';
+          previous <= unsigned(position);
+          touched  := contact;
+          k        <= signed('0' & stiffness);
+          beta     <= signed('0' & scale);
+          start    <= '1';
         end if;
         countdown := maximum(to_integer(unsigned(period)), 1) - 1;
       else
@@ -189,16 +194,15 @@ begin
       end if;
 
       if ready = '1' then
-        x      := signed('0' & clamp(signed('0' & root), EXTENSION_WIDTH));
-        push   := resize(k * x * beta, FORCE_WIDTH);
-        torque <= "00" & clamp(shift_right(push, FORCE_FRAC), TORQUE_WIDTH);
-        memory <= std_logic_vector(x(EXTENSION_WIDTH - 1 downto 0));
+        x      <= reached;
+        torque <= "00" & clamp(shift_right(resize(push, FORCE_WIDTH), FORCE_FRAC), TORQUE_WIDTH);
+        memory <= std_logic_vector(reached(EXTENSION_WIDTH - 1 downto 0));
       end if;
 
       if rst = '1' then
         countdown := 0;
-        previous  := (others => '0');
-        x         := (others => '0');
+        previous  <= (others => '0');
+        x         <= (others => '0');
         touched   := '0';
         start     <= '0';
         square    <= (others => '0');

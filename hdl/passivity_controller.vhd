@@ -108,6 +108,16 @@ architecture rtl of passivity_controller is
   subtype wide_word   is signed(WIDE_WIDTH - 1 downto 0);
   subtype energy_word is signed(ENERGY_WIDTH - 1 downto 0);
 
+  signal moved      : signed(WIDTH - 1 downto 0);         -- d of the last sample edge
+  signal shown      : signed(TORQUE_WIDTH downto 0);
+  signal correction : signed(TORQUE_WIDTH + 1 downto 0);
+
+  -- Torques times displacements: of the one that was shown, of the one wanted, and of
+  -- the correction in force.
+  signal exactly  : signed(TORQUE_WIDTH + WIDTH downto 0);
+  signal asked    : signed(TORQUE_WIDTH + WIDTH downto 0);
+  signal added    : signed(TORQUE_WIDTH + WIDTH + 1 downto 0);
+
   signal previous : std_logic_vector(WIDTH - 1 downto 0);
   signal d        : std_logic_vector(WIDTH - 1 downto 0);
   signal spring   : std_logic_vector(TORQUE_WIDTH - 1 downto 0);
@@ -172,6 +182,12 @@ architecture rtl of passivity_controller is
   end function;
 
 begin
+
+  torque  <= std_logic_vector(resize(shown, torque'length));
+
+  exactly <= shown * signed(d);
+  asked   <= signed(wanted) * signed(d);
+  added   <= correction * moved;
 
   busy <= start or dividing or ready;
 
@@ -256,14 +272,11 @@ begin
 
   process (clk)
     -- 2^PERIOD_WIDTH - 2, written to stay inside an integer for 31 bits.
-    variable countdown  : natural range 0 to 2 * (2**(PERIOD_WIDTH - 1) - 1);
-    variable energy     : energy_word;
-    variable moved      : signed(WIDTH - 1 downto 0);  -- d of the last sample edge
-    variable demand     : wide_word;                   -- wanted of the last sample edge
-    variable shown      : signed(TORQUE_WIDTH + 1 downto 0);
-    variable correction : signed(TORQUE_WIDTH + 1 downto 0);
-    variable total      : wide_word;
-    variable excess     : wide_word;                   -- what CREDIT does not hold
+    variable countdown : natural range 0 to 2 * (2**(PERIOD_WIDTH - 1) - 1);
+    variable energy    : energy_word;
+    variable demand    : wide_word;  -- wanted of the last sample edge
+    variable total     : wide_word;
+    variable excess    : wide_word;  -- what CREDIT does not hold
   begin
     if rising_edge(clk) then
       start <= '0';
@@ -271,21 +284,21 @@ begin
       if countdown = 0 then
         if busy = '0' then
           if EXACT then
-            total := wide(energy) + wide(shown * signed(d));
+            total := wide(energy) + wide(exactly);
           else
-            total := wide(energy) + wide(signed(wanted) * signed(d)) + wide(correction * moved);
+            total := wide(energy) + wide(asked) + wide(added);
           end if;
           if CREDIT > 0 then
             excess := total - CREDIT;
             total  := total - signed(std_logic_vector(excess) and not excess(excess'high));
           end if;
           energy   := saturate(total);
-          moved    := signed(d);
+          moved    <= signed(d);
           demand   := wide(signed(wanted));
           previous <= position;
           memory   <= std_logic_vector(energy);
           deficit  <= magnitude(energy);
-          distance <= magnitude(moved);
+          distance <= magnitude(signed(d));
           start    <= '1';
         end if;
         countdown := maximum(to_integer(unsigned(period)), 1) - 1;
@@ -302,24 +315,22 @@ begin
             total := limited(demand + wide(signed('0' & need)));
           end if;
         end if;
-        shown      := total(shown'range);
+        shown      <= total(shown'range);
         total      := total - demand;
-        correction := total(correction'range);
-        torque     <= std_logic_vector(shown);
+        correction <= total(correction'range);
       end if;
 
       if rst = '1' then
         countdown  := 0;
         energy     := (others => '0');
-        moved      := (others => '0');
+        moved      <= (others => '0');
         demand     := (others => '0');
-        shown      := (others => '0');
-        correction := (others => '0');
+        shown      <= (others => '0');
+        correction <= (others => '0');
         previous   <= (others => '0');
         start      <= '0';
         deficit    <= (others => '0');
         distance   <= (others => '0');
-        torque     <= (others => '0');
         memory     <= (others => '0');
       end if;
     end if;

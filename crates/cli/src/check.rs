@@ -54,10 +54,12 @@ pub struct Args {
     /// GHDL synthesises the VHDL, Yosys writes it as a transition, and solvers (z3, yices and bitwuzla, raced) look for
     /// a state and inputs of which an output or a register after the edge differs. A difference is shown as a row; a
     /// block that they do not decide in 60 s a question (--tool-timeout) stays under vectors. A proof is remembered in
-    /// hpu/proofs of the user's cache, by the SHA-256 of the VHDL, the equations, the widths and the tools. With
-    /// --scene, the blocks of a scene are proved in its widths. With --entity, a block of your own is
-    /// proved: against one without registers as it is, against one with registers by what --state and --invariant say.
-    /// Exit code 1, then, too, where it is not proved.
+    /// hpu/proofs of the user's cache, by the SHA-256 of the VHDL, the equations, the widths and the tools. The netlist
+    /// of a loop, or of another block made of blocks alone, is compared with the emulator's wiring, connection by
+    /// connection: such a block is proved when the wiring equals and every block inside is proved in its generics, and
+    /// wired when it equals and some of them are not. With --scene, wiring and blocks of a scene are proved in its
+    /// widths. With --entity, a block of your own is proved: against one without registers as it is, against one with
+    /// registers by what --state and --invariant say. Exit code 1, then, too, where it is not proved.
     #[arg(long, conflicts_with_all = ["exhaustive", "junit", "edges"])]
     formal: bool,
     /// All 2^24 products of the 12 x 12 multiplier instead of 2^16 in strata

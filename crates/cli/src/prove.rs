@@ -1,5 +1,6 @@
 //! `hpu check --formal`: the VHDL of blocks proved equal to the emulator, for all inputs and states.
 
+use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc;
 use std::thread;
@@ -7,7 +8,8 @@ use std::time::{Duration, Instant};
 
 use hpu_cosim::{Ready, Wired};
 use hpu_datapath::{AnyBlock, Generic, Instance, configured, variants};
-use hpu_rtl::formal::{ProofError, Proofs, Verdict};
+use hpu_rtl::Around;
+use hpu_rtl::formal::{Part, ProofError, Proofs, Prover, Verdict};
 use serde_json::{Value, json};
 
 use crate::block::find;
@@ -27,8 +29,9 @@ const QUESTION: Duration = Duration::from_secs(60);
 /// A configuration: the block or the entity, its label, and its generics where it is none of the listed ones.
 type Wanted = (String, String, Option<Vec<(&'static str, Generic)>>);
 
-/// A configuration, what came of it, and the seconds that it took.
+/// A configuration, its place among those asked for, what came of it, and the seconds that it took.
 struct Row {
+    index: usize,
     block: String,
     variant: String,
     found: Result<Verdict, ProofError>,
@@ -50,27 +53,35 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     wanted.extend(of_scenes(args)?);
     let folder = cache_folder("proofs").ok_or_else(|| Failure::usage("no HOME to remember proofs in"))?;
     let proofs = Proofs::open(folder).map_err(failure)?;
+    let prover = Prover::new(&setup, limit).remembering(proofs);
     let proved = |(name, label, set): &Wanted| {
         let block = match set {
             Some(set) => configured(name, set).expect("it is known").expect("it is the scene's"),
             None => find(name, label).expect("it is wanted"),
         };
-        proofs.prove(&*block, &setup, limit)
+        prover.prove(&*block)
     };
-    tabled(args, &format!("VHDL {}", setup.hdl), limit, &wanted, proved, || proofs.remembered())
+    tabled(args, &format!("VHDL {}", setup.hdl), limit, &wanted, proved, || prover.remembered())
 }
 
-/// The blocks of scenes, in the widths that these have; of equal ones, the first.
+/// The wirings of scenes and the blocks in them, in the widths that these have; of equal ones, the first.
 fn of_scenes(args: &Args) -> Result<Vec<Wanted>, Failure> {
     let mut wanted: Vec<Wanted> = Vec::new();
+    let mut want = |scene: &str, label: &str, block: &dyn AnyBlock| {
+        let (name, set) = (block.name().to_string(), Some(block.generics()));
+        if !wanted.iter().any(|(known, _, known_set)| *known == name && *known_set == set) {
+            wanted.push((name, format!("{scene} {label}").trim_end().to_string(), set));
+        }
+    };
     for name in &args.scenes {
         let loaded = Loaded::new(name, &args.set.set, None)?;
         let ready = Ready::new(&loaded.scene).map_err(Failure::file)?;
-        for Instance { label, model, .. } in ready.wiring().instances() {
-            let (block, set) = (model.name().to_string(), Some(model.generics()));
-            if !wanted.iter().any(|(name, _, known)| *name == block && *known == set) {
-                wanted.push((block, format!("{} {label}", loaded.scene.name()), set));
-            }
+        let (scene, wiring) = (loaded.scene.name(), ready.wiring());
+        for Instance { label, model, .. } in wiring.instances() {
+            want(scene, label, &*model);
+        }
+        if wiring.is_hardware() {
+            want(scene, "", wiring.block());
         }
     }
     Ok(wanted)
@@ -119,7 +130,9 @@ fn tabled(
             for _ in 0..jobs {
                 let (send, next, proved) = (send.clone(), &next, &proved);
                 scope.spawn(move || {
-                    while let Some(one) = wanted.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    loop {
+                        let index = next.fetch_add(1, Ordering::Relaxed);
+                        let Some(one) = wanted.get(index) else { break };
                         if interrupt::pressed() {
                             break;
                         }
@@ -127,7 +140,7 @@ fn tabled(
                         let found = proved(one);
                         let seconds = start.elapsed().as_secs_f64();
                         let (block, variant, _) = one.clone();
-                        if send.send(Row { block, variant, found, seconds }).is_err() {
+                        if send.send(Row { index, block, variant, found, seconds }).is_err() {
                             break;
                         }
                     }
@@ -156,26 +169,42 @@ fn tabled(
     if interrupt::pressed() {
         return Ok(Exit::Interrupted);
     }
+    // The order of the JSON must not depend on which proof ended first.
+    rows.sort_by_key(|row| row.index);
     let count = |is: fn(&Verdict) -> bool| rows.iter().filter(|row| row.found.as_ref().is_ok_and(is)).count();
     let proved = count(|found| matches!(found, Verdict::Proved(_)));
-    let refuted = count(|found| matches!(found, Verdict::Refuted(..)));
+    let refuted = count(|found| refuted(found).is_some());
+    let [wired, miswired] =
+        [count(|found| matches!(found, Verdict::Wired(_))), count(|found| matches!(found, Verdict::Miswired(_)))];
+    let whole = count(|found| matches!(found, Verdict::Wired(parts) if open(parts).is_empty()));
+    let (wirings, leaves) = (wired + miswired, rows.len() - wired - miswired);
     // What is asked of one block alone is asked whole.
     let is_well = refuted == 0 && (!args.theirs.is_asked() || proved == rows.len());
-    let total = format!(
-        "{proved} of {} configurations proved for all inputs and states, {refuted} refuted, {} not proved; {of}{}\n",
-        rows.len(),
-        rows.len() - proved - refuted,
-        match remembered() {
-            0 => String::new(),
-            count => format!("; {count} remembered"),
-        },
-    );
+    let kind = if wirings > 0 { " of leaf blocks" } else { "" };
+    let refuted_leaves = count(|found| matches!(found, Verdict::Refuted(..)));
+    let mut said = Vec::new();
+    if leaves > 0 {
+        said.push(format!(
+            "{proved} of {leaves} configurations{kind} proved for all inputs and states, {refuted_leaves} refuted, \
+             {} not proved",
+            leaves - proved - refuted_leaves,
+        ));
+    }
+    if wirings > 0 {
+        said.push(format!("{wired} of {wirings} wirings equal, {whole} of them with all leaves proved"));
+    }
+    said.push(of.to_string());
+    if remembered() > 0 {
+        said.push(format!("{} proofs remembered", remembered()));
+    }
+    let total = format!("{}\n", said.join("; "));
     text += &total;
     let json = json!({
         "ok": is_well,
         "hdl": of.strip_prefix("VHDL ").unwrap_or(of),
         "proved": proved,
         "refuted": refuted,
+        "wirings": { "count": wirings, "equal": wired, "proved": whole },
         "remembered": remembered(),
         "rows": rows.iter().map(object).collect::<Vec<_>>(),
     });
@@ -196,6 +225,44 @@ fn tabled(
     Ok(Exit::when(is_well))
 }
 
+/// The words by which a block is refuted, or one inside a wiring.
+enum Refuted<'v> {
+    Words(String, &'v Around),
+    Wiring(&'v str),
+}
+
+fn refuted(found: &Verdict) -> Option<Refuted<'_>> {
+    match found {
+        Verdict::Refuted(about, around) => Some(Refuted::Words(about.clone(), around)),
+        Verdict::Miswired(why) => Some(Refuted::Wiring(why)),
+        Verdict::Wired(parts) => parts.iter().find_map(|Part { place, block, verdict, .. }| match verdict {
+            Verdict::Refuted(about, around) => {
+                Some(Refuted::Words(format!("{about} of instance {place}, a {block}"), around))
+            }
+            _ => None,
+        }),
+        Verdict::Proved(_) | Verdict::Open(_) => None,
+    }
+}
+
+/// The parts of a wiring that are not proved.
+fn open(parts: &[Part]) -> Vec<&Part> {
+    parts.iter().filter(|part| !matches!(part.verdict, Verdict::Proved(_))).collect()
+}
+
+/// What a wiring rests on: its blocks, if all are proved, or those that are not.
+fn rests_on(parts: &[Part]) -> String {
+    let open = open(parts);
+    if open.is_empty() {
+        let mut names: Vec<_> = parts.iter().map(|part| part.block).collect();
+        let mut known = BTreeSet::new();
+        names.retain(|name| known.insert(*name));
+        return format!("proved: the wiring equals, of proved {}", names.join(", "));
+    }
+    let names: Vec<_> = open.iter().map(|Part { place, block, .. }| format!("{place} ({block})")).collect();
+    format!("wired: the wiring equals; not proved: {}", names.join(", "))
+}
+
 fn failure(error: ProofError) -> Failure {
     match error {
         ProofError::Tool(error) => error.into(),
@@ -207,35 +274,76 @@ fn failure(error: ProofError) -> Failure {
 
 /// A line, and of a refutation its words.
 fn shown(row: &Row, folder: Option<&mut Folder>) -> Result<String, Failure> {
-    let Row { block, variant, found, seconds } = row;
+    let Row { block, variant, found, seconds, .. } = row;
     let line = |said: &str| format!("{block:<22} {variant:<30} {seconds:>8.2}  {said}");
-    Ok(match found {
-        Ok(Verdict::Proved(_)) => line("proved") + "\n",
-        Ok(Verdict::Open(why)) => line(&format!("not proved: {}", why.trim_end().replace('\n', "\n  "))) + "\n",
-        Err(error) => line(&format!("not proved: {}", error.to_string().replace('\n', "\n  "))) + "\n",
-        Ok(Verdict::Refuted(about, around)) => {
+    match found.as_ref().map(refuted) {
+        Ok(Some(Refuted::Words(about, around))) => {
             let mut text = verdict(&line(&format!("refuted, by {about}:")), false) + "\n";
             let last = around.rows.len() as u64;
             around.lines(last).iter().for_each(|line| text += &format!("    {line}\n"));
-            text + &waveform(around, last, &format!("{block}-{variant}"), folder)?
+            return Ok(text + &waveform(around, last, &format!("{block}-{variant}"), folder)?);
         }
-    })
+        Ok(Some(Refuted::Wiring(why))) => {
+            return Ok(verdict(&line(&format!("refuted, by its wiring: {why}")), false) + "\n");
+        }
+        Ok(None) | Err(_) => {}
+    }
+    let left = |why: String| format!("not proved: {}", why.trim_end().replace('\n', "\n  "));
+    let said = match found {
+        Ok(Verdict::Proved(_)) => "proved".to_string(),
+        Ok(Verdict::Wired(parts)) => rests_on(parts),
+        Ok(Verdict::Open(why) | Verdict::Miswired(why) | Verdict::Refuted(why, _)) => left(why.clone()),
+        Err(error) => left(error.to_string()),
+    };
+    Ok(line(&said) + "\n")
 }
 
-fn object(row: &Row) -> Value {
-    let Row { block, variant, found, seconds } = row;
-    let (said, why) = match found {
-        Ok(Verdict::Proved(_)) => ("proved", Value::Null),
-        Ok(Verdict::Refuted(about, around)) => {
+/// A verdict in one word, and what more there is to say.
+fn told(found: &Verdict) -> (&'static str, Value) {
+    match (refuted(found), found) {
+        (Some(Refuted::Words(about, around)), _) => {
             let (columns, history) = around.table(around.rows.len() as u64);
             ("refuted", json!({ "about": about, "columns": columns, "history": history }))
         }
-        Ok(Verdict::Open(why)) => ("open", json!(why)),
+        (Some(Refuted::Wiring(why)), _) => ("refuted", json!(why)),
+        (None, Verdict::Wired(parts)) => (if open(parts).is_empty() { "proved" } else { "wired" }, Value::Null),
+        (None, Verdict::Open(why)) => ("open", json!(why)),
+        (None, _) => ("proved", Value::Null),
+    }
+}
+
+fn object(row: &Row) -> Value {
+    let Row { block, variant, found, seconds, .. } = row;
+    let (said, why) = match found {
+        Ok(found) => told(found),
         Err(error) => ("open", json!(error.to_string())),
     };
     let solvers = match found {
         Ok(Verdict::Proved(solvers)) => json!(solvers),
         _ => Value::Null,
     };
-    json!({ "block": block, "variant": variant, "verdict": said, "why": why, "solvers": solvers, "seconds": seconds })
+    let parts = match found {
+        Ok(Verdict::Wired(parts)) => parts.iter().map(part).collect(),
+        _ => Value::Null,
+    };
+    json!({
+        "block": block,
+        "variant": variant,
+        "verdict": said,
+        "why": why,
+        "solvers": solvers,
+        "parts": parts,
+        "seconds": seconds,
+    })
+}
+
+fn part(Part { place, block, generics, verdict }: &Part) -> Value {
+    let (said, why) = told(verdict);
+    let value = |value: &Generic| match value {
+        Generic::Integer(value) => json!(value),
+        Generic::Boolean(value) => json!(value),
+    };
+    let generics: serde_json::Map<_, _> =
+        generics.iter().map(|(name, set)| ((*name).to_string(), value(set))).collect();
+    json!({ "instance": place, "block": block, "generics": generics, "verdict": said, "why": why })
 }

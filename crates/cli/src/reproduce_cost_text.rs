@@ -1,9 +1,10 @@
 //! The rows of `hpu reproduce phantom-cost` as text, CSV and JSON.
 
-use hpu_datapath::phantom::{PhantomConfig, bounds, loop_variants};
+use hpu_datapath::phantom::{PhantomConfig, loop_variants};
 use hpu_rtl::{Cost, Counts, HX8K_BRAM, HX8K_CELLS};
 use hpu_study::reproduce::formats::{STIFFNESS_MAX_N_PER_M, full_scales_nm};
 use hpu_study::reproduce::summing_up;
+use hpu_study::widths::proof::bounds;
 use serde_json::{Value, json};
 
 use crate::cost::{speed, target};

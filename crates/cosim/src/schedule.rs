@@ -23,13 +23,15 @@ impl WordRamp {
     }
 
     /// Returns the steps of one done up to an edge: all `k` with `(k - 1/2) edges <= distance gone`.
-    fn steps(&self, edge: u64) -> i128 {
-        let gone = i128::from(edge.saturating_sub(self.start).min(self.edges));
-        let (distance, edges) = (i128::from(self.from.abs_diff(self.to)), i128::from(self.edges));
-        (2 * distance * gone + edges) / (2 * edges)
+    #[inline]
+    fn steps(&self, edge: u64) -> u64 {
+        let gone = edge.saturating_sub(self.start).min(self.edges);
+        let (distance, edges) = (self.from.abs_diff(self.to), u128::from(self.edges));
+        quotient(2 * u128::from(distance) * u128::from(gone) + edges, 2 * edges)
     }
 
     /// Returns the word at an edge.
+    #[inline]
     #[must_use]
     pub fn word(&self, edge: u64) -> i64 {
         let steps = self.steps(edge) as i64;
@@ -37,12 +39,25 @@ impl WordRamp {
     }
 
     /// Returns the first edge after this one at which the word changes.
+    #[inline]
     #[must_use]
     pub fn next(&self, edge: u64) -> Option<u64> {
-        let distance = i128::from(self.from.abs_diff(self.to));
-        let step = self.steps(edge) + 1;
-        let late = || ((2 * step - 1) * i128::from(self.edges) + 2 * distance - 1) / (2 * distance);
-        (step <= distance).then(|| self.start + late() as u64)
+        let (distance, step) = (self.from.abs_diff(self.to), self.steps(edge) + 1);
+        let late = || {
+            let (distance, step) = (u128::from(distance), u128::from(step));
+            quotient((2 * step - 1) * u128::from(self.edges) + 2 * distance - 1, 2 * distance)
+        };
+        (step <= distance).then(|| self.start + late())
+    }
+}
+
+/// Returns `dividend / divisor`, rounded down; the quotient must fit 64 bits. Divides in 64 bits where both numbers fit,
+/// as they do in most ramps: a division in 128 bits costs a run more than its law.
+#[inline]
+fn quotient(dividend: u128, divisor: u128) -> u64 {
+    match (u64::try_from(dividend), u64::try_from(divisor)) {
+        (Ok(dividend), Ok(divisor)) => dividend / divisor,
+        _ => (dividend / divisor) as u64,
     }
 }
 
@@ -96,5 +111,53 @@ mod tests {
         let ramp = WordRamp::new(0, (1 << 32) - 1, 1 << 61, 1 << 61);
         assert_eq!(ramp.word(1 << 62), (1 << 32) - 1);
         assert_eq!(ramp.next(0), Some((1 << 61) + (1 << 28) + 1));
+    }
+
+    /// Steps done and the next change, by the formulas in 128 bits.
+    fn wide(ramp: WordRamp, edge: u64) -> (i128, Option<i128>) {
+        let (distance, edges) = (i128::from(ramp.from.abs_diff(ramp.to)), i128::from(ramp.edges));
+        let gone = (i128::from(edge) - i128::from(ramp.start)).clamp(0, edges);
+        let steps = (2 * distance * gone + edges).div_euclid(2 * edges);
+        let late = || ((2 * steps + 1) * edges + 2 * distance - 1).div_euclid(2 * distance);
+        (steps, (steps < distance).then(|| i128::from(ramp.start) + late()))
+    }
+
+    fn is_as_in_128_bits(ramp: WordRamp, edge: u64) {
+        let (steps, next) = wide(ramp, edge);
+        let word = i128::from(ramp.from) + if ramp.to >= ramp.from { steps } else { -steps };
+        assert_eq!(i128::from(ramp.word(edge)), word, "{ramp:?} at {edge}");
+        assert_eq!(ramp.next(edge).map(i128::from), next, "{ramp:?} at {edge}");
+    }
+
+    #[test]
+    fn short_ramps_divide_as_in_128_bits() {
+        for from in 0..16 {
+            for to in 0..16 {
+                for edges in 1..40 {
+                    let ramp = WordRamp::new(from, to, 3, edges);
+                    (0..edges + 6).for_each(|edge| is_as_in_128_bits(ramp, edge));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn long_ramps_divide_as_in_128_bits_on_either_side_of_64() {
+        let mut state = 1u64;
+        let mut random = || {
+            state = state.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(0x1405_7b7e_f767_814f);
+            state ^ (state >> 32)
+        };
+        let (mut narrow, mut wide) = (0, 0);
+        for _ in 0..200_000 {
+            let mut below = |bits: u64| random() >> (64 - 1 - random() % bits);
+            let (from, to, start, edges) = (below(32), below(32), below(61), 1 + below(61));
+            let edge = start + below(62).min(edges + 1);
+            let ramp = WordRamp::new(from.cast_signed(), to.cast_signed(), start, edges);
+            is_as_in_128_bits(ramp, edge);
+            let widest = (2 * u128::from(from.abs_diff(to)) + 1) * u128::from(edges);
+            *if widest >> 64 == 0 { &mut narrow } else { &mut wide } += 1;
+        }
+        assert!(narrow > 10_000 && wide > 10_000, "{narrow} {wide}");
     }
 }

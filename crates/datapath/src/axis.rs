@@ -1,11 +1,11 @@
-//! One encoder, pins to position: a synchronizer, a decoder and a counter.
+//! The blocks of one encoder, from its pins to a position: a synchronizer, a decoder and a counter.
 
 use crate::{
     Block, ConfigError, PositionCounter, QuadratureDecoder, Synchronizer, position_counter, quadrature_decoder,
     synchronizer,
 };
 
-/// The blocks of an encoder by instance label, and the nets that they drive.
+/// The blocks of an encoder, named as their instances, and the words of the nets that they drive.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(crate) struct Axis {
     pub(crate) sync: Synchronizer,
@@ -28,14 +28,14 @@ impl Axis {
         })
     }
 
-    /// One edge of reset.
+    /// Applies one edge of reset.
     pub(crate) fn reset(&mut self) {
         self.lines = self.sync.reset();
         self.motion = self.decoder.reset();
         self.position = self.counter.reset().position;
     }
 
-    /// What decoder and counter see at the next edge.
+    /// Returns the inputs that decoder and counter read at the next edge.
     #[inline]
     fn seen(&self) -> (quadrature_decoder::In<i64>, position_counter::In<i64>) {
         let synchronizer::Out { a, b } = self.lines;

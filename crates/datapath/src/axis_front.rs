@@ -16,7 +16,11 @@
 use hpu_signal::Signal;
 
 use crate::axis::Axis;
-use crate::{Block, ConfigError, Displacement, Generic, Unilateral, displacement, synchronizer, unilateral};
+use crate::loop_nets::instance;
+use crate::{
+    Block, ConfigError, Displacement, Generic, Instance, Parts, Unilateral, displacement, flatten, synchronizer,
+    unilateral,
+};
 
 hpu_signal::ports! {
     /// Inputs of the front.
@@ -94,8 +98,34 @@ impl Block for AxisFront {
         Out { position, error: self.axis.decoder.outputs().error, delta, contact, penetration }
     }
 
+    fn counts(&self) -> Option<&'static str> {
+        Block::counts(&self.axis.counter)
+    }
+
+    fn inside(&self) -> Vec<Instance> {
+        let parts = self.parts().into_iter().flat_map(|parts| parts.instances);
+        parts.filter(|instance| !instance.model.clocked()).collect()
+    }
+
     fn generics(&self) -> Vec<(&'static str, Generic)> {
         vec![("POSITION_WIDTH", Generic::Integer(self.width.into()))]
+    }
+
+    fn parts(&self) -> Option<Parts> {
+        let [a_pin, b_pin, reference, position, error, delta, contact, penetration, a, b, step] =
+            std::array::from_fn(|net| net);
+        let mut nets = flatten(&self.inputs());
+        nets.extend(flatten(&self.outputs()));
+        nets.extend(flatten(&self.axis.decoder.inputs()));
+        nets.push(self.axis.decoder.outputs().step);
+        let instances = vec![
+            instance("sync", &self.axis.sync, &[a_pin, b_pin, a, b]),
+            instance("decoder", &self.axis.decoder, &[a, b, step, error]),
+            instance("counter", &self.axis.counter, &[step, position]),
+            instance("offset", &self.offset, &[position, reference, delta]),
+            instance("wall", &self.wall, &[delta, contact, penetration]),
+        ];
+        Some(Parts { nets, instances })
     }
 
     fn reset(&mut self) -> Out<i64> {

@@ -13,9 +13,9 @@
 //! - **Source**: the direct form I of the textbooks.
 //! - **Differs from the hardware**: five products and their sum take one edge, so no limit on the clock.
 //!
-//! Every rounding of `y` goes round the loop, where `1/A(z)` amplifies it up to about `1/(1 + A1 + A2)` fold. A corner
-//! far below the sampling rate therefore asks for fraction bits: at `f_c/f_s = 1/4000`, `1 + A1 + A2` is `2.5e-6`, a
-//! sixth of an LSB to coefficients of 16 fraction bits, and half an LSB of `y` becomes `2e5` of them.
+//! Every rounding of `y` is fed back, and `1/A(z)` amplifies it up to about `1/(1 + A1 + A2)` times. A corner far
+//! below the sampling rate therefore needs fraction bits: at `f_c/f_s = 1/4000`, `1 + A1 + A2` is `2.5e-6`, a sixth of
+//! an LSB of coefficients with 16 fraction bits, and an error of half an LSB of `y` grows to `2e5` LSBs.
 
 use hpu_signal::{Format, Machine, Narrowed, Narrowing, Overflow, Rounding, Signal, Word};
 
@@ -34,7 +34,7 @@ hpu_signal::ports! {
     pub struct Out { y }
 }
 
-/// The words of a section.
+/// The formats, coefficients and widths of a section.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct BiquadConfig {
     /// Format of `x`.
@@ -43,11 +43,11 @@ pub struct BiquadConfig {
     pub output: Format,
     /// Format of the coefficients.
     pub coefficient: Format,
-    /// Words of `B0`, `B1`, `B2`.
+    /// Coefficients `B0`, `B1`, `B2` as words of `coefficient`.
     pub b: [i32; 3],
-    /// Words of `A1`, `A2`.
+    /// Coefficients `A1`, `A2` as words of `coefficient`.
     pub a: [i32; 2],
-    /// Width of the period.
+    /// Width of the period, in bits.
     pub period_width: u32,
 }
 
@@ -65,14 +65,14 @@ impl Default for BiquadConfig {
     }
 }
 
-/// Words of the two latest samples.
+/// Words of the two latest samples, the latest first.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 struct Delays {
     x: [i64; 2],
     y: [i64; 2],
 }
 
-/// See the [module](self).
+/// A second-order section; the [module](self) describes it.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Biquad {
     config: BiquadConfig,
@@ -86,7 +86,7 @@ pub struct Biquad {
 const ZERO: Narrowed = Narrowed { word: 0, rounded: false, overflowed: false };
 
 impl Delays {
-    /// The delays after a sample `x` that made `y`.
+    /// Returns the delays after the sample whose input is `x` and whose output is `y`.
     #[inline]
     fn after(self, x: i64, y: i64) -> Self {
         Self { x: [x, self.x[0]], y: [y, self.y[0]] }
@@ -94,12 +94,12 @@ impl Delays {
 }
 
 impl Biquad {
-    /// A section of these words.
+    /// Returns a section with this configuration.
     ///
     /// # Errors
     ///
-    /// Unless `x` and `y` are signed with 2 to 40 bits, the coefficients signed with 2 to 32, all with 0 to 30 fraction
-    /// bits, every coefficient fits its format, and the period has 2 to 30 bits.
+    /// Returns an error unless `x` and `y` are signed with 2 to 40 bits, the coefficients are signed with 2 to 32 bits,
+    /// all have 0 to 30 fraction bits, every coefficient fits its format, and the period has 2 to 30 bits.
     pub fn new(config: BiquadConfig) -> Result<Self, ConfigError> {
         let BiquadConfig { input, output, coefficient, b, a, period_width } = config;
         for (name, format, widest) in [("x", input, 40), ("y", output, 40), ("a coefficient", coefficient, 32)] {
@@ -123,14 +123,14 @@ impl Biquad {
         Ok(block)
     }
 
-    /// The output, and what was lost to make it.
+    /// Returns the output, and which bits were lost to make it.
     #[inline]
     #[must_use]
     pub fn latest(&self) -> Narrowed {
         self.latest
     }
 
-    /// The output that a sample edge would load from these delays.
+    /// Returns the output that a sample edge would load from these delays.
     #[inline]
     fn sample(&self, x: i64, delays: Delays) -> Narrowed {
         if self.fits_64 {
@@ -140,25 +140,30 @@ impl Biquad {
         }
     }
 
-    /// The output of a sample, from the two before it.
+    /// Computes the output of a sample from its input, the two inputs before it and the two outputs before it.
     #[inline]
     fn made<W: Word>(&self, x: W, [x1, x2]: [W; 2], [y1, y2]: [W; 2]) -> W {
         let BiquadConfig { input, output, coefficient, b, a, .. } = self.config;
         let room = coefficient.width() + input.int().max(output.int()).unsigned_abs() + self.frac().cast_unsigned() + 1;
-        let product = |coefficient: i32, factor: W, name: &str| (W::int(coefficient.into()) * factor).cut(name, room);
-        // All aligned to the longer fraction.
+        // Multiplies by the magnitude, as the VHDL does.
+        let product = |coefficient: i32, factor: W, name: &str| {
+            let product = W::int(coefficient.unsigned_abs().into()) * factor;
+            if coefficient < 0 { -product } else { product }.cut(name, room)
+        };
+        // All samples are aligned to the longer fraction.
         let [x0, x1, x2] = [x, x1, x2].map(|word| word.shl(self.spare(input)));
         let [y1, y2] = [y1, y2].map(|word| word.shl(self.spare(output)));
         let forward = product(b[0], x0, "p0") + product(b[1], x1, "p1") + product(b[2], x2, "p2");
         (forward - product(a[0], y1, "q1") - product(a[1], y2, "q2")).narrow(&self.narrowing)
     }
 
-    /// Fraction bits of aligned samples.
+    /// Returns the number of fraction bits of the aligned samples.
     fn frac(&self) -> i32 {
         self.config.input.frac().max(self.config.output.frac())
     }
 
-    /// The bits that align a sample of input or output, in the VHDL's registers: its lowest ones.
+    /// Returns the number of zero bits by which an input or output is shifted up to align it; they are the lowest bits
+    /// of the VHDL's registers.
     fn spare(&self, own: Format) -> u32 {
         (self.frac() - own.frac()).cast_unsigned()
     }
@@ -255,7 +260,8 @@ impl Block for Biquad {
 
     #[inline]
     fn quiet(&self, input: &In<i64>) -> u64 {
-        // Two samples that change nothing fill the delays; a third one then stands for all that follow.
+        // If two samples change nothing, the delays are full of the same words; a third one then predicts all later
+        // samples.
         let mut delays = self.delays;
         for sample in 0..3 {
             if self.sample(input.x, delays) != self.latest {

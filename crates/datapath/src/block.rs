@@ -2,7 +2,9 @@
 
 use hpu_signal::{Format, Ports, Signal};
 
+use crate::Instance;
 use crate::step::AnyStep;
+use crate::wiring::Parts;
 
 /// A value of a VHDL generic.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -52,6 +54,24 @@ pub trait Block {
     fn equations(&self) -> Option<&dyn AnyStep> {
         None
     }
+    /// The blocks inside, where it is made of blocks alone: proofs compare them with the VHDL.
+    fn parts(&self) -> Option<Parts> {
+        None
+    }
+    /// The output that counts up and down modulo its width, if there is one. The number of steps has no limit.
+    fn counts(&self) -> Option<&'static str> {
+        None
+    }
+    /// The combinational blocks that it computes with where it has no equations of its own, connected by its ports:
+    /// their nets are its inputs, then its outputs.
+    fn inside(&self) -> Vec<Instance> {
+        Vec::new()
+    }
+    /// The edge after reset that first shows what the blocks [`inside`](Block::inside) make of the inputs, where it
+    /// shows that once a `period`; none where it shows it at once.
+    fn first_shown(&self) -> Option<u64> {
+        None
+    }
     /// One edge with `rst = '1'`; an input that reaches an output without a register is 0 meanwhile.
     fn reset(&mut self) -> Self::Out<i64>;
     /// One edge with `rst = '0'`; the outputs as seen after it. A combinational block answers its inputs.
@@ -78,6 +98,14 @@ pub trait AnyBlock {
     fn roms(&self) -> Vec<Rom>;
     /// See [`Block::equations`].
     fn equations(&self) -> Option<&dyn AnyStep>;
+    /// See [`Block::counts`].
+    fn counts(&self) -> Option<&'static str>;
+    /// See [`Block::inside`].
+    fn inside(&self) -> Vec<Instance>;
+    /// See [`Block::first_shown`].
+    fn first_shown(&self) -> Option<u64>;
+    /// See [`Block::parts`].
+    fn parts(&self) -> Option<Parts>;
     /// See [`Block::reset`].
     fn reset(&mut self) -> Vec<i64>;
     /// See [`Block::tick`].
@@ -127,6 +155,18 @@ impl<B: Block> AnyBlock for B {
     }
     fn equations(&self) -> Option<&dyn AnyStep> {
         Block::equations(self)
+    }
+    fn counts(&self) -> Option<&'static str> {
+        Block::counts(self)
+    }
+    fn inside(&self) -> Vec<Instance> {
+        Block::inside(self)
+    }
+    fn first_shown(&self) -> Option<u64> {
+        Block::first_shown(self)
+    }
+    fn parts(&self) -> Option<Parts> {
+        Block::parts(self)
     }
     fn reset(&mut self) -> Vec<i64> {
         flatten(&Block::reset(self))

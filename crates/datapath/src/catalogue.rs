@@ -1,4 +1,4 @@
-//! Every block there is.
+//! The catalogue of all blocks.
 
 use crate::{
     AnyBlock, Biquad, CommandLimiter, ConventionalLoop, Displacement, EdgeTimer, FilteredDifference, Foaw, HybridLoop,
@@ -6,7 +6,7 @@ use crate::{
     TruncatingMultiplier, Unilateral, VelocityRegister, WindowDifference, ZeroOrderHold, method_variants, phantom,
 };
 
-/// Every block and wiring in its default configuration.
+/// Returns every block and wiring in its default configuration.
 #[must_use]
 pub fn registry() -> Vec<Box<dyn AnyBlock>> {
     let mut all: Vec<Box<dyn AnyBlock>> = vec![
@@ -37,7 +37,7 @@ pub fn registry() -> Vec<Box<dyn AnyBlock>> {
     all
 }
 
-/// The block of that name in its default configuration.
+/// Returns the block of that name in its default configuration.
 #[must_use]
 pub fn block_by_name(name: &str) -> Option<Box<dyn AnyBlock>> {
     registry().into_iter().find(|block| block.name() == name)

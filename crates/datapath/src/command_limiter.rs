@@ -1,4 +1,4 @@
-//! The command's limiter, and the clocks that the way to it takes.
+//! The limiter of the command, with registers that model a path of several clocks.
 //!
 //! - **Equation**: `limited(t) = clamp(value(t - SETTLING), -LIMIT, +LIMIT)`, in edges.
 //! - **Ports**: `value` (1,IN_WIDTH-1,0) in; `limited` (1,OUT_WIDTH-1,0) out; `LIMIT < 2^(OUT_WIDTH-1)`.
@@ -18,46 +18,47 @@ use crate::{AnyStep, Block, Combinational, ConfigError, Generic, Register, Satur
 
 pub use crate::saturator::{In, Out};
 
-/// The most clocks that a command is held back.
+/// The greatest number of clocks by which a command is held back.
 pub const MOST_SETTLING: u32 = 64;
 
-/// See the [module](self).
+/// The command's limiter; the [module](self) describes it.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct CommandLimiter {
     limiter: Saturator,
-    /// Limited values on their way, the oldest first: it is the one that is shown.
+    /// Limited values that are not shown yet or are shown now, the oldest first; the oldest is the output.
     late: Vec<i64>,
-    /// What is shown when there are no registers.
+    /// The output when there are no registers.
     through: i64,
 }
 
 impl CommandLimiter {
-    /// A limiter to `-limit..=limit`, held back by `settling` clocks.
+    /// Returns a limiter to `-limit..=limit` whose output is held back by `settling` clocks.
     ///
     /// # Errors
     ///
-    /// Unless both widths are 2 to 62, `limit` is a VHDL `natural` below `2^(out_width-1)`, and `settling` at most 64.
+    /// Returns an error unless both widths are 2 to 62, `limit` is a VHDL `natural` below `2^(out_width-1)`, and
+    /// `settling` is at most 64.
     pub fn new(in_width: u32, out_width: u32, limit: u32, settling: u32) -> Result<Self, ConfigError> {
         within(Self::NAME, "SETTLING", settling, 0..=MOST_SETTLING)?;
         let limiter = Saturator::new(in_width, out_width, limit)?;
         Ok(Self { limiter, late: vec![0; settling as usize], through: 0 })
     }
 
-    /// Whether there are registers.
+    /// Whether the limiter has registers.
     #[inline]
     #[must_use]
     pub fn settles(&self) -> bool {
         !self.late.is_empty()
     }
 
-    /// The limited value, before any register.
+    /// Returns the limited value, before any register.
     #[inline]
     #[must_use]
     pub fn limit(&self, value: i64) -> i64 {
         self.limiter.eval(saturator::In { value }).limited
     }
 
-    /// Lets the output settle with this limited value and the registers as they stand.
+    /// Lets the output settle with this limited value and the registers as they stand; returns the output.
     #[inline]
     pub(crate) fn settle(&mut self, limited: i64) -> i64 {
         self.through = limited;
@@ -69,7 +70,7 @@ impl CommandLimiter {
         self.late.first().copied().unwrap_or(self.through)
     }
 
-    /// The registers after that many edges with this limited value.
+    /// Shifts the registers by that many edges, at all of which `limited` enters.
     #[inline]
     fn shift(&mut self, edges: u64, limited: i64) {
         if self.late.is_empty() {
@@ -82,12 +83,12 @@ impl CommandLimiter {
     }
 }
 
-/// As the VHDL has it: a row of the words on their way, the newest first, and the output.
+/// Registers as in the VHDL: the row `late` of words that are not shown yet, the newest first, and the output.
 impl Step for CommandLimiter {
     fn registers(&self) -> Vec<Register> {
         let Some(last) = u32::try_from(self.late.len()).ok().filter(|&last| last > 0) else { return Vec::new() };
         let format = self.limiter.outputs().limited.format;
-        // The first of the row is no register, the last one is the output.
+        // Place 0 of the row is not a register but the limited value itself; the last place is the output.
         let late = |place| Register { low: (last - place) * format.width(), ..Register::new("late", format) };
         (1..last).map(late).chain([Register::new("limited", format)]).collect()
     }
@@ -146,7 +147,7 @@ impl Block for CommandLimiter {
         let shown = self.shown();
         let other = self.late.iter().position(|&late| late != shown);
         match other {
-            // The second oldest goes out at the next edge.
+            // The second oldest value is shown at the next edge.
             Some(place) => place as u64 - 1,
             None if self.limit(input.value) == shown => u64::MAX,
             None => (self.late.len() as u64).saturating_sub(1),

@@ -1,12 +1,12 @@
-//! A computation of one bit an edge from a start on, as the divider and the square root have it.
+//! The timing of a computation of one bit an edge after a start, which the divider and the square root share.
 
 use hpu_signal::Narrowed;
 
-/// Registers of the sequence; the result is known at the start and held back until its edge.
+/// The sequence of a computation. The result is known at the start and held back until the edge that shows it.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(crate) struct Computation {
     steps: u64,
-    /// Edges until the result is shown; 0 when idle.
+    /// Edges until the result is shown; 0 when no computation runs.
     left: u64,
     next: Narrowed,
     result: Narrowed,
@@ -14,37 +14,38 @@ pub(crate) struct Computation {
 }
 
 impl Computation {
-    /// An idle sequence that shows its result that many edges after the start.
+    /// Returns an idle sequence that shows a result `steps` edges after its start.
     pub(crate) fn new(steps: u32) -> Self {
         let zero = Narrowed { word: 0, rounded: false, overflowed: false };
         Self { steps: steps.into(), left: 0, next: zero, result: zero, ready: false }
     }
 
-    /// Back to idle, result 0.
+    /// Returns to idle, with result 0.
     pub(crate) fn reset(&mut self) {
         let zero = Narrowed { word: 0, rounded: false, overflowed: false };
         *self = Self { left: 0, next: zero, result: zero, ready: false, ..*self };
     }
 
-    /// The result shown.
+    /// Returns the result that is shown.
     #[inline]
     pub(crate) fn result(&self) -> Narrowed {
         self.result
     }
 
-    /// Whether a computation is under way.
+    /// Whether a computation is running.
     #[inline]
     pub(crate) fn busy(&self) -> bool {
         self.left > 0
     }
 
-    /// Whether the latest edge has brought the result.
+    /// Whether the latest edge has brought a new result.
     #[inline]
     pub(crate) fn ready(&self) -> bool {
         self.ready
     }
 
-    /// One edge; a start comes with the result that it will have, and gives up what is under way.
+    /// Ticks one edge. `start` holds the result of the computation that starts at this edge; a start discards the
+    /// running one.
     #[inline]
     pub(crate) fn tick(&mut self, start: Option<Narrowed>) {
         self.ready = false;
@@ -60,11 +61,11 @@ impl Computation {
         }
     }
 
-    /// Edges for which result, busy and ready stay as they are.
+    /// Returns the number of edges for which result, busy and ready certainly stay as they are.
     #[inline]
     pub(crate) fn quiet(&self, start: bool) -> u64 {
         match (start, self.busy()) {
-            // Started over and over, it never ends.
+            // A start at every edge restarts the computation, so it never ends.
             (true, true) => u64::MAX,
             (true, false) => 0,
             (false, true) => self.left - 1,
@@ -73,7 +74,7 @@ impl Computation {
         }
     }
 
-    /// That many quiet edges at once.
+    /// Ticks that many quiet edges at once.
     #[inline]
     pub(crate) fn skip(&mut self, edges: u64, start: Option<Narrowed>) {
         match start {

@@ -1,9 +1,9 @@
-//! Why a configuration was refused.
+//! The error of a configuration that a block refuses.
 
 use std::fmt::{self, Display};
 use std::ops::RangeInclusive;
 
-/// A configuration that no hardware of that block can have.
+/// A configuration that the hardware of this block cannot have: the value found, and the values accepted.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct ConfigError {
     block: &'static str,
@@ -25,14 +25,15 @@ impl Display for ConfigError {
 
 impl std::error::Error for ConfigError {}
 
-/// Widths of position words: two bits at least, as a one-bit port is no vector, and room for a sum in an `i64`.
+/// Widths of position words, in bits: at least 2, because a one-bit port is no vector, and few enough for a sum in an
+/// `i64`.
 pub(crate) const WORD: RangeInclusive<u32> = 2..=62;
-/// Widths whose every value is a VHDL `natural`, with room for a power of two.
+/// Widths, in bits, of words that hold only VHDL `natural`s, with room for a power of two.
 pub(crate) const COUNTER: RangeInclusive<u32> = 2..=30;
 /// The greatest VHDL `natural`.
 pub(crate) const NATURAL: u32 = i32::MAX.unsigned_abs();
 
-/// Refuses a generic outside its range.
+/// Returns an error if a generic is outside its range.
 pub(crate) fn within(
     block: &'static str,
     generic: &str,

@@ -1,4 +1,4 @@
-//! Blocks by the generics of their entities.
+//! Blocks built from the generics of their entities.
 
 use hpu_signal::{Format, Overflow};
 
@@ -17,18 +17,18 @@ use crate::{
     WindowDifference, ZeroOrderHold, block_by_name,
 };
 
-/// The block of that name with these generics, and the others as in its default configuration; `None` when there is no
-/// such block.
+/// Returns the block of that name with these generics; its other generics are those of its default configuration.
+/// Returns `None` if there is no such block.
 ///
 /// # Errors
 ///
-/// When it has no such generic, or no such configuration.
+/// Returns an error if the block has no such generic, or no configuration with these values.
 pub fn configured(name: &str, set: &[(&str, Generic)]) -> Option<Result<Box<dyn AnyBlock>, ConfigError>> {
     let block = block_by_name(name)?;
     Some(Given::new(&*block, set).and_then(|given| given.block()))
 }
 
-/// The generics of a block.
+/// The values of all generics of a block.
 struct Given {
     name: &'static str,
     values: Vec<(&'static str, Generic)>,
@@ -95,13 +95,13 @@ impl Given {
         })
     }
 
-    /// An unsigned word by its width and fraction bits.
+    /// Returns an unsigned format from its width and its fraction bits.
     fn unsigned(&self, stem: &str) -> Made<Format> {
         let (width, frac) = (self.word(&format!("{stem}_WIDTH"))?, self.word(&format!("{stem}_FRAC"))?);
         self.format(false, width.saturating_sub(frac), frac)
     }
 
-    /// A word by its integer and fraction bits.
+    /// Returns a format from its integer bits and its fraction bits.
     fn parts(&self, signed: bool, stem: &str) -> Made<Format> {
         self.format(signed, self.word(&format!("{stem}_INT"))?, self.word(&format!("{stem}_FRAC"))?)
     }
@@ -186,8 +186,9 @@ impl Given {
         })
     }
 
-    /// The entity knows no fraction bits but those that are dropped: as many of the factors' are taken for such, and the
-    /// product is a whole number where they are enough.
+    /// Returns a multiplier. The entity tells no fraction bits but only how many lower bits are dropped. That many
+    /// fraction bits are given to the factors, to `a` first; if the factors have room for all of them, the product is a
+    /// whole number.
     fn multiplier(&self) -> Made<TruncatingMultiplier> {
         let dropped = self.word("DROP_LOWER")?;
         let factor = |width: &str, sign: &str, fraction: i32| {
@@ -346,7 +347,7 @@ impl Given {
         Ok(Phase { count_width, width, step, trig: self.parts(true, "TRIG")? })
     }
 
-    /// The words that the block has; the others as they are by default.
+    /// Returns the formats that the block has as generics; the others are those of the default configuration.
     fn formats(&self) -> Made<PhantomFormats> {
         let has = |generic: &str| self.values.iter().any(|(name, _)| *name == generic);
         let default = PhantomFormats::default();
@@ -395,6 +396,6 @@ impl Given {
     }
 }
 
-/// What position and torque are called in a law, and in the loop around it.
+/// The generics of the widths of position and torque: in a law, and in the loop around it.
 const OF_LAW: [&str; 2] = ["WIDTH", "TORQUE_WIDTH"];
 const OF_LOOP: [&str; 2] = ["POSITION_WIDTH", "PWM_WIDTH"];

@@ -13,5 +13,5 @@
 
 use crate::haptic_loop::HapticLoop;
 
-/// See the [module](self).
+/// The conventional loop; the [module](self) describes it.
 pub type ConventionalLoop = HapticLoop<true>;

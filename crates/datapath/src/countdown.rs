@@ -1,30 +1,30 @@
-//! The countdown between two sample edges, which every sampling block holds.
+//! The countdown to the next sample edge, which every sampling block has.
 
-/// Edges left before the next sample edge; a period of 0 acts as 1.
+/// The number of edges left before the next sample edge; a period of 0 acts as 1.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub(crate) struct Countdown {
     left: u64,
 }
 
 impl Countdown {
-    /// A countdown whose first sample edge comes after that many others.
+    /// Returns a countdown whose first sample edge comes after `edges` other edges.
     pub(crate) fn after(edges: u32) -> Self {
         Self { left: edges.into() }
     }
 
-    /// Edges that certainly come before the next sample edge.
+    /// Returns the number of edges that certainly come before the next sample edge.
     #[inline]
     pub(crate) fn left(&self) -> u64 {
         self.left
     }
 
-    /// Sample edges among the next `count` edges.
+    /// Returns the number of sample edges among the next `count` edges.
     #[inline]
     pub(crate) fn samples(&self, count: u64, period: i64) -> u64 {
         if count > self.left { 1 + (count - self.left - 1) / edges(period) } else { 0 }
     }
 
-    /// One edge; tells whether it is a sample edge.
+    /// Ticks one edge; returns whether it is a sample edge.
     #[inline]
     pub(crate) fn tick(&mut self, period: i64) -> bool {
         let sample = self.left == 0;
@@ -32,7 +32,7 @@ impl Countdown {
         sample
     }
 
-    /// That many edges at once; tells whether a sample edge was among them.
+    /// Ticks `count` edges at once; returns whether a sample edge was among them.
     #[inline]
     pub(crate) fn skip(&mut self, count: u64, period: i64) -> bool {
         let sample = count > self.left;
@@ -46,7 +46,7 @@ impl Countdown {
     }
 }
 
-/// A sample period in edges.
+/// Returns a sample period in edges; 0 acts as 1.
 #[inline]
 pub(crate) fn edges(period: i64) -> u64 {
     period.max(1).unsigned_abs()

@@ -1,9 +1,10 @@
-//! The distance from the wall's reference, the shortest way round the counter's wrap.
+//! The distance from the wall's reference, modulo the counter's width: the shorter way round when the counter has
+//! wrapped.
 //!
 //! - **Equation**: `delta = (position - reference) mod 2^WIDTH`, read as two's complement.
 //! - **Ports**: `position`, `reference` (0,WIDTH,0) in; `delta` (1,WIDTH-1,0) out.
 //! - **Latency**: none, combinational. **Reset**: none.
-//! - **Overflow**: wraps, which is the point: half a turn and more reads as a distance the other way.
+//! - **Overflow**: wraps on purpose: half a turn and more reads as a distance the other way.
 //! - **VHDL twin**: `hdl/displacement.vhd`.
 //! - **Source**: Vasudevan et al. 2007, Eq. (2), `theta - theta_ref`.
 //! - **Differs from the hardware**: no propagation delay, so no limit on the clock.
@@ -24,24 +25,24 @@ hpu_signal::ports! {
     pub struct Out { delta }
 }
 
-/// See the [module](self).
+/// The displacement from the wall's reference; the [module](self) describes it.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Displacement {
     delta: Format,
 }
 
 impl Displacement {
-    /// A subtraction of `width` bits.
+    /// Returns a subtraction of `width` bits.
     ///
     /// # Errors
     ///
-    /// Unless `width` is 2 to 62.
+    /// Returns an error unless `width` is 2 to 62.
     pub fn new(width: u32) -> Result<Self, ConfigError> {
         within(Self::NAME, "WIDTH", width, WORD)?;
         Ok(Self { delta: Format::signed(width) })
     }
 
-    /// The outputs for these inputs.
+    /// Returns the outputs for these inputs.
     #[inline]
     #[must_use]
     pub fn eval(&self, input: In<i64>) -> Out<i64> {

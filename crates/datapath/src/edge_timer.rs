@@ -1,4 +1,4 @@
-//! Time between two counts: the fixed-position method of measuring a speed.
+//! The time between two counts: the fixed-position method of measuring a speed.
 //!
 //! - **Equation**: `interval` = edges between the two latest changes of the position, if both went the same way; the
 //!   speed is `f_clock / interval` counts per second.
@@ -32,24 +32,24 @@ hpu_signal::ports! {
     pub struct Out { interval, forward, stopped }
 }
 
-/// See the [module](self).
+/// A timer of the edges between two counts; the [module](self) describes it.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct EdgeTimer {
     difference: Format,
     time: Format,
     previous: i64,
     timer: i64,
-    /// Whether there was a change since reset, and the timer has not run out since.
+    /// Whether the position has changed since the reset, and the timer has not run out since then.
     moving: bool,
     out: Out<i64>,
 }
 
 impl EdgeTimer {
-    /// A timer of `time_width` bits of a position of `width` bits.
+    /// Returns a timer of `time_width` bits for a position of `width` bits.
     ///
     /// # Errors
     ///
-    /// Unless `width` is 2 to 62 and `time_width` 2 to 30.
+    /// Returns an error unless `width` is 2 to 62 and `time_width` is 2 to 30.
     pub fn new(width: u32, time_width: u32) -> Result<Self, ConfigError> {
         within(Self::NAME, "WIDTH", width, WORD)?;
         within(Self::NAME, "TIME_WIDTH", time_width, COUNTER)?;
@@ -58,25 +58,26 @@ impl EdgeTimer {
         Ok(Self { difference, time, previous: 0, timer: 0, moving: false, out })
     }
 
-    /// The longest time.
+    /// Returns the longest time that the timer can hold, in edges.
     #[inline]
     fn longest(&self) -> i64 {
         self.time.wrap(self.time.max())
     }
 
-    /// The outputs as they stand.
+    /// Returns the outputs as they stand.
     #[inline]
     pub(crate) fn shown(&self) -> Out<i64> {
         self.out
     }
 
-    /// Whether the position has come to rest so long ago that nothing changes any more while it stays.
+    /// Whether the timer has run out and `position` is the previous one, so that nothing changes while the position
+    /// stays.
     #[inline]
     pub(crate) fn at_rest(&self, position: i64) -> bool {
         position == self.previous && self.out.stopped == 1
     }
 
-    /// That many edges at which the position does not change, whatever the outputs do meanwhile.
+    /// Ticks `edges` edges at which the position does not change; the outputs may change at them.
     #[inline]
     pub(crate) fn rest(&mut self, edges: u64) {
         let left = (self.longest() - self.timer).unsigned_abs();
@@ -89,7 +90,7 @@ impl EdgeTimer {
         }
     }
 
-    /// The timer has run out.
+    /// Stops the timer because it has run out.
     #[inline]
     fn stop(&mut self) {
         self.moving = false;
@@ -97,7 +98,7 @@ impl EdgeTimer {
     }
 }
 
-/// As the VHDL has it: a timer at its longest has no change to measure from.
+/// Registers as in the VHDL: a timer at its longest time has no change to measure from.
 impl Step for EdgeTimer {
     fn registers(&self) -> Vec<Register> {
         let (position, longest) = (Format::unsigned(self.difference.width()), self.longest());

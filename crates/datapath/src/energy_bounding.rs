@@ -33,8 +33,10 @@ use hpu_signal::{Format, Int, Machine, Narrowed, Narrowing, Overflow, Reach, Rou
 
 use crate::config::within;
 use crate::law::{Wanted, ZERO, shown};
-use crate::sequence::Sequence;
-use crate::{Block, ConfigError, Generic, Law, LawIn, LawOut, LawWidths, SquareRoot};
+use crate::sequence::{Sequence, captures, loads_before_it_reads};
+use crate::{
+    AnyStep, Block, ConfigError, Generic, Law, LawIn, LawOut, LawWidths, Lemma, Register, SquareRoot, Step, square_root,
+};
 
 /// The widths and bounds of an energy-bounding law.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -81,6 +83,7 @@ pub struct EnergyBounding {
     whole: Narrowing,
     energy: Narrowing,
     wanted: Wanted,
+    root: SquareRoot,
     fits_64: bool,
     sequence: Sequence<Registers<Narrowed>>,
 }
@@ -126,7 +129,6 @@ impl EnergyBounding {
         within(Self::NAME, "BOUND_FRAC", bound_frac, 0..=30)?;
         let least = (2 * (bound_width + widths.width)).max(bound_width + energy_width + bound_frac + 2);
         within(Self::NAME, "ROOT_WIDTH", root_width, least..=62)?;
-        SquareRoot::new(root_width)?;
         let frac = bound_frac.cast_signed();
         let energy_frac = if config.least_conservative { frac } else { 0 };
         let energy = Format::new(false, energy_width.cast_signed() - energy_frac, energy_frac).expect("2 to 60 bits");
@@ -138,6 +140,7 @@ impl EnergyBounding {
             whole: floor(frac, Format::signed(62)),
             energy: floor(energy_frac, energy),
             wanted: Wanted::new(&widths),
+            root: SquareRoot::new(root_width)?,
             fits_64: false,
             // One edge to start the root, one to bound the torque by it.
             sequence: Sequence::new(root_width / 2 + 2, RESET),
@@ -160,19 +163,23 @@ impl EnergyBounding {
     /// What is known of a capture before the root.
     #[inline]
     fn begun<W: Word>(&self, last: &Registers<W>, input: &LawIn<W>) -> Begun<W> {
-        let BoundingConfig { c1, c2, bound_frac, .. } = self.config;
+        let BoundingConfig { widths, c1, c2, bound_frac, bound_width, .. } = self.config;
         let motion = (input.position - last.position).wrap(self.motion);
         let wanted = self.wanted.torque(input, motion);
         let (torque, stored) = (last.torque.shed(), last.energy.shed());
         if self.config.least_conservative {
             let c1 = W::int(c1.into());
             let stored = W::select(torque.is_set(), stored, W::int(0));
-            let energy = (stored + c1 * (motion * motion) + (torque * motion).shl(bound_frac)).narrow(&self.energy);
+            let worked = (torque * motion).cut("worked", widths.torque_width + 2 + widths.width);
+            let damped = c1 * (motion * motion).cut("moved2", 2 * widths.width);
+            let energy = (stored + damped + worked.shl(bound_frac)).narrow(&self.energy);
             Begun { motion, wanted, energy, radicand: (c1 * energy.shed()).shl(2) }
         } else {
             let c2 = W::int(c2.into());
-            let middle = c2 * motion;
-            Begun { motion, wanted, energy: stored, radicand: middle * middle + (c2 * stored).shl(bound_frac + 1) }
+            let room = bound_width + widths.width;
+            let middle = (c2 * motion).cut("pull", room);
+            let pulled = (middle * middle).cut("pulled", 2 * room);
+            Begun { motion, wanted, energy: stored, radicand: pulled + (c2 * stored).shl(bound_frac + 1) }
         }
     }
 
@@ -181,7 +188,7 @@ impl EnergyBounding {
     fn ended<W: Word>(&self, last: &Registers<W>, begun: Begun<W>, root: W) -> LawOut<W> {
         let Begun { motion, wanted, energy, .. } = begun;
         if self.config.least_conservative {
-            let bound = self.floor(root);
+            let bound = self.floor(root).lesser(W::int(self.config.widths.top().into()));
             return LawOut { torque: wanted.lesser(bound).greater(-bound), memory: energy };
         }
         let [c1, c2] = [self.config.c1, self.config.c2].map(|bound| W::int(bound.into()));
@@ -192,8 +199,10 @@ impl EnergyBounding {
         let back = || [wanted.greater(step - self.floor(-(c1 * motion))).greater(low).lesser(high)];
         let moves = || W::branch(motion.above(W::int(0)), forth, back);
         let [chosen] = W::branch(motion.is_set(), moves, || [last.torque]);
-        let torque = shown(chosen, self.config.widths.top());
-        LawOut { torque, memory: (energy + torque.shed() * motion).narrow(&self.energy) }
+        let LawWidths { width, torque_width, .. } = self.config.widths;
+        let torque = shown(chosen, self.config.widths.top()).cut("bounded", torque_width + 1);
+        let used = (torque.shed() * motion).cut("used", torque_width + 1 + width);
+        LawOut { torque, memory: (energy + used).narrow(&self.energy) }
     }
 
     /// Whole PWM counts, rounded down.
@@ -216,6 +225,63 @@ impl EnergyBounding {
         let root = SquareRoot::root(begun.radicand.narrowed().word);
         let LawOut { torque, memory } = self.ended(&last, begun, Machine::of_narrowed(root));
         Registers { position: input.position, torque, energy: memory }.map(Machine::narrowed)
+    }
+}
+
+/// The registers of the VHDL, those of its root among them.
+impl Step for EnergyBounding {
+    fn registers(&self) -> Vec<Register> {
+        let LawWidths { width, period_width, torque_width, .. } = self.config.widths;
+        let torque = self.config.widths.torque().format;
+        let mut all = vec![
+            Register::new("countdown", Format::unsigned(period_width)),
+            Register::new("previous", Format::unsigned(width)),
+            Register::new("moved", self.motion),
+            Register::new("demand", Format::signed(torque_width + 1)),
+            Register::new("energy", self.energy.to),
+            Register::new("shown", torque),
+            Register::new("start", Format::BIT),
+            Register::new("radicand", Format::unsigned(self.config.root_width)),
+            Register::new("torque", torque),
+            Register::new("memory", self.energy.to),
+        ];
+        // Else, what is filled is not kept.
+        all.extend(self.config.least_conservative.then(|| Register::new("filled", self.energy.to)));
+        all.extend(Register::inside("root_of_energy", &self.root));
+        all
+    }
+
+    fn step<W: Word>(&self, registers: &[W], input: LawIn<W>) -> (Vec<W>, LawOut<W>) {
+        let [left, position, motion, wanted, energy, pushed, start, x, torque, memory, ref rest @ ..] = *registers
+        else {
+            unreachable!("registers")
+        };
+        let (filled, root) = rest.split_at(usize::from(self.config.least_conservative));
+        let stored = filled.first().copied().unwrap_or(energy);
+        let (rooting, made) = self.root.step(root, square_root::In { start, x });
+        let (left, captures) = captures(left, input.period, [start, made.busy, made.ready]);
+        let last = Registers { position, torque: pushed, energy };
+        let captured = || {
+            let begun = self.begun(&last, &input);
+            [input.position, begun.motion, begun.wanted, begun.radicand, begun.energy]
+        };
+        let kept = || [position, motion, wanted, x, stored];
+        let [position, moved, demand, radicand, to_come] = W::branch(captures, captured, kept);
+        let loaded = || {
+            let begun = Begun { motion, wanted, energy: stored, radicand: x };
+            let LawOut { torque, memory } = self.ended(&last, begun, made.root);
+            [memory, torque, torque, memory]
+        };
+        let shown = LawOut { torque, memory };
+        let kept = || [energy, pushed, torque, memory];
+        let [energy, pushed, torque, memory] = W::branch(made.ready.is_set(), loaded, kept);
+        let starts = W::of_bit(captures);
+        let own = [left, position, moved, demand, energy, pushed, starts, radicand, torque, memory];
+        ([&own[..], &[to_come][..filled.len()], &rooting].concat(), shown)
+    }
+
+    fn lemmas(&self) -> Vec<Lemma<'_>> {
+        vec![loads_before_it_reads(self, 10 + usize::from(self.config.least_conservative), 6)]
     }
 }
 
@@ -275,6 +341,10 @@ impl Block for EnergyBounding {
 
     fn generics(&self) -> Vec<(&'static str, Generic)> {
         [self.config.widths.generics(), self.own_generics()].concat()
+    }
+
+    fn equations(&self) -> Option<&dyn AnyStep> {
+        Some(self)
     }
 
     fn reset(&mut self) -> LawOut<i64> {

@@ -1,25 +1,25 @@
-//! The velocity estimators as one part of a law: any of them, with the same output format.
+//! The velocity estimators as an exchangeable part of a law, all with the same output format.
 
-use hpu_signal::Narrowed;
+use hpu_signal::{Narrowed, Word};
 
 use crate::timed_velocity::TimedVelocity;
 use crate::{
-    Block, ConfigError, FilteredConfig, FilteredDifference, Foaw, FoawConfig, VelocityConfig, VelocityRegister,
-    WindowDifference, filtered_difference, foaw, velocity_register, window_difference,
+    Block, ConfigError, FilteredConfig, FilteredDifference, Foaw, FoawConfig, Register, Step, VelocityConfig,
+    VelocityRegister, WindowDifference, filtered_difference, foaw, velocity_register, window_difference,
 };
 
-/// How a law estimates a velocity. The order is that of the generic `ESTIMATOR`.
+/// The method by which a law estimates a velocity, in the order of the generic `ESTIMATOR`.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Estimator {
     /// Backward difference, in counts per sample.
     Difference,
-    /// Backward difference through a low pass, in counts per sample.
+    /// Backward difference through a low-pass filter, in counts per sample.
     Filtered,
     /// Difference over a window, in counts per window.
     Window,
-    /// Adaptive window, in counts per sample.
+    /// Difference over an adaptive window (FOAW), in counts per sample.
     Foaw,
-    /// The time between two counts, turned round by a division, in counts per sample.
+    /// The sample period divided by the time between two counts, in counts per sample.
     EdgeTimer,
 }
 
@@ -27,13 +27,13 @@ impl Estimator {
     /// Every estimator, in the order of the generic.
     pub const ALL: [Self; 5] = [Self::Difference, Self::Filtered, Self::Window, Self::Foaw, Self::EdgeTimer];
 
-    /// The value of the generic.
+    /// Returns the value of the generic `ESTIMATOR`.
     pub(crate) fn index(self) -> i64 {
         Self::ALL.iter().position(|&estimator| estimator == self).expect("all of them") as i64
     }
 }
 
-/// The words of an estimator; each takes those that its block has.
+/// The widths and parameters of an estimator; each estimator uses those that its block has.
 #[derive(Clone, Copy)]
 pub(crate) struct EstimatorConfig {
     pub(crate) width: u32,
@@ -44,7 +44,7 @@ pub(crate) struct EstimatorConfig {
     pub(crate) noise: u32,
 }
 
-/// The block that estimates.
+/// The block that estimates the velocity.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(crate) enum Velocity {
     Difference(VelocityRegister, Whole),
@@ -54,7 +54,7 @@ pub(crate) enum Velocity {
     EdgeTimer(TimedVelocity),
 }
 
-/// A velocity of whole counts as a word with fraction bits.
+/// A velocity in whole counts, as a word with fraction bits.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(crate) struct Whole {
     count: i64,
@@ -69,6 +69,11 @@ impl Whole {
     #[inline]
     fn take(&mut self, counts: i64) {
         self.latest = counts * self.count;
+    }
+
+    /// Whole counts, in words.
+    fn of<W: Word>(&self, counts: W) -> W {
+        counts.shl(self.count.trailing_zeros())
     }
 
     #[inline]
@@ -96,7 +101,17 @@ impl Velocity {
         })
     }
 
-    /// The velocity, and what was lost to make it.
+    /// The block, where it has equations.
+    pub(crate) fn block(&self) -> Option<&dyn crate::AnyBlock> {
+        match self {
+            Self::Difference(block, _) => Some(block),
+            Self::Filtered(block) => Some(block),
+            Self::Window(block, _) => Some(block),
+            Self::Foaw(_) | Self::EdgeTimer(_) => None,
+        }
+    }
+
+    /// Returns the velocity, and which bits were lost to make it.
     #[inline]
     pub(crate) fn latest(&self) -> Narrowed {
         match self {
@@ -104,6 +119,46 @@ impl Velocity {
             Self::Filtered(block) => block.latest(),
             Self::Foaw(block) => block.latest(),
             Self::EdgeTimer(block) => block.latest(),
+        }
+    }
+
+    /// Whether its clock edge is told as equations.
+    pub(crate) fn has_equations(&self) -> bool {
+        !matches!(self, Self::Foaw(block) if block.equations().is_none())
+    }
+
+    /// Its registers inside a law.
+    pub(crate) fn registers(&self) -> Vec<Register> {
+        match self {
+            Self::Difference(block, _) => Register::inside("g_difference_estimate", block).collect(),
+            Self::Filtered(block) => Register::inside("g_filtered_estimate", block).collect(),
+            Self::Window(block, _) => Register::inside("g_window_estimate", block).collect(),
+            Self::Foaw(block) => Register::inside("g_adaptive_estimate", block).collect(),
+            Self::EdgeTimer(block) => block.registers(),
+        }
+    }
+
+    /// These after an edge, and the velocity before it, in words.
+    pub(crate) fn step<W: Word>(&self, registers: &[W], position: W, period: W) -> (Vec<W>, W) {
+        match self {
+            Self::Difference(block, whole) => {
+                let input = velocity_register::In { position, period, scale: W::int(0) };
+                let (next, shown) = block.step(registers, input);
+                (next, whole.of(shown.velocity))
+            }
+            Self::Filtered(block) => {
+                let (next, shown) = block.step(registers, filtered_difference::In { position, period });
+                (next, shown.velocity)
+            }
+            Self::Window(block, whole) => {
+                let (next, shown) = block.step(registers, window_difference::In { position, period });
+                (next, whole.of(shown.velocity))
+            }
+            Self::Foaw(block) => {
+                let (next, shown) = block.step(registers, foaw::In { position, period });
+                (next, shown.velocity)
+            }
+            Self::EdgeTimer(block) => block.step(registers, position, period),
         }
     }
 

@@ -9,9 +9,9 @@
 //! - **Edge**: with the countdown at 0, `velocity` and the previous position are loaded and the countdown restarts at
 //!   `max(period,1) - 1`; else it counts down. A new period takes effect at the next sample edge.
 //! - **Reset**: countdown, previous position and velocity 0; the first edge samples.
-//! - **Overflow**: none; the velocity is between two that fit. Every floor is carried on: the velocity is less than
-//!   `2^SHIFT` of its LSBs below that of the exact filter, and after motion back it comes to rest up to `2^SHIFT - 1`
-//!   LSBs below 0.
+//! - **Overflow**: none; the new velocity is between the previous velocity and the difference, which both fit. Every
+//!   floor is carried on: the velocity is less than `2^SHIFT` of its LSBs below that of the exact filter, and after
+//!   motion back it comes to rest up to `2^SHIFT - 1` LSBs below 0.
 //! - **VHDL twin**: `hdl/filtered_difference.vhd`.
 //! - **Source**: the first-order filter that haptic controllers put behind their difference (Colgate and Brown 1994).
 //! - **Differs from the hardware**: none known.
@@ -36,13 +36,13 @@ hpu_signal::ports! {
 /// The widths of a filtered difference.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct FilteredConfig {
-    /// Width of the position.
+    /// Width of the position, in bits.
     pub width: u32,
-    /// Width of the period.
+    /// Width of the period, in bits.
     pub period_width: u32,
-    /// Exponent of the filter's factor `2^-shift`; 0 does not filter.
+    /// Exponent of the filter's factor `2^-shift`; with 0 nothing is filtered.
     pub shift: u32,
-    /// Fraction bits of the velocity.
+    /// Number of fraction bits of the velocity.
     pub out_frac: u32,
 }
 
@@ -52,7 +52,7 @@ impl Default for FilteredConfig {
     }
 }
 
-/// See the [module](self).
+/// A backward difference with a low pass; the [module](self) describes it.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct FilteredDifference {
     config: FilteredConfig,
@@ -68,12 +68,12 @@ pub struct FilteredDifference {
 const ZERO: Narrowed = Narrowed { word: 0, rounded: false, overflowed: false };
 
 impl FilteredDifference {
-    /// An estimator of these widths.
+    /// Returns an estimator with these widths.
     ///
     /// # Errors
     ///
-    /// Unless position and velocity have 2 to 62 bits, the velocity 0 to 30 fraction bits, the period 2 to 30, and the
-    /// shift is 0 to 16.
+    /// Returns an error unless position and velocity have 2 to 62 bits, the velocity has 0 to 30 fraction bits, the
+    /// period has 2 to 30 bits, and the shift is 0 to 16.
     pub fn new(config: FilteredConfig) -> Result<Self, ConfigError> {
         let FilteredConfig { width, period_width, shift, out_frac } = config;
         within(Self::NAME, "WIDTH", width, WORD)?;
@@ -95,14 +95,14 @@ impl FilteredDifference {
         Ok(block)
     }
 
-    /// The velocity, and what the latest sample lost to make it.
+    /// Returns the velocity, and which bits the latest sample lost to make it.
     #[inline]
     #[must_use]
     pub fn latest(&self) -> Narrowed {
         self.latest
     }
 
-    /// The velocity that a sample edge would load after a motion from `previous` to `position`.
+    /// Returns the velocity that a sample edge would load after a motion from `previous` to `position`.
     #[inline]
     fn sample(&self, position: i64, previous: i64) -> Narrowed {
         let last = self.latest.word;
@@ -113,11 +113,11 @@ impl FilteredDifference {
         }
     }
 
-    /// The velocity after a motion, from the one before.
+    /// Computes the velocity after a motion from the velocity before it.
     #[inline]
     fn moved<W: Word>(&self, position: W, previous: W, last: W) -> W {
         let input = (position - previous).wrap(self.difference).shl(self.config.out_frac);
-        // v + floor((d - v) / 2^SHIFT), over the common denominator.
+        // This is v + floor((d - v) / 2^SHIFT), over the common denominator.
         (last.shl(self.config.shift) + input - last).narrow(&self.narrowing)
     }
 }
@@ -201,7 +201,8 @@ impl Block for FilteredDifference {
 
     #[inline]
     fn quiet(&self, input: &In<i64>) -> u64 {
-        // The next sample takes in the present difference, every later one none. What was lost counts as a change.
+        // The next sample takes in the present difference, every later one a difference of 0. A change of the lost bits
+        // counts as a change of the output.
         if self.sample(input.position, self.previous) != self.latest {
             self.countdown.left()
         } else if self.sample(input.position, input.position) != self.latest {

@@ -15,12 +15,13 @@
 //! - **Source**: Janabi-Sharifi, Hayward and Chen 2000. `NOISE` = 1 count explains a counter at constant speed.
 //! - **Differs from the hardware**: all windows are tried in one edge, so no limit on the clock.
 
-use hpu_signal::{Format, Narrowed, Signal};
+use hpu_signal::{Format, Narrowed, Signal, Term, Word};
 
 use crate::config::{COUNTER, WORD, within};
 use crate::countdown::{Countdown, edges};
 use crate::history::History;
-use crate::{Block, ConfigError, Generic};
+use crate::step::counted_down;
+use crate::{AnyStep, Block, ConfigError, Generic, Lemma, Register, Step};
 
 hpu_signal::ports! {
     /// Inputs of the estimator.
@@ -120,6 +121,79 @@ impl Foaw {
     }
 }
 
+/// As the VHDL has it, which multiplies by a reciprocal instead of dividing.
+impl Foaw {
+    /// Fraction bits of a reciprocal.
+    fn ratio_frac(&self) -> u32 {
+        self.velocity.width() + 4
+    }
+
+    /// `floor(2^frac / n)`.
+    fn reciprocal<W: Word>(&self, n: usize) -> W {
+        W::int((1 << self.ratio_frac()) / n as i128)
+    }
+
+    /// The distance of the longest straight window, times the reciprocal of its samples.
+    fn slope<W: Word>(&self, position: W, earlier: &[W]) -> W {
+        let (noise, width) = (i128::from(self.config.noise), self.difference.width());
+        let ends: Vec<_> = earlier.iter().map(|&earlier| (position - earlier).wrap(self.difference)).collect();
+        let mut fits = W::int(0).equals(W::int(0));
+        let mut longest = [ends[0], self.reciprocal(1)];
+        for n in 2..=ends.len() {
+            let (samples, limit) = (n as i128, W::int(n as i128 * noise));
+            for j in 1..n {
+                let miss = ends[j - 1] * W::int(samples) - ends[n - 1] * W::int(j as i128);
+                fits = fits & limit.at_least(miss) & miss.at_least(-limit);
+            }
+            longest = W::branch(fits, || [ends[n - 1], self.reciprocal(n)], || longest);
+        }
+        let [distance, ratio] = longest;
+        self.divided(distance.cut("distance", width), ratio.cut("ratio", self.ratio_frac() + 2))
+    }
+
+    /// A distance over the samples of this reciprocal, rounded down: of half a fraction bit more, so that what is
+    /// rounded away of the reciprocal is no matter.
+    fn divided<W: Word>(&self, distance: W, ratio: W) -> W {
+        let frac = self.ratio_frac();
+        let product = (distance.shl(self.config.out_frac + 1) + W::int(1)) * ratio;
+        product.cut("product", self.velocity.width() + frac + 3).shr(frac + 1)
+    }
+}
+
+impl Step for Foaw {
+    fn registers(&self) -> Vec<Register> {
+        let mut all = vec![
+            Register::new("countdown", Format::unsigned(self.config.period_width)),
+            Register::new("velocity", self.velocity),
+        ];
+        all.extend(self.history.registers("earlier", self.difference.width()));
+        all
+    }
+
+    fn step<W: Word>(&self, registers: &[W], In { position, period }: In<W>) -> (Vec<W>, Out<W>) {
+        let [left, velocity, ref earlier @ ..] = *registers else { unreachable!("registers") };
+        let (left, samples) = counted_down(left, period);
+        let [latest] = W::branch(samples, || [self.slope(position, earlier)], || [velocity]);
+        let mut next = vec![left, latest];
+        next.extend(History::pushed(samples, position, earlier));
+        (next, Out { velocity })
+    }
+
+    /// That the product with a reciprocal is the quotient, rounded down.
+    fn lemmas(&self) -> Vec<Lemma<'_>> {
+        let divides = |n: usize| Lemma {
+            any: vec![self.difference],
+            follows: Box::new(move |any| {
+                let (zero, samples) = (Term::int(0), Term::int(n as i128));
+                let quotient = self.divided(any[0], self.reciprocal(n));
+                let rest = any[0].shl(self.config.out_frac) - quotient * samples;
+                (zero.equals(zero), rest.at_least(zero) & samples.above(rest))
+            }),
+        };
+        (2..=self.history.window()).map(divides).collect()
+    }
+}
+
 impl Default for Foaw {
     fn default() -> Self {
         Self::new(FoawConfig::default()).expect("the data sheet's default")
@@ -153,6 +227,11 @@ impl Block for Foaw {
             ("NOISE", Generic::Integer(self.config.noise.into())),
             ("OUT_FRAC", Generic::Integer(self.config.out_frac.into())),
         ]
+    }
+
+    fn equations(&self) -> Option<&dyn AnyStep> {
+        // The product of wider ones does not fit a machine's integer.
+        (self.velocity.width() < 60).then_some(self)
     }
 
     fn reset(&mut self) -> Out<i64> {

@@ -6,7 +6,7 @@ use hpu_signal::{Meter, Ports, Signal, SignalUse};
 use crate::loop_config::Blocks;
 use crate::loop_nets::{Nets, instances, nets};
 use crate::{
-    Block, ConfigError, Generic, Instance, Loaded, LoopConfig, LoopIn, LoopOut, Repeat, Wiring, command_limiter,
+    Block, ConfigError, Generic, Instance, Loaded, LoopConfig, LoopIn, LoopOut, Parts, Repeat, Wiring, command_limiter,
     displacement, flatten, position_counter, pwm, quadrature_decoder, synchronizer, velocity_register, zero_order_hold,
 };
 
@@ -190,6 +190,10 @@ impl<const HELD: bool> Block for HapticLoop<HELD> {
 
     fn generics(&self) -> Vec<(&'static str, Generic)> {
         self.config.generics()
+    }
+
+    fn parts(&self) -> Option<Parts> {
+        Some(Parts::of(self))
     }
 
     fn reset(&mut self) -> LoopOut<i64> {

@@ -15,5 +15,5 @@
 
 use crate::haptic_loop::HapticLoop;
 
-/// See the [module](self).
+/// The hybrid loop; the [module](self) describes it.
 pub type HybridLoop = HapticLoop<false>;

@@ -19,10 +19,12 @@
 //! `PHASE` puts the samples behind those of a law with the same period, so that a torque is shaped in the sample that
 //! made it.
 
-use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding, Signal};
+use hpu_signal::{Format, Machine, Narrowed, Narrowing, Overflow, Rounding, Signal, Word};
 
 use crate::config::{COUNTER, within};
-use crate::{Biquad, BiquadConfig, Block, ConfigError, Generic, ZeroOrderHold, biquad, zero_order_hold};
+use crate::{
+    AnyStep, Biquad, BiquadConfig, Block, ConfigError, Generic, Register, Step, ZeroOrderHold, biquad, zero_order_hold,
+};
 
 hpu_signal::ports! {
     /// Inputs of the shaper.
@@ -110,9 +112,26 @@ impl Sampled {
     /// The torque without what the filter passes, and whether bits were lost to make it.
     #[inline]
     fn shaped(&self) -> Narrowed {
-        let fine = self.u * (1 << FRAC) - self.h.max(0);
         let overflowed = self.filter.latest().overflowed;
-        Narrowed { overflowed, ..self.narrowing.apply(fine.max(0).into()) }
+        let rest = self.rest(Machine::<i64>::of(self.u), Machine::of(self.h));
+        Narrowed { overflowed, ..rest.narrowed() }
+    }
+
+    /// What of the held torque the filter's output leaves.
+    #[inline]
+    fn rest<W: Word>(&self, u: W, h: W) -> W {
+        let zero = W::int(0);
+        (u.shl(FRAC.unsigned_abs()) - h.greater(zero)).greater(zero).narrow(&self.narrowing)
+    }
+
+    /// The registers after an edge that samples, and what they show before it.
+    fn step<W: Word>(&self, registers: &[W], In { torque, period }: In<W>) -> (Vec<W>, W) {
+        let word = self.narrowing.to;
+        let (hold, filter) = registers.split_at(Step::registers(&self.hold).len());
+        let d = torque.wrap(Format::unsigned(word.width()));
+        let (hold, held) = self.hold.step(hold, zero_order_hold::In { d, period });
+        let (filter, filtered) = self.filter.step(filter, biquad::In { x: torque, period });
+        ([hold, filter].concat(), self.rest(held.q.wrap(word), filtered.y))
     }
 
     #[inline]
@@ -187,6 +206,34 @@ impl InputShaper {
     }
 }
 
+/// The registers of the VHDL: those that wait for the phase, during which hold and filter are reset, then theirs.
+impl Step for InputShaper {
+    fn registers(&self) -> Vec<Register> {
+        let (Some(sampled), Some(Shaping { phase, .. })) = (&self.sampled, self.config.shaping) else {
+            return Vec::new();
+        };
+        let remaining = Format::unsigned((u32::BITS - phase.leading_zeros()).max(1));
+        let mut all = vec![
+            Register::set("g_shaper_delay_remaining", remaining, phase.into()),
+            Register::set("g_shaper_early", Format::BIT, (phase > 0).into()),
+        ];
+        all.extend(Register::inside("g_shaper_hold", &sampled.hold));
+        all.extend(Register::inside("g_shaper_filter", &sampled.filter));
+        all
+    }
+
+    fn step<W: Word>(&self, registers: &[W], input: In<W>) -> (Vec<W>, Out<W>) {
+        let Some(sampled) = &self.sampled else { return (Vec::new(), Out { shaped: input.torque }) };
+        let [remaining, early, ref sampling @ ..] = *registers else { unreachable!("registers") };
+        let (next, shaped) = sampled.step(sampling, input);
+        let one = W::int(1);
+        let waits = remaining.above(one);
+        let waiting = [W::select(waits, remaining - one, remaining), W::of_bit(waits)];
+        let next = next.into_iter().map(|word| W::select(early.is_set(), W::int(0), word));
+        (waiting.into_iter().chain(next).collect(), Out { shaped })
+    }
+}
+
 impl Default for InputShaper {
     fn default() -> Self {
         Self::new(InputShaperConfig::default()).expect("the data sheet's default")
@@ -229,6 +276,10 @@ impl Block for InputShaper {
         ];
         all.extend(Shaping::generics(shaping, ["PHASE", "B0", "B1", "B2", "A1", "A2"]));
         all
+    }
+
+    fn equations(&self) -> Option<&dyn AnyStep> {
+        Some(self)
     }
 
     fn reset(&mut self) -> Out<i64> {

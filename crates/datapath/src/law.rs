@@ -1,11 +1,11 @@
-//! What the laws of the method loops have in common: their ports, their widths, and the wall they all begin with.
+//! The common part of the laws of the method loops: their ports, their widths, and the wall that they all begin with.
 //!
-//! A *law* reads the wall's coordinates and makes a torque of them, once a sample. A
-//! `MethodLoop` puts any law between encoder and bridge.
+//! A *law* reads the wall's coordinates and computes a torque from them once a sample. A `MethodLoop` connects any law
+//! between encoder and bridge.
 //!
-//! A **sample edge** is an edge that finds the countdown at 0; it restarts the countdown at `max(period,1) - 1`, every
-//! other edge decrements it. The first edge after reset samples. A law that computes for several edges passes over the
-//! sample edges that fall into them.
+//! A **sample edge** is an edge that finds the countdown at 0; it restarts the countdown at `max(period,1) - 1`, and
+//! every other edge decrements it. The first edge after reset is a sample edge. A law that computes for several edges
+//! ignores the sample edges that fall into its computation.
 
 use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding, Signal, Word};
 
@@ -13,55 +13,57 @@ use crate::config::{COUNTER, WORD, within};
 use crate::{Block, ConfigError, Generic};
 
 hpu_signal::ports! {
-    /// Inputs of every law. What a law ignores is said in its data sheet.
+    /// Inputs of every law. The data sheet of a law says which inputs it ignores.
     pub struct LawIn { position, delta, contact, penetration, stiffness, damping, period, scale }
 }
 
 hpu_signal::ports! {
-    /// Outputs of every law: the torque, and what the law remembers (an energy, an extension, a velocity).
+    /// Outputs of every law: the torque, and the word that the law remembers (an energy, an extension or a velocity).
     pub struct LawOut { torque, memory }
 }
 
-/// A law as a block.
+/// A method of stabilisation as a block. The five laws implement it, so that [`MethodLoop`](crate::MethodLoop) wires
+/// any of them between encoder and bridge.
 pub trait Law:
     Block<In<i64> = LawIn<i64>, In<Signal> = LawIn<Signal>, Out<i64> = LawOut<i64>, Out<Signal> = LawOut<Signal>>
     + Clone
     + 'static
 {
-    /// Name of the loop around this law.
+    /// Name of the loop around this law, which is that of its VHDL entity.
     const LOOP: &'static str;
-    /// The widths it shares with every law.
+    /// Returns the widths that every law has.
     fn widths(&self) -> &LawWidths;
-    /// The generics that this law has beyond [`LawWidths::generics`].
+    /// Returns the generics that this law has beyond [`LawWidths::generics`].
     fn own_generics(&self) -> Vec<(&'static str, Generic)>;
-    /// Edges from a sample edge to the torque it makes; 0 when the torque follows its registers at once.
+    /// Returns the number of edges from a sample edge to the torque that it makes; 0 if the torque follows the law's
+    /// registers combinationally.
     fn latency(&self) -> u32;
-    /// Lets the outputs settle with these inputs and the registers as they stand, from what they have shown. For a law
-    /// whose outputs are registers, there is nothing to do.
+    /// Lets the combinational outputs settle with these inputs and the registers as they stand; `shown` are the outputs
+    /// shown before. Returns the outputs. A law whose outputs are registers need not implement it.
     #[inline]
     fn settle(&mut self, input: &LawIn<i64>, shown: LawOut<i64>) -> LawOut<i64> {
         let _ = input;
         shown
     }
-    /// Whether torque and memory, as they stand, were rounded, and whether they overflowed. To
-    /// [`quiet`](Block::quiet), a change of these counts as one of the outputs.
+    /// Returns, for torque and memory as they stand, whether they were rounded and whether they overflowed.
+    /// [`quiet`](Block::quiet) must treat a change of these flags like a change of an output.
     fn lost(&self) -> [(bool, bool); 2];
 }
 
-/// The widths that every law has.
+/// The widths and formats that every law has.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct LawWidths {
-    /// Width of the position.
+    /// Width of the position, in bits.
     pub width: u32,
     /// Format of the stiffness, in PWM counts per count.
     pub stiffness: Format,
-    /// Format of the damping, in PWM counts per count a sample.
+    /// Format of the damping, in PWM counts per (count per sample).
     pub damping: Format,
-    /// Width of the sample period.
+    /// Width of the sample period, in bits.
     pub period_width: u32,
-    /// Format of the scale.
+    /// Format of the scale, which is a pure number.
     pub scale: Format,
-    /// Bits of a torque's magnitude: those of the PWM.
+    /// Number of bits of a torque's magnitude, which is that of the PWM.
     pub torque_width: u32,
 }
 
@@ -79,12 +81,12 @@ impl Default for LawWidths {
 }
 
 impl LawWidths {
-    /// Refuses what no law can have.
+    /// Returns an error for widths that no law can have.
     ///
     /// # Errors
     ///
-    /// Unless position and gains have 2 to 32 bits, the period and the torque 2 to 30, and the gains are unsigned with
-    /// 0 or more fraction bits.
+    /// Returns an error unless position and gains have 2 to 32 bits, the period and the torque have 2 to 30 bits, and
+    /// the gains are unsigned with 0 or more fraction bits.
     pub fn check(&self, law: &'static str) -> Result<(), ConfigError> {
         within(law, "WIDTH", self.width, 2..=32)?;
         within(law, "PERIOD_WIDTH", self.period_width, COUNTER)?;
@@ -99,7 +101,7 @@ impl LawWidths {
         Ok(())
     }
 
-    /// The generics that every law begins with, in the order of the entity.
+    /// Returns the generics that every law begins with, in the order of the entity.
     #[must_use]
     pub fn generics(&self) -> Vec<(&'static str, Generic)> {
         let integer = |value: u32| Generic::Integer(value.into());
@@ -117,7 +119,7 @@ impl LawWidths {
         ]
     }
 
-    /// The inputs of every law.
+    /// Returns the inputs of every law.
     #[must_use]
     pub fn inputs(&self) -> LawIn<Signal> {
         let (counts, whole) = (Format::unsigned(self.width), "count");
@@ -133,13 +135,19 @@ impl LawWidths {
         }
     }
 
-    /// The torque of every law.
+    /// Returns the torque signal of every law.
     #[must_use]
     pub fn torque(&self) -> Signal {
         Signal::new("torque", Format::signed(self.torque_width + 2), "PWM count", "Torque against the penetration")
     }
 
-    /// The greatest magnitude that the bridge can show.
+    /// The torque that the plain wall wants with these inputs, after that much motion since the sample before.
+    #[must_use]
+    pub fn wanted<W: Word>(&self, input: &LawIn<W>, motion: W) -> W {
+        Wanted::new(self).torque(input, motion)
+    }
+
+    /// Returns the greatest torque magnitude that the bridge can show, in PWM counts.
     #[inline]
     #[must_use]
     pub fn top(&self) -> i64 {
@@ -147,31 +155,31 @@ impl LawWidths {
     }
 }
 
-/// A word after reset, and one that lost nothing to be 0.
+/// A word of 0 that lost no bits: the state after reset.
 pub(crate) const ZERO: Narrowed = Narrowed { word: 0, rounded: false, overflowed: false };
 
 impl LawOut<Narrowed> {
-    /// The words alone.
+    /// Returns the words without the flags of lost bits.
     #[inline]
     pub(crate) fn words(self) -> LawOut<i64> {
         self.map(|narrowed| narrowed.word)
     }
 
-    /// As [`Law::lost`] tells it.
+    /// Returns the flags of lost bits in the form of [`Law::lost`].
     pub(crate) fn lost(self) -> [(bool, bool); 2] {
         [self.torque, self.memory].map(|narrowed| (narrowed.rounded, narrowed.overflowed))
     }
 }
 
-/// A torque within what the bridge can show, which tells when it had to be put there.
+/// Returns the torque limited to what the bridge can show, and marks it as overflowed if the limit changed it.
 #[inline]
 pub(crate) fn shown<W: Word>(torque: W, top: i64) -> W {
     let limited = torque.limit((-top).into(), top.into());
     limited.overflowing(!limited.equals(torque))
 }
 
-/// The plain wall, which laws of several edges take as what is wanted: spring and drag, each truncated and clamped,
-/// inside the wall only.
+/// The torque of a plain wall, which the laws of several edges take as the wanted torque: spring and drag inside the
+/// wall only, each truncated and clamped.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(crate) struct Wanted {
     spring: Narrowing,
@@ -190,13 +198,13 @@ impl Wanted {
         }
     }
 
-    /// `min(floor(penetration * stiffness), top)`.
+    /// Returns `min(floor(penetration * stiffness), top)`.
     #[inline]
     pub(crate) fn spring<W: Word>(&self, penetration: W, stiffness: W) -> W {
         (penetration * stiffness).narrow(&self.spring)
     }
 
-    /// Spring and drag inside the wall, within what the bridge can show; 0 outside.
+    /// Returns the sum of spring and drag inside the wall, limited to what the bridge can show, and 0 outside.
     #[inline]
     pub(crate) fn torque<W: Word>(&self, input: &LawIn<W>, motion: W) -> W {
         let inside = || {
@@ -204,6 +212,6 @@ impl Wanted {
             [shown(self.spring(input.penetration, input.stiffness) + drag, self.top)]
         };
         let [torque] = W::branch(input.contact.is_set(), inside, || [W::int(0)]);
-        torque
+        torque.cut("wanted", self.drag.to.width())
     }
 }

@@ -1,4 +1,4 @@
-//! The FPGA: one file a block, integers only, and the wirings that put blocks together as VHDL would.
+//! The FPGA: one file for each block, integers only, and the wirings that connect the blocks as the VHDL does.
 
 mod axis;
 mod block;
@@ -90,5 +90,5 @@ pub use variants::variants;
 pub use velocity_register::{VelocityConfig, VelocityRegister};
 pub use virtual_coupling::{CouplingConfig, VirtualCoupling};
 pub use window_difference::WindowDifference;
-pub use wiring::{Connection, Instance, Loaded, LoopIn, LoopOut, Repeat, Wiring};
+pub use wiring::{Connection, Instance, Loaded, LoopIn, LoopOut, Parts, Repeat, Wiring};
 pub use zero_order_hold::ZeroOrderHold;

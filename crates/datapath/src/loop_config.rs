@@ -12,25 +12,25 @@ use crate::{
 /// The widths and modes of a haptic loop; the default is the 12-bit design of Vasudevan et al. 2007.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct LoopConfig {
-    /// Width of the position counter.
+    /// Width of the position counter, in bits.
     pub position_width: u32,
     /// Format of the stiffness, in PWM counts per count.
     pub stiffness: Format,
     /// Format of the damping, in PWM counts per velocity count.
     pub damping: Format,
-    /// Width of the sample period.
+    /// Width of the sample period, in bits.
     pub period_width: u32,
-    /// Width of the velocity.
+    /// Width of the velocity, in bits.
     pub velocity_width: u32,
     /// Whether the velocity is multiplied by `scale`.
     pub rescaled: bool,
     /// Format of the velocity's scale.
     pub scale: Format,
-    /// Whether products saturate; otherwise they wrap, as the paper's do.
+    /// Whether products saturate; otherwise they wrap, like those of the paper.
     pub saturate: bool,
-    /// The modulator.
+    /// The configuration of the modulator.
     pub pwm: PwmConfig,
-    /// Clocks by which the command is held back.
+    /// Number of clocks by which the command is held back.
     pub settling: u32,
 }
 
@@ -53,7 +53,7 @@ impl Default for LoopConfig {
 }
 
 impl LoopConfig {
-    /// The VHDL generics, in the order of the entity.
+    /// Returns the VHDL generics, in the order of the entity.
     pub(crate) fn generics(&self) -> Vec<(&'static str, Generic)> {
         let integer = |value: u32| Generic::Integer(value.into());
         let frac = |format: Format| Generic::Integer(format.frac().into());
@@ -78,7 +78,7 @@ impl LoopConfig {
         ]
     }
 
-    /// The blocks of a loop of this configuration, as they stand after reset.
+    /// Returns the blocks of a loop with this configuration, in their state after reset.
     pub(crate) fn blocks(&self, name: &'static str) -> Result<Blocks, ConfigError> {
         for (word, format) in [("stiffness", self.stiffness), ("damping", self.damping)] {
             if format.is_signed() || format.frac() < 0 {
@@ -108,7 +108,7 @@ impl LoopConfig {
     }
 }
 
-/// The blocks of a loop by instance label; the hybrid loop has no `hold`.
+/// The blocks of a loop, named as their instances; the hybrid loop has no `hold`.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(crate) struct Blocks {
     pub(crate) sync: Synchronizer,
@@ -122,7 +122,7 @@ pub(crate) struct Blocks {
 }
 
 impl Blocks {
-    /// One edge of reset for every clocked block, all of whose registers are 0 after it.
+    /// Applies one edge of reset to every clocked block; all their registers are 0 after it.
     pub(crate) fn reset(&mut self) {
         self.sync.reset();
         self.decoder.reset();

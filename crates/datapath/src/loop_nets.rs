@@ -1,11 +1,11 @@
-//! The nets of the two haptic loops, and who is connected to them.
+//! The nets of the two haptic loops, and the ports that are connected to them.
 
 use hpu_signal::Signal;
 
 use crate::loop_config::Blocks;
 use crate::{Block, Connection, Instance, flatten};
 
-/// The index of every net; the gates are four in a row.
+/// The index of every net; the indices of the four gates are consecutive.
 #[derive(Clone, Copy)]
 pub(crate) struct Nets {
     a_pin: usize,
@@ -21,7 +21,7 @@ pub(crate) struct Nets {
     pub(crate) step: usize,
     pub(crate) error: usize,
     pub(crate) position: usize,
-    /// What the wall reads: the position itself unless it is held.
+    /// The position that the wall reads: the held one in the conventional loop, else the counter's.
     pub(crate) held: usize,
     pub(crate) delta: usize,
     pub(crate) contact: usize,
@@ -34,7 +34,7 @@ pub(crate) struct Nets {
 }
 
 impl Nets {
-    /// The number of nets of the loop that has more of them.
+    /// The number of nets of the loop that has more of them, the conventional one.
     pub(crate) const MOST: usize = 25;
 
     pub(crate) const fn new(held: bool) -> Self {
@@ -65,13 +65,13 @@ impl Nets {
         }
     }
 
-    /// The nets that can lose bits.
+    /// Returns the indices of the nets that can lose bits.
     pub(crate) const fn lossy(&self) -> [usize; 4] {
         [self.spring, self.velocity, self.drag, self.command]
     }
 }
 
-/// The architecture signals, each as the block that drives it describes it.
+/// Returns the architecture signals, each as described by the block that drives it.
 pub(crate) fn nets(blocks: &Blocks, held: bool) -> Vec<Signal> {
     let mut all = flatten(&blocks.decoder.inputs());
     all.extend(flatten(&blocks.decoder.outputs()));
@@ -91,7 +91,7 @@ pub(crate) fn nets(blocks: &Blocks, held: bool) -> Vec<Signal> {
     all
 }
 
-/// The instances, in the order of the VHDL.
+/// Returns the instances, in the order of the VHDL.
 pub(crate) fn instances(blocks: &Blocks, net: &Nets, held: bool) -> Vec<Instance> {
     let mut all = vec![
         instance("sync", &blocks.sync, &[net.a_pin, net.b_pin, net.a, net.b]),
@@ -118,7 +118,7 @@ pub(crate) fn instances(blocks: &Blocks, net: &Nets, held: bool) -> Vec<Instance
     all
 }
 
-/// An instance whose ports, inputs first, are connected to these nets.
+/// Returns an instance whose ports, inputs first, are connected to these nets.
 pub(crate) fn instance<B: Block + Clone + 'static>(label: &'static str, block: &B, nets: &[usize]) -> Instance {
     let mut ports = flatten(&block.inputs());
     ports.extend(flatten(&block.outputs()));

@@ -16,7 +16,7 @@ use hpu_signal::{Meter, Ports, Signal, SignalUse};
 use crate::loop_nets::instance;
 use crate::{
     AxisFront, Block, ConfigError, Generic, InputShaper, InputShaperConfig, Instance, Law, LawIn, LawOut, Loaded,
-    LoopIn, LoopOut, Pwm, PwmConfig, Repeat, Saturator, Shaping, Wiring, axis_front, flatten, input_shaper, pwm,
+    LoopIn, LoopOut, Parts, Pwm, PwmConfig, Repeat, Saturator, Shaping, Wiring, axis_front, flatten, input_shaper, pwm,
     saturator,
 };
 
@@ -94,6 +94,12 @@ impl<L: Law> MethodLoop<L> {
     /// The law in the middle.
     pub fn law(&self) -> &L {
         &self.law
+    }
+
+    /// Whether an input shaper changes the law's torque.
+    #[must_use]
+    pub fn is_shaped(&self) -> bool {
+        self.config.shaping.is_some()
     }
 
     /// What the front sees.
@@ -210,6 +216,10 @@ impl<L: Law> Block for MethodLoop<L> {
         all.extend(Shaping::generics(shaping, names));
         all.extend(self.law.own_generics());
         all
+    }
+
+    fn parts(&self) -> Option<Parts> {
+        Some(Parts::of(self))
     }
 
     fn reset(&mut self) -> LoopOut<i64> {

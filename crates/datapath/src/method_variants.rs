@@ -1,4 +1,4 @@
-//! The blocks and wirings of the method loops, and the configurations in which they are checked.
+//! The blocks and wirings of the method loops, and the configurations in which they are tested.
 
 use hpu_signal::Format;
 
@@ -9,7 +9,7 @@ use crate::{
     PassivityController, PwmConfig, SampledWall, SampledWallConfig, Shaping, SpringConfig, VirtualCoupling,
 };
 
-/// Every block and wiring in its default configuration.
+/// Returns every block and wiring of the method loops in its default configuration.
 pub(crate) fn registry() -> Vec<Box<dyn AnyBlock>> {
     vec![
         Box::new(AxisFront::default()),
@@ -29,7 +29,7 @@ pub(crate) fn registry() -> Vec<Box<dyn AnyBlock>> {
 
 type Variants = Vec<(&'static str, Box<dyn AnyBlock>)>;
 
-/// The other configurations.
+/// Returns the configurations beyond the default ones, each with its label.
 pub(crate) fn others() -> Result<Variants, ConfigError> {
     let mut all: Variants = vec![("8_bit", Box::new(AxisFront::new(8)?)), ("32_bit", Box::new(AxisFront::new(32)?))];
     let shaper =
@@ -38,12 +38,13 @@ pub(crate) fn others() -> Result<Variants, ConfigError> {
         ("8_bit", shaper),
         ("shaping", InputShaperConfig { shaping: Some(shaping(0)), ..InputShaperConfig::default() }),
         ("shaping_8_bit", InputShaperConfig { shaping: Some(shaping(0)), ..shaper }),
-        // Half of a difference: of a step up the other half is shown at once, so the edge of the first sample is seen.
+        // The filter shows half of each difference. The other half of a step up is shown at once, so the edge of the
+        // first sample is visible.
         (
             "phase",
             InputShaperConfig { shaping: Some(Shaping { phase: 5, b: [1 << 29, -1 << 29, 0], a: [0, 0] }), ..shaper },
         ),
-        // A difference that rings: every rectifier and the filter's limits are reached within a few samples.
+        // A ringing difference reaches every rectifier and the filter's limits within a few samples.
         (
             "ringing",
             InputShaperConfig {
@@ -68,7 +69,7 @@ pub(crate) fn others() -> Result<Variants, ConfigError> {
     Ok(all)
 }
 
-/// Loops in which no two generics have the same value: one that takes another's place is seen.
+/// Returns loops in which no two generics have the same value, so that a generic in another one's place is noticed.
 fn distinct_loops() -> Result<Variants, ConfigError> {
     let format = |int, frac| Format::new(false, int, frac).expect("a constant");
     let widths = LawWidths {
@@ -117,7 +118,7 @@ fn distinct_loops() -> Result<Variants, ConfigError> {
     ])
 }
 
-/// The laws that stabilise, in widths so short that a period may be longer than their latency.
+/// Configurations of the laws that stabilise, in widths so short that their latency may exceed a period.
 struct Small {
     coupling: CouplingConfig,
     control: PassivityConfig,
@@ -136,7 +137,7 @@ fn stabilisers() -> Small {
         torque_width: 6,
     };
     Small {
-        // K_e = 60, K_c = 30, B_c/T = 10 PWM counts per count.
+        // These gains are K_e = 60, K_c = 30, B_c/T = 10 PWM counts per count.
         coupling: CouplingConfig { widths, extension_frac: 3, gain_frac: 8, share: 154, free: 64, held: 26 },
         control: PassivityConfig { widths, energy_width: 14, ..PassivityConfig::default() },
         bounding: BoundingConfig {
@@ -153,7 +154,7 @@ fn stabilisers() -> Small {
     }
 }
 
-/// Coupling, passivity control, energy bounding and passive spring, and the loops around them.
+/// Returns coupling, passivity control, energy bounding and passive spring, and the loops around them.
 fn stabilised() -> Result<Variants, ConfigError> {
     let Small { coupling, control, bounding, spring } = stabilisers();
     let soft = CouplingConfig { share: 39322, free: 16384, held: 6554, ..CouplingConfig::default() };
@@ -191,14 +192,14 @@ fn stabilised() -> Result<Variants, ConfigError> {
     ])
 }
 
-/// A passivity controller whose total, less the greatest credit, takes every bit that the VHDL gives it: once because
-/// of the energy's width, once because of that of torque and motion.
+/// Returns a passivity controller whose total, less the greatest credit, needs every bit that the VHDL gives it.
+/// Depending on the arguments, the energy's width or the widths of torque and motion determine this number of bits.
 fn deep(torque_width: u32, energy_width: u32) -> PassivityConfig {
     let widths = LawWidths { width: 16, torque_width, ..LawWidths::default() };
     PassivityConfig { widths, exact: true, energy_width, credit: NATURAL }
 }
 
-/// Widths so short that everything wraps, saturates and rounds within a few edges.
+/// Returns widths so short that everything wraps, saturates and rounds within a few edges.
 pub(crate) fn small() -> LawWidths {
     let format = |int, frac| Format::new(false, int, frac).expect("a constant");
     LawWidths {
@@ -211,7 +212,7 @@ pub(crate) fn small() -> LawWidths {
     }
 }
 
-/// The modulator of a loop of these widths.
+/// Returns the modulator of a loop with the widths of [`small`].
 pub(crate) fn small_pwm() -> PwmConfig {
     PwmConfig { width: small().torque_width, ..PwmConfig::default() }
 }
@@ -220,7 +221,7 @@ fn small_wall() -> SampledWallConfig {
     SampledWallConfig { widths: small(), velocity_frac: 4, ..SampledWallConfig::default() }
 }
 
-/// Every estimator, the spring held and at once, both rates, with and without relief.
+/// Returns walls with every estimator, the spring held and live, both rates, and with and without relief.
 fn walls() -> Vec<(&'static str, SampledWallConfig)> {
     let small = small_wall();
     vec![
@@ -238,7 +239,7 @@ fn walls() -> Vec<(&'static str, SampledWallConfig)> {
     ]
 }
 
-/// The loops' modulators and shapers.
+/// Returns the modulators and shapers of the loops, each with its label.
 fn loops() -> Vec<(&'static str, PwmConfig, Option<Shaping>)> {
     let pwm = small_pwm();
     vec![
@@ -248,7 +249,7 @@ fn loops() -> Vec<(&'static str, PwmConfig, Option<Shaping>)> {
     ]
 }
 
-/// The 2.5 Hz high-pass at 10 kHz.
+/// Returns the shaper's 2.5 Hz high-pass filter for a rate of 10 kHz.
 fn shaping(phase: u32) -> Shaping {
     Shaping { phase, b: [1_072_549_859, -2_145_099_718, 1_072_549_859], a: [-2_145_098_394, 1_071_359_217] }
 }

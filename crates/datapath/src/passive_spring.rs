@@ -29,8 +29,10 @@ use hpu_signal::{Format, Int, Machine, Narrowed, Narrowing, Overflow, Reach, Rou
 
 use crate::config::{NATURAL, within};
 use crate::law::ZERO;
-use crate::sequence::Sequence;
-use crate::{Block, ConfigError, Generic, Law, LawIn, LawOut, LawWidths, SquareRoot};
+use crate::sequence::{Sequence, captures, loads_before_it_reads};
+use crate::{
+    AnyStep, Block, ConfigError, Generic, Law, LawIn, LawOut, LawWidths, Lemma, Register, SquareRoot, Step, square_root,
+};
 
 /// The widths and options of a passive spring.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -67,6 +69,7 @@ pub struct PassiveSpring {
     radicand: Narrowing,
     extension: Narrowing,
     torque: Narrowing,
+    root: SquareRoot,
     fits_64: bool,
     sequence: Sequence<Registers<Narrowed>>,
 }
@@ -110,6 +113,7 @@ impl PassiveSpring {
             radicand: clamp(2 * frac, square),
             extension: clamp(frac, extension),
             torque: clamp(widths.stiffness.frac() + frac + widths.scale.frac(), Format::unsigned(widths.torque_width)),
+            root: SquareRoot::new(root_width)?,
             fits_64: false,
             // One edge to start the root, one to make the torque of it.
             sequence: Sequence::new(root_width / 2 + 2, RESET),
@@ -132,8 +136,9 @@ impl PassiveSpring {
     /// The radicand of a capture.
     #[inline]
     fn begun<W: Word>(&self, last: &Registers<W>, input: &LawIn<W>) -> W {
-        let SpringConfig { extension_frac, alpha, revive, .. } = self.config;
+        let SpringConfig { widths, extension_frac, alpha, revive } = self.config;
         let (x, zero) = (last.extension, W::int(0));
+        let (length, pace) = (self.extension.to.width() + 1, widths.width + 32);
         let touches = x.equals(zero) & input.contact.is_set();
         let engages = if revive { touches } else { touches & last.contact.equals(zero) };
         let anew = || {
@@ -142,7 +147,8 @@ impl PassiveSpring {
         };
         let worked = || {
             let motion = (input.position - last.position).wrap(self.motion);
-            [x * x + (x * (W::int(alpha.into()) * motion)).shl(extension_frac - 7)]
+            let gained = x * (W::int(alpha.into()) * motion).cut("pace", pace);
+            [(x * x).cut("area", 2 * length) + gained.cut("gained", length + pace).shl(extension_frac - 7)]
         };
         let [square] = W::branch(engages, anew, worked);
         square.narrow(&self.radicand)
@@ -151,8 +157,13 @@ impl PassiveSpring {
     /// The torque and the extension that a root leads to.
     #[inline]
     fn ended<W: Word>(&self, input: &LawIn<W>, root: W) -> LawOut<W> {
-        let memory = root.narrow(&self.extension);
-        LawOut { torque: (input.stiffness * memory.shed() * input.scale).narrow(&self.torque), memory }
+        let LawWidths { stiffness, scale, .. } = self.config.widths;
+        let length = self.extension.to.width() + 1;
+        let pull = stiffness.width() + 1 + length;
+        let memory = root.narrow(&self.extension).cut("reached", length);
+        let pulled = (input.stiffness * memory.shed()).cut("pull", pull);
+        let pushed = (pulled * input.scale).cut("push", pull + scale.width() + 1);
+        LawOut { torque: pushed.narrow(&self.torque), memory }
     }
 
     /// The registers that a capture leads to.
@@ -169,6 +180,57 @@ impl PassiveSpring {
         let root = Narrowed { overflowed: radicand.overflowed, ..SquareRoot::root(radicand.word) };
         let LawOut { torque, memory } = self.ended(&input, Machine::of_narrowed(root));
         Registers { position: input.position, contact: input.contact, torque, extension: memory }.map(Machine::narrowed)
+    }
+}
+
+/// The registers of the VHDL, those of its root among them.
+impl Step for PassiveSpring {
+    fn registers(&self) -> Vec<Register> {
+        let LawWidths { width, period_width, stiffness, scale, .. } = self.config.widths;
+        // The signed words of the VHDL, whose signs need not be known.
+        let signed = |format: Format| Format::signed(format.width() + 1);
+        let mut all = vec![
+            Register::new("countdown", Format::unsigned(period_width)),
+            Register::new("previous", Format::unsigned(width)),
+            Register::new("touched", Format::BIT),
+            Register::new("x", signed(self.extension.to)),
+            Register::kept("k", signed(stiffness)),
+            Register::kept("beta", signed(scale)),
+            Register::new("start", Format::BIT),
+            Register::new("square", self.radicand.to),
+            Register::new("torque", self.config.widths.torque().format),
+            Register::new("memory", self.extension.to),
+        ];
+        all.extend(Register::inside("root_of_square", &self.root));
+        all
+    }
+
+    fn step<W: Word>(&self, registers: &[W], input: LawIn<W>) -> (Vec<W>, LawOut<W>) {
+        let [left, position, contact, extension, stiffness, scale, start, square, torque, memory, ref root @ ..] =
+            *registers
+        else {
+            unreachable!("registers")
+        };
+        let (rooting, made) = self.root.step(root, square_root::In { start, x: square });
+        let (left, captures) = captures(left, input.period, [start, made.busy, made.ready]);
+        let captured = || {
+            let square = self.begun(&Registers { position, contact, torque, extension }, &input);
+            [input.position, input.contact, input.stiffness, input.scale, square]
+        };
+        let kept = || [position, contact, stiffness, scale, square];
+        let [position, contact, k, beta, square] = W::branch(captures, captured, kept);
+        let loaded = || {
+            let LawOut { torque, memory } = self.ended(&LawIn { stiffness, scale, ..input }, made.root);
+            [memory, torque, memory]
+        };
+        let shown = LawOut { torque, memory };
+        let [extension, torque, memory] = W::branch(made.ready.is_set(), loaded, || [extension, torque, memory]);
+        let own = [left, position, contact, extension, k, beta, W::of_bit(captures), square, torque, memory];
+        ([&own[..], &rooting].concat(), shown)
+    }
+
+    fn lemmas(&self) -> Vec<Lemma<'_>> {
+        vec![loads_before_it_reads(self, 10, 6)]
     }
 }
 
@@ -222,6 +284,10 @@ impl Block for PassiveSpring {
 
     fn generics(&self) -> Vec<(&'static str, Generic)> {
         [self.config.widths.generics(), self.own_generics()].concat()
+    }
+
+    fn equations(&self) -> Option<&dyn AnyStep> {
+        Some(self)
     }
 
     fn reset(&mut self) -> LawOut<i64> {

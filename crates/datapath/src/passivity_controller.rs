@@ -29,8 +29,11 @@ use hpu_signal::{Format, Int, Machine, Narrowed, Narrowing, Overflow, Reach, Rou
 
 use crate::config::{NATURAL, within};
 use crate::law::{Wanted, ZERO, shown};
-use crate::sequence::Sequence;
-use crate::{Block, ConfigError, DividerConfig, Generic, Law, LawIn, LawOut, LawWidths, SequentialDivider};
+use crate::sequence::{Sequence, captures, loads_before_it_reads};
+use crate::{
+    AnyStep, Block, ConfigError, DividerConfig, Generic, Law, LawIn, LawOut, LawWidths, Lemma, Register,
+    SequentialDivider, Step, sequential_divider,
+};
 
 /// The widths and options of a passivity controller.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -108,7 +111,7 @@ impl PassivityController {
         let input = self.config.widths.inputs().map(|signal| Reach::of(signal.format));
         let [motion, wanted, energy] = self.begun(&last, &input);
         let missing = Reach::of(Format::unsigned(self.config.widths.torque_width));
-        Reach::fit_64(&[motion, wanted, energy, self.ended(motion, wanted, missing)])
+        Reach::fit_64(&[motion, wanted, energy, self.ended(motion, wanted, energy, missing)])
     }
 
     /// Displacement, torque wanted and energy of a capture: all that is known before the division.
@@ -116,21 +119,26 @@ impl PassivityController {
     fn begun<W: Word>(&self, last: &Registers<W>, input: &LawIn<W>) -> [W; 3] {
         let motion = (input.position - last.position).wrap(self.motion);
         let wanted = self.wanted.torque(input, motion);
+        let LawWidths { width, torque_width, .. } = self.config.widths;
+        let room = torque_width + 2 + width;
         let work = if self.config.exact {
-            last.torque * motion
+            (last.torque * motion).cut("exactly", room - 1)
         } else {
-            wanted.shed() * motion + last.correction * last.motion
+            let asked = (wanted.shed() * motion).cut("asked", room - 1);
+            asked + (last.correction * last.motion).cut("added", room)
         };
         let energy = (last.energy + work).narrow(&self.energy);
         let credit = self.config.credit.into();
         [motion, wanted, if self.config.credit > 0 { energy.limit(self.energy.to.min(), credit) } else { energy }]
     }
 
-    /// The torque wanted, with what was missing in the direction of the displacement.
+    /// The torque wanted, with what is missing to an energy below 0 in the direction of the displacement.
     #[inline]
-    fn ended<W: Word>(&self, motion: W, wanted: W, missing: W) -> W {
-        let is_back = W::int(0).above(motion);
-        shown(W::select(is_back, wanted - missing, wanted + missing), self.config.widths.top())
+    fn ended<W: Word>(&self, motion: W, wanted: W, energy: W, missing: W) -> W {
+        let (zero, top) = (W::int(0), self.config.widths.top());
+        let paid = || [shown(W::select(zero.above(motion), wanted - missing, wanted + missing), top)];
+        let [torque] = W::branch(zero.above(energy) & motion.is_set(), paid, || [wanted]);
+        torque
     }
 
     /// The registers that a capture leads to.
@@ -146,7 +154,7 @@ impl PassivityController {
         let [motion, wanted, energy] = self.begun(&last, &input);
         let [moved, stored] = [motion, energy].map(|word| word.narrowed().word);
         let missing = if stored < 0 && moved != 0 { self.divider.divide(-stored, moved.abs()) } else { ZERO };
-        let torque = self.ended(motion, wanted, Machine::of_narrowed(missing));
+        let torque = self.ended(motion, wanted, energy, Machine::of_narrowed(missing));
         let correction = (torque - wanted).shed();
         Registers { position: input.position, motion, correction, energy, torque }.map(Machine::narrowed)
     }
@@ -154,6 +162,58 @@ impl PassivityController {
     #[inline]
     fn shown(&self) -> LawOut<Narrowed> {
         LawOut { torque: self.sequence.loaded().torque, memory: self.sequence.captured().energy }
+    }
+}
+
+/// The registers of the VHDL, those of its divider among them.
+impl Step for PassivityController {
+    fn registers(&self) -> Vec<Register> {
+        let LawWidths { width, period_width, torque_width, .. } = self.config.widths;
+        let torque = self.config.widths.torque().format;
+        let mut all = vec![
+            Register::new("countdown", Format::unsigned(period_width)),
+            Register::new("previous", Format::unsigned(width)),
+            Register::new("moved", self.motion),
+            Register::new("demand", Format::signed(torque_width + 1)),
+            Register::new("correction", torque),
+            Register::new("energy", self.energy.to),
+            Register::new("shown", Format::signed(torque_width + 1)),
+            Register::new("start", Format::BIT),
+            Register::new("deficit", Format::unsigned(self.config.energy_width)),
+            Register::new("distance", Format::unsigned(width)),
+            Register::new("memory", self.energy.to),
+        ];
+        all.extend(Register::inside("divider", &self.divider));
+        all
+    }
+
+    fn step<W: Word>(&self, registers: &[W], input: LawIn<W>) -> (Vec<W>, LawOut<W>) {
+        let [left, position, motion, wanted, correction, energy, torque, start, num, den, memory, ref rest @ ..] =
+            *registers
+        else {
+            unreachable!("registers")
+        };
+        let (dividing, made) = self.divider.step(rest, sequential_divider::In { start, num, den });
+        let (left, captures) = captures(left, input.period, [start, made.busy, made.ready]);
+        let magnitude = |word: W| W::select(W::int(0).above(word), -word, word);
+        let captured = || {
+            let last = Registers { position, motion, correction, energy, torque };
+            let [motion, wanted, energy] = self.begun(&last, &input);
+            [input.position, motion, wanted, energy, magnitude(energy), magnitude(motion), energy]
+        };
+        let kept = || [position, motion, wanted, energy, num, den, memory];
+        let [position, moved, demand, stored, num, den, shown] = W::branch(captures, captured, kept);
+        let loaded = || {
+            let torque = self.ended(motion, wanted, energy, made.quotient);
+            [torque - wanted, torque]
+        };
+        let [correction, pushed] = W::branch(made.ready.is_set(), loaded, || [correction, torque]);
+        let own = [left, position, moved, demand, correction, stored, pushed, W::of_bit(captures), num, den, shown];
+        ([&own[..], &dividing].concat(), LawOut { torque, memory })
+    }
+
+    fn lemmas(&self) -> Vec<Lemma<'_>> {
+        vec![loads_before_it_reads(self, 11, 7)]
     }
 }
 
@@ -207,6 +267,10 @@ impl Block for PassivityController {
 
     fn generics(&self) -> Vec<(&'static str, Generic)> {
         [self.config.widths.generics(), self.own_generics()].concat()
+    }
+
+    fn equations(&self) -> Option<&dyn AnyStep> {
+        Some(self)
     }
 
     fn reset(&mut self) -> LawOut<i64> {

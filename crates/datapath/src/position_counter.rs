@@ -96,6 +96,10 @@ impl Block for PositionCounter {
         Some(self)
     }
 
+    fn counts(&self) -> Option<&'static str> {
+        Some("position")
+    }
+
     fn reset(&mut self) -> Out<i64> {
         self.position = 0;
         Out { position: 0 }

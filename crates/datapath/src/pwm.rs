@@ -30,18 +30,18 @@ hpu_signal::ports! {
     pub struct Out { a_high, a_low, b_high, b_low }
 }
 
-/// The configuration of a modulator.
+/// The width and modes of a modulator.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct PwmConfig {
-    /// A period is `2^width` clocks.
+    /// Exponent of the period, which is `2^width` clocks.
     pub width: u32,
-    /// Locked antiphase instead of sign/magnitude.
+    /// Whether the mode is locked antiphase; otherwise it is sign/magnitude.
     pub antiphase: bool,
     /// Whether a command waits for the start of a period.
     pub latched: bool,
     /// Whether the off phase of sign/magnitude leaves the motor open instead of braking it.
     pub floating: bool,
-    /// Clocks for which both gates of a leg are off when it changes.
+    /// Number of clocks for which both gates of a leg are off when the leg changes.
     pub dead_time: u32,
 }
 
@@ -51,7 +51,7 @@ impl Default for PwmConfig {
     }
 }
 
-/// What a leg of the bridge is told to be.
+/// The state that a leg of the bridge is asked to have.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum State {
     Off,
@@ -82,21 +82,21 @@ impl Leg {
         i64::from(self.state == state && self.wait == 0)
     }
 
-    /// Edges before a gate opens at the end of a dead time.
+    /// Returns the number of edges before a gate turns on at the end of a dead time.
     #[inline]
     fn quiet(&self) -> u64 {
         if self.state == State::Off || self.wait == 0 { u64::MAX } else { self.wait - 1 }
     }
 }
 
-/// A command as the comparison sees it: the legs are `on` for the first `duty` clocks of a period, then off.
+/// A command in the form of the comparison: the legs are `on` for the first `duty` clocks of a period, then off.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 struct Pulse {
     duty: u64,
     on: [State; 2],
 }
 
-/// See the [module](self).
+/// A pulse-width modulator; the [module](self) describes it.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Pwm {
     config: PwmConfig,
@@ -111,11 +111,11 @@ pub struct Pwm {
 }
 
 impl Pwm {
-    /// A modulator of this configuration.
+    /// Returns a modulator with this configuration.
     ///
     /// # Errors
     ///
-    /// Unless `width` is 1 to 30 and `dead_time` is a VHDL `natural`.
+    /// Returns an error unless `width` is 1 to 30 and `dead_time` is a VHDL `natural`.
     pub fn new(config: PwmConfig) -> Result<Self, ConfigError> {
         within(Self::NAME, "WIDTH", config.width, 1..=30)?;
         within(Self::NAME, "DEAD_TIME", config.dead_time, 0..=NATURAL)?;
@@ -139,8 +139,8 @@ impl Pwm {
         Ok(block)
     }
 
-    /// Stops the modulator for good, all gates 0: for loops whose gates drive nothing, which it would keep from
-    /// resting.
+    /// Stops the modulator for good, all gates 0. It is called for loops whose gates drive nothing, because a running
+    /// modulator would keep the loop from being quiet.
     pub fn rest(&mut self) {
         self.resting = true;
         self.reset();
@@ -162,7 +162,7 @@ impl Pwm {
         if phase < pulse.duty { pulse.on } else { self.off }
     }
 
-    /// Whether the next edge takes the command.
+    /// Whether the next edge takes a new command.
     #[inline]
     fn takes(&self) -> bool {
         !self.config.latched || self.phase == 0
@@ -176,8 +176,9 @@ impl Pwm {
         }
     }
 
-    /// How the gates repeat from the edge just ticked on while this command stays: a period has just begun with its
-    /// pulse. Other nets are somebody else's.
+    /// Returns how the gates repeat from the edge just ticked on while this command stays, if they do. They do if that
+    /// edge has begun a period, with the pulse of the command. The number of edges (`edges`) has no limit here; the
+    /// caller limits it by the other nets.
     #[inline]
     pub(crate) fn repeats(&self, input: &In<i64>) -> Option<Repeat<Out<i64>>> {
         let Self { period, pulse: Pulse { duty, .. }, .. } = *self;
@@ -186,13 +187,13 @@ impl Pwm {
         repeats.then(|| Repeat { period, first: duty, others: self.pause(), edges: u64::MAX })
     }
 
-    /// The gates between pulses.
+    /// Returns the gates between two pulses.
     #[inline]
     pub(crate) fn pause(&self) -> Out<i64> {
         Self::shown(&self.off.map(|state| Leg { state, wait: 0 }))
     }
 
-    /// That many edges from the beginning of a pulse that repeats; the gates then.
+    /// Ticks `edges` edges from the beginning of a pulse that repeats, at once; returns the gates after them.
     #[inline]
     pub(crate) fn skip_repeats(&mut self, edges: u64) -> Out<i64> {
         let last = edges & (self.period - 1);
@@ -217,7 +218,8 @@ impl Pwm {
     }
 }
 
-/// As the VHDL has it: a leg is what it is told to be (0 off, 1 low, 2 high) above its dead time.
+/// Registers as in the VHDL: each leg has the state that it is asked to have (0 off, 1 low, 2 high) above its dead
+/// time.
 impl Step for Pwm {
     fn registers(&self) -> Vec<Register> {
         let PwmConfig { width, dead_time, .. } = self.config;
@@ -341,7 +343,7 @@ impl Block for Pwm {
         let change = if self.phase < now.duty && now.duty < self.period {
             now.duty - self.phase
         } else {
-            // Nothing changes in this period; the next one has the pulse of the present command.
+            // Nothing changes in the rest of this period; the next period has the pulse of the present command.
             let next = self.pulse(input.command);
             let rest = self.period - self.phase;
             if self.wanted(next, 0) != wanted {

@@ -1,4 +1,4 @@
-//! Decoding of the two encoder lines, four steps a line (x4).
+//! Decoding of the two encoder lines, with four counts per period of the lines (x4).
 //!
 //! - **Equation**: forward order of (a b) is 00, 01, 11, 10, 00: one place forward is `step = +1`, one back is `-1`.
 //! - **Ports**: `a`, `b` (0,1,0) in; `step` (1,1,0), `error` (0,1,0) out.
@@ -27,7 +27,7 @@ hpu_signal::ports! {
     pub struct Out { step, error }
 }
 
-/// See the [module](self).
+/// A quadrature decoder; the [module](self) describes it.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct QuadratureDecoder {
     settle: u32,
@@ -37,17 +37,17 @@ pub struct QuadratureDecoder {
 }
 
 impl QuadratureDecoder {
-    /// A decoder that ignores the first `settle` edges after reset.
+    /// Returns a decoder that ignores the first `settle` edges after reset.
     ///
     /// # Errors
     ///
-    /// When `settle` is no VHDL `natural`.
+    /// Returns an error unless `settle` is a VHDL `natural`.
     pub fn new(settle: u32) -> Result<Self, ConfigError> {
         within(Self::NAME, "SETTLE", settle, 0..=NATURAL)?;
         Ok(Self { settle, settling: settle, previous: In { a: 0, b: 0 }, out: Out { step: 0, error: 0 } })
     }
 
-    /// The outputs after the next edge.
+    /// Computes the outputs after the next edge.
     #[inline]
     fn next(&self, input: &In<i64>) -> Out<i64> {
         if self.settling > 0 {
@@ -80,7 +80,7 @@ impl Step for QuadratureDecoder {
     fn step<W: Word>(&self, registers: &[W], In { a, b }: In<W>) -> (Vec<W>, Out<W>) {
         let [was_a, was_b, step, error, ref settling @ ..] = *registers else { unreachable!("registers") };
         let (zero, one, two) = (W::int(0), W::int(1), W::int(2));
-        // Places in the forward order 00, 01, 11, 10.
+        // `place` computes the place of (a b) in the forward order 00, 01, 11, 10.
         let place = |a: W, b: W| a.shl(1) + a + b - (a * b).shl(1);
         let moved = (place(a, b) - place(was_a, was_b)).wrap(Format::unsigned(2));
         let is = |steps: W| moved.equals(steps);
@@ -94,7 +94,7 @@ impl Step for QuadratureDecoder {
     }
 }
 
-/// The place of (a b) in the forward order 00, 01, 11, 10.
+/// Returns the place of (a b) in the forward order 00, 01, 11, 10.
 #[inline]
 fn place(lines: &In<i64>) -> i64 {
     2 * lines.a + (lines.a ^ lines.b)
@@ -153,7 +153,7 @@ impl Block for QuadratureDecoder {
 
     #[inline]
     fn quiet(&self, input: &In<i64>) -> u64 {
-        // From the second edge on, the lines are as they were, and step is 0.
+        // From the second edge on, the lines equal the previous ones, so `step` is 0.
         if self.next(input) != self.out {
             0
         } else if self.out.step != 0 {

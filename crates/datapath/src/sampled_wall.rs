@@ -26,7 +26,11 @@ use hpu_signal::{Format, Machine, Narrowing, Overflow, Reach, Rounding, Signal, 
 use crate::config::{NATURAL, WORD, within};
 use crate::estimator::{Estimator, EstimatorConfig, Velocity};
 use crate::law::Wanted;
-use crate::{Block, ConfigError, Generic, Law, LawIn, LawOut, LawWidths, ZeroOrderHold, zero_order_hold};
+use crate::sequence::loads_before_it_reads;
+use crate::{
+    AnyStep, Block, ConfigError, Generic, Law, LawIn, LawOut, LawWidths, Lemma, Register, Step, ZeroOrderHold,
+    zero_order_hold,
+};
 
 /// The widths and modes of a sampled wall.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -146,10 +150,23 @@ impl SampledWall {
         1 << self.config.widths.width
     }
 
-    /// The velocity's period.
+    /// The velocity's period, from the spring's.
     #[inline]
-    fn period(&self, input: &LawIn<i64>) -> i64 {
-        self.period.wrap(i128::from(input.period) * i128::from(self.config.ratio))
+    #[must_use]
+    pub fn velocity_period(&self, period: i64) -> i64 {
+        self.period.wrap(i128::from(period) * i128::from(self.config.ratio))
+    }
+
+    /// Widths and modes.
+    #[must_use]
+    pub fn config(&self) -> &SampledWallConfig {
+        &self.config
+    }
+
+    /// The block that estimates the velocity, where there is one with equations.
+    #[must_use]
+    pub fn estimator(&self) -> Option<&dyn crate::AnyBlock> {
+        self.velocity.block()
     }
 
     /// What the torque is made of with these inputs and the registers as they stand.
@@ -164,13 +181,16 @@ impl SampledWall {
         Made { contact, penetration, stiffness, damping, velocity: self.velocity.latest().word }
     }
 
-    /// The torque: drag and relief have the same sign, its format holds the sum.
+    /// The torque: drag and relief have the same sign, so that the clamp never acts.
     #[inline]
-    fn torque<W: Word>(&self, made: Made<W>) -> W {
+    pub fn torque<W: Word>(&self, made: Made<W>) -> W {
         let Made { contact, penetration, stiffness, damping, velocity } = made;
-        let drag = (contact * damping * velocity).narrow(&self.drag);
-        let relief = (W::int(self.config.relief.into()) * velocity).narrow(&self.drag);
-        self.wanted.spring(contact * penetration, stiffness) + drag - relief
+        let most = 2 * i128::from(self.config.widths.top()) + 1;
+        let narrowed = |product: W, name: &str| product.narrow(&self.drag).cut(name, self.drag.to.width());
+        let wall = || [self.wanted.spring(penetration, stiffness) + narrowed(damping * velocity, "drag")];
+        let [wall] = W::branch(contact.is_set(), wall, || [W::int(0)]);
+        let relief = narrowed(W::int(self.config.relief.into()) * velocity, "relief_torque");
+        (wall - relief).limit(-most, most)
     }
 
     /// Makes the torque.
@@ -193,6 +213,41 @@ impl SampledWall {
             self.make(made);
         }
         LawOut { torque: self.shown, memory: made.velocity }
+    }
+}
+
+/// The registers of the VHDL: those of its hold, if there is one, and of its estimator.
+impl Step for SampledWall {
+    fn registers(&self) -> Vec<Register> {
+        let hold = self.config.spring_held.then(|| Register::inside("g_held_hold", &self.hold));
+        hold.into_iter().flatten().chain(self.velocity.registers()).collect()
+    }
+
+    fn step<W: Word>(&self, registers: &[W], input: LawIn<W>) -> (Vec<W>, LawOut<W>) {
+        let LawIn { position, contact, penetration, stiffness, damping, period, .. } = input;
+        let held = if self.config.spring_held { Step::registers(&self.hold).len() } else { 0 };
+        let (hold, estimator) = registers.split_at(held);
+        let (mut next, mut touched) = (Vec::new(), (contact, penetration));
+        if self.config.spring_held {
+            let width = self.config.widths.width;
+            let d = contact.shl(width) + penetration;
+            let (holding, zero_order_hold::Out { q }) = self.hold.step(hold, zero_order_hold::In { d, period });
+            touched = (q.shr(width), q.wrap(Format::unsigned(width)));
+            next = holding;
+        }
+        let scaled = (period * W::int(self.config.ratio.into())).wrap(self.period);
+        let (estimating, velocity) = self.velocity.step(estimator, position, scaled);
+        next.extend(estimating);
+        let (contact, penetration) = touched;
+        let torque = self.torque(Made { contact, penetration, stiffness, damping, velocity });
+        (next, LawOut { torque, memory: velocity })
+    }
+
+    fn lemmas(&self) -> Vec<Lemma<'_>> {
+        let registers = Step::registers(self);
+        let of = |path: &str| registers.iter().position(|register| register.path() == path);
+        let inside = of("g_timer_start").zip(of("g_timer_divider.remaining"));
+        inside.map(|(start, own)| loads_before_it_reads(self, own, start)).into_iter().collect()
     }
 }
 
@@ -264,6 +319,10 @@ impl Block for SampledWall {
         all
     }
 
+    fn equations(&self) -> Option<&dyn AnyStep> {
+        self.velocity.has_equations().then_some(self)
+    }
+
     fn reset(&mut self) -> LawOut<i64> {
         self.held = self.hold.reset().q;
         self.velocity.reset();
@@ -276,7 +335,7 @@ impl Block for SampledWall {
         if self.config.spring_held {
             self.held = self.hold.tick(self.sampled(&input)).q;
         }
-        self.velocity.tick(input.position, self.period(&input));
+        self.velocity.tick(input.position, self.velocity_period(input.period));
         self.shown(&input)
     }
 
@@ -286,7 +345,7 @@ impl Block for SampledWall {
             return 0;
         }
         let hold = if self.config.spring_held { self.hold.quiet(&self.sampled(input)) } else { u64::MAX };
-        hold.min(self.velocity.quiet(input.position, self.period(input)))
+        hold.min(self.velocity.quiet(input.position, self.velocity_period(input.period)))
     }
 
     #[inline]
@@ -295,6 +354,6 @@ impl Block for SampledWall {
         if self.config.spring_held {
             self.hold.skip(edges, &self.sampled(input));
         }
-        self.velocity.skip(edges, input.position, self.period(input));
+        self.velocity.skip(edges, input.position, self.velocity_period(input.period));
     }
 }

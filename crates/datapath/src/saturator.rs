@@ -1,4 +1,4 @@
-//! Saturation to full scale.
+//! Saturation of a word to the actuator's full scale.
 //!
 //! - **Equation**: `limited = clamp(value, -LIMIT, +LIMIT)`.
 //! - **Ports**: `value` (1,IN_WIDTH-1,0) in; `limited` (1,OUT_WIDTH-1,0) out; `LIMIT < 2^(OUT_WIDTH-1)`.
@@ -23,7 +23,7 @@ hpu_signal::ports! {
     pub struct Out { limited }
 }
 
-/// See the [module](self).
+/// A saturator; the [module](self) describes it.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Saturator {
     value: Format,
@@ -32,11 +32,11 @@ pub struct Saturator {
 }
 
 impl Saturator {
-    /// A saturator to `-limit..=limit`.
+    /// Returns a saturator to `-limit..=limit`.
     ///
     /// # Errors
     ///
-    /// Unless both widths are 2 to 62, and `limit` is a VHDL `natural` below `2^(out_width-1)`.
+    /// Returns an error unless both widths are 2 to 62, and `limit` is a VHDL `natural` below `2^(out_width-1)`.
     pub fn new(in_width: u32, out_width: u32, limit: u32) -> Result<Self, ConfigError> {
         within(Self::NAME, "IN_WIDTH", in_width, WORD)?;
         within(Self::NAME, "OUT_WIDTH", out_width, WORD)?;
@@ -46,7 +46,7 @@ impl Saturator {
         Ok(Self { value: Format::signed(in_width), limited, limit: limit.into() })
     }
 
-    /// The outputs for these inputs.
+    /// Returns the outputs for these inputs.
     #[inline]
     #[must_use]
     pub fn eval(&self, input: In<i64>) -> Out<i64> {
@@ -58,7 +58,8 @@ impl Combinational for Saturator {
     #[inline]
     fn made<W: Word>(&self, input: In<W>) -> Out<W> {
         let limit = i128::from(self.limit);
-        Out { limited: input.value.limit(-limit, limit) }
+        let limited = input.value.limit(-limit, limit);
+        Out { limited: limited.overflowing(!limited.equals(input.value)) }
     }
 }
 

@@ -1,6 +1,10 @@
 //! The registers of a law that captures at a sample edge, computes, and loads what came of it edges later.
 
+use hpu_signal::{Term, Word};
+
 use crate::countdown::{Countdown, edges};
+use crate::step::{counted_down, equal, loads_first};
+use crate::{Lemma, Step};
 
 /// Registers `R` as they are and as the next load leaves them: known at the capture and held back until its edge, as
 /// nobody sees them in between. Sample edges up to and including that of the load are passed over.
@@ -101,4 +105,21 @@ impl<R: Copy + PartialEq> Sequence<R> {
     fn between_captures(&self, period: i64) -> u64 {
         edges(period) * (self.latency / edges(period) + 1)
     }
+}
+
+/// In words, the countdown after an edge of such a law, and whether that edge captures: none does from the edge that
+/// starts the divider or root to that which loads what it made.
+pub(crate) fn captures<W: Word>(left: W, period: W, [start, busy, ready]: [W; 3]) -> (W, W::Bit) {
+    let (left, samples) = counted_down(left, period);
+    (left, samples & !(start.is_set() | busy.is_set() | ready.is_set()))
+}
+
+/// That it does not matter what a reset leaves in such a law, whose own registers are the first ones, that which starts
+/// at this place; those of the divider or root come after them, its `remaining` first, its `ready` last. At rest, no
+/// word that is kept is read; from the capture on, those of the law are loaded, and with the start those inside.
+pub(crate) fn loads_before_it_reads<S: Step>(law: &S, own: usize, start: usize) -> Lemma<'_> {
+    loads_first(law, move |one: &[Term], other: &[Term]| {
+        let rests = !one[own].is_set() & !one[one.len() - 1].is_set();
+        rests & (!one[start].is_set() | equal(&one[..own], &other[..own]))
+    })
 }

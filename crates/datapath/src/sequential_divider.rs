@@ -209,11 +209,8 @@ impl Step for SequentialDivider {
                 (zero.equals(zero), equal(&next, &expected))
             }),
         };
-        let kept = [whole, den, Format::unsigned(den_width + 1)];
-        (0..steps)
-            .map(divides)
-            .chain([begins, loads_first(self, kept, In { start: bit, num: Format::unsigned(num_width), den })])
-            .collect()
+        let idles = |one: &[Term], _: &[Term]| one[0].equals(Term::int(0));
+        (0..steps).map(divides).chain([begins, loads_first(self, idles)]).collect()
     }
 }
 

@@ -157,8 +157,8 @@ impl Step for SquareRoot {
                 (zero.equals(zero), equal(&next, &[Term::int(steps.into()), any[0], zero, zero, zero, one, zero]))
             }),
         };
-        let kept = [self.word, half, Format::unsigned(steps + 2)];
-        (0..steps).map(extracts).chain([begins, loads_first(self, kept, In { start: bit, x: self.word })]).collect()
+        let idles = |one: &[Term], _: &[Term]| one[0].equals(Term::int(0));
+        (0..steps).map(extracts).chain([begins, loads_first(self, idles)]).collect()
     }
 }
 

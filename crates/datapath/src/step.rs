@@ -1,6 +1,6 @@
 //! A block's arithmetic and its clock edge over any [`Word`]: written once, read by machines and by solvers.
 
-use hpu_signal::{Format, Machine, Ports, Reach, Signal, Term, Word};
+use hpu_signal::{Equations, Format, Machine, Ports, Reach, Signal, Term, Word};
 
 use crate::block::flatten;
 use crate::{AnyBlock, Block};
@@ -14,6 +14,8 @@ pub trait Combinational: Block {
 /// A register of a block, or bits of one: its twin in VHDL is a variable or an output.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Register {
+    /// The instance that it is in, below the block itself.
+    pub instance: Option<&'static str>,
     /// Name of the variable or the output.
     pub name: &'static str,
     /// Its lowest bit among those of the variable, which may be an array or a record.
@@ -25,9 +27,12 @@ pub struct Register {
 }
 
 impl Register {
+    /// Name of a register that counts down to the next sample edge, and only does that meanwhile.
+    pub const COUNTDOWN: &'static str = "countdown";
+
     /// A whole variable, 0 after a reset.
     pub(crate) fn new(name: &'static str, format: Format) -> Self {
-        Self { name, low: 0, format, reset: Some(0) }
+        Self { instance: None, name, low: 0, format, reset: Some(0) }
     }
 
     /// One that a reset sets to something else.
@@ -38,6 +43,18 @@ impl Register {
     /// One that a reset leaves as it was.
     pub(crate) fn kept(name: &'static str, format: Format) -> Self {
         Self { reset: None, ..Self::new(name, format) }
+    }
+
+    /// The registers of a block that is an instance of this name in another.
+    pub(crate) fn inside<S: Step>(instance: &'static str, block: &S) -> impl Iterator<Item = Self> {
+        let registers = Step::registers(block).into_iter();
+        registers.map(move |register| Self { instance: Some(instance), ..register })
+    }
+
+    /// Its name in the VHDL, behind that of its instance.
+    #[must_use]
+    pub fn path(&self) -> String {
+        self.instance.map_or_else(|| self.name.to_string(), |instance| format!("{instance}.{}", self.name))
     }
 }
 
@@ -95,6 +112,9 @@ pub trait AnyStep: AnyBlock {
     fn lemmas(&self) -> Vec<Lemma<'_>>;
     /// The same as terms.
     fn terms(&self, registers: &[Term], input: &[Term]) -> (Vec<Term>, Vec<Term>);
+    /// The same for any reading: of the registers and then the inputs given, the registers after an edge and then the
+    /// outputs before it.
+    fn recorded(&self) -> Equations;
 }
 
 impl<S: Step> AnyStep for S {
@@ -115,6 +135,14 @@ impl<S: Step> AnyStep for S {
     }
     fn terms(&self, registers: &[Term], input: &[Term]) -> (Vec<Term>, Vec<Term>) {
         stepped(self, registers, input)
+    }
+    fn recorded(&self) -> Equations {
+        let (registers, inputs) = (Step::registers(self).len(), flatten(&Block::inputs(self)).len());
+        Equations::of(registers + inputs, |given| {
+            let (registers, inputs) = given.split_at(registers);
+            let (next, shown) = stepped(self, registers, inputs);
+            [next, shown].concat()
+        })
     }
 }
 
@@ -154,21 +182,31 @@ pub(crate) fn equal(these: &[Term], those: &[Term]) -> Holds {
     pairs.reduce(|all, pair| all & pair).expect("words")
 }
 
-/// Of a block that computes while the first of its registers is not 0: that at rest, the three registers after it show
-/// nowhere, and that an edge that starts loads them. So it is no matter that a reset leaves them as they were.
-pub(crate) fn loads_first<'s, S: Step>(block: &'s S, kept: [Format; 3], input: S::In<Format>) -> Lemma<'s> {
-    let inputs = flatten(&input);
-    let others: Vec<_> = Step::registers(block)[4..].iter().map(|register| register.format).collect();
-    let any = [&kept[..], &kept, &others, &inputs].concat();
+/// That it does not matter what a reset leaves in the registers that it does not set. Two states with other words there,
+/// of which `idles` holds, show the same and go over into states that are the same in all other registers; these are
+/// then the same in all, or `idles` holds of them, too. It must hold after a reset.
+pub(crate) fn loads_first<'s, S: Step>(block: &'s S, idles: impl Fn(&[Term], &[Term]) -> Holds + 's) -> Lemma<'s> {
+    let registers = Step::registers(block);
+    let is_kept: Vec<_> = registers.iter().map(|register| register.reset.is_none()).collect();
+    let formats = registers.iter().map(|register| register.format);
+    let kept = registers.iter().filter(|register| register.reset.is_none()).map(|register| register.format);
+    let inputs = flatten(&block.inputs()).into_iter().map(|signal: Signal| signal.format);
+    let count = registers.len();
+    let any: Vec<_> = formats.chain(inputs).chain(kept).collect();
+    let inputs = count..any.len() - is_kept.iter().filter(|kept| **kept).count();
     let follows = move |any: &[Term]| {
-        let (zero, count) = (Term::int(0), others.len());
-        let (input, rest) = (&any[6 + count..], &any[6..6 + count]);
-        let after = |kept: &[Term]| stepped(block, &[&[zero], kept, rest].concat(), input);
-        let ((one, shown), (other, shown_too)) = (after(&any[..3]), after(&any[3..6]));
-        let starts = input[0].is_set();
-        let loaded = equal(&one[1..4], &other[1..4]);
-        let same = one[0].equals(other[0]) & equal(&one[4..], &other[4..]) & equal(&shown, &shown_too);
-        (zero.equals(zero), same & (loaded | !starts))
+        let mut others = any[inputs.end..].iter();
+        let other = |(&word, &is_kept): (&Term, &bool)| if is_kept { *others.next().expect("a word") } else { word };
+        let one = &any[..count];
+        let other: Vec<_> = one.iter().zip(&is_kept).map(other).collect();
+        let (next, shown) = stepped(block, one, &any[inputs.clone()]);
+        let (next_too, shown_too) = stepped(block, &other, &any[inputs.clone()]);
+        let of = |kept: bool, all: &[Term]| -> Vec<_> {
+            all.iter().zip(&is_kept).filter(|(_, is)| **is == kept).map(|(word, _)| *word).collect()
+        };
+        let same = equal(&of(false, &next), &of(false, &next_too)) & equal(&shown, &shown_too);
+        let loaded = equal(&of(true, &next), &of(true, &next_too));
+        (idles(one, &other), same & (loaded | idles(&next, &next_too)))
     };
     Lemma { any, follows: Box::new(follows) }
 }

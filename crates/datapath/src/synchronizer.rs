@@ -24,7 +24,7 @@ hpu_signal::ports! {
     pub struct Out { a, b }
 }
 
-/// See the [module](self).
+/// A synchronizer of an encoder's two lines; the [module](self) describes it.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Synchronizer {
     stage: In<i64>,
@@ -32,7 +32,7 @@ pub struct Synchronizer {
 }
 
 impl Synchronizer {
-    /// A synchronizer as it stands after reset.
+    /// Returns a synchronizer in its state after reset.
     #[must_use]
     pub fn new() -> Self {
         Self { stage: In { a_pin: 0, b_pin: 0 }, out: Out { a: 0, b: 0 } }

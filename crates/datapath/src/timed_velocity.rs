@@ -1,23 +1,29 @@
-//! The velocity of the fixed-position method: the time of a count, turned round by a division.
+//! The velocity of the fixed-position method: the sample period divided by the time between two counts.
 
-use hpu_signal::Narrowed;
+use hpu_signal::{Format, Narrowed, Word};
 
 use crate::countdown::{Countdown, edges};
-use crate::{Block, ConfigError, DividerConfig, EdgeTimer, SequentialDivider, edge_timer};
+use crate::sequence::captures;
+use crate::{
+    Block, ConfigError, DividerConfig, EdgeTimer, Register, SequentialDivider, Step, edge_timer, sequential_divider,
+};
 
-/// An `edge_timer` whose interval a `sequential_divider` divides the period by, once a period: counts per period.
+/// An `edge_timer` and a `sequential_divider` that divides the sample period by the timer's interval, once a period.
+/// The quotient is the velocity in counts per period.
 ///
-/// A sample edge captures period and interval; the edge after it starts the division, and the edge that sees its
-/// quotient ready loads it with its sign. Until then, sample edges are passed over. The division is made at the capture
-/// and held back; nobody can tell.
+/// A sample edge captures period and interval. The next edge starts the division, and the edge that sees the quotient
+/// ready loads it with its sign. Until then, further sample edges are ignored. The emulator computes the quotient at
+/// the capture and shows it `latency` edges later; the velocity is cycle-exact.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(crate) struct TimedVelocity {
     timer: EdgeTimer,
     divider: SequentialDivider,
-    /// Edges from a capture to its velocity.
+    /// The widths of its division.
+    division: DividerConfig,
+    /// Number of edges from a capture to the load of its velocity.
     latency: u64,
     countdown: Countdown,
-    /// Edges until the velocity is loaded; 0 when none is on its way.
+    /// Edges until the velocity is loaded; 0 when no division is running.
     left: u64,
     next: Narrowed,
     latest: Narrowed,
@@ -32,12 +38,48 @@ impl TimedVelocity {
         Ok(Self {
             timer: EdgeTimer::new(width, period_width)?,
             divider: SequentialDivider::new(config)?,
+            division: config,
             latency: u64::from(config.steps()) + 2,
             countdown: Countdown::default(),
             left: 0,
             next: ZERO,
             latest: ZERO,
         })
+    }
+
+    /// Its registers inside a law: its own, those of the timer and those of the divider.
+    pub(crate) fn registers(&self) -> Vec<Register> {
+        let DividerConfig { num_width, den_width, out_width, .. } = self.division;
+        let mut all = vec![
+            Register::new("g_timer_sample_countdown", Format::unsigned(den_width)),
+            Register::new("g_timer_start", Format::BIT),
+            Register::new("g_timer_num", Format::unsigned(num_width)),
+            Register::new("g_timer_den", Format::unsigned(den_width)),
+            Register::new("g_timer_sample_upwards", Format::BIT),
+            Register::new("g_timer_sample_standing", Format::BIT),
+            Register::new("velocity", Format::signed(out_width + 1)),
+        ];
+        all.extend(Register::inside("g_timer_timer", &self.timer));
+        all.extend(Register::inside("g_timer_divider", &self.divider));
+        all
+    }
+
+    /// These after an edge, and the velocity before it, in words.
+    pub(crate) fn step<W: Word>(&self, registers: &[W], position: W, period: W) -> (Vec<W>, W) {
+        let [left, start, num, den, upwards, standing, velocity, ref inside @ ..] = *registers else {
+            unreachable!("registers")
+        };
+        let (timer, divider) = inside.split_at(Step::registers(&self.timer).len());
+        let (timing, timed) = self.timer.step(timer, edge_timer::In { position });
+        let (dividing, made) = self.divider.step(divider, sequential_divider::In { start, num, den });
+        let moved = || [W::select(upwards.is_set(), made.quotient, -made.quotient)];
+        let loaded = || W::branch(standing.is_set(), || [W::int(0)], moved);
+        let [next] = W::branch(made.ready.is_set(), loaded, || [velocity]);
+        let (left, captures) = captures(left, period, [start, made.busy, made.ready]);
+        let captured = || [period, timed.interval, timed.forward, timed.stopped];
+        let [num, den, upwards, standing] = W::branch(captures, captured, || [num, den, upwards, standing]);
+        let own = [left, W::of_bit(captures), num, den, upwards, standing, next];
+        ([&own[..], &timing, &dividing].concat(), velocity)
     }
 
     pub(crate) fn reset(&mut self) {
@@ -52,7 +94,7 @@ impl TimedVelocity {
         self.latest
     }
 
-    /// The velocity that a capture leads to now.
+    /// Returns the velocity that a capture at this edge leads to.
     #[inline]
     fn capture(&self, period: i64) -> Narrowed {
         let edge_timer::Out { interval, forward, stopped } = self.timer.shown();
@@ -85,14 +127,14 @@ impl TimedVelocity {
         if stands && self.latest == ZERO && self.timer.at_rest(position) {
             u64::MAX
         } else if on_its_way {
-            // A capture after that one takes as long again.
+            // The next capture after this load takes another `latency` edges to show its velocity.
             if stands { self.left + self.latency } else { self.left - 1 }
         } else {
             self.countdown.left() + self.latency
         }
     }
 
-    /// That many edges with a position that stands, none of which captures.
+    /// Ticks `count` edges at which the position does not change and nothing is captured.
     #[inline]
     fn pass(&mut self, count: u64, period: i64) {
         self.countdown.skip(count, period);
@@ -105,7 +147,7 @@ impl TimedVelocity {
         }
     }
 
-    /// Edges until the next one that captures, with a period that stays.
+    /// Returns the number of edges before the next capture, while the period stays.
     #[inline]
     fn until_capture(&self, period: i64) -> u64 {
         let (first, period) = (self.countdown.left(), edges(period));
@@ -117,7 +159,7 @@ impl TimedVelocity {
         if count == 0 {
             return;
         }
-        // From the first edge on, the position stands.
+        // The position may have changed before the first edge; after it the position stays.
         self.tick(position, period);
         let mut count = count - 1;
         let until_capture = self.until_capture(period);
@@ -125,7 +167,8 @@ impl TimedVelocity {
             self.pass(until_capture, period);
             self.tick(position, period);
             count -= until_capture + 1;
-            // Whoever is quiet for longer than that captures standstill, again and again.
+            // A longer quiet stretch can only be at standstill: every capture then yields 0, so whole rounds are
+            // skipped.
             let round = self.until_capture(period) + 1;
             self.timer.rest(count - count % round);
             count %= round;

@@ -7,7 +7,7 @@ use crate::{
     torque_sum, truncating_multiplier, unilateral,
 };
 
-/// The combinational blocks by instance label.
+/// The combinational blocks of the path, named as their instances.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(crate) struct TorquePath {
     pub(crate) offset: Displacement,
@@ -17,7 +17,7 @@ pub(crate) struct TorquePath {
     pub(crate) sum: TorqueSum,
 }
 
-/// The nets that the path drives.
+/// The words of the nets that the path drives.
 pub(crate) struct Torque {
     pub(crate) delta: i64,
     pub(crate) contact: i64,

@@ -1,4 +1,4 @@
-//! Spring and damping together, inside the wall only.
+//! The sum of spring and damping, inside the wall only.
 //!
 //! - **Equation**: `torque = spring + damping` if `contact = 1`, else 0. Positive is against the penetration; `damping`
 //!   is `+B * velocity`.
@@ -26,7 +26,7 @@ hpu_signal::ports! {
     pub struct Out { torque }
 }
 
-/// See the [module](self).
+/// The sum of spring and damping; the [module](self) describes it.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct TorqueSum {
     spring: Format,
@@ -35,11 +35,11 @@ pub struct TorqueSum {
 }
 
 impl TorqueSum {
-    /// A sum of words of these widths.
+    /// Returns a sum of words with these widths.
     ///
     /// # Errors
     ///
-    /// Unless every width is 2 to 62.
+    /// Returns an error unless every width is 2 to 62.
     pub fn new(spring_width: u32, damping_width: u32, out_width: u32) -> Result<Self, ConfigError> {
         within(Self::NAME, "SPRING_WIDTH", spring_width, WORD)?;
         within(Self::NAME, "DAMPING_WIDTH", damping_width, WORD)?;
@@ -51,7 +51,7 @@ impl TorqueSum {
         })
     }
 
-    /// The outputs for these inputs.
+    /// Returns the outputs for these inputs.
     #[inline]
     #[must_use]
     pub fn eval(&self, input: In<i64>) -> Out<i64> {

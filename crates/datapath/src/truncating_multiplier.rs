@@ -1,14 +1,14 @@
-//! One-step multiplier of two words of any width, signed or unsigned each, that keeps some of the product's bits.
+//! One-step multiplier of two words of any width, each signed or unsigned, that keeps some bits of the product.
 //!
 //! - **Equation**: `product = narrow(floor(a * b / 2^DROP_LOWER))` to `OUT_WIDTH` bits; `SATURATE` clamps to what the
 //!   word holds, otherwise the upper bits are dropped.
 //! - **Ports**: `a`, `b` in; `product` out, signed if either factor is. `DROP_LOWER` is the fraction bits of `a` and
 //!   `b` less those of `product`.
 //! - **Latency**: none, combinational. **Reset**: none.
-//! - **Overflow**: saturates or wraps, as configured. [`eval`](TruncatingMultiplier::eval) tells what was lost.
+//! - **Overflow**: saturates or wraps, as configured. [`eval`](TruncatingMultiplier::eval) returns the lost bits.
 //! - **VHDL twin**: `hdl/truncating_multiplier.vhd`.
-//! - **Source**: Vasudevan et al. 2007: 12 x 12 bits, of the 24-bit product "the higher 12 bits" eliminated, which is
-//!   [`drop_upper`](TruncatingMultiplier::drop_upper). Its Eq. (8) needs the saturation before that.
+//! - **Source**: Vasudevan et al. 2007: 12 x 12 bits, with "the higher 12 bits" of the 24-bit product eliminated, as
+//!   [`drop_upper`](TruncatingMultiplier::drop_upper) does. Its Eq. (8) needs the saturation before this truncation.
 //! - **Differs from the hardware**: no propagation delay, so no limit on the clock; the product of the paper, whose
 //!   device had no multiplier blocks, ripples. SATURATE is an addition, the paper's multiplier drops upper bits.
 
@@ -27,7 +27,7 @@ hpu_signal::ports! {
     pub struct Out { product }
 }
 
-/// See the [module](self).
+/// A truncating multiplier; the [module](self) describes it.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct TruncatingMultiplier {
     a: Format,
@@ -38,12 +38,12 @@ pub struct TruncatingMultiplier {
 }
 
 impl TruncatingMultiplier {
-    /// A multiplier of `a` and `b` into `out`.
+    /// Returns a multiplier of `a` and `b` into `out`.
     ///
     /// # Errors
     ///
-    /// Unless every word has 2 bits or more, `a` and `b` together at most 126, `out` is signed exactly when `a` or `b`
-    /// is, and has no more fraction bits than the product.
+    /// Returns an error unless every word has 2 bits or more, `a` and `b` have at most 126 bits together, and `out` is
+    /// signed exactly when `a` or `b` is and has no more fraction bits than the product.
     pub fn new(a: Format, b: Format, out: Format, overflow: Overflow) -> Result<Self, ConfigError> {
         within(Self::NAME, "A_WIDTH", a.width(), 2..=64)?;
         within(Self::NAME, "B_WIDTH", b.width(), 2..=64)?;
@@ -69,45 +69,46 @@ impl TruncatingMultiplier {
         Ok(block)
     }
 
-    /// All bits of the product.
+    /// Returns a multiplier that keeps all bits of the product.
     ///
     /// # Errors
     ///
-    /// As [`new`](Self::new), and unless the product has at most 64 bits.
+    /// Returns the errors of [`new`](Self::new), and an error unless the product has at most 64 bits.
     pub fn full(a: Format, b: Format) -> Result<Self, ConfigError> {
         Self::keeping(a, b, a.width() + b.width(), 0)
     }
 
-    /// The lower `width` bits of the product, the upper ones dropped: the paper's truncation.
+    /// Returns a multiplier that keeps the lower `width` bits of the product and drops the upper ones: the paper's
+    /// truncation.
     ///
     /// # Errors
     ///
-    /// As [`new`](Self::new).
+    /// Returns the errors of [`new`](Self::new).
     pub fn drop_upper(a: Format, b: Format, width: u32) -> Result<Self, ConfigError> {
         Self::keeping(a, b, width, 0)
     }
 
-    /// The upper `width` bits of the product, the lower ones dropped.
+    /// Returns a multiplier that keeps the upper `width` bits of the product and drops the lower ones.
     ///
     /// # Errors
     ///
-    /// As [`new`](Self::new), and unless the product has `width` bits.
+    /// Returns the errors of [`new`](Self::new), and an error unless the product has `width` bits.
     pub fn drop_lower(a: Format, b: Format, width: u32) -> Result<Self, ConfigError> {
         let product = a.width() + b.width();
         within(Self::NAME, "OUT_WIDTH", width, 2..=product.min(64))?;
         Self::keeping(a, b, width, product - width)
     }
 
-    /// The product clamped to what `out` holds, its lower bits dropped.
+    /// Returns a multiplier that drops the lower bits of the product and clamps it to the range of `out`.
     ///
     /// # Errors
     ///
-    /// As [`new`](Self::new).
+    /// Returns the errors of [`new`](Self::new).
     pub fn saturate(a: Format, b: Format, out: Format) -> Result<Self, ConfigError> {
         Self::new(a, b, out, Overflow::Saturate)
     }
 
-    /// `width` bits of the product from bit `drop` up.
+    /// Returns a multiplier that keeps `width` bits of the product, from bit `drop` up.
     fn keeping(a: Format, b: Format, width: u32, drop: u32) -> Result<Self, ConfigError> {
         within(Self::NAME, "OUT_WIDTH", width, 2..=64)?;
         let signed = a.is_signed() || b.is_signed();
@@ -121,14 +122,14 @@ impl TruncatingMultiplier {
         Self::new(a, b, out, Overflow::Wrap)
     }
 
-    /// The product, and what was lost to make it.
+    /// Returns the product, and which bits were lost to make it.
     #[inline]
     #[must_use]
     pub fn eval(&self, input: In<i64>) -> Narrowed {
         if self.fits_64 {
             return self.made(input.map(Machine::<i64>::of)).product.narrowed();
         }
-        // A word of 64 bits may stand for more than its machine integer.
+        // A word of 64 bits may stand for a value that its machine integer cannot hold.
         let (a, b) = (self.a.value(input.a), self.b.value(input.b));
         self.made(In { a: Machine::exact(a), b: Machine::exact(b) }).product.narrowed()
     }

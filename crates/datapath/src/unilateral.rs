@@ -1,4 +1,4 @@
-//! The wall pushes, and never pulls.
+//! The unilateral wall, which pushes and never pulls.
 //!
 //! - **Equation**: operator E of Vasudevan et al. 2007, Eq. (1): `E(x) = 1` for `x <= 0`, else 0, with
 //!   `x = theta_ref - theta = -delta`, the reading that agrees with its Eq. (7).
@@ -25,24 +25,24 @@ hpu_signal::ports! {
     pub struct Out { contact, penetration }
 }
 
-/// See the [module](self).
+/// The operator of the unilateral wall; the [module](self) describes it.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Unilateral {
     width: u32,
 }
 
 impl Unilateral {
-    /// An operator on words of `width` bits.
+    /// Returns an operator on words of `width` bits.
     ///
     /// # Errors
     ///
-    /// Unless `width` is 2 to 62.
+    /// Returns an error unless `width` is 2 to 62.
     pub fn new(width: u32) -> Result<Self, ConfigError> {
         within(Self::NAME, "WIDTH", width, WORD)?;
         Ok(Self { width })
     }
 
-    /// The outputs for these inputs.
+    /// Returns the outputs for these inputs.
     #[inline]
     #[must_use]
     pub fn eval(&self, input: In<i64>) -> Out<i64> {

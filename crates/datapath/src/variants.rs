@@ -1,4 +1,4 @@
-//! The configurations in which the blocks are checked.
+//! The configurations in which the blocks are tested.
 
 use hpu_signal::{Format, Overflow};
 
@@ -9,12 +9,13 @@ use crate::{
     Unilateral, VelocityConfig, VelocityRegister, WindowDifference, ZeroOrderHold, method_variants, phantom, registry,
 };
 
-/// Every block in the configurations over which vectors and VHDL are checked, each with the variant's label; `default`
-/// for those of [`registry`]. A label is unique among the variants of its block.
+/// Returns every block in the configurations for which vectors are written and the VHDL is tested, each with the
+/// variant's label. The configurations of [`registry`] have the label `default`. A label is unique among the variants
+/// of its block.
 ///
 /// # Panics
 ///
-/// Never: the configurations are constants.
+/// It never panics, because the configurations are constants.
 #[must_use]
 pub fn variants() -> Vec<(String, Box<dyn AnyBlock>)> {
     let mut all: Vec<_> = registry().into_iter().map(|block| ("default".to_string(), block)).collect();
@@ -99,7 +100,7 @@ fn arithmetic() -> Result<Variants, ConfigError> {
     let section = |[input, output, coefficient]: [Format; 3], b, a, period_width| {
         Biquad::new(BiquadConfig { input, output, coefficient, b, a, period_width })
     };
-    // A Butterworth high-pass at 1/4000 of the sampling rate: 2.5 Hz at 10 kHz.
+    // A Butterworth high-pass filter at 1/4000 of the sampling rate: 2.5 Hz at 10 kHz.
     let high_pass = ([1_072_549_859, -2_145_099_718, 1_072_549_859], [-2_145_098_394, 1_071_359_217]);
     let most = i32::MAX;
     Ok(vec![
@@ -136,7 +137,7 @@ fn estimators() -> Result<Variants, ConfigError> {
         ("noiseless", Box::new(adaptive([6, 6, 3, 0, 0])?)),
         ("loose", Box::new(adaptive([8, 6, 16, 15, 6])?)),
         ("wide", Box::new(adaptive([42, 4, 7, 1, 20])?)),
-        // One fraction bit less of 1/11 would show.
+        // With one fraction bit less of 1/11 the words would differ.
         ("eleven", Box::new(adaptive([6, 4, 11, 15, 6])?)),
         ("2_bit", Box::new(EdgeTimer::new(2, 2)?)),
         ("short", Box::new(EdgeTimer::new(8, 3)?)),

@@ -1,4 +1,4 @@
-//! Backward difference of the position over a programmable sample period, without a division by it.
+//! Backward difference of the position over a programmable sample period, without a division by the period.
 //!
 //! - **Equation**: `d(k) = position(k) - position(k-1)`, modulo `2^WIDTH` as two's complement; `velocity = d`, or
 //!   `floor(d * scale)` when `RESCALED`, which keeps the physical damping when the period changes.
@@ -35,15 +35,15 @@ hpu_signal::ports! {
 /// The widths of a velocity register.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct VelocityConfig {
-    /// Width of the position.
+    /// Width of the position, in bits.
     pub width: u32,
-    /// Width of the period.
+    /// Width of the period, in bits.
     pub period_width: u32,
     /// Whether the difference is multiplied by `scale`.
     pub rescaled: bool,
     /// Format of `scale`.
     pub scale: Format,
-    /// Width of the velocity.
+    /// Width of the velocity, in bits.
     pub out_width: u32,
 }
 
@@ -54,7 +54,7 @@ impl Default for VelocityConfig {
     }
 }
 
-/// See the [module](self).
+/// A velocity register; the [module](self) describes it.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct VelocityRegister {
     config: VelocityConfig,
@@ -66,16 +66,16 @@ pub struct VelocityRegister {
     latest: Narrowed,
 }
 
-/// The velocity at standstill, and after reset.
+/// The velocity at standstill and after reset.
 const ZERO: Narrowed = Narrowed { word: 0, rounded: false, overflowed: false };
 
 impl VelocityRegister {
-    /// A velocity register of these widths.
+    /// Returns a velocity register with these widths.
     ///
     /// # Errors
     ///
-    /// Unless position, scale and velocity have 2 to 62 bits, the period 2 to 30, and the scale is unsigned with 0 or
-    /// more fraction bits.
+    /// Returns an error unless position, scale and velocity have 2 to 62 bits, the period has 2 to 30 bits, and the
+    /// scale is unsigned with 0 or more fraction bits.
     pub fn new(config: VelocityConfig) -> Result<Self, ConfigError> {
         within(Self::NAME, "WIDTH", config.width, WORD)?;
         within(Self::NAME, "PERIOD_WIDTH", config.period_width, COUNTER)?;
@@ -98,14 +98,14 @@ impl VelocityRegister {
         Ok(block)
     }
 
-    /// The velocity, and what was lost to make it.
+    /// Returns the velocity, and which bits were lost to make it.
     #[inline]
     #[must_use]
     pub fn latest(&self) -> Narrowed {
         self.latest
     }
 
-    /// The velocity that a sample edge would load now.
+    /// Returns the velocity that a sample edge would load now.
     #[inline]
     fn sample(&self, input: &In<i64>) -> Narrowed {
         if input.position == self.previous {
@@ -118,7 +118,7 @@ impl VelocityRegister {
         }
     }
 
-    /// The velocity of a motion from the previous position.
+    /// Computes the velocity of a motion from the previous position to the present one.
     #[inline]
     fn moved<W: Word>(&self, previous: W, input: In<W>) -> W {
         let difference = (input.position - previous).wrap(self.difference);
@@ -205,7 +205,8 @@ impl Block for VelocityRegister {
 
     #[inline]
     fn quiet(&self, input: &In<i64>) -> u64 {
-        // The next sample loads the present difference, every later one zero. What was lost counts as a change.
+        // The next sample loads the present difference, every later one 0. A change of the lost bits counts as a change
+        // of the output.
         let next = self.sample(input);
         if next != self.latest {
             self.countdown.left()

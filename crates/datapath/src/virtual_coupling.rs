@@ -1,4 +1,5 @@
-//! Virtual coupling: a massless tool between the device and the virtual wall, held to the device by spring and damper.
+//! Virtual coupling: a massless tool between the device and the virtual wall; a spring and a damper hold it to the
+//! device.
 //!
 //! - **Equation**: at sample n, `K_c e + (B_c/T) (e - e(n-1)) = K_e x_tool` with the tool at `x_tool = x - e` inside
 //!   the wall, `= 0` outside; the torque is the left side. In words, with `e` the extension of the coupling:
@@ -13,7 +14,7 @@
 //! - **Edge**: with the countdown at 0, torque and memory are loaded and the countdown restarts at `max(period,1) - 1`;
 //!   else it counts down. A new period takes effect at the next sample edge.
 //! - **Reset**: countdown, torque and memory 0; the first edge samples.
-//! - **Overflow**: extension and torque saturate. That the torque is never negative is the law, and no overflow.
+//! - **Overflow**: extension and torque saturate. The law makes the torque 0 instead of negative, which is no overflow.
 //! - **VHDL twin**: `hdl/virtual_coupling.vhd`.
 //! - **Source**: Colgate, Stanley and Brown 1995; Adams and Hannaford 1999.
 //! - **Known failures**: shows no more than `K_e K_c / (K_e + K_c)`. The gains hold for one period and one coupling, so
@@ -32,17 +33,17 @@ use crate::{AnyStep, Block, ConfigError, Generic, Law, LawIn, LawOut, LawWidths,
 /// The widths and gains of a virtual coupling.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct CouplingConfig {
-    /// What it shares with every law.
+    /// The widths and formats that every law has.
     pub widths: LawWidths,
-    /// Fraction bits of the extension.
+    /// Number of fraction bits of the extension.
     pub extension_frac: u32,
-    /// Fraction bits of the three gains.
+    /// Number of fraction bits of the three gains.
     pub gain_frac: u32,
-    /// Extension for one of the device inside the wall.
+    /// Gain `SHARE`: extension per unit of the device's depth inside the wall.
     pub share: u32,
-    /// Extension that a free tool keeps over a sample.
+    /// Gain `FREE`: share of its extension that a free tool keeps over a sample.
     pub free: u32,
-    /// Extension that a tool inside the wall keeps over a sample.
+    /// Gain `HELD`: share of its extension that a tool inside the wall keeps over a sample.
     pub held: u32,
 }
 
@@ -52,7 +53,7 @@ impl Default for CouplingConfig {
     }
 }
 
-/// See the [module](self).
+/// A virtual coupling; the [module](self) describes it.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct VirtualCoupling {
     config: CouplingConfig,
@@ -65,12 +66,12 @@ pub struct VirtualCoupling {
 }
 
 impl VirtualCoupling {
-    /// A coupling of these widths and gains.
+    /// Returns a coupling with these widths and gains.
     ///
     /// # Errors
     ///
-    /// Unless the widths pass [`LawWidths::check`], the extension has 2 to 62 bits, the gains 0 to 30 fraction bits,
-    /// and no gain is above 1.
+    /// Returns an error unless the widths pass [`LawWidths::check`], the extension has 2 to 62 bits, the gains have 0
+    /// to 30 fraction bits, and no gain is above 1.
     pub fn new(config: CouplingConfig) -> Result<Self, ConfigError> {
         let CouplingConfig { widths, extension_frac, gain_frac, share, free, held } = config;
         widths.check(Self::NAME)?;
@@ -84,7 +85,7 @@ impl VirtualCoupling {
         let extension = Format::new(true, widths.width.cast_signed() - 1, frac).expect("2 to 62 bits");
         let floor =
             |from_frac, to| Narrowing { from_frac, to, rounding: Rounding::Truncate, overflow: Overflow::Saturate };
-        // One clamp, of their sum: each alone fits.
+        // Spring and drag are narrowed without loss of upper bits; only their sum is clamped.
         let whole = |gain: Format| {
             let (dropped, room) = (gain.frac() + frac, gain.width() + extension.width() + 1);
             floor(dropped, Format::signed(room.saturating_sub(dropped.cast_unsigned()).clamp(2, 64)))
@@ -102,7 +103,7 @@ impl VirtualCoupling {
         Ok(block)
     }
 
-    /// Torque and extension that a sample edge would load now.
+    /// Returns the torque and the extension that a sample edge would load now.
     #[inline]
     fn sample(&self, input: &LawIn<i64>) -> LawOut<Narrowed> {
         let last = self.latest.memory.word;
@@ -113,9 +114,15 @@ impl VirtualCoupling {
         }
     }
 
-    /// Torque and extension of a sample, from the extension before it.
+    /// Widths and gains.
+    #[must_use]
+    pub fn config(&self) -> &CouplingConfig {
+        &self.config
+    }
+
+    /// Computes the torque and the extension of a sample from the extension before it.
     #[inline]
-    fn made<W: Word>(&self, input: LawIn<W>, last: W) -> LawOut<W> {
+    pub fn made<W: Word>(&self, input: LawIn<W>, last: W) -> LawOut<W> {
         let [share, free, held] =
             [self.config.share, self.config.free, self.config.held].map(|gain| W::int(gain.into()));
         let (top, width) = (self.config.widths.top().into(), self.extension.to.width());
@@ -231,7 +238,7 @@ impl Block for VirtualCoupling {
 
     #[inline]
     fn quiet(&self, input: &LawIn<i64>) -> u64 {
-        // What was lost counts as a change.
+        // A change of the lost bits counts as a change of the outputs.
         if self.sample(input) == self.latest { u64::MAX } else { self.countdown.left() }
     }
 

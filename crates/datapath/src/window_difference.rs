@@ -1,4 +1,4 @@
-//! Difference of the position over a window of samples.
+//! Difference of the position over a window of several samples.
 //!
 //! - **Equation**: `velocity(k) = position(k) - position(k-WINDOW)`, modulo `2^WIDTH` as two's complement; positions
 //!   before the first sample count as 0.
@@ -31,7 +31,7 @@ hpu_signal::ports! {
     pub struct Out { velocity }
 }
 
-/// See the [module](self).
+/// A difference over a window of samples; the [module](self) describes it.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct WindowDifference {
     difference: Format,
@@ -42,11 +42,11 @@ pub struct WindowDifference {
 }
 
 impl WindowDifference {
-    /// A difference of positions of `width` bits over `window` samples, with a period of `period_width` bits.
+    /// Returns a difference of positions of `width` bits over `window` samples, with a period of `period_width` bits.
     ///
     /// # Errors
     ///
-    /// Unless `width` is 2 to 62, `period_width` 2 to 30, and `window` 1 to 64.
+    /// Returns an error unless `width` is 2 to 62, `period_width` is 2 to 30, and `window` is 1 to 64.
     pub fn new(width: u32, period_width: u32, window: u32) -> Result<Self, ConfigError> {
         within(Self::NAME, "WIDTH", width, WORD)?;
         within(Self::NAME, "PERIOD_WIDTH", period_width, COUNTER)?;
@@ -60,7 +60,8 @@ impl WindowDifference {
         })
     }
 
-    /// The velocity that the sample edge loads that follows `waiting` others with this same position.
+    /// Returns the velocity that a future sample edge loads, if `waiting` sample edges with the present position come
+    /// before it.
     #[inline]
     fn sample(&self, position: i64, waiting: usize) -> i64 {
         let oldest = self.history.ago(position, waiting, self.history.window());
@@ -141,7 +142,7 @@ impl Block for WindowDifference {
 
     #[inline]
     fn quiet(&self, input: &In<i64>) -> u64 {
-        // After a window of the same position, nothing changes any more.
+        // After a window of samples with the same position, nothing changes any more.
         let change = (0..=self.history.window()).find(|&waiting| self.sample(input.position, waiting) != self.velocity);
         change.map_or(u64::MAX, |samples| self.countdown.left() + samples as u64 * edges(input.period))
     }

@@ -1,4 +1,4 @@
-//! What every wiring offers beside being a block: its nets, its hierarchy, and the use it made of its words.
+//! Wirings: blocks with nets, a hierarchy of instances, and a record of how their words were used.
 
 use hpu_signal::{Ports, Signal, SignalUse};
 
@@ -14,7 +14,7 @@ hpu_signal::ports! {
     pub struct LoopOut { a_high, a_low, b_high, b_low }
 }
 
-/// One port of an instance and the net of the wiring it is connected to.
+/// One port of an instance, and the net of the wiring that it is connected to.
 pub struct Connection {
     /// Port of the instance.
     pub port: Signal,
@@ -26,71 +26,88 @@ pub struct Connection {
 pub struct Instance {
     /// Instance label; the scope's name in a waveform.
     pub label: &'static str,
-    /// The block, configured as it stands here, after reset: its name is the entity's.
+    /// The block with this instance's configuration, in its state after reset. Its name is that of the entity.
     pub model: Box<dyn AnyBlock>,
-    /// Its ports that nets are connected to, in order.
+    /// The ports of the instance that nets are connected to, in order.
     pub connections: Vec<Connection>,
-    /// Its inputs that are tied to a constant instead.
+    /// The inputs of the instance that are tied to a constant instead.
     pub tied: Vec<(&'static str, i64)>,
 }
 
-/// Outputs that repeat while all else stands still: a modulator's.
+/// Everything that is inside a block made of other blocks and of nothing else.
+pub struct Parts {
+    /// Its inputs, its outputs, then the nets inside.
+    pub nets: Vec<Signal>,
+    /// Its instances, connected to these nets, in the order of the VHDL.
+    pub instances: Vec<Instance>,
+}
+
+impl Parts {
+    pub(crate) fn of(wiring: &impl Wiring) -> Self {
+        Self { nets: wiring.nets(), instances: wiring.instances() }
+    }
+}
+
+/// A repetition of outputs, those of a modulator, while all other nets stand still.
 ///
-/// Those of the edge just ticked, which begin a period, stay for `first` edges; then come `others` to the end of it;
-/// and so on.
+/// The edge just ticked begins a period. Its outputs stay for `first` edges; then the outputs are `others` to the end
+/// of the period. Every further period is the same.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Repeat<O> {
-    /// Edges of a period.
+    /// Length of a period, in edges.
     pub period: u64,
-    /// Edges of its first outputs, from 1 to one less than the period's.
+    /// Number of edges for which a period's first outputs stay, from 1 to one less than `period`.
     pub first: u64,
-    /// Its other outputs.
+    /// The outputs in the rest of a period.
     pub others: O,
-    /// For how many further edges all other nets certainly stay as they are. The outputs repeat for one more: what they
-    /// make of another net comes an edge later.
+    /// Number of further edges for which all other nets certainly stay as they are. The outputs repeat for one edge
+    /// more, because they react to another net one edge later.
     pub edges: u64,
 }
 
-/// A haptic loop whose position counter can be put to a count: what is left of an encoder whose lines are left out.
+/// A haptic loop whose position counter can be loaded. The encoder's lines and the clock are then left out
+/// (`model.encoder = "loaded"`). Every haptic loop and method loop implements it.
 pub trait Loaded: Wiring<In<i64> = LoopIn<i64>, Out<i64> = LoopOut<i64>> {
-    /// Puts the counter to a position, modulo its width, and lets the nets settle with these inputs.
+    /// Loads the counter with a position, modulo its width, and lets the nets settle with these inputs.
     fn load(&mut self, position: i64, input: &LoopIn<i64>);
 }
 
-/// Blocks put together as VHDL would: read `now`, write `next`, then swap, so that the order of lines cannot matter.
+/// Blocks connected as in the VHDL: a tick reads `now`, writes `next`, then swaps them, so the order of lines cannot
+/// matter.
 ///
 /// A wiring is a block whose ports are the FPGA's pins and the words that the scene sets. Its *nets* are its inputs,
-/// its outputs and the architecture signals of its VHDL twin, in that order; they are what waveforms, traces and the
-/// closed-loop check are made of.
+/// its outputs and the architecture signals of its VHDL twin, in that order. Waveforms, traces and the closed-loop
+/// check are made of the nets. The haptic loops, the method loops, the PHANToM's wirings and the loop of a reference
+/// law in `cosim` implement it, and `cosim::ClosedLoop` joins any of them to a world.
 pub trait Wiring: Block {
-    /// All nets: inputs, outputs, then architecture signals.
+    /// Returns all nets: inputs, outputs, then architecture signals.
     fn nets(&self) -> Vec<Signal>;
-    /// How many of the nets are ports.
+    /// Returns the number of nets that are ports.
     fn ports(&self) -> usize {
         let mut count = 0;
         self.inputs().each(|_: &Signal| count += 1);
         self.outputs().each(|_: &Signal| count += 1);
         count
     }
-    /// The instances, in the order of the VHDL.
+    /// Returns the instances, in the order of the VHDL.
     fn instances(&self) -> Vec<Instance>;
-    /// Lets the combinational nets settle with these inputs and the registers as they stand: what the nets show between
-    /// reset and the first edge.
+    /// Lets the combinational nets settle with these inputs and the registers as they stand. It makes the words that
+    /// the nets show between reset and the first edge.
     fn settle(&mut self, input: &Self::In<i64>);
-    /// The words of all nets as they stand after the latest edge, in the order of [`nets`](Wiring::nets).
+    /// Returns the words of all nets as they stand after the latest edge, in the order of [`nets`](Wiring::nets).
     fn words(&self) -> &[i64];
-    /// Stops the modulator, if there is one, for good: the gates stay 0 and keep nothing from being quiet. For a world
-    /// that the gates do not drive (an averaged bridge, an amplifier).
+    /// Stops the modulator, if there is one, for good: the gates stay 0 and keep nothing from being quiet. It is called
+    /// if the gates do not drive the world (an averaged bridge, an amplifier).
     fn rest_modulator(&mut self) {}
-    /// How the outputs repeat from the edge just ticked on, while this input stays, if they do.
+    /// Returns how the outputs repeat from the edge just ticked on while this input stays, or `None` if they do not.
     fn repeats(&self, _: &Self::In<i64>) -> Option<Repeat<Self::Out<i64>>> {
         None
     }
-    /// That many ticks at once, in constant time, from where [`repeats`](Wiring::repeats) has told of as many: from the
-    /// other outputs' first edge on.
+    /// Ticks that many edges at once, in constant time. The number must lie between `first` and `edges` of the
+    /// repetition that [`repeats`](Wiring::repeats) has just announced.
     fn skip_repeats(&mut self, _edges: u64, _input: &Self::In<i64>) {
         unreachable!("nothing repeats")
     }
-    /// Range and lost bits of every net since reset.
+    /// Returns the range and the lost bits of every net since reset.
     fn uses(&self) -> Vec<SignalUse>;
 }

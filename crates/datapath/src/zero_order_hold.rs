@@ -1,4 +1,4 @@
-//! Sample and hold.
+//! Sample and hold of a word.
 //!
 //! - **Equation**: `q(t) = d(kT)` for `kT <= t < (k+1)T`.
 //! - **Ports**: `d` (0,WIDTH,0), `period` (0,PERIOD_WIDTH,0) in clocks, 0 acts as 1, in; `q` (0,WIDTH,0) out.
@@ -28,7 +28,7 @@ hpu_signal::ports! {
     pub struct Out { q }
 }
 
-/// See the [module](self).
+/// A zero-order hold; the [module](self) describes it.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct ZeroOrderHold {
     word: Format,
@@ -38,11 +38,11 @@ pub struct ZeroOrderHold {
 }
 
 impl ZeroOrderHold {
-    /// A hold of words of `width` bits, with a period of `period_width` bits.
+    /// Returns a hold of words of `width` bits, with a period of `period_width` bits.
     ///
     /// # Errors
     ///
-    /// Unless `width` is 2 to 62 and `period_width` 2 to 30.
+    /// Returns an error unless `width` is 2 to 62 and `period_width` is 2 to 30.
     pub fn new(width: u32, period_width: u32) -> Result<Self, ConfigError> {
         within(Self::NAME, "WIDTH", width, WORD)?;
         within(Self::NAME, "PERIOD_WIDTH", period_width, COUNTER)?;

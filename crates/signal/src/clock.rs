@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// A number of rising clock edges since the release of reset. Seconds are derived from it, never accumulated.
+/// A number of rising clock edges since the release of reset. Seconds are computed from it and never accumulated.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
 pub struct Cycle(pub u64);
 
@@ -12,7 +12,7 @@ pub struct Clock {
     frequency_hz: u64,
 }
 
-/// Why a clock was refused.
+/// The error of a frequency that no clock can have.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct ClockError;
 
@@ -25,46 +25,47 @@ impl fmt::Display for ClockError {
 impl std::error::Error for ClockError {}
 
 impl Clock {
-    /// A clock of `frequency_hz`.
+    /// Returns a clock of `frequency_hz`.
     ///
     /// # Errors
     ///
-    /// [`ClockError`] when the frequency is zero or above 10 GHz.
+    /// Returns [`ClockError`] if the frequency is zero or above 10 GHz.
     pub fn new(frequency_hz: u64) -> Result<Self, ClockError> {
         if (1..=10_000_000_000).contains(&frequency_hz) { Ok(Self { frequency_hz }) } else { Err(ClockError) }
     }
 
-    /// Frequency in hertz.
+    /// Returns the frequency in hertz.
     #[must_use]
     pub const fn frequency_hz(self) -> u64 {
         self.frequency_hz
     }
 
-    /// Period in seconds.
+    /// Returns the period in seconds.
     #[must_use]
     pub fn period_s(self) -> f64 {
         1.0 / self.frequency_hz as f64
     }
 
-    /// The time of an edge in seconds.
+    /// Returns the time of an edge in seconds.
     #[must_use]
     pub fn seconds(self, cycle: Cycle) -> f64 {
         cycle.0 as f64 / self.frequency_hz as f64
     }
 
-    /// The time of an edge in whole picoseconds, rounded down.
+    /// Returns the time of an edge in whole picoseconds, rounded down.
     #[must_use]
     pub fn picoseconds(self, cycle: Cycle) -> u64 {
         (u128::from(cycle.0) * 1_000_000_000_000 / u128::from(self.frequency_hz)) as u64
     }
 
-    /// The first edge at or after a time in whole picoseconds: the edge that samples a pin which changes then.
+    /// Returns the first edge at or after a time in whole picoseconds. This edge samples a pin that changes at that
+    /// time.
     #[must_use]
     pub fn first_edge_at(self, picoseconds: u64) -> Cycle {
         Cycle((u128::from(picoseconds) * u128::from(self.frequency_hz)).div_ceil(1_000_000_000_000) as u64)
     }
 
-    /// The number of whole edges nearest to a duration in seconds.
+    /// Returns the number of whole edges nearest to a duration in seconds.
     #[must_use]
     pub fn edges(self, seconds: f64) -> u64 {
         (seconds * self.frequency_hz as f64).round() as u64

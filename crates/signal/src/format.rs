@@ -1,4 +1,4 @@
-//! Run-time word formats, written `(S,I,F)` in every language.
+//! Word formats that are chosen at run time, written `(S,I,F)` in every language.
 
 use std::fmt;
 use std::str::FromStr;
@@ -7,12 +7,11 @@ use crate::format_text::read;
 
 /// A fixed-point word format `(S,I,F)`: `S` sign bit, `I` integer bits, `F` fraction bits; width `S+I+F`, 1 to 64 bits.
 ///
-/// `I` or `F` may be negative (a word whose least significant bit is worth more than 1, or whose most significant one
-/// is worth less than ½), as long as the width is at least one bit.
+/// `I` or `F` may be negative, as long as the width is at least one bit. The least significant bit is then worth more
+/// than 1, or the most significant bit less than ½.
 ///
-/// A word is carried in an `i64`: sign-extended when signed, zero-extended when unsigned. The one format whose value
-/// does not fit, unsigned with 64 bits, is carried as its bit pattern; [`Format::value`] gives the integer it stands
-/// for.
+/// A word is carried in an `i64`: sign-extended if signed, zero-extended if unsigned. Only an unsigned word of 64 bits
+/// does not fit; it is carried as its bit pattern. [`Format::value`] returns the integer that a word stands for.
 ///
 /// # Example
 ///
@@ -30,19 +29,19 @@ pub struct Format {
     frac: i8,
 }
 
-/// In place of a word that has an unknown bit, as only VHDL has them: no word of fewer than 64 bits is carried like
-/// this.
+/// Stands in place of a word that has an unknown bit, which only VHDL has. No word of fewer than 64 bits is carried as
+/// this value.
 pub const UNKNOWN: i64 = i64::MIN;
 
-/// Why a format was refused.
+/// The reason why a format was refused.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum FormatError {
     /// The width is not between 1 and 64 bits.
     Width {
-        /// The format as it was asked for.
+        /// The sign and the numbers of integer and fraction bits that were asked for.
         asked: (bool, i32, i32),
     },
-    /// The text is in no notation that is read.
+    /// The text is in no known notation.
     Syntax(String),
 }
 
@@ -68,14 +67,14 @@ impl fmt::Display for FormatError {
 impl std::error::Error for FormatError {}
 
 impl Format {
-    /// One unsigned bit.
+    /// The format of one unsigned bit.
     pub const BIT: Self = Self { signed: false, int: 1, frac: 0 };
 
-    /// A format from its three numbers.
+    /// Returns a format from its three numbers.
     ///
     /// # Errors
     ///
-    /// [`FormatError::Width`] unless the width is 1 to 64 bits (and `int`, `frac` are within -63..=64).
+    /// Returns [`FormatError::Width`] unless the width is 1 to 64 bits (and `int`, `frac` are within -63..=64).
     pub fn new(signed: bool, int: i32, frac: i32) -> Result<Self, FormatError> {
         let width = i64::from(signed) + i64::from(int) + i64::from(frac);
         let near = -63..=64;
@@ -86,21 +85,23 @@ impl Format {
         }
     }
 
-    /// An unsigned integer of `width` bits.
+    /// Returns the format of an unsigned integer of `width` bits.
     ///
     /// # Panics
     ///
-    /// Unless `width` is 1 to 64: for widths known when the program is written. Use [`Format::new`] for others.
+    /// Panics if `width` is not 1 to 64. It is for widths that are known when the program is written; for others use
+    /// [`Format::new`].
     #[must_use]
     pub fn unsigned(width: u32) -> Self {
         Self::new(false, width as i32, 0).expect("a width of 1 to 64 bits")
     }
 
-    /// A two's complement integer of `width` bits, sign bit included.
+    /// Returns the format of a two's complement integer of `width` bits, sign bit included.
     ///
     /// # Panics
     ///
-    /// Unless `width` is 1 to 64: for widths known when the program is written. Use [`Format::new`] for others.
+    /// Panics if `width` is not 1 to 64. It is for widths that are known when the program is written; for others use
+    /// [`Format::new`].
     #[must_use]
     pub fn signed(width: u32) -> Self {
         Self::new(true, width as i32 - 1, 0).expect("a width of 1 to 64 bits")
@@ -112,49 +113,50 @@ impl Format {
         self.signed
     }
 
-    /// Integer bits `I`.
+    /// Returns the number of integer bits `I`.
     #[must_use]
     pub const fn int(self) -> i32 {
         self.int as i32
     }
 
-    /// Fraction bits `F`.
+    /// Returns the number of fraction bits `F`.
     #[must_use]
     pub const fn frac(self) -> i32 {
         self.frac as i32
     }
 
-    /// Width in bits.
+    /// Returns the width in bits.
     #[must_use]
     pub const fn width(self) -> u32 {
         (self.signed as i32 + self.int as i32 + self.frac as i32) as u32
     }
 
-    /// The least integer the word can hold, in units of its least significant bit.
+    /// Returns the least integer that the word can hold, in units of its least significant bit.
     #[must_use]
     pub const fn min(self) -> i128 {
         if self.signed { -(1i128 << (self.width() - 1)) } else { 0 }
     }
 
-    /// The greatest integer the word can hold, in units of its least significant bit.
+    /// Returns the greatest integer that the word can hold, in units of its least significant bit.
     #[must_use]
     pub const fn max(self) -> i128 {
         (1i128 << (self.width() - self.signed as u32)) - 1
     }
 
-    /// Whether an integer (in units of the least significant bit) fits.
+    /// Whether an integer, in units of the least significant bit, fits the word.
     #[must_use]
     pub const fn holds(self, value: i128) -> bool {
         self.min() <= value && value <= self.max()
     }
 
-    /// The word whose bits are the low bits of `value`: what hardware keeps when the upper wires are left open.
+    /// Returns the word whose bits are the low bits of `value`: the bits that hardware keeps if the upper wires are
+    /// left open.
     #[must_use]
     pub const fn wrap(self, value: i128) -> i64 {
         self.wrap_low(value as i64)
     }
 
-    /// As [`wrap`](Self::wrap), of a value's lowest 64 bits, which are all that matters.
+    /// Computes [`wrap`](Self::wrap) from the lowest 64 bits of a value; the other bits do not matter.
     #[must_use]
     pub(crate) const fn wrap_low(self, value: i64) -> i64 {
         let free = 64 - self.width();
@@ -162,49 +164,50 @@ impl Format {
         if self.signed { (bits as i64) >> free } else { (bits >> free) as i64 }
     }
 
-    /// Whether a word has the place of one with an unknown bit ([`UNKNOWN`]), which none of 64 bits has.
+    /// Whether the word is [`UNKNOWN`], which stands in place of a word with an unknown bit. Never true for words of 64
+    /// bits.
     #[must_use]
     pub const fn is_unknown(self, word: i64) -> bool {
         word == UNKNOWN && self.width() < 64
     }
 
-    /// The integer that a word stands for, in units of the least significant bit.
+    /// Returns the integer that a word stands for, in units of the least significant bit.
     #[must_use]
     pub const fn value(self, word: i64) -> i128 {
         if self.signed { word as i128 } else { word as u64 as i128 }
     }
 
-    /// The word's bits, right-aligned, all others zero.
+    /// Returns the bits of a word, right-aligned; all other bits are zero.
     #[must_use]
     pub const fn bits(self, word: i64) -> u64 {
         (word as u64) & (u64::MAX >> (64 - self.width()))
     }
 
-    /// The word with these bits; bits beyond the width are ignored.
+    /// Returns the word with these bits; bits beyond the width are ignored.
     #[must_use]
     pub const fn from_bits(self, bits: u64) -> i64 {
         self.wrap(bits as i128)
     }
 
-    /// The value of the least significant bit, 2^-F.
+    /// Returns the value of the least significant bit, 2^-F.
     #[must_use]
     pub fn lsb(self) -> f64 {
-        // 2^n for |n| <= 64 is exact, built from its exponent field.
+        // 2^n for |n| <= 64 is exact; it is built from its exponent field.
         f64::from_bits(((1023 - i64::from(self.frac)) as u64) << 52)
     }
 
-    /// The word's value as a float (exact up to 53 significant bits).
+    /// Returns the value of a word as a float, which is exact up to 53 significant bits.
     #[must_use]
     pub fn to_f64(self, word: i64) -> f64 {
         self.value(word) as f64 * self.lsb()
     }
 
-    /// The full product's format: integer and fraction bits add, signed if either factor is.
+    /// Returns the format of the full product: integer and fraction bits add, and it is signed if either factor is.
     ///
     /// # Errors
     ///
-    /// [`FormatError::Width`] when the sum of the widths exceeds 64 bits: the product of wider words is taken through
-    /// [`Narrowing`](crate::Narrowing) alone, which works on exact `i128` integers.
+    /// Returns [`FormatError::Width`] if the sum of the widths exceeds 64 bits. The product of wider words must be
+    /// narrowed directly by [`Narrowing`](crate::Narrowing), which works on exact `i128` integers.
     pub fn product(self, other: Self) -> Result<Self, FormatError> {
         let signed = self.signed || other.signed;
         let width = (self.width() + other.width()) as i32;
@@ -225,9 +228,9 @@ impl fmt::Debug for Format {
     }
 }
 
-/// Reads `(S,I,F)`, and what other tools write; capital and small letters alike:
+/// Reads `(S,I,F)` and the notations of other tools, in capital or small letters:
 ///
-/// | text | format | whose |
+/// | text | format | notation |
 /// |---|---|---|
 /// | `UQ4.8` | (0,4,8) | Q notation, unsigned |
 /// | `Q4.8` | (1,4,8), 13 bits | Q notation as TI writes it: the sign bit is *not* among the 4 integer bits |

@@ -1,20 +1,19 @@
-//! Word formats in the notations that other tools write.
+//! Word formats in the notations of other tools.
 
-/// Sign bit, integer bits and fraction bits of a format: `(S,I,F)`, or a notation of another tool in upper or lower
-/// case.
-/// `None` for text that is no format.
+/// Returns sign bit, integer bits and fraction bits of a format, read from `(S,I,F)` or a notation of another tool in
+/// upper or lower case. Returns `None` if the text is no format.
 pub(crate) fn read(text: &str) -> Option<(bool, i32, i32)> {
     let text = &text.trim().to_ascii_lowercase();
     triple(text).or_else(|| vhdl(text)).or_else(|| cpp(text)).or_else(|| q(text)).or_else(|| by_width(text))
 }
 
-/// Two numbers between these texts.
+/// Reads two numbers between these texts.
 fn pair(text: &str, before: &str, between: &str, after: &str) -> Option<(i32, i32)> {
     let (first, second) = text.strip_prefix(before)?.strip_suffix(after)?.split_once(between)?;
     Some((number(first)?, number(second)?))
 }
 
-/// A number so small that sums of a few of them fit.
+/// Reads a number so small that sums of a few such numbers fit.
 fn number(text: &str) -> Option<i32> {
     text.trim().parse::<i16>().ok().map(i32::from)
 }
@@ -29,21 +28,20 @@ fn triple(text: &str) -> Option<(bool, i32, i32)> {
     Some((signed, int.trim().parse().ok()?, frac.trim().parse().ok()?))
 }
 
-/// The types of VHDL-2008's `fixed_pkg`: the indices are powers of two.
+/// Reads the types of VHDL-2008's `fixed_pkg`, whose indices are powers of two.
 fn vhdl(text: &str) -> Option<(bool, i32, i32)> {
     let signed = pair(text, "sfixed(", " downto ", ")").map(|(high, low)| (true, high, -low));
     signed.or_else(|| pair(text, "ufixed(", " downto ", ")").map(|(high, low)| (false, high + 1, -low)))
 }
 
-/// The types of C++ high-level synthesis: the width, then the integer bits with the sign bit.
+/// Reads the types of C++ high-level synthesis: the width, then the integer bits with the sign bit.
 fn cpp(text: &str) -> Option<(bool, i32, i32)> {
     let signed = pair(text, "ap_fixed<", ",", ">").map(|(width, int)| (true, int - 1, width - int));
     signed.or_else(|| pair(text, "ap_ufixed<", ",", ">").map(|(width, int)| (false, int, width - int)))
 }
 
-/// Q notation. `Q4.8` alone is read as TI writes it, with a sign bit beside the 4 integer bits; a width in brackets, as
-/// in
-/// `Q4.8 (12 bits, ARM)`, says otherwise. Several, as `Notation::Q` writes, must be the same format.
+/// Reads Q notation. `Q4.8` alone has a sign bit beside the 4 integer bits, as TI writes it; a width in brackets, as in
+/// `Q4.8 (12 bits, ARM)`, may say otherwise. Several texts, as `Notation::Q` writes them, must be the same format.
 fn q(text: &str) -> Option<(bool, i32, i32)> {
     let mut readings = text.split(" = ").map(one_q);
     let first = readings.next()??;
@@ -70,8 +68,9 @@ fn one_q(text: &str) -> Option<(bool, i32, i32)> {
     }
 }
 
-/// The whole width, then the fraction bits: MathWorks' `sfix16_En12`, `ufix12` and `sfix8_E2` (whose least significant
-/// bit is worth 2^2), System Generator's `Fix_16_12` and `UFix_12_8`, and `sfix16_12` and `ufix<12,8>` likewise.
+/// Reads the whole width, then the fraction bits: MathWorks' `sfix16_En12`, `ufix12` and `sfix8_E2` (whose least
+/// significant bit is worth 2^2), System Generator's `Fix_16_12` and `UFix_12_8`, and also `sfix16_12` and
+/// `ufix<12,8>`.
 fn by_width(text: &str) -> Option<(bool, i32, i32)> {
     let kinds = [("sfix", true), ("ufix", false), ("fix", true)];
     let (rest, signed) = kinds.into_iter().find_map(|(kind, signed)| Some((text.strip_prefix(kind)?, signed)))?;

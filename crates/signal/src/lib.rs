@@ -8,7 +8,9 @@ mod format;
 mod format_text;
 mod narrow;
 mod notation;
+mod operators;
 mod ports;
+mod recorded;
 mod term;
 mod word;
 
@@ -17,5 +19,6 @@ pub use format::{Format, FormatError, UNKNOWN};
 pub use narrow::{Narrowed, Narrowing, Overflow, Rounding};
 pub use notation::Notation;
 pub use ports::{Meter, Observe, Ports, Real, Signal, SignalUse};
+pub use recorded::{Equations, Recorded, RecordedBit};
 pub use term::{Bit, Defined, Term};
-pub use word::{Int, Machine, Reach, Truth, Word};
+pub use word::{Int, Machine, Reach, Sine, Truth, Word};

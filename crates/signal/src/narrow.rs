@@ -1,19 +1,19 @@
-//! Narrowing: the one place where bits are lost, in one fixed order (round, then overflow), and told.
+//! Narrowing: the only place where bits are lost. It rounds first, then treats overflow, and reports both losses.
 
 use crate::Format;
 
-/// What happens to the bits below the least significant one.
+/// The treatment of the bits below the least significant bit.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub enum Rounding {
-    /// Drop them: toward minus infinity. Costs no logic.
+    /// Drops them, which rounds toward minus infinity and costs no logic.
     Truncate,
-    /// Toward zero.
+    /// Rounds toward zero.
     TowardZero,
-    /// To the nearest; ties toward plus infinity (add one half, then truncate).
+    /// Rounds to the nearest value; ties go toward plus infinity (add one half, then truncate).
     NearestUp,
-    /// To the nearest; ties away from zero.
+    /// Rounds to the nearest value; ties go away from zero.
     NearestAway,
-    /// To the nearest; ties to the even neighbour.
+    /// Rounds to the nearest value; ties go to the even neighbour.
     NearestEven,
 }
 
@@ -23,12 +23,12 @@ impl Rounding {
         [Self::Truncate, Self::TowardZero, Self::NearestUp, Self::NearestAway, Self::NearestEven];
 }
 
-/// What happens when the rounded value does not fit.
+/// The treatment of a rounded value that does not fit.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub enum Overflow {
-    /// Drop the upper bits.
+    /// Drops the upper bits.
     Wrap,
-    /// Clamp to the nearest value the word holds.
+    /// Clamps to the nearest value that the word holds.
     Saturate,
 }
 
@@ -40,17 +40,17 @@ impl Overflow {
 /// A rule that turns an exact integer with `from_frac` fraction bits into a word of format `to`.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Narrowing {
-    /// Fraction bits of the exact value.
+    /// Number of fraction bits of the exact value.
     pub from_frac: i32,
-    /// The word's format.
+    /// Format of the word.
     pub to: Format,
-    /// What happens below.
+    /// The treatment of the bits below the least significant bit.
     pub rounding: Rounding,
-    /// What happens above.
+    /// The treatment of a rounded value that does not fit.
     pub overflow: Overflow,
 }
 
-/// A word, and what was lost to make it.
+/// A word, and whether bits were lost to make it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Narrowed {
     /// The word.

@@ -1,20 +1,20 @@
-//! Word formats as other tools write them, so that nobody has to guess whether the sign bit is counted.
+//! Word formats in the notations of other tools, so that a reader need not guess whether the sign bit is counted.
 
 use crate::Format;
 
-/// A way to write down a [`Format`].
+/// A notation for a [`Format`].
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub enum Notation {
     /// `(S,I,F)`: sign bit, integer bits, fraction bits.
     Triple,
-    /// The types of VHDL-2008's `fixed_pkg`: `sfixed(I downto -F)` or `ufixed(I-1 downto -F)`, so that the index of a
-    /// bit is the power of two it is worth; the sign bit of `sfixed` is the leftmost.
+    /// The types of VHDL-2008's `fixed_pkg`: `sfixed(I downto -F)` or `ufixed(I-1 downto -F)`. The index of a bit is
+    /// the power of two that the bit is worth; the sign bit of `sfixed` is the leftmost.
     Vhdl,
-    /// The types of C++ high-level synthesis: `ap_fixed<W,I>` or `ap_ufixed<W,I>`, the whole width first; the `I` of a
-    /// signed one counts the sign bit.
+    /// The types of C++ high-level synthesis: `ap_fixed<W,I>` or `ap_ufixed<W,I>`. The whole width comes first; the `I`
+    /// of a signed type counts the sign bit.
     Cpp,
-    /// Q notation, with the whole width and who writes it so: TI leaves the sign bit out of the integer bits, ARM
-    /// counts it. An unsigned word has none, and there they agree.
+    /// Q notation, with the whole width and the name of the convention: TI does not count the sign bit among the
+    /// integer bits, ARM does. An unsigned word has no sign bit, so both agree.
     Q,
 }
 
@@ -22,7 +22,7 @@ impl Notation {
     /// Every notation, for tests and lists.
     pub const ALL: [Self; 4] = [Self::Triple, Self::Vhdl, Self::Cpp, Self::Q];
 
-    /// The format in this notation.
+    /// Returns the format in this notation.
     ///
     /// # Example
     ///

@@ -1,37 +1,37 @@
-//! Signals, and bundles of them.
+//! Signals, bundles of ports, and the observation of runs.
 
 use std::ops::Range;
 
 use crate::{Cycle, Format};
 
-/// A signal as its block describes it: everything that waveforms, vector files, packages and port tables need to know.
+/// A signal as described by the block that owns it. Waveforms, vector files, packages and port tables are made from it.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Signal {
-    /// Name, the same in every language.
+    /// Name, which is the same in every language.
     pub name: &'static str,
     /// Word format.
     pub format: Format,
-    /// Unit of the value (the word times 2^-F), as in `count`.
+    /// Unit of the value (the word times 2^-F), such as `count`.
     pub unit: &'static str,
     /// One line of documentation.
     pub doc: &'static str,
 }
 
 impl Signal {
-    /// A signal.
+    /// Returns a signal.
     #[must_use]
     pub fn new(name: &'static str, format: Format, unit: &'static str, doc: &'static str) -> Self {
         Self { name, format, unit, doc }
     }
 
-    /// Whether it counts modulo its width from the place where it began. Its word is unsigned; traces and waveforms
-    /// read it as signed, so that one that passes below zero goes on smoothly.
+    /// Whether the signal counts from its start, modulo its width. Its word is unsigned; traces and waveforms read it
+    /// as signed, so that a count that passes below zero stays smooth.
     #[must_use]
     pub fn is_counter(&self) -> bool {
         !self.format.is_signed() && ["position", "held"].contains(&self.name.trim_end_matches(['1', '2', '3']))
     }
 
-    /// The value of a word as traces show it.
+    /// Returns the value of a word as traces show it.
     #[must_use]
     pub fn shown(&self, word: i64) -> f64 {
         if self.is_counter() {
@@ -40,20 +40,22 @@ impl Signal {
         self.format.to_f64(word)
     }
 
-    /// A one-bit signal.
+    /// Returns a one-bit signal.
     #[must_use]
     pub fn bit(name: &'static str, doc: &'static str) -> Self {
         Self::new(name, Format::BIT, "1", doc)
     }
 }
 
-/// A bundle of ports: a struct generic over what it holds. `In<Signal>` describes, `In<i64>` carries.
+/// A bundle of ports: a struct that is generic over the type of its ports. `In<Signal>` describes the ports, `In<i64>`
+/// carries their words.
 ///
-/// Made by [`ports!`](crate::ports), so that order and completeness are the compiler's business.
+/// Every block has a bundle of inputs and one of outputs. [`ports!`](crate::ports) implements the trait for them, so
+/// that the compiler checks order and completeness.
 pub trait Ports<T>: Sized {
-    /// Builds the bundle, asking `next` for each port in order.
+    /// Builds the bundle; calls `next` for each port in order.
     fn build(next: impl FnMut() -> T) -> Self;
-    /// Visits each port in order.
+    /// Calls `visit` with each port in order.
     fn each(&self, visit: impl FnMut(&T));
 }
 
@@ -67,7 +69,7 @@ macro_rules! ports {
         pub struct $name<T> { $(pub $port: T),* }
 
         impl<T> $name<T> {
-            /// The bundle of what `change` makes of each port, in order.
+            /// Returns the bundle with the results of `change` for each port, called in order.
             #[allow(dead_code, reason = "not every bundle is changed port by port")]
             #[inline]
             #[must_use]
@@ -92,34 +94,37 @@ macro_rules! ports {
 /// A continuous output of the plant, recorded beside the signals.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Real {
-    /// Name with its SI unit, as in `angle_rad`.
+    /// Name with its SI unit, such as `angle_rad`.
     pub name: &'static str,
     /// One line of documentation.
     pub doc: &'static str,
 }
 
-/// Somebody who watches a run. Watching never changes what is watched.
+/// An observer of a run. Traces, recordings of waveforms, rows and metrics implement it; the run calls it as it goes.
+/// An observer must not change the run.
 pub trait Observe {
-    /// The words of all nets after `cycle`; called at the start and at every edge that was ticked, whether or not one
-    /// of them changed, and so at every edge at which one did.
+    /// Receives the words of all nets after `cycle`. It is called at the start and at every edge that was ticked, so at
+    /// every edge at which a net changed, and also at edges at which none did.
     fn nets(&mut self, cycle: Cycle, words: &[i64]);
-    /// The continuous outputs of the plant at `cycle`, in SI units; called at the rate the scene records them.
+    /// Receives the continuous outputs of the plant at `cycle`, in SI units. It is called at the rate at which the
+    /// scene records them.
     fn reals(&mut self, cycle: Cycle, values: &[f64]);
-    /// Whether it looks at anything at all. If not, a run leaves it out.
+    /// Whether the observer looks at anything at all. If not, a run does not call it.
     fn watches(&self) -> bool {
         true
     }
-    /// Whether the rows of [`reals`](Self::reals) have to tell means and extremes too, after the plant's outputs.
+    /// Whether the rows of [`reals`](Self::reals) must contain means and extremes too, after the plant's outputs.
     fn measures(&self) -> bool {
         false
     }
-    /// Whether it looks at any of these nets. If not, a run may pass over edges at which no others change.
+    /// Whether the observer looks at any of these nets. If not, a run may pass over edges at which no other nets
+    /// change.
     fn follows(&self, _nets: Range<usize>) -> bool {
         true
     }
 }
 
-/// Nobody watches.
+/// The observer that looks at nothing.
 impl Observe for () {
     fn watches(&self) -> bool {
         false
@@ -134,20 +139,20 @@ impl Observe for () {
     fn reals(&mut self, _: Cycle, _: &[f64]) {}
 }
 
-/// The use that a run made of one signal.
+/// The use that a run made of one signal: its range, and for how long it had lost bits.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct SignalUse {
-    /// Least word seen.
+    /// The least word seen.
     pub min: i64,
-    /// Greatest word seen.
+    /// The greatest word seen.
     pub max: i64,
-    /// Clock edges during which the signal had lost bits below its least significant one.
+    /// Number of clock edges during which the signal had lost bits below its least significant bit.
     pub rounded: u64,
-    /// Clock edges during which the signal had overflowed.
+    /// Number of clock edges during which the signal had overflowed.
     pub overflowed: u64,
 }
 
-/// Measures the use of `N` signals: ranges, and for how many clock edges each had lost bits.
+/// Measures the use of `N` signals: their ranges, and the number of clock edges for which each had lost bits.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Meter<const N: usize> {
     uses: [SignalUse; N],
@@ -160,7 +165,7 @@ impl<const N: usize> Default for Meter<N> {
 }
 
 impl<const N: usize> Meter<N> {
-    /// Takes in the words as they stand.
+    /// Extends the ranges by the present words.
     #[inline]
     pub fn range(&mut self, words: &[i64; N]) {
         for (seen, &word) in self.uses.iter_mut().zip(words) {
@@ -169,7 +174,7 @@ impl<const N: usize> Meter<N> {
         }
     }
 
-    /// Takes in some words in a row, from one signal on; the others stand as before.
+    /// Extends the ranges of consecutive signals from `first` on by these words; the other signals have not changed.
     #[inline]
     pub fn range_from(&mut self, first: usize, words: &[i64]) {
         for (seen, &word) in self.uses[first..].iter_mut().zip(words) {
@@ -178,14 +183,14 @@ impl<const N: usize> Meter<N> {
         }
     }
 
-    /// Counts lost bits on one signal for a number of edges.
+    /// Adds lost bits of one signal for a number of edges.
     #[inline]
     pub fn lost(&mut self, index: usize, rounded: bool, overflowed: bool, edges: u64) {
         self.uses[index].rounded += u64::from(rounded) * edges;
         self.uses[index].overflowed += u64::from(overflowed) * edges;
     }
 
-    /// What was measured, in the order of the signals.
+    /// Returns the uses, in the order of the signals.
     #[must_use]
     pub fn uses(&self) -> &[SignalUse; N] {
         &self.uses

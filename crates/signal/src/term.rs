@@ -80,6 +80,13 @@ impl Term {
         Defined { built, lines, cuts: met }
     }
 
+    /// That bits of SMT-LIB, of that width, are a number within its bounds.
+    #[must_use]
+    pub fn bounds(self, bits: &str, width: u32) -> String {
+        let (least, most) = (constant(self.least, width), constant(self.most, width));
+        format!("(and (bvsle {least} {bits}) (bvsle {bits} {most}))")
+    }
+
     /// The word of a format whose bits a text of SMT-LIB gives.
     #[must_use]
     pub fn of_bits(format: Format, bits: &str) -> Self {
@@ -285,7 +292,7 @@ impl Word for Term {
             book.met.push((name.to_string(), own, self));
             book.cuts.get(name).cloned()
         });
-        bits.map_or(self, |bits| Self::new(own, -1 << (own - 1), (1 << (own - 1)) - 1, bits))
+        bits.map_or(self, |bits| Self::new(own, self.least, self.most, bits))
     }
     fn limit(self, least: i128, most: i128) -> Self {
         let clamped = |value: Self, bound: i128, least: i128, most: i128, operation: &str| {

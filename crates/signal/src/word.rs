@@ -52,6 +52,16 @@ pub trait Word:
     ) -> [Self; N];
     /// The word of a table at this address, which is one of the table's.
     fn look_up<T: Copy + Into<i64>>(self, table: &[T]) -> Self;
+    /// The word of a table of nearest words to a sine, at this address; negative ones stand at the table's end. A
+    /// reading in real numbers takes the sine.
+    fn sine<T: Copy + Into<i64>>(self, sine: Sine, table: &[T]) -> Self {
+        let _ = sine;
+        self.look_up(table)
+    }
+    /// Whether a bit is set, counted from the lowest, 0.
+    fn bit(self, place: u32) -> Self::Bit {
+        self.shr(place).wrap(Format::BIT).is_set()
+    }
     /// The same number, of so many bits with its sign, where the VHDL has a net of this name: a proof may begin anew
     /// from it.
     fn cut(self, name: &str, width: u32) -> Self {
@@ -91,6 +101,19 @@ pub trait Word:
     }
     /// Clamped, with what it lost before; the clamp tells nothing of its own.
     fn limit(self, least: i128, most: i128) -> Self;
+}
+
+/// `2^frac sin(2 pi address num / den)`, or the cosine.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Sine {
+    /// The part of a turn from an address to the next: numerator.
+    pub num: u32,
+    /// Its denominator.
+    pub den: u32,
+    /// Whether it is the cosine.
+    pub is_cosine: bool,
+    /// Fraction bits.
+    pub frac: i32,
 }
 
 /// An integer of the machine.

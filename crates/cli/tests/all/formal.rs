@@ -1,7 +1,7 @@
 //! `hpu check --formal`: what is proved, refuted, given up.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
@@ -9,42 +9,130 @@ use crate::common::{ROOT, code, hpu, json, names, run, scratch, stderr, stdout, 
 
 #[test]
 fn what_is_proved_is_told_block_by_block() {
-    let output = run(&["check", "--formal", "displacement", "zero_order_hold", "foaw", "--variant", "default"]);
+    let output =
+        run(&["check", "--formal", "displacement", "zero_order_hold", "phantom_engine", "--variant", "default"]);
     assert_eq!(code(&output), 0, "{}", stderr(&output));
     let said = stdout(&output);
     let line = |block: &str| said.lines().find(|line| line.starts_with(block)).unwrap_or_else(|| panic!("{said}"));
     assert!(line("displacement").ends_with("  proved"), "{said}");
     assert!(line("zero_order_hold").ends_with("  proved"), "{said}");
-    assert!(line("foaw").contains("not proved: its clock edge is not told as equations"), "{said}");
+    assert!(line("phantom_engine").contains("not proved: its clock edge is not told as equations"), "{said}");
     assert!(said.contains("2 of 3 configurations proved for all inputs and states, 0 refuted, 1 not proved"), "{said}");
 }
 
-/// Blocks that are made of others: their wiring is under vectors.
-const COMPOSED: [&str; 7] = [
-    "axis_front",
-    "energy_bounding",
-    "input_shaper",
-    "passive_spring",
-    "passivity_controller",
-    "phantom_engine",
-    "sampled_wall",
-];
+/// The block without equations.
+const OPEN: &str = "phantom_engine";
 
 #[test]
-fn every_leaf_of_every_shipped_scene_is_proved_in_the_widths_of_that_scene() {
+fn every_wiring_and_every_leaf_of_every_shipped_scene_is_proved_in_the_widths_of_that_scene() {
     let scenes = stdout(&run(&["scenes"]));
     let names = scenes.lines().filter_map(|line| line.split_whitespace().next());
     let asked: Vec<_> = names.flat_map(|name| ["--scene", name]).collect();
     let value = json(&run(&[&["check", "--formal", "--json"], &asked[..]].concat()));
     let rows = value["rows"].as_array().expect("rows");
-    let mut proved = 0;
+    let (mut proved, mut wirings) = (0, 0);
     for row in rows {
-        let block = row["block"].as_str().expect("a name");
-        let expected = if COMPOSED.contains(&block) { "open" } else { "proved" };
+        let is_open = |row: &Value| row["block"] == OPEN;
+        let expected = match row["parts"].as_array() {
+            Some(parts) => {
+                wirings += 1;
+                let is_as_expected = |part: &&Value| part["verdict"] == if is_open(part) { "open" } else { "proved" };
+                assert_eq!(parts.iter().find(|part| !is_as_expected(part)), None, "{row}");
+                if parts.iter().any(is_open) { "wired" } else { "proved" }
+            }
+            None if is_open(row) => "open",
+            None => "proved",
+        };
         assert_eq!(row["verdict"], expected, "{row}");
         proved += usize::from(expected == "proved");
     }
-    assert!(proved >= 50 && asked.len() > 80, "{proved} of {} scenes", asked.len() / 2);
+    assert!(proved >= 50 && wirings >= 25 && asked.len() > 80, "{proved}, {wirings} of {} scenes", asked.len() / 2);
+    assert_eq!(value["wirings"]["count"], wirings);
+    assert_eq!(value["wirings"]["equal"], wirings);
+}
+
+#[test]
+fn wirings_are_counted_apart_from_leaf_blocks_and_name_what_they_rest_on() {
+    let asked =
+        ["check", "--formal", "unilateral", "axis_front", "hybrid_loop", "sampled_wall_loop", "phantom_shared_loop"];
+    let output = run(&[&asked[..], &["--variant", "default"]].concat());
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let said = stdout(&output);
+    let line = |block: &str| said.lines().find(|line| line.starts_with(block)).unwrap_or_else(|| panic!("{said}"));
+    let front = "proved: the wiring equals, of proved synchronizer, quadrature_decoder, position_counter, \
+                 displacement, unilateral";
+    assert!(line("axis_front").ends_with(front), "{said}");
+    assert!(line("hybrid_loop").contains(&format!("{front}, truncating_multiplier, velocity_register")), "{said}");
+    let law = format!("{front}, sampled_wall, input_shaper, saturator, pwm");
+    assert!(line("sampled_wall_loop").ends_with(&law), "{said}");
+    let open = "wired: the wiring equals; not proved: engine (phantom_engine)";
+    assert!(line("phantom_shared_loop").ends_with(open), "{said}");
+    let total = "1 of 1 configurations of leaf blocks proved for all inputs and states, 0 refuted, 0 not proved; \
+                 4 of 4 wirings equal, 3 of them with all leaves proved; VHDL";
+    assert!(said.contains(total), "{said}");
+}
+
+#[test]
+fn a_leaf_is_proved_once_in_a_run_whichever_wirings_have_it() {
+    let dir = scratch("formal_once");
+    let log = dir.join("log");
+    let yosys = format!("echo \"$@\" >> '{}'; exec yosys \"$@\"", text(&log));
+    let others = ["ghdl", "z3", "yices-smt2"].map(|tool| (tool, format!("exec {tool} \"$@\"")));
+    let mut scripts: Vec<_> = others.iter().map(|(tool, script)| (*tool, script.as_str())).collect();
+    scripts.push(("yosys", &yosys));
+    let asked = ["check", "--formal", "unilateral", "axis_front", "hybrid_loop", "--variant", "8_bit"];
+    let output = hpu().args(asked).env("PATH", tools(&dir, &scripts)).output().expect("starts");
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let log = fs::read_to_string(log).expect("a log");
+    assert_eq!(log.matches("prep -top unilateral;").count(), 1, "{log}");
+    assert_eq!(log.matches("read_verilog wiring.v").count(), 2, "{log}");
+}
+
+/// A folder with the VHDL, one file changed.
+fn changed(dir: &Path, file: &str, from: &str, to: &str) -> PathBuf {
+    let place = dir.join("hdl");
+    fs::create_dir_all(&place).expect("a folder");
+    for entry in fs::read_dir(Path::new(ROOT).join("hdl")).expect("the VHDL").flatten() {
+        if entry.path().is_file() {
+            fs::copy(entry.path(), place.join(entry.file_name())).expect("a copy");
+        }
+    }
+    let path = place.join(format!("{file}.vhd"));
+    let text = fs::read_to_string(&path).expect("VHDL");
+    assert!(text.contains(from), "{file}: {from}");
+    fs::write(&path, text.replacen(from, to, 1)).expect("VHDL");
+    place
+}
+
+#[test]
+fn a_wiring_that_differs_is_refuted_with_the_place() {
+    let dir = scratch("formal_miswired");
+    let hdl = changed(&dir, "hybrid_loop", "spring  => spring,", "spring  => penetration,");
+    let one = ["check", "--formal", "hybrid_loop", "--variant", "default", "--hdl", text(&hdl)];
+    let output = run(&one);
+    assert_eq!(code(&output), 1, "{}", stderr(&output));
+    let why =
+        "instance sum, port spring: at spring, driven by spring_mult.product here, at wall.penetration in the VHDL";
+    let said = stdout(&output);
+    assert!(said.contains(&format!("refuted, by its wiring: {why}")), "{said}");
+    assert!(said.contains("\n0 of 1 wirings equal, 0 of them with all leaves proved; VHDL"), "{said}");
+    let value = json(&run_differing(&[&one[..], &["--json"]].concat()));
+    assert_eq!((&value["ok"], &value["refuted"]), (&Value::Bool(false), &1.into()));
+    assert_eq!(value["rows"][0]["verdict"], "refuted");
+    assert_eq!(value["rows"][0]["why"], why);
+}
+
+#[test]
+fn a_wiring_of_a_refuted_block_is_refuted_with_the_words_of_that_block() {
+    let dir = scratch("formal_leaf");
+    let hdl = changed(&dir, "unilateral", "if delta(delta'high) = '1' then", "if delta(delta'high) = '0' then");
+    let output = run(&["check", "--formal", "axis_front", "--variant", "8_bit", "--hdl", text(&hdl)]);
+    assert_eq!(code(&output), 1, "{}", stderr(&output));
+    let said = stdout(&output);
+    for part in ["refuted, by its inputs of instance wall, a unilateral:", "penetration(vhdl)", "1 of 1 wirings equal"]
+    {
+        assert!(said.contains(part), "`{part}` is not in {said}");
+    }
 }
 
 #[test]

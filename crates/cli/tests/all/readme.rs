@@ -12,11 +12,13 @@ use std::time::Duration;
 use crate::common::{ROOT, code, scratch, stderr, stdout};
 use crate::readme_tables::{COMMANDS, EXCEPTED, FIGURES, Form, From};
 
-/// A piece of README: a command, or the output that is shown below the commands before it.
+/// A piece of README: a command, the output that is shown below the commands before it, or a file for the commands
+/// after it.
 #[derive(Debug)]
 enum Piece {
     Command(String),
     Output(Vec<String>),
+    File { name: String, text: String },
 }
 
 fn readme() -> String {
@@ -42,7 +44,12 @@ fn commands(block: &[&str]) -> Vec<Piece> {
     let mut found = Vec::new();
     let mut open = String::new();
     for line in block {
-        open += line;
+        open += if open.ends_with(' ') { line.trim_start() } else { line };
+        // A line that ends with a backslash goes on in the next one.
+        if let Some(begun) = open.strip_suffix('\\') {
+            open = format!("{} ", begun.trim_end());
+            continue;
+        }
         match without_comment(&open) {
             Some(command) => {
                 found.extend((!command.is_empty()).then_some(Piece::Command(command)));
@@ -74,7 +81,12 @@ fn pieces(text: &str) -> Vec<Piece> {
         match language {
             "sh" => found.extend(commands(&block)),
             "" => found.push(Piece::Output(block.into_iter().map(str::to_string).collect())),
-            other => panic!("a block of {other}: write sh, or nothing for an output"),
+            "toml" => {
+                let name =
+                    block[0].strip_prefix("# ").expect("the first line of a file is `# ` and its name").to_string();
+                found.push(Piece::File { name, text: block.join("\n") });
+            }
+            other => panic!("a block of {other}: write sh, toml, or nothing for an output"),
         }
     }
     found
@@ -163,8 +175,13 @@ fn every_command_runs_and_what_is_shown_is_what_it_prints() {
     let shell = Shell::new();
     let mut printed: Vec<(String, String)> = Vec::new();
     let mut last = String::new();
+    let mut unused = BTreeSet::new();
     for piece in pieces(&readme()) {
         match piece {
+            Piece::File { name, text } => {
+                fs::write(shell.dir.join(&name), text).expect("a file");
+                unused.insert(name);
+            }
             Piece::Output(shown) => {
                 let output = match form(&last) {
                     Form::Short { record: Some(path), .. } => file(path),
@@ -173,6 +190,7 @@ fn every_command_runs_and_what_is_shown_is_what_it_prints() {
                 assert_shown(&shown, &output, &last);
             }
             Piece::Command(command) => {
+                unused.retain(|name| !command.contains(name.as_str()));
                 if !printed.iter().any(|(before, _)| *before == command) {
                     let output = match form(&command) {
                         Form::AsIs => stdout(&shell.run(&command)),
@@ -196,6 +214,7 @@ fn every_command_runs_and_what_is_shown_is_what_it_prints() {
             }
         }
     }
+    assert!(unused.is_empty(), "no command of README.md takes these files: {unused:?}");
     let listed: BTreeSet<&str> = COMMANDS.iter().map(|(command, _)| *command).collect();
     let written: BTreeSet<&str> = printed.iter().map(|(command, _)| command.as_str()).collect();
     let gone: Vec<_> = listed.difference(&written).collect();
@@ -222,7 +241,9 @@ fn prose() -> String {
             continue;
         }
         let block = lines.by_ref().take_while(|line| *line != "```");
-        let comments = block.filter(|_| line == "```sh").filter_map(|line| line.split_once("# ").map(|(_, said)| said));
+        let comments = block
+            .filter(|_| ["```sh", "```toml"].contains(&line))
+            .filter_map(|line| line.split_once("# ").map(|(_, said)| said));
         all.extend(comments);
     }
     let mut text = all.join(" ");

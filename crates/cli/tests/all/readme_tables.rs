@@ -62,6 +62,8 @@ pub const COMMANDS: &[(&str, Form)] = &[
          testbench/dut/blocks/fast_mul.vhd",
         Form::AsIs,
     ),
+    ("hpu run knob.toml -o out", Form::AsIs),
+    ("hpu run knob.toml --set method.kind=conventional", Form::AsIs),
     ("hpu vectors pwm --format json", short("hpu vectors pwm --format json --count 10", "its rows are 40000")),
     ("hpu run hybrid-wall --set wall.stiffness=2.5 --set method.pwm.bits=10", Form::AsIs),
     (
@@ -231,13 +233,13 @@ pub const FIGURES: &[(&str, From, &str)] = &[
     ("*7/12* says that it is passive in 7 of them", TABLE_2, "y FPGA-400 10000 N/m passive in 7 of 12 seeds"),
     ("FPGA-400 gains nothing over FPGA-100 is met in 1 of 12", TABLE_2, "(e) met in 1 of 12"),
     (
-        "with 3.5 kN/m 0.30 to 0.40 ms fit",
+        "Lags from 0.30 to 0.40 ms fit a transmission of 3.5 kN/m",
         LAG,
         "3.5 kN/m, as shipped passive at 750, not at 1000 N/m: 0.30 0.35 0.40; at",
     ),
     ("(the whole arm: 0.35 to 0.45)", LAG, "3.5 kN/m, as shipped passive at 750, not at 1000 N/m: 0.35 0.40 0.45; at"),
-    ("with a rigid one 0.25 ms at most", LAG, "rigid passive at 750, not at 1000 N/m: 0.05 0.10 0.15 0.20 0.25; at"),
-    ("with 2 kN/m 0.40 ms and more", LAG, "2 kN/m passive at 750, not at 1000 N/m: 0.40 0.45 0.50 0.55 0.60; at"),
+    ("lags up to 0.25 ms a rigid one", LAG, "rigid passive at 750, not at 1000 N/m: 0.05 0.10 0.15 0.20 0.25; at"),
+    ("lags from 0.40 ms on one of 2 kN/m", LAG, "2 kN/m passive at 750, not at 1000 N/m: 0.40 0.45 0.50 0.55 0.60; at"),
     ("`spring \u{2026} 77.57 %`", From::Run(WRAP), "4076 0 % 77.57 % PWM count"),
     (
         "Within 1 % of a 24-bit design's stable stiffness",
@@ -253,7 +255,7 @@ pub const FIGURES: &[(&str, From, &str)] = &[
     ("505 LUTs do instead of 3590", From::Run(SEARCH), "2.657092+ N.m/rad instead of 2.666122: -0.34 %"),
     ("505 LUTs do instead of 3590", From::Run(SEARCH), "512 LUT4 instead of 3663"),
     (
-        "463 LUTs seem to do: the velocity then saturates at 2 bits",
+        "463 LUTs seem to do, but the velocity then saturates at 2 bits",
         WIDTHS,
         "velocity 2, pwm 12: 474 LUT4 estimated, 463 counted",
     ),
@@ -331,7 +333,7 @@ pub const EXCEPTED: &[(&str, &str)] = &[
     ("still 0.002 % off", "a hundred million steps of rk4 take half a minute: the whole command tells it"),
     ("At 4096 the product wraps", "2^12"),
     ("That is 4200 mod 4096", "60 by 70, and 2^12"),
-    ("the last 16 edges", "the tests of hpu-rtl break a block and count them"),
+    ("the last 16 clock cycles", "the tests of hpu-rtl break a block and count them"),
     ("about 10⁻¹⁶ of the exchange", "rounding of f64; every run's test of energy holds it"),
     ("MIT or Apache-2.0", "names of licences"),
 ];

@@ -10,9 +10,9 @@
 //! - **Source**: the output stage of Sevcik et al. 2009.
 //! - **Differs from the hardware**: no propagation delay, so no limit on the clock.
 
-use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding, Signal, Word};
+use hpu_signal::{Format, Narrowed, Signal, Word};
 
-use super::words::{accept, natural, parts};
+use super::words::{accept, limited, natural, parts};
 use crate::config::{NATURAL, within};
 use crate::step::in_machine;
 use crate::{AnyStep, Block, Combinational, ConfigError, Generic, Step};
@@ -33,7 +33,7 @@ pub struct CommandScaler {
     torque: Format,
     gain: u32,
     gain_frac: u32,
-    narrowing: Narrowing,
+    command: Format,
     fits_64: bool,
 }
 
@@ -49,13 +49,8 @@ impl CommandScaler {
         within(Self::NAME, "GAIN", gain, 1..=NATURAL)?;
         within(Self::NAME, "GAIN_FRAC", gain_frac, 0..=30)?;
         within(Self::NAME, "COMMAND_WIDTH", command_width, 2..=31)?;
-        let narrowing = Narrowing {
-            from_frac: torque.frac() + gain_frac.cast_signed(),
-            to: Format::signed(command_width),
-            rounding: Rounding::NearestUp,
-            overflow: Overflow::Saturate,
-        };
-        let mut block = Self { torque, gain, gain_frac, narrowing, fits_64: false };
+        let command = Format::signed(command_width);
+        let mut block = Self { torque, gain, gain_frac, command, fits_64: false };
         block.fits_64 = Step::fits_64(&block);
         Ok(block)
     }
@@ -72,8 +67,10 @@ impl Combinational for CommandScaler {
     #[inline]
     fn made<W: Word>(&self, input: In<W>) -> Out<W> {
         let valid = input.valid1.is_set() & input.valid2.is_set() & input.valid3.is_set();
-        let command = || (input.torque * W::int(self.gain.into())).narrow(&self.narrowing);
-        let [command] = W::branch(valid, || [command()], || [W::int(0)]);
+        let drop = self.torque.frac() + self.gain_frac.cast_signed();
+        let ends = [self.command.min(), self.command.max()];
+        let scaled = || [limited(input.torque * W::int(self.gain.into()), drop, ends)];
+        let [command] = W::branch(valid, scaled, || [W::int(0)]);
         Out { command }
     }
 }
@@ -101,14 +98,14 @@ impl Block for CommandScaler {
     }
 
     fn outputs(&self) -> Out<Signal> {
-        Out { command: Signal::new("command", self.narrowing.to, "DAC count", "Command of the motor") }
+        Out { command: Signal::new("command", self.command, "DAC count", "Command of the motor") }
     }
 
     fn generics(&self) -> Vec<(&'static str, Generic)> {
         let mut all = parts("TORQUE_INT", "TORQUE_FRAC", self.torque).to_vec();
         all.push(natural("GAIN", self.gain));
         all.push(natural("GAIN_FRAC", self.gain_frac));
-        all.push(natural("COMMAND_WIDTH", self.narrowing.to.width()));
+        all.push(natural("COMMAND_WIDTH", self.command.width()));
         all
     }
 

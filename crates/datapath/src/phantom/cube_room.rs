@@ -13,10 +13,10 @@
 //! - **Source**: the cube of Sevcik et al. 2009.
 //! - **Differs from the hardware**: no propagation delay, so no limit on the clock.
 
-use hpu_signal::{Format, Narrowed, Rounding, Signal, Word};
+use hpu_signal::{Format, Narrowed, Signal, Word};
 
 use super::PhantomFormats;
-use super::words::{accept, natural, parts};
+use super::words::{accept, limited, natural, parts};
 use crate::config::{NATURAL, within};
 use crate::step::in_machine;
 use crate::{AnyStep, Block, Combinational, ConfigError, Generic, Step};
@@ -71,10 +71,8 @@ impl CubeRoom {
     #[inline]
     fn force<W: Word>(&self, stiffness: W, depth: W) -> W {
         let drop = self.position.frac() + self.stiffness.frac() - self.force.frac();
-        let spring = (-(stiffness * depth)).round(Rounding::NearestUp, drop);
         let limit = i128::from(self.limit);
-        let limited = spring.limit(-limit, limit);
-        limited.overflowing(!limited.equals(spring))
+        limited(-(stiffness * depth), drop, [-limit, limit])
     }
 }
 
@@ -84,7 +82,7 @@ impl Combinational for CubeRoom {
         let In { x, y, z, x_low, x_high, y_low, y_high, z_low, z_high, room, stiffness } = input;
         let beyond = self.position.width() + 1;
         let pushed = |pair: u32, name: &str, at: W, low: W, high: W| {
-            let is_there = room.shr(pair).wrap(Format::BIT).is_set();
+            let is_there = room.bit(pair);
             let push = || {
                 let depth = depth(at, low, high);
                 [self.force(stiffness, depth.cut(name, beyond)), W::of_bit(depth.is_set()).shl(pair)]

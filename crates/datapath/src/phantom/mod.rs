@@ -15,7 +15,6 @@ mod trig;
 mod variants;
 mod words;
 
-pub mod bounds;
 pub mod command_register;
 pub mod command_scaler;
 pub mod cube_room;
@@ -33,7 +32,6 @@ pub mod trig_table;
 
 pub(crate) use variants::{others, registry};
 
-pub use bounds::{SignalBound, bounds};
 pub use command_register::CommandRegister;
 pub use command_scaler::CommandScaler;
 pub use config::{PhantomConfig, PhantomFormats, Turn};

@@ -24,10 +24,11 @@ use hpu_signal::{Format, Narrowed, Ports, Signal};
 
 use super::PhantomConfig;
 use super::force_path::{self, ForcePath};
+use super::phantom_nets::path;
 use super::words::{exact, natural};
 use crate::config::{COUNTER, within};
 use crate::countdown::{Countdown, edges};
-use crate::{Block, ConfigError, Generic};
+use crate::{Block, ConfigError, Generic, Instance};
 
 hpu_signal::ports! {
     /// Inputs of the engine.
@@ -178,6 +179,17 @@ impl Block for PhantomEngine {
         let mut all = vec![natural("PERIOD_WIDTH", self.config.period_width), natural("DELAY", self.config.delay)];
         all.extend(self.config.path_generics());
         all
+    }
+
+    fn inside(&self) -> Vec<Instance> {
+        // Six sines, three validities, eight words of the scene, the period, and the outputs.
+        let ports: Vec<usize> = (0..18 + 14).collect();
+        path(&self.path, &ports[..6], &ports[6..9], &ports[9..17], &ports[18..])
+    }
+
+    fn first_shown(&self) -> Option<u64> {
+        // The first edge samples, without a delay.
+        Some(1 + u64::from(self.config.delay) + LATENCY)
     }
 
     fn reset(&mut self) -> Out<i64> {

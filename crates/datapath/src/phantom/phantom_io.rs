@@ -19,7 +19,7 @@ use super::encoders::{Encoders, Pins};
 use super::words::natural;
 use super::{CommandRegister, command_register};
 use crate::loop_nets::instance;
-use crate::{Block, ConfigError, Generic, Instance, Wiring, flatten, synchronizer};
+use crate::{Block, ConfigError, Generic, Instance, Parts, Wiring, flatten, synchronizer};
 
 hpu_signal::ports! {
     /// Inputs of the wiring: the encoders' pins and the host's commands.
@@ -130,6 +130,10 @@ impl Block for PhantomIo {
 
     fn generics(&self) -> Vec<(&'static str, Generic)> {
         vec![natural("POSITION_WIDTH", self.position_width), natural("COMMAND_WIDTH", self.command_width)]
+    }
+
+    fn parts(&self) -> Option<Parts> {
+        Some(Parts::of(self))
     }
 
     fn reset(&mut self) -> PhantomIoOut<i64> {

@@ -144,19 +144,34 @@ impl Blocks {
             all.push(instance("engine", &self.engine, &nets(&[&sines[..], &valid, &scene].concat())));
             return all;
         }
-        let forward = nets(&[&sines[..], &[row(X, 4)]].concat());
-        let room = nets(&[triple(X), row(X_LOW, PERIOD - X_LOW), row(FORCES, 4)]);
-        let tip = [row(X, 1), row(X + 2, 1), triple(FORCES), triple(TORQUES)];
-        all.push(instance("forward", &self.path.forward, &forward));
-        all.push(instance("room_walls", &self.path.room_walls, &room));
-        all.push(instance("jacobian", &self.path.jacobian, &nets(&[&sines[..], &tip].concat())));
-        for (joint, label) in ["scale1", "scale2", "scale3"].into_iter().enumerate() {
-            let (torque, scaled) = (row(TORQUES + joint, 1), row(SCALED + joint, 1));
-            let ports = nets(&[&[torque][..], &valid, &[scaled]].concat());
-            all.push(instance(label, &self.path.scale[joint], &ports));
-        }
+        let scene = row(X_LOW, PERIOD - X_LOW);
+        all.extend(path(&self.path, &nets(&sines), &nets(&valid), &nets(&[scene]), &nets(&[row(X, MOST - X)])));
         let hold = nets(&[triple(SCALED), period, triple(COMMANDS)]);
         all.push(instance("hold", &self.hold, &hold));
         all
     }
+}
+
+/// The instances of the path from sines to commands: the nets of the sines, of their validity, of the scene's words
+/// but the period, and those that the path drives.
+pub(crate) fn path(
+    path: &ForcePath,
+    sines: &[usize],
+    valid: &[usize],
+    scene: &[usize],
+    driven: &[usize],
+) -> Vec<Instance> {
+    let (tip, forces) = (&driven[..4], &driven[FORCES - X..=CONTACT - X]);
+    let (torques, scaled) = (&driven[TORQUES - X..SCALED - X], &driven[SCALED - X..]);
+    let pushed = [&[tip[0], tip[2]], &forces[..3], torques].concat();
+    let mut all = vec![
+        instance("forward", &path.forward, &[sines, tip].concat()),
+        instance("room_walls", &path.room_walls, &[&tip[..3], scene, forces].concat()),
+        instance("jacobian", &path.jacobian, &[sines, &pushed].concat()),
+    ];
+    for (joint, label) in ["scale1", "scale2", "scale3"].into_iter().enumerate() {
+        let ports = [&[torques[joint]], valid, &[scaled[joint]]].concat();
+        all.push(instance(label, &path.scale[joint], &ports));
+    }
+    all
 }

@@ -10,7 +10,7 @@ use super::phantom_nets::{
 };
 use super::words::exact;
 use super::{PhantomConfig, TrigIn, TrigOut, command_register, phantom_engine, sample_register};
-use crate::{Block, ConfigError, Generic, Instance, Wiring, flatten, synchronizer};
+use crate::{Block, ConfigError, Generic, Instance, Parts, Wiring, flatten, synchronizer};
 
 /// A PHANToM loop: [`PhantomLoop`](super::PhantomLoop) or [`PhantomSharedLoop`](super::PhantomSharedLoop).
 ///
@@ -158,6 +158,10 @@ impl<const SHARED: bool> Block for PhantomWiring<SHARED> {
 
     fn generics(&self) -> Vec<(&'static str, Generic)> {
         self.config.generics()
+    }
+
+    fn parts(&self) -> Option<Parts> {
+        Some(Parts::of(self))
     }
 
     fn reset(&mut self) -> PhantomOut<i64> {

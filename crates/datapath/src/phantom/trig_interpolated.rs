@@ -61,7 +61,7 @@ impl Chords {
     /// The sine in a quadrant, at a fraction of it.
     #[inline]
     fn wave<W: Word>(&self, quadrant: W, fraction: W) -> W {
-        let bit = |place: u32| quadrant.shr(place).wrap(Format::BIT).is_set();
+        let bit = |place: u32| quadrant.bit(place);
         let turn = W::int(1 << (self.width + self.rest));
         let folded = W::select(bit(0), turn - fraction, fraction);
         let (index, rest) = (folded.shr(self.rest), folded.wrap(Format::unsigned(self.rest)));

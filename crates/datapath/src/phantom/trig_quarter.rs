@@ -56,7 +56,7 @@ impl Nearest {
     /// The sine at an address.
     #[inline]
     fn wave<W: Word>(&self, address: W) -> W {
-        let bit = |place: u32| address.shr(place).wrap(Format::BIT).is_set();
+        let bit = |place: u32| address.bit(place);
         let step = address.wrap(Format::unsigned(self.width));
         let turn = W::int(1 << self.width);
         let size = self.quarter.at(W::select(bit(self.width), turn - step, step));

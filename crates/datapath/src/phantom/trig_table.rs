@@ -11,7 +11,7 @@
 
 use std::sync::Arc;
 
-use hpu_signal::{Format, Word};
+use hpu_signal::{Format, Sine, Word};
 
 use super::phase::sine;
 use super::trig::{Trig, TrigOut, Wave};
@@ -103,9 +103,12 @@ impl Wave for Table {
 
     #[inline]
     fn at<W: Word>(&self, count: W) -> TrigOut<W> {
-        let is_inside = count.wrap(self.depth).equals(count);
+        let is_inside = count.at_least(W::int(self.depth.min())) & !count.above(W::int(self.depth.max()));
         let address = count.wrap(Format::unsigned(self.depth.width()));
-        let known = || [address.look_up(&self.sines), address.look_up(&self.cosines), W::int(1)];
+        let Turn { num, den } = self.turn;
+        let sine = Sine { num, den, is_cosine: false, frac: self.trig.frac() };
+        let cosine = Sine { is_cosine: true, ..sine };
+        let known = || [address.sine(sine, &self.sines), address.sine(cosine, &self.cosines), W::int(1)];
         let [sine, cosine, valid] = W::branch(is_inside, known, || [W::int(0); 3]);
         TrigOut { sine, cosine, valid }
     }

@@ -10,6 +10,15 @@ pub(crate) const fn nearest(from_frac: i32, to: Format) -> Narrowing {
     Narrowing { from_frac, to, rounding: Rounding::NearestUp, overflow: Overflow::Wrap }
 }
 
+/// Divided by `2^drop` to the nearest, ties up, then clamped to what the actuator can give: a limit of the law, told as
+/// an overflow.
+#[inline]
+pub(crate) fn limited<W: Word>(value: W, drop: i32, [least, most]: [i128; 2]) -> W {
+    let whole = value.round(Rounding::NearestUp, drop);
+    let limited = whole.limit(least, most);
+    limited.overflowing(!limited.equals(whole))
+}
+
 /// A word that has lost nothing.
 pub(crate) const fn exact(word: i64) -> Narrowed {
     Narrowed { word, rounded: false, overflowed: false }

@@ -1,4 +1,4 @@
-//! The sequential divider, the square root and the second-order section, against exact integers.
+//! The sequential divider, the square root and the second-order section, compared with exact integers.
 
 use hpu_datapath::{Biquad, BiquadConfig, Block, DividerConfig, SequentialDivider, SquareRoot};
 use hpu_datapath::{biquad, sequential_divider, square_root};
@@ -11,11 +11,11 @@ fn divider(num_width: u32, den_width: u32, frac: u32, out_width: u32) -> Sequent
     SequentialDivider::new(DividerConfig { num_width, den_width, frac, out_width }).unwrap()
 }
 
-/// Runs a division to its end, and holds busy and ready to the sheet on the way.
+/// Runs a division to its end and returns the quotient. Asserts that busy and ready follow the data sheet meanwhile.
 fn divide(block: &mut SequentialDivider, num: i64, den: i64, steps: u32) -> i64 {
     let before = block.tick(sequential_divider::In { start: 1, num, den });
     assert_eq!((before.busy, before.ready), (1, 0));
-    // The operands have been captured: what stands there later is nobody's business.
+    // The operands have been captured, so later operands must have no effect.
     let idle = sequential_divider::In { start: 0, num: 1, den: 1 };
     for _ in 1..steps {
         assert_eq!(block.tick(idle), before);
@@ -26,7 +26,7 @@ fn divide(block: &mut SequentialDivider, num: i64, den: i64, steps: u32) -> i64 
     out.quotient
 }
 
-/// The quotient by what defines it, without a division; whether there was a remainder, and too much for the word.
+/// Whether `quotient` satisfies the definition of the clamped floor; this is tested without a division.
 fn is_quotient(quotient: i64, num: i64, den: i64, frac: u32, out_width: u32) -> bool {
     let (quotient, den) = (i128::from(quotient), i128::from(den));
     let (dividend, most) = (i128::from(num) << frac, (1i128 << out_width) - 1);
@@ -56,7 +56,7 @@ fn every_small_division_is_floored_and_clamped() {
     }
 }
 
-/// A word of up to `width` bits, small ones as likely as large ones.
+/// Returns a word of up to `width` bits; small words are as likely as large ones.
 fn word(width: u32) -> impl Strategy<Value = i64> {
     (0..=width, any::<u64>()).prop_map(|(width, bits)| (u128::from(bits) & ((1 << width) - 1)) as i64)
 }
@@ -73,7 +73,7 @@ proptest! {
 
     #[test]
     fn wide_roots_are_floored(x in word(62), near in -1i64..2, square in any::<bool>()) {
-        // A root of a square, or of its neighbours, is where floors go wrong.
+        // Floors of roots go wrong at squares and at their neighbours.
         let root = x & 0x7fff_ffff;
         let x = if square { (root * root + near).max(0) } else { x };
         prop_assert!(is_root(extract(&mut SquareRoot::new(62).unwrap(), x, 31), x));
@@ -94,7 +94,7 @@ fn a_start_gives_up_the_division_under_way_even_on_its_last_edge() {
     }
 }
 
-/// Runs an extraction to its end.
+/// Runs an extraction to its end and returns the root.
 fn extract(block: &mut SquareRoot, x: i64, steps: u32) -> i64 {
     let before = block.tick(square_root::In { start: 1, x });
     assert_eq!((before.busy, before.ready), (1, 0));
@@ -138,7 +138,7 @@ fn widths_beyond_the_data_sheet_are_refused() {
     assert!(Biquad::new(narrow).unwrap_err().to_string().contains("65536"));
 }
 
-/// The section in rational numbers over one denominator, `2^60`: half a unit of `y` up, then the floor, then the clamp.
+/// The section in rational numbers over one denominator, `2^60`: it adds half a unit of `y`, then floors, then clamps.
 struct Rational {
     config: BiquadConfig,
     x: [i128; 2],
@@ -152,7 +152,7 @@ impl Rational {
 
     fn sample(&mut self, x: i64) -> i64 {
         let BiquadConfig { input, output, coefficient, b, a, .. } = self.config;
-        // Numerators over 2^60 of a product of words with these fraction bits.
+        // Numerators over 2^60 of a product whose words have these fraction bits.
         let over = |product: i128, frac: i32| product * 2i128.pow((60 - coefficient.frac() - frac).unsigned_abs());
         let x = i128::from(x);
         let sum: i128 = [(b[0], x), (b[1], self.x[0]), (b[2], self.x[1])]

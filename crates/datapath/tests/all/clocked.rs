@@ -1,4 +1,4 @@
-//! The clocked blocks but the modulator, against closed forms in plain integers.
+//! The clocked blocks except the modulator, compared with closed forms in plain integers.
 
 use hpu_datapath::{
     Block, CommandLimiter, PositionCounter, QuadratureDecoder, Synchronizer, VelocityConfig, VelocityRegister,
@@ -12,7 +12,7 @@ use proptest::prelude::*;
 
 use crate::cases::cases;
 
-/// The difference of two counter words as a motion of less than half a turn.
+/// Returns the difference of two counter words as a motion of less than half a turn.
 fn motion(to: i64, from: i64, turn: i64) -> i64 {
     (to - from + turn / 2).rem_euclid(turn) - turn / 2
 }
@@ -43,7 +43,7 @@ proptest! {
     ) {
         let mut block = CommandLimiter::new(10, 9, 200, settling).unwrap();
         for (edge, &value) in values.iter().enumerate() {
-            // The first register shows what this very edge sampled; without one the value itself is shown.
+            // The first register shows the value sampled at this edge; without registers the value itself is shown.
             let sampled = (edge + 1).checked_sub(settling.max(1) as usize).map_or(0, |edge| values[edge]);
             prop_assert_eq!(block.tick(command_limiter::In { value }).limited, sampled.clamp(-200, 200));
         }
@@ -59,7 +59,7 @@ fn a_command_is_held_back_by_at_most_64_clocks() {
 
 #[test]
 fn all_sixteen_transitions_decode_as_the_encoder_table_says() {
-    // Index: previous a, previous b, a, b.
+    // Each number holds these bits: previous a, previous b, a, b.
     const FORWARD: [u32; 4] = [0b0001, 0b0111, 0b1110, 0b1000];
     const BACK: [u32; 4] = [0b0010, 0b1011, 0b1101, 0b0100];
     const ILLEGAL: [u32; 4] = [0b0011, 0b0110, 0b1001, 0b1100];
@@ -142,7 +142,7 @@ proptest! {
 #[test]
 fn a_new_period_takes_effect_at_the_next_sample_edge() {
     let mut block = ZeroOrderHold::default();
-    // Samples at edges 0, 4 (still the old period) and 6.
+    // Samples are taken at edges 0, 4 (still in the old period) and 6.
     let shown: Vec<i64> = (0..8)
         .map(|edge| block.tick(zero_order_hold::In { d: edge, period: if edge < 2 { 4 } else { 2 } }).q)
         .collect();

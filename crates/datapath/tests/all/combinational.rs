@@ -1,4 +1,4 @@
-//! The combinational blocks against closed forms in plain integers.
+//! The combinational blocks compared with closed forms in plain integers.
 
 use hpu_datapath::{Block, Displacement, Saturator, TorqueSum, Unilateral};
 use hpu_datapath::{displacement, saturator, torque_sum, unilateral};
@@ -6,7 +6,8 @@ use proptest::prelude::*;
 
 use crate::cases::cases;
 
-/// The displacement by search: the one in range that leads from the reference to the position round the counter.
+/// Returns the displacement, found by search: the only one in range that leads from the reference to the position round
+/// the counter.
 fn shortest_way(position: i64, reference: i64, width: u32) -> i64 {
     let turn = 1 << width;
     let ahead = (position - reference + turn) % turn;

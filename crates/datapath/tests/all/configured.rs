@@ -1,8 +1,8 @@
-//! Blocks made of their generics are those that were made otherwise.
+//! Blocks built from their generics equal the blocks that were built directly.
 
 use hpu_datapath::{Generic, configured, registry, variants};
 
-/// A stream of words, from a seed.
+/// A stream of words from a seed.
 struct Words(u64);
 
 impl Words {
@@ -47,7 +47,7 @@ fn what_no_block_can_have_is_refused_and_never_panics() {
                 match configured(block.name(), &[(generic, other)]).expect("a block") {
                     Ok(block) => {
                         made += 1;
-                        // A shaper that does nothing has no coefficients.
+                        // A shaper that is not enabled has no coefficients.
                         let is_idle = block
                             .generics()
                             .iter()

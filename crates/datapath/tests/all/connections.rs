@@ -1,9 +1,9 @@
-//! The loops' nets and instances, as the data sheet lists them.
+//! The nets and instances of the loops, as the data sheet lists them.
 
 use hpu_datapath::{ConventionalLoop, HybridLoop, Instance, LoopConfig, PwmConfig, Wiring};
 use hpu_signal::{Format, Signal};
 
-/// Widths that are all different, so that no two formats agree by chance.
+/// Returns widths that are all different, so that no two formats agree by chance.
 fn uneven() -> LoopConfig {
     LoopConfig {
         position_width: 7,
@@ -18,7 +18,7 @@ fn uneven() -> LoopConfig {
     }
 }
 
-/// Instance labels with their ports and nets, as the data sheet lists them.
+/// Returns the instance labels with their ports and nets, as the data sheet lists them.
 fn connections(wiring: &impl Wiring) -> Vec<String> {
     let nets = wiring.nets();
     let instance = |instance: Instance| {

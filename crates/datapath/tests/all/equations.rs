@@ -1,7 +1,7 @@
 //! A block's equations, read as words of the machine, tick as the block does: what solvers prove of them holds of it.
 
 use hpu_datapath::{AnyBlock, variants};
-use hpu_signal::Signal;
+use hpu_signal::{Format, Machine, Signal};
 
 /// Pseudo-random numbers (Vigna's splitmix64).
 struct Random(u64);
@@ -61,6 +61,31 @@ fn equations_tick_as_their_block_does() {
             }
             let shown = of(&*block, &held, &words).1;
             assert_eq!(shown, block.tick(&words), "{name} {label}: edge {edge} of {words:?}");
+        }
+        compared += 1;
+    }
+    assert!(compared >= 100, "{compared}");
+}
+
+#[test]
+fn equations_written_down_are_read_as_those_of_the_block() {
+    let mut compared = 0;
+    for (label, block) in variants() {
+        let Some(equations) = block.equations() else { continue };
+        let (name, recorded) = (block.name(), equations.recorded());
+        let registers: Vec<Format> = equations.registers().iter().map(|register| register.format).collect();
+        let inputs = block.inputs();
+        let mut random = Random(compared);
+        for _ in 0..200 {
+            let held: Vec<i64> = registers.iter().map(|format| format.from_bits(random.next())).collect();
+            let words: Vec<i64> = inputs.iter().map(|signal| random.word(signal)).collect();
+            let formats = registers.iter().copied().chain(inputs.iter().map(|signal| signal.format));
+            let given =
+                formats.zip(held.iter().chain(&words)).map(|(format, &word)| Machine::exact(format.value(word)));
+            let read: Vec<_> = recorded.read::<Machine<i128>>(&given.collect::<Vec<_>>());
+            let read: Vec<_> = read.into_iter().map(|word| word.narrowed().word).collect();
+            let (next, shown) = equations.words(&held, &words);
+            assert_eq!(read, [next, shown].concat(), "{name} {label}: {words:?} with {held:?}");
         }
         compared += 1;
     }

@@ -1,5 +1,5 @@
-//! The velocity estimators, against models that remember everything and compute in plain integers, and FOAW against the
-//! published algorithm in SI units.
+//! The velocity estimators compared with models that remember all positions and compute in plain integers, and FOAW
+//! compared with the published algorithm in SI units.
 
 use crate::cases::cases;
 use crate::oracle::{filtered_model, foaw_model, timer_model, window_model};
@@ -7,10 +7,10 @@ use hpu_datapath::{AnyBlock, EdgeTimer, FilteredConfig, FilteredDifference, Foaw
 use hpu_datapath::{Block, edge_timer, foaw};
 use proptest::prelude::*;
 
-/// A velocity of all positions sampled so far, the latest last.
+/// The velocity after all positions sampled so far, the latest last.
 type Model<'a> = &'a dyn Fn(&[i64]) -> i64;
 
-/// Every position as a sample, then `period - 1` edges of another position that nobody must see.
+/// Runs every position as a sample, followed by `period - 1` edges of another position that the block must ignore.
 fn samples_like(block: &mut dyn AnyBlock, model: Model, positions: &[i64], period: i64) {
     assert_eq!(block.reset(), [0]);
     for sampled in 1..=positions.len() {
@@ -23,7 +23,7 @@ fn samples_like(block: &mut dyn AnyBlock, model: Model, positions: &[i64], perio
     }
 }
 
-/// Every history of that many positions of that many bits.
+/// Runs every history of `samples` positions of `width` bits.
 fn every_history(block: &mut dyn AnyBlock, model: Model, samples: u32, width: u32) {
     for history in 0..1i64 << (samples * width) {
         let positions: Vec<_> = (0..samples).map(|sample| history >> (sample * width) & ((1 << width) - 1)).collect();
@@ -54,7 +54,7 @@ fn foaw_answers_every_short_history_as_its_windows_say() {
     }
 }
 
-/// Positions that mostly walk, now and then jump: lines, bends and wraps.
+/// Returns positions that mostly walk and now and then jump, so that lines, bends and wraps occur.
 fn walk(width: u32, length: usize) -> impl Strategy<Value = Vec<i64>> {
     let step = (any::<i64>(), -3i64..4, 0u32..12);
     prop::collection::vec(step, 1..length).prop_map(move |steps| {
@@ -97,7 +97,7 @@ proptest! {
     fn foaw_is_the_published_algorithm_on_smooth_motions(
         waves in prop::collection::vec((1.0f64..300.0, 0.5f64..40.0, 0.0f64..6.3), 1..5), noise in 1u32..3
     ) {
-        // The device: counts of 30 um, samples of 1 ms, the motion a few sines of up to 9 mm and 6 Hz.
+        // The device has counts of 30 um and samples of 1 ms; the motion is a few sines of up to 9 mm and 6 Hz.
         let (count_m, period_s, window) = (30e-6, 1e-3, 16);
         let config = FoawConfig { width: 12, period_width: 4, window, noise, out_frac: 12 };
         let mut block = Foaw::new(config).unwrap();
@@ -112,14 +112,15 @@ proptest! {
             if seen_m.len() <= window as usize {
                 continue;
             }
-            // b_n = (x_k - x_{k-n}) / (nT), accepted while |x_k - jT b_n - x_{k-j}| <= d for all j = 1 .. n-1. On words
-            // of counts, what is not within d misses it by 1/n of a count at least: a millionth of a count is float's.
+            // b_n = (x_k - x_{k-n}) / (nT) is accepted while |x_k - jT b_n - x_{k-j}| <= d for all j = 1 .. n-1. On
+            // words of counts, a position that is not within d misses it by 1/n of a count at least, so a tolerance of
+            // a millionth of a count only covers float errors.
             let slope = |n: usize| (seen_m[0] - seen_m[n]) / (n as f64 * period_s);
             let noise_m = (f64::from(noise) + 1e-6) * count_m;
             let line = |n: usize, j: usize| seen_m[0] - j as f64 * period_s * slope(n);
             let accepted = |n: &usize| (1..*n).all(|j| (line(*n, j) - seen_m[j]).abs() <= noise_m);
             let n = (1..=window as usize).take_while(accepted).last().unwrap();
-            // The word is that slope's floor, in 2^-12 counts a sample.
+            // The word is the floor of that slope, in 2^-12 counts per sample.
             let lost = slope(n) * period_s / count_m * 4096.0 - velocity as f64;
             prop_assert!((-1e-6..1.0 + 1e-6).contains(&lost), "window {}, lost {}", n, lost);
         }
@@ -168,13 +169,14 @@ fn the_timer_lets_the_speed_fall_while_the_next_count_is_overdue() {
         let out = Block::tick(&mut block, edge_timer::In { position });
         (out.interval, out.stopped)
     };
-    // Changes at edges 1 and 4 make an interval of 3; from 4 edges after the second on, nothing shorter can come.
+    // Changes at edges 1 and 4 make an interval of 3. From 4 edges after the second change on, the next interval can
+    // only be longer.
     let shown: Vec<_> = [1, 1, 1, 2, 2, 2, 2, 2, 2].map(&mut at).to_vec();
     assert_eq!(shown[..3], [(15, 1); 3]);
     assert_eq!(shown[3..], [(3, 0), (3, 0), (3, 0), (3, 0), (4, 0), (5, 0)]);
     let last: Vec<_> = (0..12).map(|_| at(2)).collect();
     assert_eq!((last[8], last[9], last[11]), ((14, 0), (15, 1), (15, 1)));
-    // After standstill, one change tells no time; nor does the one of a reversal.
+    // After standstill, a single change gives no time; nor does a reversal.
     assert_eq!([3, 3, 4, 3, 2].map(at), [(15, 1), (15, 1), (2, 0), (15, 1), (1, 0)]);
 }
 

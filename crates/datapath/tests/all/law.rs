@@ -9,7 +9,7 @@ use proptest::test_runner::TestRunner;
 
 use crate::cases::cases;
 
-/// A word for a signal, often small or extreme, so that blocks come to rest and reach their limits.
+/// Returns a word for a signal, often small or extreme, so that blocks come to rest and reach their limits.
 fn word(signal: &Signal, choice: u64) -> i64 {
     let (format, random) = (signal.format, choice >> 3);
     match choice % 8 {
@@ -22,7 +22,7 @@ fn word(signal: &Signal, choice: u64) -> i64 {
     }
 }
 
-/// One step of a history: which input changes, to what, and how far to go.
+/// One step of a history: the input that changes, a choice of its new word, and how far to leap.
 #[derive(Clone, Debug)]
 struct Step {
     port: usize,
@@ -41,7 +41,7 @@ fn change(signals: &[Signal], words: &mut [i64], step: &Step) {
     words[port] = word(&signals[port], step.choice);
 }
 
-/// How many edges to leap: none, one, all, or some of those promised, but few enough to tick.
+/// Returns how many edges to leap: none, one, all or some of those promised, but few enough to tick.
 fn leap(quiet: u64, far: u64) -> u64 {
     let most = quiet.min(3000);
     match far % 4 {
@@ -52,7 +52,8 @@ fn leap(quiet: u64, far: u64) -> u64 {
     }
 }
 
-/// Two equal blocks with equal histories: one leaps as far as it may, the other ticks; nobody may tell them apart.
+/// Leaps as far as allowed with one block and ticks an equal one through the same history. Asserts that both behave
+/// alike.
 fn obeys(label: &str, leaper: &mut dyn AnyBlock, ticker: &mut dyn AnyBlock, history: &[Step]) {
     let signals = leaper.inputs();
     let mut words = vec![0; signals.len()];
@@ -60,7 +61,8 @@ fn obeys(label: &str, leaper: &mut dyn AnyBlock, ticker: &mut dyn AnyBlock, hist
     assert_eq!(ticker.reset(), outputs);
     let name = format!("{} {label}", leaper.name());
     for step in history {
-        // A combinational block has its outputs once it has seen its inputs; a clocked one promises them as they are.
+        // A combinational block has its outputs only once it has seen its inputs; a clocked one promises the outputs as
+        // they stand.
         if leaper.clocked() {
             let edges = leap(leaper.quiet(&words), step.far);
             leaper.skip(edges, &words);
@@ -86,7 +88,8 @@ fn obeys(label: &str, leaper: &mut dyn AnyBlock, ticker: &mut dyn AnyBlock, hist
 
 #[test]
 fn skipping_what_quiet_promises_equals_ticking() {
-    // Made once: a reset forgets everything, as the next test says, and tables take long to make.
+    // The blocks are made only once, because tables take long to make. A reset forgets everything, as the next test
+    // shows.
     let pairs = RefCell::new(variants().into_iter().zip(variants()).collect::<Vec<_>>());
     let config = ProptestConfig { failure_persistence: None, ..cases(200) };
     let obeyed = TestRunner::new(config).run(&steps(60), |history| {

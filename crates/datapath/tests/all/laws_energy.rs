@@ -1,7 +1,7 @@
-//! What the laws promise of energy, as exact statements about integers: PWM counts times counts.
+//! The laws' promises about energy, as exact statements about integers, in PWM counts times counts.
 //!
-//! The device rests while a law computes, as the algorithms suppose: torque and motion then pair up as
-//! `torque(n-1) * motion(n)`. One test says what the motion meanwhile costs.
+//! The device rests while a law computes, as the algorithms suppose, so torque and motion pair up as
+//! `torque(n-1) * motion(n)`. One test measures the effect of motion during the computation.
 
 use crate::laws_common::{Random, Wall, motion, sampled};
 use hpu_datapath::{
@@ -13,24 +13,27 @@ fn widths(width: u32, torque_width: u32) -> LawWidths {
     LawWidths { width, torque_width, ..LawWidths::default() }
 }
 
-/// Bounds `c1`, `c2` in sixteenths of a PWM count per count.
+/// Returns the block with the bounds `c1` and `c2`, in sixteenths of a PWM count per count.
 fn bounding(least_conservative: bool, widths: LawWidths, c1: u32, c2: u32) -> EnergyBounding {
     EnergyBounding::new(BoundingConfig { widths, least_conservative, c1, c2, ..BoundingConfig::default() }).unwrap()
 }
 
-/// Sixteenths in one.
+/// The number of sixteenths in one.
 const UNIT: i128 = 16;
 
-/// The books of an energy-bounding law: what the device put in, sixteenths of a PWM count times count.
+/// Torque and stored energy after a sample, and the energy that the device has put in, in sixteenths of a PWM count
+/// times count.
 #[derive(Default, Clone, Copy)]
 struct Books {
     torque: i128,
     energy: i128,
-    /// Work on the torque in force and what the device's damping has taken: `sum F(n-1) d(n) + c1 d(n)^2`.
+    /// Work of the device on the torque in force, plus the energy that its damping has taken:
+    /// `sum F(n-1) d(n) + c1 d(n)^2`.
     balance: i128,
 }
 
-/// One sample of the c1/c2 form: the energy stored pays for the torque, and nothing was generated.
+/// Runs one sample of the c1/c2 form. Asserts that the stored energy pays for the torque, and that no energy was
+/// generated.
 fn two_bounds_hold(books: &mut Books, law: &mut EnergyBounding, wall: &mut Wall, d: i64, [c1, c2]: [u32; 2]) {
     wall.moves(d);
     let [torque, energy] = sampled(law, wall).map(i128::from);
@@ -41,7 +44,7 @@ fn two_bounds_hold(books: &mut Books, law: &mut EnergyBounding, wall: &mut Wall,
     (books.torque, books.energy) = (torque, energy);
 }
 
-/// One sample of the force bound: the energy never falls below 0, before anything is clamped.
+/// Runs one sample of the force bound. Asserts that the energy does not fall below 0 before it is clamped.
 fn force_bound_holds(books: &mut Books, law: &mut EnergyBounding, wall: &mut Wall, d: i64, c1: u32) {
     wall.moves(d);
     let [torque, energy] = sampled(law, wall).map(i128::from);
@@ -55,7 +58,7 @@ fn force_bound_holds(books: &mut Books, law: &mut EnergyBounding, wall: &mut Wal
     (books.torque, books.energy) = (torque, energy);
 }
 
-/// Walls of many gains, at random and at their surface, for 2e5 samples.
+/// Runs 2e5 samples at walls of many gains, with random motions about the wall's surface.
 fn random_walls(widths: LawWidths, mut sample: impl FnMut(&mut Wall, i64)) {
     let mut random = Random(11);
     let mut wall = Wall::new(widths.width, 1);
@@ -74,7 +77,7 @@ fn random_walls(widths: LawWidths, mut sample: impl FnMut(&mut Wall, i64)) {
     }
 }
 
-/// All histories of six motions of up to two counts, at walls of these gains.
+/// Runs all histories of six motions of up to two counts each, at walls with these gains.
 fn every_short_history(law: &EnergyBounding, mut sample: impl FnMut(&mut Books, &mut EnergyBounding, &mut Wall, i64)) {
     for [stiffness, damping, reference] in [[0, 0, 0], [1, 0, -1], [2, 3, 0], [9, 0, -2], [20, 7, 1], [60, 60, -4]] {
         let wall = Wall { stiffness, damping, reference, ..Wall::new(6, 1) };
@@ -94,8 +97,9 @@ fn every_short_history(law: &EnergyBounding, mut sample: impl FnMut(&mut Books, 
     }
 }
 
-/// Bounds with a whole number between them. As `S >= |F|`, `lo <= F + ceil(c2 d)` for `d > 0`, and with such a number
-/// `ceil(c2 d) <= floor(c1 d)`: the energy's bounds never lead beyond the step of c1, nor do their mirror images.
+/// Bounds c1 and c2, in sixteenths, with a whole number of PWM counts per count between them. Such a number makes
+/// `ceil(c2 d) <= floor(c1 d)` for `d > 0`. As `S >= |F|`, also `lo <= F + ceil(c2 d)`. So the energy's bounds never
+/// lead beyond the step that c1 allows, nor do their mirror images for `d < 0`.
 const WHOLE: [[u32; 2]; 8] =
     [[320, 320], [320, 160], [16, 16], [40, 32], [325, 320], [320, 313], [17, 5], [4000, 1600]];
 
@@ -158,20 +162,21 @@ fn the_force_bound_never_overdraws_its_energy_over_every_short_history() {
     }
 }
 
-/// The work of the device on the torque of every edge, and `sum (new - old) d` over the motions that a law missed
-/// because they fell between its capture and the load of what came of it.
+/// The work of the device on the torque of every edge (`done`), and `sum (new - old) d` over the motions that a law
+/// missed (`while_computing`), because they fell between a capture and the load of its result.
 #[derive(Default)]
 struct Work {
     done: i128,
     while_computing: i128,
 }
 
-/// One sample of an exact observer; `early` of the motion falls into the computation.
+/// Runs one sample of an exact observer, in which the part `early` of the motion `d` falls into the computation.
+/// Returns the energy after the capture.
 fn works(law: &mut PassivityController, wall: &mut Wall, work: &mut Work, d: i64, early: i64) -> i128 {
     wall.period = i64::from(law.latency()) + 1;
     let before = law.tick(wall.words());
     let memory = i128::from(before.memory);
-    // The torque before the load goes on to the edge that loads.
+    // The old torque is in force up to the edge that loads the new one.
     wall.moves(early);
     let mut after = before;
     for _ in 1..law.latency() {
@@ -217,8 +222,8 @@ fn the_exact_observer_misses_by_the_step_of_the_torque_what_moves_while_it_compu
 
 #[test]
 fn the_controller_takes_up_all_that_was_given_but_for_the_floor_when_the_motion_goes_on() {
-    // Whenever energy is missing, the torque that comes, over another such motion, brings back all of it but less than
-    // one count's motion, unless it is at its limit.
+    // Whenever energy is missing and the same motion follows, the new torque brings back all of it but for less than
+    // one PWM count times this motion, unless the torque is at its limit.
     let mut law = PassivityController::new(PassivityConfig { exact: true, ..PassivityConfig::default() }).unwrap();
     let mut brought_back = 0;
     let widths = widths(12, 12);
@@ -240,19 +245,19 @@ fn the_controller_takes_up_all_that_was_given_but_for_the_floor_when_the_motion_
     assert!(brought_back > 1000, "{brought_back}");
 }
 
-/// The books of a passive spring of stiffness word `k` (of `scale` times `stiffness`), in `2^-2 XF` of its units and
-/// twice the energy: `k x^2` with `x` as a word.
+/// The energy books of a passive spring with the stiffness word `k`, which is `scale` times `stiffness`. Every entry is
+/// twice an energy, in units of `2^(-2 EXTENSION_FRAC)` of the spring's: `k x^2` with `x` as a word.
 #[derive(Default)]
 struct Ledger {
-    /// What the device put in on the torque shown, times the motion of the spring for it.
+    /// Work of the device: the torque shown times the spring's motion at this torque.
     work: i128,
-    /// What the root has dropped.
+    /// Energy that the floor of the root has dropped.
     rooted: i128,
-    /// What the torque has dropped.
+    /// Work that the floor of the torque has dropped.
     truncated: i128,
-    /// What engaging has stored for nothing.
+    /// Energy that engaging has stored without work.
     engaged: i128,
-    /// What the device took beyond all that was stored.
+    /// Energy that the device took beyond all that was stored.
     overdrawn: i128,
 }
 
@@ -262,7 +267,7 @@ fn ledger(config: SpringConfig, [stiffness, scale]: [i64; 2]) -> Ledger {
     let mut wall = Wall { stiffness, scale, ..Wall::new(12, 1) };
     let k = i128::from(stiffness * scale);
     let count = 1i128 << config.extension_frac;
-    // Fraction bits of `k x`; `k x = torque * unit + dropped`.
+    // `unit` is 1 in the fraction bits of `k x`; `k x = torque * unit + dropped`.
     let unit = count << 8;
     let (mut torque, mut x, mut contact, mut books) = (0i128, 0i128, 0, Ledger::default());
     for sample in 0..120_000 {
@@ -273,7 +278,7 @@ fn ledger(config: SpringConfig, [stiffness, scale]: [i64; 2]) -> Ledger {
         wall.moves(d);
         let [next_torque, next] = sampled(&mut law, &mut wall).map(i128::from);
         let words = wall.words();
-        // alpha d, as a word of the extension.
+        // The spring's motion, alpha d, as a word of the extension.
         let moved = i128::from(config.alpha) * i128::from(d) * count / 256;
         let dropped = k * x - torque * unit;
         assert!((0..unit).contains(&dropped), "the torque is the floor of what the spring pulls with");
@@ -308,7 +313,8 @@ fn the_spring_stores_the_work_on_the_torque_less_what_its_narrowings_counted() {
 
 #[test]
 fn a_spring_whose_torque_is_whole_loses_by_the_root_alone() {
-    // K times scale a multiple of the unit: the torque drops nothing, and but for its two clamps the spring only takes.
+    // K times scale is a multiple of the unit, so the torque drops nothing. Apart from its two clamps, the spring then
+    // only takes energy.
     let widths =
         LawWidths { scale: hpu_signal::Format::new(false, 12, 8).unwrap(), torque_width: 30, ..LawWidths::default() };
     let books = ledger(SpringConfig { widths, ..SpringConfig::default() }, [5, 1 << 16]);

@@ -1,4 +1,4 @@
-//! What the laws tell of lost bits, in cases worked by hand, and the configurations that they refuse.
+//! The flags of lost bits in cases worked out by hand, and the configurations that the laws refuse.
 
 use crate::laws_common::{Wall, sampled};
 use hpu_datapath::{
@@ -11,7 +11,7 @@ const KEPT: (bool, bool) = (false, false);
 const ROUNDED: (bool, bool) = (true, false);
 const OVERFLOWED: (bool, bool) = (false, true);
 
-/// Torque and memory after a sample at that depth, and what they lost.
+/// Returns torque and memory after a sample at that depth, and the flags of their lost bits.
 fn at<L: Law>(law: &mut L, depth: i64, stiffness: i64) -> ([i64; 2], [(bool, bool); 2]) {
     let mut wall = Wall { position: depth, stiffness, scale: 256, ..Wall::new(12, 1) };
     let shown = sampled(law, &mut wall);
@@ -23,12 +23,13 @@ fn the_coupling_tells_floors_and_clamps() {
     let mut rigid = VirtualCoupling::default();
     assert_eq!(at(&mut rigid, 5, 3), ([15, 5 * 256], [KEPT, KEPT]));
     assert_eq!(at(&mut rigid, 2, 4095), ([4095, 2 * 256], [OVERFLOWED, KEPT]));
-    // The tool is free, and the coupling lets go at once: pushing only is the law, no clamp.
+    // The tool is free, and the coupling lets go at once. A torque of 0 instead of a pull is the law and counts as no
+    // clamp.
     assert_eq!(at(&mut rigid, -4, 4095), ([0, 0], [KEPT, KEPT]));
-    // Half of a count: 1/2 of 3 counts is 1.5, times 1 is 1.5.
+    // The torque loses half a PWM count: 1/2 of 3 counts is 1.5, times 1 is 1.5.
     let half = CouplingConfig { share: 1 << 15, ..CouplingConfig::default() };
     assert_eq!(at(&mut VirtualCoupling::new(half).unwrap(), 3, 1), ([1, 384], [ROUNDED, KEPT]));
-    // The same without fraction bits: the extension is floored to 1, the torque is exact.
+    // Without fraction bits, the extension is floored to 1 and the torque is exact.
     let coarse = CouplingConfig { extension_frac: 0, ..half };
     assert_eq!(at(&mut VirtualCoupling::new(coarse).unwrap(), 3, 1), ([1, 1], [KEPT, ROUNDED]));
 }
@@ -37,23 +38,23 @@ fn the_coupling_tells_floors_and_clamps() {
 fn the_passivity_controller_tells_floors_and_clamps() {
     let config = PassivityConfig { exact: true, energy_width: 14, ..PassivityConfig::default() };
     let mut law = PassivityController::new(config).unwrap();
-    // The wall wants 3000, 3000, 0: work 0, 3000 * 1, then 3000 * -2, so that 3000 are missing over 2 counts.
+    // The wall wants 3000, 3000 and 0. The work is 0, then 3000 * 1, then 3000 * -2, so 3000 are missing over 2 counts.
     assert_eq!(at(&mut law, 1, 3000), ([3000, 0], [KEPT, KEPT]));
     assert_eq!(at(&mut law, 2, 1500), ([3000, 3000], [KEPT, KEPT]));
     assert_eq!(at(&mut law, 0, 0), ([-1500, -3000], [KEPT, KEPT]));
-    // -1500 * 7 on top is -13500, and the word ends at -8192; over 7 counts that is 1170 and 2/7.
+    // -1500 * 7 more would make -13500, but the word ends at -8192; over 7 counts that is 1170 and 2/7.
     assert_eq!(at(&mut law, 7, 0), ([1170, -8192], [ROUNDED, OVERFLOWED]));
 }
 
 #[test]
 fn energy_bounding_tells_floors_and_clamps() {
     let mut law = EnergyBounding::default();
-    // c1 = 20 allows 200 for 10 counts.
+    // With c1 = 20, 10 counts allow a torque of 200.
     assert_eq!(at(&mut law, 10, 80), ([200, 2000], [KEPT, KEPT]));
     assert_eq!(at(&mut law, 10, 80), ([200, 2000], [KEPT, KEPT]));
-    // Back by 3, the energy allows sqrt((20 * 3)^2 + 2 * 20 * 2000) - 20 * 3 = 289.14 - 60.
+    // Back by 3 counts, the energy allows sqrt((20 * 3)^2 + 2 * 20 * 2000) - 20 * 3 = 289.14 - 60.
     assert_eq!(at(&mut law, 7, 80), ([229, 2000 - 3 * 229], [ROUNDED, KEPT]));
-    // The energy has 14 bits.
+    // The energy has only 14 bits.
     let narrow = BoundingConfig { c1: 4000, c2: 4000, energy_width: 14, ..BoundingConfig::default() };
     assert_eq!(at(&mut EnergyBounding::new(narrow).unwrap(), 10, 200), ([2000, (1 << 14) - 1], [KEPT, OVERFLOWED]));
 }
@@ -62,11 +63,11 @@ fn energy_bounding_tells_floors_and_clamps() {
 fn the_spring_tells_floors_and_clamps() {
     let mut law = PassiveSpring::default();
     assert_eq!(at(&mut law, 2, 3), ([6, 512], [KEPT, KEPT]));
-    // sqrt(4 + 2 * 2 * 3) = 4.
+    // The root is sqrt(4 + 2 * 2 * 3) = 4 counts.
     assert_eq!(at(&mut law, 5, 2000), ([4095, 1024], [OVERFLOWED, KEPT]));
-    // sqrt(16 + 2 * 4) = 4.898979 is 1254.1 / 256.
+    // The root is sqrt(16 + 2 * 4) = 4.898979 counts, which is 1254.1 / 256.
     assert_eq!(at(&mut law, 6, 256), ([1254, 1254], [KEPT, ROUNDED]));
-    // Back by more than half of the extension takes what it has not.
+    // A motion back by more than half of the extension takes energy that the spring does not have.
     assert_eq!(at(&mut law, 1, 1), ([0, 0], [KEPT, OVERFLOWED]));
 }
 

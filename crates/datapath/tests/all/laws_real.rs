@@ -1,6 +1,8 @@
-//! The words of the laws beside the laws in real numbers: one sample from equal states, and published or known answers.
+//! The words of the laws compared with the laws in real numbers: single samples from equal states, and published or
+//! known answers.
 //!
-//! Units: counts and PWM counts. The position is a count to both, so that no bound needs room for its quantisation.
+//! The units are counts and PWM counts. Both sides read the position in counts, so no bound needs room for its
+//! quantisation.
 
 use crate::laws_common::{Random, Wall, motion, sampled};
 use hpu_datapath::{
@@ -9,7 +11,7 @@ use hpu_datapath::{
 };
 use hpu_signal::Format;
 
-/// A device that wanders about a wall whose gains change now and then, for 1e5 samples.
+/// Runs 1e5 samples of a device that wanders about a wall whose gains change now and then.
 fn wander(most_stiffness: i64, most_damping: i64, mut sample: impl FnMut(&mut Wall)) {
     let mut random = Random(17);
     let mut wall = Wall { scale: 256, ..Wall::new(12, 1) };
@@ -29,7 +31,7 @@ fn wander(most_stiffness: i64, most_damping: i64, mut sample: impl FnMut(&mut Wa
 
 #[test]
 fn the_coupling_stays_within_its_roundings_of_the_massless_tool() {
-    // K_e, K_c and B_c/T in PWM counts per count.
+    // Each row is K_e, K_c and B_c/T, in PWM counts per count.
     for [k_e, k_c, b_t] in
         [[60.0, 30.0, 10.0], [500.0, 20.0, 7.0], [3.0, 200.0, 90.0], [25.0, 25.0, 0.0], [f64::INFINITY, 40.0, 15.0]]
     {
@@ -48,8 +50,8 @@ fn the_coupling_stays_within_its_roundings_of_the_massless_tool() {
             let x = wall.words().delta as f64;
             let [torque, word] = sampled(&mut law, wall);
             let extension = word as f64 / 256.0;
-            // The tool that nothing holds: K_c e + (B_c/T)(e - e-) = 0. If that is not inside the wall, it is so; else
-            // the same force is K_e (x - e), from which e.
+            // A free tool has K_c e + (B_c/T)(e - e-) = 0. If the free tool is not inside the wall, this is its
+            // extension. Otherwise the left side equals K_e (x - e), which gives e.
             let free = b_t * last / (k_c + b_t);
             let exact = if x <= free {
                 free
@@ -58,12 +60,12 @@ fn the_coupling_stays_within_its_roundings_of_the_massless_tool() {
             } else {
                 x
             };
-            // A step of the extension is floored (2^-8) and made with two gains that are off by half of 2^-16: `step`.
-            // At the surface, the words may take the other branch, when the free tool is within another `step` of it;
-            // both branches meet there, and the gain of the position is at most 1.
+            // `step` bounds the error of the extension in one step: the extension is floored (2^-8), and its two gains
+            // are off by half of 2^-16 each. At the surface, if the free tool is within another `step` of it, the words
+            // may take the other branch; both branches meet there, and the gain of the position is at most 1.
             let step = 1.0 / 256.0 + 0.5 / 65536.0 * (x.abs() + last.abs());
             assert!((extension - exact).abs() <= 2.0 * step, "e = {extension}, not {exact}, x = {x}");
-            // The torque follows the extension by K_c + B_c/T, and has two floors.
+            // The torque depends on the extension by K_c + B_c/T, and has two floors.
             let force = (k_c * exact + b_t * (exact - last)).max(0.0);
             let within = 2.0 + (k_c + b_t) * 2.0 * step;
             assert!((torque as f64 - force).abs() <= within, "{torque}, not {force}, x = {x}");
@@ -86,14 +88,14 @@ fn the_spring_stays_within_one_lsb_and_one_pwm_count_of_the_energy_leap() {
             let words = wall.words();
             let [torque, word] = sampled(&mut law, wall);
             let moved = f64::from(alpha) / 256.0 * (wall.position - previous) as f64;
-            // Exact in f64: at most 62 bits are squared, but all are far below 2^26 here.
+            // This is exact in f64: words of up to 62 bits are squared, but all values are far below 2^26 here.
             let engages = last == 0.0 && words.contact == 1;
             let exact =
                 if engages { words.penetration as f64 } else { (last * last + 2.0 * last * moved).max(0.0).sqrt() };
             let extension = word as f64 * lsb;
-            // One floor, of the root; 1e-9 for that of f64.
+            // The only floor is that of the root; 1e-9 allows for the root in f64.
             assert!((-1e-9..lsb + 1e-9).contains(&(exact - extension)), "x = {extension}, not {exact}");
-            // One floor, of the torque, on top.
+            // The floor of the torque adds to it.
             let gain = wall.stiffness as f64 * wall.scale as f64 / 256.0;
             let lost = gain * exact - torque as f64;
             assert!((-1e-3..1.0 + gain * lsb + 1e-3).contains(&lost), "lost {lost}");
@@ -102,14 +104,14 @@ fn the_spring_stays_within_one_lsb_and_one_pwm_count_of_the_energy_leap() {
     }
 }
 
-/// Counts in a millimetre, PWM counts in a newton: `c = b/T = 500 N/m` is 20 PWM counts per count, `K = 2000 N/m` is
-/// 80.
+/// Counts per millimetre. With [`PWM_PER_N`] PWM counts per newton, `c = b/T = 500 N/m` is 20 PWM counts per count and
+/// `K = 2000 N/m` is 80.
 const COUNTS_PER_MM: i64 = 10;
 const PWM_PER_N: f64 = 400.0;
-/// PWM counts times counts in a joule.
+/// PWM counts times counts per joule.
 const ENERGY_PER_J: f64 = PWM_PER_N * 1e4;
 
-/// Torque and memory for a device at 1, 2, 1, 0 mm.
+/// Returns torque and memory for a device at 1, 2, 1 and 0 mm.
 fn up_and_down(law: &mut EnergyBounding) -> [[i64; 2]; 4] {
     let mut wall = Wall { stiffness: 80, ..Wall::new(12, 1) };
     sampled(law, &mut wall);
@@ -123,7 +125,7 @@ fn up_and_down(law: &mut EnergyBounding) -> [[i64; 2]; 4] {
 fn the_force_bound_gives_the_known_answer_to_the_word() {
     let config = BoundingConfig { least_conservative: true, ..BoundingConfig::default() };
     let shown = up_and_down(&mut EnergyBounding::new(config).unwrap());
-    // Every number is a whole word, and so is every root.
+    // Every number and every root here is a whole word.
     let known = [(5e-4, 1.0), (2e-3, 2.0), (5e-4, 1.0), (0.0, 0.0)];
     for ([torque, energy], (energy_j, force_n)) in shown.into_iter().zip(known) {
         assert_eq!((torque as f64, energy as f64 / 16.0), (force_n * PWM_PER_N, (energy_j * ENERGY_PER_J).round()));
@@ -134,8 +136,9 @@ fn the_force_bound_gives_the_known_answer_to_the_word() {
 fn two_bounds_give_the_known_answer_within_the_floor_of_the_only_inexact_root() {
     let shown = up_and_down(&mut EnergyBounding::default());
     let known = [(0.5, 5e-4), (1.0, 1.5e-3), (0.822875656, 6.77124344e-4), (0.322875656, 3.54248689e-4)];
-    // The third sample is bounded by a root, floored to sixteenths, and then floored to a PWM count: 17/16 at most,
-    // which the fourth keeps, as it steps by c1. Either adds 10 counts of that to the energy.
+    // A root bounds the third sample. It is floored to sixteenths, and the torque then to a PWM count, so the torque is
+    // off by 17/16 at most. The fourth sample keeps this error, as it steps by c1. Each of the two samples adds 10
+    // counts times this error to the energy.
     for (n, ([torque, energy], (force_n, energy_j))) in shown.into_iter().zip(known).enumerate() {
         let (off, floors) = (17.0 / 16.0, n.saturating_sub(1) as f64);
         let (force, stored) = (force_n * PWM_PER_N, energy_j * ENERGY_PER_J);
@@ -172,11 +175,11 @@ fn two_bounds_stay_within_their_roundings_of_the_published_beta() {
                 let beta = (wanted - force) / dx;
                 force + beta.min(c1).min(gamma + half).max(gamma - half) * dx
             };
-            // Whichever bound it is, it is floored or ceiled to a PWM count; the root has lost 1/16 before. Clamping to
-            // what the bridge can show is no further apart. 1e-6 for f64.
+            // The bound that limits the torque is floored or ceiled to a PWM count; the root has lost 1/16 before. The
+            // clamp to what the bridge can show does not add to the error. 1e-6 allows for f64.
             let off = (torque as f64 - exact.clamp(-4095.0, 4095.0)).abs();
             assert!(off <= 17.0 / 16.0 + 1e-6, "{torque}, not {exact}");
-            // The energy is exactly that of the torque shown.
+            // The energy follows exactly from the torque shown.
             assert_eq!(stored as f64, energy + torque as f64 * dx);
             (force, energy) = (torque as f64, stored as f64);
         });
@@ -197,11 +200,11 @@ fn the_force_bound_stays_within_its_roundings_of_the_published_one() {
             let dx = d as f64;
             let kept = if force == 0.0 { 0.0 } else { energy };
             energy = kept + c1 * dx * dx + force * dx;
-            // In sixteenths, exactly.
+            // The energy agrees exactly, in sixteenths.
             assert_eq!(stored as f64 / 16.0, energy);
             let bound = (4.0 * c1 * energy).sqrt();
             let exact = wanted(wall, d).clamp(-bound, bound);
-            // The root is floored to sixteenths, and that to a PWM count.
+            // The root is floored to sixteenths, and the result to a PWM count.
             assert!(
                 (0.0..17.0 / 16.0 + 1e-6).contains(&(exact.abs() - torque.abs() as f64 + 1e-9)),
                 "{torque}, not {exact}"
@@ -213,7 +216,8 @@ fn the_force_bound_stays_within_its_roundings_of_the_published_one() {
 
 #[test]
 fn the_passivity_observer_gives_the_known_answer_to_the_word() {
-    // (v, f) = (0.1, 2), (0.1, 4), (-0.05, 8) in twentieths and thirtieths: W = 0.2, 0.6, 0.2, and no correction.
+    // The samples (v, f) = (0.1, 2), (0.1, 4), (-0.05, 8), in twentieths and thirtieths, give W = 0.2, 0.6, 0.2 and no
+    // correction.
     let mut law = PassivityController::default();
     let mut wall = Wall::new(12, 1);
     for (d, stiffness, force, energy) in [(2, 30, 2.0, 0.2), (2, 30, 4.0, 0.6), (-1, 80, 8.0, 0.2)] {
@@ -236,17 +240,17 @@ fn the_correction_is_the_published_alpha_times_the_motion_but_for_one_floor() {
         previous = wall.position;
         let words = wall.words();
         let [torque, stored] = sampled(&mut law, wall);
-        // What is wanted is a word to both laws: spring of 6 fraction bits, floored.
+        // The wanted torque is a word in both laws: the spring has 6 fraction bits and is floored.
         let spring = (words.penetration * words.stiffness).div_euclid(64).min(4095);
         let drag = (words.damping * d).clamp(-4096, 4095);
         let wanted = if words.contact == 1 { (spring + drag).clamp(-4095, 4095) as f64 } else { 0.0 };
         let v = d as f64;
-        // W(n) = W(n-1) + f2 v + alpha(n-1) v(n-1)^2, alpha v being the correction in force; little is saved up, so
-        // that a spring that changes soon runs into debt.
+        // W(n) = W(n-1) + f2 v + alpha(n-1) v(n-1)^2, where alpha v is the correction in force. Little energy is saved
+        // up, so that a spring that changes soon makes it negative.
         energy = (energy + wanted * v + correction * last).min(200.0);
         assert_eq!(stored as f64, energy);
         let alpha = if energy < 0.0 && d != 0 { -energy / (v * v) } else { 0.0 };
-        // The quotient stops at what the bridge can show, and is floored.
+        // The quotient is limited to what the bridge can show, and is floored.
         let exact = (wanted + (alpha * v).clamp(-4095.0, 4095.0)).clamp(-4095.0, 4095.0);
         assert!((torque as f64 - exact).abs() < 1.0, "{torque}, not {exact}");
         corrected += u32::from(torque as f64 != wanted);

@@ -1,6 +1,6 @@
-//! The laws of coupling, passivity control, energy bounding and the passive spring, word for word against the
-//! recursions of their data sheets over whole histories: plain integers, absolute edge numbers, and nothing of the
-//! blocks.
+//! The laws of coupling, passivity control, energy bounding and the passive spring, compared word for word with the
+//! recursions of their data sheets over whole histories. The recursions use plain integers, absolute edge numbers and
+//! no code of the blocks.
 
 use crate::laws_common::{Random, Wall};
 use hpu_datapath::{AnyBlock, Generic, LawIn, flatten, variants};
@@ -20,7 +20,7 @@ impl Generics {
         self.0.contains(&(name, Generic::Boolean(true)))
     }
 
-    /// `2^` that generic.
+    /// Returns 2 to the power of that generic.
     fn power(&self, name: &str) -> i128 {
         1 << self.integer(name)
     }
@@ -30,12 +30,12 @@ impl Generics {
     }
 }
 
-/// Rounded up.
+/// Returns the quotient, rounded up.
 fn ceil(value: i128, unit: i128) -> i128 {
     -(-value).div_euclid(unit)
 }
 
-/// Floor of the square root, by trial of every bit.
+/// Returns the floor of the square root, by trial of every bit.
 fn root(square: i128) -> i128 {
     (0..40)
         .rev()
@@ -43,10 +43,10 @@ fn root(square: i128) -> i128 {
         .fold(0, |root, bit| if (root + bit).pow(2) <= square { root + bit } else { root })
 }
 
-/// What torque and memory become, on which edge: `[torque, memory]` as pairs of edge and word.
+/// The changes of torque and memory over a history: `[torque, memory]`, each as pairs of an edge and the new word.
 type Shown = [Vec<(usize, i128)>; 2];
 
-/// The edges that capture, when each is followed by `busy` edges that do not.
+/// Returns the edges that capture, if each is followed by `busy` edges that do not.
 fn captures(history: &[LawIn<i64>], busy: usize) -> Vec<usize> {
     let (mut sample, mut free, mut all) = (0, 0, vec![]);
     for (edge, input) in history.iter().enumerate() {
@@ -61,7 +61,7 @@ fn captures(history: &[LawIn<i64>], busy: usize) -> Vec<usize> {
     all
 }
 
-/// The inputs of every capture with the motion since the one before.
+/// Returns every capture: its edge, its inputs, and the motion since the capture before.
 fn motions(g: &Generics, history: &[LawIn<i64>], busy: i128) -> Vec<(usize, LawIn<i128>, i128)> {
     let turn = g.power("WIDTH");
     let mut previous = 0;
@@ -175,8 +175,8 @@ fn passive_spring(g: &Generics, history: &[LawIn<i64>]) -> Shown {
     shown
 }
 
-/// Edges of a device that rests, creeps, runs and jumps at a wall whose words change now and then; sample periods from
-/// one edge to twice the latency, changed in mid-count.
+/// Returns the inputs at the edges of a device that rests, creeps, runs and jumps at a wall whose words change now and
+/// then. Sample periods are from one edge to twice the latency, and change while the countdown runs.
 fn history(g: &Generics, random: &mut Random, latency: i64, length: usize) -> Vec<LawIn<i64>> {
     let most = |name: &str| g.power(name) as i64 - 1;
     let word = |random: &mut Random, most: i64| match random.next() % 4 {
@@ -207,8 +207,8 @@ fn history(g: &Generics, random: &mut Random, latency: i64, length: usize) -> Ve
     all
 }
 
-/// Compares every edge of histories with at least `1e5` captures in all; tells how many there were and how many sample
-/// edges were passed over.
+/// Compares every edge of histories with at least `1e5` captures in all. Returns the number of captures and the number
+/// of sample edges that were ignored.
 fn follows(label: &str, block: &mut dyn AnyBlock, model: fn(&Generics, &[LawIn<i64>]) -> Shown) -> (usize, usize) {
     let g = Generics(block.generics());
     let mut random = Random(7);

@@ -1,4 +1,4 @@
-//! The two loops against a straight-line model of their data sheet, and watched while they leap.
+//! The two loops compared with a straight-line model of their data sheet, and compared with ticking while they leap.
 
 use hpu_datapath::{Block, HapticLoop, HybridLoop, LoopConfig, LoopIn, PwmConfig, Wiring, flatten};
 use hpu_signal::Format;
@@ -6,7 +6,7 @@ use proptest::prelude::*;
 
 use crate::cases::cases;
 
-/// The default design in plain integers: every register is assigned from the nets before the edge.
+/// A model of the default design in plain integers; every register is assigned from the nets before the edge.
 #[derive(Default)]
 struct Model {
     held_position: bool,
@@ -25,7 +25,7 @@ struct Model {
 }
 
 impl Model {
-    /// `delta`, `contact`, `penetration`, `spring`, `drag`, `torque`, `command`.
+    /// Returns `delta`, `contact`, `penetration`, `spring`, `drag`, `torque` and `command`.
     fn combinational(&self, input: &LoopIn<i64>) -> [i64; 7] {
         let seen = if self.held_position { self.held } else { self.position };
         let delta = (seen - input.reference + 6144) % 4096 - 2048;
@@ -37,7 +37,7 @@ impl Model {
         [delta, contact, penetration, spring, drag, torque, torque.clamp(-4095, 4095)]
     }
 
-    /// All nets after one edge.
+    /// Ticks one edge; returns all nets after it.
     fn tick(&mut self, input: &LoopIn<i64>) -> Vec<i64> {
         let command = self.combinational(input)[6];
         let phase = self.edge % 4096;
@@ -86,14 +86,15 @@ impl Model {
 const QUIET: LoopIn<i64> =
     LoopIn { a_pin: 0, b_pin: 0, reference: 4080, stiffness: 70, damping: 9, period: 500, scale: 256 };
 
-/// A motion of the encoder: for each entry, go forward or back (or an impossible leap) and stay for a while.
+/// Returns motions of the encoder: each entry goes forward, back or nowhere (or makes an impossible leap) and stays
+/// for a while.
 fn motion() -> impl Strategy<Value = Vec<(i64, u64)>> {
     let step = prop::sample::select(vec![1i64, 1, 1, 1, 3, 3, 0, 2]);
     let stay = prop_oneof![1u64..9, 1u64..2000];
     prop::collection::vec((step, stay), 1..40)
 }
 
-/// The pins at a place of the encoder.
+/// Returns the pins at a place of the encoder.
 fn at(place: i64, constants: LoopIn<i64>) -> LoopIn<i64> {
     let (a_pin, b_pin) = [(0, 0), (0, 1), (1, 1), (1, 0)][place.rem_euclid(4) as usize];
     LoopIn { a_pin, b_pin, ..constants }
@@ -114,7 +115,7 @@ fn equals_the_model<const HELD: bool>(constants: LoopIn<i64>, motion: &[(i64, u6
     }
 }
 
-/// Small widths, so that everything wraps, saturates and rounds within a few edges.
+/// Returns widths so small that everything wraps, saturates and rounds within a few edges.
 fn small() -> LoopConfig {
     LoopConfig {
         position_width: 6,
@@ -129,7 +130,7 @@ fn small() -> LoopConfig {
     }
 }
 
-/// Runs the same motion leaping and ticking: nets, uses and state must agree.
+/// Runs the same motion leaping and ticking. Asserts that nets, uses and state agree.
 fn leaping_equals_ticking<const HELD: bool>(config: LoopConfig, constants: LoopIn<i64>, motion: &[(i64, u64)]) {
     let mut leaping = HapticLoop::<HELD>::new(config).unwrap();
     let mut ticking = leaping.clone();
@@ -203,7 +204,7 @@ proptest! {
         let constants = LoopIn { reference: 60, stiffness: 33, damping: 5, period: 7, ..QUIET };
         let mut prompt = HybridLoop::new(small()).unwrap();
         let mut late = HybridLoop::new(LoopConfig { settling, ..small() }).unwrap();
-        // Registers of 0 come first; the gates follow the command, and are no part of this.
+        // The registers' initial zeros come first. The gates follow the command and are not compared here.
         let mut commands = vec![0; settling as usize];
         let (gates, command) = (7..11, prompt.words().len() - 1);
         let mut place = 0;
@@ -211,7 +212,7 @@ proptest! {
             place += step;
             for _ in 0..*stay {
                 let input = at(place, constants);
-                // What the registers take in at an edge stood there before it.
+                // The registers take in the words that stood at their inputs before the edge.
                 prompt.settle(&input);
                 commands.push(prompt.words()[command]);
                 prompt.tick(input);
@@ -247,7 +248,7 @@ proptest! {
 
 #[test]
 fn the_first_edge_latches_the_command_of_its_own_inputs() {
-    // 16 counts behind the surface from the start, at 70 PWM counts each.
+    // The device is 16 counts behind the surface from the start, at 70 PWM counts per count.
     let mut wiring = HybridLoop::default();
     let on = (0..4096).filter(|_| wiring.tick(QUIET).a_high == 1).count();
     assert_eq!(on, 16 * 70);
@@ -255,7 +256,8 @@ fn the_first_edge_latches_the_command_of_its_own_inputs() {
 
 #[test]
 fn lost_bits_are_counted_for_every_edge_they_stand() {
-    // Depth 16 at full stiffness: the spring saturates from the first edge on, the sum is 4095 and not limited further.
+    // At depth 16 and full stiffness the spring saturates from the first edge on. The sum is 4095 and is not limited
+    // further.
     let mut wiring = HybridLoop::default();
     let input = LoopIn { stiffness: 4095, ..QUIET };
     for _ in 0..100 {
@@ -270,7 +272,7 @@ fn lost_bits_are_counted_for_every_edge_they_stand() {
 
 #[test]
 fn a_lost_bit_that_changes_no_word_is_counted_while_it_stands() {
-    // One count at a scale of 1/4 is floored to 0 for the one sample of 50 edges in which it happens.
+    // One count at a scale of 1/4 is floored to 0, for the one sample of 50 edges in which the count comes.
     let mut wiring = HybridLoop::new(small()).unwrap();
     let constants = LoopIn { scale: 1, period: 50, reference: 0, ..QUIET };
     for edge in 0..500 {

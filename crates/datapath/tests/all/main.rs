@@ -1,4 +1,4 @@
-//! All tests of the crate in one binary: linked once, and spread over the cores together.
+//! All tests of the crate in one binary, which is linked once and spreads over the cores.
 
 mod arithmetic;
 mod cases;
@@ -20,8 +20,8 @@ mod methods_loops;
 mod methods_shaper;
 mod methods_wall;
 mod oracle;
+mod parts;
 mod phantom_blocks;
-mod phantom_bounds;
 mod phantom_connections;
 mod phantom_engine;
 mod phantom_loops;

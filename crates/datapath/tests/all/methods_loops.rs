@@ -1,5 +1,5 @@
-//! The method loops against a straight-line model of their data sheet, watched while they leap, and as they are
-//! connected.
+//! The method loops compared with a straight-line model of their data sheet, compared with ticking while they leap, and
+//! the connections of their nets.
 
 use hpu_datapath::{
     Block, BoundingConfig, CouplingConfig, EnergyBounding, Estimator, Generic, Instance, Law, LawIn, LawOut, LawWidths,
@@ -11,7 +11,8 @@ use proptest::prelude::*;
 
 use crate::cases::cases;
 
-/// A law of one register, which shows the sum of the wall's coordinates as it was an edge ago, and half of it as lost.
+/// A law of one register that shows the sum of the wall's coordinates as it was an edge ago. It marks the torque as
+/// rounded when the sum is odd, and the memory as overflowed when the sum is above 3.
 #[derive(Clone, PartialEq, Eq, Debug)]
 struct Toy {
     widths: LawWidths,
@@ -69,7 +70,8 @@ impl Block for Toy {
     fn skip(&mut self, _: u64, _: &LawIn<i64>) {}
 }
 
-/// Widths that are all different, so that no two formats agree by chance, and so short that everything is lost.
+/// Returns widths that are all different, so that no two formats agree by chance, and so short that all kinds of bits
+/// are lost.
 fn uneven() -> LawWidths {
     let format = |int, frac| Format::new(false, int, frac).unwrap();
     LawWidths {
@@ -86,7 +88,7 @@ fn toy() -> Toy {
     Toy { widths: uneven(), sum: 0 }
 }
 
-/// A high-pass that answers within a few samples.
+/// A high-pass filter that answers within a few samples.
 const SHAPING: Shaping = Shaping { phase: 5, b: [1 << 29, -1 << 29, 0], a: [-1 << 28, 0] };
 
 fn config(shaping: Option<Shaping>) -> MethodLoopConfig {
@@ -98,10 +100,11 @@ fn wall(estimator: Estimator, spring_held: bool) -> SampledWall {
     SampledWall::new(SampledWallConfig { relief: 2, ..config }).unwrap()
 }
 
-/// The default loop around a live wall in plain integers, every register assigned from the nets before the edge.
+/// A model of the default loop around a live wall, in plain integers; every register is assigned from the nets before
+/// the edge.
 struct Model {
     edge: i64,
-    /// Pins, lines and lines before.
+    /// The pins, the lines and the lines before, each as (a, b).
     stages: [(i64, i64); 3],
     step: i64,
     error: i64,
@@ -110,7 +113,7 @@ struct Model {
     velocity: i64,
     next_sample: i64,
     taken: i64,
-    /// None when the torque is passed on; otherwise torque and filter, and the torque before, of the latest sample.
+    /// `None` if the torque is passed on unchanged; otherwise torque and filter of the latest sample.
     shaper: Option<[i64; 2]>,
     next_shaped: i64,
 }
@@ -132,7 +135,7 @@ impl Model {
         }
     }
 
-    /// `position`, `error`, then the combinational nets.
+    /// Returns `position` and `error`, then the combinational nets.
     fn nets(&self, input: &LoopIn<i64>) -> [i64; 9] {
         let delta = (self.position - input.reference).rem_euclid(64);
         let delta = if delta < 32 { delta } else { delta - 64 };
@@ -150,7 +153,7 @@ impl Model {
         [self.position, self.error, delta, contact, penetration, torque, self.velocity * 8, shaped, command]
     }
 
-    /// All nets after one edge.
+    /// Ticks one edge; returns all nets after it.
     fn tick(&mut self, input: &LoopIn<i64>) -> Vec<i64> {
         let [.., torque, _, _, command] = self.nets(input);
         let phase = self.edge % 32;
@@ -164,7 +167,7 @@ impl Model {
         };
         if self.edge == self.next_shaped {
             if let Some([u, h]) = &mut self.shaper {
-                // h = (u - u') / 2 + h' / 4, to the nearest 2^-16.
+                // This is h = (u - u') / 2 + h' / 4, rounded to the nearest 2^-16.
                 *h = ((torque - *u) * 2 * 65536 + *h + 2).div_euclid(4);
                 *u = torque;
             }
@@ -193,27 +196,29 @@ impl Model {
     }
 }
 
-/// A motion of the encoder: for each entry, go forward or back (or an impossible leap) and stay for a while.
+/// Returns motions of the encoder: each entry goes forward, back or nowhere (or makes an impossible leap) and stays
+/// for a while.
 fn motion() -> impl Strategy<Value = Vec<(i64, u64)>> {
     let step = prop::sample::select(vec![1i64, 1, 1, 1, 3, 3, 0, 2]);
     let stay = prop_oneof![1u64..9, 1u64..900];
     prop::collection::vec((step, stay), 1..40)
 }
 
-/// The words of a scene, in the range of [`uneven`]'s formats.
+/// Returns words of a scene, in the range of the formats of [`uneven`].
 fn constants() -> impl Strategy<Value = LoopIn<i64>> {
     (0i64..64, 0i64..32, 0i64..8, 0i64..300, 0i64..16).prop_map(|(reference, stiffness, damping, period, scale)| {
         LoopIn { a_pin: 0, b_pin: 0, reference, stiffness, damping, period, scale }
     })
 }
 
-/// The pins at a place of the encoder.
+/// Returns the pins at a place of the encoder.
 fn at(place: i64, constants: LoopIn<i64>) -> LoopIn<i64> {
     let (a_pin, b_pin) = [(0, 0), (0, 1), (1, 1), (1, 0)][place.rem_euclid(4) as usize];
     LoopIn { a_pin, b_pin, ..constants }
 }
 
-/// Runs the same motion leaping and ticking, the stiffness changing half way: nets, uses and state must agree.
+/// Runs the same motion leaping and ticking, with a change of the stiffness half way. Asserts that nets, uses and state
+/// agree.
 fn leaping_equals_ticking<L: Law + PartialEq>(
     law: L,
     config: MethodLoopConfig,
@@ -298,7 +303,7 @@ fn a_loop_at_rest_leaps_whole_periods_whatever_estimates_its_velocity() {
     let scene = LoopIn { a_pin: 0, b_pin: 0, reference: 0, stiffness: 9, damping: 1, period: 500, scale: 0 };
     for estimator in Estimator::ALL {
         let mut wiring = MethodLoop::new(wall(estimator, true), config(None)).unwrap();
-        // One step, then rest: the law's velocity comes to 0, and the modulator alone decides.
+        // After one step the device rests: the law's velocity falls to 0, and only the modulator changes.
         let mut edges = 0;
         let mut leaps = 0;
         while edges < 1_000_000 {
@@ -309,14 +314,15 @@ fn a_loop_at_rest_leaps_whole_periods_whatever_estimates_its_velocity() {
             edges += quiet + 1;
             leaps += 1;
         }
-        // At most the two edges of the pulse a period of 32 edges.
+        // The pulse makes at most two changes in each period of 32 edges.
         assert!(leaps <= 2 * 1_000_000 / 32, "{estimator:?}: {leaps}");
     }
 }
 
 #[test]
 fn lost_bits_are_counted_for_every_edge_they_stand() {
-    // Depth 16 at a stiffness of 7.75 is 124 of 31, from the first edge on; the sum is 31 and not limited further.
+    // A depth of 16 at a stiffness of 7.75 would make 124, but the word ends at 31, from the first edge on. The sum is
+    // 31 and is not limited further.
     let mut wiring = MethodLoop::new(wall(Estimator::Difference, false), config(None)).unwrap();
     let scene = LoopIn { a_pin: 0, b_pin: 0, reference: 48, stiffness: 31, damping: 0, period: 1, scale: 0 };
     for _ in 0..100 {
@@ -328,7 +334,7 @@ fn lost_bits_are_counted_for_every_edge_they_stand() {
     }
 }
 
-/// Instance labels with their ports and nets, where those differ in name.
+/// Returns the instance labels with their ports, and with their nets where these have another name.
 fn connections(wiring: &impl Wiring) -> Vec<String> {
     let nets = wiring.nets();
     let instance = |instance: Instance| {

@@ -1,5 +1,5 @@
-//! The input shaper against its equation on whole histories, and its response to sines against the analog shaper's
-//! formula.
+//! The input shaper compared with its equation on whole histories, and its response to sines compared with the formula
+//! of the analog shaper.
 
 use std::f64::consts::{PI, SQRT_2, TAU};
 
@@ -12,7 +12,7 @@ fn shaper(torque_width: u32, period_width: u32, shaping: Shaping) -> InputShaper
     InputShaper::new(InputShaperConfig { torque_width, period_width, shaping: Some(shaping) }).unwrap()
 }
 
-/// The shaped torque after a history of torques and periods, an edge each.
+/// Returns the shaped torque after a history of torques and periods, one pair for each edge.
 fn expected(torque_width: u32, shaping: Shaping, history: &[(i64, i64)]) -> i64 {
     let [b0, b1, b2, a1, a2] = [shaping.b[0], shaping.b[1], shaping.b[2], shaping.a[0], shaping.a[1]].map(i128::from);
     let most = (1i128 << (torque_width + 2 + 16)) - 1;
@@ -39,7 +39,7 @@ fn follows(torque_width: u32, shaping: Shaping, history: &[(i64, i64)], block: &
     }
 }
 
-/// A differentiator, one that rings and overflows, and the high-pass of the experiments.
+/// Returns a differentiator, a filter that rings and overflows, and the high-pass filter of the experiments.
 fn shapings() -> [Shaping; 3] {
     let one = 1 << 30;
     let (b, a) = words(butterworth());
@@ -88,26 +88,27 @@ proptest! {
 const SAMPLE_HZ: f64 = 1000.0;
 const CORNER_HZ: f64 = 2.5;
 
-/// The bilinear transform of `s^2 / (s^2 + sqrt(2) s + 1)` with the corner kept in its place: numerator, denominator.
+/// Returns numerator and denominator of the bilinear transform of `s^2 / (s^2 + sqrt(2) s + 1)`, with the corner kept
+/// in its place.
 fn butterworth() -> ([f64; 3], [f64; 3]) {
     let k = (PI * CORNER_HZ / SAMPLE_HZ).tan();
     let norm = 1.0 / (1.0 + SQRT_2 * k + k * k);
     ([norm, -2.0 * norm, norm], [1.0, 2.0 * (k * k - 1.0) * norm, (1.0 - SQRT_2 * k + k * k) * norm])
 }
 
-/// The nearest words of 30 fraction bits.
+/// Returns the nearest words of 30 fraction bits.
 fn words((b, a): ([f64; 3], [f64; 3])) -> ([i32; 3], [i32; 2]) {
     let word = |value: f64| (value * f64::from(1 << 30)).round() as i32;
     (b.map(word), [word(a[1]), word(a[2])])
 }
 
-/// Size of `c0 + c1 z^-1 + c2 z^-2` on the unit circle.
+/// Returns the size of `c0 + c1 z^-1 + c2 z^-2` on the unit circle.
 fn size(c: [f64; 3], w: f64) -> f64 {
     (c[0] + c[1] * w.cos() + c[2] * (2.0 * w).cos()).hypot(c[1] * w.sin() + c[2] * (2.0 * w).sin())
 }
 
-/// Sum of the sizes of the impulse response of `1/A`: how far rounding errors of size 1 can drive the output. The rest
-/// beyond 100 000 samples of a pole of radius 0.989 is below any float.
+/// Returns the sum of the sizes of the impulse response of `1/A`, which tells how far rounding errors of size 1 can
+/// drive the output. With a pole of radius 0.989 the rest beyond 100 000 samples is below any float.
 fn noise_gain(a: [f64; 3]) -> f64 {
     let (mut sum, mut latest, mut before) = (0.0, 1.0, 0.0);
     for _ in 0..100_000 {
@@ -117,7 +118,7 @@ fn noise_gain(a: [f64; 3]) -> f64 {
     sum
 }
 
-/// `|1 - H|` of the analog shaper at a frequency in units of its corner: a first-order roll-off behind a peak.
+/// Returns `|1 - H|` of the analog shaper at a frequency in units of its corner: a first-order roll-off behind a peak.
 fn shaped(x: f64) -> f64 {
     (1.0 + 2.0 * x * x).sqrt() / ((1.0 - x * x).powi(2) + 2.0 * x * x).sqrt()
 }
@@ -145,12 +146,12 @@ fn the_response_to_sines_is_that_of_the_analog_shaper() {
         let w = TAU * frequency_hz / SAMPLE_HZ;
         let mut blocks = [1, -1].map(|sign| (sign, shaper(TORQUE_WIDTH, 2, Shaping { phase: 0, b, a })));
         let (mut input, mut output) = ((0.0, 0.0), (0.0, 0.0));
-        // The poles' radius is sqrt(A2) = 0.989: after 8000 samples the start is e^-88 of what it was.
+        // The poles' radius is sqrt(A2) = 0.989, so after 8000 samples the start has decayed to e^-88 of itself.
         let settled = 8000;
         for k in 0..settled + samples_a_period {
             let sine = (amplitude * (w * f64::from(k % samples_a_period)).sin()).round() as i64;
-            // The rectifier behind the filter passes the positive half waves of h; of an opposite sine it passes the
-            // others: max(0, h) - max(0, -h) = h. On this bias the rectifier at the output passes everything.
+            // The rectifier behind the filter passes the positive half waves of h, and for an opposite sine it passes
+            // the others: max(0, h) - max(0, -h) = h. With this bias the rectifier at the output passes everything.
             let [up, down] = blocks.each_mut().map(|(sign, block)| {
                 let torque = bias + *sign * sine;
                 let shaped = block.tick(input_shaper::In { torque, period: 1 }).shaped;
@@ -168,19 +169,19 @@ fn the_response_to_sines_is_that_of_the_analog_shaper() {
         let line = |sum: (f64, f64)| 2.0 / f64::from(samples_a_period) * sum.0.hypot(sum.1);
         let measured = line(output) / line(input);
 
-        // Per sample, up - down is off 2 sine - h by less than 1 for the floors of the two outputs, and by what 1/A
-        // makes of the two filters' roundings, half of 2^-16 each. An error of size e is at most 2 e of a line.
+        // Per sample, up - down differs from 2 sine - h by less than 1 for the floors of the two outputs, and by the
+        // two filters' roundings, half of 2^-16 each, amplified by 1/A. An error of size e makes at most 2 e of a line.
         let noise = 1.0 + 2.0 * noise_gain(a_words) / f64::from(1 << 17);
         let words_bound =
             0.5 / f64::from(1 << 30) * (3.0 + 2.0 * size(ideal_b, w) / size(ideal_a, w)) / size(a_words, w);
         let bound = 2.0 * noise / line(input) + words_bound + 1e-12;
-        // The bilinear transform puts the analog response at w = 2 atan(tan(w_c/2) x).
+        // The bilinear transform maps the analog response to w = 2 atan(tan(w_c/2) x).
         let x = (w / 2.0).tan() / (PI * CORNER_HZ / SAMPLE_HZ).tan();
         assert!((measured - shaped(x)).abs() <= bound, "{frequency_hz} Hz: {measured}, bound {bound}");
         assert!(bound < 1e-4, "the bound says something: {bound}");
-        // The formula is the published table's, to its last digit. On logarithmic scales its slope, 2 x^2 / (1 + 2 x^2)
-        // less 2 x^4 / (1 + x^4), is between -2 and 1: what the transform moves in frequency it moves at most twice in
-        // size.
+        // The formula agrees with the published table to its last digit. The formula's slope on logarithmic scales,
+        // 2 x^2 / (1 + 2 x^2) less 2 x^4 / (1 + x^4), is between -2 and 1. So a shift in frequency by the transform is
+        // at most twice as large in size.
         let table = shaped(frequency_hz / CORNER_HZ);
         assert!((table / published - 1.0).abs() < 5e-8, "{table}");
         let moved = (x * CORNER_HZ / frequency_hz).ln().abs();

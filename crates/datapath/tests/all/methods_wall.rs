@@ -1,4 +1,4 @@
-//! The sampled wall against its equations on whole histories, in plain integers.
+//! The sampled wall compared with its equations on whole histories, in plain integers.
 
 use crate::cases::cases;
 use crate::oracle::{filtered_model, foaw_model, timer_model, window_model};
@@ -7,7 +7,8 @@ use hpu_datapath::{SampledWall, SampledWallConfig};
 use hpu_signal::Format;
 use proptest::prelude::*;
 
-/// The edges that sample: each a period, as it then is, behind the one before.
+/// Returns the edges that sample: each comes one period after the edge before, with the period as it was at that
+/// earlier edge.
 fn samples(history: &[LawIn<i64>], period: impl Fn(&LawIn<i64>) -> i64) -> Vec<usize> {
     let mut all = vec![];
     let mut next = 0;
@@ -18,7 +19,7 @@ fn samples(history: &[LawIn<i64>], period: impl Fn(&LawIn<i64>) -> i64) -> Vec<u
     all
 }
 
-/// The velocity of the fixed-position method at the end of a history: every capture, and what it has become.
+/// Returns the velocity of the fixed-position method at the end of a history, from every capture and its result.
 fn timed(
     config: &SampledWallConfig,
     history: &[LawIn<i64>],
@@ -28,7 +29,8 @@ fn timed(
     let LawWidths { width, period_width, .. } = config.widths;
     let positions: Vec<_> = history.iter().map(|edge| edge.position).collect();
     let most = (1i128 << (width - 1 + config.velocity_frac)) - 1;
-    // One edge to begin, a bit an edge of the dividend and the fraction, one edge to load.
+    // One edge begins the division, one edge each computes a bit of the dividend and of the fraction, and one edge
+    // loads.
     let latency = (period_width + 1 + config.velocity_frac + 2) as usize;
     let (mut velocity, mut free) = (0, 0);
     for &edge in samples {
@@ -46,7 +48,7 @@ fn timed(
     velocity
 }
 
-/// Torque and memory after the last edge of a history.
+/// Returns torque and memory after the last edge of a history.
 fn expected(config: &SampledWallConfig, history: &[LawIn<i64>]) -> LawOut<i64> {
     let LawWidths { width, stiffness, damping, period_width, torque_width, .. } = config.widths;
     let frac = config.velocity_frac;
@@ -111,19 +113,21 @@ fn one_sample_makes_the_torque_of_the_equations_for_every_word() {
 
 #[test]
 fn the_torque_reaches_the_upper_end_of_its_format_and_no_further() {
-    // Drag and relief have the velocity's sign: at most a full spring without drag, and a full relief on the way out.
+    // Drag and relief have the sign of the velocity. The most is a full spring without drag and a full relief on the
+    // way out.
     let config = SampledWallConfig { spring_held: false, relief: 200, ..small() };
     let mut wall = SampledWall::new(config).unwrap();
     let input =
         LawIn { position: 8, delta: 0, contact: 1, penetration: 7, stiffness: 7, damping: 0, period: 1, scale: 0 };
     assert_eq!(wall.tick(input).torque, 7 + 8);
     assert_eq!(wall.outputs().torque.format.max(), 15);
-    // At most a full drag downwards.
+    // Downwards, the most is a full drag.
     let mut wall = SampledWall::new(SampledWallConfig { relief: 0, ..config }).unwrap();
     assert_eq!(wall.tick(LawIn { damping: 15, penetration: 0, ..input }).torque, -8);
 }
 
-/// A motion: positions that mostly walk at constant speed, sometimes rest or jump; the wall as `unilateral` sees it.
+/// Returns motions whose positions mostly walk at constant speed and sometimes rest or jump, with the wall as
+/// `unilateral` sees it.
 fn motion() -> impl Strategy<Value = Vec<LawIn<i64>>> {
     let leg = (0usize..40, -2i64..3, 0i64..6, 0u32..12, any::<[u16; 4]>());
     prop::collection::vec(leg, 1..12).prop_map(|legs| {
@@ -177,7 +181,7 @@ proptest! {
 
     #[test]
     fn a_short_division_ends_between_many_samples(history in motion(), ratio in 1u32..3) {
-        // A division of 4 + 1 + 0 bits: periods of 1 to 15 edges pass over none to seven sample edges.
+        // A division takes 4 + 1 + 0 bits, so with periods of 1 to 15 edges it lets none to seven sample edges pass.
         let config = SampledWallConfig { estimator: Estimator::EdgeTimer, velocity_frac: 0, ratio, ..small() };
         follows(config, &history);
     }
@@ -197,6 +201,6 @@ fn words_that_an_estimator_cannot_take_are_refused() {
     ] {
         assert!(SampledWall::new(config).is_err(), "{config:?}");
     }
-    // What an estimator does not have cannot be wrong.
+    // A parameter that the estimator does not have cannot be wrong.
     assert!(SampledWall::new(SampledWallConfig { window: 17, shift: 17, ..default }).is_ok());
 }

@@ -1,4 +1,4 @@
-//! The combinational blocks of the PHANToM and its registers against the data sheet in exact rationals.
+//! The combinational blocks of the PHANToM and its registers, compared with the data sheet in exact rationals.
 
 use hpu_datapath::Block;
 use hpu_datapath::phantom::{
@@ -10,7 +10,7 @@ use proptest::prelude::*;
 
 use crate::cases::cases;
 
-/// An exact number `num / 2^frac`.
+/// An exact number, `num / 2^frac`.
 #[derive(Clone, Copy)]
 struct Exact {
     num: i128,
@@ -36,13 +36,13 @@ impl Exact {
         self.plus(Self { num: -other.num, ..other })
     }
 
-    /// `floor(value 2^frac + 1/2)`.
+    /// Returns `floor(value 2^frac + 1/2)`.
     fn nearest(self, frac: i32) -> i128 {
         let (num, den) = (self.num * 2i128.pow(frac as u32 + 1), 2i128.pow(self.frac as u32));
         (num + den).div_euclid(2 * den)
     }
 
-    /// The word whose bits are the lower ones of the nearest.
+    /// Returns the word whose bits are the lower bits of the nearest integer.
     fn word(self, format: Format) -> i64 {
         let turn = 2i128.pow(format.width());
         let bits = self.nearest(format.frac()).rem_euclid(turn);
@@ -50,7 +50,7 @@ impl Exact {
     }
 }
 
-/// Formats of all kinds up to 25 bits, from words that lose most of their bits to words that gain some.
+/// Returns formats of all kinds up to 25 bits: some words lose most of their bits, others gain some.
 fn formats() -> impl Strategy<Value = PhantomFormats> {
     let word = |sign: bool, least: i32| {
         (least..7, 4i32..19).prop_map(move |(int, frac)| Format::new(sign, int, frac).unwrap())
@@ -67,7 +67,7 @@ fn formats() -> impl Strategy<Value = PhantomFormats> {
     )
 }
 
-/// A word of the format: often an extreme one.
+/// Returns a word of the format, often an extreme one.
 fn word(format: Format, choice: u64) -> i64 {
     match choice % 8 {
         0 => format.min() as i64,
@@ -187,14 +187,15 @@ fn every_command_of_a_12_bit_torque_is_the_nearest_that_there_is() {
 
 #[test]
 fn the_known_answer_of_the_kinematics_and_its_jacobian_is_met() {
-    // Links of 0.1397 m at 0.2, 0.3 and 0.5 rad, a force of 1, 2 and 3 N; published digits end at 1e-8.
+    // The links are 0.1397 m long, at 0.2, 0.3 and 0.5 rad, and the force is 1, 2 and 3 N; the published digits end at
+    // 1e-8.
     let config = PhantomConfig { lengths: [2_343_777; 2], ..PhantomConfig::default() };
     let PhantomFormats { trig, position, force, torque, .. } = config.formats;
     let words = [0.2f64, 0.3, 0.5].map(|angle| [angle.sin(), angle.cos()].map(|value| (value / trig.lsb()).round()));
     let [[sine1, cosine1], [sine2, cosine2], [sine3, cosine3]] = words.map(|pair| pair.map(|value| value as i64));
     let posture = phantom_forward::In { sine1, cosine1, sine2, cosine2, sine3, cosine3 };
     let tip = PhantomForward::new(&config.formats, config.lengths).unwrap().eval(posture);
-    // Half an LSB of the length, 3e-8 m, comes on top of the proved errors of 1.5e-7 m.
+    // The tolerance covers half an LSB of the length, 3e-8 m, on top of the proved errors of 1.5e-7 m.
     let near = 2e-7;
     for (word, expected) in [(tip.x, 0.039_820_54), (tip.y, 0.058_385_89), (tip.z, 0.056_740_87)] {
         assert!((position.to_f64(word.word) - expected).abs() < near);

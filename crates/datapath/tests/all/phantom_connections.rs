@@ -1,10 +1,10 @@
-//! The PHANToM wirings' nets and instances, as the data sheet lists them.
+//! The nets and instances of the PHANToM's wirings, as the data sheet lists them.
 
 use hpu_datapath::phantom::{PhantomConfig, PhantomFormats, PhantomIo, PhantomLoop, PhantomSharedLoop};
 use hpu_datapath::{Instance, Wiring};
 use hpu_signal::Format;
 
-/// Instance labels with their ports and nets, where those differ in name.
+/// Returns the instance labels with their ports, and with their nets where these have another name.
 fn connections(wiring: &impl Wiring) -> Vec<String> {
     let nets = wiring.nets();
     let instance = |instance: Instance| {
@@ -20,7 +20,7 @@ fn connections(wiring: &impl Wiring) -> Vec<String> {
     wiring.instances().into_iter().map(instance).collect()
 }
 
-/// Formats that are all different, so that no two words agree by chance.
+/// Returns formats that are all different, so that no two words agree by chance.
 fn uneven() -> PhantomConfig {
     let format = |signed, int, frac| Format::new(signed, int, frac).unwrap();
     let formats = PhantomFormats {

@@ -1,4 +1,4 @@
-//! The engine against the blocks it replaces.
+//! The engine compared with the blocks that it replaces.
 
 use hpu_datapath::phantom::{
     CommandScaler, CubeRoom, PhantomConfig, PhantomEngine, PhantomForward, PhantomTorque, command_scaler, cube_room,
@@ -9,7 +9,7 @@ use proptest::prelude::*;
 
 use crate::cases::cases;
 
-/// The outputs by the four blocks, one after the other.
+/// Returns the outputs that the four blocks compute one after the other.
 fn chain(config: &PhantomConfig, input: &phantom_engine::In<i64>) -> Vec<i64> {
     let phantom_engine::In { sine1, cosine1, sine2, cosine2, sine3, cosine3, valid1, valid2, valid3, .. } = *input;
     let phantom_engine::In { x_low, x_high, y_low, y_high, z_low, z_high, room, stiffness, .. } = *input;

@@ -1,15 +1,16 @@
-//! The PHANToM's wirings against their own instances, put together as VHDL would.
+//! The PHANToM's wirings compared with their own instances, connected as in the VHDL.
 
 use std::f64::consts::TAU;
 
 use hpu_datapath::phantom::{PhantomConfig, PhantomIn, PhantomIo, PhantomIoIn, PhantomLoop, PhantomSharedLoop, Turn};
-use hpu_datapath::{Block, Instance, Wiring, bundle, flatten};
+use hpu_datapath::{Block, Wiring, bundle, flatten};
 use hpu_signal::Ports;
 use proptest::prelude::*;
 
 use crate::cases::cases;
+use crate::parts::Netlist;
 
-/// Tables of 32 counts, big angles, and periods of a few edges, so that a short motion goes everywhere.
+/// Returns tables of 32 counts, large angles and periods of a few edges, so that a short motion goes everywhere.
 fn small() -> PhantomConfig {
     let joint = Turn { num: 1, den: 100 };
     PhantomConfig {
@@ -21,47 +22,8 @@ fn small() -> PhantomConfig {
     }
 }
 
-/// A wiring put together of its instances, knowing nothing of how the model does it.
-struct Netlist {
-    instances: Vec<Instance>,
-    words: Vec<i64>,
-}
-
-impl Netlist {
-    fn new(wiring: &impl Wiring) -> Self {
-        Self { instances: wiring.instances(), words: vec![0; wiring.nets().len()] }
-    }
-
-    /// What an instance sees: its nets by the names of its ports; a port without a net is tied to 1.
-    fn seen(instance: &Instance, words: &[i64]) -> Vec<i64> {
-        let net = |name: &str| instance.connections.iter().find(|connection| connection.port.name == name);
-        instance.model.inputs().iter().map(|port| net(port.name).map_or(1, |found| words[found.net])).collect()
-    }
-
-    /// Evaluates the clocked instances, or the others, and puts their outputs on the nets.
-    fn evaluate(&mut self, clocked: bool) {
-        let now = self.words.clone();
-        for instance in self.instances.iter_mut().filter(|instance| instance.model.clocked() == clocked) {
-            let seen = Self::seen(instance, if clocked { &now } else { &self.words });
-            let words = instance.model.tick(&seen);
-            for (port, word) in instance.model.outputs().iter().zip(words) {
-                let net = instance.connections.iter().find(|connection| connection.port.name == port.name).unwrap();
-                self.words[net.net] = word;
-            }
-        }
-    }
-
-    fn tick(&mut self, inputs: &[i64]) -> &[i64] {
-        self.words[..inputs.len()].copy_from_slice(inputs);
-        // The combinational instances come in the order of the signal's way.
-        self.evaluate(false);
-        self.evaluate(true);
-        self.evaluate(false);
-        &self.words
-    }
-}
-
-/// Moves of three encoders, at times impossible ones, each with the words of the scene, and how long they stay.
+/// Returns moves of three encoders, some of them impossible, each with the words of the scene and the number of edges
+/// for which it stays.
 fn motion(scene: usize) -> impl Strategy<Value = Vec<([i64; 3], Vec<u32>, u64)>> {
     let step = prop::sample::select(vec![0i64, 0, 1, 1, 1, 3, 3, 2]);
     let words = prop_oneof![
@@ -71,7 +33,7 @@ fn motion(scene: usize) -> impl Strategy<Value = Vec<([i64; 3], Vec<u32>, u64)>>
     prop::collection::vec(([step.clone(), step.clone(), step], words, prop_oneof![1u64..9, 1u64..300]), 1..50)
 }
 
-/// Visits the inputs of a motion, each with how long it stays.
+/// Calls `visit` with the inputs of each move of a motion, and with the number of edges for which they stay.
 fn follow<W: Wiring>(wiring: &W, motion: &[([i64; 3], Vec<u32>, u64)], mut visit: impl FnMut(Vec<i64>, u64)) {
     let signals = flatten(&wiring.inputs());
     let mut words = vec![0; signals.len()];
@@ -100,7 +62,8 @@ fn equals_its_netlist<W: Wiring>(mut wiring: W, motion: &[([i64; 3], Vec<u32>, u
     }
 }
 
-/// Runs the same motion leaping and ticking: nets, uses and state must agree, and the ranges be those of the nets seen.
+/// Runs the same motion leaping and ticking. Asserts that nets, uses and state agree, and that the ranges are those of
+/// the nets seen.
 fn leaping_equals_ticking<W: Wiring + Clone + PartialEq>(wiring: &W, motion: &[([i64; 3], Vec<u32>, u64)]) {
     let (mut leaping, mut ticking) = (wiring.clone(), wiring.clone());
     let mut ranges = vec![(i64::MAX, i64::MIN); wiring.nets().len()];
@@ -161,7 +124,7 @@ proptest! {
     }
 }
 
-/// A cube of 1 cm about the origin at 2000 N/m, sampled every 64 edges, as words of the default formats.
+/// Returns a cube of 1 cm about the origin at 2000 N/m, sampled every 64 edges, as words of the default formats.
 fn cube() -> PhantomIn<i64> {
     let mut words = PhantomIn::build(|| 0);
     let half = (0.005 * f64::from(1 << 24)) as i64;
@@ -171,7 +134,7 @@ fn cube() -> PhantomIn<i64> {
     words
 }
 
-/// The pins at three places.
+/// Returns the pins at these places of the three encoders.
 fn at(places: [i64; 3], scene: PhantomIn<i64>) -> PhantomIn<i64> {
     let [(a_pin1, b_pin1), (a_pin2, b_pin2), (a_pin3, b_pin3)] =
         places.map(|place| [(0, 0), (0, 1), (1, 1), (1, 0)][place.rem_euclid(4) as usize]);
@@ -184,7 +147,7 @@ fn both_loops_give_the_same_commands_8_and_34_edges_after_each_sample() {
     let mut shared = PhantomSharedLoop::default();
     let (mut first, mut second) = (Vec::new(), Vec::new());
     for edge in 0..64 * 400i64 {
-        // Into three walls and, in joint 2, beyond the table, at different speeds.
+        // The motion goes into three walls and, in joint 2, beyond the table, at different speeds.
         let input = at([edge / 40, edge / 5, -edge / 30], cube());
         first.push(flatten(&parallel.tick(input)));
         second.push(flatten(&shared.tick(input)));
@@ -195,7 +158,7 @@ fn both_loops_give_the_same_commands_8_and_34_edges_after_each_sample() {
         }
     }
     assert_eq!(first[..first.len() - 26], second[26..]);
-    // They have pushed, and let go where the table ended.
+    // The commands have pushed, and fell to 0 where the table ended.
     let greatest = first.iter().flatten().map(|command| command.abs()).max();
     assert!(greatest > Some(5000));
     assert_eq!(first.last().unwrap(), &[0; 3]);
@@ -208,7 +171,7 @@ fn both_loops_give_the_same_commands_8_and_34_edges_after_each_sample() {
 
 #[test]
 fn a_ceiling_pushes_the_upper_arm_down_as_hard_as_statics_says() {
-    // 200 counts up in joint 2, slowly enough to be counted, and a ceiling at 5 mm.
+    // The arm goes 200 counts up in joint 2, slowly enough to be counted, against a ceiling at 5 mm.
     let mut wiring = PhantomLoop::default();
     let mut out = flatten(&wiring.reset());
     for edge in 0..200 * 10 + 200i64 {
@@ -216,17 +179,17 @@ fn a_ceiling_pushes_the_upper_arm_down_as_hard_as_statics_says() {
     }
     let angle = TAU * 200.0 / 28_000.0;
     let force_n = -2000.0 * (0.14 * angle.sin() - 0.005);
-    // z has moved by L (cos - 1), less than the cube's half.
+    // z has moved by L (cos - 1), which is less than the cube's half.
     let torque_nm = 0.14 * angle.cos() * force_n;
     let expected = torque_nm * 32_768.0 / 1.19;
-    // A force within 2000 N/m of 0.2 um, 4e-4 N, and the command's own rounding: 2 DAC counts.
+    // The tolerance is 2 DAC counts: the force is off by 2000 N/m times 0.2 um, 4e-4 N, and the command is rounded.
     assert!((out[1] as f64 - expected).abs() < 2.0, "{} for {expected}", out[1]);
     assert_eq!([out[0], out[2]], [0, 0]);
 }
 
 #[test]
 fn a_limited_force_counts_as_overflow_for_every_edge_it_stands() {
-    // The right wall stands 0.5 m to the left: at 2000 N/m that is 1000 N asked for, whatever the sines.
+    // The right wall is 0.5 m to the left, so at 2000 N/m it asks for 1000 N, whatever the sines.
     let mut scene = cube();
     scene.x_high = -(1 << 23);
     scene.x_low = scene.x_high;
@@ -243,7 +206,7 @@ fn a_limited_force_counts_as_overflow_for_every_edge_it_stands() {
         shared.tick(scene);
     }
     let found = shared.nets().iter().position(|net| net.name == "force_x").unwrap();
-    // Its outputs stand from edge 34 on.
+    // The outputs of the shared engine stand from edge 34 on.
     assert_eq!(shared.uses()[found].overflowed, 100 - 34);
 }
 
@@ -253,7 +216,7 @@ fn a_loop_at_rest_is_quiet_for_ever_and_one_with_a_count_pending_until_the_next_
         let scene = PhantomIn { period: 1000, ..cube() };
         (0..500).for_each(|_| _ = wiring.tick(scene));
         assert_eq!(wiring.quiet(&scene), u64::MAX);
-        // A step reaches the position in four edges, and waits for the sample of edge 1000.
+        // A step reaches the position in four edges, and then waits for the sample of edge 1000.
         let moved = at([0, 1, 0], scene);
         (0..4).for_each(|_| _ = wiring.tick(moved));
         assert_eq!(wiring.quiet(&moved), 1000 - 504);

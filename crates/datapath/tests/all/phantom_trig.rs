@@ -1,4 +1,4 @@
-//! The four sources of sine and cosine against `f64` sines, each within the bound that its construction allows.
+//! The four sources of sine and cosine compared with `f64` sines, each within the bound that its construction allows.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -23,7 +23,7 @@ fn a_count_beyond_the_table_is_not_valid() {
     assert_eq!(table.at(0), TrigOut { sine: 0, cosine: 1 << 22, valid: 1 });
 }
 
-/// The greatest errors of sine and cosine over all counts of the width, in units of 1.
+/// Returns the greatest error of sine and cosine over all counts of the width, in units of 1.
 fn worst<W: Wave>(source: &Trig<W>, turn: Turn) -> f64 {
     let (count, word) = (source.inputs().count.format, source.outputs().sine.format);
     let mut worst = 0f64;
@@ -39,10 +39,10 @@ fn worst<W: Wave>(source: &Trig<W>, turn: Turn) -> f64 {
     worst
 }
 
-/// The float sines of the tests themselves: an angle up to 2 pi rounded twice, and their own half ulp.
+/// The error of the tests' own float sines: an angle up to 2 pi is rounded twice, and the sine is off by half an ulp.
 const FLOAT: f64 = 2e-15;
 
-/// What a phase is off at most, in radians: the step's rounding, over all counts.
+/// Returns the greatest error of a phase over all counts, in radians; it comes from the rounding of the step.
 fn phase_error(phase: Phase) -> f64 {
     TAU * 0.5 * f64::from(1u32 << (phase.count_width - 1)) / (phase.width as f64).exp2()
 }
@@ -62,7 +62,7 @@ fn the_table_is_within_half_an_lsb() {
     }
 }
 
-/// Premium 1.0 and a coarse one.
+/// Returns the phases of the Premium 1.0 and a coarse phase.
 fn phases() -> [(Phase, Turn); 3] {
     let [first, second, _] = shipped().map(|turn| (Phase::default().of(turn), turn))[..3].try_into().unwrap();
     let short = Format::new(true, 1, 14).unwrap();
@@ -72,7 +72,7 @@ fn phases() -> [(Phase, Turn); 3] {
 
 #[test]
 fn the_quarter_table_is_within_half_a_step_and_half_an_lsb() {
-    // An angle rounded to a step of pi/2 2^-width is off by half of it; no sine is steeper than 1.
+    // An angle rounded to a step of pi/2 2^-width is off by half a step, and no sine is steeper than 1.
     for (phase, turn) in phases() {
         for width in [11, 6] {
             let block = TrigQuarter::new(phase, width).unwrap();
@@ -84,8 +84,8 @@ fn the_quarter_table_is_within_half_a_step_and_half_an_lsb() {
 
 #[test]
 fn interpolation_is_within_its_chord_and_one_lsb() {
-    // A chord of a sine of step h is off by at most h^2/8; its ends by half an LSB each, which interpolate to half an
-    // LSB, and the result is rounded by half an LSB more; the phase drops what is below its rest.
+    // A chord of a sine over a step h is off by at most h^2/8. Its ends are off by half an LSB each, which interpolate
+    // to half an LSB, and the result is rounded by half an LSB more. The phase drops the bits below its rest.
     for (phase, turn) in phases() {
         for (width, rest) in [(9, 14), (5, 8)] {
             let block = TrigInterpolated::new(phase, width, rest).unwrap();
@@ -99,10 +99,10 @@ fn interpolation_is_within_its_chord_and_one_lsb() {
 
 #[test]
 fn cordic_is_within_its_last_rotation_and_the_floors_of_all() {
-    // The angle left over is at most the last rotation's (A(i) <= sum of the later ones + A(last)), off by the rounding
-    // of every A (half of 2^-30 turns each) and by the phase bits dropped. Each rotation floors x and y, by less than
-    // one guarded LSB each, so sqrt(2) together, which the later rotations stretch by less than 1.647; K is off by half
-    // a guarded LSB, stretched likewise; the result is rounded.
+    // The angle left over is at most that of the last rotation (A(i) <= sum of the later ones + A(last)). It is off by
+    // the rounding of every A (half of 2^-30 turns each) and by the phase bits dropped. Each rotation floors x and y by
+    // less than one guarded LSB each, so by sqrt(2) together, which the later rotations stretch by less than 1.647. K
+    // is off by half a guarded LSB, which is stretched likewise. The result is rounded.
     for (phase, turn) in phases() {
         for (iterations, guard) in [(24, 4), (14, 2)] {
             let block = TrigCordic::new(phase, iterations, guard).unwrap();
@@ -121,7 +121,7 @@ fn cordic_is_within_its_last_rotation_and_the_floors_of_all() {
 fn outputs_come_one_edge_after_the_count_and_reset_clears_them() {
     let mut table = TrigTable::default();
     assert_eq!(table.reset(), TrigOut { sine: 0, cosine: 0, valid: 0 });
-    // An eighth of a turn.
+    // The count is an eighth of a turn.
     let out = table.tick(TrigIn { count: 3500 });
     let half = (0.5f64.sqrt() * 4_194_304.0).round() as i64;
     assert_eq!(out, TrigOut { sine: half, cosine: half, valid: 1 });

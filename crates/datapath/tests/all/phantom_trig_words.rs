@@ -1,21 +1,21 @@
-//! The words of the four sources of sine and cosine against series and rotations in integers.
+//! The words of the four sources of sine and cosine, compared with series and rotations in integers.
 
 use hpu_datapath::phantom::{
     PhantomConfig, Phase, TrigCordic, TrigInterpolated, TrigOut, TrigQuarter, TrigTable, Turn,
 };
 use hpu_signal::Format;
 
-/// Fraction bits of the series below: products of two have room in an `i128`.
+/// Number of fraction bits of the series below; the product of two such numbers fits an `i128`.
 const FINE: u32 = 60;
 
-/// pi in units of `2^-60`, to the nearest (0x3.243F6A8885A308D313...).
+/// pi in units of `2^-60`, rounded to the nearest (0x3.243F6A8885A308D313...).
 const PI: i128 = 0x3243_F6A8_885A_308D;
 
-/// `sin(2 pi num/den)` in units of `2^-60`: an eighth of a turn by Taylor's series in integers. Each of some twenty
-/// terms is truncated, and pi is rounded: off by less than `2^-54`.
+/// Returns `sin(2 pi num/den)` in units of `2^-60`, computed for an eighth of a turn by Taylor's series in integers.
+/// The series truncates each of some twenty terms, and pi is rounded, so the result is off by less than `2^-54`.
 fn sine(num: i64, den: i64) -> i128 {
     let (turn, eighths) = (i128::from(den), 8 * i128::from(num).rem_euclid(i128::from(den)));
-    // Quadrant 0 to 3 about 0, 1/4, 1/2, 3/4 of a turn; the rest is at most an eighth on either side.
+    // Quadrants 0 to 3 lie about 0, 1/4, 1/2 and 3/4 of a turn; the rest is at most an eighth on either side.
     let quadrant = (eighths + turn) / (2 * turn);
     let rest = eighths - 2 * turn * quadrant;
     let angle = PI * rest / (4 * turn);
@@ -33,7 +33,7 @@ fn sine(num: i64, den: i64) -> i128 {
     [sine, cosine, -sine, -cosine][(quadrant % 4) as usize]
 }
 
-/// The nearest word of `frac` bits, and how far from a tie it is, in LSB.
+/// Returns the nearest word of `frac` bits, and how far from a tie it is, in LSB.
 fn nearest(fine: i128, frac: u32) -> (i64, f64) {
     let drop = FINE - frac;
     let word = (fine + (1 << (drop - 1))) >> drop;
@@ -50,8 +50,9 @@ fn shipped() -> [Turn; 4] {
 
 #[test]
 fn every_word_of_every_shipped_table_is_the_nearest_and_no_float_could_have_missed_it() {
-    // Taylor's integers are within 2^-54, the floats that tables are made of within 2^-51, and so are the VHDL's if
-    // they are off by less than 2^-40: that is 2^-18 = 4e-6 LSB of 22 fraction bits. Nothing comes that near a tie.
+    // The integers of the series are within 2^-54, and the floats from which the tables are made within 2^-51. The
+    // floats of the VHDL are good enough if they are off by less than 2^-40, which is 2^-18 = 4e-6 LSB of 22 fraction
+    // bits. No sine comes that near to a tie.
     let mut nearest_tie = f64::INFINITY;
     for turn in shipped() {
         let (num, den) = (i64::from(turn.num), i64::from(turn.den));
@@ -72,7 +73,7 @@ fn every_word_of_every_shipped_table_is_the_nearest_and_no_float_could_have_miss
 fn every_word_of_every_shipped_quarter_is_the_nearest_and_no_float_could_have_missed_it() {
     let format = Format::new(true, 9, 22).unwrap();
     for (width, block) in [(11, 0), (9, 1)] {
-        // One count a step, so that every step is seen, four times.
+        // One count makes one step, so that every step is seen, four times.
         let phase = Phase { count_width: 16, width: 40, step: 0, trig: format }.of(Turn { num: 1, den: 4 << width });
         let at = |count: i64| -> TrigOut<i64> {
             match block {
@@ -88,7 +89,7 @@ fn every_word_of_every_shipped_quarter_is_the_nearest_and_no_float_could_have_mi
     }
 }
 
-/// Premium 1.0 and a coarse one.
+/// Returns the phases of the Premium 1.0 and a coarse phase.
 fn phases() -> [(Phase, Turn); 3] {
     let [first, second, _] = shipped().map(|turn| (Phase::default().of(turn), turn))[..3].try_into().unwrap();
     let short = Format::new(true, 1, 14).unwrap();
@@ -96,7 +97,7 @@ fn phases() -> [(Phase, Turn); 3] {
     [first, second, (Phase { count_width: 12, width: 31, step: 0, trig: short }.of(turn), turn)]
 }
 
-/// The CORDIC of the data sheet, its angles and its start from integers alone.
+/// The CORDIC of the data sheet, whose angles and start are computed from integers alone.
 struct Rotations {
     phase: Phase,
     guard: u32,
@@ -107,7 +108,7 @@ struct Rotations {
 impl Rotations {
     fn new(phase: Phase, iterations: u32, guard: u32) -> Self {
         let one = 1i128 << FINE;
-        // K is the root rounded: the least with (2K + 1)^2 prod(1 + 2^-2i) > 4 2^2n.
+        // K is the rounded root: the least K with (2K + 1)^2 prod(1 + 2^-2i) > 4 2^2n.
         let bits = phase.trig.frac() as u32 + guard;
         let product = (0..iterations).fold(one, |product, index| product + (product >> (2 * index)));
         let beyond = |k: i128| (2 * k + 1) * (2 * k + 1) * product > 1 << (2 * bits + 2 + FINE);
@@ -116,7 +117,8 @@ impl Rotations {
             let middle = (low + high) / 2;
             if beyond(middle) { high = middle } else { low = middle + 1 }
         }
-        // Euler: atan(t) = t/(1+t^2) (1 + 2/3 u (1 + 4/5 u (1 + ...))), u = t^2/(1+t^2), within 2^-50.
+        // Euler's series is atan(t) = t/(1+t^2) (1 + 2/3 u (1 + 4/5 u (1 + ...))) with u = t^2/(1+t^2), here within
+        // 2^-50.
         let angle = |index: u32| {
             let square = one >> (2 * index);
             let ratio = (square << FINE) / (one + square);
@@ -161,7 +163,7 @@ fn every_cordic_word_is_that_of_the_data_sheet_in_integers() {
     }
 }
 
-/// Quarter and interpolated words by the data sheet, from exact sines.
+/// Compares quarter and interpolated words with those of the data sheet, made from exact sines.
 #[test]
 fn every_quarter_and_interpolated_word_is_that_of_the_data_sheet_in_integers() {
     for (phase, _) in phases() {
@@ -173,7 +175,7 @@ fn every_quarter_and_interpolated_word_is_that_of_the_data_sheet_in_integers() {
         let half = 1i64 << (phase.count_width - 1);
         for count in -half..half {
             let turns = (i128::from(count) * i128::from(phase.step)).rem_euclid(1 << phase.width);
-            // In steps of the quarter, four quarters a turn.
+            // The phase is scaled to steps of the quarter, with four quarters per turn.
             let scaled = |bits: u32| (turns >> (phase.width - 2 - bits)) as i64;
             let nearest = ((turns + (1 << (phase.width - 3 - width))) >> (phase.width - 2 - width)) as i64;
             let wave = |address: i64| {
@@ -190,7 +192,7 @@ fn every_quarter_and_interpolated_word_is_that_of_the_data_sheet_in_integers() {
                 let folded = if quadrant % 2 == 0 { fraction } else { (1 << bits) - fraction };
                 let (from, part) = ((folded >> rest) as usize, folded & ((1 << rest) - 1));
                 let to = (from + 1).min(1 << width);
-                // Between the two words, weighted, rounded half up.
+                // The size is interpolated between the two words with their weights, and rounded half up.
                 let sum = quarter[from] * ((1 << rest) - part) + quarter[to] * part;
                 let size = (2 * sum + (1 << rest)).div_euclid(2 << rest);
                 if quadrant < 2 { size } else { -size }

@@ -1,10 +1,10 @@
-//! The multiplier against exact integers: all products of 12 x 12 bits, in every mode and signedness.
+//! The multiplier compared with exact integers: all products of 12 x 12 bits, in every mode and signedness.
 
 use hpu_datapath::TruncatingMultiplier;
 use hpu_datapath::truncating_multiplier::In;
 use hpu_signal::{Format, Overflow};
 
-/// Which bits of the exact product are kept, and what happens to values out of range.
+/// A multiplier, the bits of the exact product that it keeps, and its treatment of values out of range.
 struct Mode {
     block: TruncatingMultiplier,
     drop: u32,
@@ -12,7 +12,7 @@ struct Mode {
     saturate: bool,
 }
 
-/// All 2^24 products, by exact integers that know nothing of formats.
+/// Asserts that all 2^24 products agree with exact integers, which use no format.
 fn holds_for_all(mode: &Mode, a_signed: bool, b_signed: bool) {
     let range = |signed| if signed { -2048..2048 } else { 0..4096 };
     let (low, high) = if a_signed || b_signed {
@@ -105,9 +105,9 @@ fn the_widest_words_have_exact_products() {
     let half = |int| Format::new(true, int, 31).unwrap();
     let (a, b) = (half(32), half(30));
     let top = TruncatingMultiplier::drop_lower(a, b, 64).unwrap();
-    // -2^63 * -2^61 = 2^124, of which bits 62 and up are kept.
+    // -2^63 * -2^61 = 2^124; bits 62 and up are kept.
     assert_eq!(top.eval(In { a: i64::MIN, b: -(1 << 61) }).word, 1 << 62);
-    // An unsigned 64-bit word travels as its bit pattern: (2^64 - 1) * 3, wrapped to 64 bits.
+    // An unsigned 64-bit word is passed as its bit pattern: (2^64 - 1) * 3, wrapped to 64 bits.
     let low = TruncatingMultiplier::drop_upper(Format::unsigned(64), Format::unsigned(62), 64).unwrap();
     let product = low.eval(In { a: -1, b: 3 });
     assert_eq!((product.word, product.overflowed), (-3, true));

@@ -1,4 +1,4 @@
-//! The modulator against counts and formulas, for every command at 5 bits and every mode.
+//! The modulator compared with counts and formulas, for every command at 5 bits and in every mode.
 
 use hpu_datapath::pwm::{In, Out};
 use hpu_datapath::{Block, Pwm, PwmConfig};
@@ -9,7 +9,7 @@ use crate::cases::cases;
 const PERIOD: i64 = 32;
 const SMALL: PwmConfig = PwmConfig { width: 5, antiphase: false, latched: true, floating: false, dead_time: 0 };
 
-/// Every mode, without a dead time.
+/// Returns every mode, without a dead time.
 fn modes() -> Vec<PwmConfig> {
     let mut all = Vec::new();
     for antiphase in [false, true] {
@@ -22,7 +22,8 @@ fn modes() -> Vec<PwmConfig> {
     all
 }
 
-/// On-clocks of a gate in one period, once the modulator has settled with a constant command.
+/// Returns the number of clocks in one period for which each gate is on, after the modulator has settled at a constant
+/// command.
 fn counts(config: PwmConfig, command: i64) -> [i64; 4] {
     let mut block = Pwm::new(config).unwrap();
     let mut sum = [0; 4];
@@ -81,7 +82,7 @@ fn a_dead_time_costs_each_pulse_exactly_its_clocks() {
 #[test]
 fn both_gates_of_a_changing_leg_are_off_for_exactly_the_dead_time() {
     for dead_time in 0..6 {
-        // Long enough on and off for every change to complete.
+        // On and off are long enough for every change to complete.
         for command in [8, 16, 24, -8, -16, -24] {
             let config = PwmConfig { dead_time, ..SMALL };
             let mut block = Pwm::new(config).unwrap();
@@ -146,7 +147,7 @@ proptest! {
 
 #[test]
 fn a_leap_of_any_length_keeps_the_phase() {
-    // Full duty never changes; u64::MAX edges are one less than a whole number of periods.
+    // Full duty never changes a gate; u64::MAX edges are one less than a whole number of periods.
     let mut leaping = Pwm::new(SMALL).unwrap();
     let input = In { command: -PERIOD };
     leaping.tick(input);
@@ -159,7 +160,7 @@ fn a_leap_of_any_length_keeps_the_phase() {
     assert_eq!(leaping, ticking);
 }
 
-/// Whether `quiet` is the number of edges up to the next gate change, at every edge of three periods.
+/// Asserts that `quiet` is the number of edges before the next gate change, at every edge of three periods.
 fn quiet_is_exact(config: PwmConfig, command: i64) {
     let input = In { command };
     let mut block = Pwm::new(config).unwrap();

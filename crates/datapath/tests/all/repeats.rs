@@ -1,4 +1,4 @@
-//! The law of `repeats` and `skip_repeats`: what a wiring says of its outputs comes true, and passing over it equals
+//! The law of `repeats` and `skip_repeats`: a wiring's outputs repeat as it announced, and passing over them equals
 //! ticking.
 
 use hpu_datapath::{
@@ -9,7 +9,7 @@ use proptest::prelude::*;
 
 use crate::cases::cases;
 
-/// A motion of the encoder: for each entry, go forward, back or nowhere and stay for a while.
+/// Returns motions of the encoder: each entry goes forward, back or nowhere and stays for a while.
 fn motion() -> impl Strategy<Value = Vec<(i64, u64)>> {
     let step = prop::sample::select(vec![1i64, 1, 1, 0, -1]);
     let stay = prop_oneof![1u64..9, 1u64..100, 200u64..600];
@@ -21,7 +21,8 @@ fn at(place: i64, period: i64) -> LoopIn<i64> {
     LoopIn { a_pin, b_pin, reference: 3, stiffness: 5, damping: 2, period, scale: 256 }
 }
 
-/// How often edges were passed over.
+/// Runs a motion and asserts the law wherever the wiring announces a repetition. Returns how often edges were passed
+/// over.
 fn obeys<W>(mut wiring: W, period: i64, motion: &[(i64, u64)]) -> u64
 where
     W: Wiring<In<i64> = LoopIn<i64>, Out<i64> = LoopOut<i64>> + Clone,
@@ -66,7 +67,7 @@ where
     said
 }
 
-/// A law in its loop, with a modulator of so few bits that periods are short.
+/// Returns a law in its loop, with a modulator of so few bits that periods are short.
 fn around<L: Law>(law: L, antiphase: bool) -> MethodLoop<L> {
     let pwm = PwmConfig { width: law.widths().torque_width, antiphase, ..PwmConfig::default() };
     MethodLoop::new(law, MethodLoopConfig { pwm, ..MethodLoopConfig::default() }).unwrap()
@@ -96,7 +97,7 @@ proptest! {
 fn a_wall_that_is_leant_on_repeats_its_pulse_for_good() {
     let pwm = PwmConfig { width: 5, ..PwmConfig::default() };
     let mut wiring = HybridLoop::new(LoopConfig { pwm, ..LoopConfig::default() }).unwrap();
-    // It starts at the first count, four more make a depth of one: a pulse of five edges of thirty-two.
+    // The wall starts at the first count, and four counts more make a depth of one: a pulse of five of 32 edges.
     let push: Vec<_> = (0..5).map(|_| (1, 20)).chain([(0, 2000)]).collect();
     assert!(obeys(wiring.clone(), 50, &push) > 100);
     for (place, _) in push.iter().scan(0, |place, (step, stay)| {

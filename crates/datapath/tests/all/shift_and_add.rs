@@ -1,4 +1,4 @@
-//! The multiplier against a shift-and-add reference that works bit by bit, as gates would.
+//! The multiplier compared with a shift-and-add reference that works bit by bit, as gates would.
 
 use bitvec::prelude::*;
 use hpu_datapath::TruncatingMultiplier;
@@ -9,7 +9,7 @@ const WIDTH: u32 = 6;
 
 type Bits = BitVec<u64, Lsb0>;
 
-/// The bits of a word, extended to `width` by its sign or by zeros.
+/// Returns the bits of a word, extended to `width` bits by its sign or by zeros.
 fn extended(bits: &BitSlice<u64, Lsb0>, signed: bool, width: usize) -> Bits {
     let fill = signed && bits[bits.len() - 1];
     let mut all = bits.to_bitvec();
@@ -17,7 +17,7 @@ fn extended(bits: &BitSlice<u64, Lsb0>, signed: bool, width: usize) -> Bits {
     all
 }
 
-/// `sum += term << shift`, with a ripple carry that drops out at the top.
+/// Computes `sum += term << shift` with a ripple carry that drops out at the top.
 fn add(sum: &mut Bits, term: &Bits, shift: usize) {
     let mut carry = false;
     for place in shift..sum.len() {
@@ -27,7 +27,7 @@ fn add(sum: &mut Bits, term: &Bits, shift: usize) {
     }
 }
 
-/// All bits of the product: one row for each bit of `b`, modulo the product's width.
+/// Returns all bits of the product: the sum of one row for each bit of `b`, modulo the product's width.
 fn multiply(a: &Bits, b: &Bits) -> Bits {
     let mut sum = bitvec![u64, Lsb0; 0; a.len()];
     for (shift, bit) in b.iter().enumerate() {
@@ -38,7 +38,7 @@ fn multiply(a: &Bits, b: &Bits) -> Bits {
     sum
 }
 
-/// `out` bits of the product from bit `drop` up.
+/// Returns `out` bits of the product, from bit `drop` up.
 fn narrow(product: &Bits, signed: bool, drop: usize, out: usize, saturate: bool) -> Bits {
     let kept = extended(&product[drop..], signed, 64);
     let sign = signed && kept[63];
@@ -67,7 +67,7 @@ fn every_6_bit_product_in_every_mode_is_what_shift_and_add_gives() {
         let (a_format, b_format) = (format(a_signed), format(b_signed));
         let signed = a_signed || b_signed;
         for (drop, out) in [0, 3, 6, 11].into_iter().flat_map(|drop| [2, 5, 6, 12, 15].map(|out| (drop, out))) {
-            // A word of `out` bits whose least significant one is worth 2^drop.
+            // A word of `out` bits whose least significant bit is worth 2^drop.
             let integer = out - i32::from(signed) + drop;
             let to = Format::new(signed, integer, -drop).unwrap();
             for overflow in Overflow::ALL {

@@ -1,25 +1,26 @@
-//! What the quantisation of the position does to each estimate of a velocity, measured against the formula.
+//! The error that the quantisation of the position makes in each velocity estimate, measured and compared with its
+//! formula.
 //!
 //! A position at constant speed `v` counts per sample, `phase + v k`, is floored to counts. With phase and speed
-//! uniform and independent, the fractions `q_k = phase + v k mod 1` are uniform and *pairwise* independent, so the
-//! errors `e_k = 1/2 - q_k` are white with variance 1/12, exactly: of any linear estimate `sum h_k e_k` the mean is 0
-//! and the mean square `sum h_k^2 / 12`. (For one given speed the difference errs by `f (1 - f)`, `f` the fraction of
-//! `v`; its mean over `f` is 1/6 too.) Phases and speeds are words of 32 fraction bits, so that nothing but the floor
-//! rounds.
+//! uniform and independent, the fractions `q_k = phase + v k mod 1` are uniform and *pairwise* independent. So the
+//! errors `e_k = 1/2 - q_k` are white with variance 1/12, exactly, and any linear estimate `sum h_k e_k` has mean 0 and
+//! mean square `sum h_k^2 / 12`. (At one given speed the difference has the mean square error `f (1 - f)`, where `f` is
+//! the fraction of `v`; its mean over `f` is 1/6 too.) Phases and speeds are words of 32 fraction bits, so that nothing
+//! but the floor rounds.
 //!
-//! Tolerance of a mean square over `M` independent trials whose error never exceeds `e`: its variance is at most
-//! `E[error^4] / M <= e^2 E[error^2] / M`, and five standard deviations are allowed, which one run in a million
-//! exceeds; the seed is fixed.
+//! The tolerance is that of a mean square over `M` independent trials whose error never exceeds `e`. The variance of
+//! this mean square is at most `E[error^4] / M <= e^2 E[error^2] / M`. Five standard deviations are allowed, which one
+//! run in a million exceeds; the seed is fixed.
 
 use hpu_datapath::{
     Block, EdgeTimer, FilteredConfig, FilteredDifference, Foaw, FoawConfig, WindowDifference, edge_timer,
     filtered_difference, foaw, window_difference,
 };
 
-/// One count, in the words of phases and speeds.
+/// One count as a word of phases and speeds.
 const COUNT: i64 = 1 << 32;
 
-/// A linear congruential generator (Knuth's MMIX), its upper bits.
+/// The upper bits of a linear congruential generator (Knuth's MMIX).
 struct Draw(u64);
 
 impl Draw {
@@ -29,20 +30,21 @@ impl Draw {
     }
 }
 
-/// Mean square of the errors of that many trials, each made of a phase and a speed below one count a sample.
+/// Returns the mean square of the errors of `trials` trials, each with a phase and a speed below one count per sample.
 fn mean_square(trials: u32, mut error: impl FnMut(i64, i64) -> f64) -> f64 {
     let mut draw = Draw(1);
     (0..trials).map(|_| error(draw.below(COUNT), draw.below(COUNT)).powi(2)).sum::<f64>() / f64::from(trials)
 }
 
-/// Asserts a mean square of errors, none greater than `most`, and that the tolerance is a few percent at most.
+/// Asserts that a mean square of errors, none of them greater than `most`, agrees with the formula within the
+/// tolerance, and that the tolerance is less than a tenth of the formula.
 fn assert_rms(measured: f64, formula: f64, most: f64, trials: u32) {
     let tolerance = 5.0 * most * (formula / f64::from(trials)).sqrt();
     assert!(tolerance < 0.1 * formula, "enough trials for {tolerance} of {formula}");
     assert!((measured - formula).abs() <= tolerance, "mean square {measured}, formula {formula} +- {tolerance}");
 }
 
-/// The position at a sample, in counts modulo 2^12.
+/// Returns the position at a sample, in counts modulo 2^12.
 fn position(phase: i64, speed: i64, sample: i64) -> i64 {
     (phase + speed * sample).div_euclid(COUNT).rem_euclid(1 << 12)
 }
@@ -53,9 +55,9 @@ fn counts(words: i64) -> f64 {
 
 #[test]
 fn the_noise_of_a_filtered_difference_is_alpha_over_the_root_of_6_times_2_minus_alpha() {
-    // Of (1 - z^-1) alpha / (1 - (1 - alpha) z^-1): h = alpha, -alpha^2, -alpha^2 (1 - alpha), ..; sum h^2 = 2 alpha^2
-    // / (2 - alpha), sum |h| = 2 alpha, so no error exceeds alpha. Shift 0 is the backward difference: Delta / (T sqrt
-    // 6).
+    // The impulse response of (1 - z^-1) alpha / (1 - (1 - alpha) z^-1) is h = alpha, -alpha^2, -alpha^2 (1 - alpha),
+    // .. With it, sum h^2 = 2 alpha^2 / (2 - alpha) and sum |h| = 2 alpha, so no error exceeds alpha. Shift 0 is the
+    // backward difference, whose noise is Delta / (T sqrt 6).
     for (shift, samples, trials) in [(0, 2, 200_000), (1, 30, 100_000), (2, 60, 100_000), (4, 250, 40_000)] {
         let alpha = f64::from(1u32 << shift).recip();
         let config = FilteredConfig { shift, out_frac: 24, ..FilteredConfig::default() };
@@ -69,7 +71,7 @@ fn the_noise_of_a_filtered_difference_is_alpha_over_the_root_of_6_times_2_minus_
             }
             velocity as f64 / f64::from(1 << 24) - counts(speed)
         });
-        // The start is forgotten to (1 - alpha)^samples < 1e-6 counts, the floors are 2^shift words of 2^-24 at most.
+        // The start has decayed to (1 - alpha)^samples < 1e-6 counts; the floors make 2^shift words of 2^-24 at most.
         let formula = alpha * alpha / (6.0 * (2.0 - alpha));
         assert_rms(measured, formula, alpha + 2e-6, trials);
     }
@@ -88,7 +90,7 @@ fn a_window_of_n_samples_resolves_one_nth_and_errs_by_that_over_the_root_of_6() 
                 let position = position(phase, speed, sample);
                 words = block.tick(window_difference::In { position, period: 1 }).velocity;
             }
-            // One of the two words about the speed, which are 1/n of a count a sample apart.
+            // The result is one of the two words next to the speed, which are 1/n of a count per sample apart.
             let error = words as f64 / samples - counts(speed);
             assert!(error.abs() < 1.0 / samples);
             error
@@ -99,7 +101,7 @@ fn a_window_of_n_samples_resolves_one_nth_and_errs_by_that_over_the_root_of_6() 
 
 #[test]
 fn a_window_shows_the_speed_of_half_a_window_ago() {
-    // Of x = 3 k^2 the speed at k - n/2 is 6 k - 3 n, and the window n times that.
+    // For x = 3 k^2 the speed at k - n/2 is 6 k - 3 n, and the window shows n times this speed.
     for window in [1, 5, 8] {
         let mut block = WindowDifference::new(16, 24, window).unwrap();
         for sample in 0..100i64 {
@@ -113,8 +115,9 @@ fn a_window_shows_the_speed_of_half_a_window_ago() {
 
 #[test]
 fn at_constant_speed_one_count_of_noise_explains_the_whole_window_of_foaw() {
-    // The line through the ends of n samples misses the one j ago by |(1 - j/n) q_k + (j/n) q_{k-n} - q_{k-j}|,
-    // fractions below 1: less than a count. So the error is that of a window of n: Delta / (nT sqrt 6).
+    // The line through the ends of n samples misses the position j samples ago by |(1 - j/n) q_k + (j/n) q_{k-n} -
+    // q_{k-j}|. All fractions are below 1, so it misses by less than a count. The error is therefore that of a window
+    // of n: Delta / (nT sqrt 6).
     let (trials, window) = (50_000, 16);
     let config = FoawConfig { window, out_frac: 20, ..FoawConfig::default() };
     let mut block = Foaw::new(config).unwrap();
@@ -133,12 +136,12 @@ fn at_constant_speed_one_count_of_noise_explains_the_whole_window_of_foaw() {
     assert_rms(measured, 1.0 / (6.0 * samples * samples), 1.0 / samples, trials);
 }
 
-/// The interval that a timer shows after a few counts of that spacing in clocks (words of 32 fraction bits), the first
-/// of them at a phase of the clock.
+/// Returns the interval that a timer shows after three counts with this spacing in clocks (a word of 32 fraction bits);
+/// the first count comes at the given phase of the clock.
 fn interval(phase: i64, spacing: i64) -> i64 {
     let mut block = EdgeTimer::new(12, 20).unwrap();
     let mut out = block.reset();
-    // An edge sees what happened up to it: the count of time t on edge ceil(t).
+    // An edge sees all counts up to its time: a count at time t is seen at edge ceil(t).
     let seen = |count: i64| (phase + spacing * count + COUNT - 1).div_euclid(COUNT);
     for count in 0..3 {
         for _ in seen(count) + 1..seen(count + 1) {
@@ -152,9 +155,9 @@ fn interval(phase: i64, spacing: i64) -> i64 {
 
 #[test]
 fn the_time_between_counts_errs_by_v_tau_over_delta_at_most_and_by_that_over_the_root_of_6_in_the_mean() {
-    // A spacing of L clocks, v tau / Delta = 1/L, is measured as floor(L) or the next: the speed f/N errs by (L - N)/N
-    // of itself, less than 1/N. The ends' two fractions are as those of a position, so E[(L - N)^2] = 1/6 over uniform
-    // L.
+    // A spacing of L clocks (v tau / Delta = 1/L) is measured as N = floor(L) or the next whole number. The speed f/N
+    // is off by the share (L - N)/N of itself, which is less than 1/N. The fractions of the two ends are distributed
+    // like those of a position, so E[(L - N)^2] = 1/6 over uniform L.
     let trials = 20_000;
     for slowest in [20, 100] {
         let measured = mean_square(trials, |phase, fraction| {
@@ -171,8 +174,9 @@ fn the_time_between_counts_errs_by_v_tau_over_delta_at_most_and_by_that_over_the
 
 #[test]
 fn timing_counts_beats_counting_them_below_delta_over_the_root_of_t_tau_and_not_above() {
-    // Period T of 10 000 clocks: the methods are equal at one count in 100 clocks. Relative errors at L clocks a count:
-    // 1/L for the time between counts, L/10 000 for counting. At L = 50 and 200 one is four times the other.
+    // With a period T of 10 000 clocks, the methods are equal at one count in 100 clocks. At L clocks per count the
+    // relative errors are 1/L for the time between counts and L/10 000 for counting. At L = 50 and L = 200 one error is
+    // four times the other.
     let (period, trials) = (10_000, 4000);
     for (slowest, better) in [(200, true), (50, false)] {
         let timing = mean_square(trials, |phase, fraction| {

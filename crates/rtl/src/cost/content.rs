@@ -82,7 +82,7 @@ fn counted<'a>(words: &mut impl Iterator<Item = &'a str>) -> Option<Counts> {
 #[cfg(test)]
 mod tests {
     use crate::cost::{Cost, Counts, Placed};
-    use crate::entry::{Content, read, write};
+    use crate::entry::{read, write};
 
     const SOME: Counts = Counts { lut4: 5, ff: 4, carry: 3, bram: 2, dsp: 0 };
 

@@ -87,7 +87,7 @@ impl Entity {
                 why + &self.unknown(&netlist, &registers)
             }
             Verdict::Open(why) => why,
-            Verdict::Proved(_) => unreachable!("it is open"),
+            Verdict::Proved(_) | Verdict::Wired(_) | Verdict::Miswired(_) => unreachable!("a question is open"),
         }))
     }
 
@@ -112,8 +112,8 @@ impl Entity {
     /// The nets that stand for registers of ours, behind their names.
     fn of_state(&self, registers: &[Register]) -> Vec<(String, String)> {
         let own = |name: &str| {
-            let found = registers.iter().find(|register| register.name.eq_ignore_ascii_case(name));
-            found.map_or(name, |register| register.name).to_string()
+            let found = registers.iter().map(Register::path).find(|register| register.eq_ignore_ascii_case(name));
+            found.unwrap_or_else(|| name.to_string())
         };
         self.state.iter().map(|(theirs, ours)| (own(ours), theirs.clone())).collect()
     }
@@ -126,8 +126,8 @@ impl Entity {
             all.extend(block.equations().map(AnyStep::registers).unwrap_or_default());
         }
         for (ours, theirs) in self.of_state(&all) {
-            if !all.iter().any(|register| register.name == ours) {
-                let names = named(all.iter().map(|register| register.name));
+            if !all.iter().any(|register| register.path() == ours) {
+                let names = named(all.iter().map(Register::path));
                 return refused(format!("{} has no register `{ours}`; {names}", self.block));
             }
             if netlist.net(&theirs).is_none() {
@@ -140,9 +140,9 @@ impl Entity {
 
     /// What is not said of the states.
     fn unknown(&self, netlist: &Netlist, registers: &[Register]) -> String {
-        let ours = registers.iter().filter(|register| netlist.register(register.name).is_none());
-        let ours = named(ours.map(|register| register.name));
-        let known: Vec<_> = registers.iter().filter_map(|register| netlist.register(register.name)).collect();
+        let ours = registers.iter().map(Register::path).filter(|register| netlist.register(register).is_none());
+        let ours = named(ours);
+        let known: Vec<_> = registers.iter().filter_map(|register| netlist.register(&register.path())).collect();
         let theirs = netlist.registers().into_iter().filter(|name| {
             let net = netlist.net(name);
             !known.iter().any(|known| net == Some(*known))
@@ -157,7 +157,7 @@ impl Entity {
 }
 
 /// Names after each other, each once.
-fn named<'n>(names: impl IntoIterator<Item = &'n str>) -> String {
-    let names: Vec<_> = names.into_iter().collect::<BTreeSet<_>>().into_iter().collect();
+fn named<N: Into<String>>(names: impl IntoIterator<Item = N>) -> String {
+    let names: Vec<_> = names.into_iter().map(Into::into).collect::<BTreeSet<_>>().into_iter().collect();
     if names.is_empty() { "none".to_string() } else { names.join(", ") }
 }

@@ -5,12 +5,18 @@
 //! the same inputs, and over registers read from the netlist's. A solver looks for a state and inputs of which an
 //! output, or a register after the edge, differs: *unsatisfiable* is the proof. The formats of registers are assumed of
 //! the state and shown of the next one; a second query does the same for the reset.
+//!
+//! A block made of blocks alone has no equations: [`Prover`] compares its netlist with the wiring that the emulator
+//! tells ([`AnyBlock::parts`]), and proves the blocks inside, each once.
 
 mod cache;
+mod cells;
 mod netlist;
+mod prover;
 mod query;
 mod solver;
 mod tried;
+mod wiring;
 
 use std::fmt;
 use std::time::Duration;
@@ -28,6 +34,7 @@ use solver::Answer;
 
 pub use cache::Proofs;
 pub(crate) use netlist::{FLAT, Links, Netlist, TRANSITION};
+pub use prover::{Part, Prover};
 pub(crate) use query::Edge;
 
 /// How far a block's proof came.
@@ -40,6 +47,10 @@ pub enum Verdict {
     Refuted(String, Around),
     /// Not proved, and why.
     Open(String),
+    /// The wiring of a block made of blocks is equal: the blocks that it rests on, and how far their proofs came.
+    Wired(Vec<Part>),
+    /// The wiring of a block made of blocks differs: the first difference.
+    Miswired(String),
 }
 
 /// Why a proof could not be tried.

@@ -150,10 +150,17 @@ impl Netlist {
     }
 
     /// The net of a variable or an output of this name, with its width: GHDL calls a variable's register `n` with a
-    /// number, and the name.
+    /// number, and the name. In an instance it has the name of that before it, or alone has this name.
     pub(crate) fn net(&self, name: &str) -> Option<(&str, u32)> {
-        let is = |net: &str| plain(net).eq_ignore_ascii_case(name) || net == name;
-        let found: Vec<_> = self.nets.iter().filter(|(net, _)| is(net)).collect();
+        let (instance, own) = split(name);
+        let is_own = |net: &str| plain(net).eq_ignore_ascii_case(own) || net == own;
+        let is = |net: &str| split(net).0.eq_ignore_ascii_case(instance) && is_own(split(net).1);
+        let mut found: Vec<_> = self.nets.iter().filter(|(net, _)| is(net)).collect();
+        if found.is_empty() && instance.is_empty() {
+            found = self.nets.iter().filter(|(net, _)| is_own(split(net).1)).collect();
+            found.retain(|(net, _)| !self.registers.contains(net));
+            found.truncate(if found.len() == 1 { 1 } else { 0 });
+        }
         let register = found.iter().find(|(net, _)| self.registers.contains(net));
         let &(net, width) = register.or(found.first())?;
         Some((net, *width))
@@ -165,6 +172,11 @@ impl Netlist {
         // Yosys takes a single bit for a truth.
         if self.nets.get(net) == Some(&1) { format!("(ite {value} #b1 #b0)") } else { value }
     }
+}
+
+/// The instance that a net of a flat netlist is in, none of the block's own, and its name there.
+fn split(net: &str) -> (&str, &str) {
+    net.rsplit_once('.').unwrap_or(("", net))
 }
 
 /// The name of a net without what GHDL puts before the name of a variable: `n`, a number and `_`.

@@ -38,7 +38,7 @@ pub(super) struct Asked {
 
 /// The registers of a block by the register of the VHDL whose parts they are, the lowest first, each with its place
 /// among the block's.
-type Whole<'r> = BTreeMap<&'static str, Vec<(usize, &'r Register)>>;
+type Whole<'r> = BTreeMap<String, Vec<(usize, &'r Register)>>;
 
 /// A net of the VHDL, and the bits of the number that it is, with its sign.
 pub(crate) type Net = (String, u32);
@@ -63,7 +63,7 @@ impl<'e> Edge<'e> {
     pub(crate) fn new(block: &'e dyn AnyStep, netlist: &'e Netlist, registers: &'e [Register]) -> Self {
         let mut whole = Whole::new();
         for (place, register) in registers.iter().enumerate() {
-            whole.entry(register.name).or_default().push((place, register));
+            whole.entry(register.path()).or_default().push((place, register));
         }
         whole.values_mut().for_each(|parts| parts.sort_by_key(|(_, register)| register.low));
         Self { block, netlist, registers, whole }
@@ -99,9 +99,9 @@ impl<'e> Edge<'e> {
         query.given += &netlist.invariant("s").map_or_else(String::new, |holds| format!("(assert {holds})\n"));
         let mut before = Vec::new();
         for register in registers {
-            let Register { name, low, format, .. } = *register;
+            let Register { low, format, .. } = *register;
             let high = low + format.width() - 1;
-            let bits = match netlist.register(name) {
+            let bits = match netlist.register(&register.path()) {
                 Some((net, width)) if high >= width => {
                     return Err(ProofError::Netlist(format!("the VHDL's `{net}` has {width} bits, ours {}", high + 1)));
                 }
@@ -127,8 +127,14 @@ impl<'e> Edge<'e> {
             itself.insert(name.clone(), own);
         }
         let Defined { built: (next, shown), lines, cuts } =
-            Term::defined(itself, || block.terms(&terms(&before), &terms(&inputs)));
+            Term::defined(itself.clone(), || block.terms(&terms(&before), &terms(&inputs)));
         lines.iter().for_each(|line| query.given += &format!("{line}\n"));
+        // A net that is the equations' number lies where that can lie.
+        for (name, own, term) in &cuts {
+            if let Some(bits) = itself.get(name) {
+                let _ = writeln!(query.given, "(assert {})", term.bounds(bits, *own));
+            }
+        }
         Ok(Posed { query, next, shown, cuts })
     }
 
@@ -193,10 +199,11 @@ impl<'e> Edge<'e> {
             let _ = writeln!(query.given, "(assert (|{}_i| s))", netlist.name);
         }
         self.compares_registers(&mut query, role, after, |place| {
-            let Register { name, low, format, reset } = self.registers[place];
+            let Register { low, format, reset, .. } = self.registers[place];
             // What a reset leaves as it was, it leaves so on both sides, or a lemma shows that it does not matter.
             let kept = || {
-                let (net, _) = netlist.register(name).filter(|_| self.block.lemmas().is_empty())?;
+                let (net, _) =
+                    netlist.register(&self.registers[place].path()).filter(|_| self.block.lemmas().is_empty())?;
                 Some(format!("((_ extract {} {low}) {})", low + format.width() - 1, netlist.bits(net, "s")))
             };
             reset.map(|word| literal(format, word)).or_else(kept)
@@ -468,9 +475,6 @@ fn extended(bits: &str, format: Format, width: u32) -> String {
 
 /// A register's name, with its place where it is one of several parts.
 fn title(register: &Register, whole: &Whole) -> String {
-    if whole[register.name].len() == 1 {
-        register.name.to_string()
-    } else {
-        format!("{}.{}", register.name, register.low)
-    }
+    let path = register.path();
+    if whole[&path].len() == 1 { path } else { format!("{path}.{}", register.low) }
 }

@@ -1,4 +1,4 @@
-//! Edges to picoseconds and back.
+//! The conversion of edges to picoseconds and back.
 
 use hpu_signal::{Clock, Cycle};
 use proptest::prelude::*;
@@ -37,7 +37,7 @@ proptest! {
     fn the_first_edge_at_the_time_of_an_edge_is_that_edge(
         edge in 0u64..1 << 40, frequency_hz in prop::sample::select(vec![VGA_HZ, BOARD_HZ, 1, 10_000_000_000])
     ) {
-        // Up to the year in picoseconds that a u64 holds.
+        // A u64 holds times of up to 1e7 s in picoseconds.
         let edge = edge % (frequency_hz * 10_000_000);
         let clock = Clock::new(frequency_hz).unwrap();
         prop_assert_eq!(clock.first_edge_at(clock.picoseconds(Cycle(edge))), Cycle(edge));
@@ -49,7 +49,7 @@ proptest! {
     ) {
         let clock = Clock::new(frequency_hz).unwrap();
         let edge = u128::from(clock.first_edge_at(picoseconds).0);
-        // Exact: edge / f >= t > (edge - 1) / f, in picoseconds times hertz.
+        // This is exact: edge / f >= t > (edge - 1) / f, in picoseconds times hertz.
         let time = u128::from(picoseconds) * u128::from(frequency_hz);
         prop_assert!(edge * 1_000_000_000_000 >= time);
         prop_assert!(edge == 0 || (edge - 1) * 1_000_000_000_000 < time);

@@ -1,15 +1,15 @@
-//! The run-time core against the `fixed` crate, which knows its formats when the program is compiled.
+//! The run-time formats compared with the `fixed` crate, whose formats are known when the program is compiled.
 
 use fixed::types::{I4F4, I4F12, I12F20, I20F12, I32F32, U4F4, U4F12, U12F20, U20F12};
 use hpu_signal::{Format, Narrowing, Overflow, Rounding};
 use proptest::prelude::*;
 
-/// The value before it is narrowed: `(1,31,32)`.
+/// Returns the rule that narrows a value of format `(1,31,32)`.
 fn rule(to: Format, rounding: Rounding, overflow: Overflow) -> Narrowing {
     Narrowing { from_frac: 32, to, rounding, overflow }
 }
 
-/// Narrows `value` to one type of `fixed` by its own conversions, which truncate, and compares words and overflow.
+/// Narrows `value` to one type of `fixed` by its own conversions, which truncate; asserts equal words and overflow.
 macro_rules! agrees_with {
     ($fixed:ty, $signed:expr, $int:expr, $frac:expr, $value:expr) => {{
         let value: I32F32 = $value;
@@ -28,7 +28,7 @@ macro_rules! agrees_with {
     }};
 }
 
-/// Values of every size, and close to a step of the narrow words.
+/// Returns values of every size, and values close to a step of the narrow words.
 fn values() -> impl Strategy<Value = I32F32> {
     let near = (-40i64..40, 0u32..62, -2i64..3).prop_map(|(step, shift, off)| (step << shift).wrapping_add(off));
     prop_oneof![any::<i64>(), (any::<i64>(), 0u32..63).prop_map(|(bits, shift)| bits >> shift), near]
@@ -56,7 +56,7 @@ proptest! {
         let by = |rounding| {
             i128::from(rule(integer, rounding, Overflow::Wrap).apply(i128::from(value.to_bits())).word)
         };
-        // Away from the ends, where the rounded value would not fit in an I32F32.
+        // The values are away from the ends, where the rounded value would not fit an I32F32.
         prop_assume!(value < I32F32::MAX - I32F32::ONE);
         prop_assert_eq!(by(Rounding::Truncate), value.floor().to_num::<i128>());
         prop_assert_eq!(by(Rounding::TowardZero), value.round_to_zero().to_num::<i128>());

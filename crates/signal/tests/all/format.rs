@@ -1,8 +1,8 @@
-//! Formats: what they hold, how they are written, what is refused.
+//! Formats: the values that they hold, their text, and the formats that are refused.
 
 use hpu_signal::{Format, FormatError};
 
-/// Every format there is.
+/// Returns every possible format.
 fn all() -> impl Iterator<Item = Format> {
     let triples =
         [false, true].into_iter().flat_map(|s| (-63..=64).flat_map(move |i| (-63..=64).map(move |f| (s, i, f))));

@@ -1,4 +1,4 @@
-//! All tests of the crate in one binary: linked once, and spread over the cores together.
+//! All tests of the crate in one binary, which is linked once and spreads over the cores.
 
 mod clock;
 mod fixed;

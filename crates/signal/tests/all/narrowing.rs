@@ -1,16 +1,16 @@
-//! Narrowing against exact rational arithmetic: every small value, every rounding, both overflows.
+//! Narrowing compared with exact rational arithmetic: every small value, every rounding, both kinds of overflow.
 
 use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding};
 use proptest::prelude::*;
 
-/// The integer that a rounding chooses for `value / unit`, from its definition in words.
+/// Returns the integer that a rounding chooses for `value / unit`, by the rounding's definition in words.
 fn rounded(value: i128, unit: i128, rounding: Rounding) -> i128 {
     let below = value.div_euclid(unit);
     if below * unit == value {
         return below;
     }
     let above = below + 1;
-    // Twice the distance to the neighbour below, against one unit: which neighbour is nearer.
+    // Twice the distance to the neighbour below, compared with one unit, tells which neighbour is nearer.
     let nearer = (2 * (value - below * unit)).cmp(&unit);
     let nearest = |tie: i128| match nearer {
         std::cmp::Ordering::Less => below,
@@ -32,7 +32,7 @@ fn rounded(value: i128, unit: i128, rounding: Rounding) -> i128 {
     }
 }
 
-/// The word and what was lost, by search among the values of the word.
+/// Returns the word and its lost bits, by search among the values of the word.
 fn narrowed(value: i128, from_frac: i32, to: Format, rounding: Rounding, overflow: Overflow) -> Narrowed {
     let (width, drop) = (to.width(), from_frac - to.frac());
     let (least, most) =
@@ -108,7 +108,7 @@ fn dropping_more_bits_than_any_value_has_leaves_its_sign_at_most() {
 fn products_of_the_widest_words_are_rounded_though_127_bits_are_dropped() {
     let halves = i128::from(i64::MIN) * i128::from(i64::MIN); // one half of 2^127
     let nearly_one = i128::from(u64::MAX) * i128::from(i64::MIN); // 2^127 (2^-64 - 1)
-    // Truncate, TowardZero, NearestUp, NearestAway, NearestEven.
+    // The expected values are for Truncate, TowardZero, NearestUp, NearestAway and NearestEven.
     for (value, expected) in
         [(halves, [0, 0, 1, 1, 0]), (-halves, [-1, 0, 0, -1, 0]), (nearly_one, [-1, 0, -1, -1, -1])]
     {
@@ -123,7 +123,7 @@ fn the_widest_words_saturate_at_their_ends_and_wrap_round_them() {
     let (signed, unsigned) = (Format::signed(64), Format::unsigned(64));
     assert_eq!(apply(signed, Overflow::Saturate, 1 << 63), i64::MAX);
     assert_eq!(apply(signed, Overflow::Wrap, 1 << 63), i64::MIN);
-    // The bit pattern of 2^64 - 1, and of 2^64 + 5 modulo 2^64.
+    // The expected words are the bit pattern of 2^64 - 1, and 2^64 + 5 modulo 2^64.
     assert_eq!(apply(unsigned, Overflow::Saturate, 1 << 64), -1);
     assert_eq!(apply(unsigned, Overflow::Wrap, (1 << 64) + 5), 5);
     assert_eq!(apply(unsigned, Overflow::Saturate, -1), 0);

@@ -1,9 +1,9 @@
-//! What each notation says, read back as its own standard defines it, is the format again.
+//! Each notation, read back as its own standard defines it, is the same format again.
 
 use hpu_signal::{Format, Notation};
 
-/// Sign, place of the most significant bit, place of the least significant one: all that a fixed-point type says. The
-/// place of a bit is the power of two that it is worth.
+/// The sign, the place of the most significant bit, and the place of the least significant bit; these determine a
+/// fixed-point type. The place of a bit is the power of two that the bit is worth.
 type Places = (bool, i32, i32);
 
 fn places(format: Format) -> Places {
@@ -11,13 +11,13 @@ fn places(format: Format) -> Places {
     (format.is_signed(), low + format.width() as i32 - 1, low)
 }
 
-/// Every format there is.
+/// Returns every possible format.
 fn formats() -> impl Iterator<Item = Format> {
     let sides = [false, true].into_iter().flat_map(|signed| (-63..=64).map(move |int| (signed, int)));
     sides.flat_map(|(signed, int)| (-63..=64).filter_map(move |frac| Format::new(signed, int, frac).ok()))
 }
 
-/// The text between two others, as numbers divided by a third.
+/// Reads two numbers that stand between `before` and `after` and are divided by `between`.
 fn numbers(text: &str, before: &str, between: &str, after: &str) -> Option<(i32, i32)> {
     let inner = text.strip_prefix(before)?.strip_suffix(after)?;
     let (first, second) = inner.split_once(between)?;
@@ -58,7 +58,7 @@ fn q_notation_names_the_width_and_both_readings_of_the_sign_bit() {
         if let Some((ti, arm)) = text.split_once(" = ") {
             let ((ti_int, ti_frac), (arm_int, arm_frac)) = (read(ti, "Q", ", TI"), read(arm, "Q", ", ARM"));
             assert_eq!((1 + ti_int + ti_frac, arm_int + arm_frac), (width, width), "{text}");
-            // The range is -2^m to 2^m for TI, whose sign bit is above the m integer bits.
+            // TI's range is -2^m to 2^m, because the sign bit is above the m integer bits.
             assert_eq!((true, ti_int, -ti_frac), places(format), "{text}");
             assert_eq!((true, arm_int - 1, -arm_frac), places(format), "{text}");
         } else {
@@ -95,7 +95,7 @@ fn every_notation_that_is_written_is_read_back() {
 #[test]
 fn formats_of_other_tools_are_read_as_these_define_them() {
     let read = |text: &str| text.parse::<Format>().map(|format| format.to_string()).ok();
-    // The sign bit of Q4.8 is beside the integer bits for TI, among them for ARM: then the width has to say so.
+    // For TI the sign bit of Q4.8 is beside the integer bits, for ARM among them; for ARM the width must say so.
     for (text, format) in [
         ("Q4.8", "(1,4,8)"),
         ("q4.8", "(1,4,8)"),
@@ -104,13 +104,13 @@ fn formats_of_other_tools_are_read_as_these_define_them() {
         ("Q4.8 (13 bits)", "(1,4,8)"),
         ("Q4.8 (12 bits)", "(1,3,8)"),
         ("Q4.8 (12 bits, ARM)", "(1,3,8)"),
-        // MathWorks: the width, then the exponent of the least significant bit, n for a negative one.
+        // MathWorks writes the width, then the exponent of the least significant bit, with n for a negative exponent.
         ("sfix16_En12", "(1,3,12)"),
         ("ufix12_En8", "(0,4,8)"),
         ("ufix12", "(0,12,0)"),
         ("sfix8_E2", "(1,9,-2)"),
         ("sfix8_En10", "(1,-3,10)"),
-        // System Generator: the width, then the place of the binary point.
+        // System Generator writes the width, then the place of the binary point.
         ("Fix_16_12", "(1,3,12)"),
         ("UFix_12_8", "(0,4,8)"),
         ("ufix12_8", "(0,4,8)"),
@@ -119,7 +119,7 @@ fn formats_of_other_tools_are_read_as_these_define_them() {
     ] {
         assert_eq!(read(text).as_deref(), Some(format), "{text}");
     }
-    // A width that neither reading has, the wrong owner of a width, and slopes and biases, are none.
+    // These are no formats: a width of neither reading, a width with the wrong convention, and slopes and biases.
     let wrong =
         ["Q4.8 (14 bits)", "Q4.8 (12 bits, TI)", "Q4.8 (13 bits, ARM)", "UQ4.8 (13 bits)", "UQ4.8 (12 bits, ARM)"];
     for text in wrong.into_iter().chain(["Q4", "Q4.8 = Q5.8", "sfix16_S2_B3", "fix16_", "ufix<12>", "sfixed(3,-8)"]) {

@@ -1,10 +1,10 @@
-//! Words of 64 bits compute what words of 128 do, and reach no further than is told.
+//! Machine words of 64 bits compute the same as those of 128 bits, and stay within the computed reach.
 
 use std::collections::HashMap;
 
 use hpu_signal::{Defined, Format, Machine, Narrowing, Overflow, Reach, Rounding, Term, Word};
 
-/// All formats of up to that many bits, with fractions on either side.
+/// Returns all formats of up to `most` bits, with fraction bits from -2 to two more than the width.
 fn formats(most: i32) -> impl Iterator<Item = Format> {
     let all = (0..=1).flat_map(move |sign| {
         (1..=most).flat_map(move |width| (-2..=width + 2).map(move |frac| (sign == 1, width - sign - frac, frac)))
@@ -34,7 +34,7 @@ fn narrowing_in_64_bits_is_narrowing_in_128() {
     }
 }
 
-/// What blocks make of three words.
+/// Computes all operations that blocks use from three words.
 fn made<W: Word>([a, b, c]: [W; 3], to: Format) -> [W; 4] {
     let sum = (a * b).shl(2) - c + W::int(5);
     let [chosen] = W::branch(a.above(b) & !b.equals(c), || [sum], || [-c]);
@@ -62,7 +62,7 @@ fn arithmetic_in_64_bits_is_arithmetic_in_128_within_its_reach() {
             }
         }
     }
-    // By hand: -8 times -8 in fourths, and what is added to it at most.
+    // Computed by hand: the lesser of the sum and c is at most 7, and the greater of that and a is at least -8.
     assert_eq!((reach[1].least, reach[1].most), (-8, 7));
     assert!(Reach::fit_64(&reach));
     assert!(!Reach::fit_64(&[Reach::of(Format::signed(40)) * Reach::of(Format::signed(40))]));
@@ -85,12 +85,12 @@ fn losses_add_up_and_can_be_shed() {
 #[test]
 fn a_proof_is_not_cut_at_a_net_that_is_narrower_than_its_number() {
     let number = || Term::of_bits(Format::unsigned(4), "x") + Term::int(1);
-    // From 1 to 16: with a sign, six bits.
+    // The number is from 1 to 16, which takes six bits with a sign.
     for (width, names) in [(6, vec!["net"]), (5, vec![])] {
         let cuts = HashMap::from([("net".to_string(), "n".to_string())]);
         let Defined { built, cuts, .. } = Term::defined(cuts, || number().cut("net", width));
         assert_eq!(cuts.iter().map(|(name, ..)| name.as_str()).collect::<Vec<_>>(), names);
-        // Where it is not cut, its low bits are its own.
+        // If the number is not cut, its low bits are taken from the number itself.
         assert_eq!(built.bits(width).contains("extract"), width == 5, "{}", built.bits(width));
     }
 }

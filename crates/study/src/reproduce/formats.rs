@@ -2,10 +2,11 @@
 //! postures.
 
 use hpu_datapath::ConfigError;
-use hpu_datapath::phantom::{PhantomConfig, SignalBound, bounds};
+use hpu_datapath::phantom::PhantomConfig;
 use hpu_signal::Format;
 
 use super::postures::{Measured, SIGNALS, measure};
+use crate::widths::proof::{SignalBound, bounds};
 
 pub use super::formats_claims::sums;
 pub use super::formats_text::{FORMATS_CSV_HEADER, formats_csv, formats_text, plain};

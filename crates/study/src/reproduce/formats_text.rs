@@ -2,7 +2,6 @@
 
 use std::fmt::Write;
 
-use hpu_datapath::phantom::SignalBound;
 use hpu_signal::Notation;
 
 use super::formats::{Fate, Formats, Row, full_scales_nm, greatest, stiffness};
@@ -11,6 +10,7 @@ use super::postures::Measured;
 use super::summing::summing_up;
 use super::text::quoted;
 use super::workspace::Workspace;
+use crate::widths::proof::SignalBound;
 
 /// First line of the CSV; units are in their own columns.
 pub const FORMATS_CSV_HEADER: &str = "configuration,stiffness_max_n_per_m,signal,unit,format,format_min,format_max,\

@@ -8,12 +8,9 @@ use super::Loss;
 #[derive(Clone, Debug)]
 pub(super) struct Book {
     pub format: Format,
-    /// Whether the law has this net, and whether its word can be told from its narrowing.
+    /// Whether the law has this net, and whether its block tells what it loses.
     pub in_law: bool,
-    pub narrowed: bool,
-    pub to_nearest: bool,
-    /// Least and greatest word that its block makes.
-    pub ends: [f64; 2],
+    pub is_told: bool,
     since: u64,
     word: i64,
     law: f64,
@@ -30,9 +27,7 @@ impl Book {
         Self {
             format,
             in_law: false,
-            narrowed: false,
-            to_nearest: false,
-            ends: [format.min() as f64, format.max() as f64],
+            is_told: false,
             since: 0,
             word: 0,
             law: 0.0,
@@ -63,22 +58,8 @@ impl Book {
         }
     }
 
-    /// What the narrowing of an exact value has lost.
-    fn lost(&self, word: i64, exact: f64) -> [f64; 2] {
-        if !self.narrowed {
-            return [0.0; 2];
-        }
-        let (value, word) = (exact / self.format.lsb(), self.format.value(word) as f64);
-        let rounded = (if self.to_nearest { value + 0.5 } else { value }).floor();
-        let beyond = (rounded - self.ends[1]).max(self.ends[0] - rounded).max(0.0);
-        // What a PHANToM's blocks have lost on the way counts too.
-        let off = if self.to_nearest && beyond == 0.0 { value - word } else { value - rounded };
-        [off.abs(), beyond]
-    }
-
-    /// What stands from an edge on: the word, the law's value, the exact value before the narrowing.
-    pub fn enter(&mut self, edge: u64, word: i64, law: f64, exact: f64) {
-        let lost = self.lost(word, exact);
+    /// Notes the word, the law's value and the block's losses that stand from an edge on.
+    pub fn enter(&mut self, edge: u64, word: i64, law: f64, lost: [f64; 2]) {
         if (word, law, lost) != (self.word, self.law, self.lost) {
             self.close(edge);
             (self.word, self.law, self.lost, self.since) = (word, law, lost, edge);

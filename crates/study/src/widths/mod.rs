@@ -8,15 +8,18 @@ pub mod settling;
 pub mod tables;
 
 mod book;
-mod equations;
+mod exact;
 mod field;
 mod measured;
+mod method;
 mod noise;
 mod parts;
 mod random;
+mod real;
 mod recommend;
 
-use hpu_signal::{Cycle, Format};
+use hpu_datapath::AnyBlock;
+use hpu_signal::{Cycle, Format, Signal};
 
 pub use field::Field;
 pub use measured::{Measured, beside, idle_bits, measured, together};
@@ -24,6 +27,13 @@ pub use noise::{Asked, Beside};
 pub(crate) use proof::System;
 pub use random::{Walk, random};
 pub use recommend::{Needed, Recommended, by_range, recommend};
+
+/// Whether a block is one between the counters and the modulator: those have lines alone on one side, or count.
+fn is_on_the_way(block: &dyn AnyBlock) -> bool {
+    let is_line = |port: &Signal| port.format == Format::BIT;
+    let lines = block.inputs().iter().all(is_line) || block.outputs().iter().all(is_line);
+    !lines && block.counts().is_none()
+}
 
 /// Bits that a signal lost below its least significant one, or above its most significant one.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]

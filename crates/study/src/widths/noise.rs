@@ -1,12 +1,10 @@
 //! The law in `f64` beside the words: by how much every word misses what it should be.
 //!
-//! The law runs through the wiring's own blocks, each by the equation of its data sheet ([`super::equations`]), its
+//! The law runs through the wiring's own blocks, each by its own equations read in real numbers ([`super::real`]), its
 //! registers loaded on the same edges, from the encoder counts as the words have them and the scene's gains as they
 //! were asked for: what is left is what words do, the rounding of gains among it. A method's law is its reference law
-//! in floats. Beside that every narrowing is held against the exact value of the words that went into it: that is what
-//! rounding and overflow lost there.
-//!
-//! Exact here means `f64`: products of up to 53 bits.
+//! in floats. Beside that every word is held against the exact value of the words that it was made of
+//! ([`super::exact`]): that is what rounding and overflow lost there.
 
 use hpu_cosim::LawConfig;
 use hpu_datapath::Instance;
@@ -14,8 +12,8 @@ use hpu_signal::{Cycle, Format, Observe, Signal};
 
 use super::Loss;
 use super::book::Book;
-use super::equations::{Equation, Side};
-use super::parts::{Method, Part, Parts, Source};
+use super::method::Method;
+use super::parts::{Part, Parts};
 
 /// What the law takes in place of a word that the scene sets.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -37,15 +35,14 @@ pub struct Beside {
     /// Every net as the law has it, and as the words have it.
     law: Vec<f64>,
     values: Vec<f64>,
-    /// The exact value of every narrowed net, of the words that went into it.
-    exact: Vec<f64>,
+    /// Losses of every net by rounding and by overflow, in units of its least significant bit.
+    lost: Vec<[f64; 2]>,
     /// The nets that count, and how far.
     spans: Vec<(usize, (f64, f64))>,
-    /// Nets that an equation drives, or that count.
+    /// Nets that equations or a method's law drive, or that count.
     driven: Vec<bool>,
     /// Nets that the law or a narrowing has to do with.
     watched: Vec<usize>,
-    room: Vec<f64>,
 }
 
 impl Beside {
@@ -61,50 +58,27 @@ impl Beside {
         asked: &[(&str, Asked)],
         law: Option<(LawConfig, u64)>,
     ) -> Self {
-        let all = Parts::new(nets.len(), instances, law);
+        let all = Parts::new(instances, law);
         let mut books: Vec<Book> = nets.iter().map(|net| Book::of(net.format)).collect();
-        for part in &all.parts {
-            for &net in part.outputs.iter().filter(|&&net| net < nets.len()) {
-                books[net].in_law = true;
-            }
-            for &net in &part.told {
-                let book = &mut books[net];
-                book.narrowed = narrows(&part.equation);
-                book.to_nearest = part.equation.rounds_to_nearest();
-                let limit = match part.equation {
-                    Equation::Limit(limit) => limit,
-                    Equation::Room(limit) | Equation::Engine { limit, .. } if nets[net].unit == "N" => {
-                        limit / book.format.lsb()
-                    }
-                    _ => f64::INFINITY,
-                };
-                book.ends = [book.ends[0].max(-limit), book.ends[1].min(limit)];
-            }
+        for net in all.parts.iter().flat_map(Part::outputs) {
+            (books[net].in_law, books[net].is_told) = (true, true);
         }
-        let method = all.method.as_ref().map(|method| method.torque);
-        method.into_iter().for_each(|net| books[net].in_law = true);
+        let torques = || all.method.iter().flat_map(|method| &method.torques).copied();
+        torques().for_each(|net| books[net].in_law = true);
         let asked: Vec<_> =
             nets.iter().map(|net| asked.iter().find(|(name, _)| *name == net.name).map(|(_, asked)| *asked)).collect();
         // A held position counts round and round as the position does.
-        let is_counter = |source: &Source| all.counters.iter().any(|&net| *source == Source::Net(net));
-        for part in
-            all.parts.iter().filter(|part| part.equation == Equation::Copy && part.inputs.iter().any(is_counter))
-        {
-            part.outputs.iter().for_each(|&net| books[net].in_law = false);
+        for (net, source) in all.parts.iter().flat_map(Part::handed_on) {
+            books[net].in_law &= !all.counters.contains(&source);
         }
         for (book, asked) in books.iter_mut().zip(&asked) {
             book.in_law |= matches!(asked, Some(Asked::Share(_)));
         }
-        let count = all.nets[1];
-        let mut driven = vec![false; count];
-        let outputs = all.parts.iter().flat_map(|part| &part.outputs).chain(&all.counters).copied();
-        outputs.chain(method).for_each(|net| driven[net] = true);
+        let mut driven = vec![false; nets.len()];
+        let outputs = all.parts.iter().flat_map(Part::outputs).chain(all.counters.iter().copied());
+        outputs.chain(torques()).for_each(|net| driven[net] = true);
         let mut watched: Vec<usize> = (0..inputs).filter(|&net| nets[net].format != Format::BIT).collect();
-        let read = all.parts.iter().flat_map(|part| &part.inputs).filter_map(|source| match source {
-            Source::Net(net) => Some(*net),
-            Source::Tied(_) => None,
-        });
-        watched.extend(read.chain((0..count).filter(|&net| driven[net])).filter(|&net| net < nets.len()));
+        watched.extend(all.parts.iter().flat_map(Part::reads).chain((0..nets.len()).filter(|&net| driven[net])));
         watched.sort_unstable();
         watched.dedup();
         Self {
@@ -116,10 +90,9 @@ impl Beside {
             asked,
             books,
             words: vec![0; nets.len()],
-            law: vec![0.0; count],
-            values: vec![0.0; count],
-            exact: vec![0.0; count],
-            room: Vec::new(),
+            law: vec![0.0; nets.len()],
+            values: vec![0.0; nets.len()],
+            lost: vec![[0.0; 2]; nets.len()],
         }
     }
 
@@ -146,7 +119,7 @@ impl Beside {
     #[must_use]
     pub fn losses(&self, net: usize) -> Option<[Loss; 2]> {
         let book = &self.books[net];
-        book.narrowed.then_some(book.losses)
+        book.is_told.then_some(book.losses)
     }
 
     /// Takes an input as the law has it.
@@ -169,16 +142,13 @@ impl Beside {
 
     /// Lets the law's combinational blocks settle.
     fn settle(&mut self) {
-        let Self { all, law, room, .. } = self;
+        let Self { all, law, .. } = self;
         if let Some(method) = &all.method
             && let Some(torque) = method.live(law)
         {
-            law[method.torque] = torque;
+            method.torques.iter().for_each(|&net| law[net] = torque);
         }
-        for part in all.parts.iter_mut().filter(|part| part.clock.is_none()) {
-            part.eval(Side::Law, law, room);
-            part.outputs.iter().zip(&*room).for_each(|(&net, &value)| law[net] = value);
-        }
+        all.parts.iter_mut().filter(|part| part.clock.is_none()).for_each(|part| part.settle(law));
     }
 
     /// The next edge at which a register of the law may change anything.
@@ -190,30 +160,19 @@ impl Beside {
 
     /// Loads the registers that are due at an edge; says whether anything changed.
     fn load(&mut self, edge: u64) -> bool {
-        let Self { all, law, values, exact, room, .. } = self;
+        let Self { all, law, words, values, lost, .. } = self;
         let mut loaded: Vec<(usize, f64)> = Vec::new();
         let mut changed = false;
         for part in &mut all.parts {
-            let Some(mut clock) = part.clock.filter(|clock| !clock.idle && clock.next == edge) else { continue };
-            let period = clock.period.of(law).max(1.0) as u64;
-            let before = part.remembers();
-            part.eval(Side::Law, law, room);
-            clock.next += period;
-            clock.idle =
-                before == part.remembers() && part.outputs.iter().zip(&*room).all(|(&net, &new)| law[net] == new);
-            changed |= !clock.idle;
-            part.clock = Some(clock);
-            loaded.extend(part.outputs.iter().copied().zip(room.iter().copied()));
-            if narrows(&part.equation) && !matches!(part.equation, Equation::Engine { .. }) {
-                part.eval(Side::Words, values, room);
-                part.told.iter().zip(&*room).for_each(|(&net, &value)| exact[net] = value);
+            if part.clock.is_some_and(|clock| !clock.idle && clock.next == edge) {
+                changed |= part.load(law, words, &mut loaded, lost);
             }
         }
         if let Some(method) = all.method.as_mut().filter(|method| method.due() == edge)
             && let Some(torque) = method.load(law, values)
         {
-            changed |= law[method.torque] != torque;
-            loaded.push((method.torque, torque));
+            changed |= method.torques.iter().any(|&net| law[net] != torque);
+            loaded.extend(method.torques.iter().map(|&net| (net, torque)));
         }
         loaded.into_iter().for_each(|(net, value)| law[net] = value);
         changed
@@ -221,14 +180,7 @@ impl Beside {
 
     /// Wakes the registers that rested until an edge.
     fn wake(&mut self, edge: u64) {
-        let law = &self.law;
-        for part in &mut self.all.parts {
-            if let Some(clock) = part.clock.as_mut().filter(|clock| clock.idle) {
-                let period = clock.period.of(law).max(1.0) as u64;
-                clock.next += edge.saturating_sub(clock.next).div_ceil(period) * period;
-                clock.idle = false;
-            }
-        }
+        self.all.parts.iter_mut().filter_map(|part| part.clock.as_mut()).for_each(|clock| clock.wake(edge));
     }
 
     /// What the law's registers do by themselves before an edge.
@@ -246,20 +198,9 @@ impl Beside {
     /// Brings every book up to date at an edge.
     fn book(&mut self, edge: u64) {
         for (net, book) in self.books.iter_mut().enumerate() {
-            book.enter(edge, self.words[net], self.law[net], self.exact[net]);
+            book.enter(edge, self.words[net], self.law[net], self.lost[net]);
         }
     }
-}
-
-/// Whether words may be lost on the way out of a block.
-fn narrows(equation: &Equation) -> bool {
-    !matches!(equation, Equation::Copy | Equation::Displacement(_) | Equation::Unilateral | Equation::Sine(_))
-}
-
-/// The engine's exact values, and those of combinational blocks, of the words as they stand.
-fn exact_of(part: &mut Part, values: &[f64], exact: &mut [f64], room: &mut Vec<f64>) {
-    part.eval(Side::Words, values, room);
-    part.told.iter().zip(&*room).for_each(|(&net, &value)| exact[net] = value);
 }
 
 impl Observe for Beside {
@@ -282,10 +223,8 @@ impl Observe for Beside {
             self.law[*net] += format.wrap(i128::from(words[*net]) - i128::from(self.words[*net])) as f64;
             (*least, *most) = (least.min(self.law[*net]), most.max(self.law[*net]));
         }
-        let computed = self.all.parts.iter().any(|part| {
-            matches!(part.equation, Equation::Engine { .. })
-                && part.outputs.iter().any(|&net| self.words[net] != words[net])
-        });
+        let computed = |part: &Part| part.outputs().any(|net| self.words[net] != words[net]);
+        let computed: Vec<_> = self.all.parts.iter().map(|part| part.computes() && computed(part)).collect();
         for (net, &word) in words.iter().enumerate() {
             if self.words[net] != word {
                 self.words[net] = word;
@@ -296,11 +235,9 @@ impl Observe for Beside {
                 }
             }
         }
-        let Self { all, values, exact, room, .. } = self;
-        for part in &mut all.parts {
-            let engine = matches!(part.equation, Equation::Engine { .. });
-            if part.clock.is_none() && narrows(&part.equation) || engine && computed {
-                exact_of(part, values, exact, room);
+        for (part, computed) in self.all.parts.iter_mut().zip(computed) {
+            if part.tells_at_once() || computed {
+                part.tell(&self.words, &mut self.lost);
             }
         }
         self.settle();

@@ -1,243 +1,333 @@
-//! A wiring's blocks with their equations, in the order in which they settle.
+//! A wiring's blocks as readers of their own equations, in the order in which they settle.
 
 use hpu_cosim::LawConfig;
-use hpu_cosim::law::{AnyLaw, SampledLaw};
-use hpu_datapath::Instance;
+use hpu_datapath::{AnyBlock, Connection, Instance, Register};
+use hpu_signal::{Equations, Format, Signal, Word};
 
-use super::equations::{Equation, Side, generic};
+use super::exact::Exact;
+use super::is_on_the_way;
+use super::method::Method;
+use super::real::Real;
 
 /// Where a block's input comes from.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub(super) enum Source {
+enum Source {
     /// A net.
     Net(usize),
     /// A constant.
-    Tied(f64),
+    Tied(i64),
 }
 
-impl Source {
-    pub fn of(self, nets: &[f64]) -> f64 {
-        match self {
-            Self::Net(net) => nets[net],
-            Self::Tied(value) => value,
+/// A net, or a wire of the law's own, and its format.
+#[derive(Clone, Copy, PartialEq, Debug)]
+struct Port {
+    source: Source,
+    format: Format,
+}
+
+impl Port {
+    /// Its word as the law has it, in units of its least significant bit.
+    fn law(self, nets: &[f64]) -> Real {
+        match self.source {
+            Source::Net(net) => Real(nets[net] / self.format.lsb()),
+            Source::Tied(word) => Real(word as f64),
+        }
+    }
+
+    fn word(self, words: &[i64]) -> i128 {
+        match self.source {
+            Source::Net(net) => self.format.value(words[net]),
+            Source::Tied(word) => word.into(),
         }
     }
 }
 
-/// When a register loads.
+/// One block's equations, with its registers on either side.
+#[derive(Clone, Debug)]
+struct Stage {
+    equations: Equations,
+    registers: Vec<Register>,
+    law: Vec<Real>,
+    words: Vec<i128>,
+    inputs: Vec<Port>,
+    /// Nets of the outputs, and their formats.
+    outputs: Vec<(usize, Format)>,
+    /// The inputs that the law and the words have read last, of which it makes no more than it has made.
+    read: (Vec<Real>, Vec<i128>),
+    /// Whether the latest load changed no register but the countdown.
+    rests: bool,
+}
+
+impl Stage {
+    /// A block with equations; none of another.
+    fn of(model: &dyn AnyBlock, connections: &[Connection], tied: &[(&'static str, i64)]) -> Option<Self> {
+        let equations = model.equations()?;
+        let registers = equations.registers();
+        let reset = || registers.iter().map(|register| register.reset.unwrap_or(0));
+        let net = |name: &str| connections.iter().find(|connection| connection.port.name == name).map(|c| c.net);
+        let input = |Signal { name, format, .. }: Signal| {
+            let constant = || Source::Tied(tied.iter().find(|(port, _)| *port == name).map_or(0, |(_, word)| *word));
+            Port { source: net(name).map_or_else(constant, Source::Net), format }
+        };
+        Some(Self {
+            equations: equations.recorded(),
+            law: reset().map(|word| Real(word as f64)).collect(),
+            words: reset().map(i128::from).collect(),
+            inputs: model.inputs().into_iter().map(input).collect(),
+            outputs: model.outputs().iter().filter_map(|port| Some((net(port.name)?, port.format))).collect(),
+            registers,
+            read: (Vec::new(), Vec::new()),
+            rests: false,
+        })
+    }
+
+    /// Takes the law's inputs; says whether they are others than it has read last.
+    fn take_law(&mut self, nets: &[f64]) -> bool {
+        let is_same = self.read.0.iter().copied().eq(self.inputs.iter().map(|port| port.law(nets)));
+        if !is_same {
+            self.read.0 = self.inputs.iter().map(|port| port.law(nets)).collect();
+        }
+        !is_same
+    }
+
+    /// The same of the words.
+    fn take_words(&mut self, words: &[i64]) -> bool {
+        let is_same = self.read.1.iter().copied().eq(self.inputs.iter().map(|port| port.word(words)));
+        if !is_same {
+            self.read.1 = self.inputs.iter().map(|port| port.word(words)).collect();
+        }
+        !is_same
+    }
+
+    /// The register that counts down to the next sample edge.
+    fn countdown(&self) -> Option<usize> {
+        self.registers.iter().position(|register| register.name == Register::COUNTDOWN)
+    }
+
+    /// The registers after an edge at which the countdown has come to 0, and the outputs before it.
+    fn step<W: Word>(&self, mut registers: Vec<W>, inputs: impl Iterator<Item = W>) -> (Vec<W>, Vec<W>) {
+        if let Some(countdown) = self.countdown() {
+            registers[countdown] = W::int(0);
+        }
+        let count = registers.len();
+        registers.extend(inputs);
+        let mut next = self.equations.read(&registers);
+        let shown = next.split_off(count);
+        (next, shown)
+    }
+
+    /// The law's registers after such an edge, and its outputs before it, of the inputs taken.
+    fn read_law(&self) -> (Vec<Real>, Vec<Real>) {
+        self.step(self.law.clone(), self.read.0.iter().copied())
+    }
+
+    /// The same of the words.
+    fn read_words(&self) -> (Vec<Exact>, Vec<Exact>) {
+        let registers = self.words.iter().map(|&word| Exact::of(word)).collect();
+        self.step(registers, self.read.1.iter().map(|&word| Exact::of(word)))
+    }
+
+    /// Tells what the words have lost that are about to be loaded.
+    fn tell(&self, next: &[Exact], lost: &mut [[f64; 2]]) {
+        let worst = next.iter().map(|word| word.lost()).fold([0.0; 2], |[a, b], [c, d]| [f64::max(a, c), b.max(d)]);
+        self.outputs.iter().for_each(|&(net, _)| lost[net] = worst);
+    }
+
+    /// The outputs that show no more than an input, held or at once, and the net of that input: after two samples of
+    /// numbers of which none is made of others.
+    fn handed_on(&self) -> Vec<(usize, usize)> {
+        let input = |index: usize| Real(1e3 + libm::sqrt(2.0 + index as f64));
+        let inputs = || (0..self.inputs.len()).map(input);
+        let (first, _) = self.step(self.law.clone(), inputs());
+        let (second, _) = self.step(first, inputs());
+        let (_, shown) = self.step(second, inputs());
+        let from = |&value: &Real| (0..self.inputs.len()).find(|&index| input(index) == value);
+        let pairs = self.outputs.iter().zip(&shown).filter_map(|(&(net, _), value)| {
+            let Source::Net(source) = self.inputs[from(value)?].source else { return None };
+            Some((net, source))
+        });
+        pairs.collect()
+    }
+}
+
+/// When registers load.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub(super) struct Countdown {
-    /// The next edge at which it does.
+pub(super) struct Clock {
+    /// The next edge at which they do.
     pub next: u64,
-    /// Edges from one to the next.
-    pub period: Source,
+    /// Edges from there to the one after it.
+    every: u64,
     /// Whether the latest load changed nothing, so that the next ones will not either while nothing else changes.
     pub idle: bool,
 }
 
-/// The inputs of a PHANToM's engine, the block that has most of them.
-const MOST_INPUTS: usize = 17;
+impl Clock {
+    /// Lets registers that rested load again, from an edge on.
+    pub fn wake(&mut self, edge: u64) {
+        if self.idle {
+            self.next += edge.saturating_sub(self.next).div_ceil(self.every) * self.every;
+            self.idle = false;
+        }
+    }
+}
 
-/// A block with its equation.
-#[derive(Clone, PartialEq, Debug)]
+/// A block with its equations, or those of the blocks inside it.
+#[derive(Clone, Debug)]
 pub(super) struct Part {
-    pub equation: Equation,
-    pub inputs: Vec<Source>,
-    pub outputs: Vec<usize>,
-    /// The nets whose words are made of what it computes: the outputs, unless they come later.
-    pub told: Vec<usize>,
+    stages: Vec<Stage>,
     /// None of a combinational block.
-    pub clock: Option<Countdown>,
-    /// What it remembers, on either side.
-    memory: [f64; 2],
+    pub clock: Option<Clock>,
+    /// The input that tells when a block shows what is [inside](AnyBlock::inside) it.
+    period: Option<Port>,
 }
 
 impl Part {
-    /// The outputs on one side, from the nets on it.
-    pub fn eval(&mut self, side: Side, nets: &[f64], out: &mut Vec<f64>) {
-        let mut input = [0.0; MOST_INPUTS];
-        input.iter_mut().zip(&self.inputs).for_each(|(value, source)| *value = source.of(nets));
-        out.clear();
-        out.extend(self.outputs.iter().map(|&net| nets[net]));
-        self.equation.eval(side, &input[..self.inputs.len()], &mut self.memory[side as usize], out);
+    /// A block with equations: clocked where it has registers.
+    fn of(stage: Stage) -> Self {
+        let first = stage.countdown().map_or(0, |countdown| stage.words[countdown] as u64);
+        let is_clocked = !stage.registers.is_empty();
+        let clock = is_clocked.then_some(Clock { next: 1 + first, every: 1, idle: false });
+        Self { stages: vec![stage], clock, period: None }
     }
 
-    /// What it remembers of the law.
-    pub fn remembers(&self) -> f64 {
-        self.memory[Side::Law as usize]
-    }
-}
-
-/// A method's law in floats, which makes a torque of the position once a sample.
-#[derive(Clone, PartialEq, Debug)]
-pub(super) struct Method {
-    config: LawConfig,
-    law: AnyLaw,
-    /// Nets of the position, stiffness, scale and period.
-    inputs: [usize; 4],
-    /// The net of the torque that it makes.
-    pub torque: usize,
-    /// The next edge at which it samples.
-    pub next: u64,
-    /// Edges from a sample to the torque.
-    latency: u64,
-    /// A torque that is being computed: the edge at which it comes, and it.
-    coming: Option<(u64, f64)>,
-    /// Torque of one word.
-    quantum: f64,
-}
-
-impl Method {
-    /// The next edge at which anything happens here.
-    pub fn due(&self) -> u64 {
-        self.coming.map_or(self.next, |(edge, _)| edge.min(self.next))
+    /// Nets that its outputs drive.
+    pub fn outputs(&self) -> impl Iterator<Item = usize> {
+        self.stages.iter().flat_map(|stage| &stage.outputs).map(|output| output.0)
     }
 
-    fn position_m(&self, nets: &[f64]) -> f64 {
-        (nets[self.inputs[0]] - self.config.surface as f64) * self.config.count_m
+    /// Nets that it reads.
+    pub fn reads(&self) -> impl Iterator<Item = usize> {
+        let inputs = self.stages.iter().flat_map(|stage| &stage.inputs).chain(&self.period);
+        inputs.filter_map(|port| if let Source::Net(net) = port.source { Some(net) } else { None })
     }
 
-    /// What happens at the edge that is due; the torque that shows from then on, if it changes.
-    ///
-    /// `nets` are as the law has them, `values` as the words have them, of which the law reads how far a ramp has come.
-    pub fn load(&mut self, nets: &[f64], values: &[f64]) -> Option<f64> {
-        let edge = self.due();
-        if self.next == edge {
-            let share = |net: usize, start: f64| if start == 0.0 { 1.0 } else { values[net] / start };
-            let [stiffness, scale] = [(0, 0), (1, 2)].map(|(index, format): (usize, usize)| {
-                share(self.inputs[1 + index], self.config.formats[format].to_f64(self.config.start[index]))
-            });
-            self.law.vary(&self.config.law, stiffness, scale);
-            let force_n = self.law.sample(self.position_m(nets));
-            self.coming = Some((edge + self.latency, force_n / self.quantum));
-            self.next += nets[self.inputs[3]].max(1.0) as u64;
+    /// Pairs of an output's net and the input's net that it hands on.
+    pub fn handed_on(&self) -> Vec<(usize, usize)> {
+        self.stages.iter().flat_map(Stage::handed_on).collect()
+    }
+
+    /// Whether what it shows comes of a computation that takes several edges.
+    pub fn computes(&self) -> bool {
+        self.period.is_some()
+    }
+
+    /// Whether what it loses is told at once: it has no registers, or they load at every edge.
+    pub fn tells_at_once(&self) -> bool {
+        self.clock.is_none() || self.stages.iter().all(|stage| stage.countdown().is_none()) && !self.computes()
+    }
+
+    /// Lets the outputs of combinational blocks settle.
+    pub fn settle(&mut self, nets: &mut [f64]) {
+        for stage in &mut self.stages {
+            if !stage.take_law(nets) {
+                continue;
+            }
+            let (_, shown) = stage.read_law();
+            stage.outputs.iter().zip(shown).for_each(|(&(net, format), Real(value))| nets[net] = value * format.lsb());
         }
-        let come = self.coming.filter(|(due, _)| *due == edge);
-        come.map(|(_, torque)| {
-            self.coming = None;
-            torque
-        })
     }
 
-    /// The torque of a spring that follows every count.
-    pub fn live(&self, nets: &[f64]) -> Option<f64> {
-        match &self.law {
-            AnyLaw::Wall(wall) if self.config.live => Some(wall.force_n(self.position_m(nets)) / self.quantum),
-            _ => None,
+    /// Loads the registers of the law and of the words at the edge that is due. Shows what has changed on `loaded`, and
+    /// what was lost on `lost`; says whether anything has changed.
+    pub fn load(&mut self, law: &[f64], words: &[i64], loaded: &mut Vec<(usize, f64)>, lost: &mut [[f64; 2]]) -> bool {
+        let Some(mut clock) = self.clock else { return false };
+        let shown_before = loaded.len();
+        if let Some(period) = self.period {
+            // The inputs stand still while the blocks inside compute.
+            let mut nets = law.to_vec();
+            self.settle(&mut nets);
+            loaded.extend(self.outputs().map(|net| (net, nets[net])));
+            clock.every = period.law(law).0.max(1.0) as u64;
+            clock.idle = true;
+        } else {
+            let stage = &mut self.stages[0];
+            let (other, others) = (stage.take_law(law), stage.take_words(words));
+            if other || others || !stage.rests {
+                let (next, _) = stage.read_law();
+                let countdown = stage.countdown();
+                let still = |(index, (old, new)): (usize, (&Real, &Real))| Some(index) == countdown || old == new;
+                stage.rests = stage.law.iter().zip(&next).enumerate().all(still);
+                clock.every = 1 + countdown.map_or(0, |countdown| next[countdown].0.max(0.0) as u64);
+                stage.law = next;
+                let (next, _) = stage.read_words();
+                stage.words = next.iter().map(|word| word.word()).collect();
+                let (_, shown) = stage.read_law();
+                for (&(net, format), value) in stage.outputs.iter().zip(shown) {
+                    loaded.push((net, value.0 * format.lsb()));
+                }
+                if countdown.is_some() {
+                    stage.tell(&next, lost);
+                }
+            }
+            clock.idle = stage.rests;
+        }
+        clock.idle &= loaded[shown_before..].iter().all(|&(net, value)| law[net] == value);
+        clock.next += clock.every;
+        self.clock = Some(clock);
+        !clock.idle
+    }
+
+    /// Tells what the words as they stand lose.
+    pub fn tell(&mut self, words: &[i64], lost: &mut [[f64; 2]]) {
+        let is_clocked = self.clock.is_some() && !self.computes();
+        for stage in &mut self.stages {
+            if is_clocked {
+                let inputs = stage.inputs.iter().map(|port| Exact::of(port.word(words)));
+                let registers = stage.words.iter().map(|&word| Exact::of(word)).collect();
+                let (next, _) = stage.step(registers, inputs);
+                stage.tell(&next, lost);
+            } else if stage.take_words(words) {
+                let (_, shown) = stage.read_words();
+                stage.outputs.iter().zip(shown).for_each(|(&(net, _), word)| lost[net] = word.lost());
+            }
         }
     }
 }
 
 /// The blocks of a wiring.
-#[derive(Clone, PartialEq, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Parts {
     pub parts: Vec<Part>,
-    /// Nets of the wiring, and of the law, which has wires of its own beside.
-    pub nets: [usize; 2],
     /// Nets that count round and round.
     pub counters: Vec<usize>,
     pub method: Option<Method>,
 }
 
 impl Parts {
-    /// Those with equations. `law` is that of a method, with the edges it takes.
-    pub fn new(nets: usize, instances: &[Instance], law: Option<(LawConfig, u64)>) -> Self {
-        let mut all = Self { nets: [nets; 2], ..Self::default() };
-        for instance in instances {
-            all.add(instance, law.as_ref());
-        }
+    /// Those between the counters and the modulator. `law` is that of a method, with the edges it takes: its blocks go
+    /// by their labels, and are read no further.
+    pub fn new(instances: &[Instance], law: Option<(LawConfig, u64)>) -> Self {
+        let mut all = Self {
+            method: law.and_then(|(config, latency)| Method::of(instances, config, latency)),
+            ..Self::default()
+        };
+        instances.iter().filter(|instance| !Method::LABELS.contains(&instance.label)).for_each(|one| all.add(one));
         all
     }
 
-    fn add(&mut self, instance: &Instance, law: Option<&(LawConfig, u64)>) {
-        let block = &*instance.model;
-        let input = |name: &str| {
-            let tied =
-                || instance.tied.iter().find(|(port, _)| *port == name).map(|(_, word)| Source::Tied(*word as f64));
-            let net = instance.connections.iter().find(|connection| connection.port.name == name);
-            net.map(|connection| Source::Net(connection.net)).or_else(tied).unwrap_or(Source::Tied(0.0))
-        };
-        let net = |name: &str| instance.connections.iter().find(|c| c.port.name == name).map_or(usize::MAX, |c| c.net);
-        let part = |equation, inputs, outputs: &[&str]| Part {
-            equation,
-            inputs,
-            outputs: outputs.iter().map(|name| net(name)).collect(),
-            told: outputs.iter().map(|name| net(name)).collect(),
-            clock: None,
-            memory: [0.0; 2],
-        };
-        match block.name() {
-            "position_counter" => self.counters.push(net("position")),
-            "axis_front" => {
-                self.counters.push(net("position"));
-                let modulus = generic(block, "WIDTH").exp2();
-                let offset = vec![Source::Net(net("position")), input("reference")];
-                self.parts.push(part(Equation::Displacement(modulus), offset, &["delta"]));
-                let delta = vec![Source::Net(net("delta"))];
-                self.parts.push(part(Equation::Unilateral, delta, &["contact", "penetration"]));
-            }
-            "command_limiter" if generic(block, "SETTLING") > 0.0 => {
-                let limit = part(Equation::Limit(generic(block, "LIMIT")), vec![input("value")], &["limited"]);
-                // The limiter's own wire, then a row of registers to the net.
-                let settling = generic(block, "SETTLING") as usize;
-                let wires: Vec<usize> = (self.nets[1]..self.nets[1] + settling).chain([net("limited")]).collect();
-                self.nets[1] += settling;
-                let late = wires.windows(2).map(|pair| Part {
-                    equation: Equation::Copy,
-                    inputs: vec![Source::Net(pair[0])],
-                    outputs: vec![pair[1]],
-                    told: Vec::new(),
-                    clock: Some(Countdown { next: 1, period: Source::Tied(1.0), idle: false }),
-                    memory: [0.0; 2],
-                });
-                self.parts.push(Part { outputs: vec![wires[0]], ..limit });
-                self.parts.extend(late);
-            }
-            // A disabled shaper passes the torque on; the law in floats has its own.
-            "input_shaper" if generic(block, "ENABLED") == 0.0 => {
-                self.parts.push(part(Equation::Copy, vec![input("torque")], &["shaped"]));
-            }
-            "input_shaper" => {
-                if let Some(method) = &mut self.method {
-                    method.torque = net("shaped");
-                }
-            }
-            _ => match Equation::of(block) {
-                Some(equation) => {
-                    let names = |signals: Vec<hpu_signal::Signal>| signals.into_iter().map(|signal| signal.name);
-                    let inputs = names(block.inputs()).filter(|name| *name != "period").map(input).collect();
-                    let outputs: Vec<_> = names(block.outputs()).filter(|name| *name != "valid").collect();
-                    let mut new = part(equation, inputs, &outputs);
-                    if block.clocked() && block.name() != "command_limiter" {
-                        let (first, period) = match block.name() {
-                            "trig_table" => (1, Source::Tied(1.0)),
-                            "command_register" => (1 + generic(block, "DELAY") as u64, input("period")),
-                            // The inputs stand still while the engine computes.
-                            "phantom_engine" => {
-                                let latency = hpu_datapath::phantom::phantom_engine::LATENCY;
-                                (1 + latency + generic(block, "DELAY") as u64, input("period"))
-                            }
-                            _ => (1, input("period")),
-                        };
-                        new.clock = Some(Countdown { next: first, period, idle: false });
-                    }
-                    self.parts.push(new);
-                }
-                None => {
-                    if let (Some((config, latency)), true) = (law, instance.label == "law") {
-                        self.method = Some(Method {
-                            law: config.law.clone(),
-                            quantum: config.full_scale_n - config.limit_n,
-                            config: config.clone(),
-                            inputs: ["position", "stiffness", "scale", "period"].map(net),
-                            torque: net("torque"),
-                            next: 1,
-                            latency: *latency,
-                            coming: None,
-                        });
-                    }
-                }
-            },
+    fn add(&mut self, Instance { model, connections, tied, .. }: &Instance) {
+        let counter = connections.iter().find(|connection| Some(connection.port.name) == model.counts());
+        self.counters.extend(counter.map(|counter| counter.net));
+        let inside: Vec<_> = model.inside().iter().filter_map(|part| within(part, connections)).collect();
+        if let Some(first) = model.first_shown() {
+            let period = model.inputs().into_iter().find(|port| port.name == "period").and_then(
+                |Signal { name, format, .. }| {
+                    let net = connections.iter().find(|connection| connection.port.name == name)?.net;
+                    Some(Port { source: Source::Net(net), format })
+                },
+            );
+            self.parts.push(Part { stages: inside, clock: Some(Clock { next: first, every: 1, idle: false }), period });
+        } else {
+            self.parts.extend(inside.into_iter().map(Part::of));
+        }
+        if is_on_the_way(&**model) {
+            self.parts.extend(Stage::of(&**model, connections, tied).map(Part::of));
         }
     }
+}
+
+/// A block inside another one, whose ports are connected to these nets.
+fn within(part: &Instance, outer: &[Connection]) -> Option<Stage> {
+    let connection = |inner: &Connection| Connection { port: inner.port.clone(), net: outer[inner.net].net };
+    Stage::of(&*part.model, &part.connections.iter().map(connection).collect::<Vec<_>>(), &part.tied)
 }

@@ -1,8 +1,6 @@
 //! The word formats of the PHANToM's datapath: measured ranges lie within the proved ranges, and both are reported.
 
-use hpu_datapath::phantom::{
-    PhantomConfig, TrigCordic, TrigInterpolated, TrigQuarter, TrigTable, bounds, loop_variants,
-};
+use hpu_datapath::phantom::{PhantomConfig, TrigCordic, TrigInterpolated, TrigQuarter, TrigTable, loop_variants};
 use hpu_datapath::{Block, Generic};
 use hpu_signal::Notation;
 use hpu_study::reproduce::formats::{
@@ -10,6 +8,7 @@ use hpu_study::reproduce::formats::{
 };
 use hpu_study::reproduce::sines::{SINES_CSV_HEADER, Sine, Source, sines, sines_csv, sines_text};
 use hpu_study::reproduce::workspace::{CELLS, NOMINAL_MM, Workspace};
+use hpu_study::widths::proof::bounds;
 
 fn all(postures: usize) -> Vec<Formats> {
     words().into_iter().map(|words| Formats::new(words, postures).unwrap()).collect()

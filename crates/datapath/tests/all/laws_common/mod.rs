@@ -1,8 +1,9 @@
-//! What the tests of the laws share: walls that hang together, and numbers to move them.
+//! Shared parts of the tests of the laws: a device at a wall with consistent inputs, and pseudo-random numbers to move
+//! it.
 
 use hpu_datapath::{Law, LawIn};
 
-/// Numbers that look random and are the same everywhere (SplitMix64).
+/// Pseudo-random numbers that are the same on every machine (SplitMix64).
 pub struct Random(pub u64);
 
 impl Random {
@@ -13,13 +14,13 @@ impl Random {
         twice ^ twice >> 31
     }
 
-    /// One of `low..=high`.
+    /// Returns a number of `low..=high`.
     pub fn between(&mut self, low: i64, high: i64) -> i64 {
         low + (self.next() % (high - low + 1) as u64) as i64
     }
 }
 
-/// A device of a `2^width` counts' turn at the wall, and the words that tell of it.
+/// A device with `2^width` counts per turn at a wall, and the words that a law reads there.
 #[derive(Clone, Copy)]
 pub struct Wall {
     pub width: u32,
@@ -32,7 +33,7 @@ pub struct Wall {
 }
 
 impl Wall {
-    /// At the surface of a wall at 0 that shows nothing.
+    /// Returns a device at the surface of a wall at 0, with all gains 0.
     pub fn new(width: u32, period: i64) -> Self {
         Self { width, position: 0, reference: 0, stiffness: 0, damping: 0, period, scale: 0 }
     }
@@ -57,7 +58,7 @@ impl Wall {
     }
 }
 
-/// Torque and memory that come of one sample, the device at rest while they are computed.
+/// Runs one sample with the device at rest during the computation. Returns the new torque and memory.
 pub fn sampled<L: Law>(law: &mut L, wall: &mut Wall) -> [i64; 2] {
     wall.period = i64::from(law.latency()) + 1;
     let mut shown = law.tick(wall.words());
@@ -67,13 +68,13 @@ pub fn sampled<L: Law>(law: &mut L, wall: &mut Wall) -> [i64; 2] {
     [shown.torque, shown.memory]
 }
 
-/// Motions that creep, rest, run and jump back and forth about the wall's surface.
+/// Returns a random motion. A series of them creeps, rests, runs and jumps back and forth about the wall's surface.
 pub fn motion(random: &mut Random, depth: i64, reach: i64) -> i64 {
     let free = match random.next() % 8 {
         0 | 1 => 0,
         2..=5 => random.between(-2, 2),
         _ => random.between(-reach, reach),
     };
-    // Turned back at the ends, so that the counter does not wrap.
+    // The motion is turned back at the ends, so that the counter does not wrap.
     if (depth + free).abs() > 8 * reach { -free.abs() * depth.signum() } else { free }
 }

@@ -2,17 +2,17 @@
 
 use hpu_datapath::{FilteredConfig, FoawConfig};
 
-/// The difference of two counter words as a motion of less than half a turn.
+/// Returns the difference of two counter words as a motion of less than half a turn.
 pub fn motion(to: i64, from: i64, turn: i64) -> i64 {
     (to - from + turn / 2).rem_euclid(turn) - turn / 2
 }
 
-/// The position `back` samples ago, 0 before the first.
+/// Returns the position `back` samples ago; before the first sample it is 0.
 fn ago(positions: &[i64], back: usize) -> i64 {
     (positions.len() - 1).checked_sub(back).map_or(0, |at| positions[at])
 }
 
-/// The recursion of the low pass.
+/// Returns the recursion of the low pass as a model.
 pub fn filtered_model(config: FilteredConfig) -> impl Fn(&[i64]) -> i64 {
     move |positions| {
         (1..=positions.len()).fold(0i128, |velocity, sampled| {
@@ -24,13 +24,14 @@ pub fn filtered_model(config: FilteredConfig) -> impl Fn(&[i64]) -> i64 {
     }
 }
 
-/// The difference of the window's ends.
+/// Returns the difference of the window's ends as a model.
 pub fn window_model(width: u32, window: usize) -> impl Fn(&[i64]) -> i64 {
     move |positions| motion(ago(positions, 0), ago(positions, window), 1 << width)
 }
 
-/// The slope of the longest window of which a line through its ends misses no position by more than the noise: all
-/// fractions over a common denominator, every window judged, the first refusal looked for afterwards.
+/// Returns a model of FOAW: the slope of the longest window in which the line through the ends misses no position by
+/// more than the noise. The model keeps all fractions over a common denominator, judges every window, and looks for the
+/// first refused one afterwards.
 pub fn foaw_model(config: FoawConfig) -> impl Fn(&[i64]) -> i64 {
     move |positions| {
         let ends = |back| i128::from(motion(ago(positions, 0), ago(positions, back), 1 << config.width));
@@ -44,10 +45,10 @@ pub fn foaw_model(config: FoawConfig) -> impl Fn(&[i64]) -> i64 {
     }
 }
 
-/// What the timer shows after a history of positions, from the list of the changes alone.
+/// Returns the outputs of the timer after a history of positions, computed from the list of all changes.
 pub fn timer_model(positions: &[i64], width: u32, time_width: u32) -> [i64; 3] {
     let longest = (1i64 << time_width) - 1;
-    // Edge and direction of every change.
+    // The edge and the direction of every change.
     let changes: Vec<(i64, bool)> = (1..=positions.len())
         .filter_map(|edge| {
             let difference = motion(positions[edge - 1], ago(&positions[..edge], 1), 1 << width);
@@ -57,7 +58,7 @@ pub fn timer_model(positions: &[i64], width: u32, time_width: u32) -> [i64; 3] {
     let Some(&(latest, forward)) = changes.last() else { return [longest, 0, 1] };
     let since = positions.len() as i64 - latest;
     let between = match changes[..] {
-        // The timer runs out on an edge without a change only: the whole time, and not one edge more, still counts.
+        // The timer runs out only on an edge without a change, so an interval of exactly `longest` still counts.
         [.., (before, way), _] if way == forward && latest - before <= longest => Some(latest - before),
         _ => None,
     };

@@ -7,9 +7,11 @@
 
 use std::fmt::Write;
 
-use hpu_cosim::Session;
 use hpu_cosim::scene::{Loop, Scene};
+use hpu_cosim::{Session, Wired};
+use hpu_signal::{Format, Word as _};
 
+use super::text::Text;
 use super::{Bound, Proof};
 
 /// The script for a scene of a hybrid or conventional loop, which is to prove what `proof` says.
@@ -25,7 +27,6 @@ pub fn gappa(scene: &Scene, proof: &Proof) -> Result<String, String> {
         ));
     }
     let session = Session::new(scene).map_err(|error| error.to_string())?;
-    let config = session.words().config;
     let of =
         |name: &str| proof.bounds.iter().find(|bound| bound.name == name).ok_or_else(|| format!("no net `{name}`"));
     let (depth, velocity) = (of("penetration")?, of("velocity")?);
@@ -33,41 +34,49 @@ pub fn gappa(scene: &Scene, proof: &Proof) -> Result<String, String> {
     let (spring, drag) = (of("spring")?, of("drag")?);
 
     let mut text = format!("# {}: the straight-line parts, in counts and PWM counts.\n", scene.name);
-    let mut given = vec![integer(depth), integer(velocity)];
+    for instance in session.wiring().instances() {
+        let Some(equations) = instance.model.equations() else { continue };
+        let (inputs, outputs) = instance.connections.split_at(instance.model.inputs().len());
+        let bound = &proof.bounds[outputs[0].net];
+        let lines = Text::written(|| {
+            let inputs = inputs.iter().map(|input| {
+                let Bound { name, format, .. } = proof.bounds[input.net];
+                // Inside the wall.
+                if format == Format::BIT { Text::int(1) } else { Text::variable(name, name, format) }
+            });
+            let read = || equations.recorded().read(&inputs.collect::<Vec<_>>())[0];
+            match bound.name {
+                "spring" => _ = read().named("product_spring", "exact_spring"),
+                "drag" => _ = read().named("product_drag", "exact_drag"),
+                "torque" => _ = read().named("torque", "exact_torque"),
+                _ => {}
+            }
+        });
+        text += &lines;
+        if !lines.is_empty() && bound.never_overflows && bound.name != "torque" {
+            let _ = writeln!(text, "{name} = product_{name};", name = bound.name);
+        }
+    }
+    let mut given = vec![variable(depth), variable(velocity)];
     let mut goals = Vec::new();
-    for (name, factor, gain, bound) in [("spring", depth, stiffness, spring), ("drag", velocity, damping, drag)] {
-        let frac = if name == "spring" { config.stiffness.frac() } else { config.damping.frac() };
-        let exact = format!("exact_{name} = {} * {};\n", factor.name, gain.name);
-        let _ = writeln!(text, "{exact}product_{name} = fixed<0, dn>(exact_{name});");
-        given.push(setting(gain, frac));
+    for (factor, gain, bound) in [(depth, stiffness, spring), (velocity, damping, drag)] {
+        let name = bound.name;
+        given.push(variable(gain));
         // Truncation alone; where the product is clamped, its range is what goes into the clamp.
         let least = (factor.min * gain.min).min(factor.min * gain.max).floor();
         let most = (factor.max * gain.max).max(factor.max * gain.min).floor();
-        goals.push(format!("product_{name} in [{}, {}]", decimal(least), decimal(most)));
-        goals.push(format!("product_{name} - exact_{name} in [-{}, 0]", decimal(bound.error.unwrap_or(1.0).min(1.0))));
-        if bound.never_overflows {
-            let _ = writeln!(text, "{name} = product_{name};");
-        } else {
-            given.push(integer(bound));
+        goals.push(format!("product_{name} in [{least}, {most}]"));
+        goals.push(format!("product_{name} - exact_{name} in [-{}, 0]", bound.error.unwrap_or(1.0).min(1.0)));
+        if !bound.never_overflows {
+            given.push(variable(bound));
         }
     }
-    let _ = writeln!(text, "torque = spring + drag;");
-    goals.push(format!("torque in [{}, {}]", decimal(spring.min + drag.min), decimal(spring.max + drag.max)));
+    goals.push(format!("torque in [{}, {}]", spring.min + drag.min, spring.max + drag.max));
     let _ = write!(text, "\n{{ {}\n  ->\n  {} }}\n", given.join("\n  /\\ "), goals.join("\n  /\\ "));
     Ok(text)
 }
 
-/// A whole number within a bound.
-fn integer(bound: &Bound) -> String {
-    format!("{} in [{}, {}] /\\ @FIX({}, 0)", bound.name, decimal(bound.min), decimal(bound.max), bound.name)
-}
-
-/// A word with fraction bits within a bound.
-fn setting(bound: &Bound, frac: i32) -> String {
-    format!("{} in [{}, {}] /\\ @FIX({}, {})", bound.name, decimal(bound.min), decimal(bound.max), bound.name, -frac)
-}
-
-/// A number as the language reads it, exactly: words have few digits.
-fn decimal(value: f64) -> String {
-    format!("{value}")
+/// A word within a bound.
+fn variable(Bound { name, min, max, format, .. }: &Bound) -> String {
+    format!("{name} in [{min}, {max}] /\\ @FIX({name}, {})", -format.frac())
 }

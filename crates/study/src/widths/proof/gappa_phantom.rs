@@ -3,7 +3,17 @@
 use std::fmt::Write;
 
 use hpu_cosim::scene::PhantomScene;
-use hpu_datapath::phantom::bounds;
+use hpu_datapath::Wiring;
+use hpu_datapath::phantom::PhantomLoop;
+
+use super::bounds;
+use super::text::{Text, capital};
+
+/// The blocks that the script follows: from sines to the tip, and from forces to torques.
+const FOLLOWED: [&str; 2] = ["forward", "jacobian"];
+
+/// The part of a bound that a goal is wider: Gappa rounds its own bounds outwards, too.
+const SLACK: f64 = 1.0 / (1 << 16) as f64;
 
 /// The script for a PHANToM's scene, which is to prove the ranges and errors of its tip and of its torques. Words have
 /// small letters; what real numbers make of them is capital. Forces are words of their own, clamped to their limit.
@@ -15,71 +25,45 @@ pub fn gappa_phantom(scene: &PhantomScene) -> Result<String, String> {
     if scene.platform.is_host() {
         return Err("a host computes the forces, in floats".into());
     }
-    let (config, formats) = (scene.method.config, scene.method.config.formats);
-    let stiffness = formats.stiffness.to_f64(scene.words().map_err(|error| error.to_string())?.stiffness);
+    let config = scene.method.config;
+    let words = scene.words().map_err(|error| error.to_string())?;
+    let stiffness = config.formats.stiffness.to_f64(words.stiffness);
     let rows = bounds(&config, stiffness).map_err(|error| error.to_string())?;
-    let [upper, fore] = config.lengths.map(|word| format!("{word}b-{}", formats.length_frac));
-    let (position, force, torque) = (-formats.position.frac(), -formats.force.frac(), -formats.torque.frac());
-    let line = |word: &str, lsb: i32, what: &str, truth: &str, really: &str| {
-        format!("{word} = fixed<{lsb}, nu>({what});\n{truth} = {really};\n")
-    };
+    let wiring = PhantomLoop::new(config).map_err(|error| error.to_string())?;
+    let nets = wiring.nets();
     let mut text = format!("# {}: from sines to torques, in metres, newtons and newton metres.\n", scene.name);
-    let _ = write!(text, "upper_arm = {upper};\nforearm = {fore};\n");
-    for (word, lsb, what, truth, really) in [
-        (
-            "radius",
-            position,
-            "upper_arm * cosine2 + forearm * sine3",
-            "Radius",
-            "upper_arm * Cosine2 + forearm * Sine3",
-        ),
-        ("x", position, "sine1 * radius", "X", "Sine1 * Radius"),
-        (
-            "y",
-            position,
-            "forearm + (upper_arm * sine2 - forearm * cosine3)",
-            "Y",
-            "forearm + (upper_arm * Sine2 - forearm * Cosine3)",
-        ),
-        ("z", position, "cosine1 * radius - upper_arm", "Z", "Cosine1 * Radius - upper_arm"),
-        ("radial", force, "sine1 * force_x + cosine1 * force_z", "Radial", "Sine1 * force_x + Cosine1 * force_z"),
-        ("upper", force, "cosine2 * force_y - sine2 * radial", "Upper", "Cosine2 * force_y - Sine2 * Radial"),
-        ("fore", force, "sine3 * force_y + cosine3 * radial", "Fore", "Sine3 * force_y + Cosine3 * Radial"),
-        (
-            "torque1",
-            torque,
-            "(z + upper_arm) * force_x - x * force_z",
-            "Torque1",
-            "(Z + upper_arm) * force_x - X * force_z",
-        ),
-        ("torque2", torque, "upper_arm * upper", "Torque2", "upper_arm * Upper"),
-        ("torque3", torque, "forearm * fore", "Torque3", "forearm * Fore"),
-    ] {
-        text += &line(word, lsb, what, truth, really);
-    }
+    text += &Text::written(|| {
+        let mut made: Vec<Option<Text>> = vec![None; nets.len()];
+        for instance in wiring.instances().into_iter().filter(|instance| FOLLOWED.contains(&instance.label)) {
+            let (inputs, outputs) = instance.connections.split_at(instance.model.inputs().len());
+            let input = |net: usize| {
+                let (name, format, truth) = (nets[net].name, nets[net].format, capital(nets[net].name));
+                let real = if nets[net].unit == "N" { name } else { &truth };
+                made[net].unwrap_or_else(|| Text::variable(name, real, format))
+            };
+            let inputs: Vec<_> = inputs.iter().map(|input_port| input(input_port.net)).collect();
+            let equations = instance.model.equations().expect("equations of a block without registers");
+            for (output, word) in outputs.iter().zip(equations.recorded().read(&inputs)) {
+                let name = nets[output.net].name;
+                made[output.net] = Some(word.named(name, &capital(name)));
+            }
+        }
+    });
     let (mut given, mut goals) = (Vec::new(), Vec::new());
     for row in &rows {
         let (name, frac) = (row.name, -row.format.frac());
-        let range = format!("{name} in [{}, {}]", row.min, row.max);
-        match name {
-            "sine1" | "cosine1" | "sine2" | "cosine2" | "sine3" | "cosine3" => {
-                given.push(format!("{range} /\\ @FIX({name}, {frac})"));
-                given.push(format!("{name} - {} in [-{error}, {error}]", capital(name), error = row.error));
+        let range = |wide: f64| format!("{name} in [{}, {}]", row.min - wide, row.max + wide);
+        let off = |error: f64| format!("{name} - {} in [-{error}, {error}]", capital(name));
+        match row.unit {
+            "1" => given.push(format!("{} /\\ @FIX({name}, {frac})\n  /\\ {}", range(0.0), off(row.error))),
+            "N" if name.starts_with("force") => given.push(format!("{} /\\ @FIX({name}, {frac})", range(0.0))),
+            "m" | "N" | "N.m" => {
+                goals.push(range(row.max.max(-row.min) * SLACK));
+                goals.push(off(row.error * (1.0 + SLACK)));
             }
-            "force_x" | "force_y" | "force_z" => given.push(format!("{range} /\\ @FIX({name}, {frac})")),
-            "stiffness" | "command1" | "command2" | "command3" => {}
-            _ => {
-                goals.push(range);
-                goals.push(format!("{name} - {} in [-{error}, {error}]", capital(name), error = row.error));
-            }
+            _ => {}
         }
     }
     let _ = write!(text, "\n{{ {}\n  ->\n  {} }}\n", given.join("\n  /\\ "), goals.join("\n  /\\ "));
     Ok(text)
-}
-
-/// The name of the real number that a word stands for.
-fn capital(name: &str) -> String {
-    let (first, rest) = name.split_at(1);
-    first.to_uppercase() + rest
 }

@@ -1,13 +1,16 @@
-//! The words of the two haptic loops, net by net.
+//! The words of an axis's loop, net by net.
 
+use hpu_cosim::TheLoop;
 use hpu_cosim::scene::LoopWords;
 use hpu_datapath::LoopConfig;
-use hpu_signal::{Format, Overflow, Signal};
+use hpu_signal::{Format, Signal};
 
-use super::Bound;
-use super::span::{Span, Symbols};
+use super::affine::Affine;
+use super::span::Span;
 use super::travel::Travel;
-use super::word::Word;
+use super::walk::Walk;
+use super::word::{Word, most, outward};
+use super::{Bound, How, laws};
 
 /// The settings of a scene's loop, each with all the words that it takes while the scene runs.
 #[derive(Clone, Debug)]
@@ -39,135 +42,122 @@ impl Settings {
     }
 }
 
-/// Words by net, in any order; rows in that of the wiring.
-pub(crate) struct Rows {
-    pub symbols: Symbols,
-    found: Vec<(&'static str, Word, Vec<String>)>,
+/// Range and error of one net.
+#[derive(Clone, Debug)]
+pub(crate) struct Row {
+    name: &'static str,
+    pub span: Span,
+    error: Option<(Span, i32)>,
+    /// Whether it holds everything that is to be in it.
+    pub fits: bool,
+    remarks: Vec<String>,
 }
 
+/// Words by net, in any order; rows in that of the wiring.
+pub(crate) struct Rows(Vec<Row>);
+
 impl Rows {
-    /// The words that every loop begins with: settings, pins, counts, displacement.
-    pub fn new(settings: &Settings, travel: &Travel) -> Self {
-        let mut rows = Self { symbols: Symbols::default(), found: Vec::new() };
-        let Settings { config, reference, stiffness, damping, period, scale, turn } = settings;
-        let period = Span::exact((*period).into());
-        for (name, span, frac) in [
-            ("reference", *reference, 0),
-            ("stiffness", *stiffness, config.stiffness.frac()),
-            ("damping", *damping, config.damping.frac()),
-            ("period", period, 0),
-            ("scale", *scale, config.scale.frac()),
-        ] {
-            let word = rows.symbols.given(span, frac);
-            rows.put(name, &word);
-        }
-        if travel.decoded {
-            let (step, error) = (rows.symbols.given(Span::new(-1, 1), 0), rows.symbols.given(Span::exact(0), 0));
-            rows.put("step", &step);
-            rows.put("error", &error);
-        }
-        rows.front(config.position_width, travel, turn);
-        rows
-    }
-
-    /// Position, displacement, contact and depth.
-    fn front(&mut self, width: u32, travel: &Travel, turn: &str) {
-        let (counter, signed) = (Format::unsigned(width), Format::signed(width));
-        // Below the start the word turns over, as it may while the displacement reads through.
-        let position = travel.counts.filter(|counts| counts.is_within(Span::of(counter)));
-        let mut word = self.symbols.given(position.unwrap_or(Span::of(counter)), 0);
-        word.fits = travel.delta.is_some();
-        let why = (position.is_none() && word.fits)
-            .then(|| format!("turns over every {turn}; the displacement reads through that"));
-        self.found.extend(["position", "held"].map(|name| (name, word.clone(), why.iter().cloned().collect())));
-        match travel.delta {
-            Some(delta) => {
-                let delta = self.symbols.given(delta, 0);
-                self.put("delta", &delta);
+    /// The words of a wiring's nets, read block after block.
+    pub fn of(settings: &Settings, travel: &Travel, wiring: &TheLoop) -> Self {
+        let (nets, instances) = (wiring.nets(), wiring.instances());
+        Affine::on_a_sheet(|| {
+            let moved = |clocks| travel.decoded.then(|| travel.moved(clocks));
+            let mut walk = Walk { nets: vec![None; nets.len()], moved: &moved };
+            let net = |name: &str| nets.iter().position(|net| net.name == name);
+            for (name, word) in given(settings, travel) {
+                net(name).into_iter().for_each(|net| walk.nets[net] = Some(word));
             }
-            None => {
-                let delta = self.symbols.any(signed);
-                let remark = format!("no limit of the travel is proved; it turns over every {turn}");
-                self.put_with("delta", &delta, &remark);
+            let mut remarks = Vec::new();
+            for instance in &instances {
+                let known = |name: &str| net(name).and_then(|net| walk.nets[net]).expect("a net that comes before");
+                for (name, word, remark) in laws::stated(settings, travel, &walk, wiring, instance.label, &known) {
+                    walk.nets[net(name).expect("a net of the law")] = Some(word);
+                    remarks.extend(remark.map(|remark| (name, remark.to_string())));
+                }
+                walk.read(instance);
+                // A depth is no better than the displacement that it is made of.
+                if let [Some(delta), Some(depth)] = [net("delta"), net("penetration")].map(|net| walk.nets[net?]) {
+                    let fits = delta.known().fits;
+                    let depth = depth.with(|known, _| Word { fits: known.fits && fits, ..known });
+                    walk.nets[net("penetration").expect("a net")] = Some(depth);
+                }
             }
-        }
-        let delta = self.get("delta").clone();
-        let contact = Span::new(i128::from(delta.span.min >= 0), i128::from(delta.span.max >= 0));
-        let contact = self.symbols.given(contact, 0);
-        self.put("contact", &contact);
-        let depth = Span::new(delta.span.min.max(0), delta.span.max.max(0));
-        let depth = Word { fits: delta.fits, ..self.symbols.given(depth, 0) };
-        self.put("penetration", &depth);
+            let Settings { turn, .. } = settings;
+            if travel.delta.is_none() {
+                remarks.push(("delta", format!("no limit of the travel is proved; it turns over every {turn}")));
+            }
+            let row = |(net, word): (&Signal, &Option<Affine>)| {
+                let (word, name) = ((*word)?, net.name);
+                let Word { span, fits, turns, .. } = word.known();
+                let mut remarks: Vec<_> =
+                    remarks.iter().filter(|remark| remark.0 == name).map(|remark| remark.1.clone()).collect();
+                // Below the start the word turns over, as it may while the displacement reads through.
+                let is_all = span == Span::of(net.format) && turns.is_some() && travel.delta.is_some();
+                remarks.extend(is_all.then(|| format!("turns over every {turn}; the displacement reads through that")));
+                Some(Row { name, span, error: word.error(), fits, remarks })
+            };
+            Self(nets.iter().zip(&walk.nets).filter_map(row).collect())
+        })
     }
 
-    pub fn put(&mut self, name: &'static str, word: &Word) {
-        self.found.push((name, word.clone(), Vec::new()));
+    pub fn get(&self, name: &str) -> &Row {
+        self.0.iter().find(|row| row.name == name).expect("a net of the wiring")
     }
 
-    /// With a remark of its own.
-    pub fn put_with(&mut self, name: &'static str, word: &Word, remark: &str) {
-        self.found.push((name, word.clone(), vec![remark.to_string()]));
-    }
-
-    pub fn get(&self, name: &str) -> &Word {
-        &self.found.iter().find(|(found, ..)| *found == name).expect("a net that comes before").1
-    }
-
-    /// One bound a net; of a net without a word its format.
+    /// One bound a net; of a net of which nothing is known its format.
     pub fn bounds(&self, nets: &[Signal], assumptions: &[String]) -> Vec<Bound> {
         let bound = |net: &Signal| {
-            let found = self.found.iter().find(|(name, ..)| *name == net.name);
-            match found {
-                Some((_, word, remarks)) => {
-                    let own: Vec<_> = remarks.iter().chain(assumptions).cloned().collect();
-                    self.symbols.bound(net, word, &own)
-                }
-                None => {
-                    let mut symbols = Symbols::default();
-                    let bit = net.format == Format::BIT;
-                    let all = symbols.given(Span::of(net.format), net.format.frac());
-                    let remark = if bit { Vec::new() } else { vec!["no proof of this net: all its words".to_string()] };
-                    Bound { never_overflows: bit, error: bit.then_some(0.0), ..symbols.bound(net, &all, &remark) }
-                }
+            let bit = net.format == Format::BIT;
+            let remark = if bit { Vec::new() } else { vec!["no proof of this net: all its words".to_string()] };
+            let unknown = Row {
+                name: net.name,
+                span: Span::of(net.format),
+                error: bit.then_some((Span::exact(0), 0)),
+                fits: bit,
+                remarks: Vec::new(),
+            };
+            let found = self.0.iter().find(|row| row.name == net.name);
+            let assumptions = found.map_or(remark, |row| row.remarks.iter().chain(assumptions).cloned().collect());
+            let Row { span, error, fits, .. } = found.unwrap_or(&unknown);
+            Bound {
+                name: net.name,
+                format: net.format,
+                unit: net.unit,
+                min: outward(span.min, net.format, f64::next_down),
+                max: outward(span.max, net.format, f64::next_up),
+                error: error.map(|error| most(error, net.format)),
+                how: How::Proved,
+                never_overflows: *fits,
+                assumptions,
             }
         };
         nets.iter().map(bound).collect()
     }
 }
 
-/// The words of the hybrid or the conventional loop.
-pub(crate) fn haptic(settings: &Settings, travel: &Travel) -> Rows {
-    let mut rows = Rows::new(settings, travel);
-    let Settings { config, stiffness, damping, period, scale, .. } = settings;
-    let width = config.pwm.width;
-    let overflow = if config.saturate { Overflow::Saturate } else { Overflow::Wrap };
-    let depth = rows.get("penetration").clone();
-    let symbols = &mut rows.symbols;
-
-    let product = symbols.product(&depth, *stiffness, config.stiffness.frac());
-    let spring = symbols.narrowed(&product, Format::unsigned(width), overflow);
-
-    let difference = Format::signed(config.position_width);
-    let moved = travel.moved(*period as f64);
-    // Half the counter's range in a sample reads as motion the other way.
-    let clear = travel.decoded && moved.is_within(Span::of(difference));
-    let moved = if clear { symbols.given(moved, 0) } else { symbols.any(difference) };
-    let (factor, frac) = if config.rescaled { (*scale, config.scale.frac()) } else { (Span::exact(1), 0) };
-    let rescaled = symbols.product(&moved, factor, frac);
-    let mut velocity = symbols.narrowed(&rescaled, Format::signed(config.velocity_width), Overflow::Saturate);
-    velocity.fits &= clear;
-
-    let product = symbols.product(&velocity, *damping, config.damping.frac());
-    let drag = symbols.narrowed(&product, Format::signed(width + 1), overflow);
-
-    let sum = symbols.sum(&spring, &drag);
-    let torque = symbols.or_zero(&sum);
-    let full = Span::new(1 - (1 << width), (1 << width) - 1);
-    let command = symbols.clamped(&torque, full);
-    for (name, word) in
-        [("spring", &spring), ("velocity", &velocity), ("drag", &drag), ("torque", &torque), ("command", &command)]
-    {
-        rows.put(name, word);
-    }
-    rows
+/// The words that every loop begins with: settings, what the decoder makes of the lines, and the position, of which the
+/// travel is known.
+fn given(settings: &Settings, travel: &Travel) -> Vec<(&'static str, Affine)> {
+    let Settings { config, reference, stiffness, damping, period, scale, .. } = settings;
+    let spans = [
+        ("reference", *reference),
+        ("stiffness", *stiffness),
+        ("damping", *damping),
+        ("period", Span::exact((*period).into())),
+        ("scale", *scale),
+    ];
+    let lines = [("step", Span::new(-1, 1)), ("error", Span::exact(0))];
+    let lines = lines.into_iter().filter(|_| travel.decoded);
+    let mut all: Vec<_> = spans.into_iter().chain(lines).map(|(name, span)| (name, Affine::given(span))).collect();
+    let counter = Format::unsigned(config.position_width);
+    let position = Affine::put(|symbols| {
+        let span = travel.counts.filter(|counts| counts.is_within(Span::of(counter)));
+        // Far beyond any travel where no limit of it reads through the displacement.
+        let anywhere = Span::new(-1 << 100, 1 << 100);
+        let counts = symbols.fresh(travel.counts.filter(|_| travel.delta.is_some()).unwrap_or(anywhere), 0);
+        let turns = travel.decoded.then_some((config.position_width, counts));
+        Word { turns, fits: travel.delta.is_some(), ..symbols.given(span.unwrap_or(Span::of(counter))) }
+    });
+    all.push(("position", position));
+    all
 }

@@ -1,9 +1,11 @@
 //! Whether the words of a haptic loop hold all that the device can bring into them.
 
-use hpu_cosim::scene::Scene;
+use hpu_cosim::TheLoop;
+use hpu_cosim::scene::{Loop, Scene};
+use hpu_datapath::{ConventionalLoop, HybridLoop};
 
 use super::device::Shaft;
-use super::haptic::{Settings, haptic};
+use super::haptic::{Rows, Settings};
 use super::narrowed;
 use super::span::Span;
 
@@ -46,7 +48,12 @@ impl<'s> Limits<'s> {
         let words = scene.words().map_err(|error| error.to_string())?;
         let mut settings = Settings::new(&words, scene.device.units().position);
         settings.stiffness = settings.stiffness.hull(Span::exact(scene.method.stiffness_format.max()));
-        let found = narrowed(&self.shaft, &words, scene, &settings, |travel| haptic(&settings, travel));
+        let wiring = match scene.method.kind {
+            Loop::Conventional => ConventionalLoop::new(words.config).map(TheLoop::Conventional),
+            _ => HybridLoop::new(words.config).map(TheLoop::Hybrid),
+        };
+        let wiring = wiring.map_err(|error| error.to_string())?;
+        let found = narrowed(&self.shaft, &words, scene, &settings, |travel| Rows::of(&settings, travel, &wiring));
         if found.travel.counts.is_none() {
             return Err("no limit of the travel is proved".into());
         }

@@ -13,6 +13,7 @@
 //! What nobody holds has no limit of its travel; its words are bounded by their formats. Of the methods' memories,
 //! energies are sums without a limit.
 
+mod affine;
 mod device;
 mod exhaust;
 mod gappa;
@@ -21,15 +22,18 @@ mod haptic;
 mod holds;
 mod laws;
 mod phantom;
+mod posture;
 mod response;
 mod span;
 mod system;
+mod text;
 mod travel;
+mod walk;
 mod word;
 mod wrap;
 
 use hpu_cosim::scene::{Datapath, LoopWords, Scene};
-use hpu_cosim::{Rig, Session, TheLoop, Wired};
+use hpu_cosim::{Rig, Session, Wired};
 use hpu_signal::Format;
 
 use device::{Motion, Shaft};
@@ -40,6 +44,7 @@ use haptic::{Rows, Settings};
 pub use holds::Held;
 pub(super) use holds::Limits;
 pub use phantom::phantom_bounds;
+pub use posture::{SignalBound, bounds};
 use span::Span;
 pub(crate) use system::System;
 use travel::Travel;
@@ -155,12 +160,12 @@ pub fn axis_bounds(scene: &Scene) -> Result<Proof, String> {
         Ok(shaft) => shaft,
         Err(reason) => {
             assumptions.push(format!("no limit of the motion: {reason}"));
-            let rows = of_wiring(&settings, &Travel::unlimited(), session.wiring());
+            let rows = Rows::of(&settings, &Travel::unlimited(), session.wiring());
             return Ok(Proof { bounds: rows.bounds(&nets, &assumptions), limits: Vec::new(), wraps_at: None });
         }
     };
     let Narrowed { motion, travel, rows } =
-        narrowed(&shaft, words, scene, &settings, |travel| of_wiring(&settings, travel, session.wiring()));
+        narrowed(&shaft, words, scene, &settings, |travel| Rows::of(&settings, travel, session.wiring()));
     let assumptions: Vec<_> = assumptions.iter().chain(&motion.why).cloned().collect();
     let wraps_at = wrap::wraps_at(scene, words, &settings, &travel, &rows);
     Ok(Proof { bounds: rows.bounds(&nets, &assumptions), limits: motion.limits(scene), wraps_at })
@@ -200,9 +205,4 @@ fn narrowed(
         found = made(commands);
     }
     found
-}
-
-/// The words of a wiring's nets.
-fn of_wiring(settings: &Settings, travel: &Travel, wiring: &TheLoop) -> Rows {
-    laws::method(settings, travel, wiring).unwrap_or_else(|| haptic::haptic(settings, travel))
 }

@@ -1,11 +1,10 @@
-//! The words of a PHANToM: [`hpu_datapath::phantom::bounds`] as rows of a scene.
+//! The words of a PHANToM: the [`bounds`] of its postures as rows of a scene.
 
 use hpu_cosim::scene::PhantomScene;
 use hpu_cosim::{PhantomSession, Rig};
-use hpu_datapath::phantom::{SignalBound, bounds};
 use hpu_signal::{Format, Signal};
 
-use super::{Bound, How, Proof};
+use super::{Bound, How, Proof, SignalBound, bounds};
 
 /// What is proved of a scene of a PHANToM: for every posture that its tables hold, each joint anywhere by itself.
 ///

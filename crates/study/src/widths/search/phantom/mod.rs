@@ -21,9 +21,6 @@ mod runs;
 mod search;
 mod table;
 
-use hpu_cosim::scene::{Output, PhantomScene};
-use hpu_datapath::phantom::bounds;
-
 pub use cost::{ESTIMATE_ERROR, cells, rams};
 pub use knob::{Design, FIELDS, Knob, key};
 pub use runs::rung;
@@ -31,6 +28,10 @@ pub use search::search;
 pub use table::csv;
 
 use std::num::NonZeroUsize;
+
+use hpu_cosim::scene::{Output, PhantomScene};
+
+use crate::widths::proof::bounds;
 
 /// How a search is done.
 #[derive(Clone, Copy, PartialEq, Debug)]

@@ -1,13 +1,12 @@
-//! The proof of the words' ranges and errors: what it says, and a million postures that it must contain.
+//! The proof of the words' ranges and errors: its results, and a million postures that must stay inside them.
 
 use std::f64::consts::TAU;
 
 use hpu_datapath::Block;
-use hpu_datapath::phantom::{
-    PhantomConfig, PhantomForward, PhantomTorque, SignalBound, TrigTable, bounds, phantom_forward, phantom_torque,
-};
+use hpu_datapath::phantom::{PhantomConfig, PhantomForward, PhantomTorque, TrigTable, phantom_forward, phantom_torque};
+use hpu_study::widths::proof::{SignalBound, bounds};
 
-/// A linear congruential generator (Knuth's MMIX), its upper bits.
+/// The upper bits of a linear congruential generator (Knuth's MMIX).
 struct Draw(u64);
 
 impl Draw {
@@ -42,15 +41,15 @@ fn plain_q22_fails_in_the_stiffness_alone_and_just_below_512_newtons_a_metre() {
     assert_eq!(failing(&PhantomConfig::plain_q22(), 40_000.0), ["stiffness"]);
     assert_eq!(failing(&PhantomConfig::plain_q22(), 512.0), ["stiffness"]);
     assert_eq!(failing(&PhantomConfig::plain_q22(), 511.999), [""; 0]);
-    // A stiffness that has wrapped makes a force of which nothing is known but its limit.
+    // If the stiffness has wrapped, nothing is known of the force but its limit.
     let rows = bounds(&PhantomConfig::plain_q22(), 512.0).unwrap();
     assert_eq!((of(&rows, "force_x").error, of(&rows, "force_x").max), (f64::INFINITY, 8.5));
 }
 
 #[test]
 fn a_range_that_does_not_fit_is_named_and_nothing_is_promised_of_what_follows() {
-    // Links of 0.9 m reach 1.6 m far and 1.07 m high, in words that end at 1 m, and turn 8.5 N into more than 8 N.m.
-    // The wrapped radius is any word at all, of which x, at most 0.74 of it, is still one.
+    // Links of 0.9 m reach 1.6 m far and 1.07 m high, but the words end at 1 m; they turn 8.5 N into more than 8 N.m.
+    // The wrapped radius may be any word; x is at most 0.74 of it, which still fits a word.
     let config = PhantomConfig { lengths: [15_099_494; 2], ..PhantomConfig::default() };
     assert_eq!(failing(&config, 1000.0), ["radius", "y", "z", "torque1", "torque2", "torque3"]);
     let rows = bounds(&config, 1000.0).unwrap();
@@ -62,8 +61,8 @@ fn a_range_that_does_not_fit_is_named_and_nothing_is_promised_of_what_follows() 
 
 #[test]
 fn ranges_of_the_premium_1_0_agree_with_trigonometry() {
-    // Counts from -4096 to 4095, of 3/92000 turns in joint 1 and 1/28000 in joints 2 and 3; 1e-6 is above every
-    // rounding of the words.
+    // The counts are from -4096 to 4095, of 3/92000 turns in joint 1 and 1/28000 in joints 2 and 3. The tolerance of
+    // 1e-6 is above every rounding of the words.
     let rows = bounds(&PhantomConfig::default(), 40_000.0).unwrap();
     let (first, second) = (TAU * 3.0 / 92_000.0, TAU / 28_000.0);
     let (low, high) = ((-4096.0 * second).sin(), (4095.0 * second).sin());
@@ -84,7 +83,7 @@ fn ranges_of_the_premium_1_0_agree_with_trigonometry() {
     }
 }
 
-/// Postures on every edge of the tables first, then at random.
+/// Returns postures on every edge of the tables first, then random ones.
 fn postures(draw: &mut Draw, count: usize) -> impl Iterator<Item = [i64; 3]> {
     let edges = [-4096, -1, 0, 1, 4095];
     let corners: Vec<[i64; 3]> =
@@ -127,8 +126,8 @@ fn errors_stay_inside(config: PhantomConfig, count: usize) {
         };
         let torque = jacobian.eval(pushed);
 
-        // The kinematics and the power balance torque = (d tip / d angle) . force, in floats, whose own error of some
-        // 1e-15 is far below the least bound of 1e-8.
+        // These are the kinematics and the power balance torque = (d tip / d angle) . force in floats, whose own error
+        // of some 1e-15 is far below the least bound of 1e-8.
         let [q1, q2, q3] = [0, 1, 2].map(|joint| {
             let turn = config.turns[joint];
             TAU * counts[joint] as f64 * f64::from(turn.num) / f64::from(turn.den)
@@ -154,7 +153,8 @@ fn errors_stay_inside(config: PhantomConfig, count: usize) {
         let row = of(&rows, name);
         println!("{name}: worst of {count} postures {worst:.3e} {}, proved {:.3e}", row.unit, row.error);
         assert!(worst <= row.error, "{name}: {worst:e} beyond {:e}", row.error);
-        // Upper bounds, but not idle ones: terms that cannot all be worst at once cost less than an order of magnitude.
+        // The proved errors are upper bounds, but not idle ones: their terms cannot all be worst at once, which costs
+        // less than an order of magnitude.
         assert!(row.error < 10.0 * worst, "{name}: {worst:e} far below {:e}", row.error);
     }
 }
@@ -179,7 +179,8 @@ fn position_is_within_a_fifth_of_a_micrometre_and_torque_within_a_thousandth_of_
     for name in ["torque1", "torque2", "torque3"] {
         assert!(of(&rows, name).error < 1.19 * 1e-5, "{:?}", of(&rows, name));
     }
-    // A wall pushes as deep as it sees the tip: its force is off by the stiffness times what the tip is off.
+    // The force depends on the tip as the wall sees it, so the force is off by the stiffness times the error of the
+    // tip.
     let (tip, force) = (of(&rows, "x"), of(&rows, "force_x"));
     let rounding_n = force.format.lsb() / 2.0;
     assert!((force.error - (40_000.0 * tip.error + rounding_n)).abs() < 1e-9);

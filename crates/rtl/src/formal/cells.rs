@@ -1,0 +1,253 @@
+//! GHDL's netlist of an entity with its hierarchy kept: the text of each module, and its ports and cells.
+
+use std::collections::{BTreeMap, HashMap};
+use std::fs;
+
+use hpu_datapath::AnyBlock;
+use serde_json::Value;
+
+use super::ProofError;
+use crate::cost::{self, CostError, verilog::verilog};
+use crate::ghdl::{GhdlError, Library};
+use crate::tool::Tool;
+
+/// The modules of an entity by name: its own, and those that it instantiates.
+pub(super) struct Modules {
+    texts: BTreeMap<String, Vec<String>>,
+}
+
+/// A bit that is connected to a port.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Bit {
+    /// The bit of this number, of the module's nets.
+    Net(u64),
+    /// `0`, `1`, or unknown.
+    Constant(char),
+}
+
+/// A port of a module.
+pub(super) struct Port {
+    pub(super) is_input: bool,
+    pub(super) bits: Vec<Bit>,
+}
+
+/// An instance of a module, or logic.
+pub(super) struct Cell {
+    /// Name of the module; of logic, what Yosys calls it, from `$` on.
+    pub(super) module: String,
+    /// The connected bits by port, the least bit first.
+    pub(super) connections: BTreeMap<String, Vec<Bit>>,
+    /// The ports that are outputs.
+    pub(super) outputs: Vec<String>,
+}
+
+/// What a module is made of.
+pub(super) struct Module {
+    pub(super) ports: BTreeMap<String, Port>,
+    pub(super) cells: BTreeMap<String, Cell>,
+}
+
+impl Modules {
+    /// The modules of an entity in the configuration of a block.
+    pub(super) fn new(block: &dyn AnyBlock, library: &Library) -> Result<Self, ProofError> {
+        Ok(Self::split(&verilog(block, library)?))
+    }
+
+    fn split(verilog: &str) -> Self {
+        let mut texts: BTreeMap<String, Vec<String>> = BTreeMap::new();
+        let mut name = None;
+        for line in verilog.lines() {
+            let code = without_comments(line);
+            if let Some(begun) = code.strip_prefix("module ") {
+                name = Some(begun.trim_end().to_string());
+            }
+            if let Some(name) = &name
+                && !code.trim().is_empty()
+            {
+                texts.entry(name.clone()).or_default().push(code.trim_end().to_string());
+            }
+            if code.trim() == "endmodule" {
+                name = None;
+            }
+        }
+        Self { texts }
+    }
+
+    /// The module and what it instantiates, as a text that is the same of two modules when one is the other with other
+    /// names of modules and other numbers of nets: GHDL numbers the nets of a design through, and makes the names of
+    /// modules from generics.
+    pub(super) fn netlist(&self, module: &str) -> String {
+        let mut order = vec![module];
+        let mut text = String::new();
+        let mut at = 0;
+        while let Some(&name) = order.get(at) {
+            let mut numbers = HashMap::new();
+            for line in self.texts.get(name).into_iter().flatten() {
+                if line.strip_prefix("module ") == Some(name) {
+                    text += &format!("module #{at}\n");
+                    continue;
+                }
+                let rest = match self.instance(line) {
+                    Some((instantiated, rest)) => {
+                        let known = order.iter().position(|known| *known == instantiated);
+                        text += &format!("#{}", known.unwrap_or(order.len()));
+                        if known.is_none() {
+                            order.push(instantiated);
+                        }
+                        rest
+                    }
+                    None => line,
+                };
+                renumber(rest, &mut numbers, &mut text);
+                text.push('\n');
+            }
+            at += 1;
+        }
+        text
+    }
+
+    /// The module that a line begins an instance of, `  name label (`, and what follows the name.
+    fn instance<'m>(&'m self, line: &'m str) -> Option<(&'m str, &'m str)> {
+        let (name, rest) = line.trim_start().split_once(' ')?;
+        let (name, _) = self.texts.get_key_value(name)?;
+        rest.ends_with(" (").then_some((name.as_str(), rest))
+    }
+
+    /// The ports of all modules, and the cells of those that instantiate any. Yosys reads the ports alone of the
+    /// others. Nothing is optimised: each assignment becomes one net, each operation a cell.
+    pub(super) fn wired(&self, top: &str, library: &Library) -> Result<BTreeMap<String, Module>, ProofError> {
+        let mut text = String::new();
+        for (name, lines) in &self.texts {
+            let is_whole = name == top || lines.iter().any(|line| self.instance(line).is_some());
+            let ports = lines.iter().position(|line| line.ends_with(");")).map_or(lines.len(), |last| last + 1);
+            let kept = if is_whole { &lines[..] } else { &lines[..ports] };
+            kept.iter().for_each(|line| text += &format!("{line}\n"));
+            text += if is_whole { "" } else { "endmodule\n" };
+        }
+        let io = |error| CostError::from(GhdlError::Io(library.dir().to_path_buf(), error));
+        library.write("wiring.v", text).map_err(CostError::from)?;
+        let script = "read_verilog wiring.v; proc -noopt; write_json wiring.json";
+        cost::run(library, Tool::Yosys, top, ["-q", "-p", script])?;
+        let json = fs::read_to_string(library.dir().join("wiring.json")).map_err(io)?;
+        read(&json).ok_or_else(|| ProofError::Netlist(format!("the netlist of {top} by Yosys is not understood")))
+    }
+}
+
+/// A line without its comments, each of which GHDL ends on the same line.
+fn without_comments(line: &str) -> String {
+    let mut code = String::new();
+    let mut rest = line;
+    loop {
+        match (rest.find("/*"), rest.find("//")) {
+            (Some(begin), last) if last.is_none_or(|last| begin < last) => {
+                code += &rest[..begin];
+                rest = rest[begin..].split_once("*/").map_or("", |(_, after)| after);
+            }
+            (_, Some(last)) => return code + &rest[..last],
+            _ => return code + rest,
+        }
+    }
+}
+
+/// Appends a line in which the numbers of nets (`n12_o`, `n12_countdown`) are counted in the order of their appearance.
+fn renumber<'t>(line: &'t str, numbers: &mut HashMap<&'t str, usize>, text: &mut String) {
+    let is_letter = |letter: char| letter.is_ascii_alphanumeric() || matches!(letter, '_' | '$' | '\'');
+    let mut rest = line;
+    while let Some(begin) = rest.find(is_letter) {
+        let (before, word) = rest.split_at(begin);
+        let (word, after) = word.split_at(word.find(|letter| !is_letter(letter)).unwrap_or(word.len()));
+        *text += before;
+        let digits =
+            word.strip_prefix('n').map_or(0, |rest| rest.find(|c: char| !c.is_ascii_digit()).unwrap_or(rest.len()));
+        let (number, end) = word.split_at(if digits > 0 { 1 + digits } else { 0 });
+        if number.is_empty() || !(end.is_empty() || end.starts_with('_')) {
+            *text += word;
+        } else {
+            let next = numbers.len();
+            *text += &format!("n{}{end}", numbers.entry(number).or_insert(next));
+        }
+        rest = after;
+    }
+    *text += rest;
+}
+
+fn read(json: &str) -> Option<BTreeMap<String, Module>> {
+    let whole: Value = serde_json::from_str(json).ok()?;
+    let modules = whole["modules"].as_object()?.iter();
+    modules.map(|(name, module)| Some((name.clone(), self::module(module)?))).collect()
+}
+
+fn module(json: &Value) -> Option<Module> {
+    let port = |(name, port): (&String, &Value)| {
+        let is_input = match port["direction"].as_str()? {
+            "input" => true,
+            "output" => false,
+            _ => return None,
+        };
+        Some((name.clone(), Port { is_input, bits: bits(&port["bits"])? }))
+    };
+    let cell = |(label, cell): (&String, &Value)| {
+        let connections = cell["connections"].as_object()?.iter();
+        let directions = cell["port_directions"].as_object()?.iter();
+        Some((
+            label.clone(),
+            Cell {
+                module: cell["type"].as_str()?.to_string(),
+                connections: connections.map(|(port, to)| Some((port.clone(), bits(to)?))).collect::<Option<_>>()?,
+                outputs: directions.filter(|(_, way)| *way != "input").map(|(port, _)| port.clone()).collect(),
+            },
+        ))
+    };
+    Some(Module {
+        ports: json["ports"].as_object()?.iter().map(port).collect::<Option<_>>()?,
+        cells: json["cells"].as_object()?.iter().map(cell).collect::<Option<_>>()?,
+    })
+}
+
+fn bits(json: &Value) -> Option<Vec<Bit>> {
+    let bit = |bit: &Value| match bit {
+        Value::Number(number) => Some(Bit::Net(number.as_u64()?)),
+        Value::String(constant) => Some(Bit::Constant(constant.chars().next()?)),
+        _ => None,
+    };
+    json.as_array()?.iter().map(bit).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Modules, without_comments};
+
+    const LEAF: &str = "module half_4_0af3\n  (input  [3:0] a,\n   output [2:0] q);\n  wire [2:0] n7_o;\n  \
+                        assign q = n7_o;\n  /* half.vhd:3:4  */\n  assign n7_o = a[3:1]; //  extract\nendmodule\n";
+    const PAIR: &str = "module pair\n  (input  [3:0] a,\n   output [2:0] q);\n  wire [2:0] n9_o;\n  \
+                        half_4_0af3 half (\n    .a(a),\n    .q(n9_o));\n  assign q = n9_o;\nendmodule\n";
+
+    #[test]
+    fn names_of_modules_and_numbers_of_nets_and_comments_are_no_difference() {
+        let one = Modules::split(&format!("{LEAF}{PAIR}"));
+        let other = format!("{PAIR}{LEAF}").replace("half_4_0af3", "half").replace("n7_o", "n112_o");
+        let other = Modules::split(&other.replace("half.vhd:3:4", "/other/half.vhd:5:6"));
+        assert_eq!(one.netlist("half_4_0af3"), other.netlist("half"));
+        assert_eq!(one.netlist("pair"), other.netlist("pair"));
+        assert_ne!(one.netlist("pair"), other.netlist("half"));
+    }
+
+    #[test]
+    fn any_other_difference_is_one_also_in_a_module_inside() {
+        let one = Modules::split(&format!("{LEAF}{PAIR}"));
+        let others =
+            [("a[3:1]", "a[2:0]"), ("[3:0]", "[4:0]"), ("n7_o = ", "n7_q = "), ("half (", "other ("), ("a(a)", "a(q)")];
+        for (from, to) in others {
+            let other = format!("{LEAF}{PAIR}").replace(from, to);
+            assert_ne!(one.netlist("pair"), Modules::split(&other).netlist("pair"), "{from}");
+        }
+        // Two nets do not become one.
+        let merged = LEAF.replace("wire [2:0] n7_o;", "wire [2:0] n8_o;");
+        assert_ne!(one.netlist("half_4_0af3"), Modules::split(&merged).netlist("half_4_0af3"));
+    }
+
+    #[test]
+    fn comments_are_left_out_and_what_follows_them_stays() {
+        assert_eq!(without_comments("a /* b */ c // d /* e"), "a  c ");
+    }
+}

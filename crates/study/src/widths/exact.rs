@@ -1,0 +1,188 @@
+//! Equations read as words beside the exact values that they are made of: tells what rounding and overflow lose.
+//!
+//! Exact here means `f64`: products of up to 53 bits.
+
+use hpu_signal::{Format, Narrowing, Overflow, Rounding, Word};
+
+/// A word, and what it would be had it lost nothing.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(super) struct Exact {
+    word: i128,
+    /// The word, had nothing been limited.
+    whole: i128,
+    /// The word, had nothing been rounded either.
+    exact: f64,
+    losses: Losses,
+}
+
+/// The losses of a word, in units of the least significant bit.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(super) struct Losses {
+    /// The most that rounding has taken from what was within its limits.
+    pub rounded: f64,
+    /// The farthest that anything was beyond its limits.
+    pub beyond: f64,
+    /// Whether anything could be lost to limits at all, and whether upper bits were dropped.
+    pub narrows: bool,
+    pub wraps: bool,
+}
+
+impl Losses {
+    /// The worse of each.
+    pub fn worse(self, other: Self) -> Self {
+        Self {
+            rounded: self.rounded.max(other.rounded),
+            beyond: self.beyond.max(other.beyond),
+            narrows: self.narrows || other.narrows,
+            wraps: self.wraps || other.wraps,
+        }
+    }
+}
+
+/// Of a word that has lost nothing.
+const NONE: Losses = Losses { rounded: 0.0, beyond: 0.0, narrows: false, wraps: false };
+
+impl Exact {
+    /// A word by itself: none of what it has lost before counts.
+    pub fn of(word: i128) -> Self {
+        Self { word, whole: word, exact: word as f64, losses: NONE }
+    }
+
+    /// The word itself.
+    pub fn word(self) -> i128 {
+        self.word
+    }
+
+    /// The bits that rounding has taken, and how far the word was beyond its limits, in units of the least significant bit.
+    pub fn lost(self) -> [f64; 2] {
+        [(self.exact - self.whole as f64).abs(), self.losses.beyond]
+    }
+
+    /// All that it has lost. What is beyond its limits is limited, not rounded.
+    pub fn losses(self) -> Losses {
+        let [rounded, beyond] = self.lost();
+        Losses { rounded: if beyond == 0.0 { rounded } else { 0.0 }, ..self.losses }
+    }
+
+    fn both(self, other: Self, whole: impl Fn(i128, i128) -> i128, exact: impl Fn(f64, f64) -> f64) -> Self {
+        Self {
+            word: whole(self.word, other.word),
+            whole: whole(self.whole, other.whole),
+            exact: exact(self.exact, other.exact),
+            losses: self.losses.worse(other.losses),
+        }
+    }
+
+    fn each(self, whole: impl Fn(i128) -> i128, exact: impl Fn(f64) -> f64) -> Self {
+        Self { word: whole(self.word), whole: whole(self.whole), exact: exact(self.exact), ..self }
+    }
+
+    /// Into these bounds, told where it was beyond them; `fit` is what becomes of it there.
+    fn within(self, least: i128, most: i128, fit: impl Fn(i128) -> i128) -> Self {
+        let beyond = (self.word - most).max(least - self.word).max(0) as f64;
+        let word = fit(self.word);
+        let wraps = beyond > 0.0 && word != self.word.clamp(least, most);
+        let losses = self.losses.worse(Losses { beyond, narrows: true, wraps, ..NONE });
+        Self { word, losses, ..self }
+    }
+}
+
+hpu_signal::operators!(
+    Exact,
+    |a, b| [
+        a.both(b, |a, b| a + b, |a, b| a + b),
+        a.both(b, |a, b| a - b, |a, b| a - b),
+        a.both(b, |a, b| a * b, |a, b| a * b),
+    ],
+    a.each(|word| -word, |exact| -exact),
+);
+
+impl Word for Exact {
+    type Bit = bool;
+
+    fn int(value: i128) -> Self {
+        Self::of(value)
+    }
+    fn of_bit(bit: bool) -> Self {
+        Self::of(bit.into())
+    }
+    fn shl(self, bits: u32) -> Self {
+        self.each(|word| word << bits, |exact| libm::scalbn(exact, bits.cast_signed()))
+    }
+    fn shr(self, bits: u32) -> Self {
+        self.each(|word| word >> bits, |exact| libm::scalbn(exact, -bits.cast_signed()))
+    }
+    fn round(self, rounding: Rounding, drop: i32) -> Self {
+        let rounded = |word| if drop > 0 { rounding.shift(word, drop.cast_unsigned()) } else { word << -drop };
+        self.each(rounded, |exact| libm::scalbn(exact, -drop))
+    }
+    fn narrow(self, rule: &Narrowing) -> Self {
+        let (least, most) = (rule.to.min(), rule.to.max());
+        self.round(rule.rounding, rule.from_frac - rule.to.frac()).within(least, most, |word| match rule.overflow {
+            Overflow::Wrap => rule.to.value(rule.to.wrap(word)),
+            Overflow::Saturate => word.clamp(least, most),
+        })
+    }
+    /// A count modulo its width loses nothing: its exact value goes round with it.
+    fn wrap(self, to: Format) -> Self {
+        let turns = to.value(to.wrap(self.word)) - self.word;
+        self.each(|word| word + turns, |exact| exact + turns as f64)
+    }
+    fn at_least(self, other: Self) -> bool {
+        self.word >= other.word
+    }
+    fn equals(self, other: Self) -> bool {
+        self.word == other.word
+    }
+    fn branch<const N: usize>(bit: bool, yes: impl FnOnce() -> [Self; N], no: impl FnOnce() -> [Self; N]) -> [Self; N] {
+        if bit { yes() } else { no() }
+    }
+    fn look_up<T: Copy + Into<i64>>(self, table: &[T]) -> Self {
+        Self::of(table[usize::try_from(self.word).expect("an address of the table")].into().into())
+    }
+    fn shed(self) -> Self {
+        Self::of(self.word)
+    }
+    fn limit(self, least: i128, most: i128) -> Self {
+        self.within(least, most, |word| word.clamp(least, most))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_product_of_small_words_tells_what_its_quotient_and_its_bounds_say() {
+        // Of 5 bits with sign times 4 without, four dropped, kept in 4 bits: the remainder in sixteenths, and the way
+        // from the whole part to -8..=7.
+        for overflow in Overflow::ALL {
+            let rule = Narrowing { from_frac: 4, to: Format::signed(4), rounding: Rounding::Truncate, overflow };
+            for (a, b) in (-16i64..16).flat_map(|a| (0..16).map(move |b| (a, b))) {
+                let product = (Exact::of(a.into()) * Exact::of(b.into())).narrow(&rule);
+                let whole = (a * b).div_euclid(16);
+                let beyond = if whole > 7 {
+                    whole - 7
+                } else if whole < -8 {
+                    -8 - whole
+                } else {
+                    0
+                };
+                let rest = (a * b).rem_euclid(16) as f64 / 16.0;
+                assert_eq!(product.lost(), [rest, beyond as f64], "{a} times {b}");
+                let kept = if overflow == Overflow::Wrap { (whole + 8).rem_euclid(16) - 8 } else { whole.clamp(-8, 7) };
+                assert_eq!(product.word(), kept.into(), "{a} times {b}");
+                // Losses that are shed are told elsewhere.
+                assert_eq!((product.shed() + Exact::of(1)).lost(), [0.0; 2]);
+            }
+        }
+    }
+
+    #[test]
+    fn a_difference_that_goes_round_loses_nothing() {
+        for (a, b) in (0i64..16).flat_map(|a| (0..16).map(move |b| (a, b))) {
+            let moved = (Exact::of(a.into()) - Exact::of(b.into())).wrap(Format::signed(4));
+            assert_eq!((moved.word(), moved.lost()), (((a - b + 8).rem_euclid(16) - 8).into(), [0.0; 2]));
+        }
+    }
+}

@@ -1,0 +1,90 @@
+//! A method's reference law in floats, in the place of its blocks.
+
+use hpu_cosim::LawConfig;
+use hpu_cosim::law::{AnyLaw, SampledLaw};
+use hpu_datapath::Instance;
+
+/// A method's law in floats, which makes a torque of the position once a sample.
+#[derive(Clone, PartialEq, Debug)]
+pub(super) struct Method {
+    config: LawConfig,
+    law: AnyLaw,
+    /// Nets of the position, stiffness, scale and period.
+    inputs: [usize; 4],
+    /// The nets that show the torque that it makes.
+    pub torques: Vec<usize>,
+    /// The next edge at which it samples.
+    pub next: u64,
+    /// Edges from a sample to the torque.
+    latency: u64,
+    /// A torque that is being computed: the edge at which it comes, and it.
+    coming: Option<(u64, f64)>,
+    /// Torque of one word.
+    quantum: f64,
+}
+
+impl Method {
+    /// The blocks that it stands for: the law, and the shaper behind it.
+    pub const LABELS: [&str; 2] = ["law", "shaper"];
+
+    /// That of a wiring with a law; none of another.
+    pub fn of(instances: &[Instance], config: LawConfig, latency: u64) -> Option<Self> {
+        let [law, shaper] = Self::LABELS.map(|label| instances.iter().find(|instance| instance.label == label));
+        let net = |of: Option<&Instance>, name: &str| {
+            of?.connections.iter().find(|connection| connection.port.name == name).map(|connection| connection.net)
+        };
+        let (torque, shaped) = (net(law, "torque")?, net(shaper, "shaped")?);
+        let [position, stiffness, scale, period] =
+            ["position", "stiffness", "scale", "period"].map(|name| net(law, name));
+        Some(Self {
+            law: config.law.clone(),
+            quantum: config.full_scale_n - config.limit_n,
+            inputs: [position?, stiffness?, scale?, period?],
+            // A shaped law has no torque before its shaper.
+            torques: if matches!(config.law, AnyLaw::Shaped(_)) { vec![shaped] } else { vec![torque, shaped] },
+            config,
+            next: 1,
+            latency,
+            coming: None,
+        })
+    }
+
+    /// The next edge at which anything happens here.
+    pub fn due(&self) -> u64 {
+        self.coming.map_or(self.next, |(edge, _)| edge.min(self.next))
+    }
+
+    fn position_m(&self, nets: &[f64]) -> f64 {
+        (nets[self.inputs[0]] - self.config.surface as f64) * self.config.count_m
+    }
+
+    /// What happens at the edge that is due; the torque that shows from then on, if it changes.
+    ///
+    /// `nets` are as the law has them, `values` as the words have them, of which the law reads how far a ramp has come.
+    pub fn load(&mut self, nets: &[f64], values: &[f64]) -> Option<f64> {
+        let edge = self.due();
+        if self.next == edge {
+            let share = |net: usize, start: f64| if start == 0.0 { 1.0 } else { values[net] / start };
+            let [stiffness, scale] = [(0, 0), (1, 2)].map(|(index, format): (usize, usize)| {
+                share(self.inputs[1 + index], self.config.formats[format].to_f64(self.config.start[index]))
+            });
+            self.law.vary(&self.config.law, stiffness, scale);
+            let force_n = self.law.sample(self.position_m(nets));
+            self.coming = Some((edge + self.latency, force_n / self.quantum));
+            self.next += nets[self.inputs[3]].max(1.0) as u64;
+        }
+        let come = self.coming.filter(|(due, _)| *due == edge);
+        come.map(|(_, torque)| {
+            self.coming = None;
+            torque
+        })
+    }
+
+    /// The torque of a spring that follows every count.
+    pub fn live(&self, nets: &[f64]) -> Option<f64> {
+        match &self.law {
+            AnyLaw::Wall(wall) if self.config.live => Some(wall.force_n(self.position_m(nets)) / self.quantum),
+            _ => None,
+        }
+    }
+}

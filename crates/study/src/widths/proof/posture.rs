@@ -1,0 +1,157 @@
+//! Bounds that no posture can exceed: the words of a PHANToM over its whole workspace, by reading its blocks'
+//! equations.
+//!
+//! Every count that the tables hold is in, in any combination, with walls anywhere and any stiffness up to a greatest
+//! one. A range is that of the word's value. An error is the greatest distance to the same equations in real numbers,
+//! of the same counts, with the lengths and gains as their words say. The error of a force counts from the tip as the
+//! datapath sees it (stiffness times the error of the position, and the rounding); those of radial, upper, fore,
+//! torques and commands are for the forces as words. Errors of products add up as if the worst of each could meet: so
+//! the figures are upper bounds, never estimates.
+
+use hpu_datapath::phantom::{PhantomConfig, PhantomLoop};
+use hpu_datapath::{ConfigError, Wiring};
+use hpu_signal::Format;
+
+use super::affine::Affine;
+use super::span::Span;
+use super::walk::Walk;
+use super::word::{Word, most, outward};
+
+/// Range and error of one signal, proved.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct SignalBound {
+    /// Name of the net or, as `radial`, of the word inside a block.
+    pub name: &'static str,
+    /// Unit of all figures.
+    pub unit: &'static str,
+    /// Least value.
+    pub min: f64,
+    /// Greatest value.
+    pub max: f64,
+    /// Greatest error; infinite after a word that may have wrapped.
+    pub error: f64,
+    /// The word's format.
+    pub format: Format,
+    /// Whether the format holds the whole range, so that nothing ever wraps. Forces and commands saturate by intent:
+    /// their range is what is left.
+    pub fits: bool,
+}
+
+impl SignalBound {
+    fn of(name: &'static str, unit: &'static str, format: Format, word: Affine) -> Self {
+        let Word { span, before, .. } = word.known();
+        let (span, error) = before.unwrap_or_else(|| (span, word.error()));
+        Self {
+            name,
+            unit,
+            min: outward(span.min, format, f64::next_down),
+            max: outward(span.max, format, f64::next_up),
+            error: error.map_or(f64::INFINITY, |error| most(error, format)),
+            format,
+            fits: before.is_none(),
+        }
+    }
+}
+
+/// The nets and inner words that are told of, in the order in which each needs those before.
+const TOLD: [&str; 23] = [
+    "sine1",
+    "cosine1",
+    "sine2",
+    "cosine2",
+    "sine3",
+    "cosine3",
+    "radius",
+    "x",
+    "y",
+    "z",
+    "stiffness",
+    "force_x",
+    "force_y",
+    "force_z",
+    "radial",
+    "upper",
+    "fore",
+    "torque1",
+    "torque2",
+    "torque3",
+    "command1",
+    "command2",
+    "command3",
+];
+
+/// The ranges and errors of every signal from the sines on, for any posture that the tables hold and any stiffness up
+/// to `stiffness_max_n_per_m`.
+///
+/// # Errors
+///
+/// When a block refuses the configuration.
+pub fn bounds(config: &PhantomConfig, stiffness_max_n_per_m: f64) -> Result<Vec<SignalBound>, ConfigError> {
+    let wiring = PhantomLoop::new(*config)?;
+    let (nets, stiffness) = (wiring.nets(), config.formats.stiffness);
+    let is_held = stiffness_max_n_per_m <= stiffness.max() as f64 * stiffness.lsb();
+    let rows = Affine::on_a_sheet(|| {
+        let mut walk = Walk { nets: vec![None; nets.len()], moved: &|_| None };
+        let net = |name: &str| nets.iter().position(|net| net.name == name);
+        for (index, net) in nets.iter().enumerate() {
+            walk.nets[index] = match net.name {
+                "count1" | "count2" | "count3" => Some(Affine::given(Span::of(Format::signed(config.depth_width)))),
+                // A stiffness that has wrapped is any word at all.
+                "stiffness" if !is_held => Some(Affine::put(|symbols| symbols.wrapped(stiffness))),
+                "stiffness" => {
+                    let most = (stiffness_max_n_per_m / stiffness.lsb()).floor() as i128;
+                    Some(Affine::given(Span::new(0, most)))
+                }
+                // Walls anywhere, or none.
+                "x_low" | "x_high" | "y_low" | "y_high" | "z_low" | "z_high" | "room" => {
+                    Some(Affine::given(Span::of(net.format)))
+                }
+                _ => None,
+            };
+        }
+        let mut rows = Vec::new();
+        for instance in wiring.instances() {
+            // The sines are those of the counts, as tables load them.
+            if instance.model.roms().is_empty() {
+                walk.read(&instance)
+            } else {
+                walk.load(&instance)
+            }
+            for output in &instance.connections[instance.model.inputs().len()..] {
+                let (Some(word), signal) = (walk.nets[output.net], &nets[output.net]) else { continue };
+                // The scaled torque is the command, before its register.
+                let name = TOLD.into_iter().find(|told| match signal.name.strip_prefix("scaled") {
+                    Some(joint) => told.strip_prefix("command") == Some(joint),
+                    None => *told == signal.name && told.strip_prefix("command").is_none(),
+                });
+                rows.extend(name.map(|name| SignalBound::of(name, signal.unit, signal.format, word)));
+                if signal.unit == "N" {
+                    // Errors from here on are told for the forces as words.
+                    walk.nets[output.net] =
+                        Some(word.with(|known, _| Word { exact: Some(known.form.clone()), ..known }));
+                }
+            }
+        }
+        let force = &nets[net("force_x").expect("a force")];
+        for name in ["radial", "upper", "fore"] {
+            let (word, width) = Affine::named(name).expect("a word of the Jacobian");
+            let frac = force.format.frac();
+            let format = Format::new(true, width.cast_signed() - 1 - frac, frac).unwrap_or(force.format);
+            rows.push(SignalBound::of(name, force.unit, format, word));
+        }
+        let signal = &nets[net("stiffness").expect("a stiffness")];
+        let (min, max, error) = (0.0, stiffness_max_n_per_m, 0.0);
+        rows.push(SignalBound {
+            name: signal.name,
+            unit: signal.unit,
+            min,
+            max,
+            error,
+            format: stiffness,
+            fits: is_held,
+        });
+        rows
+    });
+    let row = |name: &str| *rows.iter().find(|row| row.name == name).expect("a net of the wiring");
+    Ok(TOLD.map(row).to_vec())
+}

@@ -1,0 +1,186 @@
+//! A wiring's blocks, each read with what is known of its inputs.
+
+use hpu_datapath::{AnyBlock, AnyStep, Connection, Instance, Register};
+use hpu_signal::{Equations, Format, Signal, Word as _};
+
+use super::affine::Affine;
+use super::span::Span;
+use super::word::Word;
+use crate::widths::is_on_the_way;
+
+/// The nets of a wiring, as far as they are known.
+pub(crate) struct Walk<'t> {
+    pub nets: Vec<Option<Affine>>,
+    /// Counts that a counter may go in so many clocks; none where it may miss some.
+    pub moved: &'t dyn Fn(f64) -> Option<Span>,
+}
+
+/// More rounds than a block has registers in a row: then they have come to rest, or never will.
+const ROUNDS: usize = 100;
+
+impl Walk<'_> {
+    /// Reads a block, and the blocks inside it. A net of which something is known already stays as it is.
+    pub fn read(&mut self, instance: &Instance) {
+        let Instance { model, connections, .. } = instance;
+        for inner in model.inside() {
+            let net = |port: &Connection| Connection { port: port.port.clone(), net: connections[port.net].net };
+            let connections = inner.connections.iter().map(net).collect();
+            self.read(&Instance { connections, ..inner });
+        }
+        if !is_on_the_way(&**model) {
+            return;
+        }
+        let Some(equations) = model.equations() else { return };
+        let shown = self.shown(equations, &self.inputs(instance), &[]);
+        self.drive(instance, &shown);
+    }
+
+    /// Reads a block whose outputs are registers, as an edge loads them.
+    pub fn load(&mut self, instance: &Instance) {
+        let Some(equations) = instance.model.equations() else { return };
+        let reset = equations.registers().into_iter().map(|register| Affine::int(register.reset.unwrap_or(0).into()));
+        let given: Vec<_> = reset.chain(self.inputs(instance)).collect();
+        let loaded = equations.recorded().read(&given);
+        self.drive(instance, &loaded);
+    }
+
+    /// A block's inputs; any word where a net is not known.
+    fn inputs(&self, instance: &Instance) -> Vec<Affine> {
+        let Instance { model, tied, .. } = instance;
+        let input = |Signal { name, format, .. }: Signal| {
+            let constant = tied.iter().find(|(port, _)| *port == name).map(|(_, word)| Affine::int((*word).into()));
+            let known = net(instance, name).and_then(|net| self.nets[net]);
+            known.or(constant).unwrap_or_else(|| Affine::put(|symbols| symbols.any(format)))
+        };
+        model.inputs().into_iter().map(input).collect()
+    }
+
+    fn drive(&mut self, instance: &Instance, shown: &[Affine]) {
+        for (port, word) in instance.model.outputs().iter().zip(shown) {
+            if let Some(net) = net(instance, port.name).filter(|&net| self.nets[net].is_none()) {
+                self.nets[net] = Some(*word);
+            }
+        }
+    }
+
+    /// The outputs of a block that a law is made of, with inputs by name; anything where it has no equations.
+    pub fn stated(
+        &self,
+        block: &dyn AnyBlock,
+        input: &dyn Fn(&str) -> Option<Affine>,
+        stated: &[(&str, Affine)],
+    ) -> Vec<Affine> {
+        let any = |format: Format| Affine::put(|symbols| symbols.wrapped(format));
+        let Some(equations) = block.equations() else {
+            return block.outputs().iter().map(|port| any(port.format)).collect();
+        };
+        let inputs: Vec<_> =
+            block.inputs().iter().map(|port| input(port.name).unwrap_or_else(|| any(port.format))).collect();
+        self.shown(equations, &inputs, stated)
+    }
+
+    /// The outputs of a block with these inputs at every edge. What was lost to make the inputs is told of them alone.
+    /// Of some registers it is stated what they hold at all times: one step shows that they do.
+    fn shown(&self, equations: &dyn AnyStep, inputs: &[Affine], stated: &[(&str, Affine)]) -> Vec<Affine> {
+        let (registers, equations) = (equations.registers(), equations.recorded());
+        let entered: Vec<_> = if registers.is_empty() {
+            inputs.iter().map(|input| input.shed()).collect()
+        } else {
+            inputs.iter().map(|input| input.another().shed()).collect()
+        };
+        let held = self.held(&equations, &registers, &entered, stated);
+        let mut words = equations.read(&[&held[..], &entered].concat());
+        let kept = |word: Affine| {
+            // A word that is handed on as it came is no better than it came.
+            let is_it = |entered: &Affine| word.known().form == entered.known().form && !word.is_constant();
+            let came = entered.iter().position(is_it).map(|index| inputs[index].known().fits);
+            word.with(|known, _| Word { fits: known.fits && came.unwrap_or(true), ..known })
+        };
+        words.split_off(registers.len()).into_iter().map(kept).collect()
+    }
+
+    /// The words that registers hold: those after a reset, and all that any sample edge makes of such words.
+    fn held(
+        &self,
+        equations: &Equations,
+        registers: &[Register],
+        entered: &[Affine],
+        stated: &[(&str, Affine)],
+    ) -> Vec<Affine> {
+        let reset = |register: &Register| Affine::int(register.reset.unwrap_or(0).into());
+        let mut held: Vec<_> = registers.iter().map(reset).collect();
+        let next = |held: &[Affine]| {
+            let mut words = equations.read(&[held, entered].concat());
+            words.truncate(held.len());
+            words
+        };
+        // Between sample edges nothing changes but the countdown, which is 0 at one.
+        let countdown = registers.iter().position(|register| register.name == Register::COUNTDOWN);
+        let first = next(&held);
+        let clocks = countdown.map_or(1.0, |countdown| first[countdown].known().span.max as f64 + 1.0);
+        let aged = aged(entered, &held, &first);
+        let before = held.clone();
+        for (word, age) in held.iter_mut().zip(&aged) {
+            if let Some((count, samples)) = *age {
+                *word = self.earlier(count, f64::from(samples) * clocks).unwrap_or(*word);
+            }
+        }
+        for (word, register) in held.iter_mut().zip(registers) {
+            let said = stated.iter().find(|(name, _)| *name == register.name);
+            // A step from what is stated may show that it is not kept: then the word joins what it comes to.
+            *word = said.map_or(*word, |(_, said)| word.or(*said));
+        }
+        for _ in 0..ROUNDS {
+            let loaded = next(&held);
+            let mut rests = true;
+            for (index, word) in loaded.into_iter().enumerate() {
+                if aged[index].is_some() || Some(index) == countdown {
+                    continue;
+                }
+                let joined = held[index].or(word);
+                rests &= joined == held[index];
+                held[index] = joined;
+            }
+            if rests {
+                // By itself, a count that was loaded is one of all that the counter shows.
+                for ((word, age), reset) in held.iter_mut().zip(&aged).zip(&before) {
+                    *word = age.map_or(*word, |(count, _)| reset.or(count));
+                }
+                return held;
+            }
+        }
+        registers.iter().map(|register| Affine::put(|symbols| symbols.wrapped(register.format))).collect()
+    }
+
+    /// The count that a counter has shown so many clocks before: the count now less the counts gone since.
+    fn earlier(&self, count: Affine, clocks: f64) -> Option<Affine> {
+        let moved = (self.moved)(clocks)?;
+        Some(count.with(|Word { turns, .. }, symbols| {
+            let moved = symbols.fresh(moved, 0);
+            let (width, now) = turns.expect("a counter");
+            let any = symbols.any(Format::unsigned(width));
+            Word { turns: Some((width, now.minus(&moved))), fits: true, ..any }
+        }))
+    }
+}
+
+/// The net of a port.
+fn net(instance: &Instance, name: &str) -> Option<usize> {
+    instance.connections.iter().find(|connection| connection.port.name == name).map(|connection| connection.net)
+}
+
+/// The registers that hold a count of the past, and how many samples ago it was shown: one register loads the count,
+/// the next one the count before.
+fn aged(entered: &[Affine], held: &[Affine], first: &[Affine]) -> Vec<Option<(Affine, u32)>> {
+    let counts = |word: &Affine| entered.contains(word) && word.known().turns.is_some();
+    let mut aged: Vec<_> = first.iter().map(|word| counts(word).then_some((*word, 1))).collect();
+    for _ in 0..held.len() {
+        for index in 0..held.len() {
+            let from = held.iter().position(|word| *word == first[index]).filter(|&from| from != index);
+            if let (None, Some((count, samples))) = (aged[index], from.and_then(|from| aged[from])) {
+                aged[index] = Some((count, samples + 1));
+            }
+        }
+    }
+    aged
+}

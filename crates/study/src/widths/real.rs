@@ -1,0 +1,130 @@
+//! Equations read in real numbers: the law that words are held against.
+//!
+//! Nothing is rounded, wraps or saturates for want of bits. A limit that the law itself has stays one
+//! ([`Word::limit`]), and a table of sines is the sine.
+
+use std::f64::consts::PI;
+
+use hpu_signal::{Format, Narrowing, Rounding, Sine, Word};
+
+/// A real number, in units of the word's least significant bit.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(super) struct Real(pub f64);
+
+impl Real {
+    /// Times `2^bits`, exactly.
+    fn scaled(self, bits: i32) -> Self {
+        Self(libm::scalbn(self.0, bits))
+    }
+}
+
+hpu_signal::operators!(Real, |a, b| [Self(a.0 + b.0), Self(a.0 - b.0), Self(a.0 * b.0)], Self(-a.0));
+
+impl Word for Real {
+    type Bit = bool;
+
+    fn int(value: i128) -> Self {
+        Self(value as f64)
+    }
+    fn of_bit(bit: bool) -> Self {
+        Self(f64::from(u8::from(bit)))
+    }
+    fn shl(self, bits: u32) -> Self {
+        self.scaled(bits.cast_signed())
+    }
+    fn shr(self, bits: u32) -> Self {
+        self.scaled(-bits.cast_signed())
+    }
+    fn round(self, _: Rounding, drop: i32) -> Self {
+        self.scaled(-drop)
+    }
+    fn narrow(self, rule: &Narrowing) -> Self {
+        self.scaled(rule.to.frac() - rule.from_frac)
+    }
+    fn wrap(self, _: Format) -> Self {
+        self
+    }
+    fn at_least(self, other: Self) -> bool {
+        self.0 >= other.0
+    }
+    fn equals(self, other: Self) -> bool {
+        self.0 == other.0
+    }
+    fn branch<const N: usize>(bit: bool, yes: impl FnOnce() -> [Self; N], no: impl FnOnce() -> [Self; N]) -> [Self; N] {
+        if bit { yes() } else { no() }
+    }
+    /// A table of which no more is known than its words: of the nearest address.
+    fn look_up<T: Copy + Into<i64>>(self, table: &[T]) -> Self {
+        let address = (self.0.round().max(0.0) as usize).min(table.len() - 1);
+        Self(table[address].into() as f64)
+    }
+    fn sine<T: Copy + Into<i64>>(self, Sine { num, den, is_cosine, frac }: Sine, _: &[T]) -> Self {
+        let angle_rad = self.0 * (2.0 * PI * f64::from(num) / f64::from(den));
+        Self(if is_cosine { libm::cos(angle_rad) } else { libm::sin(angle_rad) }).scaled(frac)
+    }
+    fn bit(self, place: u32) -> bool {
+        (self.0 as i64) >> place & 1 == 1
+    }
+    fn limit(self, least: i128, most: i128) -> Self {
+        Self(self.0.clamp(least as f64, most as f64))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use hpu_datapath::phantom::{PhantomConfig, PhantomForward, PhantomTorque, TrigTable};
+    use hpu_datapath::{AnyBlock, CommandLimiter, TruncatingMultiplier};
+
+    use super::*;
+
+    /// The outputs of a block, in units.
+    fn law(block: &dyn AnyBlock, registers: usize, inputs: &[f64]) -> Vec<f64> {
+        let lsbs = block.inputs().into_iter().map(|port| port.format.lsb());
+        let given: Vec<_> =
+            (0..registers).map(|_| Real(0.0)).chain(lsbs.zip(inputs).map(|(lsb, x)| Real(x / lsb))).collect();
+        let made = block.equations().expect("equations").recorded().read(&given);
+        let lsbs = block.outputs().into_iter().map(|port| port.format.lsb());
+        // A register that a table loads is what it shows at the next edge.
+        made.into_iter().take(block.outputs().len()).zip(lsbs).map(|(word, lsb)| word.0 * lsb).collect()
+    }
+
+    #[test]
+    fn the_tip_and_the_torques_of_a_phantom_are_those_of_its_angles() {
+        let config = PhantomConfig::default();
+        let [upper, fore] = config.lengths.map(|word| f64::from(word) / f64::from(1u32 << config.formats.length_frac));
+        let table = |joint: usize| TrigTable::new(16, 13, config.turns[joint], config.formats.trig).expect("a table");
+        for counts in [[0.0, 0.0, 0.0], [-4096.0, 4095.0, 17.0], [1234.0, -3210.0, 4000.0]] {
+            let sines: Vec<f64> =
+                (0..3).flat_map(|joint| law(&table(joint), 3, &[counts[joint]])[..2].to_vec()).collect();
+            let [q1, q2, q3] = [0, 1, 2].map(|joint| {
+                let turn = config.turns[joint];
+                2.0 * PI * counts[joint] * f64::from(turn.num) / f64::from(turn.den)
+            });
+            let tip = law(&PhantomForward::new(&config.formats, config.lengths).expect("words"), 0, &sines);
+            let radius = upper * q2.cos() + fore * q3.sin();
+            let at = [q1.sin() * radius, fore * (1.0 - q3.cos()) + upper * q2.sin(), q1.cos() * radius - upper, radius];
+            let [fx, fy, fz] = [1.7, -2.3, 8.1];
+            let pushed = [&sines[..], &[tip[0], tip[2], fx, fy, fz]].concat();
+            let torques = law(&PhantomTorque::new(&config.formats, config.lengths).expect("words"), 0, &pushed);
+            // Power: torque times speed is force times the tip's speed.
+            let radial = q1.sin() * fx + q1.cos() * fz;
+            let expected = [
+                radius * (q1.cos() * fx - q1.sin() * fz),
+                upper * (q2.cos() * fy - q2.sin() * radial),
+                fore * (q3.sin() * fy + q3.cos() * radial),
+            ];
+            for (found, truth) in tip.iter().chain(&torques).zip(at.iter().chain(&expected)) {
+                assert!((found - truth).abs() < 1e-12, "{found}, not {truth}, at {counts:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_word_that_is_full_is_no_limit_of_the_law_and_the_bridge_is() {
+        let word = Format::unsigned(12);
+        let product = TruncatingMultiplier::saturate(word, word, word).expect("12 bits");
+        assert_eq!(law(&product, 0, &[4000.0, 2.5]), [10_000.0]);
+        let limiter = CommandLimiter::new(14, 13, 4095, 0).expect("12 bits");
+        assert_eq!(law(&limiter, 0, &[4095.5]), [4095.0]);
+    }
+}
