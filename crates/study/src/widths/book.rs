@@ -1,20 +1,20 @@
-//! One net's book: what stood on it and for how long, and what has come together of signal, noise and losses.
+//! Keeps the record of one net: its current values and since which edge, and its accumulated signal, noise and losses.
 
 use hpu_signal::{Cycle, Format};
 
 use super::Loss;
 
-/// One net in the books: what stands on it and since when, and what has come together.
+/// The record of one net: its current values and since which edge, and its accumulated signal, noise and losses.
 #[derive(Clone, Debug)]
 pub(super) struct Book {
     pub format: Format,
-    /// Whether the law has this net, and whether its block tells what it loses.
+    /// Whether the law has this net, and whether its block reports its losses.
     pub in_law: bool,
     pub is_told: bool,
     since: u64,
     word: i64,
     law: f64,
-    /// What stands: rounding and overflow in units of the least significant bit.
+    /// The current losses by rounding and overflow, in units of the least significant bit.
     lost: [f64; 2],
     signal: f64,
     noise: f64,
@@ -22,7 +22,7 @@ pub(super) struct Book {
 }
 
 impl Book {
-    /// The book of a net of that format, nothing known of it yet.
+    /// Returns an empty record of a net with that format.
     pub fn of(format: Format) -> Self {
         Self {
             format,
@@ -38,7 +38,7 @@ impl Book {
         }
     }
 
-    /// Closes what stood until an edge. What stands after reset counts from edge 1.
+    /// Adds up the current values until an edge. The values after reset count from edge 1.
     pub fn close(&mut self, edge: u64) {
         let edges = edge.saturating_sub(self.since.max(1));
         if edges == 0 {
@@ -58,7 +58,7 @@ impl Book {
         }
     }
 
-    /// Notes the word, the law's value and the block's losses that stand from an edge on.
+    /// Notes the word, the law's value and the block's losses, which hold from an edge on.
     pub fn enter(&mut self, edge: u64, word: i64, law: f64, lost: [f64; 2]) {
         if (word, law, lost) != (self.word, self.law, self.lost) {
             self.close(edge);
@@ -66,8 +66,8 @@ impl Book {
         }
     }
 
-    /// Signal over noise in decibels; infinite when word and law never differed, none where there is no law or no
-    /// signal.
+    /// Returns the signal-to-noise ratio in decibels; infinite when word and law never differed, `None` where there is
+    /// no law or no signal.
     pub fn sqnr_db(&self) -> Option<f64> {
         let known = self.in_law && self.signal > 0.0 && self.noise.is_finite();
         known.then(|| 10.0 * libm::log10(self.signal / self.noise))

@@ -1,16 +1,16 @@
-//! Equations read as words beside the exact values that they are made of: tells what rounding and overflow lose.
+//! Reads equations as words beside the exact values of their operands. This tells the losses by rounding and overflow.
 //!
-//! Exact here means `f64`: products of up to 53 bits.
+//! Exact means `f64` here: products of up to 53 bits.
 
 use hpu_signal::{Format, Narrowing, Overflow, Rounding, Word};
 
-/// A word, and what it would be had it lost nothing.
+/// A word, beside its value without losses.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Exact {
     word: i128,
-    /// The word, had nothing been limited.
+    /// The word, had no limit applied.
     whole: i128,
-    /// The word, had nothing been rounded either.
+    /// The word, had no rounding applied either.
     exact: f64,
     losses: Losses,
 }
@@ -18,17 +18,17 @@ pub(super) struct Exact {
 /// The losses of a word, in units of the least significant bit.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Losses {
-    /// The most that rounding has taken from what was within its limits.
+    /// The largest loss by rounding of a value within its limits.
     pub rounded: f64,
-    /// The farthest that anything was beyond its limits.
+    /// The farthest that any value was beyond its limits.
     pub beyond: f64,
-    /// Whether anything could be lost to limits at all, and whether upper bits were dropped.
+    /// Whether a limit could apply at all, and whether upper bits were dropped.
     pub narrows: bool,
     pub wraps: bool,
 }
 
 impl Losses {
-    /// The worse of each.
+    /// Returns the worse of each loss.
     pub fn worse(self, other: Self) -> Self {
         Self {
             rounded: self.rounded.max(other.rounded),
@@ -39,26 +39,26 @@ impl Losses {
     }
 }
 
-/// Of a word that has lost nothing.
+/// The losses of a word that has lost nothing.
 const NONE: Losses = Losses { rounded: 0.0, beyond: 0.0, narrows: false, wraps: false };
 
 impl Exact {
-    /// A word by itself: none of what it has lost before counts.
+    /// Makes a word whose losses start from zero: losses of the words it was computed from do not count.
     pub fn of(word: i128) -> Self {
         Self { word, whole: word, exact: word as f64, losses: NONE }
     }
 
-    /// The word itself.
+    /// Returns the word itself.
     pub fn word(self) -> i128 {
         self.word
     }
 
-    /// The bits that rounding has taken, and how far the word was beyond its limits, in units of the least significant bit.
+    /// Returns the loss by rounding, and how far the word was beyond its limits, in units of the least significant bit.
     pub fn lost(self) -> [f64; 2] {
         [(self.exact - self.whole as f64).abs(), self.losses.beyond]
     }
 
-    /// All that it has lost. What is beyond its limits is limited, not rounded.
+    /// Returns all losses. A value beyond its limits counts as limited, not as rounded.
     pub fn losses(self) -> Losses {
         let [rounded, beyond] = self.lost();
         Losses { rounded: if beyond == 0.0 { rounded } else { 0.0 }, ..self.losses }
@@ -77,7 +77,7 @@ impl Exact {
         Self { word: whole(self.word), whole: whole(self.whole), exact: exact(self.exact), ..self }
     }
 
-    /// Into these bounds, told where it was beyond them; `fit` is what becomes of it there.
+    /// Fits the word into these bounds and notes how far it was beyond them. `fit` computes the word in that case.
     fn within(self, least: i128, most: i128, fit: impl Fn(i128) -> i128) -> Self {
         let beyond = (self.word - most).max(least - self.word).max(0) as f64;
         let word = fit(self.word);
@@ -123,7 +123,7 @@ impl Word for Exact {
             Overflow::Saturate => word.clamp(least, most),
         })
     }
-    /// A count modulo its width loses nothing: its exact value goes round with it.
+    /// A count modulo its width loses nothing: its exact value wraps with it.
     fn wrap(self, to: Format) -> Self {
         let turns = to.value(to.wrap(self.word)) - self.word;
         self.each(|word| word + turns, |exact| exact + turns as f64)
@@ -154,8 +154,8 @@ mod tests {
 
     #[test]
     fn every_product_of_small_words_tells_what_its_quotient_and_its_bounds_say() {
-        // Of 5 bits with sign times 4 without, four dropped, kept in 4 bits: the remainder in sixteenths, and the way
-        // from the whole part to -8..=7.
+        // A signed word of 5 bits times an unsigned one of 4, without the lowest four bits, kept in 4 bits. The
+        // expected losses are the remainder in sixteenths, and the distance of the whole part from -8..=7.
         for overflow in Overflow::ALL {
             let rule = Narrowing { from_frac: 4, to: Format::signed(4), rounding: Rounding::Truncate, overflow };
             for (a, b) in (-16i64..16).flat_map(|a| (0..16).map(move |b| (a, b))) {
@@ -172,7 +172,7 @@ mod tests {
                 assert_eq!(product.lost(), [rest, beyond as f64], "{a} times {b}");
                 let kept = if overflow == Overflow::Wrap { (whole + 8).rem_euclid(16) - 8 } else { whole.clamp(-8, 7) };
                 assert_eq!(product.word(), kept.into(), "{a} times {b}");
-                // Losses that are shed are told elsewhere.
+                // Losses that were shed are reported elsewhere.
                 assert_eq!((product.shed() + Exact::of(1)).lost(), [0.0; 2]);
             }
         }

@@ -1,4 +1,4 @@
-//! The widths of a scene, each by itself: integer bits and fraction bits apart.
+//! The widths of a scene one by one; integer bits and fraction bits are separate.
 
 use hpu_cosim::scene::{Experiment, LawMethod, Loop, PhantomLaw};
 use hpu_signal::{Format, Rounding};
@@ -10,11 +10,11 @@ pub enum Field {
     Position,
     /// Integer bits of `method.stiffness_format`, or of a PHANToM's.
     StiffnessInt,
-    /// Fraction bits of it.
+    /// Fraction bits of the same format.
     StiffnessFrac,
     /// Integer bits of `method.damping_format`.
     DampingInt,
-    /// Fraction bits of it.
+    /// Fraction bits of `method.damping_format`.
     DampingFrac,
     /// `method.velocity_bits`.
     Velocity,
@@ -22,25 +22,25 @@ pub enum Field {
     Period,
     /// Integer bits of `method.scale_format`.
     ScaleInt,
-    /// Fraction bits of it.
+    /// Fraction bits of `method.scale_format`.
     ScaleFrac,
     /// `method.pwm.bits`.
     Pwm,
     /// `method.depth_bits` of a PHANToM's tables.
     Depth,
-    /// Integer bits of its sines.
+    /// Integer bits of a PHANToM's sines.
     TrigInt,
-    /// Fraction bits of its sines.
+    /// Fraction bits of a PHANToM's sines.
     TrigFrac,
-    /// Fraction bits of its lengths.
+    /// Fraction bits of a PHANToM's lengths.
     Length,
-    /// Fraction bits of its tip's position.
+    /// Fraction bits of the position of a PHANToM's tip.
     Tip,
-    /// Fraction bits of its forces.
+    /// Fraction bits of a PHANToM's forces.
     Force,
-    /// Integer bits of its torques.
+    /// Integer bits of a PHANToM's torques.
     TorqueInt,
-    /// Fraction bits of its torques.
+    /// Fraction bits of a PHANToM's torques.
     TorqueFrac,
 }
 
@@ -71,7 +71,7 @@ impl Field {
         Self::Period,
     ];
 
-    /// Those that a scene has.
+    /// Returns the widths that a scene has.
     #[must_use]
     pub fn all(experiment: &Experiment) -> Vec<Self> {
         match experiment {
@@ -95,7 +95,7 @@ impl Field {
         }
     }
 
-    /// Its name: the scene's key where there is one.
+    /// Returns its name: the scene's key where there is one.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -120,7 +120,7 @@ impl Field {
         }
     }
 
-    /// The nets whose range tells how many bits are idle: with that many fewer, not one word changes.
+    /// Returns the nets whose range tells how many bits of the width are idle: without these bits no word changes.
     #[must_use]
     pub const fn nets(self) -> &'static [&'static str] {
         match self {
@@ -136,7 +136,7 @@ impl Field {
         }
     }
 
-    /// The nets that a review asks about, of which one stands for the field on a page.
+    /// Returns the nets at which a review shows the field; one of them stands for it on a page.
     #[must_use]
     pub const fn shown_at(self) -> &'static str {
         match self {
@@ -156,7 +156,7 @@ impl Field {
         }
     }
 
-    /// The scene's bits.
+    /// Returns the bits of this width in a scene.
     #[must_use]
     pub fn bits(self, experiment: &Experiment) -> i32 {
         let width = |bits: u32| bits.cast_signed();
@@ -196,11 +196,11 @@ impl Field {
         }
     }
 
-    /// The scene with other bits.
+    /// Returns the scene with another number of bits.
     ///
     /// # Errors
     ///
-    /// When there is no such word.
+    /// When no word has that many.
     pub fn with(self, experiment: &Experiment, bits: i32) -> Result<Experiment, String> {
         let mut other = experiment.clone();
         let width = || u32::try_from(bits).ok().filter(|bits| *bits >= 2).ok_or(format!("{bits} bits are no word"));
@@ -265,7 +265,7 @@ impl Field {
     }
 }
 
-/// A constant with that many fraction bits less, to the nearest.
+/// Returns a constant with `less` fewer fraction bits, rounded to the nearest.
 fn rescaled(word: u32, less: i32) -> u32 {
     let drop = u32::try_from(less).unwrap_or(0);
     let more = u32::try_from(-less).unwrap_or(0);

@@ -1,4 +1,4 @@
-//! What happened to every signal of a scene: in one run, in a set of scenes, in random motion.
+//! Measures ranges and losses of every signal of a scene: in one run, in a set of scenes, in random motion.
 
 use hpu_cosim::scene::{Datapath, Experiment, Loop, OutcomeKind, Scene};
 use hpu_cosim::{ClosedLoop, Control, Driver, LawConfig, NetUse, Ready, Rig, Visit, Wired, World, law_as_asked};
@@ -8,10 +8,10 @@ use hpu_signal::{Cycle, Format, Signal, SignalUse};
 use super::noise::{Asked, Beside};
 use super::{Loss, SignalRow};
 
-/// What happened to every signal.
+/// Ranges and losses of every signal.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Measured {
-    /// The wiring.
+    /// The name of the wiring.
     pub wiring: &'static str,
     /// Every net, in the order of the wiring.
     pub rows: Vec<SignalRow>,
@@ -19,17 +19,17 @@ pub struct Measured {
     pub edges: u64,
     /// Seconds of motion.
     pub motion_s: f64,
-    /// What became of the motion, one for each scene; none of a recording or of random motion.
+    /// The verdict of each scene; empty for a recording and for random motion.
     pub outcomes: Vec<OutcomeKind>,
-    /// Share of the judged window in which the wall sees penetration, one for each outcome.
+    /// For each verdict, the share of the judged window in which the wall sees penetration.
     pub contact_shares: Vec<Option<f64>>,
 }
 
-/// Makes a scene ready that has words.
+/// Makes a scene ready whose loop runs in words.
 ///
 /// # Errors
 ///
-/// Why it cannot be run, or has no words.
+/// Why the scene cannot be run, or that its loop is not in words.
 pub(super) fn ready(experiment: &Experiment) -> Result<Ready<'_>, String> {
     if let Experiment::Axis(scene) = experiment
         && scene.model.datapath != Datapath::Words
@@ -40,11 +40,11 @@ pub(super) fn ready(experiment: &Experiment) -> Result<Ready<'_>, String> {
     Ready::new(experiment).map_err(|error| error.to_string())
 }
 
-/// Runs a scene and tells what happened to every signal; `None` when `control` stopped it.
+/// Runs a scene and returns the ranges and losses of every signal; `None` when `control` stopped it.
 ///
 /// # Errors
 ///
-/// Why it cannot be run, or has no words.
+/// Why the scene cannot be run, or that its loop is not in words.
 pub fn measured(experiment: &Experiment, control: &Control) -> Result<Option<Measured>, String> {
     let ready = ready(experiment)?;
     let mut beside = beside(experiment, &ready);
@@ -67,7 +67,7 @@ pub fn measured(experiment: &Experiment, control: &Control) -> Result<Option<Mea
     }))
 }
 
-/// The law beside the words of a scene made ready: an observer for its run.
+/// Returns an observer that computes the law beside the words during the run of a ready scene.
 #[must_use]
 pub fn beside(experiment: &Experiment, ready: &Ready) -> Beside {
     let wiring = ready.wiring();
@@ -106,19 +106,19 @@ pub fn beside(experiment: &Experiment, ready: &Ready) -> Beside {
     Beside::new(&wiring.nets(), inputs, &wiring.instances(), &asked, law)
 }
 
-/// The reference law in floats of a scene whose method has one.
+/// Returns the reference law in floats; `None` if the scene's method has none.
 fn law_of(scene: &Scene) -> Option<LawConfig> {
     let Loop::Law(_) = scene.method.kind else { return None };
     law_as_asked(scene).ok()
 }
 
-/// The rows of a wiring's nets.
+/// Returns one row for each net of a wiring.
 pub(super) fn rows(nets: &[(Signal, SignalUse)], beside: &Beside) -> Vec<SignalRow> {
     let rows = nets.iter().enumerate().map(|(index, (signal, usage))| {
         let measured = (usage.min <= usage.max).then_some((usage.min, usage.max));
         let format = signal.format;
         let needed = match (beside.span(index), measured) {
-            // A counter that goes round needs no more than to tell its ends apart.
+            // A counter that wraps needs only enough bits to tell its two ends apart.
             (Some((least, most)), _) => bits(false, 0, (most - least) as i128),
             (None, Some((min, max))) => bits(format.is_signed(), format.value(min), format.value(max)),
             (None, None) => 0,
@@ -140,17 +140,17 @@ pub(super) fn rows(nets: &[(Signal, SignalUse)], beside: &Beside) -> Vec<SignalR
     rows.collect()
 }
 
-/// Upper bits of a net that a run left unused, were its range a word's own; `None` where no word was seen.
+/// Returns how many upper bits of a net a run left unused; `None` where no word was seen.
 #[must_use]
 pub fn idle_bits(NetUse { signal, usage, .. }: &NetUse) -> Option<u32> {
     let format = signal.format;
     let ends = [usage.min, usage.max].map(|word| format.value(word));
-    // Of bits that VHDL never sets no range is known: it is none of the format's.
+    // Bits that the VHDL never sets have no known range; theirs is not the format's.
     let used = (ends[0] <= ends[1]).then(|| bits(format.is_signed(), ends[0], ends[1]).max(1));
     used.and_then(|used| format.width().checked_sub(used))
 }
 
-/// The least width of a word that holds both ends.
+/// Returns the least width of a word that holds both ends.
 pub(super) fn bits(signed: bool, min: i128, max: i128) -> u32 {
     (1..=64)
         .find(|&width| {
@@ -160,7 +160,8 @@ pub(super) fn bits(signed: bool, min: i128, max: i128) -> u32 {
         .unwrap_or(64)
 }
 
-/// When nets first lost bits whose blocks do not tell: runs again until all of them have.
+/// Finds the first losses of nets whose blocks do not report them: repeats the run until each of these nets has lost
+/// bits.
 fn first_losses(ready: &Ready, rows: &mut [SignalRow], last: u64) {
     let left: Vec<_> = rows
         .iter()
@@ -180,7 +181,7 @@ fn first_losses(ready: &Ready, rows: &mut [SignalRow], last: u64) {
     }
 }
 
-/// Runs until every net of a list has lost bits: its index, whether above, and the edge.
+/// Runs until every net of a list has lost bits. Notes its index, whether the loss was above, and the edge.
 struct First {
     driver: Driver,
     modulated: bool,
@@ -220,12 +221,12 @@ impl<'s> Visit<'s> for First {
     }
 }
 
-/// What happened in all of some runs: ranges together, losses added up, the worst of all, the first of the first run
-/// that has any.
+/// Merges several runs: joins the ranges, adds up the losses, keeps the worst loss of all, and the first loss of the
+/// first run that has any.
 ///
 /// # Errors
 ///
-/// When they are of different wirings or widths.
+/// When the runs have different wirings or widths.
 pub fn together(names: &[String], runs: Vec<Measured>) -> Result<Measured, String> {
     let mut runs = runs.into_iter().zip(names);
     let (mut all, first_name) = runs.next().ok_or("no run")?;
@@ -282,7 +283,7 @@ fn join(row: &mut SignalRow, other: SignalRow) {
 }
 
 impl Measured {
-    /// The row of a signal.
+    /// Returns the row of a signal.
     #[must_use]
     pub fn row(&self, name: &str) -> Option<&SignalRow> {
         self.rows.iter().find(|row| row.name == name)

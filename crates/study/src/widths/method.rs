@@ -1,33 +1,33 @@
-//! A method's reference law in floats, in the place of its blocks.
+//! Computes a method's reference law in floats in place of its blocks.
 
 use hpu_cosim::LawConfig;
 use hpu_cosim::law::{AnyLaw, SampledLaw};
 use hpu_datapath::Instance;
 
-/// A method's law in floats, which makes a torque of the position once a sample.
+/// A method's law in floats. It computes a torque from the position once a sample.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) struct Method {
     config: LawConfig,
     law: AnyLaw,
     /// Nets of the position, stiffness, scale and period.
     inputs: [usize; 4],
-    /// The nets that show the torque that it makes.
+    /// The nets that show its torque.
     pub torques: Vec<usize>,
     /// The next edge at which it samples.
     pub next: u64,
-    /// Edges from a sample to the torque.
+    /// Clock cycles from a sample to the torque.
     latency: u64,
-    /// A torque that is being computed: the edge at which it comes, and it.
+    /// A torque that is being computed: the edge at which it appears, and its value.
     coming: Option<(u64, f64)>,
-    /// Torque of one word.
+    /// The torque of one word.
     quantum: f64,
 }
 
 impl Method {
-    /// The blocks that it stands for: the law, and the shaper behind it.
+    /// The labels of the blocks that it replaces: the law, and the shaper behind it.
     pub const LABELS: [&str; 2] = ["law", "shaper"];
 
-    /// That of a wiring with a law; none of another.
+    /// Makes the law of a wiring; `None` if the wiring has no block of a method's law.
     pub fn of(instances: &[Instance], config: LawConfig, latency: u64) -> Option<Self> {
         let [law, shaper] = Self::LABELS.map(|label| instances.iter().find(|instance| instance.label == label));
         let net = |of: Option<&Instance>, name: &str| {
@@ -40,7 +40,7 @@ impl Method {
             law: config.law.clone(),
             quantum: config.full_scale_n - config.limit_n,
             inputs: [position?, stiffness?, scale?, period?],
-            // A shaped law has no torque before its shaper.
+            // With a shaper, the law shows no torque before it.
             torques: if matches!(config.law, AnyLaw::Shaped(_)) { vec![shaped] } else { vec![torque, shaped] },
             config,
             next: 1,
@@ -49,7 +49,7 @@ impl Method {
         })
     }
 
-    /// The next edge at which anything happens here.
+    /// Returns the next edge at which the law samples or its torque changes.
     pub fn due(&self) -> u64 {
         self.coming.map_or(self.next, |(edge, _)| edge.min(self.next))
     }
@@ -58,9 +58,11 @@ impl Method {
         (nets[self.inputs[0]] - self.config.surface as f64) * self.config.count_m
     }
 
-    /// What happens at the edge that is due; the torque that shows from then on, if it changes.
+    /// Samples or shows a torque at the edge that is due. Returns the torque that shows from that edge on, if it
+    /// changes.
     ///
-    /// `nets` are as the law has them, `values` as the words have them, of which the law reads how far a ramp has come.
+    /// `nets` are the values of the law, `values` those of the words. From `values` the law reads how far a ramp has
+    /// come.
     pub fn load(&mut self, nets: &[f64], values: &[f64]) -> Option<f64> {
         let edge = self.due();
         if self.next == edge {
@@ -80,7 +82,7 @@ impl Method {
         })
     }
 
-    /// The torque of a spring that follows every count.
+    /// Returns the torque of a spring that follows every count.
     pub fn live(&self, nets: &[f64]) -> Option<f64> {
         match &self.law {
             AnyLaw::Wall(wall) if self.config.live => Some(wall.force_n(self.position_m(nets)) / self.quantum),

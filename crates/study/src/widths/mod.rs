@@ -1,6 +1,6 @@
-//! Bit widths: what happened to every signal of a scene, what each needs, and what each bit buys.
+//! Bit widths: the losses of every signal of a scene, the bits that it needs, and the gain of each bit.
 //!
-//! [`measured`] is what happened in closed loop: in one run, a set of scenes, or seeded random motion.
+//! [`measured`] runs the closed loop and collects them from one run, a set of scenes, or seeded random motion.
 
 pub mod proof;
 pub mod search;
@@ -28,25 +28,26 @@ pub(crate) use proof::System;
 pub use random::{Walk, random};
 pub use recommend::{Needed, Recommended, by_range, recommend};
 
-/// Whether a block is one between the counters and the modulator: those have lines alone on one side, or count.
+/// Returns whether a block lies between the counters and the modulator. Counters and modulators are told by their
+/// ports: all inputs or all outputs are single lines, or the block counts.
 fn is_on_the_way(block: &dyn AnyBlock) -> bool {
     let is_line = |port: &Signal| port.format == Format::BIT;
     let lines = block.inputs().iter().all(is_line) || block.outputs().iter().all(is_line);
     !lines && block.counts().is_none()
 }
 
-/// Bits that a signal lost below its least significant one, or above its most significant one.
+/// The bits that a signal lost below its least significant bit, or above its most significant bit.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct Loss {
     /// Clock edges during which bits were lost.
     pub edges: u64,
-    /// The most that a value missed the exact one by, in the signal's unit; no number where the block does not tell.
+    /// The largest distance from the exact value, in the signal's unit; NaN where the block does not report it.
     pub worst: f64,
-    /// The first edge of them.
+    /// The first of these edges.
     pub first: Option<Cycle>,
 }
 
-/// One signal, and what happened to it.
+/// One signal with its measured range and losses.
 #[derive(Clone, PartialEq, Debug)]
 pub struct SignalRow {
     /// Its name.
@@ -55,7 +56,7 @@ pub struct SignalRow {
     pub format: Format,
     /// The unit of its values.
     pub unit: &'static str,
-    /// Least and greatest word; none of a signal that never stood.
+    /// Least and greatest word; `None` for a signal that never had a value.
     pub measured: Option<(i64, i64)>,
     /// Unused upper bits of the format over the measured range.
     pub headroom_bits: i32,
@@ -63,9 +64,9 @@ pub struct SignalRow {
     pub rounded: Loss,
     /// Bits lost above the most significant one, or to a limit.
     pub overflowed: Loss,
-    /// Signal-to-quantisation-noise ratio against the law in `f64` on the same encoder counts; infinite when they never
-    /// differed, none where the law has no such signal.
+    /// Signal-to-quantisation-noise ratio in decibels against the law in `f64` on the same encoder counts; infinite
+    /// when the two never differed, `None` where the law has no such signal.
     pub sqnr_db: Option<f64>,
-    /// The least format that keeps the scene's outputs within the error asked for.
+    /// The narrowest format that keeps the scene's outputs within the requested error.
     pub recommended: Option<Format>,
 }

@@ -1,10 +1,12 @@
-//! The law in `f64` beside the words: by how much every word misses what it should be.
+//! Computes the law in `f64` beside the words, and by how much every word differs from it.
 //!
-//! The law runs through the wiring's own blocks, each by its own equations read in real numbers ([`super::real`]), its
-//! registers loaded on the same edges, from the encoder counts as the words have them and the scene's gains as they
-//! were asked for: what is left is what words do, the rounding of gains among it. A method's law is its reference law
-//! in floats. Beside that every word is held against the exact value of the words that it was made of
-//! ([`super::exact`]): that is what rounding and overflow lost there.
+//! The law runs through the wiring's own blocks. It reads each block's equations in real numbers ([`super::real`]) and
+//! loads their registers on the same edges. It takes the encoder counts from the words, and the gains as the scene asks
+//! for them. So the difference is what fixed-point arithmetic does, the rounding of gains included. For a method, the
+//! law is its reference law in floats.
+//!
+//! In addition, every word is compared with the exact value of the words that it was computed from ([`super::exact`]).
+//! This tells the losses by rounding and overflow in that block.
 
 use hpu_cosim::LawConfig;
 use hpu_datapath::Instance;
@@ -15,12 +17,12 @@ use super::book::Book;
 use super::method::Method;
 use super::parts::{Part, Parts};
 
-/// What the law takes in place of a word that the scene sets.
+/// The number that the law uses in place of a word that the scene sets.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Asked {
     /// This number.
     Is(f64),
-    /// The word's value times this.
+    /// The word's value times this number.
     Share(f64),
 }
 
@@ -32,24 +34,24 @@ pub struct Beside {
     asked: Vec<Option<Asked>>,
     books: Vec<Book>,
     words: Vec<i64>,
-    /// Every net as the law has it, and as the words have it.
+    /// The value of every net in the law, and in words.
     law: Vec<f64>,
     values: Vec<f64>,
-    /// Losses of every net by rounding and by overflow, in units of its least significant bit.
+    /// The losses of every net by rounding and by overflow, in units of its least significant bit.
     lost: Vec<[f64; 2]>,
-    /// The nets that count, and how far.
+    /// The nets that count, each with its unwound range.
     spans: Vec<(usize, (f64, f64))>,
-    /// Nets that equations or a method's law drive, or that count.
+    /// Nets that equations or a method's law drive, and nets that count.
     driven: Vec<bool>,
-    /// Nets that the law or a narrowing has to do with.
+    /// Nets that the law reads or drives, or that a narrowing drives.
     watched: Vec<usize>,
 }
 
 impl Beside {
-    /// The law of a wiring with these nets, of which `inputs` are inputs.
+    /// Makes the law of a wiring with these nets; the first `inputs` nets are inputs.
     ///
-    /// `asked` are inputs that the law takes otherwise than as words; `law` is that of a method loop, with the edges
-    /// that its datapath computes for.
+    /// `asked` names inputs for which the law uses another number than the word. `law` is the law of a method loop,
+    /// with the clock cycles that its datapath takes.
     #[must_use]
     pub fn new(
         nets: &[Signal],
@@ -67,7 +69,7 @@ impl Beside {
         torques().for_each(|net| books[net].in_law = true);
         let asked: Vec<_> =
             nets.iter().map(|net| asked.iter().find(|(name, _)| *name == net.name).map(|(_, asked)| *asked)).collect();
-        // A held position counts round and round as the position does.
+        // A held position wraps as the position does.
         for (net, source) in all.parts.iter().flat_map(Part::handed_on) {
             books[net].in_law &= !all.counters.contains(&source);
         }
@@ -96,33 +98,33 @@ impl Beside {
         }
     }
 
-    /// Ends the books at the last edge of the run.
+    /// Closes the books at the last edge of the run.
     pub fn finish(&mut self, last: u64) {
         self.load_before(last + 1);
         self.books.iter_mut().for_each(|book| book.close(last + 1));
     }
 
-    /// Signal over noise of a net in decibels; infinite when word and law never differed, none where there is no law or
-    /// no signal.
+    /// Returns the signal-to-noise ratio of a net in decibels; infinite when word and law never differed, `None` where
+    /// there is no law or no signal.
     #[must_use]
     pub fn sqnr_db(&self, net: usize) -> Option<f64> {
         self.books[net].sqnr_db()
     }
 
-    /// The least and the greatest count of a net that counts round and round, unwound; none of any other.
+    /// Returns the least and the greatest count, unwound, of a net that counts and wraps; `None` for any other net.
     #[must_use]
     pub fn span(&self, net: usize) -> Option<(f64, f64)> {
         self.spans.iter().find(|(counter, _)| *counter == net).map(|(_, span)| *span)
     }
 
-    /// What a net has lost by rounding and by overflow; none where its block does not tell.
+    /// Returns the losses of a net by rounding and by overflow; `None` where its block does not report them.
     #[must_use]
     pub fn losses(&self, net: usize) -> Option<[Loss; 2]> {
         let book = &self.books[net];
         book.is_told.then_some(book.losses)
     }
 
-    /// Takes an input as the law has it.
+    /// Hands the inputs to the law. Returns whether one has changed.
     fn take_inputs(&mut self, words: &[i64]) -> bool {
         let changed = self.words[..self.inputs] != words[..self.inputs];
         if changed {
@@ -140,7 +142,7 @@ impl Beside {
         changed
     }
 
-    /// Lets the law's combinational blocks settle.
+    /// Lets the combinational blocks of the law settle.
     fn settle(&mut self) {
         let Self { all, law, .. } = self;
         if let Some(method) = &all.method
@@ -151,14 +153,14 @@ impl Beside {
         all.parts.iter_mut().filter(|part| part.clock.is_none()).for_each(|part| part.settle(law));
     }
 
-    /// The next edge at which a register of the law may change anything.
+    /// Returns the next edge at which a register of the law may change.
     fn due(&self) -> u64 {
         let clocks = self.all.parts.iter().filter_map(|part| part.clock).filter(|clock| !clock.idle);
         let method = self.all.method.as_ref().map(Method::due);
         clocks.map(|clock| clock.next).chain(method).min().unwrap_or(u64::MAX)
     }
 
-    /// Loads the registers that are due at an edge; says whether anything changed.
+    /// Loads the registers that are due at an edge. Returns whether anything changed.
     fn load(&mut self, edge: u64) -> bool {
         let Self { all, law, words, values, lost, .. } = self;
         let mut loaded: Vec<(usize, f64)> = Vec::new();
@@ -178,12 +180,12 @@ impl Beside {
         changed
     }
 
-    /// Wakes the registers that rested until an edge.
+    /// Makes registers load again that have rested up to an edge.
     fn wake(&mut self, edge: u64) {
         self.all.parts.iter_mut().filter_map(|part| part.clock.as_mut()).for_each(|clock| clock.wake(edge));
     }
 
-    /// What the law's registers do by themselves before an edge.
+    /// Does the loads that the law's registers do by themselves before an edge.
     fn load_before(&mut self, edge: u64) {
         while self.due() < edge {
             let due = self.due();
@@ -195,7 +197,7 @@ impl Beside {
         }
     }
 
-    /// Brings every book up to date at an edge.
+    /// Enters the values of every net at an edge into its book.
     fn book(&mut self, edge: u64) {
         for (net, book) in self.books.iter_mut().enumerate() {
             book.enter(edge, self.words[net], self.law[net], self.lost[net]);
@@ -229,7 +231,7 @@ impl Observe for Beside {
             if self.words[net] != word {
                 self.words[net] = word;
                 self.values[net] = self.books[net].format.to_f64(word);
-                // What no equation drives, the law takes as it is.
+                // The law takes a net that no equation drives from the words.
                 if net >= self.inputs && !self.driven[net] {
                     self.law[net] = self.values[net];
                 }

@@ -1,4 +1,4 @@
-//! A wiring's blocks as readers of their own equations, in the order in which they settle.
+//! Reads the equations of a wiring's blocks, in the order in which the blocks settle.
 
 use hpu_cosim::LawConfig;
 use hpu_datapath::{AnyBlock, Connection, Instance, Register};
@@ -18,7 +18,7 @@ enum Source {
     Tied(i64),
 }
 
-/// A net, or a wire of the law's own, and its format.
+/// A net, or a constant, with its format.
 #[derive(Clone, Copy, PartialEq, Debug)]
 struct Port {
     source: Source,
@@ -26,7 +26,7 @@ struct Port {
 }
 
 impl Port {
-    /// Its word as the law has it, in units of its least significant bit.
+    /// Returns its value in the law, in units of its least significant bit.
     fn law(self, nets: &[f64]) -> Real {
         match self.source {
             Source::Net(net) => Real(nets[net] / self.format.lsb()),
@@ -42,7 +42,7 @@ impl Port {
     }
 }
 
-/// One block's equations, with its registers on either side.
+/// The equations of one block, with the contents of its registers in the law and in words.
 #[derive(Clone, Debug)]
 struct Stage {
     equations: Equations,
@@ -52,14 +52,14 @@ struct Stage {
     inputs: Vec<Port>,
     /// Nets of the outputs, and their formats.
     outputs: Vec<(usize, Format)>,
-    /// The inputs that the law and the words have read last, of which it makes no more than it has made.
+    /// The inputs that the law and the words read last. Equal inputs need no new computation.
     read: (Vec<Real>, Vec<i128>),
     /// Whether the latest load changed no register but the countdown.
     rests: bool,
 }
 
 impl Stage {
-    /// A block with equations; none of another.
+    /// Reads a block; `None` if it has no equations.
     fn of(model: &dyn AnyBlock, connections: &[Connection], tied: &[(&'static str, i64)]) -> Option<Self> {
         let equations = model.equations()?;
         let registers = equations.registers();
@@ -81,7 +81,7 @@ impl Stage {
         })
     }
 
-    /// Takes the law's inputs; says whether they are others than it has read last.
+    /// Reads the law's inputs. Returns whether one differs from the last time.
     fn take_law(&mut self, nets: &[f64]) -> bool {
         let is_same = self.read.0.iter().copied().eq(self.inputs.iter().map(|port| port.law(nets)));
         if !is_same {
@@ -90,7 +90,7 @@ impl Stage {
         !is_same
     }
 
-    /// The same of the words.
+    /// Reads the inputs in words. Returns whether one differs from the last time.
     fn take_words(&mut self, words: &[i64]) -> bool {
         let is_same = self.read.1.iter().copied().eq(self.inputs.iter().map(|port| port.word(words)));
         if !is_same {
@@ -99,12 +99,12 @@ impl Stage {
         !is_same
     }
 
-    /// The register that counts down to the next sample edge.
+    /// Returns the index of the register that counts down to the next sample edge.
     fn countdown(&self) -> Option<usize> {
         self.registers.iter().position(|register| register.name == Register::COUNTDOWN)
     }
 
-    /// The registers after an edge at which the countdown has come to 0, and the outputs before it.
+    /// Returns the registers after an edge at which the countdown is 0, and the outputs before that edge.
     fn step<W: Word>(&self, mut registers: Vec<W>, inputs: impl Iterator<Item = W>) -> (Vec<W>, Vec<W>) {
         if let Some(countdown) = self.countdown() {
             registers[countdown] = W::int(0);
@@ -116,25 +116,25 @@ impl Stage {
         (next, shown)
     }
 
-    /// The law's registers after such an edge, and its outputs before it, of the inputs taken.
+    /// Returns the law's registers after such an edge and its outputs before it, from the inputs that were read.
     fn read_law(&self) -> (Vec<Real>, Vec<Real>) {
         self.step(self.law.clone(), self.read.0.iter().copied())
     }
 
-    /// The same of the words.
+    /// Returns the same in words.
     fn read_words(&self) -> (Vec<Exact>, Vec<Exact>) {
         let registers = self.words.iter().map(|&word| Exact::of(word)).collect();
         self.step(registers, self.read.1.iter().map(|&word| Exact::of(word)))
     }
 
-    /// Tells what the words have lost that are about to be loaded.
+    /// Reports the losses of the words that are about to be loaded.
     fn tell(&self, next: &[Exact], lost: &mut [[f64; 2]]) {
         let worst = next.iter().map(|word| word.lost()).fold([0.0; 2], |[a, b], [c, d]| [f64::max(a, c), b.max(d)]);
         self.outputs.iter().for_each(|&(net, _)| lost[net] = worst);
     }
 
-    /// The outputs that show no more than an input, held or at once, and the net of that input: after two samples of
-    /// numbers of which none is made of others.
+    /// Finds outputs that only hand on an input, held or at once. Returns each with the net of that input. Compares two
+    /// samples of numbers, none of which can be computed from others.
     fn handed_on(&self) -> Vec<(usize, usize)> {
         let input = |index: usize| Real(1e3 + libm::sqrt(2.0 + index as f64));
         let inputs = || (0..self.inputs.len()).map(input);
@@ -150,19 +150,19 @@ impl Stage {
     }
 }
 
-/// When registers load.
+/// The edges at which registers load.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Clock {
-    /// The next edge at which they do.
+    /// The next edge at which they load.
     pub next: u64,
-    /// Edges from there to the one after it.
+    /// Clock cycles between two loads.
     every: u64,
-    /// Whether the latest load changed nothing, so that the next ones will not either while nothing else changes.
+    /// Whether the latest load changed nothing. Then the next loads will change nothing either while the inputs stay.
     pub idle: bool,
 }
 
 impl Clock {
-    /// Lets registers that rested load again, from an edge on.
+    /// Makes registers that have rested load again, from an edge on.
     pub fn wake(&mut self, edge: u64) {
         if self.idle {
             self.next += edge.saturating_sub(self.next).div_ceil(self.every) * self.every;
@@ -171,18 +171,18 @@ impl Clock {
     }
 }
 
-/// A block with its equations, or those of the blocks inside it.
+/// A block with its equations, or with the equations of the blocks inside it.
 #[derive(Clone, Debug)]
 pub(super) struct Part {
     stages: Vec<Stage>,
-    /// None of a combinational block.
+    /// `None` for a combinational block.
     pub clock: Option<Clock>,
-    /// The input that tells when a block shows what is [inside](AnyBlock::inside) it.
+    /// The input that tells when a block shows the result of the blocks [inside](AnyBlock::inside) it.
     period: Option<Port>,
 }
 
 impl Part {
-    /// A block with equations: clocked where it has registers.
+    /// Makes a part of a block with equations; it is clocked if it has registers.
     fn of(stage: Stage) -> Self {
         let first = stage.countdown().map_or(0, |countdown| stage.words[countdown] as u64);
         let is_clocked = !stage.registers.is_empty();
@@ -190,28 +190,28 @@ impl Part {
         Self { stages: vec![stage], clock, period: None }
     }
 
-    /// Nets that its outputs drive.
+    /// Returns the nets that its outputs drive.
     pub fn outputs(&self) -> impl Iterator<Item = usize> {
         self.stages.iter().flat_map(|stage| &stage.outputs).map(|output| output.0)
     }
 
-    /// Nets that it reads.
+    /// Returns the nets that it reads.
     pub fn reads(&self) -> impl Iterator<Item = usize> {
         let inputs = self.stages.iter().flat_map(|stage| &stage.inputs).chain(&self.period);
         inputs.filter_map(|port| if let Source::Net(net) = port.source { Some(net) } else { None })
     }
 
-    /// Pairs of an output's net and the input's net that it hands on.
+    /// Returns pairs of nets: an output, and the input that it hands on.
     pub fn handed_on(&self) -> Vec<(usize, usize)> {
         self.stages.iter().flat_map(Stage::handed_on).collect()
     }
 
-    /// Whether what it shows comes of a computation that takes several edges.
+    /// Returns whether its outputs come from a computation of several clock cycles.
     pub fn computes(&self) -> bool {
         self.period.is_some()
     }
 
-    /// Whether what it loses is told at once: it has no registers, or they load at every edge.
+    /// Returns whether its losses are reported at once: it has no registers, or they load at every edge.
     pub fn tells_at_once(&self) -> bool {
         self.clock.is_none() || self.stages.iter().all(|stage| stage.countdown().is_none()) && !self.computes()
     }
@@ -227,8 +227,8 @@ impl Part {
         }
     }
 
-    /// Loads the registers of the law and of the words at the edge that is due. Shows what has changed on `loaded`, and
-    /// what was lost on `lost`; says whether anything has changed.
+    /// Loads the registers of the law and of the words at the edge that is due. Adds changed outputs to `loaded` and
+    /// losses to `lost`. Returns whether anything has changed.
     pub fn load(&mut self, law: &[f64], words: &[i64], loaded: &mut Vec<(usize, f64)>, lost: &mut [[f64; 2]]) -> bool {
         let Some(mut clock) = self.clock else { return false };
         let shown_before = loaded.len();
@@ -267,7 +267,7 @@ impl Part {
         !clock.idle
     }
 
-    /// Tells what the words as they stand lose.
+    /// Reports the losses of the words on the nets.
     pub fn tell(&mut self, words: &[i64], lost: &mut [[f64; 2]]) {
         let is_clocked = self.clock.is_some() && !self.computes();
         for stage in &mut self.stages {
@@ -288,14 +288,14 @@ impl Part {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Parts {
     pub parts: Vec<Part>,
-    /// Nets that count round and round.
+    /// Nets that count and wrap.
     pub counters: Vec<usize>,
     pub method: Option<Method>,
 }
 
 impl Parts {
-    /// Those between the counters and the modulator. `law` is that of a method, with the edges it takes: its blocks go
-    /// by their labels, and are read no further.
+    /// Reads the blocks between the counters and the modulator. `law` is a method's law with the clock cycles that it
+    /// takes; it replaces the blocks with its labels, whose equations are not read.
     pub fn new(instances: &[Instance], law: Option<(LawConfig, u64)>) -> Self {
         let mut all = Self {
             method: law.and_then(|(config, latency)| Method::of(instances, config, latency)),
@@ -326,7 +326,7 @@ impl Parts {
     }
 }
 
-/// A block inside another one, whose ports are connected to these nets.
+/// Reads a block inside another block whose ports are connected to these nets.
 fn within(part: &Instance, outer: &[Connection]) -> Option<Stage> {
     let connection = |inner: &Connection| Connection { port: inner.port.clone(), net: outer[inner.net].net };
     Stage::of(&*part.model, &part.connections.iter().map(connection).collect::<Vec<_>>(), &part.tied)

@@ -1,7 +1,7 @@
-//! Seeded random motion: what the datapath does for motions that nobody thought of.
+//! Seeded random motion: tries the datapath on motions that no scene contains.
 //!
-//! The loop is open: encoders turn as a random, band-limited motion has it, and nothing answers to the gates. A walk is
-//! a sum of sines of up to [`BAND_HZ`], folded back at both ends of its range, so that it comes everywhere in it.
+//! The loop is open: the encoders follow a random, band-limited motion, whatever the gates do. A walk is a sum of sines
+//! of up to [`BAND_HZ`]. It is reflected at both ends of its range, so that it reaches every count in the range.
 
 use hpu_cosim::scene::{Device, Experiment, Hand};
 use hpu_cosim::{Control, Rig, SplitMix64, Visit, Wired, World};
@@ -10,11 +10,11 @@ use hpu_signal::{Cycle, Format, Observe, Ports, Signal, SignalUse};
 
 use super::measured::{Measured, beside, ready, rows};
 
-/// What a hand follows.
+/// The highest frequency of a walk, in hertz: a hand can follow it.
 const BAND_HZ: f64 = 10.0;
-/// Sines of a walk.
+/// The number of sines in a walk.
 const SINES: usize = 8;
-/// Edges between which a walk is straight, in seconds.
+/// The time over which a walk is straight, in seconds.
 const STRAIGHT_S: f64 = 1e-3;
 
 /// A random motion of one encoder, in counts from its start.
@@ -28,11 +28,11 @@ pub struct Walk {
 }
 
 impl Walk {
-    /// A walk from 0 between two counts with at most that many counts a second.
+    /// Makes a walk that begins at 0, stays between two counts and moves at most `most_per_s` counts a second.
     #[must_use]
     pub fn new(random: &mut SplitMix64, [low, high]: [f64; 2], most_per_s: f64) -> Self {
         let mut unit = || random.below(1 << 53) as f64 / (1u64 << 53) as f64;
-        // Twice through the range, if all sines agree.
+        // The range is passed twice if all sines add up.
         let size = 2.0 * (high - low) / SINES as f64;
         let mut sines: [[f64; 3]; SINES] = std::array::from_fn(|_| {
             [size, 2.0 * std::f64::consts::PI * BAND_HZ * unit(), 2.0 * std::f64::consts::PI * unit()]
@@ -50,7 +50,7 @@ impl Walk {
         self.sines.iter().map(|[size, rad_per_s, phase]| size * libm::sin(rad_per_s * time_s + phase)).sum()
     }
 
-    /// The position at a time, in counts.
+    /// Returns the position at a time, in counts.
     #[must_use]
     pub fn at(&self, time_s: f64) -> f64 {
         let range = self.high - self.low;
@@ -59,15 +59,15 @@ impl Walk {
     }
 }
 
-/// Turns the encoders of a scene at random for so long and tells what happened to every signal; `None` when `control`
-/// stopped it.
+/// Turns the encoders of a scene at random for `seconds` and returns the ranges and losses of every signal; `None` when
+/// `control` stopped it.
 ///
-/// An axis goes as far as its counter tells from either side of the wall, no faster than its motor without load; each
-/// joint of a PHANToM goes through all that its tables hold.
+/// An axis moves as far from the wall, on either side, as its counter can tell, and no faster than its motor without
+/// load. Each joint of a PHANToM passes through all counts that its tables hold.
 ///
 /// # Errors
 ///
-/// Why the scene cannot be run, or has no words, or no device that could move.
+/// Why the scene cannot be run, or that its loop is not in words or no device could move.
 pub fn random(experiment: &Experiment, seconds: f64, seed: u64, control: &Control) -> Result<Option<Measured>, String> {
     if matches!(experiment, Experiment::Axis(scene) if matches!(scene.hand, Hand::Capture { .. })) {
         return Err("a recording has no device that could move at random".into());
@@ -115,18 +115,18 @@ fn walks(experiment: &Experiment, random: &mut SplitMix64) -> Result<Vec<Walk>, 
     }
 }
 
-/// An encoder that follows a walk.
+/// An encoder that follows a walk along straight pieces.
 struct Encoder {
     walk: Walk,
     count: i64,
-    /// Straight from here, at an edge, by so many counts an edge, until another edge.
+    /// The straight piece: its first edge and the position there, its slope in counts an edge, and its last edge.
     from: (u64, f64),
     slope: f64,
     until: u64,
 }
 
 impl Encoder {
-    /// The edge at which the count next changes, up to the end of the straight line.
+    /// Returns the edge at which the count next changes, at most the end of the straight piece.
     fn next(&self) -> u64 {
         let (edge, at) = self.from;
         let bound = if self.slope > 0.0 { (self.count + 1) as f64 } else { self.count as f64 };
@@ -138,10 +138,10 @@ impl Encoder {
         }
     }
 
-    /// Goes to an edge, at most the next one.
+    /// Moves to an edge, at most the next one.
     fn go(&mut self, edge: u64, clock_s: f64, straight: u64) {
         let at = self.from.1 + self.slope * (edge - self.from.0) as f64;
-        // One count an edge at most, as a decoder takes them.
+        // At most one count an edge, as a decoder takes them.
         self.count += (at.floor() as i64 - self.count).signum();
         if edge == self.until {
             self.from = (edge, self.walk.at(edge as f64 * clock_s));
@@ -205,7 +205,7 @@ impl<'s> Visit<'s> for Drive<'_> {
     }
 }
 
-/// The inputs with the encoders' pins, which come first.
+/// Returns the inputs with the encoders' pins, which come first.
 fn with_pins<P: Ports<i64>>(words: &mut [i64], encoders: &[Encoder]) -> P {
     for (pins, encoder) in words.chunks_exact_mut(2).zip(encoders) {
         let lines = hpu_cosim::Pins::at(encoder.count);

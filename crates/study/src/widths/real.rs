@@ -1,7 +1,7 @@
-//! Equations read in real numbers: the law that words are held against.
+//! Reads equations in real numbers: this is the law that words are compared with.
 //!
-//! Nothing is rounded, wraps or saturates for want of bits. A limit that the law itself has stays one
-//! ([`Word::limit`]), and a table of sines is the sine.
+//! Nothing is rounded, wraps or saturates for want of bits. A limit that belongs to the law stays ([`Word::limit`]),
+//! and a table of sines is replaced by the sine.
 
 use std::f64::consts::PI;
 
@@ -12,7 +12,7 @@ use hpu_signal::{Format, Narrowing, Rounding, Sine, Word};
 pub(super) struct Real(pub f64);
 
 impl Real {
-    /// Times `2^bits`, exactly.
+    /// Returns the number times `2^bits`, exactly.
     fn scaled(self, bits: i32) -> Self {
         Self(libm::scalbn(self.0, bits))
     }
@@ -53,7 +53,7 @@ impl Word for Real {
     fn branch<const N: usize>(bit: bool, yes: impl FnOnce() -> [Self; N], no: impl FnOnce() -> [Self; N]) -> [Self; N] {
         if bit { yes() } else { no() }
     }
-    /// A table of which no more is known than its words: of the nearest address.
+    /// Reads a table of which only the words are known, at the nearest address.
     fn look_up<T: Copy + Into<i64>>(self, table: &[T]) -> Self {
         let address = (self.0.round().max(0.0) as usize).min(table.len() - 1);
         Self(table[address].into() as f64)
@@ -77,14 +77,14 @@ mod tests {
 
     use super::*;
 
-    /// The outputs of a block, in units.
+    /// Returns the outputs of a block, in units.
     fn law(block: &dyn AnyBlock, registers: usize, inputs: &[f64]) -> Vec<f64> {
         let lsbs = block.inputs().into_iter().map(|port| port.format.lsb());
         let given: Vec<_> =
             (0..registers).map(|_| Real(0.0)).chain(lsbs.zip(inputs).map(|(lsb, x)| Real(x / lsb))).collect();
         let made = block.equations().expect("equations").recorded().read(&given);
         let lsbs = block.outputs().into_iter().map(|port| port.format.lsb());
-        // A register that a table loads is what it shows at the next edge.
+        // A register that is loaded from a table shows that entry at the next edge.
         made.into_iter().take(block.outputs().len()).zip(lsbs).map(|(word, lsb)| word.0 * lsb).collect()
     }
 

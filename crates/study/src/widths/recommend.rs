@@ -1,5 +1,5 @@
-//! What each width is good for: the least one that keeps the scene's outputs within a tolerance, and what one bit less
-//! breaks.
+//! Recommends widths: for each, the least that keeps the scene's outputs within a tolerance, and the failure that one
+//! bit less causes.
 
 use std::num::NonZeroUsize;
 use std::sync::Mutex;
@@ -16,50 +16,50 @@ use crate::accuracy::{Outputs, driver, usual, worst};
 use crate::fit::percent;
 use crate::map::outcome_name;
 
-/// What one width is good for.
+/// The recommendation for one width.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Needed {
     /// The width.
     pub field: Field,
-    /// The scene's bits.
+    /// Its bits in the scene.
     pub bits: i32,
-    /// The fewest that keep every output within the tolerance while all other widths stay.
+    /// The fewest bits that keep every output within the tolerance while all other widths stay.
     pub least: i32,
-    /// The worst error of an output with these.
+    /// The worst error of an output with these bits.
     pub error: f64,
-    /// What one bit less than that breaks.
+    /// The failure that one bit less causes.
     pub breaks: String,
 }
 
-/// What widths are good for.
+/// The recommendations for all widths of a scene.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Recommended {
-    /// The tolerance.
+    /// The tolerance: the largest error of an output that is accepted.
     pub within: f64,
     /// The outputs that count.
     pub outputs: Vec<Output>,
-    /// Every width.
+    /// The recommendation for every width.
     pub needed: Vec<Needed>,
     /// Bits of every width when all go down together, in the order of `needed`.
     pub together: Vec<i32>,
-    /// The worst error of an output then.
+    /// The worst error of an output with these bits.
     pub error: f64,
-    /// Every net and its format then.
+    /// Every net and its format with these bits.
     pub formats: Vec<(&'static str, Format)>,
-    /// Runs that it took.
+    /// The number of runs done.
     pub runs: usize,
 }
 
 /// Finds the widths that a scene needs; `None` when `control` stopped it.
 ///
-/// Bits that the measured range leaves idle go first: without them no word changes. The rest is halved between what
-/// holds and what breaks: the width found holds and one bit less breaks, both tried; widths below that are not tried
-/// again. Then all go down together, and whichever has the worst error by itself gives a bit back until the outputs
-/// hold.
+/// Bits that the measured range leaves idle go first: without them no word changes. Then it bisects between widths that
+/// hold and widths that break. The width found holds and one bit less breaks; both were tried, and narrower widths are
+/// not. At last all widths go down together, and the width with the worst error by itself gets bits back until the
+/// outputs hold.
 ///
 /// # Errors
 ///
-/// Why the scene cannot be run, or has no outputs or no widths.
+/// Why the scene cannot be run, or that it has no outputs or no widths.
 pub fn recommend(
     experiment: &Experiment,
     measured: &Measured,
@@ -101,7 +101,7 @@ pub fn recommend(
     Ok(Some(Recommended { within, outputs, needed, together, error, formats, runs }))
 }
 
-/// The scene, and what it is compared with.
+/// The scene, and the outputs that its variants are compared with.
 struct Trial<'a> {
     experiment: &'a Experiment,
     reference: &'a Outputs,
@@ -112,7 +112,7 @@ struct Trial<'a> {
 }
 
 impl Trial<'_> {
-    /// The worst error of a scene's outputs, or what it breaks.
+    /// Runs a variant of the scene. Returns the worst error of its outputs, or a text that says how it fails.
     fn run(&self, scene: Result<Experiment, String>) -> Result<f64, String> {
         if let Ok(mut runs) = self.runs.lock() {
             *runs += 1;
@@ -137,14 +137,14 @@ impl Trial<'_> {
         self.control.stop.load(Ordering::Relaxed)
     }
 
-    /// The least bits of a field; `None` when stopped.
+    /// Returns the least bits of a field; `None` when stopped.
     fn least(&self, field: Field, measured: &Measured) -> Option<Needed> {
         let bits = field.bits(self.experiment);
         let idle = field.nets().iter().filter_map(|net| measured.row(net)).map(|row| row.headroom_bits).min();
         let run = |bits: i32| self.run(field.with(self.experiment, bits));
         let (mut least, mut error) = (bits, 0.0);
         let (mut low, mut breaks) = (-1, "there is nothing less".to_string());
-        // Idle bits first, if they are what they seem.
+        // Idle bits first, if they prove idle.
         if let Some(idle) = idle.filter(|idle| *idle > 0) {
             match run(bits - idle) {
                 Ok(found) => (least, error) = (bits - idle, found),
@@ -161,7 +161,7 @@ impl Trial<'_> {
         (!self.stopped()).then_some(Needed { field, bits, least, error, breaks })
     }
 
-    /// Every width down at once, as far as that holds: the bits, the error, the scene.
+    /// Narrows every width at once, as far as the outputs hold. Returns the bits, the error and the scene.
     fn together(&self, needed: &[Needed]) -> Option<(Vec<i32>, f64, Experiment)> {
         let mut bits: Vec<i32> = needed.iter().map(|needed| needed.least).collect();
         loop {
@@ -182,24 +182,25 @@ impl Trial<'_> {
     }
 }
 
-/// A scene's reason without the place of a key that nobody wrote.
+/// Returns a scene's reason for refusal without the place of a key that nobody wrote.
 fn reason(why: &str) -> String {
     let short = why.split_once(": ").filter(|(place, _)| place.contains(':')).map_or(why, |(_, rest)| rest);
     short.split(';').next().unwrap_or(short).to_string()
 }
 
-/// The format that the measured range needs, with the fraction bits that are there.
+/// Returns the format that the measured range needs; its fraction bits stay.
 #[must_use]
 pub fn by_range(format: Format, headroom_bits: i32) -> Option<Format> {
     Format::new(format.is_signed(), format.int() - headroom_bits, format.frac()).ok()
 }
 
 impl Recommended {
-    /// What two scenes of one wiring need together: of each width the greater number of bits, formats as `scene` has
-    /// them then.
+    /// Merges the needs of two scenes of one wiring: takes the greater number of bits of each width, and gives the
+    /// formats that `scene` then has.
     ///
     /// # Errors
     ///
+    /// When `scene` cannot have these widths.
     /// When there are no such words.
     pub fn and(self, other: Self, scene: &Experiment) -> Result<Self, String> {
         let pairs = self.needed.into_iter().zip(other.needed);

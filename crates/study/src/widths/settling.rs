@@ -1,7 +1,7 @@
-//! Whether a loop notices that its torque takes more than one clock.
+//! Finds whether a loop changes when its torque needs more clock cycles to settle.
 //!
-//! To first order a spring `k` that answers `t` late is the same spring with a damper of `-k t` beside it: that is what
-//! the device must have to spare.
+//! To first order, a spring `k` that answers `t` late is the same spring with a damper of `-k t` beside it. The device
+//! must have that much damping to spare.
 
 use std::num::NonZeroUsize;
 
@@ -11,24 +11,24 @@ use hpu_cosim::scene::{Datapath, Experiment, Loop, OutcomeKind, Output, Scene};
 use crate::accuracy::{Outputs, driver, usual};
 use crate::limits::{Looks, WordsSet, usual_range};
 
-/// A scene with its command held back by some clocks more, beside the scene as it is. *Measured*, all of it.
+/// A scene whose command is delayed by further clock cycles, beside the scene as it is. All figures are *measured*.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Settling {
-    /// `method.settling` of the scene, and of the other.
+    /// `method.settling` of the scene, and of the delayed one.
     pub clocks: [u32; 2],
-    /// What became of the motion in both.
+    /// The verdicts of both.
     pub outcomes: [OutcomeKind; 2],
-    /// What the later one gets wrong of the outputs that the verdict makes worth comparing, relative.
+    /// The relative errors of the delayed run, for the outputs that the verdict makes worth comparing.
     pub errors: Vec<(Output, f64)>,
-    /// The set in words of both, or why there is none.
+    /// The set of stable stiffnesses in words of both, or why there is none.
     pub limits: [Result<WordsSet, String>; 2],
-    /// The damping that the wall's spring loses by the delay, in the scene's unit.
+    /// The damping that the delay takes from the wall, in the scene's unit.
     pub lost_damping: f64,
 }
 
 impl Settling {
-    /// Whether the verdict is another one, or one set in words has ended, at every phase, where the other has not begun
-    /// to.
+    /// Returns whether the verdict differs, or whether one set in words has ended, at every phase, at a stiffness where
+    /// the other has not begun to end.
     #[must_use]
     pub fn noticed(&self) -> bool {
         let moved = match &self.limits {
@@ -39,11 +39,11 @@ impl Settling {
     }
 }
 
-/// Runs a scene with its command held back by so many clocks in all, and as it is; nothing if it was stopped.
+/// Runs a scene as it is, and with its command delayed by `clocks` in all. Returns `None` if it was stopped.
 ///
 /// # Errors
 ///
-/// Why it cannot be run: only the hybrid and the conventional loop in words can be held back.
+/// Why it cannot be run: only the hybrid and the conventional loop in words can be delayed.
 pub fn settling(scene: &Scene, clocks: u32, control: &Control) -> Result<Option<Settling>, String> {
     if !matches!(scene.method.kind, Loop::Hybrid | Loop::Conventional) || scene.model.datapath != Datapath::Words {
         return Err("only the hybrid and the conventional loop in words have method.settling".into());
@@ -52,7 +52,7 @@ pub fn settling(scene: &Scene, clocks: u32, control: &Control) -> Result<Option<
     late.method.settling = clocks;
     let mut outputs = Vec::new();
     let mut limits = Vec::new();
-    // Around the scene's own stiffness.
+    // A range around the scene's own stiffness.
     let (own, [least, most]) = (scene.wall.stiffness_nm_per_rad, usual_range(scene));
     let range = if own > 0.0 { [least.max(own / 16.0), most.min(own * 16.0)] } else { [least, most] };
     for scene in [scene, &late] {

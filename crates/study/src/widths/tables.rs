@@ -1,9 +1,9 @@
-//! Tables of sines: how deep, how wide, and what lies between their entries.
+//! Tables of sines: their depth, their width, and ways to fill the gaps between their entries.
 //!
 //! Worst errors are *exhausted*: every count of both kinds of joint, sine and cosine. The workspace is counted cell by
-//! cell. Block RAM is computed from the words: a full table is read by a register, and takes of a block of 4096 bits
-//! what its words take, without the bits that are the same in all of them, which Yosys leaves out. The other sources
-//! put logic between their ROM and the register, so no block RAM can hold it: it becomes lookup tables.
+//! cell. Block RAM is computed from the words. A register reads a full table, so the table fits into block RAM; its
+//! words share blocks of 4096 bits, without the bits that are equal in all words, which Yosys leaves out. The other
+//! sources have logic between their ROM and the register. No block RAM can hold such a ROM: it becomes lookup tables.
 
 use std::fmt::Write;
 
@@ -19,7 +19,7 @@ const RAM_BITS: u64 = 4096;
 /// Block RAMs of an HX8K.
 const HX8K_RAMS: u64 = 32;
 
-/// The tables of a design, in other depths and widths, and what could stand in their place.
+/// The tables of a design in other depths and widths, and the sources of sines that could replace them.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Tables {
     /// Width of the counts that the design's own tables hold.
@@ -30,32 +30,32 @@ pub struct Tables {
     pub depths: Vec<Depth>,
     /// Every source in every size, over the design's counts, and the block RAM of one joint.
     pub sources: Vec<(Sine, u64)>,
-    /// What the tables hold of the workspace.
+    /// The part of the workspace that the tables hold.
     pub workspace: Workspace,
 }
 
-/// Tables of one depth.
+/// Figures of the tables at one depth.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Depth {
     /// Width of the counts.
     pub width: u32,
-    /// Greatest angle of joint 1 and of joint 2 that they hold, in degrees.
+    /// Greatest angle of joint 1 and of joint 2 in the tables, in degrees.
     pub reach_deg: [f64; 2],
     /// Block RAMs of three joints.
     pub rams: u64,
-    /// Share of the nominal workspace, and of what the links reach of it, in percent.
+    /// Shares in percent that the tables hold: of the nominal workspace, and of the part of it that the links reach.
     pub held_percent: [f64; 2],
 }
 
-/// Block RAMs of the iCE40 that hold a full table: two ports, sine and cosine.
+/// Returns the block RAMs of the iCE40 for a full table with two ports, sine and cosine.
 ///
 /// # Errors
 ///
-/// When the table refuses its size.
+/// When the size is not allowed for a table.
 pub fn table_rams(count_width: u32, depth_width: u32, turn: Turn, trig: Format) -> Result<u64, ConfigError> {
     let table = TrigTable::new(count_width, depth_width, turn, trig)?;
     let reach = 1i64 << (depth_width - 1);
-    // Bits that are once 0 and once 1.
+    // Bits that are 0 in some word, and bits that are 1 in some word.
     let (mut zeros, mut ones) = ([0i64; 2], [0i64; 2]);
     for count in -reach..reach {
         let TrigOut { sine, cosine, .. } = table.at(count);
@@ -72,11 +72,11 @@ pub fn table_rams(count_width: u32, depth_width: u32, turn: Turn, trig: Format) 
     Ok(rams(0) + rams(1))
 }
 
-/// The tables of a design.
+/// Computes the tables of a design.
 ///
 /// # Errors
 ///
-/// When a source refuses a size.
+/// When a size is not allowed for a source.
 pub fn tables(config: &PhantomConfig) -> Result<Tables, ConfigError> {
     let PhantomConfig { position_width, depth_width, turns, formats, .. } = *config;
     let workspace = Workspace::new(config, NOMINAL_MM, CELLS);
@@ -102,7 +102,7 @@ pub fn tables(config: &PhantomConfig) -> Result<Tables, ConfigError> {
 }
 
 impl Tables {
-    /// All of it as text of at most 120 columns.
+    /// Returns everything as text of at most 120 columns.
     #[must_use]
     pub fn text(&self) -> String {
         let mut text = format!(
@@ -128,7 +128,7 @@ impl Tables {
         text + &self.explained() + &self.sources_text()
     }
 
-    /// Where the published share of the workspace comes from.
+    /// Explains the origin of the published share of the workspace.
     fn explained(&self) -> String {
         let Workspace { cells, unreachable, missed_by, .. } = &self.workspace;
         let percent = |part: &u64| 100.0 * *part as f64 / *cells as f64;
@@ -171,7 +171,7 @@ impl Tables {
         text + "           block RAM: of one joint, computed from the words; 0 where logic follows the ROM, which then is logic too\n"
     }
 
-    /// As CSV, the depths and then the sources.
+    /// Returns everything as CSV, the depths first, then the sources.
     #[must_use]
     pub fn csv(&self) -> String {
         let mut text =

@@ -1,26 +1,26 @@
-//! The scenes that every design of a search is run on.
+//! The scenes on which every design of a search is run.
 
 use hpu_cosim::scene::{Experiment, Output, Scene};
 
 use super::refused::{SearchError, searchable};
 
-/// A scene that every design is run on.
+/// A scene on which every design is run.
 pub(super) struct Case {
-    /// As it was named.
+    /// Its name as given.
     pub name: String,
     pub scene: Scene,
-    /// The outputs that the scene wants compared.
+    /// The outputs that the scene says are to be compared.
     pub outputs: Option<Vec<Output>>,
-    /// Whether its stable stiffness is looked for: it is the same for scenes that differ in the wall's stiffness alone,
-    /// so that the first of these climbs for all.
+    /// Whether its stable stiffness is searched. Scenes that differ only in the wall's stiffness have the same one, so
+    /// the first of them climbs for all.
     pub climbs: bool,
 }
 
-/// The scenes of a search.
+/// Reads the scenes of a search.
 ///
 /// # Errors
 ///
-/// When one has nothing to search, or they need different hardware whatever the widths.
+/// When a scene has nothing to search, or when the scenes need different hardware at equal widths.
 pub(super) fn cases(named: &[(String, Experiment)]) -> Result<Vec<Case>, SearchError> {
     let mut all: Vec<Case> = Vec::new();
     for (name, experiment) in named {
@@ -42,7 +42,7 @@ pub(super) fn cases(named: &[(String, Experiment)]) -> Result<Vec<Case>, SearchE
     if all.is_empty() { Err(SearchError::Scene("no scene to search".into())) } else { Ok(all) }
 }
 
-/// Why a design of the one is other hardware than the same widths of the other, if so.
+/// Returns why the two scenes need different hardware at the same widths, if they do.
 fn difference(first: &Scene, other: &Scene) -> Option<String> {
     let [unit, others] = [first, other].map(|scene| scene.device.units().stiffness);
     if unit != others {
@@ -58,7 +58,7 @@ fn difference(first: &Scene, other: &Scene) -> Option<String> {
         .then(|| "another method.product, .rescaled, .period_bits, .settling, or .pwm".to_string())
 }
 
-/// Whether these are the same scene once their walls are equally stiff.
+/// Returns whether the two scenes differ at most in the stiffness of their walls.
 fn same_but_for_stiffness(one: &Scene, other: &Scene) -> bool {
     let wall = |scene: &Scene| (scene.wall.position_rad, scene.wall.damping_nm_s_per_rad);
     let same = wall(one) == wall(other)

@@ -1,14 +1,15 @@
-//! The stiffest wall whose motion settles, word by word.
+//! Finds the stiffest wall whose motion settles, word by word.
 //!
-//! The rule: begin at the power of two (in PWM counts a count) at or below the scene's own stiffness. While it settles,
-//! double it; if it does not, halve it; until one settles whose double does not. Between these two, the binary digits
-//! from the highest down to the format's last: each stays if the wall still settles with it. What stays is the stable
-//! stiffness: it settles, and one word more does not, or the format does not hold it.
+//! The rule begins at the power of two (in PWM counts a count) at or below the scene's own stiffness. While the wall
+//! settles, the stiffness is doubled; if it does not settle, it is halved; until a stiffness settles whose double does
+//! not. Between these two, the binary digits are tried from the highest down to the format's last. A digit stays if the
+//! wall still settles with it. The result is the stable stiffness: it settles, and one word more does not, or the
+//! format does not hold one more.
 //!
-//! Nothing makes the verdict a monotone function of the stiffness, so this is one place where it turns; `hpu limits`
-//! tells the others. It is such a place for all formats together: a format of more fraction bits tries what one of
-//! fewer tries, and then more digits, so that it is never less stiff, and stiffer by less than the last digit of the
-//! other. After each try the place is known to lie in an interval; the search makes use of that.
+//! The verdict need not be a monotone function of the stiffness, so this is one place where it changes; `hpu limits`
+//! shows the others. The place is the same for all formats: a format with more fraction bits tries the same stiffnesses
+//! as one with fewer, and then more digits. So it is never less stiff, and stiffer by less than the last digit of the
+//! other. After each try, the place lies in a known interval, which the search uses.
 
 /// A climb on the words of one format.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -17,19 +18,19 @@ pub(super) struct Climb {
     start: i128,
     /// The greatest word.
     max: i128,
-    /// The stiffest that is known to settle.
+    /// The stiffest word that is known to settle.
     low: Option<i128>,
-    /// The softest that is known not to, or the first that the format does not hold.
+    /// The softest word that is known not to settle, or the first that the format does not hold.
     high: Option<i128>,
 }
 
 impl Climb {
-    /// From the scene's own word, on a format's words up to `max`, one less than a power of two.
+    /// Starts from the scene's own word; the format's words go up to `max`, one less than a power of two.
     pub fn new(own: i128, max: i128) -> Self {
         Self { start: 1 << own.clamp(1, max).ilog2(), max, low: None, high: None }
     }
 
-    /// The word to try next; none when the climb is over.
+    /// Returns the word to try next; `None` when the climb is over.
     pub fn next(&self) -> Option<i128> {
         match (self.low, self.high) {
             (None, None) => Some(self.start),
@@ -40,7 +41,7 @@ impl Climb {
         }
     }
 
-    /// Takes the verdict on the word that was to be tried.
+    /// Takes the verdict on the word that [`next`](Self::next) returned.
     pub fn told(&mut self, settles: bool) {
         let Some(word) = self.next() else { return };
         *(if settles { &mut self.low } else { &mut self.high }) = Some(word);
@@ -49,17 +50,17 @@ impl Climb {
         }
     }
 
-    /// The stable word, or what is known to lie at or below it; 0 when none settles.
+    /// Returns the stable word, or a lower bound of it; 0 when none settles.
     pub fn least(&self) -> i128 {
         self.low.unwrap_or(0)
     }
 
-    /// The stable word, or what is known to lie at or above it.
+    /// Returns the stable word, or an upper bound of it.
     pub fn most(&self) -> i128 {
         self.high.map_or(self.max, |high| high - 1)
     }
 
-    /// Whether the format holds no stiffer wall than the stable one.
+    /// Returns whether the format holds no stiffer wall than the stable one.
     pub fn is_capped(&self) -> bool {
         self.least() == self.max
     }

@@ -1,22 +1,23 @@
 //! The lookup tables of a loop from its widths, without tools.
 //!
-//! A loop is mostly its two multipliers, and those are mostly the full adders that add up partial products, one for
-//! each pair of bits that meet below the product's last kept bit, and one for each pair above it where a product
-//! saturates and its upper bits are looked at. Of the velocity no more bits count than the position has: the others are
-//! its sign. What is left grows with the modulator's width, with the bits by which the velocity's saturation narrows,
-//! and with the position that a conventional loop holds.
+//! A loop is mostly its two multipliers. These are mostly full adders that add up partial products. There is one for
+//! each pair of bits that meet below the product's last kept bit. Where a product saturates, its upper bits are
+//! examined, and each pair above that bit costs one too. The velocity counts no more bits than the position has: the
+//! others repeat its sign. The rest grows with the modulator's width, with the bits by which the velocity's saturation
+//! narrows, and with the position that a conventional loop holds.
 //!
-//! The seven weights are least squares of the relative error on 35 loops as Yosys maps them for the iCE40 (positions of
-//! 8 to 24 bits, gains of 3 to 24, modulators of 8 to 14; `testbench/record/widths.txt` lists them), rounded. It is off
-//! by 3.7 % rms and at most 10.02 % there, and by 3.1 % rms on the twelve other loops of `tests/all/width_search.rs`,
-//! nowhere by more than [`ESTIMATE_ERROR`]. An estimate puts designs in an order; it is no price.
+//! The seven weights are least squares of the relative error on 35 loops as Yosys maps them for the iCE40, rounded
+//! (positions of 8 to 24 bits, gains of 3 to 24, modulators of 8 to 14; `testbench/record/widths.txt` lists them). On
+//! these the estimate is off by 3.7 % rms and at most 10.02 %. On the twelve other loops of `tests/all/width_search.rs`
+//! it is off by 3.1 % rms, and nowhere by more than [`ESTIMATE_ERROR`]. An estimate orders designs; it does not replace
+//! synthesis.
 
 use hpu_datapath::LoopConfig;
 
-/// What the relative error of the estimate does not exceed on loops that it was not fitted to.
+/// The largest relative error of the estimate on loops that it was not fitted to.
 pub const ESTIMATE_ERROR: f64 = 0.1;
 
-/// Estimated LUT4s of a loop; `held` if the position is held between samples.
+/// Returns the estimated LUT4s of a loop; `held` says that the position is held between samples.
 #[must_use]
 pub fn estimate(config: &LoopConfig, held: bool) -> u32 {
     let LoopConfig { position_width, stiffness, damping, velocity_width, pwm, saturate, .. } = *config;
@@ -37,7 +38,7 @@ pub fn estimate(config: &LoopConfig, held: bool) -> u32 {
     luts.round() as u32
 }
 
-/// Pairs of bits of two factors, by whether they meet below a column of the product.
+/// The number of pairs of bits of two factors, by whether they meet below a column of the product.
 struct Pairs {
     below: f64,
     above: f64,

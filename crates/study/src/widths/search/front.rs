@@ -1,48 +1,48 @@
-//! What no other beats in cost, error and stiffness.
+//! The front: designs that no other design beats in cost, error and stiffness.
 
 use std::collections::BTreeMap;
 
-/// What is known of a design, or what it may be at best.
+/// The figures of a design, or the best that they can still become.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Merit {
     /// Lookup tables; fewer are better.
     pub lut4: u32,
-    /// Error of the outputs; less is better. An infinite one is no merit.
+    /// Error of the outputs; less is better. An infinite error excludes the design.
     pub error: f64,
-    /// The stable stiffness; more is better. None, 0, is no merit.
+    /// The stable stiffness; more is better. A stiffness of 0 excludes the design.
     pub stiffness: f64,
 }
 
 impl Merit {
-    /// Whether it is at least as good in all, and better in one.
+    /// Returns whether it is at least as good in all figures, and better in one.
     #[must_use]
     pub fn beats(&self, other: &Self) -> bool {
         let as_good = self.lut4 <= other.lut4 && self.error <= other.error && self.stiffness >= other.stiffness;
         as_good && self != other
     }
 
-    /// Whether there is anything to it.
+    /// Returns whether the design can be on a front: its error is finite and its stiffness above 0.
     #[must_use]
     pub fn is_some(&self) -> bool {
         self.error.is_finite() && self.stiffness > 0.0
     }
 }
 
-/// The indices of those that no other beats, cheapest first; equals stay all.
+/// Returns the indices of designs that no other beats, cheapest first; equal designs all stay.
 #[must_use]
 pub fn front(merits: &[Merit]) -> Vec<usize> {
     let mut order: Vec<usize> = (0..merits.len()).filter(|&index| merits[index].is_some()).collect();
-    // Of two in this order, the later never beats the earlier.
+    // Of two designs in this order, the later never beats the earlier.
     order.sort_by(|&a, &b| {
         let (a, b) = (&merits[a], &merits[b]);
         a.lut4.cmp(&b.lut4).then(a.error.total_cmp(&b.error)).then(b.stiffness.total_cmp(&a.stiffness))
     });
-    // The stiffest so far among those of at most some error: both rise from step to step.
+    // For each error, the greatest stiffness so far among designs with at most that error: both rise from step to step.
     let mut steps: BTreeMap<u64, f64> = BTreeMap::new();
     let mut kept: Vec<usize> = Vec::new();
     for index in order {
         let Merit { error, stiffness, .. } = merits[index];
-        // Errors are not negative, so that their bits have their order.
+        // Errors are not negative, so their bits sort in the same order.
         let error = error.abs().to_bits();
         let stiffest = steps.range(..=error).next_back().map(|(_, stiffness)| *stiffness);
         let equal = kept.last().is_some_and(|&last| merits[last] == merits[index]);

@@ -1,4 +1,4 @@
-//! Designs that are alike in every run.
+//! Groups designs that are alike in every run.
 
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
@@ -15,61 +15,61 @@ use super::knob::{Design, Knob};
 use super::memory::{Depth, Gain, Gains, Memory};
 use crate::widths::proof::{Held, Limits};
 
-/// All that a design's runs are functions of.
+/// The values that determine all runs of a design.
 #[derive(Clone, PartialEq, Eq, PartialOrd, Ord, Debug)]
 struct Alike {
     pwm: u32,
-    /// The damping of each scene.
+    /// The damping on each scene.
     damping: Vec<Gain>,
-    /// Integer and fraction bits of the stiffness, which say how stiff and how fine it can be.
+    /// Integer and fraction bits of the stiffness, which give its range and resolution.
     stiffness: (i32, i32),
     depth: Depth,
 }
 
-/// Knowledge about equivalent designs on one scene.
+/// The knowledge about a kind on one scene.
 struct On {
     /// The scene's own stiffness.
     own: Gain,
-    /// SI stiffness of the last bit.
+    /// Stiffness of the last bit, in SI units.
     lsb: f64,
     /// The error, once known.
     error: Option<f64>,
-    /// The stable stiffness, as far as it is known; of scenes that differ in nothing else only once.
+    /// The climb to the stable stiffness; only one of the scenes that differ in nothing else has one.
     climb: Option<Climb>,
 }
 
 impl On {
-    /// Bounds of the stable stiffness; infinite where another scene's climb decides it.
+    /// Returns bounds of the stable stiffness; infinite where another scene's climb decides it.
     fn between(&self) -> [f64; 2] {
         let between = self.climb.as_ref().map(|climb| [climb.least(), climb.most()].map(|word| word as f64 * self.lsb));
         between.unwrap_or([f64::INFINITY; 2])
     }
 }
 
-/// Designs that are alike in every run, and what is known of them.
+/// Designs that are alike in every run, with their known figures.
 pub(super) struct Kind {
     alike: Alike,
     /// How many designs are alike.
     pub count: usize,
-    /// The cheapest of them, and what they cost.
+    /// The cheapest designs, and their cost.
     pub designs: Vec<Design>,
     lut4: u32,
-    /// Knowledge on each scene.
+    /// The knowledge on each scene.
     on: Vec<On>,
-    /// The worst error of all scenes, once known; infinite as soon as one is above what was asked for.
+    /// The worst error of all scenes, once known; infinite as soon as one is above the limit.
     pub error: Option<f64>,
-    /// Tries of the climbs, and errors that were looked up.
+    /// The number of tries of the climbs and of errors looked up.
     pub asked: usize,
     /// Whether one of its runs failed.
     pub failed: bool,
 }
 
 impl Kind {
-    /// The kind of a design.
+    /// Makes the kind of a design.
     ///
     /// # Errors
     ///
-    /// Why no scene has it, or which scene does not.
+    /// Why no scene can have the design, or which scene cannot.
     pub fn new(cases: &[Case], design: Design) -> Result<Self, String> {
         let mut found: Option<Self> = None;
         for case in cases {
@@ -81,7 +81,7 @@ impl Kind {
             let kind = match &mut found {
                 Some(kind) => kind,
                 None => {
-                    // Widths that the blocks refuse.
+                    // Some widths are refused by the blocks.
                     HybridLoop::new(words.config).map_err(|error| error.to_string())?;
                     ConventionalLoop::new(words.config).map_err(|error| error.to_string())?;
                     let lut4 = estimate(&words.config, method.kind == Loop::Conventional);
@@ -115,8 +115,8 @@ impl Kind {
         Gains { case, pwm: self.alike.pwm, damping: self.alike.damping[case], stiffness }
     }
 
-    /// The scene whose climb decides next. The stable stiffness is the least of all scenes', so that a climb which is
-    /// known to end no lower than another is followed no further.
+    /// Returns the scene whose climb decides next. The stable stiffness is the least of all scenes, so a climb that is
+    /// known to end no lower than another is not continued.
     fn climbing(&self) -> Option<usize> {
         let lowest = self.on.iter().map(|on| on.between()[1]).fold(f64::INFINITY, f64::min);
         let open = |on: &On| on.climb.as_ref().is_some_and(|climb| climb.next().is_some()) && on.between()[0] < lowest;
@@ -124,7 +124,7 @@ impl Kind {
         open.min_by(|&a, &b| self.on[a].between()[1].total_cmp(&self.on[b].between()[1]))
     }
 
-    /// Follows the climbs as far as runs are known; what they want to know next, if anything.
+    /// Continues the climbs as far as runs are known. Returns the run that they need next, if any.
     pub fn follow(&mut self, memory: &Memory) -> Option<(Gains, Depth)> {
         while let Some(case) = self.climbing() {
             let word = self.on[case].climb.as_ref().and_then(Climb::next)?;
@@ -138,8 +138,8 @@ impl Kind {
         None
     }
 
-    /// Looks for the errors among known runs; which is wanted, if it is not there. Above `within` it is as good as
-    /// infinite, and no other scene is asked.
+    /// Looks up the errors among known runs. Returns the run that is missing, if any. An error above `within` counts as
+    /// infinite, and no further scene is asked.
     pub fn look(&mut self, memory: &Memory, within: f64) -> Option<(Gains, Depth)> {
         let mut worst = 0.0f64;
         for case in 0..self.on.len() {
@@ -164,35 +164,35 @@ impl Kind {
         None
     }
 
-    /// The best that the design may still turn out to be.
+    /// Returns the best figures that the design can still have.
     pub fn at_best(&self) -> Merit {
         let error = if self.failed { f64::INFINITY } else { self.error.unwrap_or(0.0) };
         let stiffness = self.on.iter().map(|on| on.between()[1]).fold(f64::INFINITY, f64::min);
         Merit { lut4: self.lut4, error, stiffness }
     }
 
-    /// Whether its stable stiffness is known.
+    /// Returns whether its stable stiffness is known.
     pub fn is_climbed(&self) -> bool {
         self.climbing().is_none()
     }
 
-    /// Whether its stiffness format holds no stiffer wall than the stable one.
+    /// Returns whether its stiffness format holds no stiffer wall than the stable one.
     pub fn is_capped(&self) -> bool {
         let stable = self.at_best().stiffness;
         self.on.iter().any(|on| on.between()[0] == stable && on.climb.as_ref().is_some_and(Climb::is_capped))
     }
 
-    /// Stiffness of a full command a count, `2^pwm` PWM counts, in each scene's unit.
+    /// Returns the stiffness at which one count gives a full command, `2^pwm` PWM counts, in each scene's unit.
     pub fn full_scales(&self) -> Vec<f64> {
         let full = f64::from(self.alike.stiffness.1) + f64::from(self.alike.pwm);
         self.on.iter().map(|on| on.lsb * libm::exp2(full)).collect()
     }
 
-    /// Proved ranges of its words on each scene.
+    /// Returns the proved ranges of its words on each scene.
     ///
     /// # Errors
     ///
-    /// Which scene's proved range they do not hold, and why.
+    /// The scene whose proved range the words do not hold, and why.
     pub fn held(&self, cases: &[Case], limits: &[Limits]) -> Result<Vec<Held>, String> {
         let design = self.designs[0];
         let held = cases.iter().zip(limits).map(|(case, limits)| {
@@ -203,8 +203,8 @@ impl Kind {
     }
 }
 
-/// Every design of a grid, by its kind; and the reasons why no scene has some, with their numbers.
-/// With `limits`, those whose words do not hold the proved ranges are among the latter.
+/// Returns the designs of a grid by kind, and the reasons why no scene can have some designs, with their numbers. With
+/// `limits`, designs whose words do not hold the proved ranges are refused too.
 pub(super) fn kinds(
     cases: &[Case],
     knobs: &[Knob],

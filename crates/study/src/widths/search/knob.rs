@@ -9,7 +9,7 @@ use hpu_signal::Format;
 /// A width of a loop.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub enum Width {
-    /// Of the position counter.
+    /// Width of the position counter.
     Position,
     /// Integer bits of the stiffness.
     StiffnessInt,
@@ -19,14 +19,14 @@ pub enum Width {
     DampingInt,
     /// Fraction bits of the damping.
     DampingFrac,
-    /// Of the velocity.
+    /// Width of the velocity.
     Velocity,
-    /// Of the modulator; a period of it is two to that many clocks.
+    /// Width of the modulator; a period is two to the power of it clock cycles.
     Pwm,
 }
 
 impl Width {
-    /// All of them, in the order in which designs name them.
+    /// All widths, in the order in which designs name them.
     pub const ALL: [Self; 7] = [
         Self::Position,
         Self::StiffnessInt,
@@ -37,7 +37,7 @@ impl Width {
         Self::Pwm,
     ];
 
-    /// Its key in `[method]`; integer and fraction bits of a format go by `.int` and `.frac` behind the format's.
+    /// Returns its key in `[method]`; `.int` and `.frac` after a format's key mean its integer and fraction bits.
     #[must_use]
     pub const fn key(self) -> &'static str {
         match self {
@@ -51,7 +51,7 @@ impl Width {
         }
     }
 
-    /// The values that a scene takes; of integer and fraction bits, those that some format has.
+    /// Returns the least and greatest value that a scene accepts; for integer and fraction bits, that some format has.
     const fn accepted(self) -> (i32, i32) {
         match self {
             Self::Position | Self::Velocity => (2, 32),
@@ -63,26 +63,27 @@ impl Width {
 
 const SYNTAX: &str = "write KEY=FROM..TO, as in position_bits=8..16";
 
-/// A width, and the values that it takes.
+/// A width, and the range of values that it takes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Knob {
-    /// Which.
+    /// The width.
     pub width: Width,
     /// The least value.
     pub from: i32,
-    /// The greatest.
+    /// The greatest value.
     pub to: i32,
 }
 
 impl Knob {
-    /// How many values it takes.
+    /// Returns the number of values that it takes.
     #[must_use]
     pub fn values(&self) -> usize {
         (self.to - self.from + 1).unsigned_abs() as usize
     }
 
-    /// The knobs of a loop when none is named: every width from some bits below the scene's own up to it, and fractions
-    /// from none to four bits above. The modulator's is not among them: it sets the period of the modulation too.
+    /// Returns the knobs of a loop when none is named: every width from some bits below the scene's own up to it, and
+    /// fractions from no bits to four bits above. The modulator's width is not among them, because it also sets the
+    /// period of the modulation.
     #[must_use]
     pub fn usual(scene: &Scene) -> Vec<Self> {
         let own = Design::of(scene);
@@ -105,7 +106,7 @@ impl Knob {
 impl FromStr for Knob {
     type Err = String;
 
-    /// Reads `KEY=FROM..TO`, both ends values: `position_bits=8..16`.
+    /// Reads `KEY=FROM..TO`; both ends are values: `position_bits=8..16`.
     fn from_str(text: &str) -> Result<Self, String> {
         let (key, range) = text.split_once('=').ok_or(SYNTAX)?;
         let key = key.trim();
@@ -119,7 +120,7 @@ impl FromStr for Knob {
     }
 }
 
-/// Reads the values of a key, `FROM..TO`, each of which it accepts.
+/// Reads the values of a key, `FROM..TO`; the key must accept each of them.
 pub(super) fn values(key: &str, range: &str, (least, most): (i32, i32)) -> Result<(i32, i32), String> {
     let bits = |text: &str| text.trim().parse::<i32>().ok();
     let Some((from, to)) = range.split_once("..") else {
@@ -156,7 +157,7 @@ pub struct Design {
 }
 
 impl Design {
-    /// Those of a scene.
+    /// Returns the widths of a scene.
     #[must_use]
     pub fn of(scene: &Scene) -> Self {
         let method = &scene.method;
@@ -166,31 +167,31 @@ impl Design {
         Self { bits: [position, stiffness.int(), stiffness.frac(), damping.int(), damping.frac(), velocity, pwm] }
     }
 
-    /// One of them.
+    /// Returns one width.
     #[must_use]
     pub fn get(&self, width: Width) -> i32 {
         self.bits[width as usize]
     }
 
-    /// All bits of it together.
+    /// Returns the sum of all widths.
     #[must_use]
     pub fn bits(&self) -> i32 {
         self.bits.iter().sum()
     }
 
-    /// This design with another width.
+    /// Returns this design with another value of one width.
     #[must_use]
     pub fn with(mut self, width: Width, bits: i32) -> Self {
         self.bits[width as usize] = bits;
         self
     }
 
-    /// Position, gains and velocity of so many bits, the gains' integer bits as they are; the modulator's width, which
-    /// is its period, stays.
+    /// Returns the design with position, gains and velocity of `bits` bits. The gains' integer bits stay, and so does
+    /// the modulator's width, which sets its period.
     ///
     /// # Errors
     ///
-    /// In words, when so many bits are too few for the gains' integer bits.
+    /// A message when `bits` is too few for the gains' integer bits.
     pub fn wide(mut self, bits: i32) -> Result<Self, String> {
         for (int, frac) in [(Width::StiffnessInt, Width::StiffnessFrac), (Width::DampingInt, Width::DampingFrac)] {
             if bits < self.get(int) {
@@ -202,22 +203,22 @@ impl Design {
         Ok(self.with(Width::Position, bits).with(Width::Velocity, bits))
     }
 
-    /// Format of the stiffness, or damping; none for a word of no bits, or more than 64.
+    /// Returns the format of the stiffness or damping; `None` for a word of no bits, or more than 64.
     fn gain(&self, int: Width, frac: Width) -> Option<Format> {
         Format::new(false, self.get(int), self.get(frac)).ok()
     }
 
-    /// Format of the stiffness.
+    /// Returns the format of the stiffness.
     ///
     /// # Panics
     ///
-    /// When it is none, which a search has refused.
+    /// When it has none; a search has refused such designs.
     #[must_use]
     pub fn stiffness(&self) -> Format {
         self.gain(Width::StiffnessInt, Width::StiffnessFrac).expect("a design of a search has formats")
     }
 
-    /// Format of the damping.
+    /// Returns the format of the damping.
     ///
     /// # Panics
     ///
@@ -227,7 +228,7 @@ impl Design {
         self.gain(Width::DampingInt, Width::DampingFrac).expect("a design of a search has formats")
     }
 
-    /// The keys that make a scene's loop this one.
+    /// Returns the keys that give a scene this loop.
     #[must_use]
     pub fn set(&self) -> Vec<(String, String)> {
         let format = |int, frac| format!("(0,{},{})", self.get(int), self.get(frac));
@@ -242,11 +243,11 @@ impl Design {
         .into()
     }
 
-    /// The scene with this loop.
+    /// Returns the scene with this loop.
     ///
     /// # Errors
     ///
-    /// Why no scene has it: a width beyond what scenes take, or words that do not hold what the scene asks for.
+    /// Why no scene can have it: a width beyond the range of scenes, or words that do not hold the scene's values.
     pub fn scene(&self, base: &Scene) -> Result<Scene, String> {
         for width in Width::ALL {
             let ((least, most), bits) = (width.accepted(), self.get(width));

@@ -1,21 +1,22 @@
-//! What was run, and what it says of narrower widths.
+//! Remembers runs, and answers for narrower widths whose run is proved to be the same.
 //!
-//! A run is a function of the modulator's width and of the gains' *values*: a product is `floor(penetration k)`, and
-//! the same for `k` written with more fraction bits or more integer bits. So formats that hold the same two gains are
-//! one [`Gains`], and one run.
+//! A run is a function of the modulator's width and of the gains' *values*. A product is `floor(penetration k)`; it
+//! does not change when `k` is written with more fraction bits or more integer bits. So formats that hold the same two
+//! gains are one [`Gains`] and need one run.
 //!
-//! **Narrower words, the same run.** Let a run with a position of `P` bits and a velocity of `V` keep `delta` within
-//! `P' <= P` bits, every difference of two samples within `P'` bits, and the velocity, which never saturates, within
-//! `V' <= V`. Then the run with `P'` and `V'` has the same motion, `delta`, velocity and torque at every edge. By
-//! induction over the edges: while the motion is the same, the narrow counter is the wide one modulo `2^P'`, and so are
-//! the wall's reference, `delta` and the difference modulo `2^P'`, read as two's complement; what lies within `P'` bits
-//! is its own residue. So both are the same numbers; the velocity is the same difference (scaled alike), and fits. All
-//! that follows (contact, penetration, products, torque, pins) is a function of `delta`, the velocity and the gains;
-//! hence the motion is the same to the next edge.
+//! **Narrower words, the same run.** Let a run with a position of `P` bits and a velocity of `V` bits keep three values
+//! in range: `delta` within `P' <= P` bits, every difference of two samples within `P'` bits, and the velocity, which
+//! never saturates, within `V' <= V` bits. Then the run with `P'` and `V'` has the same motion, `delta`, velocity and
+//! torque at every edge. The proof is by induction over the edges. While the motion is the same, the narrow counter is
+//! the wide one modulo `2^P'`. So are the wall's reference, `delta` and the difference, read as two's complement modulo
+//! `2^P'`; a value that lies within `P'` bits is its own residue. So `delta` and the difference are the same numbers.
+//! The velocity is the same difference (scaled alike), and fits. Everything that follows (contact, penetration,
+//! products, torque, pins) is a function of `delta`, the velocity and the gains. So the motion is the same up to the
+//! next edge.
 //!
-//! The difference of two samples is a difference of two values of `delta`, from reset on, so it fits where `delta`'s
-//! whole range is less than half of the counter's; otherwise where the velocity, not rescaled, is that difference and
-//! fits.
+//! From reset on, the difference of two samples is a difference of two values of `delta`. So it fits where the whole
+//! range of `delta` is less than half of the counter's range. It also fits where the velocity is that difference, not
+//! rescaled, and fits.
 
 use std::collections::BTreeMap;
 
@@ -34,17 +35,18 @@ impl Gain {
         Self { word: word >> common, frac: frac - common }
     }
 
-    /// A format that holds it, of two bits at least.
+    /// Returns a format that holds the gain, of at least two bits.
     pub fn format(self) -> Format {
         let bits = (128 - self.word.leading_zeros()).max(2).max(self.frac) as i32;
         Format::new(false, bits - self.frac as i32, self.frac as i32).expect("a gain's word has 32 bits at most")
     }
 }
 
-/// All that a run is a function of, but for position and velocity. Runs of different scenes say nothing of each other.
+/// The values that determine a run, apart from the widths of position and velocity. Runs of different scenes say
+/// nothing about each other.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub(super) struct Gains {
-    /// Which scene, by its index.
+    /// The index of the scene.
     pub case: usize,
     pub pwm: u32,
     pub stiffness: Gain,
@@ -54,18 +56,18 @@ pub(super) struct Gains {
 /// Widths of position and velocity.
 pub(super) type Depth = (u32, u32);
 
-/// What a run said.
+/// The result of a run.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Ran {
-    /// Whether it settled.
+    /// Whether the run settled.
     pub settled: bool,
-    /// Error of its outputs against the reference's, which stands for something at the scene's own stiffness alone.
+    /// Error of its outputs against the reference's; valid only at the scene's own stiffness.
     pub error: f64,
     /// Least and greatest `delta`.
     pub delta: (i64, i64),
-    /// Least and greatest velocity; none when it saturated.
+    /// Least and greatest velocity; `None` when it saturated.
     pub velocity: Option<(i64, i64)>,
-    /// Whether velocities are rescaled, so that they do not tell the difference of two samples.
+    /// Whether velocities are rescaled; then they do not show the difference of two samples.
     pub rescaled: bool,
 }
 
@@ -75,7 +77,7 @@ fn fits((least, greatest): (i64, i64), bits: u32) -> bool {
 }
 
 impl Ran {
-    /// Whether a run of at most these widths is the same.
+    /// Returns whether a run with these widths, at most its own, is the same.
     fn covers(&self, (position, velocity): Depth) -> bool {
         let difference = self.delta.1 - self.delta.0;
         self.velocity.is_some_and(|range| {
@@ -84,14 +86,14 @@ impl Ran {
         })
     }
 
-    /// As a line of a journal.
+    /// Returns it as a line of a journal.
     pub fn line(&self) -> String {
         let velocity = self.velocity.map_or(String::from(","), |(least, most)| format!("{least},{most}"));
         let Self { settled, error, delta: (least, most), rescaled, .. } = self;
         format!("{settled},{error:e},{least},{most},{rescaled},{velocity}")
     }
 
-    /// From its line; none of any other text.
+    /// Reads it from its line; `None` for any other text.
     pub fn read(line: &str) -> Option<Self> {
         let fields: Vec<&str> = line.split(',').collect();
         let [settled, error, least, most, rescaled, slowest, fastest] = fields[..] else { return None };
@@ -105,14 +107,14 @@ impl Ran {
     }
 }
 
-/// Every run so far.
+/// All runs so far.
 #[derive(Default)]
 pub(super) struct Memory {
     runs: BTreeMap<Gains, Vec<(Depth, Ran)>>,
 }
 
 impl Memory {
-    /// What a run says, or one of wider words that is the same.
+    /// Returns the result of a run: its own, or that of wider words whose run is proved to be the same.
     pub fn recall(&self, gains: &Gains, depth: Depth) -> Option<&Ran> {
         let runs = self.runs.get(gains)?;
         let wider = |of: Depth| of.0 >= depth.0 && of.1 >= depth.1;
@@ -120,7 +122,7 @@ impl Memory {
         same.map(|(_, ran)| ran)
     }
 
-    /// Keeps a run.
+    /// Stores the result of a run.
     pub fn keep(&mut self, gains: Gains, depth: Depth, ran: Ran) {
         self.runs.entry(gains).or_default().push((depth, ran));
     }
@@ -157,7 +159,8 @@ mod tests {
         assert!(ran.covers((11, 6)));
         assert!(!ran.covers((10, 6)), "-978 takes 11 bits");
         assert!(!ran.covers((11, 5)), "31 takes 6 bits");
-        // The range of delta, 1011, fits a difference of 11 bits; one of 1100 does not, and velocities may not tell.
+        // The range of `delta`, 1011, fits a difference of 11 bits. A range of 1100 does not, and rescaled velocities
+        // do not count.
         let wide = Ran { delta: (-1000, 100), rescaled: true, ..ran };
         assert!(!wide.covers((11, 6)) && wide.covers((12, 6)));
         assert!(Ran { rescaled: false, ..wide }.covers((11, 6)));

@@ -1,31 +1,34 @@
-//! What each bit of a loop buys, and what it costs: the front of stable stiffness, error of the outputs, and lookup
-//! tables.
+//! Searches the widths of a loop: returns the front of stable stiffness, error of the outputs, and lookup tables.
 //!
-//! A design is a choice of widths ([`Width`]) for the loop of a scene. Of each is asked: the *stable stiffness*, the
-//! stiffest wall that settles (`climb`'s rule); the *error* of the scene's outputs, wall as written, against those of a
-//! reference of wide words ([`crate::accuracy::Outputs`]); and an *estimate* of its LUT4s ([`estimate`]). The front is
-//! what no other design beats in all three; a design whose error is above [`Plan::within`], or that settles at no
-//! stiffness, is none.
+//! A design is a choice of widths ([`Width`]) for the loop of a scene. The search finds three figures of it:
 //!
-//! A design that is good for one motion may fail another. So a search takes several scenes of one hardware: a design's
-//! error is the worst, its stable stiffness the least of all. With [`Plan::proved`] a design's position and velocity
-//! hold the range proved for every motion within the device's limits ([`Held`]).
+//! - the *stable stiffness*, the stiffest wall that settles (by the rule of `climb`);
+//! - the *error* of the scene's outputs, with the wall as written, against the outputs of a reference of wide words
+//!   ([`crate::accuracy::Outputs`]);
+//! - an *estimate* of its LUT4s ([`estimate`]).
 //!
-//! The front is that of the whole grid, always: nothing is assumed of verdicts and errors, least of all that they are
-//! monotone. Runs are saved by three theorems.
+//! The front holds the designs that no other design beats in all three. Designs whose error is above [`Plan::within`]
+//! and designs that settle at no stiffness are left out.
 //!
-//! 1. A run is a function of the gains' values, whatever their formats, and the same for all words of position and
-//!    velocity that hold what the run puts into them (`memory`, with the proof). So most designs are answered by other
-//!    designs' runs; of those that are alike in all runs only the cheapest are kept. A run of one scene says nothing of
-//!    another.
-//! 2. After each try the stable stiffness of a format lies in a known interval, and formats that differ in fraction
-//!    bits share their tries (`climb`). The least of several is known once one of them is known and all others lie at
-//!    or above it.
-//! 3. A design that is beaten even if its stiffness is the interval's upper end, is beaten. So only designs that are on
-//!    the front of what all may be at best are looked at any further, until all of that front are known.
+//! A design that is good for one motion may fail for another. So a search takes several scenes of one hardware: a
+//! design's error is the worst of all scenes, its stable stiffness the least. With [`Plan::proved`], a design's
+//! position and velocity also hold the range that is proved for every motion within the device's limits ([`Held`]).
 //!
-//! The order of the runs depends on their results and on nothing else, so a search may be interrupted and gone on with
-//! by its rows ([`crate::units`]).
+//! The front is always that of the whole grid. Nothing is assumed of verdicts and errors; they need not be monotone.
+//! Three theorems save runs.
+//!
+//! 1. A run is a function of the gains' values, whatever their formats. It is the same for all widths of position and
+//!    velocity that hold every value of the run (`memory`, with the proof). So most designs are answered by the runs of
+//!    other designs, and of designs that are alike in all runs only the cheapest are kept. A run of one scene says
+//!    nothing about another scene.
+//! 2. After each try, the stable stiffness of a format lies in a known interval. Formats that differ in fraction bits
+//!    share their tries (`climb`). The least stable stiffness of several scenes is known once one of them is known and
+//!    all others lie at or above it.
+//! 3. A design that is beaten even at the upper end of its interval is beaten. So the search follows only designs that
+//!    would be on the front if each had its upper end, until the stiffness of all designs on that front is known.
+//!
+//! The order of the runs depends only on their results. So an interrupted search can be continued from its rows
+//! ([`crate::units`]).
 
 mod case;
 mod climb;
@@ -67,59 +70,59 @@ pub struct Point {
 pub struct Line {
     /// Which width.
     pub width: Width,
-    /// Bits and error; an infinite one where the verdict is another, none where no scene has the design.
+    /// Bits and error: infinite where the verdict differs, `None` where no scene can have the design.
     pub errors: Vec<(i32, Option<f64>)>,
 }
 
-/// A scene that every design of a search was run on.
+/// A scene on which every design of a search was run.
 #[derive(Clone, PartialEq, Debug)]
 pub struct On {
-    /// As it was named.
+    /// Its name as given.
     pub scene: String,
     /// The reference's verdict on it.
     pub outcome: OutcomeKind,
-    /// Whether the reference touches the wall in the judged window; without that its verdict, and so the stable
-    /// stiffness, says nothing of the wall.
+    /// Whether the reference touches the wall in the judged window. Without that, its verdict and the stable stiffness
+    /// say nothing about the wall.
     pub touches: bool,
     /// The outputs whose worst error counts.
     pub outputs: Vec<Output>,
 }
 
-/// What a search found.
+/// The result of a search.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Found {
-    /// What errors are measured against.
+    /// The design that errors are measured against.
     pub reference: Point,
-    /// The scenes that every design was run on.
+    /// The scenes on which every design was run.
     pub on: Vec<On>,
-    /// What is proved of the reference's words on each scene; none where that was not asked, or where they do not hold
-    /// it.
+    /// The proved ranges of the reference's words on each scene; `None` where they were not requested, or where the
+    /// words do not hold them.
     pub proved: Option<Vec<Held>>,
     /// Unit of stiffness.
     pub unit: &'static str,
     /// All designs of the knobs.
     pub designs: usize,
-    /// Designs that no scene has: the reason and how many, the most frequent first.
+    /// Designs that no scene can have: the reason and their number, the most frequent first.
     pub refused: Vec<(String, usize)>,
-    /// Designs that are left, those alike in every run counted once.
+    /// The number of remaining designs; designs that are alike in every run count once.
     pub kinds: usize,
     /// The cheapest design of every kind whose stiffness was found, cheapest first.
     pub points: Vec<Point>,
-    /// Indices of those that no other beats, equals among them.
+    /// Indices of the points that no other point beats, equal ones included.
     pub front: Vec<usize>,
     /// Errors around the reference, width by width.
     pub lines: Vec<Line>,
-    /// Runs that were done.
+    /// The number of runs done.
     pub runs: usize,
-    /// Runs of the grid, design by design, at the least: those whose stiffness was not needed count as far as it was
-    /// followed.
+    /// The least number of runs that a search of the whole grid, design by design, takes. A design whose stiffness was
+    /// not needed counts as far as it was followed.
     pub grid_runs: usize,
     /// Runs that failed, with their reasons; their designs are left out.
     pub failed: Vec<String>,
 }
 
 impl Found {
-    /// The outputs whose worst error counts, of all scenes together.
+    /// Returns the outputs whose worst error counts, of all scenes together.
     #[must_use]
     pub fn outputs(&self) -> Vec<Output> {
         let all = self.on.iter().flat_map(|on| &on.outputs);
@@ -131,7 +134,7 @@ impl Found {
         })
     }
 
-    /// The points of the front, cheapest first; of equals the one of fewest bits.
+    /// Returns the points of the front, cheapest first; of equal ones, the one with the fewest bits.
     pub fn best(&self) -> impl Iterator<Item = &Point> {
         let front = self.front.iter().enumerate();
         let first = front.filter(|&(place, &index)| {
@@ -140,7 +143,7 @@ impl Found {
         first.map(|(_, &index)| &self.points[index])
     }
 
-    /// The cheapest design that keeps the reference's stable stiffness but for this share of it.
+    /// Returns the cheapest design whose stable stiffness falls short of the reference's by at most this share of it.
     #[must_use]
     pub fn smallest(&self, share: f64) -> Option<&Point> {
         let enough = (1.0 - share) * self.reference.merit.stiffness;

@@ -1,4 +1,4 @@
-//! Why a search was refused.
+//! The reasons for refusing a search.
 
 use std::fmt;
 
@@ -6,18 +6,18 @@ use hpu_cosim::scene::{Datapath, Experiment, Hand, Loop, Scene};
 
 use super::knob::Knob;
 
-/// Why there is no search.
+/// Why a search was refused.
 #[derive(Clone, PartialEq, Debug)]
 pub enum SearchError {
-    /// No knob.
+    /// No knob was given.
     NothingToVary,
     /// This width is varied twice.
     Twice(&'static str),
-    /// So many designs are too many.
+    /// There are too many designs: this many.
     TooMany(u128),
     /// The scene has nothing to search.
     Scene(String),
-    /// No scene has any of the designs: how many there are, and the reasons with their numbers.
+    /// No scene can have any of the designs: their number, and the reasons with their numbers.
     AllRefused(usize, Vec<(String, usize)>),
     /// The reference cannot be run, or has no stable stiffness.
     Reference(String),
@@ -43,10 +43,10 @@ impl fmt::Display for SearchError {
 
 impl std::error::Error for SearchError {}
 
-/// Designs that a search may have.
+/// The most designs that a search may have.
 const MOST_DESIGNS: u128 = 1 << 21;
 
-/// The scene, if its loop is one whose widths can be searched.
+/// Returns the scene if the widths of its loop can be searched.
 pub(super) fn searchable(experiment: Experiment) -> Result<Scene, SearchError> {
     let refused = |why: &str| Err(SearchError::Scene(why.into()));
     if experiment.auto() {
@@ -80,7 +80,7 @@ pub(super) fn searchable(experiment: Experiment) -> Result<Scene, SearchError> {
     Ok(scene)
 }
 
-/// Refuses knobs that are no grid; returns the number of designs.
+/// Refuses knobs that make no grid; returns the number of designs.
 pub(super) fn grid(knobs: &[Knob]) -> Result<usize, SearchError> {
     if knobs.is_empty() {
         return Err(SearchError::NothingToVary);

@@ -12,13 +12,13 @@ use crate::accuracy::{Outputs, ready, worst};
 use crate::map::{CellLimits, more_events};
 use crate::watch::limited;
 
-/// What all runs of one scene have in common.
+/// The data that all runs of one scene share.
 pub(super) struct Runner<'a> {
     pub scene: &'a Scene,
-    /// The reference's outputs, and which of them count.
+    /// The reference's outputs, and those of them that count.
     pub reference: Outputs,
     pub outputs: Vec<Output>,
-    /// Stiffness of a full command a count.
+    /// The stiffness at which one count gives a full command.
     pub full_scale: f64,
 }
 
@@ -36,7 +36,7 @@ pub(super) fn run(experiment: &Experiment, control: &Control) -> Result<Option<(
 }
 
 impl Runner<'_> {
-    /// The scene of a run.
+    /// Returns the scene of a run.
     pub fn scene(&self, gains: &Gains, (position, velocity): Depth) -> Scene {
         let mut scene = self.scene.clone();
         let Gains { pwm, stiffness, damping, .. } = *gains;
@@ -44,12 +44,12 @@ impl Runner<'_> {
             stiffness.format().to_f64(stiffness.word as i64) * self.full_scale / f64::from(1u32 << pwm);
         let method = &mut scene.method;
         (method.position_bits, method.velocity_bits, method.pwm.bits) = (position, velocity, pwm);
-        // Of the same word with fewer fraction bits the scene's damping rounds to the same value.
+        // The scene's damping rounds to the same value in the same word with fewer fraction bits.
         (method.stiffness_format, method.damping_format) = (stiffness.format(), damping.format());
         scene
     }
 
-    /// Runs; `None` when stopped.
+    /// Does a run; `None` when stopped.
     pub fn run(&self, gains: &Gains, depth: Depth, control: &Control) -> Result<Option<Ran>, String> {
         let Some((outputs, summary)) = run(&Experiment::Axis(self.scene(gains, depth)), control)? else {
             return Ok(None);

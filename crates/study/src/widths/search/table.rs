@@ -1,10 +1,10 @@
-//! What was found, as tables.
+//! The result of a search as tables.
 
 use super::knob::Width;
 use super::{Found, Point};
 
-/// The designs as CSV, cheapest first, those of the front marked. `replay` is the command that runs the scene with a
-/// design. Errors and stiffness are measured, LUT4s estimated.
+/// Returns the designs as CSV, cheapest first, with the designs of the front marked. `replay` returns the command that
+/// runs the scene with a design. Errors and stiffness are measured, LUT4s estimated.
 #[must_use]
 pub fn csv(found: &Found, command: &str, replay: impl Fn(&Point) -> String) -> String {
     let mut text = format!("# {command}\n");
@@ -22,7 +22,8 @@ pub fn csv(found: &Found, command: &str, replay: impl Fn(&Point) -> String) -> S
     text
 }
 
-/// The errors around the reference as CSV: empty where no scene has the design, `inf` where the verdict is another.
+/// Returns the errors around the reference as CSV: empty where no scene can have the design, `inf` where the verdict
+/// differs.
 #[must_use]
 pub fn errors_csv(found: &Found, command: &str) -> String {
     let mut text = format!("# {command}\n# reference: {}\nwidth,bits,error\n", found.reference.design);

@@ -1,4 +1,4 @@
-//! The search, wave by wave of runs.
+//! The search; it does its runs in waves.
 
 use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
@@ -19,32 +19,32 @@ use crate::accuracy::usual;
 use crate::units::{Row, run_some};
 use crate::widths::proof::Limits;
 
-/// How a search is done.
+/// The options of a search.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Plan {
-    /// Bits of position, gains and velocity of the reference; without, those of the widest design.
+    /// Bits of position, gains and velocity of the reference; `None` takes the widest design as the reference.
     pub against: Option<i32>,
-    /// The most that a design's outputs may be off by; beyond, it is another scene.
+    /// The largest error of a design's outputs; designs beyond it are dropped.
     pub within: f64,
-    /// Whether position and velocity of a design have to hold the ranges proved for every motion within the device's
-    /// limits.
+    /// Whether position and velocity of a design must hold the ranges that are proved for every motion within the
+    /// device's limits.
     pub proved: bool,
     /// Threads.
     pub jobs: NonZeroUsize,
 }
 
-/// How far a search is.
+/// How far a search has come.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Progress {
     /// Runs done.
     pub runs: usize,
-    /// Designs, those alike counted once, that may still be on the front.
+    /// Designs that may still be on the front; designs that are alike count once.
     pub open: usize,
 }
 
 /// The search in progress.
 struct Search<'a, E> {
-    /// Of each scene.
+    /// One runner for each scene.
     runners: Vec<Runner<'a>>,
     memory: Memory,
     jobs: NonZeroUsize,
@@ -55,10 +55,10 @@ struct Search<'a, E> {
     failed: BTreeMap<(Gains, Depth), String>,
 }
 
-/// What ends a search before its end.
+/// The reason why a search ended early.
 #[derive(Debug)]
 pub enum Ended<E> {
-    /// There is no such search.
+    /// The search was refused.
     Refused(SearchError),
     /// It was stopped.
     Stopped,
@@ -73,7 +73,7 @@ impl<E> From<SearchError> for Ended<E> {
 }
 
 impl<E> Search<'_, E> {
-    /// Does the runs that are wanted, of each choice of gains the widest alone: it may answer for the others.
+    /// Does the requested runs. Of each choice of gains it does only the widest: its result may answer for the others.
     fn wave(&mut self, wanted: Vec<(Gains, Depth)>) -> Result<(), Ended<E>> {
         let mut widest: BTreeMap<Gains, Depth> = BTreeMap::new();
         for (gains, depth) in wanted {
@@ -114,7 +114,8 @@ impl<E> Search<'_, E> {
         Ok(())
     }
 
-    /// Asks every kind that is picked until none wants a run. `ask` is what a kind wants, after all that is known.
+    /// Asks every kind that is picked until none needs a run. `ask` returns the run that a kind needs after everything
+    /// known so far.
     fn settle(
         &mut self,
         kinds: &mut [Kind],
@@ -139,7 +140,7 @@ impl<E> Search<'_, E> {
                 asked |= before != (kind.asked, kind.error.is_some());
             }
             told(Progress { runs: self.runs, open: open.len() });
-            // What all may be at best may have changed: who is picked is asked before who is run.
+            // The best possible figures may have changed, so the kinds are picked and asked again before any run.
             if asked {
                 continue;
             }
@@ -154,12 +155,12 @@ impl<E> Search<'_, E> {
     }
 }
 
-/// Searches the designs of a loop over some knobs on scenes that all take the same hardware, until `control` stops it.
-/// Widths that no knob varies are the first scene's. A design's error is the worst and its stable stiffness the least
-/// of all scenes'.
+/// Searches the designs of a loop over some knobs, on scenes that all take the same hardware, until `control` stops it.
+/// Widths that no knob varies are the first scene's. A design's error is the worst of all scenes, its stable stiffness
+/// the least.
 ///
-/// `done` are the rows of a search of the same scenes, knobs and plan that was interrupted; every new row goes through
-/// `keep`, and `told` hears how far the search is.
+/// `done` holds the rows of an interrupted search with the same scenes, knobs and plan. Every new row is passed to
+/// `keep`, and `told` receives the progress.
 ///
 /// # Errors
 ///
@@ -205,7 +206,8 @@ pub fn search<E>(
         failed: BTreeMap::new(),
     };
 
-    // The reference alone, then the errors of all and around it, then the stiffness of those that can be on the front.
+    // First the reference alone, then all errors and the errors around the reference, then the stiffness of designs
+    // that can be on the front.
     let one = std::slice::from_mut(&mut first);
     let (lines, mut around) = around(&cases, wide, knobs);
     let unfinished = |kinds: &[Kind]| (0..kinds.len()).filter(|&i| !kinds[i].failed).collect::<Vec<_>>();
@@ -254,14 +256,14 @@ pub fn search<E>(
     })
 }
 
-/// What every motion of each scene keeps to.
+/// Returns the limits of every motion of each scene.
 fn limits(cases: &[Case]) -> Result<Vec<Limits<'_>>, SearchError> {
     let refused = |case: &Case, why| SearchError::Scene(format!("{}: no range is proved: {why}", case.name));
     cases.iter().map(|case| Limits::new(&case.scene).map_err(|why| refused(case, why))).collect()
 }
 
-/// What errors are measured against: the widest design, or one of so many bits. The modulator's width is the scene's,
-/// as it sets the period of the modulation.
+/// Returns the design that errors are measured against: the widest one, or one of `against` bits. The modulator's width
+/// is the scene's, because it sets the period of the modulation.
 fn reference(own: Design, knobs: &[Knob], against: Option<i32>) -> Result<Design, String> {
     match against {
         Some(bits) => own.wide(bits),
@@ -272,10 +274,10 @@ fn reference(own: Design, knobs: &[Knob], against: Option<i32>) -> Result<Design
     }
 }
 
-/// The values of each width, and the kinds of the designs that have them, by index.
+/// Each value of each width, with the index of the kind of the design that has it.
 type Values = Vec<(Width, i32, Option<usize>)>;
 
-/// The reference with another value of each width.
+/// Returns the variants of the reference that differ in one width.
 fn around(cases: &[Case], wide: Design, knobs: &[Knob]) -> (Values, Vec<Kind>) {
     let (mut lines, mut kinds) = (Vec::new(), Vec::new());
     for knob in knobs {

@@ -1,44 +1,45 @@
-//! What the words of a PHANToM's datapath cost, without tools.
+//! Estimates the cost of the words of a PHANToM's datapath, without tools.
 //!
 //! **Block RAM** is exact for the tables: [`table_rams`] of three joints.
 //!
-//! **Logic cells** are those of the parallel loop, which is mostly its multipliers: of two words each pair of bits
-//! costs a full adder, of a word and a constant about every second pair. One weight makes cells of these pairs. It is
-//! fitted to the cells that yosys and nextpnr count for the iCE40 HX8K of three blocks (`phantom_forward`, `cube_room`,
-//! `phantom_torque`) and of three whole loops (words of 14 and 22 fraction bits, and the default ones) in
-//! `testbench/record/phantom-cost.txt`, and is off by at most [`ESTIMATE_ERROR`] there.
+//! **Logic cells** are those of the parallel loop, which is mostly its multipliers. In a product of two words, each
+//! pair of bits costs a full adder; in a product of a word and a constant, about every second pair does. One weight
+//! converts pairs into cells. It is fitted to the cells that yosys and nextpnr count for the iCE40 HX8K: of three
+//! blocks (`phantom_forward`, `cube_room`, `phantom_torque`) and of three whole loops (words of 14 and 22 fraction
+//! bits, and the default ones) in `testbench/record/phantom-cost.txt`. The estimate is off by at most
+//! [`ESTIMATE_ERROR`] there.
 //!
-//! The shared loop has one multiplier, as wide as its constants whatever the words; its counted loops vary sines,
-//! lengths and positions together, so that nothing can be said of each. It has no estimate, and only what block RAM
-//! pays for is varied.
+//! The shared loop has one multiplier, which is as wide as its constants at any width of the words. The shared loops
+//! that were synthesised vary sines, lengths and positions together, so they show nothing about each of them. So the
+//! shared loop has no estimate, and only widths that change block RAM are varied.
 
 use hpu_datapath::ConfigError;
 use hpu_datapath::phantom::PhantomConfig;
 
 use crate::widths::tables::table_rams;
 
-/// Logic cells of a pair of bits.
+/// Logic cells for a pair of bits.
 const CELLS: f64 = 3.75;
 
 /// The largest relative error of the estimate on the counts that it is fitted to.
 pub const ESTIMATE_ERROR: f64 = 0.07;
 
-/// Block RAMs of the iCE40 for the tables of three joints.
+/// Returns the block RAMs of the iCE40 for the tables of three joints.
 ///
 /// # Errors
 ///
-/// When a table refuses its size.
+/// When the size is not allowed for a table.
 pub fn rams(config: &PhantomConfig) -> Result<u64, ConfigError> {
     let PhantomConfig { position_width, depth_width, turns, formats, .. } = *config;
     turns.iter().try_fold(0, |sum, &turn| Ok(sum + table_rams(position_width, depth_width, turn, formats.trig)?))
 }
 
-/// Estimated logic cells of the parallel loop's `phantom_forward`, `cube_room`, `phantom_torque`, and of its three
-/// `command_scaler`.
+/// Returns the estimated logic cells of the parallel loop's `phantom_forward`, `cube_room`, `phantom_torque`, and of
+/// its three `command_scaler` together.
 #[must_use]
 pub fn cells(config: &PhantomConfig) -> [u32; 4] {
     let formats = &config.formats;
-    // A sine is at most 1: a sign, an integer bit, and the fraction, however many bits its format has.
+    // A sine is at most 1: it needs a sign, an integer bit and the fraction, however many bits its format has.
     let trig = formats.trig.frac().unsigned_abs() + 2;
     let [tip, spring, force, torque] =
         [formats.position, formats.stiffness, formats.force, formats.torque].map(|format| format.width());
@@ -67,7 +68,7 @@ mod tests {
     #[test]
     fn the_estimate_is_as_near_as_it_says_to_every_counted_block_and_loop() {
         let [forward, room, torque, _] = cells(&PhantomConfig::default());
-        // `cells` of testbench/record/phantom-cost.txt.
+        // From the column `cells` of testbench/record/phantom-cost.txt.
         for (estimated, counted) in [(forward, 8532), (room, 5142), (torque, 18630)] {
             holds(estimated, counted);
         }
@@ -80,7 +81,7 @@ mod tests {
     #[test]
     fn block_ram_is_what_the_counted_loops_have() {
         let shallow = PhantomConfig { depth_width: 9, ..PhantomConfig::default() };
-        // `bram` of testbench/record/phantom-cost.txt.
+        // From the column `bram` of testbench/record/phantom-cost.txt.
         for (config, counted) in
             [(shallow.fraction(14), 12), (shallow.fraction(18), 18), (shallow.fraction(22), 18), (shallow.narrow(), 18)]
         {

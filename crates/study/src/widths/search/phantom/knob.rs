@@ -8,12 +8,12 @@ use hpu_cosim::scene::{Experiment, PhantomScene};
 use super::super::knob::values;
 use crate::widths::Field;
 
-/// Those, in the order in which designs name them. Integer bits are not among them: they trade nothing, for a word that
-/// wraps is no design, and `hpu widths` says which are idle.
+/// The fields that a search may vary, in the order in which designs name them. Integer bits are not among them: a
+/// design whose words wrap is useless, and `hpu widths` tells which integer bits are idle.
 pub const FIELDS: [Field; 7] =
     [Field::Depth, Field::TrigFrac, Field::Length, Field::Tip, Field::StiffnessFrac, Field::Force, Field::TorqueFrac];
 
-/// A field's key in a search.
+/// Returns a field's key in a search.
 #[must_use]
 pub const fn key(field: Field) -> &'static str {
     match field {
@@ -28,26 +28,26 @@ pub const fn key(field: Field) -> &'static str {
     }
 }
 
-/// A width, and the values that it takes.
+/// A width, and the range of values that it takes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Knob {
-    /// Which of [`FIELDS`].
+    /// The width, one of [`FIELDS`].
     pub field: Field,
     /// The least value.
     pub from: i32,
-    /// The greatest.
+    /// The greatest value.
     pub to: i32,
 }
 
 impl Knob {
-    /// How many values it takes.
+    /// Returns the number of values that it takes.
     #[must_use]
     pub fn values(&self) -> usize {
         (self.to - self.from + 1).unsigned_abs() as usize
     }
 
-    /// The knobs of a scene when none is named: the tables' depth from three bits below the scene's own, and their
-    /// words; of a parallel loop the tip's words too.
+    /// Returns the knobs of a scene when none is named: the tables' depth from three bits below the scene's own, and
+    /// the width of their words; for a parallel loop, also the width of the tip's words.
     #[must_use]
     pub fn usual(scene: &PhantomScene) -> Vec<Self> {
         let own = Design::of(scene);
@@ -66,7 +66,7 @@ impl Knob {
 impl FromStr for Knob {
     type Err = String;
 
-    /// Reads `KEY=FROM..TO`, both ends values: `trig.frac=14..22`.
+    /// Reads `KEY=FROM..TO`; both ends are values: `trig.frac=14..22`.
     fn from_str(text: &str) -> Result<Self, String> {
         let (name, range) = text.split_once('=').ok_or("write KEY=FROM..TO, as in trig.frac=14..22")?;
         let name = name.trim();
@@ -98,20 +98,20 @@ pub struct Design {
 }
 
 impl Design {
-    /// Those of a scene.
+    /// Returns the widths of a scene.
     #[must_use]
     pub fn of(scene: &PhantomScene) -> Self {
         let experiment = Experiment::Phantom(scene.clone());
         Self { bits: FIELDS.map(|field| field.bits(&experiment)) }
     }
 
-    /// One of them; of a field that is none of [`FIELDS`], 0.
+    /// Returns one width; 0 for a field that is not in [`FIELDS`].
     #[must_use]
     pub fn get(&self, field: Field) -> i32 {
         FIELDS.iter().position(|other| *other == field).map_or(0, |place| self.bits[place])
     }
 
-    /// This design with another width.
+    /// Returns this design with another value of one width.
     #[must_use]
     pub fn with(mut self, field: Field, bits: i32) -> Self {
         if let Some(place) = FIELDS.iter().position(|other| *other == field) {
@@ -120,17 +120,17 @@ impl Design {
         self
     }
 
-    /// All bits of it together.
+    /// Returns the sum of all widths.
     #[must_use]
     pub fn bits(&self) -> i32 {
         self.bits.iter().sum()
     }
 
-    /// The scene with this datapath.
+    /// Returns the scene with this datapath.
     ///
     /// # Errors
     ///
-    /// Why no scene has it.
+    /// Why no scene can have it.
     pub fn scene(&self, base: &PhantomScene) -> Result<PhantomScene, String> {
         let own = Self::of(base);
         let changed = FIELDS.into_iter().zip(self.bits).filter(|(field, bits)| own.get(*field) != *bits);

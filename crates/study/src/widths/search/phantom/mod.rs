@@ -1,17 +1,17 @@
-//! What each bit of a PHANToM's datapath buys: the front of stable stiffness, error of the outputs, block RAM and logic
-//! cells.
+//! Searches the widths of a PHANToM's datapath: returns the front of stable stiffness, error of the outputs, block RAM
+//! and logic cells.
 //!
-//! A design is a choice of widths ([`FIELDS`]). Of each is asked: the *stable stiffness* on a ladder of walls
-//! ([`rung`]); the *error* of the scene's outputs, wall as written, against those of the widest design; *block RAM* and
-//! *logic cells* ([`cells`]). The front is what no other design beats in all four; a design whose error is above
-//! [`Plan::within`] is none.
+//! A design is a choice of widths ([`FIELDS`]). The search finds four figures of it: the *stable stiffness* on a ladder
+//! of walls ([`rung`]); the *error* of the scene's outputs, with the wall as written, against those of the widest
+//! design; *block RAM*; and *logic cells* ([`cells`]). The front holds the designs that no other design beats in all
+//! four. Designs whose error is above [`Plan::within`] are left out.
 //!
-//! The front is that of the whole grid, always: nothing is assumed to be monotone. Runs are saved by two theorems.
+//! The front is always that of the whole grid; nothing is assumed to be monotone. Two theorems save runs.
 //!
-//! 1. Designs that differ in the tables' depth alone share the runs whose counts the shallower tables hold (`runs`).
-//! 2. Let a known design cost no more, err no more, and be stable up to rung `k`. One that is not passive at rung
-//!    `k + 1`, or below, is stable up to `k` at most, and so is not on the front, or only as its equal. That rung is
-//!    tried first.
+//! 1. Designs that differ only in the tables' depth share the runs whose counts the shallower tables hold (`runs`).
+//! 2. Let a known design cost no more, have no larger error, and be stable up to rung `k`. Another design that is not
+//!    passive at rung `k + 1`, or below, is stable up to `k` at most. So it is not on the front, or only as an equal of
+//!    the known design. That rung is tried first.
 //!
 //! The runs do not depend on the number of threads.
 
@@ -33,10 +33,10 @@ use hpu_cosim::scene::{Output, PhantomScene};
 
 use crate::widths::proof::bounds;
 
-/// How a search is done.
+/// The options of a search.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Plan {
-    /// The most that a design's outputs may be off by; beyond, it is another scene.
+    /// The largest error of a design's outputs; designs beyond it are dropped.
     pub within: f64,
     /// Threads.
     pub jobs: NonZeroUsize,
@@ -53,31 +53,31 @@ pub struct Point {
     pub cells: Option<u32>,
     /// Error of the outputs.
     pub error: f64,
-    /// The highest rung up to which all are passive.
+    /// The highest rung up to which all rungs are passive.
     pub rung: u32,
-    /// Whether the stiffness format does not hold the next one.
+    /// Whether the stiffness format does not hold the next rung.
     pub capped: bool,
 }
 
 impl Point {
-    /// Whether it is at least as good in all four.
+    /// Returns whether it is at least as good in all four figures.
     #[must_use]
     pub fn is_as_good_as(&self, other: &Self) -> bool {
         let no_dearer = self.rams <= other.rams && self.cells <= other.cells;
         no_dearer && self.error <= other.error && self.rung >= other.rung
     }
 
-    /// Whether it beats another: as good in all, and better in one.
+    /// Returns whether it beats another: it is as good in all figures, and better in one.
     #[must_use]
     pub fn beats(&self, other: &Self) -> bool {
         self.is_as_good_as(other) && !other.is_as_good_as(self)
     }
 }
 
-/// What a search found.
+/// The result of a search.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Found {
-    /// What errors are measured against: the widest design.
+    /// The widest design, which errors are measured against.
     pub reference: Point,
     /// The outputs whose worst error counts.
     pub outputs: Vec<Output>,
@@ -85,29 +85,30 @@ pub struct Found {
     pub own_n_per_m: f64,
     /// All designs of the knobs.
     pub designs: usize,
-    /// Designs that no scene has: the reason and how many.
+    /// Designs that no scene can have: the reason and their number.
     pub refused: Vec<(String, usize)>,
-    /// Designs whose outputs are off by more than is allowed.
+    /// Designs whose outputs have a larger error than is allowed.
     pub off: usize,
-    /// Those that no other beats, of fewest block RAMs and then fewest cells first; of equals one.
+    /// The points that no other point beats: fewest block RAMs first, then fewest cells; of equal points, one.
     pub front: Vec<Point>,
-    /// Runs that were done.
+    /// The number of runs done.
     pub runs: usize,
-    /// Runs of the grid, design by design, at the least: those whose stiffness was not needed count as far as it was
-    /// followed.
+    /// The least number of runs that a search of the whole grid, design by design, takes. A design whose stiffness was
+    /// not needed counts as far as it was followed.
     pub grid_runs: usize,
     /// Runs that failed, with their reasons; their designs are left out.
     pub failed: Vec<String>,
 }
 
 impl Found {
-    /// Stiffness of a point in N/m.
+    /// Returns the stiffness of a point in N/m.
     #[must_use]
     pub fn stiffness_n_per_m(&self, point: &Point) -> f64 {
         self.own_n_per_m * rung(point.rung)
     }
 
-    /// The first design of the front that keeps the reference's stable stiffness but for this share of it.
+    /// Returns the first design of the front whose stable stiffness falls short of the reference's by at most this
+    /// share of it.
     #[must_use]
     pub fn smallest(&self, share: f64) -> Option<&Point> {
         let enough = (1.0 - share) * self.stiffness_n_per_m(&self.reference);
@@ -115,8 +116,8 @@ impl Found {
     }
 }
 
-/// Proved of a design, for every posture that its tables hold: the error of the tip along one direction in metres, and
-/// of torques over their joint's full scale, for the forces as words.
+/// Returns the proved errors of a design, for every posture that its tables hold: the error of the tip along one
+/// direction in metres, and the error of torques as a share of their joint's full scale, for the forces as words.
 ///
 /// # Errors
 ///

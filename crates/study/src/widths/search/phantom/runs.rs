@@ -1,12 +1,12 @@
-//! The runs of a search: what they say, and which are spared.
+//! The runs of a search: their results, and the runs that are saved.
 //!
 //! **Ladder.** Rung `k` is a wall of `2^(k/16)` times the scene's own stiffness. The stable stiffness is that of the
-//! highest rung up to which every rung is passive; nothing is assumed of the rungs above.
+//! highest rung up to which every rung is passive. Nothing is assumed of the rungs above.
 //!
-//! **Narrower tables, the same run.** An entry is a function of its count alone, and the depth enters a run nowhere
-//! else: so if no count leaves the narrower tables, not one word changes. The scene is aborted at the first count
-//! outside. A run tells the range of the sampled counts; between samples a decoder moves by a count an edge at most, so
-//! that the range must fit with a sample period and two to spare.
+//! **Narrower tables, the same run.** An entry is a function of its count alone, and the depth affects nothing else in
+//! a run. So if no count leaves the narrower tables, no word changes. The scene is aborted at the first count outside.
+//! A run tells the range of the sampled counts. Between samples, a decoder moves by at most a count an edge. So the
+//! range must fit with a margin of one sample period and two edges.
 
 use std::collections::BTreeMap;
 
@@ -18,72 +18,72 @@ use super::knob::Design;
 use crate::accuracy::{Outputs, worst};
 use crate::widths::Field;
 
-/// Stiffness of a rung, over the scene's own.
+/// Returns the stiffness of a rung, relative to the scene's own.
 #[must_use]
 pub fn rung(rung: u32) -> f64 {
     libm::exp2(f64::from(rung) / 16.0)
 }
 
-/// What a run says.
+/// The result of a run.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Ran {
     pub passive: bool,
-    /// Error of its outputs, which stands for something at the scene's own stiffness alone.
+    /// Error of its outputs; valid only at the scene's own stiffness.
     pub error: f64,
-    /// Between which the counts of all joints are.
+    /// Least and greatest count of all joints.
     counts: (i64, i64),
 }
 
 impl Ran {
-    /// Whether a run with tables of so many bits is the same.
+    /// Returns whether a run with tables of `depth` bits is the same.
     fn covers(&self, depth: i32) -> bool {
         let half = 1i64 << (depth - 1);
         self.counts.0 >= -half && self.counts.1 < half
     }
 }
 
-/// What all runs have in common.
+/// The data that all runs share.
 pub(super) struct Runner<'a> {
     pub base: &'a PhantomScene,
-    /// The reference's outputs, and which of them count.
+    /// The reference's outputs, and those of them that count.
     pub reference: &'a Outputs,
     pub outputs: &'a [Output],
     pub control: &'a Control,
 }
 
-/// The runs of designs that differ in depth alone.
+/// The runs of designs that differ only in depth.
 pub(super) struct Runs<'a> {
     runner: &'a Runner<'a>,
     design: Design,
     known: BTreeMap<u32, Vec<(i32, Option<Ran>)>>,
-    /// How many were done.
+    /// The number of runs done.
     pub done: usize,
 }
 
-/// Why there is no answer.
+/// The reason why there is no answer.
 pub(super) enum Unknown {
     Stopped,
     Failed(String),
 }
 
 impl<'a> Runs<'a> {
-    /// Of a design with its widest tables.
+    /// Makes the runs of a design, given with its widest tables.
     pub fn new(runner: &'a Runner<'a>, design: Design) -> Self {
         Self { runner, design, known: BTreeMap::new(), done: 0 }
     }
 
-    /// The design with its widest tables.
+    /// Returns the design with its widest tables.
     pub fn design(&self) -> Design {
         self.design
     }
 
-    /// The run at a rung with tables of that depth; none where the stiffness format does not hold the rung.
+    /// Returns the run at a rung with tables of that depth; `None` where the stiffness format does not hold the rung.
     pub fn at(&mut self, step: u32, depth: i32) -> Result<Option<Ran>, Unknown> {
         let widest = self.design.get(Field::Depth);
         if let Some(ran) = self.recall(step, depth) {
             return Ok(ran);
         }
-        // The widest tables first: they may answer for the others.
+        // The widest tables come first: their run may answer for the others.
         for tried in [widest, depth] {
             let ran = self.run(step, tried)?;
             self.done += usize::from(ran.is_some());

@@ -1,4 +1,4 @@
-//! The search, batch by batch of designs that differ in depth alone.
+//! The search; it takes designs that differ only in depth together, in batches.
 
 use std::collections::BTreeMap;
 use std::convert::Infallible;
@@ -23,24 +23,24 @@ use crate::accuracy::usual;
 use crate::map::SceneText;
 use crate::widths::Field;
 
-/// Designs that a search may have.
+/// The most designs that a search may have.
 const MOST: usize = 1 << 15;
-/// Choices of words whose ladders are climbed before what they found counts for others.
+/// The number of choices of words whose ladders are climbed before their results count for others.
 const BATCH: usize = 16;
 
-/// A choice of words, and its tables.
+/// A choice of words, with its tables.
 struct Kind<'a> {
     runs: Runs<'a>,
     /// Its designs whose error is allowed, narrowest tables first.
     points: Vec<Point>,
-    /// Runs of a grid.
+    /// The number of runs of a grid.
     grid_runs: usize,
     off: usize,
     failed: Option<String>,
 }
 
-/// Searches the designs of a PHANToM's scene (its text under `set`) over some knobs, until `control` stops it; `told`
-/// hears of how many runs were done.
+/// Searches the designs of a PHANToM's scene (its text under `set`) over some knobs, until `control` stops it. `told`
+/// receives the number of runs done.
 ///
 /// # Errors
 ///
@@ -105,7 +105,7 @@ pub fn search(
         return Err(all_refused(&refused).into());
     }
 
-    // All errors, then the stiffness of those that can be on the front, the cheapest first.
+    // First all errors, then the stiffness of designs that can be on the front, the cheapest first.
     let done = |kinds: &[Mutex<Kind>]| locked(kinds).map(|kind| kind.runs.done).sum::<usize>() + 1;
     for batch in kinds.chunks(BATCH) {
         on_all(batch, plan.jobs, |kind| kind.look(plan.within));
@@ -148,7 +148,7 @@ pub fn search(
 }
 
 impl<'a> Kind<'a> {
-    /// The designs of some words, one for each depth.
+    /// Makes the designs of some words, one for each depth.
     fn new(runner: &'a Runner<'a>, base: &PhantomScene, design: Design, depths: &[i32]) -> Result<Self, String> {
         let point = |&depth: &i32| {
             let design = design.with(Field::Depth, depth);
@@ -167,7 +167,7 @@ impl<'a> Kind<'a> {
         Ok(Self { runs: Runs::new(runner, design), points, grid_runs: 0, off: 0, failed: None })
     }
 
-    /// Finds the errors, and drops the designs that are off by more than is allowed.
+    /// Finds the errors, and drops the designs whose error is larger than allowed.
     fn look(&mut self, within: f64) {
         for mut point in std::mem::take(&mut self.points) {
             self.grid_runs += 1;
@@ -182,10 +182,10 @@ impl<'a> Kind<'a> {
         }
     }
 
-    /// Finds the stable stiffness of the designs that known ones do not beat, and drops the others.
+    /// Finds the stable stiffness of the designs that no known design beats, and drops the others.
     fn climb(&mut self, known: &[Point]) {
         for mut point in std::mem::take(&mut self.points) {
-            // At least as good but for the stiffness, which is not known yet.
+            // Rivals are at least as good in all but the stiffness, which is not known yet.
             let best = Point { rung: 0, ..point };
             let rivals = known.iter().chain(&self.points).filter(|rival| rival.is_as_good_as(&best));
             let least = rivals.map(|rival| rival.rung + 1).max();
@@ -197,7 +197,8 @@ impl<'a> Kind<'a> {
         }
     }
 
-    /// Climbs the ladder, if the rung that a design must reach is passive; says whether it may be on the front.
+    /// Climbs the ladder, if the rung that the design must reach is passive. Returns whether the design may be on the
+    /// front.
     fn stable(&mut self, point: &mut Point, least: Option<u32>) -> Result<bool, Unknown> {
         let depth = point.design.get(Field::Depth);
         if let Some(least) = least
@@ -229,7 +230,7 @@ fn locked<'a, 'b>(kinds: &'a [Mutex<Kind<'b>>]) -> impl Iterator<Item = MutexGua
     kinds.iter().filter_map(|kind| kind.lock().ok())
 }
 
-/// Does something with all of them, on some threads.
+/// Does `work` with every kind, on `jobs` threads.
 fn on_all<'a>(kinds: &[Mutex<Kind<'a>>], jobs: NonZeroUsize, work: impl Fn(&mut Kind<'a>) + Sync) {
     let next = AtomicUsize::new(0);
     thread::scope(|scope| {
@@ -247,14 +248,14 @@ fn stopped(control: &Control) -> Result<(), Ended<Infallible>> {
     if control.stop.load(Ordering::Relaxed) { Err(Ended::Stopped) } else { Ok(()) }
 }
 
-/// What no other beats, the cheapest first; of equals one.
+/// Returns the points that no other point beats, the cheapest first; of equal points, one.
 fn front(mut points: Vec<Point>) -> Vec<Point> {
     points.sort_by(|a, b| {
         let cost = |point: &Point| (point.rams, point.cells);
         let bits = |point: &Point| (point.design.bits(), point.design);
         cost(a).cmp(&cost(b)).then(a.error.total_cmp(&b.error)).then(b.rung.cmp(&a.rung)).then(bits(a).cmp(&bits(b)))
     });
-    // Of two in this order, the later never beats the earlier.
+    // Of two points in this order, the later never beats the earlier.
     let mut kept: Vec<Point> = Vec::new();
     for point in points {
         if !kept.iter().any(|other| other.is_as_good_as(&point)) {
@@ -264,7 +265,7 @@ fn front(mut points: Vec<Point>) -> Vec<Point> {
     kept
 }
 
-/// The scene, if it is one whose widths can be searched.
+/// Returns the scene if its widths can be searched.
 fn searchable(experiment: Experiment) -> Result<PhantomScene, SearchError> {
     let refused = |why: &str| Err(SearchError::Scene(why.into()));
     if experiment.auto() {
@@ -284,7 +285,7 @@ fn searchable(experiment: Experiment) -> Result<PhantomScene, SearchError> {
     Ok(scene)
 }
 
-/// Refuses knobs that are no grid; returns the number of designs.
+/// Refuses knobs that make no grid; returns the number of designs.
 fn grid(knobs: &[Knob], shared: bool) -> Result<usize, SearchError> {
     if knobs.is_empty() {
         return Err(SearchError::NothingToVary);

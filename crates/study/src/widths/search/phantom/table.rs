@@ -1,12 +1,12 @@
-//! What was found, as a table.
+//! The result of a search as a table.
 
 use hpu_cosim::scene::PhantomScene;
 
 use super::knob::{FIELDS, key};
 use super::{Found, proved};
 
-/// The front as CSV. Errors of the outputs and stiffness are measured, cells estimated, errors of tip and torque
-/// proved.
+/// Returns the front as CSV. Errors of the outputs and stiffness are measured, cells estimated, errors of tip and
+/// torque proved.
 #[must_use]
 pub fn csv(found: &Found, base: &PhantomScene, command: &str) -> String {
     let names = FIELDS.map(|field| key(field).replace('.', "_")).join(",");
