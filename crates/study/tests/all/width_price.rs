@@ -1,4 +1,4 @@
-//! Tables of sines against what Yosys made of them, and a loop held back against the theory of a late spring.
+//! Compares tables of sines with Yosys's results, and a delayed loop with the theory of a late spring.
 
 use hpu_cosim::Control;
 use hpu_cosim::scene::{OutcomeKind, Scene, shipped};
@@ -7,7 +7,7 @@ use hpu_signal::Format;
 use hpu_study::widths::settling::settling;
 use hpu_study::widths::tables::{table_rams, tables};
 
-/// What Yosys counted: block and variant, and block RAMs of the HX8K.
+/// Returns the number of HX8K block RAMs that Yosys counted for a block and variant.
 fn recorded(block: &str, variant: &str) -> u64 {
     let record = include_str!("../../../../testbench/record/phantom-cost.csv");
     let begin = format!("{block},{variant},");
@@ -34,7 +34,7 @@ fn a_deeper_table_holds_more_and_takes_more() {
     for pair in all.depths.windows(2) {
         assert_eq!(pair[1].width, pair[0].width + 1);
         assert!(pair[1].rams > pair[0].rams && pair[1].held_percent[0] >= pair[0].held_percent[0]);
-        // Twice the counts, twice the angle.
+        // Twice the counts reach twice the angle.
         for (wide, narrow) in pair[1].reach_deg.iter().zip(pair[0].reach_deg) {
             assert!((wide / narrow - 2.0).abs() < 1e-12);
         }
@@ -65,9 +65,9 @@ fn a_page_of_tables_is_at_most_120_columns_wide_and_says_how_it_knows() {
     assert!(text.contains("exhausted") && text.contains("computed") && text.contains("(counted)"));
 }
 
-/// A mass pressed against a spring: `m x'' + (b - k t) x' + k x = F`, `t` the time by which the spring is late. Four
-/// clocks of that are the encoder's way through the FPGA. A swing of 100 counts dies by `2 m / (b - k t)`, a third of a
-/// second at the least damping here, five of which pass before a verdict looks.
+/// A mass pressed against a spring: `m x'' + (b - k t) x' + k x = F`, where `t` is the delay of the spring. Four clock
+/// cycles of `t` are the encoder's way through the FPGA. A swing of 100 counts decays with the time constant `2 m / (b
+/// - k t)`, a third of a second at the least damping here; five of these pass before a verdict looks.
 fn pressed(damping_n_s_per_m: f64) -> Scene {
     let text = format!(
         r#"
@@ -105,7 +105,8 @@ duration = "2.5 s"
 
 #[test]
 fn a_spring_held_back_longer_than_its_damping_over_its_stiffness_is_noticed() {
-    // 64 clocks more are 64 us, which take 0.64 N.s/m of damping from 10 kN/m, beside 0.05 of the FPGA's own latency.
+    // A delay of 64 more clock cycles is 64 us. It takes 0.64 N.s/m of damping from 10 kN/m; the FPGA's own latency
+    // takes 0.05.
     for (damping, noticed) in [(0.35, true), (1.4, false)] {
         let found = settling(&pressed(damping), 64, &Control::default()).unwrap().unwrap();
         assert_eq!(found.clocks, [0, 64]);

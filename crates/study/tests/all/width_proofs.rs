@@ -1,4 +1,4 @@
-//! The proofs of an axis's loops, beside random motion, corners and runs.
+//! Compares the proofs of an axis's loops with random motion, corners and runs.
 
 use crate::proofs_common::{Wander, axis, bits, contains, of, run, traced, wander};
 use hpu_cosim::scene::{Experiment, Scene, shipped};
@@ -6,10 +6,10 @@ use hpu_cosim::{Session, TheLoop, Wired};
 use hpu_signal::SignalUse;
 use hpu_study::widths::proof::{How, MOST_INPUTS, Proof, axis_bounds, exhausted, gappa};
 
-/// The steps of each block.
+/// The number of steps of each block.
 const STEPS: u64 = 10_000_000;
 
-/// What a scene's wiring makes of random motion within the limits that are proved of its device.
+/// Returns the ranges that a scene's wiring shows under random motion within the proved limits of its device.
 fn at_random(scene: &Scene, proof: &Proof, see: impl FnMut(&[i64])) -> Vec<SignalUse> {
     let session = Session::new(scene).unwrap();
     let (input, shaft) = (session.input(), Wander::new(scene, proof, 1));
@@ -25,7 +25,7 @@ fn at_random(scene: &Scene, proof: &Proof, see: impl FnMut(&[i64])) -> Vec<Signa
     }
 }
 
-/// Asserts that every bound holds what was seen; the nets whose bound is more than two bits wider.
+/// Asserts that every bound holds the values seen. Returns the nets whose bound is more than two bits wider.
 fn compared(scene: &Scene, proof: &Proof, uses: &[SignalUse]) -> Vec<&'static str> {
     let nets = Session::new(scene).unwrap().wiring().nets();
     let mut wide = Vec::new();
@@ -50,14 +50,14 @@ fn compared(scene: &Scene, proof: &Proof, uses: &[SignalUse]) -> Vec<&'static st
 
 /// A clock of 1 MHz, at which ten million edges are ten thousand samples.
 const SLOW: (&str, &str) = ("clock.frequency", "1 MHz");
-/// A bridge that gives what the command says, whatever the length of a PWM period.
+/// A bridge that gives the commanded voltage, whatever the length of a PWM period.
 const MEAN: (&str, &str) = ("model.bridge", "\"averaged\"");
 
 #[test]
 fn every_signal_of_the_hybrid_loop_stays_inside_its_bounds_and_comes_within_two_bits_of_them() {
     let scene = axis("hybrid-wall", &[]);
     let proof = axis_bounds(&scene).unwrap();
-    // The torque that real numbers give, on the counts that the datapath sees.
+    // The torque in real numbers, on the counts that the datapath sees.
     let names: Vec<_> = proof.bounds.iter().map(|bound| bound.name).collect();
     let net = |name: &str| names.iter().position(|net| *net == name).unwrap();
     let [contact, depth, velocity, spring, drag, torque, command] =
@@ -145,7 +145,7 @@ fn the_hybrid_walls_own_run_is_within_two_bits_but_where_no_command_pumps_the_sh
             wide.push(bound.name);
         }
     }
-    // The hand of the scene is gentle: nobody drives the shaft as fast and as deep as the motor could.
+    // The scene's hand is gentle: it never drives the shaft as fast and as deep as the motor could.
     assert_eq!(wide, ["penetration", "velocity", "drag"]);
 }
 
@@ -154,7 +154,8 @@ fn every_shipped_scene_stays_inside_its_bounds() {
     for shipped in shipped() {
         let Experiment::Axis(scene) = shipped.parse(&[]).unwrap() else { continue };
         let Ok(proof) = axis_bounds(&scene) else { continue };
-        // What a mass is assumed to do that nothing holds back: the theorem says nothing of one that goes farther.
+        // The theorem assumes that a mass that nothing holds back stays within a range. It says nothing of a mass that
+        // goes farther.
         let (summary, angles_rad) = traced(&scene);
         let wall_rad = scene.wall.position_rad;
         let half_rad = scene.encoder.count_rad() * 2f64.powi(scene.method.position_bits.cast_signed() - 1);
@@ -167,7 +168,7 @@ fn every_shipped_scene_stays_inside_its_bounds() {
         for (net, bound) in summary.nets.iter().zip(&proof.bounds) {
             contains(bound, &net.signal, &net.usage);
         }
-        // The shaft itself keeps to what is proved of it.
+        // The shaft itself stays within its proved limits.
         if let (Some(angle), true) = (proof.limits.iter().find(|limit| limit.name == "angle"), !angles_rad.is_empty()) {
             let inside = angles_rad.iter().all(|at| (angle.min - 1e-12..=angle.max + 1e-12).contains(at));
             assert!(inside, "{}: {angle:?}", scene.name);
@@ -203,7 +204,8 @@ fn all_words_of_every_combinational_block_lead_to_what_its_data_sheet_says() {
     let scene = axis("hybrid-wall", &[]);
     let mut proof = axis_bounds(&scene).unwrap();
     for bound in &mut proof.bounds {
-        // All words of all nets but the damping's, whose 24 bits of product are the spring's again.
+        // The nets take all words of their format, except for the damping and its product of 24 bits, which is the
+        // spring's again.
         if bound.name != "damping" {
             let format = bound.format;
             (bound.min, bound.max) = (format.min() as f64 * format.lsb(), format.max() as f64 * format.lsb());
@@ -216,7 +218,7 @@ fn all_words_of_every_combinational_block_lead_to_what_its_data_sheet_says() {
         ("contact", 0.0, 1.0),
         ("penetration", 0.0, 2047.0),
         ("spring", 0.0, 4095.0),
-        // 2.375 times all of the velocity, clamped.
+        // 2.375 times the whole range of the velocity, clamped.
         ("drag", -4096.0, 4095.0),
         ("torque", -4096.0, 8190.0),
         ("command", -4095.0, 4095.0),
@@ -233,7 +235,7 @@ fn what_has_no_words_has_no_proof_and_says_why() {
     let coupled = axis("coupled-wall", &[]);
     let refused = gappa(&coupled, &axis_bounds(&coupled).unwrap()).unwrap_err();
     assert_eq!(refused, "a script is written of a hybrid or a conventional loop, not of `virtual_coupling`");
-    // A recording has no device: its nets are bounded by their words, and it is said so.
+    // A recording has no device: its nets are bounded by their formats, and the assumptions say so.
     let recorded = axis_bounds(&axis("replay-capture", &[])).unwrap();
     let delta = of(&recorded, "delta");
     assert_eq!((delta.min, delta.max, delta.never_overflows), (-2048.0, 2047.0, false));

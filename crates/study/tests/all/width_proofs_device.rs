@@ -1,5 +1,5 @@
-//! What is proved of a device beside closed forms, and beside the worst and random commands integrated by Runge and
-//! Kutta.
+//! Compares the proved limits of a device with closed forms, and with the worst and random commands integrated by Runge
+//! and Kutta.
 
 use std::f64::consts::PI;
 
@@ -19,7 +19,7 @@ const U: f64 = 24.0;
 const GRIP: f64 = 0.3;
 const GRIP_DAMPING: f64 = 0.1e-3;
 
-/// A bridge that may give any voltage between both signs of its supply; a hand that means to stay at 0.
+/// A bridge that may give any voltage between both signs of its supply, and a hand whose path stays at 0.
 const ANY: (&str, &str) = ("method.pwm.mode", "\"locked_antiphase\"");
 const STILL: (&str, &str) = ("hand.path", "[[\"0 s\", 0]]");
 
@@ -29,7 +29,7 @@ fn limit(scene: &Scene, name: &str) -> (f64, f64) {
     (limit.min, limit.max)
 }
 
-/// At least the truth, and at most a part in 200 above it.
+/// Asserts that the bound is at least the truth, and at most a part in 200 above it.
 fn close_above(bound: f64, truth: f64) {
     assert!(truth <= bound && bound <= 1.005 * truth, "{bound} for {truth}");
 }
@@ -51,7 +51,7 @@ fn a_resistive_motor_in_a_hand_swings_as_far_as_the_closed_form_of_second_order_
     let natural = (GRIP / J).sqrt();
     let decay = (B + GRIP_DAMPING + K * K / R) / J / 2.0;
     let damped = (natural * natural - decay * decay).sqrt();
-    // A half swing later, everything is smaller by this.
+    // The factor by which everything is smaller half a swing later.
     let half = (-PI * decay / damped).exp();
     let angle = K * U / R / GRIP * (1.0 + half) / (1.0 - half);
     let peak = (-decay * (damped / decay).atan() / damped).exp() / natural;
@@ -69,7 +69,7 @@ fn slope([i, w, e]: State, volt: f64) -> State {
     [(volt - R * i - K * w) / L, (K * i - (B + GRIP_DAMPING) * w - GRIP * e) / J, w]
 }
 
-/// One step of the classic fourth order.
+/// Does one step of the classic method of fourth order.
 fn step(x: State, volt: f64, h: f64) -> State {
     let ahead = |k: State, by: f64| std::array::from_fn(|n| x[n] + by * k[n]);
     let k1 = slope(x, volt);
@@ -84,7 +84,7 @@ fn the_worst_command_reaches_the_limits_and_no_other_passes_them() {
     let scene = axis("hybrid-wall", &[ANY, STILL]);
     let limits = [limit(&scene, "speed").1, limit(&scene, "angle").1];
     let (h, steps) = (2e-6, 25_000);
-    // The response to a pulse, backwards in time, tells when to push which way.
+    // The response to a pulse, backwards in time, tells when to push in which direction.
     let mut response = vec![[1.0 / L, 0.0, 0.0]];
     for n in 0..steps {
         response.push(step(response[n], 0.0, h));
@@ -113,7 +113,7 @@ fn the_worst_command_reaches_the_limits_and_no_other_passes_them() {
 
 #[test]
 fn commands_of_one_sign_narrow_the_limits() {
-    // The wall of the scene never pulls but by its drag: the shaft cannot be thrown as far into it as out of it.
+    // The scene's wall pulls only by its drag, so the shaft cannot be thrown as far into the wall as out of it.
     let (both, one) = (axis("hybrid-wall", &[ANY]), axis("hybrid-wall", &[]));
     let (wide, narrow) = (limit(&both, "angle"), limit(&one, "angle"));
     assert!(wide.0 < narrow.0 && narrow.1 < wide.1, "{narrow:?} within {wide:?}");

@@ -1,4 +1,4 @@
-//! The exported script beside Gappa itself (Debian's package `gappa`).
+//! Runs Gappa itself on the exported script (Debian's package `gappa`).
 
 use std::io::Write;
 use std::process::{Command, Stdio};
@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 use crate::proofs_common::{axis, experiment};
 use hpu_study::widths::proof::{axis_bounds, gappa, gappa_phantom};
 
-/// What Gappa says of a script: whether it proves all of it, and its words.
+/// Returns whether Gappa proves all of a script, and its output.
 fn proves(script: &str) -> (bool, String) {
     let started = Command::new("gappa").stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn();
     let mut gappa = started.unwrap_or_else(|error| panic!("no gappa ({error}); on Debian: apt-get install gappa"));
@@ -29,7 +29,7 @@ fn gappa_proves_the_script_and_refuses_a_tighter_one() {
         let script = gappa(&scene, &axis_bounds(&scene).unwrap()).unwrap();
         let (proved, words) = proves(&script);
         assert!(proved, "{script}\n{words}");
-        // The greatest torque less one is not what the sum stays below.
+        // The sum does not stay below the greatest torque less one, so Gappa must refuse that.
         let range = script.lines().find(|line| line.contains("torque in")).unwrap();
         let most = range.rsplit([',', ']']).nth(1).unwrap().trim();
         let tighter = range.replace(most, &format!("{}", most.parse::<f64>().unwrap() - 1.0));
@@ -44,7 +44,7 @@ fn gappa_proves_the_kinematics_and_the_torques_of_the_phantom_and_no_smaller_err
         let script = gappa_phantom(&scene).unwrap();
         let (proved, said) = proves(&script);
         assert!(proved, "{script}\n{said}");
-        // A hundredth of the error of x.
+        // Gappa must refuse a hundredth of the error of x.
         let goal = script.lines().find(|line| line.contains("x - X in")).unwrap();
         let error: f64 = goal.rsplit([',', ']']).nth(1).unwrap().trim().parse().unwrap();
         let tighter = goal.replace(&format!("{error}"), &format!("{}", error / 100.0));

@@ -1,4 +1,4 @@
-//! The proof of a PHANToM's words beside ten million postures, its corners and a run.
+//! Compares the proof of a PHANToM's words with ten million postures, its corners and a run.
 
 use crate::proofs_common::{bits, contains, experiment, of};
 use hpu_cosim::scene::PhantomScene;
@@ -13,10 +13,10 @@ fn scene() -> PhantomScene {
     experiment("phantom-drop", &[("room.stiffness", "40000"), ("room.walls", "\"xyz\"")]).phantom().unwrap()
 }
 
-/// The postures tried.
+/// The number of postures tried.
 const POSTURES: u64 = 10_000_000;
 
-/// Range of the words of each net, as it is seen.
+/// The range of the words seen on each net.
 #[derive(Default)]
 struct Seen(Vec<(&'static str, i64, i64)>);
 
@@ -49,7 +49,7 @@ fn ten_million_postures_stay_inside_the_bounds_and_come_within_two_bits_of_them(
     let edges = [-4096, -1, 0, 1, 4095];
     let corner = |n: u64, place: u32| edges[(n / 5u64.pow(place) % 5) as usize];
     for n in 0..POSTURES {
-        // All corners of the three tables under all corners of the force, then at random.
+        // All corners of the three tables under all corners of the force come first, then random postures.
         let counts = if n < 8 * 125 {
             [0, 1, 2].map(|place| corner(n / 8, place))
         } else {
@@ -59,7 +59,8 @@ fn ten_million_postures_stay_inside_the_bounds_and_come_within_two_bits_of_them(
         let [(sine1, cosine1), (sine2, cosine2), (sine3, cosine3)] = trig.map(|words| (words.sine, words.cosine));
         let tip = forward.eval(phantom_forward::In { sine1, cosine1, sine2, cosine2, sine3, cosine3 });
         let [x, y, z] = [tip.x.word, tip.y.word, tip.z.word];
-        // A wall far behind pushes as hard as it can; one near by its depth; none does not.
+        // A wall far behind the tip pushes as hard as it can, one close by pushes by its depth, and without a wall
+        // nothing pushes.
         let mut walls = |axis: u64, at: i64| {
             let far = formats.position.min() as i64;
             let kind = if n < 8 * 125 { 1 + (n >> axis & 1) } else { draw.below(4) };

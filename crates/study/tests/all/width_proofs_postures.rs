@@ -1,4 +1,4 @@
-//! The proof of the words' ranges and errors: its results, and a million postures that must stay inside them.
+//! Tests the proof of the words' ranges and errors: its results, and a million postures that must stay inside them.
 
 use std::f64::consts::TAU;
 
@@ -153,7 +153,7 @@ fn errors_stay_inside(config: PhantomConfig, count: usize) {
         let row = of(&rows, name);
         println!("{name}: worst of {count} postures {worst:.3e} {}, proved {:.3e}", row.unit, row.error);
         assert!(worst <= row.error, "{name}: {worst:e} beyond {:e}", row.error);
-        // The proved errors are upper bounds, but not idle ones: their terms cannot all be worst at once, which costs
+        // The proved errors are upper bounds, but not loose ones. Their terms cannot all be worst at once, which costs
         // less than an order of magnitude.
         assert!(row.error < 10.0 * worst, "{name}: {worst:e} far below {:e}", row.error);
     }

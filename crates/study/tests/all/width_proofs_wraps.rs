@@ -1,4 +1,4 @@
-//! Where a product first wraps: predicted, and met by the emulator.
+//! Compares the predicted first wrap of a product with the emulator's.
 
 use crate::proofs_common::{axis, of, run, used};
 use hpu_cosim::scene::Scene;
@@ -12,7 +12,7 @@ fn stiffness_of_a_word(scene: &Scene) -> f64 {
 
 #[test]
 fn the_word_at_which_a_product_first_wraps_is_the_predicted_one_and_none_below() {
-    // A hand that imposes the motion: the path alone says how deep it goes.
+    // A hand that imposes the motion: its path alone determines the depth.
     for (deepest, counts) in [("1.6", 65), ("1.9", 260), ("2.7", 782), ("3.1", 1042)] {
         let path = format!("[[\"0 s\", 1.4], [\"500 ms\", {deepest}], [\"1 s\", 1.4]]");
         let sweep = |stiffness: &str| {
@@ -66,7 +66,7 @@ fn a_closed_loop_wraps_exactly_when_it_reaches_the_penetration_of_its_word() {
 
 #[test]
 fn a_push_first_wraps_at_the_word_that_leaves_it_no_rest() {
-    // The shipped push, and three that arrive at a twentieth of a radian a second.
+    // The scene's own push, and three that arrive at a twentieth of a radian a second.
     let slow = |end: f64| format!("[[\"0 s\", 1.4], [\"700 ms\", {}], [\"1700 ms\", {end}]]", end - 0.05);
     let shipped = "[[\"0 s\", 1.4], [\"500 ms\", 2.2]]".to_string();
     for (grip, end, path) in
@@ -80,8 +80,8 @@ fn a_push_first_wraps_at_the_word_that_leaves_it_no_rest() {
         let realised = with(1.5).words().unwrap().realised;
         let predicted = axis_bounds(&with(1.5)).unwrap().wraps_at.unwrap().at_rest.unwrap();
         for word in predicted - 4..=predicted + 2 {
-            // Below, the push is held at the last penetration that does not overflow; where friction alone holds it, a
-            // push that is not infinitely slow may slide on.
+            // At smaller words, the push is held at the last penetration that does not overflow. Where friction alone
+            // holds it, a push that is not infinitely slow may slide on.
             let deepest = (4095 / word) as f64;
             let push_nm = grip * (end - realised.wall_position_rad - (deepest + 1.0) * realised.count_rad);
             let hold_nm = word as f64 * deepest * realised.torque_quantum_nm;

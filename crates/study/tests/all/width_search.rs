@@ -1,4 +1,4 @@
-//! The search over widths, against the whole grid run design by design, and against scenes' own words.
+//! Compares the search over widths with the whole grid run design by design, and with the scenes' own words.
 
 use std::collections::BTreeMap;
 use std::convert::Infallible;
@@ -36,7 +36,7 @@ pub fn knobs(texts: &[&str]) -> Vec<Knob> {
 
 pub const PLAN: Plan = Plan { against: None, within: 0.05, proved: false, jobs: NonZeroUsize::new(2).expect("two") };
 
-/// A shipped scene under changes, as it is named in a search.
+/// Returns a shipped scene under changes, with its name in a search.
 pub fn scene(name: &str, set: &Set) -> (String, Experiment) {
     (name.to_string(), text(name).parse(set).expect("the scene"))
 }
@@ -50,7 +50,7 @@ pub fn found(scenes: &[(String, Experiment)], knobs: &[Knob], plan: Plan) -> Res
     }
 }
 
-/// Every design of the grid.
+/// Returns every design of the grid.
 fn designs(own: Design, knobs: &[Knob]) -> Vec<Design> {
     knobs.iter().fold(vec![own], |designs, knob| {
         let values = |design: Design| (knob.from..=knob.to).map(move |bits| design.with(knob.width, bits));
@@ -58,8 +58,8 @@ fn designs(own: Design, knobs: &[Knob]) -> Vec<Design> {
     })
 }
 
-/// The stable word of a scene by its rule, each wall a scene of its own, and nothing remembered; and how many runs it
-/// took.
+/// Finds the stable word of a scene by the rule of the search. Each wall is a scene of its own, and nothing is
+/// remembered. Returns the word and the number of runs.
 fn stable_word(experiment: &Experiment) -> (i128, usize) {
     let scene = experiment.clone().axis().expect("an axis");
     let words = scene.words().expect("words");
@@ -102,8 +102,8 @@ fn stable_word(experiment: &Experiment) -> (i128, usize) {
 /// One scene of a search: its name, its changes, and whether its own stable stiffness counts.
 pub type On<'a> = (&'a str, Set, bool);
 
-/// Holds the front that a search finds to that of the grid, every design a scene of its own; `allowed` are designs
-/// whose words hold what they have to. Returns how many runs the grid took, too.
+/// Asserts that a search finds the front of the grid, in which every design is a scene of its own. `allowed` tells
+/// which designs' words hold the required ranges. Returns the search's result and the number of runs of the grid.
 pub fn holds_to_the_grid(
     on: &[On],
     texts: &[&str],
@@ -163,7 +163,7 @@ pub fn holds_to_the_grid(
     (found, runs)
 }
 
-/// As [`holds_to_the_grid`], of one scene.
+/// As [`holds_to_the_grid`], on one scene.
 fn one_holds_to_the_grid(name: &str, set: &Set, texts: &[&str], plan: Plan) -> Found {
     let (found, runs) = holds_to_the_grid(&[(name, set.clone(), true)], texts, plan, |_| true);
     assert!(3 * found.runs < runs, "{} runs instead of {runs}", found.runs);
@@ -246,10 +246,10 @@ fn a_search_against_24_bits_keeps_the_modulator_and_tells_the_smallest_design() 
     assert!(cheapest.is_some(), "{:#?}", found.points);
     let by_cost = stiffness_by_cost("hybrid-wall", &found, 0.01, "hpu widths");
     let said = |text: &str| texts(&by_cost.svg).iter().any(|of| of.text.contains(text));
-    // A design is told with the names of its widths, and the levels with what they are.
+    // A design is shown with the names of its widths, and each level with its meaning.
     assert!(said("reference: position 24, stiffness (0,12,12), damping (0,8,16), velocity 24, PWM 12;"));
     assert!(said("1 % less stiff than the reference") && said("smallest within 1 % of it"));
-    // The same with the smallest at the right edge.
+    // The same holds when the smallest is at the right edge.
     let mut narrow = found.clone();
     let kept: Vec<usize> =
         (0..found.points.len()).filter(|&index| Some(found.points[index].merit.lut4) <= cheapest).collect();
@@ -261,7 +261,7 @@ fn a_search_against_24_bits_keeps_the_modulator_and_tells_the_smallest_design() 
     }
 }
 
-/// What a search says when it refuses.
+/// Returns the message of a search that is refused.
 fn refusal(name: &str, pairs: &[(&str, &str)], texts: &[&str]) -> String {
     found(&[scene(name, &set(pairs))], &knobs(texts), PLAN).expect_err("it is refused").to_string()
 }
@@ -353,9 +353,9 @@ fn a_design_is_refused_where_its_scene_is() {
     assert!(accepted > 500, "{accepted}");
 }
 
-/// Position, integer and fraction bits of stiffness and damping, velocity, modulator, whether products saturate,
-/// whether the position is held; and the LUT4s that Yosys 0.23 maps the loop to, by the flow of `hpu cost`. None is
-/// among those that the estimate's weights were fitted to.
+/// Each row gives the position, integer and fraction bits of stiffness and damping, velocity, modulator, whether
+/// products saturate, and whether the position is held; then the LUT4s that Yosys 0.23 maps the loop to, by the flow of
+/// `hpu cost`. The estimate's weights were fitted to other loops.
 const MAPPED: [([i32; 7], bool, bool, u32); 12] = [
     ([10, 9, 1, 5, 4, 7, 12], true, false, 673),
     ([11, 7, 2, 3, 3, 6, 12], true, false, 573),

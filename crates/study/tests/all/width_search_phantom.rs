@@ -1,4 +1,4 @@
-//! The search over the widths of a PHANToM, against the whole grid run design by design.
+//! Compares the search over the widths of a PHANToM with the whole grid run design by design.
 
 use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
@@ -43,7 +43,7 @@ fn run(experiment: &Experiment) -> Outputs {
     outputs.expect("nobody stops it")
 }
 
-/// The highest rung of a scene up to which all are passive, each wall a scene of its own.
+/// Returns the highest rung of a scene up to which all rungs are passive; each wall is a scene of its own.
 fn stable(experiment: &Experiment, runs: &mut usize) -> u32 {
     let Experiment::Phantom(base) = experiment else { panic!("a PHANToM") };
     for step in 1.. {
@@ -60,7 +60,8 @@ fn stable(experiment: &Experiment, runs: &mut usize) -> u32 {
     unreachable!("a format holds no infinite wall")
 }
 
-/// Holds the front that a search finds to that of the grid, every design with its own tables, and nothing remembered.
+/// Asserts that a search finds the front of the grid, in which every design has its own tables and nothing is
+/// remembered.
 fn holds_to_the_grid(set: &Set, texts: &[&str], within: f64) {
     let knobs = knobs(texts);
     let found = found(set, &knobs, plan(within, 2)).expect("a search");
@@ -133,7 +134,7 @@ fn the_proved_errors_are_those_of_the_counted_loop() {
     let set = set(&[("method.words", "narrow")]);
     let Experiment::Phantom(base) = text("phantom-drop").parse(&set).expect("the scene") else { panic!("a PHANToM") };
     let (tip_m, torque) = proved(&base, &Design::of(&base)).expect("a datapath");
-    // Of testbench/record/phantom-cost.txt: 13 bits of tables, 0.123 um and 0.00028 %.
+    // From testbench/record/phantom-cost.txt: tables of 13 bits, 0.123 um and 0.00028 %.
     assert!((1e6 * tip_m - 0.123).abs() < 5e-4, "{tip_m}");
     assert!((100.0 * torque - 0.00028).abs() < 5e-6, "{torque}");
 }

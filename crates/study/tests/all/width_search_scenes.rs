@@ -1,4 +1,4 @@
-//! The search over widths on several scenes at once, and for the range that is proved.
+//! Tests the search over widths on several scenes at once, and with proved ranges.
 
 use hpu_cosim::Control;
 use hpu_cosim::Driver;
@@ -11,7 +11,7 @@ use crate::width_search::{ANY_ERROR, PLAN, Set, found, holds_to_the_grid, knobs,
 
 #[test]
 fn the_front_on_several_scenes_is_that_of_the_grid_run_scene_by_scene() {
-    // A stiffer wall has the stable stiffness of the first; another throw and another damping have their own.
+    // A stiffer wall has the stable stiffness of the first scene; another throw and another damping have their own.
     let on = [
         ("60 ms", "1.5", "40 rad/s", "0.2", true),
         ("60 ms", "2.5", "40 rad/s", "0.2", false),
@@ -34,7 +34,7 @@ fn the_front_on_several_scenes_is_that_of_the_grid_run_scene_by_scene() {
     assert_ne!(front(&all), front(&one), "the other scenes tell nothing");
 }
 
-/// A hand that strikes at once, so that a run is short.
+/// Makes a hand that strikes at once, so that a run is short.
 fn struck(stiffness: &str) -> Set {
     set(&[
         ("device.initial_angle", "1.4 rad"),
@@ -44,7 +44,7 @@ fn struck(stiffness: &str) -> Set {
     ])
 }
 
-/// Whether position and velocity hold what is proved for the stiffest wall that the format holds.
+/// Returns whether position and velocity hold the proved ranges for the stiffest wall that the format holds.
 fn holds(experiment: &Experiment) -> bool {
     let mut scene = experiment.clone().axis().expect("an axis");
     let words = scene.words().expect("words");
@@ -64,7 +64,7 @@ fn so_it_is_where_words_have_to_hold_the_proved_range() {
     let (found, _) = holds_to_the_grid(&on, &knobs, plan, holds);
     let proved = found.proved.as_ref().expect("the widest design holds it");
     for held in proved {
-        // The least words that hold it are on the front, and none below.
+        // The narrowest words that hold the ranges are on the front, and no narrower ones.
         let bits =
             |(least, most): (i64, i64)| (1..).find(|bits| -(1i64 << (bits - 1)) <= least && most < 1 << (bits - 1));
         let [position, velocity] = [held.delta, held.velocity].map(|ends| bits(ends).expect("some"));
@@ -79,7 +79,7 @@ fn so_it_is_where_words_have_to_hold_the_proved_range() {
     );
 }
 
-/// The widths that a search on `hybrid-wall` alone takes: it saturates the velocity at 2 bits.
+/// Returns the widths that a search on `hybrid-wall` alone finds: they saturate the velocity at 2 bits.
 fn of_one_motion() -> Design {
     let base = scene("hybrid-wall", &Set::new()).1.axis().expect("an axis");
     let widths = [(Width::Position, 11), (Width::StiffnessInt, 7), (Width::StiffnessFrac, 1), (Width::DampingInt, 2)];
@@ -87,7 +87,7 @@ fn of_one_motion() -> Design {
     own.with(Width::DampingFrac, 0).with(Width::Velocity, 2)
 }
 
-/// The worst error of a design on `hybrid-wall` at a stiffness, against that of 24 bits.
+/// Returns the worst error of a design on `hybrid-wall` at a stiffness, against the design of 24 bits.
 fn error_at(design: Design, stiffness: &str) -> f64 {
     let run = |design: Design| {
         let all: Set = set(&[("wall.stiffness", stiffness)]).into_iter().chain(design.set()).collect();

@@ -1,4 +1,4 @@
-//! What happened to every signal, against closed forms and against what other observers saw.
+//! Compares the ranges and losses of every signal with closed forms and with the records of other observers.
 
 use hpu_cosim::scene::{Experiment, shipped};
 use hpu_cosim::{Control, Ready, Rig, SplitMix64, Wired};
@@ -19,7 +19,7 @@ fn run(name: &str, set: &[(&str, &str)]) -> Measured {
     measured(&scene(name, set), &Control::default()).expect("runs").expect("to its end")
 }
 
-/// A multiplier alone: nets `a`, `b`, `product`.
+/// Makes a wiring of a multiplier alone: nets `a`, `b`, `product`.
 fn alone(multiplier: TruncatingMultiplier) -> Beside {
     let block: &dyn AnyBlock = &multiplier;
     let ports: Vec<Signal> = block.inputs().into_iter().chain(block.outputs()).collect();
@@ -39,7 +39,7 @@ fn a_wrapping_product_tells_when_it_first_overflowed_and_by_how_much_at_most() {
     beside.finish(2009);
     let [rounded, overflowed] = beside.losses(2).expect("a product");
     assert_eq!(rounded.edges, 0);
-    // 36 * 114 = 4104 is the first beyond 4095, from edge 1140 on; 7200 at 200 is the farthest.
+    // 36 * 114 = 4104 is the first product beyond 4095, from edge 1140 on; 7200 at 200 is the farthest beyond.
     assert_eq!((overflowed.first, overflowed.edges), (Some(Cycle(1140)), 2010 - 1140));
     assert_eq!(overflowed.worst, 7200.0 - 4095.0);
 }
@@ -48,7 +48,7 @@ fn a_wrapping_product_tells_when_it_first_overflowed_and_by_how_much_at_most() {
 fn a_truncated_ramp_has_the_noise_that_the_formula_says() {
     let word = Format::unsigned(12);
     for dropped in 1..=8u32 {
-        // Of the product with 1, the lower bits dropped.
+        // The product with 1, without its lower bits.
         let multiplier = TruncatingMultiplier::drop_lower(word, word, 24 - dropped).expect("fewer bits");
         let mut beside = alone(multiplier);
         for a in 0..4096i64 {
@@ -59,10 +59,10 @@ fn a_truncated_ramp_has_the_noise_that_the_formula_says() {
         assert_eq!(overflowed.edges, 0);
         let step = f64::from(1u32 << dropped);
         assert_eq!(rounded.worst, step - 1.0, "the most is one less than a step");
-        // Of every step of the ramp one value is exact.
+        // One value of every step of the ramp is exact.
         assert_eq!(rounded.edges, 4096 - 4096 / (1u64 << dropped));
         assert_eq!(rounded.first, Some(Cycle(2)));
-        // Mean squares of 0..n-1 are (n - 1)(2n - 1)/6.
+        // The mean of the squares of 0..n-1 is (n - 1)(2n - 1)/6.
         let mean_square = |n: f64| (n - 1.0) * (2.0 * n - 1.0) / 6.0;
         let formula_db = 10.0 * libm::log10(mean_square(4096.0) / mean_square(step));
         let found_db = beside.sqnr_db(2).expect("a law");
@@ -70,7 +70,7 @@ fn a_truncated_ramp_has_the_noise_that_the_formula_says() {
     }
 }
 
-/// Keeps, of some nets, every word with its edge.
+/// Keeps every word of some nets with its edge.
 struct Words(Vec<(u64, Vec<i64>)>);
 
 impl Observe for Words {
@@ -82,7 +82,7 @@ impl Observe for Words {
     fn reals(&mut self, _: Cycle, _: &[f64]) {}
 }
 
-/// Every change of the nets of a scene.
+/// Returns every change of the nets of a scene.
 fn recorded(experiment: &Experiment) -> (Vec<&'static str>, Vec<(u64, Vec<i64>)>) {
     let ready = Ready::new(experiment).expect("ready");
     let mut words = Words(Vec::new());
@@ -103,7 +103,7 @@ fn the_wrapping_product_first_overflows_where_the_recorded_penetration_says() {
     assert_eq!(row.overflowed.first, Some(Cycle(first.0)));
     assert_eq!(row.overflowed.worst, (deepest - 4095) as f64);
     assert_eq!(row.rounded.edges, 0);
-    // Nothing narrower: the words of the spring go through the whole format.
+    // No narrower format is possible: the words of the spring cover the whole format.
     assert_eq!(row.headroom_bits, 0);
 }
 
@@ -135,14 +135,14 @@ fn what_the_law_beside_says_was_lost_is_what_the_wiring_counted() {
     }
 }
 
-/// Decibels of a value over its rounding error.
+/// Returns a value over its rounding error in decibels.
 fn over_rounding_db(exact: f64, word: f64) -> f64 {
     20.0 * libm::log10(exact / (exact - word).abs())
 }
 
 #[test]
 fn a_product_has_the_noise_of_its_rounded_gain_and_no_other() {
-    // 1.5 N.m/rad of PWM counts: 265 mN.m at stall over 2^12, a turn over 4096.
+    // 1.5 N.m/rad in PWM counts a count: full scale is 265 mN.m at stall over 2^12, and a turn has 4096 counts.
     let quantum_nm = 0.265 / 4096.0;
     let exact = 1.5 * 2.0 * std::f64::consts::PI / 4096.0 / quantum_nm;
     let formula_db = over_rounding_db(exact, 36.0);
@@ -159,7 +159,7 @@ fn a_product_has_the_noise_of_its_rounded_gain_and_no_other() {
     for signal in ["delta", "penetration", "velocity"] {
         assert_eq!(hybrid.row(signal).and_then(|row| row.sqnr_db), Some(f64::INFINITY), "{signal} only counts");
     }
-    // A law in floats beside a method's loop: without damping, its torque misses the words' by the same share.
+    // The law in floats beside a method's loop: without damping, its torque differs from the words' by the same share.
     let wall = run("dual-rate-wall", &[("wall.damping", "0"), ("run.duration", "300 ms")]);
     let [torque, gain] = ["torque", "stiffness"].map(|signal| wall.row(signal).expect("a row"));
     assert_eq!(torque.overflowed.edges, 0);

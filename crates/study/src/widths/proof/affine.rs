@@ -1,6 +1,6 @@
-//! Equations read as ranges and affine forms: bounds that no word made of such words can exceed.
+//! Reads equations as ranges and affine forms: bounds that no word computed from such words can exceed.
 //!
-//! [`Affine::on_a_sheet`] lays out one sheet for all words; a word is its place on that sheet.
+//! [`Affine::on_a_sheet`] makes one sheet, which stores all words; an [`Affine`] is a place on that sheet.
 
 use std::cell::RefCell;
 
@@ -14,7 +14,7 @@ use super::word::Word as Known;
 struct Sheet {
     symbols: Symbols,
     words: Vec<Known>,
-    /// Words inside blocks, by the names that their equations give them.
+    /// Words inside blocks, with the names that their equations give them.
     named: Vec<(String, Affine, u32)>,
 }
 
@@ -22,11 +22,11 @@ thread_local! {
     static SHEET: RefCell<Sheet> = RefCell::default();
 }
 
-/// A word of which a range and an affine form are known, in units of its least significant bit.
+/// A word with a known range and affine form, in units of its least significant bit.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) struct Affine(usize);
 
-/// Whether something can be false, and whether it can be true.
+/// Whether a condition can be false, and whether it can be true.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) struct Maybe {
     no: bool,
@@ -36,7 +36,7 @@ pub(crate) struct Maybe {
 truths!(Maybe, |a, b| [Self { no: a.no || b.no, yes: a.yes && b.yes }, !(!a & !b)], Self { no: a.yes, yes: a.no },);
 
 impl Affine {
-    /// Does something with words on an empty sheet.
+    /// Calls `make` with an empty sheet.
     pub fn on_a_sheet<R>(make: impl FnOnce() -> R) -> R {
         let before = SHEET.take();
         let made = make();
@@ -44,7 +44,7 @@ impl Affine {
         made
     }
 
-    /// A word made on the sheet's symbols.
+    /// Makes a word from the sheet's symbols.
     pub fn put(make: impl FnOnce(&mut Symbols) -> Known) -> Self {
         SHEET.with_borrow_mut(|sheet| {
             let known = make(&mut sheet.symbols);
@@ -53,22 +53,23 @@ impl Affine {
         })
     }
 
-    /// Its range, form and error.
+    /// Returns its range, form and error.
     pub fn known(self) -> Known {
         SHEET.with_borrow(|sheet| sheet.words[self.0].clone())
     }
 
-    /// A word that is right by itself.
+    /// Makes a word that has no error.
     pub fn given(span: Span) -> Self {
         Self::put(|symbols| symbols.given(span))
     }
 
-    /// Word less exact value, and the fraction bits of that; none where nothing is promised.
+    /// Returns the word less its exact value, and the fraction bits of that difference; `None` where no error is
+    /// proved.
     pub fn error(self) -> Option<(Span, i32)> {
         SHEET.with_borrow(|sheet| sheet.symbols.error(&sheet.words[self.0]))
     }
 
-    /// The word of this name inside the blocks read last, and its bits.
+    /// Returns the word of this name inside the blocks read last, and its bits.
     pub fn named(name: &str) -> Option<(Self, u32)> {
         SHEET.with_borrow(|sheet| {
             let found = sheet.named.iter().rev().find(|(found, ..)| found == name);
@@ -76,13 +77,13 @@ impl Affine {
         })
     }
 
-    /// The same, as a new word made of this one.
+    /// Returns a new word, made of this one by `change`.
     pub fn with(self, change: impl FnOnce(Known, &mut Symbols) -> Known) -> Self {
         let known = self.known();
         Self::put(|symbols| change(known, symbols))
     }
 
-    /// The word of another edge: of the same range and error, but not the same number.
+    /// Returns the word of another edge: it has the same range and error, but is not the same number.
     pub fn another(self) -> Self {
         let error = self.error();
         self.with(|known, symbols| {
@@ -97,13 +98,13 @@ impl Affine {
         })
     }
 
-    /// Whether it can be one number alone.
+    /// Returns whether it can only be one number.
     pub fn is_constant(self) -> bool {
         let Span { min, max } = self.known().span;
         min == max
     }
 
-    /// Whether all that is known of another word holds of this one, too.
+    /// Returns whether everything known of `other` also holds for this word.
     pub fn is_within(self, other: Self) -> bool {
         let (known, wider) = (self.known(), other.known());
         let turns = match (&known.turns, &wider.turns) {
@@ -124,7 +125,7 @@ impl Affine {
         turns && error && (known.fits || !wider.fits) && known.span.is_within(wider.span)
     }
 
-    /// One of two words: the wider one itself where it holds all of the other.
+    /// Returns a word that is one of two; if one of them holds all of the other, that word itself.
     pub fn or(self, other: Self) -> Self {
         if other.is_within(self) {
             self
@@ -140,7 +141,7 @@ impl Affine {
         Self::put(|symbols| make(symbols, &one, &other))
     }
 
-    /// How far it is above another.
+    /// Returns how far it is above another word.
     fn above_by(self, other: Self) -> Span {
         self.both(other, |symbols, one, other| symbols.sum(one, &symbols.negated(other))).known().span
     }
@@ -211,7 +212,7 @@ impl Word for Affine {
     fn look_up<T: Copy + Into<i64>>(self, table: &[T]) -> Self {
         self.with(|known, symbols| Known { exact: None, ..symbols.given(among(table, known.span)) })
     }
-    /// Every entry is the nearest word, but for the float that it was made with.
+    /// Every entry is the nearest word, apart from the rounding of the float that it was computed with.
     fn sine<T: Copy + Into<i64>>(self, Sine { frac, .. }: Sine, table: &[T]) -> Self {
         self.with(|known, symbols| {
             let fine = (53 - frac).max(1);
@@ -229,7 +230,7 @@ impl Word for Affine {
         SHEET.with_borrow_mut(|sheet| sheet.named.push((name.to_string(), self, width)));
         self
     }
-    /// Its losses are told elsewhere; its error goes on.
+    /// Its losses are reported elsewhere; its error goes on.
     fn shed(self) -> Self {
         self.with(|known, _| Known { fits: true, ..known })
     }
@@ -261,7 +262,7 @@ impl Affine {
     }
 }
 
-/// The words of a table at these addresses, or at any of its own.
+/// Returns the words of a table at these addresses, limited to the table's own.
 fn among<T: Copy + Into<i64>>(table: &[T], addresses: Span) -> Span {
     let last = table.len() - 1;
     let [from, to] =
@@ -280,7 +281,7 @@ mod tests {
         ((a * b - a).narrow(first) * b + a.shl(1)).narrow(second)
     }
 
-    /// All pairs of the words below.
+    /// Returns all pairs of the words below.
     fn pairs() -> impl Iterator<Item = (i64, i64)> {
         (-8..8).flat_map(|a| (0..8).map(move |b| (a, b)))
     }
@@ -313,7 +314,7 @@ mod tests {
             }
             let proved = [error.0.min, error.0.max].map(|end| end as f64 * 2f64.powi(-error.1));
             assert!(proved[0] <= least && most <= proved[1], "{least} to {most} beyond {proved:?}");
-            // Upper bounds, but not idle ones.
+            // The bounds are upper bounds, but not loose ones.
             assert!(proved[1] - proved[0] <= 3.0 * (most - least) + 1e-9, "{least} to {most} far inside {proved:?}");
         }
     }
@@ -328,7 +329,7 @@ mod tests {
             let made = |(a, b)| (Machine::<i64>::of(a) * Machine::of(b)).narrow(&rule).narrowed();
             assert!(pairs().all(|pair| known.span.min <= made(pair).word.into()));
             assert!(pairs().all(|pair| i128::from(made(pair).word) <= known.span.max));
-            // The range of one product is met, so that this is no mere upper bound.
+            // The range of one product is reached, so this is not only an upper bound.
             assert_eq!(known.fits, !pairs().any(|pair| made(pair).overflowed), "{width} bits");
             assert_eq!(known.exact.is_some(), known.fits || overflow == Overflow::Saturate);
         }
@@ -336,7 +337,7 @@ mod tests {
 
     #[test]
     fn a_counter_that_turns_over_reads_through_its_difference() {
-        // Of 4 bits, counts from -6 to 5: seen from 9, where 9 is -7.
+        // A counter of 4 bits counts from -6 to 5; seen from 9, where 9 is read as -7.
         let (word, to) = (Format::unsigned(4), Format::signed(4));
         let known = Affine::on_a_sheet(|| {
             let position = Affine::put(|symbols| {
@@ -349,7 +350,7 @@ mod tests {
             |reference: i64| (-6..=5).map(move |count: i64| to.wrap(i128::from(count.rem_euclid(16) - reference)));
         assert_eq!((known[0].span, known[0].fits), (Span::new(-5, 6), true));
         assert!(seen(15).eq((-6..=5).map(|count| count + 1)), "from -1 on, no more than that");
-        // From -7 on it would reach 12, beyond 7.
+        // From -7 on it would reach 12, which is beyond 7.
         assert!(!known[1].fits && known[1].span == Span::of(to) && seen(9).any(|delta| delta < 0));
     }
 }

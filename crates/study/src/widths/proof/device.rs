@@ -1,8 +1,8 @@
-//! What the device cannot exceed, whatever it is commanded: current, speed and angle of its shaft.
+//! Limits of the device that no command can exceed: current, speed and angle of its shaft.
 //!
-//! Between the bridge's terminals lies at most the supply and two diodes, whatever the gates do. Friction is a torque
-//! of at most its Coulomb value. A hand that holds the shaft by spring and damper adds to the device's own linear
-//! system, and drives it by the speed of its path, `e = angle - path`:
+//! The voltage between the bridge's terminals is at most the supply and two diodes, whatever the gates do. Friction is
+//! a torque of at most its Coulomb value. A hand that holds the shaft by spring and damper becomes a part of the
+//! device's linear system, and drives it by the speed of its path, `e = angle - path`:
 //!
 //! | | |
 //! |---|---|
@@ -11,7 +11,7 @@
 //! | `de/dt = w - v_h` | `v_h` within the speeds of the path |
 //!
 //! The reach of each input is an integral of its impulse response ([`Flow`]). Where the commands are known to be
-//! one-sided, so is the voltage; a bridge that switches gives what it is told only in the mean over a period, which
+//! one-sided, so is the voltage. A switching bridge gives its commanded voltage only as the mean over a period; that
 //! costs at most a period's change of the response.
 
 use hpu_cosim::scene::{BridgeModel, Device, Hand, PathPoint, Scene};
@@ -27,16 +27,16 @@ use crate::interval::Interval;
 pub(crate) struct Motion {
     /// Speeds, in rad/s.
     pub speed: Interval,
-    /// Angles, in rad; none where nothing holds the shaft back.
+    /// Angles, in rad; `None` where nothing holds the shaft back.
     pub angle: Option<Interval>,
-    /// The winding's current, in A; none of a mass.
+    /// The winding's current, in A; `None` for a mass.
     pub current: Option<Interval>,
-    /// Under which assumptions.
+    /// The assumptions of the limits.
     pub why: Vec<String>,
 }
 
 impl Motion {
-    /// As limits to be told.
+    /// Returns the limits as rows for a report.
     pub fn limits(&self, scene: &Scene) -> Vec<Limit> {
         let units = scene.device.units();
         let speed = if units.position == "m" { "m/s" } else { "rad/s" };
@@ -55,23 +55,23 @@ pub(crate) struct Shaft<'s> {
     drive: Channel,
     torque: Channel,
     path: Channel,
-    /// What is left of the start: speed, and distance from the hand.
+    /// The remaining effect of the start: on speed, and on the distance from the hand.
     start: [Interval; 2],
-    /// The most that is left of a pulse of the drive, per volt and second (per newton and second).
+    /// The largest remaining effect of a pulse of the drive, per volt second (per newton second).
     pulse: [f64; 2],
-    /// The path's angles and speeds; of a hand that is none, the start's and none.
+    /// The path's angles and speeds; without a hand, the start's angle and no speed.
     intended: [Interval; 2],
     held: bool,
     why: Vec<String>,
 }
 
-/// What is assumed of a mass that nothing holds back.
+/// The assumption about a mass that nothing holds back.
 const WITHIN: &str = "the mass stays within half the counter's range of the wall";
 
-/// More edges than pass until the modulator has its first command.
+/// An upper bound of the clock cycles until the modulator has its first command.
 const EARLY_EDGES: f64 = 4.0;
 
-/// The hull of 0 and these.
+/// Returns the hull of 0 and these values.
 pub(crate) fn around_zero(values: impl IntoIterator<Item = f64>) -> Interval {
     values.into_iter().fold(Interval::ZERO, |all, value| Interval { lo: all.lo.min(value), hi: all.hi.max(value) })
 }
@@ -81,16 +81,16 @@ fn hull(values: impl IntoIterator<Item = f64>) -> Interval {
     values.into_iter().fold(none, |all, value| Interval { lo: all.lo.min(value), hi: all.hi.max(value) })
 }
 
-/// Whether the current may ever take a way through diodes.
+/// Returns whether the current may ever flow through diodes.
 fn has_diodes(scene: &Scene) -> bool {
-    // Before the first edge all gates are off, and what turns or flows at the start freewheels.
+    // Before the first edge all gates are off, so a shaft that turns or a current that flows at the start freewheels.
     let coasts = matches!(scene.device, Device::Motor(motor)
         if motor.initial_current_a != 0.0 || motor.initial_speed_rad_per_s != 0.0);
     let switches = matches!(scene.device, Device::Motor(_)) && scene.model.bridge == BridgeModel::Switching;
     switches && (scene.method.pwm.floating || scene.method.pwm.dead_time_s > 0.0 || coasts)
 }
 
-/// Angles and speeds of a path.
+/// Returns the range of angles and the range of speeds of a path.
 fn path_range(path: &[PathPoint], scene: &Scene) -> Option<[Interval; 2]> {
     let edges: Vec<u64> = path.iter().map(|point| scene.clock.edges(point.time_s)).collect();
     if edges.windows(2).any(|pair| pair[0] == pair[1]) {
@@ -100,17 +100,17 @@ fn path_range(path: &[PathPoint], scene: &Scene) -> Option<[Interval; 2]> {
     let speeds = steps.map(|(points, edges)| {
         (points[1].angle_rad - points[0].angle_rad) / ((edges[1] - edges[0]) as f64 * scene.clock.period_s())
     });
-    // A part in 2^40 for the roundings.
+    // One part in 2^40 covers the roundings.
     let slack = Interval::exact(1.0 + 2f64.powi(-40));
     Some([hull(path.iter().map(|point| point.angle_rad)), around_zero(speeds).times(slack)])
 }
 
 impl<'s> Shaft<'s> {
-    /// The scene's shaft.
+    /// Makes the shaft of a scene.
     ///
     /// # Errors
     ///
-    /// Why there is none of that kind: a recording, a path that jumps, a circuit that is not one linear system.
+    /// Why it has no such system: a recording, a path that jumps, a circuit that is not one linear system.
     pub fn new(scene: &'s Scene) -> Result<Self, String> {
         if scene.bridge.on_resistance_ohm > 0.0 && has_diodes(scene) {
             return Err("the circuit's resistance is another one while diodes conduct".into());
@@ -149,8 +149,8 @@ impl<'s> Shaft<'s> {
         Ok(Self { scene, drive, torque, path, start, pulse, intended, held, why })
     }
 
-    /// What no command can exceed whose PWM counts stay within these, of `2^width` for all of the supply. Of a loop's
-    /// widths those of its modulator and its position count.
+    /// Returns the limits that no command can exceed whose PWM counts stay in this range; `2^width` of them are all of
+    /// the supply. Of the loop's widths, only those of its modulator and its position matter.
     pub fn motion(&self, command: (i128, i128), config: &LoopConfig) -> Motion {
         let Self { scene, intended: [angles, speeds], .. } = self;
         let mut why = self.why.clone();
@@ -159,7 +159,7 @@ impl<'s> Shaft<'s> {
             return Motion { speed: *speeds, angle: Some(*angles), current, why };
         }
         let share = |count: i128| (count as f64 / 2f64.powi(config.pwm.width.cast_signed())).clamp(-1.0, 1.0);
-        // A positive command pushes against the positive direction.
+        // A positive command pushes in the negative direction.
         let shares = Interval { lo: -share(command.1).max(0.0), hi: -share(command.0).min(0.0) };
         let (most, pulsed, text) = self.most_drive();
         why.push(text);
@@ -171,8 +171,8 @@ impl<'s> Shaft<'s> {
             }
             let period_s = 2f64.powi(config.pwm.width.cast_signed()) * scene.clock.period_s();
             let spill = if pulsed { (period_s * bend).next_up() } else { 0.0 };
-            // Of pulses of a share of the period: no more than all of it, and no more than the share of the period's
-            // best.
+            // Pulses that fill a share of the period reach no more than the whole period, and no more than the best
+            // part of the period of that share.
             let reach = |part: f64, share: f64| {
                 let mean = (share.abs() * (part + spill).next_up()).next_up();
                 (most * if share == 0.0 { 0.0 } else { part.min(mean) }).next_up()
@@ -191,7 +191,7 @@ impl<'s> Shaft<'s> {
             _ => Interval::ZERO,
         };
         let torque = push.plus(Interval { lo: -coulomb, hi: coulomb });
-        // Before the first edge no command counts.
+        // Commands have no effect before the first edge.
         let early_s = if has_diodes(scene) { EARLY_EDGES * scene.clock.period_s() } else { 0.0 };
         let all = |drive: Parts, torques: Parts, path: Parts, of: usize| {
             let early = (most * early_s * self.pulse[of]).next_up();
@@ -200,7 +200,7 @@ impl<'s> Shaft<'s> {
         };
         let mut speed = all(self.drive.speed, self.torque.speed, self.path.speed, 0);
         if let (Some(mass), Hand::None | Hand::ConstantTorque { .. }) = (mass, &scene.hand) {
-            // Between two turns the work is that of the greatest force over all of the travel, at most.
+            // Between two turns, the work is at most that of the greatest force over the whole travel.
             let travel_m = 2f64.powi(config.position_width.cast_signed()) * scene.encoder.count_rad();
             let energy = mass.initial_speed_m_per_s.powi(2) + 2.0 * (most + push.size()) * travel_m / mass.mass_kg;
             let most_m_per_s = energy.sqrt() * (1.0 + 2f64.powi(-40));
@@ -217,7 +217,7 @@ impl<'s> Shaft<'s> {
         Motion { speed, angle, current: self.current(speed), why }
     }
 
-    /// The most voltage, or force; whether it comes in pulses; what that is.
+    /// Returns the largest voltage, or force; whether it comes in pulses; and a text that describes it.
     fn most_drive(&self) -> (f64, bool, String) {
         let scene = self.scene;
         if let Some(amplifier) = scene.amplifier.filter(|_| matches!(scene.device, Device::Mass(_))) {
@@ -235,7 +235,7 @@ impl<'s> Shaft<'s> {
         (supply_v, true, format!("the bridge gives at most {supply_v} V"))
     }
 
-    /// `abs(i) <= max(abs(i_0), (V + K w) / R)`: beyond, it falls.
+    /// `abs(i) <= max(abs(i_0), (V + K w) / R)`: a greater current falls.
     fn current(&self, speed: Interval) -> Option<Interval> {
         let Device::Motor(motor) = self.scene.device else { return None };
         let emf_v = (motor.torque_constant_nm_per_a * speed.size()).next_up();

@@ -1,4 +1,4 @@
-//! Every input tried: the combinational blocks whose inputs, within what is proved of them, are few.
+//! Tries every input of the combinational blocks whose proved inputs are few.
 
 use hpu_cosim::scene::Scene;
 use hpu_cosim::{Session, Visit, Wired, World};
@@ -8,12 +8,12 @@ use super::span::Span;
 use super::{Bound, How, Proof};
 use crate::widths::exact::Exact;
 
-/// The most inputs that are ever tried of one block.
+/// The most inputs of one block that are ever tried.
 pub const MOST_INPUTS: u128 = 1 << 26;
 
-/// The nets of a scene that combinational blocks with at most `most` inputs drive, and at most [`MOST_INPUTS`], with
-/// the range and, of blocks that narrow exact inputs, the error that trying them all has shown. Inputs go through what `proof` leaves of them,
-/// each by itself.
+/// Tries the combinational blocks with at most `most` inputs, and at most [`MOST_INPUTS`]. Returns the nets that they
+/// drive, with the range found and, for blocks that narrow exact inputs, the error. Inputs take all values that `proof`
+/// allows, each independently.
 ///
 /// # Errors
 ///
@@ -40,18 +40,18 @@ impl<'s> Visit<'s> for Exhaust<'_> {
     }
 }
 
-/// Whether a block has no registers: none by its kind, or, of a limiter, none in this configuration.
+/// Returns whether a block has no registers, either by its kind or, for a limiter, in this configuration.
 fn answers_at_once(instance: &Instance) -> bool {
     instance.model.equations().is_some_and(|equations| equations.registers().is_empty())
 }
 
-/// The words that a bound allows.
+/// Returns the words that a bound allows.
 fn words(bound: &Bound) -> Span {
     let word = |value: f64| (value / bound.format.lsb()) as i128;
     Span::new(word(bound.min), word(bound.max))
 }
 
-/// The outputs of one block for all its inputs; none when these are too many.
+/// Returns the outputs of one block over all its inputs; empty when there are too many.
 fn tried(mut instance: Instance, bounds: &[Bound], most: u128) -> Vec<Bound> {
     let count = instance.model.inputs().len();
     let (inputs, outputs) = instance.connections.split_at(count);
@@ -60,7 +60,7 @@ fn tried(mut instance: Instance, bounds: &[Bound], most: u128) -> Vec<Bound> {
     if ranges.iter().map(size).try_fold(1u128, u128::checked_mul).is_none_or(|all| all > most) {
         return Vec::new();
     }
-    // A block's own losses are known where all of its inputs are exact.
+    // A block's own losses are known only if all of its inputs are exact.
     let are_exact = inputs.iter().all(|input| bounds[input.net].error == Some(0.0));
     let equations = instance.model.equations().filter(|_| are_exact).map(AnyStep::recorded);
     let mut word: Vec<i64> = ranges.iter().map(|range| range.min as i64).collect();
@@ -76,7 +76,7 @@ fn tried(mut instance: Instance, bounds: &[Bound], most: u128) -> Vec<Bound> {
             let read = equations.read(&given.collect::<Vec<_>>());
             worst.iter_mut().zip(read).for_each(|(worst, made)| *worst = worst.worse(made.losses()));
         }
-        // The next input, the last one fastest.
+        // Moves to the next input; the last one changes fastest.
         let Some(at) = (0..count).rev().find(|&at| i128::from(word[at]) < ranges[at].max) else { break };
         word[at] += 1;
         for later in at + 1..count {
@@ -87,7 +87,7 @@ fn tried(mut instance: Instance, bounds: &[Bound], most: u128) -> Vec<Bound> {
         let (output, worst) = (&outputs[index], worst[index]);
         let (proved, format) = (&bounds[output.net], output.port.format);
         let (least, most) = seen[index]?;
-        // Inputs go together in ways that the block by itself does not know.
+        // The inputs depend on each other in ways that the block alone does not show.
         let (min, max) = (format.to_f64(least).max(proved.min), format.to_f64(most).min(proved.max));
         let mut bound = Bound { how: How::Exhausted, min, max, ..proved.clone() };
         if worst.narrows {

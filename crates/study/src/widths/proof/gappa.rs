@@ -1,9 +1,9 @@
-//! The straight-line parts of a loop as a script for [Gappa](https://gappa.gitlabpages.inria.fr), for who wants a proof
-//! from outside: products, truncations and sums, from the ranges of penetration and motion to those of spring, drag and
-//! torque.
+//! Writes the straight-line parts of a loop as a script for [Gappa](https://gappa.gitlabpages.inria.fr), for users who
+//! want an independent proof. It covers products, truncations and sums, from the ranges of penetration and motion to
+//! those of spring, drag and torque.
 //!
-//! A number of `f` fraction bits is one with `@FIX(x, -f)`; `fixed<-f, dn>` truncates to `f` of them. Clamps have no
-//! word in that language: what comes out of one is a variable of its own, within what it was clamped to.
+//! A number of `f` fraction bits satisfies `@FIX(x, -f)`; `fixed<-f, dn>` truncates to `f` of them. The language has no
+//! clamp, so the output of a clamp is a new variable within the clamp's limits.
 
 use std::fmt::Write;
 
@@ -14,7 +14,7 @@ use hpu_signal::{Format, Word as _};
 use super::text::Text;
 use super::{Bound, Proof};
 
-/// The script for a scene of a hybrid or conventional loop, which is to prove what `proof` says.
+/// Returns the script for a scene of a hybrid or conventional loop; its goals are the bounds of `proof`.
 ///
 /// # Errors
 ///
@@ -41,7 +41,7 @@ pub fn gappa(scene: &Scene, proof: &Proof) -> Result<String, String> {
         let lines = Text::written(|| {
             let inputs = inputs.iter().map(|input| {
                 let Bound { name, format, .. } = proof.bounds[input.net];
-                // Inside the wall.
+                // The case inside the wall.
                 if format == Format::BIT { Text::int(1) } else { Text::variable(name, name, format) }
             });
             let read = || equations.recorded().read(&inputs.collect::<Vec<_>>())[0];
@@ -62,7 +62,7 @@ pub fn gappa(scene: &Scene, proof: &Proof) -> Result<String, String> {
     for (factor, gain, bound) in [(depth, stiffness, spring), (velocity, damping, drag)] {
         let name = bound.name;
         given.push(variable(gain));
-        // Truncation alone; where the product is clamped, its range is what goes into the clamp.
+        // This covers truncation alone. Where the product is clamped, its range is that of the clamp's input.
         let least = (factor.min * gain.min).min(factor.min * gain.max).floor();
         let most = (factor.max * gain.max).max(factor.max * gain.min).floor();
         goals.push(format!("product_{name} in [{least}, {most}]"));
@@ -76,7 +76,7 @@ pub fn gappa(scene: &Scene, proof: &Proof) -> Result<String, String> {
     Ok(text)
 }
 
-/// A word within a bound.
+/// Returns a word within a bound.
 fn variable(Bound { name, min, max, format, .. }: &Bound) -> String {
     format!("{name} in [{min}, {max}] /\\ @FIX({name}, {})", -format.frac())
 }

@@ -1,4 +1,5 @@
-//! The same for a PHANToM: kinematics and torques are one straight line, from the tables' sines to the torques.
+//! Writes the same for a PHANToM: its kinematics and torques are straight-line code, from the tables' sines to the
+//! torques.
 
 use std::fmt::Write;
 
@@ -9,14 +10,15 @@ use hpu_datapath::phantom::PhantomLoop;
 use super::bounds;
 use super::text::{Text, capital};
 
-/// The blocks that the script follows: from sines to the tip, and from forces to torques.
+/// The blocks that the script covers: from sines to the tip, and from forces to torques.
 const FOLLOWED: [&str; 2] = ["forward", "jacobian"];
 
-/// The part of a bound that a goal is wider: Gappa rounds its own bounds outwards, too.
+/// The share of a bound by which a goal is wider, because Gappa rounds its own bounds outwards too.
 const SLACK: f64 = 1.0 / (1 << 16) as f64;
 
-/// The script for a PHANToM's scene, which is to prove the ranges and errors of its tip and of its torques. Words have
-/// small letters; what real numbers make of them is capital. Forces are words of their own, clamped to their limit.
+/// Returns the script for a PHANToM's scene; its goals are the ranges and errors of the tip and of the torques. Words
+/// have small letters, and their values in real numbers have capitals. Forces are words of their own, clamped to their
+/// limit.
 ///
 /// # Errors
 ///

@@ -12,7 +12,7 @@ use super::walk::Walk;
 use super::word::{Word, most, outward};
 use super::{Bound, How, laws};
 
-/// The settings of a scene's loop, each with all the words that it takes while the scene runs.
+/// The settings of a scene's loop, each with the range of words that it takes during the run.
 #[derive(Clone, Debug)]
 pub(crate) struct Settings {
     pub config: LoopConfig,
@@ -21,7 +21,7 @@ pub(crate) struct Settings {
     pub damping: Span,
     pub period: i64,
     pub scale: Span,
-    /// The way that a turn of the counter takes, with its unit.
+    /// The length of a full turn of the counter, with its unit.
     pub turn: String,
 }
 
@@ -42,22 +42,22 @@ impl Settings {
     }
 }
 
-/// Range and error of one net.
+/// The range and error of one net.
 #[derive(Clone, Debug)]
 pub(crate) struct Row {
     name: &'static str,
     pub span: Span,
     error: Option<(Span, i32)>,
-    /// Whether it holds everything that is to be in it.
+    /// Whether it holds every value that belongs in it.
     pub fits: bool,
     remarks: Vec<String>,
 }
 
-/// Words by net, in any order; rows in that of the wiring.
+/// Rows in the order of the wiring's nets.
 pub(crate) struct Rows(Vec<Row>);
 
 impl Rows {
-    /// The words of a wiring's nets, read block after block.
+    /// Reads the words of a wiring's nets, block after block.
     pub fn of(settings: &Settings, travel: &Travel, wiring: &TheLoop) -> Self {
         let (nets, instances) = (wiring.nets(), wiring.instances());
         Affine::on_a_sheet(|| {
@@ -75,7 +75,7 @@ impl Rows {
                     remarks.extend(remark.map(|remark| (name, remark.to_string())));
                 }
                 walk.read(instance);
-                // A depth is no better than the displacement that it is made of.
+                // The depth fits only if the displacement that it is computed from does.
                 if let [Some(delta), Some(depth)] = [net("delta"), net("penetration")].map(|net| walk.nets[net?]) {
                     let fits = delta.known().fits;
                     let depth = depth.with(|known, _| Word { fits: known.fits && fits, ..known });
@@ -91,7 +91,7 @@ impl Rows {
                 let Word { span, fits, turns, .. } = word.known();
                 let mut remarks: Vec<_> =
                     remarks.iter().filter(|remark| remark.0 == name).map(|remark| remark.1.clone()).collect();
-                // Below the start the word turns over, as it may while the displacement reads through.
+                // Below the start the word wraps; it may, as long as the displacement is read correctly.
                 let is_all = span == Span::of(net.format) && turns.is_some() && travel.delta.is_some();
                 remarks.extend(is_all.then(|| format!("turns over every {turn}; the displacement reads through that")));
                 Some(Row { name, span, error: word.error(), fits, remarks })
@@ -104,7 +104,7 @@ impl Rows {
         self.0.iter().find(|row| row.name == name).expect("a net of the wiring")
     }
 
-    /// One bound a net; of a net of which nothing is known its format.
+    /// Returns one bound a net; its format's range for a net about which nothing is known.
     pub fn bounds(&self, nets: &[Signal], assumptions: &[String]) -> Vec<Bound> {
         let bound = |net: &Signal| {
             let bit = net.format == Format::BIT;
@@ -135,8 +135,8 @@ impl Rows {
     }
 }
 
-/// The words that every loop begins with: settings, what the decoder makes of the lines, and the position, of which the
-/// travel is known.
+/// Returns the words that every loop begins with: the settings, the decoder's outputs, and the position with its known
+/// travel.
 fn given(settings: &Settings, travel: &Travel) -> Vec<(&'static str, Affine)> {
     let Settings { config, reference, stiffness, damping, period, scale, .. } = settings;
     let spans = [
@@ -152,7 +152,7 @@ fn given(settings: &Settings, travel: &Travel) -> Vec<(&'static str, Affine)> {
     let counter = Format::unsigned(config.position_width);
     let position = Affine::put(|symbols| {
         let span = travel.counts.filter(|counts| counts.is_within(Span::of(counter)));
-        // Far beyond any travel where no limit of it reads through the displacement.
+        // Without a limit of the travel that keeps the displacement readable, the range lies far beyond any travel.
         let anywhere = Span::new(-1 << 100, 1 << 100);
         let counts = symbols.fresh(travel.counts.filter(|_| travel.delta.is_some()).unwrap_or(anywhere), 0);
         let turns = travel.decoded.then_some((config.position_width, counts));

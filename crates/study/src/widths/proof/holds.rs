@@ -1,4 +1,4 @@
-//! Whether the words of a haptic loop hold all that the device can bring into them.
+//! Checks that the words of a haptic loop hold every value that the device can cause.
 
 use hpu_cosim::TheLoop;
 use hpu_cosim::scene::{Loop, Scene};
@@ -9,8 +9,8 @@ use super::haptic::{Rows, Settings};
 use super::narrowed;
 use super::span::Span;
 
-/// Proved ranges of a loop's words: for every motion within the device's limits and every stiffness from the scene's
-/// own up to the stiffest that its format holds.
+/// The proved ranges of a loop's words. They hold for every motion within the device's limits, and for every stiffness
+/// from the scene's own up to the stiffest that its format holds.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Held {
     /// Least and greatest displacement, in counts.
@@ -19,31 +19,30 @@ pub struct Held {
     pub velocity: (i64, i64),
 }
 
-/// A scene's device and hand, for proofs of loops that differ in widths alone.
+/// A scene's device and hand, for proofs of loops that differ only in widths.
 pub(in crate::widths) struct Limits<'s> {
     shaft: Shaft<'s>,
 }
 
 impl<'s> Limits<'s> {
-    /// The limits of a scene's device.
+    /// Finds the limits of a scene's device.
     ///
     /// # Errors
     ///
-    /// Why none are proved, as of [`Shaft::new`].
+    /// Why none are proved, as for [`Shaft::new`].
     pub fn new(scene: &'s Scene) -> Result<Self, String> {
         Shaft::new(scene).map(|shaft| Self { shaft })
     }
 
-    /// The proved ranges of a scene that differs from the scene of [`new`](Self::new) in widths alone, or the width
-    /// that does not hold them.
+    /// Returns the proved ranges of a scene that differs only in widths from the scene of [`new`](Self::new).
     ///
-    /// Position and velocity hold every value that is to be in them: the displacement is never read the other way, and
-    /// the velocity never saturates. Products that saturate are limited to the modulator's full command, which is no
-    /// matter of their factors' widths; products that drop their upper bits never lose any.
+    /// Position and velocity hold every value that belongs in them: the displacement is never read with the other sign,
+    /// and the velocity never saturates. Products that saturate are limited to the modulator's full command, whatever
+    /// the widths of their factors. Products that drop their upper bits never lose any.
     ///
     /// # Errors
     ///
-    /// Which width is too narrow, or why the scene has no words.
+    /// The width that is too narrow, or why the scene has no words.
     pub fn held(&self, scene: &Scene) -> Result<Held, String> {
         let words = scene.words().map_err(|error| error.to_string())?;
         let mut settings = Settings::new(&words, scene.device.units().position);

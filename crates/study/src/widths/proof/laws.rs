@@ -9,8 +9,8 @@
 //! | `passive_spring` | with `alpha = 1` the extension never exceeds the penetration; the torque |
 //! | input shaper | what it hands on is between 0 and the torque; its filter's overflow is not proved |
 //!
-//! Errors beside real numbers are proved of the sampled wall; those of the others go round their memory and are left
-//! out.
+//! Errors against real numbers are proved for the sampled wall. The errors of the other laws circulate through their
+//! memories and are left out.
 
 use hpu_cosim::TheLoop;
 use hpu_datapath::{
@@ -26,10 +26,10 @@ use super::travel::Travel;
 use super::walk::Walk;
 use super::word::Word;
 
-/// A net, its word, and why nothing more is known of it.
+/// A net, its word, and the reason why no more is known of it.
 pub(super) type Stated = (&'static str, Affine, Option<&'static str>);
 
-/// The loop before a law, and the law's widths.
+/// The loop in front of a law, and the law's widths.
 struct Seen<'a> {
     settings: &'a Settings,
     travel: &'a Travel,
@@ -39,7 +39,7 @@ struct Seen<'a> {
     input: LawIn<Affine>,
 }
 
-/// The words that a method's law, or the shaper behind it, drives; none of another block.
+/// Returns the words that a method's law, or the shaper behind it, drives; nothing for another block.
 pub(super) fn stated(
     settings: &Settings,
     travel: &Travel,
@@ -82,12 +82,12 @@ pub(super) fn stated(
     }
 }
 
-/// A word of which only the range is known.
+/// Makes a word of which only the range is known.
 fn within(span: Span, fits: bool) -> Affine {
     Affine::put(|symbols| Word { exact: None, fits, ..symbols.given(span) })
 }
 
-/// A torque, why nothing more is known of the memory beside it, and that memory.
+/// A torque, the reason why no more is known of the memory beside it, and that memory.
 type Made = ((Affine, Option<&'static str>), Affine);
 
 impl Seen<'_> {
@@ -98,7 +98,7 @@ impl Seen<'_> {
         }
     }
 
-    /// Counts gone in so many clocks; any if half the counter's range may be among them.
+    /// Returns the range of counts passed in `clocks` clock cycles; any count if that may be half the counter's range.
     fn moved(&self, clocks: f64) -> Affine {
         let moved = self.travel.moved(clocks);
         let difference = Format::signed(self.widths.width);
@@ -117,7 +117,7 @@ impl Seen<'_> {
         ((torque, None), velocity)
     }
 
-    /// The velocity of any estimator.
+    /// Returns the velocity of any estimator.
     fn estimate(&self, law: &SampledWall) -> Affine {
         let SampledWallConfig { estimator, shift, window, velocity_frac: frac, .. } = *law.config();
         let period = law.velocity_period(self.settings.period);
@@ -131,21 +131,21 @@ impl Seen<'_> {
         };
         match (estimator, law.estimator()) {
             (Estimator::Filtered, Some(block)) => {
-                // Between two values that fit, rounded down, it stays between them; every floor is carried on, 2^SHIFT
-                // LSBs in all.
+                // The state lies between two values that fit, rounded down, so it stays between them. Every rounding
+                // down carries over to the next sample: 2^SHIFT LSBs in all.
                 let error = sample.exact.map(|_| (Span::new(-(1 << shift), 0), 0));
                 let state = Affine::put(|symbols| symbols.replaced(still, error, true));
                 read(block, &[("state", state)])
             }
             (Estimator::Difference | Estimator::Window, Some(block)) => read(block, &[]).shl(frac),
-            // Over n samples at most n times the most of one, divided by n and rounded down.
+            // Over n samples: at most n times the largest of one, divided by n and rounded down.
             (Estimator::Foaw, _) => {
                 let whole = self.moved(clocks * f64::from(window)).known();
                 let error = whole.exact.map(|_| (Span::new(-1, 0), 0));
                 Affine::put(|symbols| symbols.replaced(still, error, sample.fits && whole.fits))
             }
             _ => {
-                // Two counts the same way are no closer than the fastest shaft has them.
+                // Two counts in the same direction are no closer in time than the fastest shaft makes them.
                 let apart = (1.0 / self.travel.fastest()).floor().max(1.0);
                 let most = (clocks / apart * f64::from(1u32 << frac)).next_up().ceil();
                 let limit = Format::signed(self.widths.width + frac).max();
@@ -168,14 +168,14 @@ impl Seen<'_> {
                 Affine::put(|symbols| symbols.any(format)),
             );
         }
-        // e <= most: floor((share delta + held e) / 2^gain) <= most. At least -1: a tool in contact is not ahead of the
-        // device.
+        // The invariant is e <= most: floor((share delta + held e) / 2^gain) <= most. The extension is at least -1,
+        // because a tool in contact is not ahead of the device.
         let deepest = delta.max.max(0);
         let most = (share * (deepest << config.extension_frac) + one - held - 1) / (one - held);
         let least = if free > 0 || held > 0 { -1 } else { 0 };
         let last = within(Span::new(least, most.min(format.max())), fits && most <= format.max());
-        // Outside the surface the tool is free; inside, a stiffer coupling pushes harder at the same extension: what the
-        // ends of a ramp can do holds for all of it.
+        // Outside the surface the tool is free. Inside, a stiffer coupling pushes harder at the same extension, so the
+        // ends of a ramp of the stiffness bound all of it.
         let Span { min, max } = self.settings.stiffness;
         let sides = [(delta.min <= -1).then(|| Span::new(delta.min, -1)), Some(Span::new(0, deepest))];
         let made = sides.into_iter().flatten().flat_map(|delta| [min, max].map(|stiffness| (delta, stiffness)));
@@ -194,7 +194,7 @@ impl Seen<'_> {
                 Affine::put(|symbols| symbols.any(format)),
             );
         }
-        // No torque without one; what is off in the extension goes round.
+        // No contact gives no torque. The error of the extension circulates and is left out.
         let pushes = pushes.or(Affine::int(0));
         ((pushes.with(|word, _| Word { exact: None, ..word }), None), last)
     }
@@ -212,7 +212,7 @@ impl Seen<'_> {
     fn energy_bounding(&self) -> Made {
         let latency = self.number("ROOT_WIDTH") / 2 + 2;
         let motion = self.moved(self.settings.period as f64 + latency as f64);
-        // Each bound of the torque lies between the one before, or 0, and what is wanted.
+        // Each bound of the torque lies between the bound before, or 0, and the torque that the wall asks for.
         let wanted = self.widths.wanted(&self.input, motion);
         let torque = wanted.with(|word, _| Word { exact: None, fits: false, ..word });
         let energy = Format::unsigned(self.number("ENERGY_WIDTH") as u32);
@@ -223,7 +223,7 @@ impl Seen<'_> {
         let frac = self.number("EXTENSION_FRAC");
         let format = Format::unsigned(self.widths.width + frac as u32);
         let Word { span: depth, .. } = self.input.penetration.known();
-        // x'^2 = x^2 + 2 x d <= (x + d)^2: from a penetration on, x follows it, and dies outside.
+        // x'^2 = x^2 + 2 x d <= (x + d)^2: the extension x follows a growing penetration, and decays outside the wall.
         let is_bounded = self.number("ALPHA") == 256 && self.input.delta.known().fits;
         let most = if is_bounded { depth.max << frac } else { format.max() };
         let memory = within(Span::new(0, most), false);

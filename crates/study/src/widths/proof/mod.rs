@@ -1,17 +1,18 @@
-//! What no motion can exceed: proofs of ranges and errors, beside what was measured.
+//! Proofs of ranges and errors that no motion can exceed, beside the measured ones.
 //!
-//! A proof goes two steps. The *device* first: whatever the datapath commands, a bridge gives no more than its supply,
-//! so that current, speed and angle of the shaft stay within limits that no controller can change ([`Limit`]). Then the
-//! *words*: for every motion within these limits each block hands on a range and an error, in exact integers.
+//! A proof has two steps. The first is about the *device*: whatever the datapath commands, a bridge gives no more than
+//! its supply. So current, speed and angle of the shaft stay within limits that no controller can change ([`Limit`]).
+//! The second is about the *words*: for every motion within these limits, each block hands on a range and an error, in
+//! exact integers.
 //!
 //! So a bound holds for stable and unstable loops alike, and for every gain that the scene's words could be set to
-//! within the commands they lead to. Both steps come close: the worst command drives a shaft to within a hundredth of
-//! its limits, and motion within them brings every signal of the haptic loops and of a PHANToM's to within two bits of
-//! its bound. A scene's own run may stay far below: `hybrid-wall` itself goes 44 counts deep and 8 counts a sample
-//! fast, where a command that pumps the shaft against the hand's spring could reach 819 and 367.
+//! within the commands they lead to. Both steps are tight. The worst command drives a shaft to within a hundredth of
+//! its limits. Motion within the limits brings every signal of the haptic loops and of a PHANToM's to within two bits
+//! of its bound. A scene's own run may stay far below: `hybrid-wall` itself goes 44 counts deep and 8 counts a sample
+//! fast. A command that pumps the shaft against the hand's spring could reach 819 and 367.
 //!
-//! What nobody holds has no limit of its travel; its words are bounded by their formats. Of the methods' memories,
-//! energies are sums without a limit.
+//! A device that no hand holds has no limit of its travel; its words are bounded by their formats. Among the memories
+//! of the methods, energies are sums without a limit.
 
 mod affine;
 mod device;
@@ -49,18 +50,18 @@ use span::Span;
 pub(crate) use system::System;
 use travel::Travel;
 
-/// How a figure came about.
+/// The way in which a figure was found.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum How {
-    /// Seen in runs; other runs may go further.
+    /// Seen in runs; other runs may exceed it.
     Measured,
-    /// Every input was tried.
+    /// All inputs were tried.
     Exhausted,
     /// It follows from the assumptions.
     Proved,
 }
 
-/// What is known of one signal, for every motion under the assumptions.
+/// The bounds of one signal, for every motion under the assumptions.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Bound {
     /// Name of the net.
@@ -73,21 +74,21 @@ pub struct Bound {
     pub min: f64,
     /// Greatest value.
     pub max: f64,
-    /// Greatest distance to the same law in real numbers on the same counts; none where none is proved.
+    /// Greatest distance to the same law in real numbers on the same counts; `None` where none is proved.
     pub error: Option<f64>,
     /// How the range came about.
     pub how: How,
-    /// Whether the word holds every value that is to be in it: it never wraps, is never clamped, and no run counts an
-    /// edge at which it has overflowed. A position may turn over, as long as the displacement reads through it.
+    /// Whether the word holds every value that belongs in it: it never wraps, is never clamped, and no run counts an
+    /// edge at which it has overflowed. A position may wrap, as long as the displacement is still read correctly.
     pub never_overflows: bool,
-    /// Under which assumptions.
+    /// The assumptions of the proof.
     pub assumptions: Vec<String>,
 }
 
-/// What the device cannot exceed, whatever it is commanded.
+/// A limit that the device cannot exceed, whatever it is commanded.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Limit {
-    /// Of what: `current`, `speed`, `angle`.
+    /// Its quantity: `current`, `speed`, `angle`.
     pub name: &'static str,
     /// Its unit.
     pub unit: &'static str,
@@ -95,54 +96,54 @@ pub struct Limit {
     pub min: f64,
     /// Greatest value.
     pub max: f64,
-    /// Why.
+    /// The reason for the limit.
     pub why: String,
 }
 
-/// Where the spring's product first leaves its word.
+/// The stiffness and penetration at which the spring's product first overflows its word.
 #[derive(Clone, PartialEq, Debug)]
 pub struct WrapsAt {
     /// The deepest penetration that is proved, in counts.
     pub penetration: i64,
-    /// The least word of the stiffness at which that penetration overflows; none if no word of its format does.
+    /// The least word of the stiffness at which that penetration overflows; `None` if no word of its format does.
     pub word: Option<i64>,
     /// The stiffness of one word, in N.m/rad (N/m).
     pub of_a_word: f64,
-    /// The least penetration that overflows at the scene's own stiffness, in counts; none if none does.
+    /// The least penetration that overflows at the scene's own stiffness, in counts; `None` if there is none.
     pub at_scene: Option<i64>,
-    /// The least word at which a hand that pushes to the end of its path cannot come to rest without an overflow; none
-    /// for other hands. At every penetration that does not overflow, its grip pushes harder than spring and friction
-    /// hold.
+    /// The least word at which a hand that pushes to the end of its path cannot come to rest without an overflow;
+    /// `None` for other hands. At every penetration that does not overflow, its grip then pushes harder than spring and
+    /// friction hold.
     pub at_rest: Option<i64>,
-    /// Whether the penetration is reached for certain, so that this word is the first at which the product overflows,
-    /// and not only the first at which no proof says that it cannot.
+    /// Whether the penetration is certainly reached. Then this word is the first at which the product overflows; else
+    /// it is only the first at which no proof excludes an overflow.
     pub reached: bool,
 }
 
-/// Everything that is proved of a scene.
+/// All proved bounds of a scene.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Proof {
     /// One row a net, in the order of the wiring.
     pub bounds: Vec<Bound>,
-    /// What the device cannot exceed.
+    /// The limits that the device cannot exceed.
     pub limits: Vec<Limit>,
-    /// Where the spring's product first leaves its word; none where there is no such product.
+    /// Where the spring's product first overflows its word; `None` where there is no such product.
     pub wraps_at: Option<WrapsAt>,
 }
 
 impl Proof {
-    /// What is known of a net.
+    /// Returns the bound of a net.
     #[must_use]
     pub fn of(&self, net: &str) -> Option<&Bound> {
         self.bounds.iter().find(|bound| bound.name == net)
     }
 }
 
-/// What is proved of a scene of an axis.
+/// Proves the bounds of an axis's scene.
 ///
 /// # Errors
 ///
-/// The reason why nothing can be: no words, or words that make no datapath.
+/// The reason why nothing can be proved: no words, or words that make no datapath.
 pub fn axis_bounds(scene: &Scene) -> Result<Proof, String> {
     match scene.model.datapath {
         Datapath::Words => {}
@@ -171,15 +172,15 @@ pub fn axis_bounds(scene: &Scene) -> Result<Proof, String> {
     Ok(Proof { bounds: rows.bounds(&nets, &assumptions), limits: motion.limits(scene), wraps_at })
 }
 
-/// A motion, and the words that it leads to.
+/// A motion, with the words that it leads to.
 struct Narrowed {
     motion: Motion,
     travel: Travel,
     rows: Rows,
 }
 
-/// Any command first; what the words can then be is a narrower range of commands, which is true as well. `rows` are the
-/// words of a travel.
+/// Starts with any command. The words that follow allow a narrower range of commands, and that range is valid as well.
+/// `rows` returns the words for a travel.
 fn narrowed(
     shaft: &Shaft,
     words: &LoopWords,

@@ -1,4 +1,4 @@
-//! The words of a PHANToM: the [`bounds`] of its postures as rows of a scene.
+//! The words of a PHANToM: turns the [`bounds`] of its postures into rows of a scene.
 
 use hpu_cosim::scene::PhantomScene;
 use hpu_cosim::{PhantomSession, Rig};
@@ -6,11 +6,11 @@ use hpu_signal::{Format, Signal};
 
 use super::{Bound, How, Proof, SignalBound, bounds};
 
-/// What is proved of a scene of a PHANToM: for every posture that its tables hold, each joint anywhere by itself.
+/// Proves the bounds of a PHANToM's scene for every posture that its tables hold; each joint may be anywhere.
 ///
 /// # Errors
 ///
-/// The reason why nothing can be: words that do not fit, or make no datapath.
+/// The reason why nothing can be proved: words that do not fit, or make no datapath.
 pub fn phantom_bounds(scene: &PhantomScene) -> Result<Proof, String> {
     let session = PhantomSession::new(scene).map_err(|error| error.to_string())?;
     let (words, config) = (session.words(), scene.method.config);
@@ -56,7 +56,7 @@ pub fn phantom_bounds(scene: &PhantomScene) -> Result<Proof, String> {
     Ok(Proof { bounds: nets.iter().map(row).collect(), ..Proof::default() })
 }
 
-/// A row of the proof. Until the tables are first read, and beyond them, sines and cosines are 0.
+/// Makes a row of the proof. Until the tables are first read, and beyond them, sines and cosines are 0.
 fn adapted(net: &Signal, found: &SignalBound, scene: &PhantomScene, assumptions: Vec<String>) -> Bound {
     let config = scene.method.config;
     let length = |word: u32| f64::from(word) / f64::from(1u32 << config.formats.length_frac);
@@ -65,7 +65,8 @@ fn adapted(net: &Signal, found: &SignalBound, scene: &PhantomScene, assumptions:
         "z" => -length(config.lengths[0]),
         _ => 0.0,
     };
-    // Saturation is no part of what fits there: forces and commands are limited by intent, and counted as overflows.
+    // Saturation does not count as fitting: forces and commands are limited by design, and these limits are counted as
+    // overflows.
     let limited = net.name.starts_with("force") || net.name.starts_with("scaled") || net.name.starts_with("command");
     Bound {
         name: net.name,
@@ -74,14 +75,14 @@ fn adapted(net: &Signal, found: &SignalBound, scene: &PhantomScene, assumptions:
         min: found.min.min(at_reset),
         max: found.max.max(at_reset),
         error: found.error.is_finite().then_some(found.error),
-        // Every entry of the tables was looked at.
+        // Every entry of the tables was checked.
         how: if net.name.contains("sine") { How::Exhausted } else { How::Proved },
         never_overflows: found.fits && !limited,
         assumptions,
     }
 }
 
-/// Words between two, right by themselves.
+/// Makes the row of a net whose words lie between two values and have no error.
 fn given(net: &Signal, least: i64, most: i64) -> Bound {
     Bound {
         name: net.name,
@@ -96,7 +97,7 @@ fn given(net: &Signal, least: i64, most: i64) -> Bound {
     }
 }
 
-/// All words of a net.
+/// Makes the row of a net that may have any word of its format.
 fn by_format(net: &Signal, remark: &str) -> Bound {
     let (min, max) = (net.format.min() as f64 * net.format.lsb(), net.format.max() as f64 * net.format.lsb());
     let assumptions = vec![remark.to_string()];

@@ -1,12 +1,12 @@
-//! Bounds that no posture can exceed: the words of a PHANToM over its whole workspace, by reading its blocks'
-//! equations.
+//! Bounds that no posture can exceed: reads the equations of a PHANToM's blocks to bound its words over the whole
+//! workspace.
 //!
-//! Every count that the tables hold is in, in any combination, with walls anywhere and any stiffness up to a greatest
-//! one. A range is that of the word's value. An error is the greatest distance to the same equations in real numbers,
-//! of the same counts, with the lengths and gains as their words say. The error of a force counts from the tip as the
-//! datapath sees it (stiffness times the error of the position, and the rounding); those of radial, upper, fore,
-//! torques and commands are for the forces as words. Errors of products add up as if the worst of each could meet: so
-//! the figures are upper bounds, never estimates.
+//! The bounds cover every combination of counts that the tables hold, walls anywhere, and any stiffness up to a
+//! greatest one. A range is that of the word's value. An error is the greatest distance to the same equations in real
+//! numbers, on the same counts, with the lengths and gains of the words. The error of a force is counted from the tip
+//! as the datapath sees it: stiffness times the error of the position, and the rounding. The errors of radial, upper,
+//! fore, torques and commands are for the forces as words. Errors of products add up as if the worst of each could
+//! occur together. So the figures are upper bounds, not estimates.
 
 use hpu_datapath::phantom::{PhantomConfig, PhantomLoop};
 use hpu_datapath::{ConfigError, Wiring};
@@ -17,10 +17,10 @@ use super::span::Span;
 use super::walk::Walk;
 use super::word::{Word, most, outward};
 
-/// Range and error of one signal, proved.
+/// The proved range and error of one signal.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct SignalBound {
-    /// Name of the net or, as `radial`, of the word inside a block.
+    /// Name of the net or, for words such as `radial`, of the word inside a block.
     pub name: &'static str,
     /// Unit of all figures.
     pub unit: &'static str,
@@ -32,8 +32,8 @@ pub struct SignalBound {
     pub error: f64,
     /// The word's format.
     pub format: Format,
-    /// Whether the format holds the whole range, so that nothing ever wraps. Forces and commands saturate by intent:
-    /// their range is what is left.
+    /// Whether the format holds the whole range, so that nothing ever wraps. Forces and commands saturate by design:
+    /// their range is the one after saturation.
     pub fits: bool,
 }
 
@@ -53,7 +53,7 @@ impl SignalBound {
     }
 }
 
-/// The nets and inner words that are told of, in the order in which each needs those before.
+/// The nets and inner words that are reported; each one depends only on those before it.
 const TOLD: [&str; 23] = [
     "sine1",
     "cosine1",
@@ -80,8 +80,8 @@ const TOLD: [&str; 23] = [
     "command3",
 ];
 
-/// The ranges and errors of every signal from the sines on, for any posture that the tables hold and any stiffness up
-/// to `stiffness_max_n_per_m`.
+/// Returns the ranges and errors of every signal from the sines on, for any posture that the tables hold and any
+/// stiffness up to `stiffness_max_n_per_m`.
 ///
 /// # Errors
 ///
@@ -96,13 +96,13 @@ pub fn bounds(config: &PhantomConfig, stiffness_max_n_per_m: f64) -> Result<Vec<
         for (index, net) in nets.iter().enumerate() {
             walk.nets[index] = match net.name {
                 "count1" | "count2" | "count3" => Some(Affine::given(Span::of(Format::signed(config.depth_width)))),
-                // A stiffness that has wrapped is any word at all.
+                // A stiffness that has wrapped may be any word.
                 "stiffness" if !is_held => Some(Affine::put(|symbols| symbols.wrapped(stiffness))),
                 "stiffness" => {
                     let most = (stiffness_max_n_per_m / stiffness.lsb()).floor() as i128;
                     Some(Affine::given(Span::new(0, most)))
                 }
-                // Walls anywhere, or none.
+                // Walls may be anywhere, or absent.
                 "x_low" | "x_high" | "y_low" | "y_high" | "z_low" | "z_high" | "room" => {
                     Some(Affine::given(Span::of(net.format)))
                 }
@@ -111,7 +111,7 @@ pub fn bounds(config: &PhantomConfig, stiffness_max_n_per_m: f64) -> Result<Vec<
         }
         let mut rows = Vec::new();
         for instance in wiring.instances() {
-            // The sines are those of the counts, as tables load them.
+            // The sines are those of the counts, as the tables load them.
             if instance.model.roms().is_empty() {
                 walk.read(&instance)
             } else {
@@ -126,7 +126,7 @@ pub fn bounds(config: &PhantomConfig, stiffness_max_n_per_m: f64) -> Result<Vec<
                 });
                 rows.extend(name.map(|name| SignalBound::of(name, signal.unit, signal.format, word)));
                 if signal.unit == "N" {
-                    // Errors from here on are told for the forces as words.
+                    // From here on, errors are reported for the forces as words.
                     walk.nets[output.net] =
                         Some(word.with(|known, _| Word { exact: Some(known.form.clone()), ..known }));
                 }

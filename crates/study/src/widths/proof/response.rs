@@ -1,10 +1,10 @@
-//! How far inputs of bounded size can drive a linear system: the integrals of its impulse responses, from above.
+//! Bounds how far inputs of bounded size can drive a linear system: integrals of its impulse responses, from above.
 //!
-//! `x' = A x + b u`, `y = c x`: with `u` anywhere in `[lo, hi]` (0 among them) at any time, `y` stays within
-//! `[lo P - hi N, hi P - lo N]`, where `P` and `N` are the integrals of the positive and of the negative part of
-//! `h(t) = c e^(At) b`; no narrower range holds for all such `u`. The integrals are sums over steps: the trapezoid of
-//! the part, and `step^3 / 12` times a bound of `h''`. After the last step the flow has shrunk everything by `q`, and
-//! what is left is a geometric series. All in intervals rounded outwards.
+//! The system is `x' = A x + b u`, `y = c x`. With `u` anywhere in `[lo, hi]` (0 among them) at any time, `y` stays
+//! within `[lo P - hi N, hi P - lo N]`. `P` and `N` are the integrals of the positive and of the negative part of `h(t)
+//! = c e^(At) b`. No narrower range holds for all such `u`. The integrals are sums over steps: the trapezoid of the
+//! part, and `step^3 / 12` times a bound of `h''`. After the last step the flow has shrunk every state by `q`, so the
+//! rest is a geometric series. All sums are intervals rounded outwards.
 
 use crate::interval::{Interval, Matrix};
 
@@ -14,27 +14,27 @@ const FINE: f64 = 0.1;
 /// More than the roundings of a few products and sums of floats.
 const SLACK: f64 = 1.0 + 1.0 / (1u64 << 48) as f64;
 
-/// Steps in a row of the table; as many columns as rows at most.
+/// Steps in a row of the table; there are at most as many columns as rows.
 const ROW: usize = 512;
 
 /// A linear system's flow, tabulated.
 pub(crate) struct Flow {
     /// `A` in balanced states.
     a: Matrix,
-    /// State in units of the balanced one: powers of two.
+    /// The unit of each state in terms of the balanced one; powers of two.
     units: Vec<f64>,
     step_s: f64,
     /// `e^(A step k)` for `k` below [`ROW`].
     fine: Vec<Matrix>,
-    /// `e^(A step ROW k)`, the last one for the end.
+    /// `e^(A step ROW k)`; the last one is for the end.
     coarse: Vec<Matrix>,
-    /// `e^(A end)`, if time goes on beyond the end, and its norm.
+    /// `e^(A end)` and its norm; `None` if time ends at the end of the table.
     last: Option<(Matrix, f64)>,
-    /// At least `e^(|A| step)`, cell by cell.
+    /// An upper bound of `e^(|A| step)`, cell by cell.
     growth: Matrix,
 }
 
-/// The integrals of the two parts of an impulse response.
+/// The integrals of the positive and the negative part of an impulse response.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct Parts {
     pub positive: f64,
@@ -42,12 +42,12 @@ pub(crate) struct Parts {
 }
 
 impl Parts {
-    /// The integral of the size.
+    /// Returns the integral of the response's size.
     pub fn both(self) -> f64 {
         (self.positive + self.negative).next_up()
     }
 
-    /// The output for an input that stays within `[lo, hi]`, which is to hold 0.
+    /// Returns the range of the output for an input that stays within `[lo, hi]`, which must hold 0.
     pub fn driven(self, input: Interval) -> Interval {
         let Interval { lo, hi } = input;
         let reach = |up: f64, down: f64| (up.max(0.0) * self.positive + (-down).max(0.0) * self.negative) * SLACK;
@@ -56,10 +56,10 @@ impl Parts {
 }
 
 impl Flow {
-    /// The flow of `A` for all time; none if it does not settle.
+    /// Tabulates the flow of `A` for all time; `None` if it does not settle.
     pub fn forever(a: &[Vec<Interval>]) -> Option<Self> {
         let (a, units) = balanced(a);
-        // Slower than a time that no run has is not at all.
+        // A system that is slower than any run lasts counts as one that does not settle.
         if a.norm() < 1e-9 {
             return None;
         }
@@ -78,7 +78,7 @@ impl Flow {
         None
     }
 
-    /// The flow of `A` up to a time.
+    /// Tabulates the flow of `A` up to a time.
     pub fn until(a: &[Vec<Interval>], end_s: f64) -> Self {
         let (a, units) = balanced(a);
         let wanted = (end_s * a.norm() / FINE).ceil() as usize;
@@ -95,7 +95,7 @@ impl Flow {
         Self { a, units, step_s, fine, coarse, last, growth }
     }
 
-    /// The output `y = c x`.
+    /// Returns the output `y = c x`.
     pub fn output(&self, c: &[Interval]) -> Output<'_> {
         let scaled: Vec<Interval> = c.iter().zip(&self.units).map(|(c, unit)| c.scaled(*unit)).collect();
         let row = Matrix::row(&scaled);
@@ -111,7 +111,7 @@ impl Flow {
         Output { flow: self, row, later }
     }
 
-    /// The parts' integrals and the range of `c e^(At) b` up to the end of the table.
+    /// Returns the integrals of the parts and the range of `c e^(At) b`, up to the end of the table.
     fn traced(&self, c: &Matrix, b: &Matrix) -> (Parts, Interval) {
         let columns: Vec<Matrix> = self.fine.iter().map(|power| power.times(b)).collect();
         let sizes: Vec<Matrix> = columns.iter().map(|column| self.growth.times(&column.sizes())).collect();
@@ -147,7 +147,7 @@ pub(crate) struct Output<'f> {
     flow: &'f Flow,
     /// `c`, in balanced states.
     row: Matrix,
-    /// What it does after the end of the table, if time goes on.
+    /// The bounds after the end of the table, if time goes on.
     later: Option<Later<'f>>,
 }
 
@@ -160,7 +160,7 @@ struct Later<'f> {
 }
 
 impl Later<'_> {
-    /// A bound of the sum of the sizes of the states at the ends of this and all later tables.
+    /// Returns a bound of the sum of the sizes of the states at the ends of this and all later tables.
     fn states(&self, start: &Matrix) -> f64 {
         let size = self.last.times(start).0.iter().map(|cell| cell[0].size()).fold(0.0, f64::max);
         (size / (1.0 - self.q).next_down()).next_up()
@@ -173,7 +173,7 @@ impl Output<'_> {
         Matrix::column(&scaled)
     }
 
-    /// The integrals of the parts of `c e^(At) b`.
+    /// Returns the integrals of the parts of `c e^(At) b`.
     pub fn parts(&self, b: &[Interval]) -> Parts {
         let start = self.start(b);
         let (Parts { positive, negative }, _) = self.flow.traced(&self.row, &start);
@@ -181,7 +181,7 @@ impl Output<'_> {
         Parts { positive: (positive + tail).next_up(), negative: (negative + tail).next_up() }
     }
 
-    /// The range of `c e^(At) x` from the start on.
+    /// Returns the range of `c e^(At) x` from the start on.
     pub fn swing(&self, x: &[Interval]) -> Interval {
         let start = self.start(x);
         let (_, swing) = self.flow.traced(&self.row, &start);
@@ -190,7 +190,7 @@ impl Output<'_> {
     }
 }
 
-/// The first powers of a matrix, each by few products: of a power of two and the rest.
+/// Returns the first powers of a matrix. Each needs few products: a power of two times the rest.
 fn powers(one: &Matrix, count: usize) -> Vec<Matrix> {
     let mut all = vec![Matrix::identity(one.rows())];
     let mut square = one.clone();
@@ -202,7 +202,7 @@ fn powers(one: &Matrix, count: usize) -> Vec<Matrix> {
     all
 }
 
-/// The same system in states whose units are powers of two, so that rows and columns are of like size.
+/// Returns the same system in states whose units are powers of two, so that rows and columns have similar sizes.
 fn balanced(a: &[Vec<Interval>]) -> (Matrix, Vec<f64>) {
     let size = a.len();
     let mut a = a.to_vec();

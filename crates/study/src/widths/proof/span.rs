@@ -1,4 +1,4 @@
-//! Ranges of whole numbers, and affine forms over them: where a number comes in twice, it is the same number.
+//! Ranges of whole numbers, and affine forms over them: a number that occurs twice is the same number in both places.
 
 use hpu_signal::Format;
 
@@ -18,7 +18,7 @@ impl Span {
         Self { min: value, max: value }
     }
 
-    /// All words of a format.
+    /// Returns all words of a format.
     pub const fn of(format: Format) -> Self {
         Self { min: format.min(), max: format.max() }
     }
@@ -37,18 +37,18 @@ impl Span {
         Self { min: least, max: ends.into_iter().max().unwrap_or_default() }
     }
 
-    /// Every one of them over `2^drop`, rounded down.
+    /// Returns the range of its numbers over `2^drop`, rounded down.
     pub fn shifted(self, drop: i32) -> Self {
         let shift = |value: i128| if drop >= 0 { value >> drop } else { value << -drop };
         Self { min: shift(self.min), max: shift(self.max) }
     }
 
-    /// Every one of them clamped.
+    /// Returns the range of its numbers clamped.
     pub fn clamp(self, to: Self) -> Self {
         Self { min: self.min.clamp(to.min, to.max), max: self.max.clamp(to.min, to.max) }
     }
 
-    /// What both have in common; they must meet.
+    /// Returns the intersection of both, which must not be empty.
     pub fn meet(self, other: Self) -> Self {
         Self { min: self.min.max(other.min), max: self.max.min(other.max) }
     }
@@ -58,12 +58,12 @@ impl Span {
     }
 }
 
-/// `2^-frac (constant + sum of factor * symbol)`; symbols are whole numbers of a [`Symbols`].
+/// A number `2^-frac (constant + sum of factor * symbol)`; symbols are whole numbers from a [`Symbols`].
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(crate) struct Form {
     pub frac: i32,
     constant: i128,
-    /// By symbol, in order.
+    /// The factor of each symbol, in the order of symbols.
     terms: Vec<(usize, i128)>,
 }
 
@@ -72,7 +72,7 @@ impl Form {
         Self { frac, constant: value, terms: Vec::new() }
     }
 
-    /// The same value with more fraction bits.
+    /// Returns the same value with more fraction bits.
     fn at(&self, frac: i32) -> Self {
         self.scaled_by(1 << (frac - self.frac).max(0), frac.max(self.frac))
     }
@@ -82,7 +82,7 @@ impl Form {
         Self { frac, constant: self.constant * factor, terms }
     }
 
-    /// Times a word with that many fraction bits.
+    /// Returns the form times a word with `frac` fraction bits.
     pub fn times(&self, word: i128, frac: i32) -> Self {
         let mut product = self.scaled_by(word, self.frac + frac);
         product.terms.retain(|term| term.1 != 0);
@@ -107,7 +107,7 @@ impl Form {
         self.plus(&other.times(-1, 0))
     }
 
-    /// The greatest number that divides every value of the form, in its own LSBs.
+    /// Returns the greatest number that divides every value of the form, in its own LSBs.
     fn grain(&self) -> i128 {
         let gcd = |mut a: i128, mut b: i128| {
             while b != 0 {
@@ -124,27 +124,27 @@ impl Form {
 pub(crate) struct Symbols(Vec<Span>);
 
 impl Symbols {
-    /// A number of which only the range is known.
+    /// Makes a number of which only the range is known.
     pub fn fresh(&mut self, range: Span, frac: i32) -> Form {
         self.0.push(range);
         Form { frac, constant: 0, terms: vec![(self.0.len() - 1, 1)] }
     }
 
-    /// The range of a form, in its LSBs.
+    /// Returns the range of a form, in its LSBs.
     pub fn range(&self, form: &Form) -> Span {
         let term = |&(symbol, factor): &(usize, i128)| self.0[symbol].times(Span::exact(factor));
         form.terms.iter().map(term).fold(Span::exact(form.constant), Span::plus)
     }
 
-    /// Truncated to `frac` fraction bits: less by a number of its own, at most all the bits dropped. Forms keep their
-    /// fraction, so that the sum stays exact.
+    /// Truncates a form to `frac` fraction bits: subtracts a number of its own, at most the value of all the bits
+    /// dropped. Forms keep their fraction, so that the sum stays exact.
     pub fn truncated(&mut self, form: &Form, frac: i32) -> Form {
         let drop = form.frac - frac;
         if drop <= 0 {
             return form.clone();
         }
         let unit = 1i128 << drop;
-        // What is dropped is a multiple of what divides all of it.
+        // The dropped part is a multiple of each number that divides the whole form.
         let grain = match form.grain() {
             0 => unit,
             grain => 1i128 << grain.trailing_zeros().min(drop.unsigned_abs()),
@@ -156,7 +156,7 @@ impl Symbols {
         form.minus(&dropped.times(grain, 0))
     }
 
-    /// The range of a form in whole units of `frac` fraction bits, rounded down.
+    /// Returns the range of a form in whole units of `frac` fraction bits, rounded down.
     pub fn words(&self, form: &Form, frac: i32) -> Span {
         self.range(form).shifted(form.frac - frac)
     }

@@ -1,21 +1,21 @@
-//! A device and the hand that holds it as a linear system with three inputs.
+//! A device with the hand that holds it, as a linear system with three inputs.
 
 use hpu_cosim::scene::{Device, Scene, Winding};
 
 use super::response::{Flow, Output, Parts};
 use crate::interval::Interval;
 
-/// What an input does to the speed and to the distance from the hand.
+/// The response of the speed and of the distance from the hand to one input.
 pub(crate) struct Channel {
     pub speed: Parts,
-    /// None where nothing pulls back.
+    /// `None` where nothing pulls back.
     pub angle: Option<Parts>,
     /// Total change of the speed's response and of the angle's, per second.
     pub bends: [f64; 2],
 }
 
-/// `A` and the inputs' columns. States: current unless the winding is resistive or there is none, speed, distance from
-/// the hand if it holds on.
+/// `A` and the columns of the inputs. The states are the current, the speed, and the distance from the hand. There is
+/// no current if the winding is resistive or there is none, and no distance if the hand does not hold the device.
 pub(crate) struct System {
     pub a: Vec<Vec<Interval>>,
     pub drive: Vec<Interval>,
@@ -35,7 +35,7 @@ impl System {
             Device::Mass(mass) => (mass.mass_kg, mass.damping_n_s_per_m),
         };
         let mut drag = number(viscous).plus(number(grip_damping));
-        // Rows of what drives the speed, and of the current.
+        // The row of the drive's effect on the speed, and the row of the current.
         let (mut current, mut by_drive) = (None, zero);
         match scene.device {
             Device::Motor(motor) => {
@@ -87,7 +87,7 @@ impl System {
         Self { a, drive, torque, path, speed, held }
     }
 
-    /// The row of the distance from the hand; zeros if there is none.
+    /// Returns the row of the distance from the hand; zeros if there is none.
     fn gap(&self) -> Vec<Interval> {
         let mut row = vec![Interval::ZERO; self.a.len()];
         if let (true, Some(last)) = (self.held, row.last_mut()) {
@@ -111,19 +111,19 @@ impl System {
         all
     }
 
-    /// The speed, its slope but for the inputs, and the distance from the hand.
+    /// Returns the speed, its slope without the inputs, and the distance from the hand.
     pub fn outputs<'f>(&self, flow: &'f Flow) -> [Output<'f>; 3] {
         [flow.output(&self.speed), flow.output(&self.a[self.at()]), flow.output(&self.gap())]
     }
 
-    /// The index of the speed.
+    /// Returns the index of the speed.
     fn at(&self) -> usize {
         self.speed.iter().position(|&c| c != Interval::ZERO).unwrap_or_default()
     }
 
     pub fn channel(&self, [speed, slope, gap]: &[Output; 3], b: &[Interval]) -> Channel {
         let speed = speed.parts(b);
-        // d/dt of the speed's response: c A e^(At) b, and a jump of c b at the start.
+        // The derivative of the speed's response is c A e^(At) b, with a jump of c b at the start.
         let bend = (slope.parts(b).both() + b[self.at()].size()).next_up();
         let angle = self.held.then(|| gap.parts(b));
         let jump = if self.held { b[b.len() - 1].size() } else { 0.0 };

@@ -1,7 +1,7 @@
-//! Equations read as the language of Gappa: real numbers, and `fixed<>` where words are narrowed.
+//! Writes equations in the language of Gappa: real numbers, and `fixed<>` where words are narrowed.
 //!
-//! Every word goes by two expressions: what the words give, and what real numbers would. A word is its integer over
-//! `2^frac`, so that lining fractions up costs no symbol; where it is narrowed, it is in its own unit.
+//! Every word has two expressions: its value in words, and its value in real numbers. A word is its integer over
+//! `2^frac`, so that aligning fractions costs no symbol. A narrowed word is in its own unit.
 
 use std::cell::RefCell;
 
@@ -31,14 +31,14 @@ thread_local! {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct Text(usize);
 
-/// A truth, where it is one of constants.
+/// The truth of a condition, if both sides are constants.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct Known(Option<bool>);
 
 truths!(Known, |a, b| [Self(a.0.zip(b.0).map(|(one, other)| one && other)), !(!a & !b)], Self(a.0.map(|bit| !bit)),);
 
 impl Text {
-    /// The lines that are written while `read` runs, apart from all others.
+    /// Returns the lines that are written while `read` runs, apart from all others.
     pub fn written(read: impl FnOnce()) -> String {
         let before = BOOK.take();
         read();
@@ -56,19 +56,19 @@ impl Text {
         BOOK.with_borrow(|book| book.words[self.0].clone())
     }
 
-    /// A variable of this name and format, `real` in real numbers.
+    /// Makes a variable of this name and format; its value in real numbers is called `real`.
     pub fn variable(name: &str, real: &str, format: Format) -> Self {
         Self::put(Expressions { word: name.to_string(), real: real.to_string(), frac: format.frac() })
     }
 
-    /// The same word, under names of its own from here on.
+    /// Gives the word new names from here on.
     pub fn named(self, name: &str, real: &str) -> Self {
         let Expressions { word: what, real: really, frac } = self.get();
         BOOK.with_borrow_mut(|book| book.lines += &format!("{name} = {what};\n{real} = {really};\n"));
         Self::put(Expressions { word: name.to_string(), real: real.to_string(), frac })
     }
 
-    /// The number, if it is a constant.
+    /// Returns the number if it is a constant.
     fn constant(self) -> Option<i128> {
         self.get().word.parse().ok()
     }
@@ -83,7 +83,7 @@ impl Text {
 }
 
 impl Expressions {
-    /// The same integer with another fraction.
+    /// Returns the same integer with another fraction.
     fn at(&self, frac: i32) -> Self {
         match frac - self.frac {
             0 => self.clone(),
@@ -147,9 +147,9 @@ impl Word for Text {
         let word = if drop > 0 { format!("fixed<{}, {way}>({word})", drop - frac) } else { word };
         Self::put(Expressions { word, real, frac: frac - drop })
     }
-    /// Of words that hold what is to be in them: nothing in this language wraps.
+    /// Assumes words that hold every value that belongs in them, because nothing in this language wraps.
     fn narrow(self, rule: &Narrowing) -> Self {
-        // A word from here on is one of its own unit.
+        // From here on the word is in its own unit.
         let scaled = Self::put(self.get().at(rule.from_frac));
         scaled.round(rule.rounding, rule.from_frac - rule.to.frac())
     }
@@ -180,7 +180,7 @@ impl Word for Text {
     }
 }
 
-/// The name of the real number that a word stands for.
+/// Returns the name of the real number that a word stands for.
 pub(super) fn capital(name: &str) -> String {
     let (first, rest) = name.split_at(1);
     first.to_uppercase() + rest

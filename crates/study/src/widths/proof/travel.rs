@@ -1,4 +1,4 @@
-//! From limits of the shaft to ranges of the encoder's counts.
+//! Converts limits of the shaft into ranges of the encoder's counts.
 
 use hpu_cosim::scene::{Hand, LoopWords, Scene};
 use hpu_signal::Format;
@@ -6,26 +6,27 @@ use hpu_signal::Format;
 use super::device::Motion;
 use super::span::Span;
 
-/// What the counter may see.
+/// The counts that the counter may see.
 #[derive(Clone, Debug)]
 pub(crate) struct Travel {
-    /// Counts since the start; none where they have no limit, or where the decoder may miss one.
+    /// Counts since the start; `None` where they have no limit, or where the decoder may miss a count.
     pub counts: Option<Span>,
-    /// Displacement from the wall's surface; none where it reaches half the counter's range and reads as the other way.
+    /// Displacement from the wall's surface; `None` where it reaches half the counter's range and would be read with
+    /// the other sign.
     pub delta: Option<Span>,
-    /// Speed of the shaft in counts per clock, upwards and downwards.
+    /// Speed of the shaft in counts per clock cycle, upwards and downwards.
     per_clock: [f64; 2],
     /// Whether the decoder never misses a count once it has settled.
     pub decoded: bool,
-    /// Whether the greatest count is reached for certain.
+    /// Whether the greatest count is certainly reached.
     pub reached: bool,
 }
 
-/// Clock edges from reset until the decoder has settled, during which counts pass unseen.
+/// Clock cycles from reset until the decoder has settled; counts that pass in these are not seen.
 const UNSEEN: f64 = 6.0;
 
 impl Travel {
-    /// The counts of a scene whose shaft keeps to these limits.
+    /// Returns the counts of a scene whose shaft stays within these limits.
     pub fn new(scene: &Scene, words: &LoopWords, motion: &Motion) -> Self {
         let count_rad = words.realised.count_rad;
         let wide = 1.0 + 2f64.powi(-40);
@@ -33,12 +34,12 @@ impl Travel {
             .map(|speed| (speed.max(0.0) / count_rad * scene.clock.period_s() * wide).next_up());
         let decoded = per_clock.iter().all(|&counts| counts < 1.0);
         let start = scene.initial_angle_rad() / count_rad;
-        // A boundary that is passed while the decoder settles shifts all counts after it.
+        // A count boundary that is passed while the decoder settles shifts all counts after it.
         let unseen = UNSEEN * per_clock[0].max(per_clock[1]);
         let near = (start - start.round()).abs() <= unseen + 2f64.powi(-40);
         let shift = if near && motion.speed.size() > 0.0 { unseen.min(UNSEEN) as i128 + 1 } else { 0 };
         let counts = motion.angle.filter(|_| decoded).and_then(|angle| {
-            // A multiple of a count may be either side of itself.
+            // A multiple of a count may be read as either of its two neighbours.
             let low = (angle.lo / count_rad - 2f64.powi(-30)).floor();
             let high = (angle.hi / count_rad + 2f64.powi(-30)).floor();
             let first = start.floor();
@@ -47,7 +48,7 @@ impl Travel {
         });
         let reached = shift == 0 && deepest_is_reached(scene, count_rad, per_clock[0].max(per_clock[1]));
         let word = Format::signed(words.config.position_width);
-        // The wall as the first word has it, whose distance may itself have been read the other way.
+        // The wall's position as the first word has it; its distance may itself have been read with the other sign.
         let surface = -i128::from(word.wrap(-i128::from(words.reference)));
         let delta = counts
             .map(|counts| Span::new(counts.min - surface, counts.max - surface))
@@ -55,24 +56,24 @@ impl Travel {
         Self { counts, delta, per_clock, decoded, reached }
     }
 
-    /// Nothing is known of the motion.
+    /// Returns the travel of a motion about which nothing is known.
     pub fn unlimited() -> Self {
         Self { counts: None, delta: None, per_clock: [f64::INFINITY; 2], decoded: false, reached: false }
     }
 
-    /// The greatest speed either way, in counts per clock.
+    /// Returns the greatest speed in either direction, in counts per clock cycle.
     pub fn fastest(&self) -> f64 {
         self.per_clock[0].max(self.per_clock[1])
     }
 
-    /// Counts gone in that many clocks.
+    /// Returns the range of counts passed in `clocks` clock cycles.
     pub fn moved(&self, clocks: f64) -> Span {
         let most = |speed: f64| if speed == 0.0 { 0.0 } else { (speed * clocks).next_up().floor() + 1.0 };
         let [up, down] = self.per_clock.map(most);
         let limit = 2f64.powi(62);
         let moved = Span::new(-(down.min(limit) as i128), up.min(limit) as i128);
         match self.counts {
-            // Between two of the counts, and the 0 before the first sample, there is no more than all of them.
+            // The difference between two counts, the 0 before the first sample included, is at most the whole range.
             Some(counts) => {
                 let all = counts.hull(Span::exact(0));
                 moved.meet(Span::new(all.min - all.max, all.max - all.min))
@@ -82,8 +83,8 @@ impl Travel {
     }
 }
 
-/// Whether a hand that imposes the motion takes the shaft to its greatest count, for long enough that every register
-/// sees it, and before the run is over.
+/// Returns whether a hand that imposes the motion takes the shaft to its greatest count before the run is over, and for
+/// long enough that every register sees it.
 fn deepest_is_reached(scene: &Scene, count_rad: f64, per_clock: f64) -> bool {
     let Hand::Prescribed { path } = &scene.hand else { return false };
     let most = path.iter().map(|point| point.angle_rad).fold(f64::NEG_INFINITY, f64::max);

@@ -1,4 +1,4 @@
-//! A wiring's blocks, each read with what is known of its inputs.
+//! Walks over a wiring's blocks and reads each with what is known of its inputs.
 
 use hpu_datapath::{AnyBlock, AnyStep, Connection, Instance, Register};
 use hpu_signal::{Equations, Format, Signal, Word as _};
@@ -8,18 +8,18 @@ use super::span::Span;
 use super::word::Word;
 use crate::widths::is_on_the_way;
 
-/// The nets of a wiring, as far as they are known.
+/// The words of a wiring's nets, as far as they are known.
 pub(crate) struct Walk<'t> {
     pub nets: Vec<Option<Affine>>,
-    /// Counts that a counter may go in so many clocks; none where it may miss some.
+    /// Returns the counts that a counter may pass in a number of clock cycles; `None` where it may miss some.
     pub moved: &'t dyn Fn(f64) -> Option<Span>,
 }
 
-/// More rounds than a block has registers in a row: then they have come to rest, or never will.
+/// More rounds than any block has registers in a row. After these, the registers have come to rest or never will.
 const ROUNDS: usize = 100;
 
 impl Walk<'_> {
-    /// Reads a block, and the blocks inside it. A net of which something is known already stays as it is.
+    /// Reads a block, and the blocks inside it. A net that is already known keeps its word.
     pub fn read(&mut self, instance: &Instance) {
         let Instance { model, connections, .. } = instance;
         for inner in model.inside() {
@@ -44,7 +44,7 @@ impl Walk<'_> {
         self.drive(instance, &loaded);
     }
 
-    /// A block's inputs; any word where a net is not known.
+    /// Returns a block's inputs; any word where a net is not known.
     fn inputs(&self, instance: &Instance) -> Vec<Affine> {
         let Instance { model, tied, .. } = instance;
         let input = |Signal { name, format, .. }: Signal| {
@@ -63,7 +63,7 @@ impl Walk<'_> {
         }
     }
 
-    /// The outputs of a block that a law is made of, with inputs by name; anything where it has no equations.
+    /// Returns the outputs of a block that is a part of a law, with inputs by name; any word where it has no equations.
     pub fn stated(
         &self,
         block: &dyn AnyBlock,
@@ -79,8 +79,9 @@ impl Walk<'_> {
         self.shown(equations, &inputs, stated)
     }
 
-    /// The outputs of a block with these inputs at every edge. What was lost to make the inputs is told of them alone.
-    /// Of some registers it is stated what they hold at all times: one step shows that they do.
+    /// Returns the outputs of a block with these inputs at every edge. Losses that occurred before the inputs are
+    /// reported only there. `stated` claims the contents of some registers at all times; one step proves that they stay
+    /// so.
     fn shown(&self, equations: &dyn AnyStep, inputs: &[Affine], stated: &[(&str, Affine)]) -> Vec<Affine> {
         let (registers, equations) = (equations.registers(), equations.recorded());
         let entered: Vec<_> = if registers.is_empty() {
@@ -91,7 +92,7 @@ impl Walk<'_> {
         let held = self.held(&equations, &registers, &entered, stated);
         let mut words = equations.read(&[&held[..], &entered].concat());
         let kept = |word: Affine| {
-            // A word that is handed on as it came is no better than it came.
+            // A word that is only handed on fits only if it fitted as an input.
             let is_it = |entered: &Affine| word.known().form == entered.known().form && !word.is_constant();
             let came = entered.iter().position(is_it).map(|index| inputs[index].known().fits);
             word.with(|known, _| Word { fits: known.fits && came.unwrap_or(true), ..known })
@@ -99,7 +100,7 @@ impl Walk<'_> {
         words.split_off(registers.len()).into_iter().map(kept).collect()
     }
 
-    /// The words that registers hold: those after a reset, and all that any sample edge makes of such words.
+    /// Returns the words that registers hold: those after a reset, and those that any sample edge makes of such words.
     fn held(
         &self,
         equations: &Equations,
@@ -114,7 +115,7 @@ impl Walk<'_> {
             words.truncate(held.len());
             words
         };
-        // Between sample edges nothing changes but the countdown, which is 0 at one.
+        // Between sample edges only the countdown changes; it is 0 at a sample edge.
         let countdown = registers.iter().position(|register| register.name == Register::COUNTDOWN);
         let first = next(&held);
         let clocks = countdown.map_or(1.0, |countdown| first[countdown].known().span.max as f64 + 1.0);
@@ -127,7 +128,7 @@ impl Walk<'_> {
         }
         for (word, register) in held.iter_mut().zip(registers) {
             let said = stated.iter().find(|(name, _)| *name == register.name);
-            // A step from what is stated may show that it is not kept: then the word joins what it comes to.
+            // A step may show that a stated range is not kept; then the word is joined with what the step gives.
             *word = said.map_or(*word, |(_, said)| word.or(*said));
         }
         for _ in 0..ROUNDS {
@@ -142,7 +143,7 @@ impl Walk<'_> {
                 held[index] = joined;
             }
             if rests {
-                // By itself, a count that was loaded is one of all that the counter shows.
+                // Seen alone, a loaded count may be any count that the counter shows.
                 for ((word, age), reset) in held.iter_mut().zip(&aged).zip(&before) {
                     *word = age.map_or(*word, |(count, _)| reset.or(count));
                 }
@@ -152,7 +153,7 @@ impl Walk<'_> {
         registers.iter().map(|register| Affine::put(|symbols| symbols.wrapped(register.format))).collect()
     }
 
-    /// The count that a counter has shown so many clocks before: the count now less the counts gone since.
+    /// Returns the count that a counter showed `clocks` clock cycles ago: the count now less the counts passed since.
     fn earlier(&self, count: Affine, clocks: f64) -> Option<Affine> {
         let moved = (self.moved)(clocks)?;
         Some(count.with(|Word { turns, .. }, symbols| {
@@ -164,13 +165,13 @@ impl Walk<'_> {
     }
 }
 
-/// The net of a port.
+/// Returns the net of a port.
 fn net(instance: &Instance, name: &str) -> Option<usize> {
     instance.connections.iter().find(|connection| connection.port.name == name).map(|connection| connection.net)
 }
 
-/// The registers that hold a count of the past, and how many samples ago it was shown: one register loads the count,
-/// the next one the count before.
+/// Finds the registers that hold an earlier count, and how many samples ago it was shown. One register loads the count,
+/// the next one loads that register's count.
 fn aged(entered: &[Affine], held: &[Affine], first: &[Affine]) -> Vec<Option<(Affine, u32)>> {
     let counts = |word: &Affine| entered.contains(word) && word.known().turns.is_some();
     let mut aged: Vec<_> = first.iter().map(|word| counts(word).then_some((*word, 1))).collect();

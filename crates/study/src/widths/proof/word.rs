@@ -1,27 +1,27 @@
-//! Words on their way through blocks: the range of each, and how far it may be from the same law in real numbers.
+//! Words on their way through blocks: the range of each, and its distance from the same law in real numbers.
 
 use hpu_signal::{Format, Rounding};
 
 use super::span::{Form, Span, Symbols};
 
-/// A word as far as it is known, in units of its least significant bit.
+/// The knowledge about a word, in units of its least significant bit.
 #[derive(Clone, Debug)]
 pub(crate) struct Word {
     pub span: Span,
-    /// After a wrap, the range that was to be in it, and the error of that.
+    /// After a wrap, the range and the error before it.
     pub before: Option<(Span, Option<(Span, i32)>)>,
-    /// Its value by what it is made of; a form may count finer.
+    /// Its value as a form of the numbers that it is computed from; a form may have finer units.
     pub form: Form,
-    /// The value that real numbers would give; none after a wrap.
+    /// Its value in real numbers; `None` after a wrap.
     pub exact: Option<Form>,
-    /// Whether it held everything that was to be in it.
+    /// Whether it held every value that belonged in it.
     pub fits: bool,
-    /// Of a word that turns over: so many bits, and a whole number that it is modulo these.
+    /// For a word that wraps: its number of bits, and a whole number that equals it modulo these bits.
     pub turns: Option<(u32, Form)>,
 }
 
-/// Fraction bits that a product keeps of its factors' errors, of a factor's true value, and that errors may have at
-/// all: far more than figures show, and few enough for 127 bits.
+/// Fraction bits that are kept: of a factor's error in a product, of a factor's true value, and of errors in general.
+/// They are far more than figures show, and few enough for 127 bits.
 const KEPT: [i32; 3] = [44, 24, 64];
 
 impl Symbols {
@@ -29,29 +29,30 @@ impl Symbols {
         Word { span, before: None, form, exact, fits, turns: None }
     }
 
-    /// A word that is right by itself: a count, a setting.
+    /// Makes a word that has no error: a count, a setting.
     pub fn given(&mut self, span: Span) -> Word {
         let form = if span.min == span.max { Form::constant(span.min, 0) } else { self.fresh(span, 0) };
         Self::known(span, form.clone(), Some(form), true)
     }
 
-    /// Any word at all. What follows is right on it as it stands, whatever it was to be.
+    /// Makes a word that may be any of its format. Errors of words computed from it are counted from its value as it
+    /// stands.
     pub fn any(&mut self, format: Format) -> Word {
         Word { fits: false, ..self.given(Span::of(format)) }
     }
 
-    /// Any word at all, of which nothing is promised any more.
+    /// Makes a word that may be any of its format and has no known error any more.
     pub fn wrapped(&mut self, format: Format) -> Word {
         Word { exact: None, ..self.any(format) }
     }
 
-    /// Word less exact value, and the fraction bits of that.
+    /// Returns the word less its exact value, and the fraction bits of that difference.
     pub fn error(&self, word: &Word) -> Option<(Span, i32)> {
         let difference = word.form.minus(word.exact.as_ref()?);
         Some((self.range(&difference), difference.frac))
     }
 
-    /// A word of a known range whose error is one of these, or none at all.
+    /// Makes a word of a known range whose error lies in `error`; with `None`, its error is unknown.
     pub fn replaced(&mut self, span: Span, error: Option<(Span, i32)>, fits: bool) -> Word {
         let form = self.fresh(span, 0);
         let exact = error.map(|(range, frac)| {
@@ -61,7 +62,7 @@ impl Symbols {
         Self::known(span, form, exact, fits)
     }
 
-    /// The product, exactly.
+    /// Returns the exact product.
     pub fn product(&mut self, one: &Word, other: &Word) -> Word {
         let (span, fits) = (one.span.times(other.span), one.fits && other.fits);
         for (word, by) in [(one, other), (other, one)] {
@@ -83,7 +84,7 @@ impl Symbols {
         self.replaced(span, error, fits)
     }
 
-    /// The sum.
+    /// Returns the sum.
     pub fn sum(&mut self, left: &Word, right: &Word) -> Word {
         let form = left.form.plus(&right.form);
         let exact = left.exact.as_ref().zip(right.exact.as_ref()).map(|(left, right)| left.plus(right));
@@ -94,7 +95,7 @@ impl Symbols {
         Word { turns, ..Self::known(span, form, exact, left.fits && right.fits) }
     }
 
-    /// The word times -1.
+    /// Returns the word times -1.
     pub fn negated(&self, word: &Word) -> Word {
         let times = |form: &Form| form.times(-1, 0);
         let turns = word.turns.as_ref().map(|(width, form)| (*width, times(form)));
@@ -102,7 +103,7 @@ impl Symbols {
         Word { turns, ..Self::known(span, times(&word.form), word.exact.as_ref().map(times), word.fits) }
     }
 
-    /// Over `2^drop`, rounded.
+    /// Returns the word over `2^drop`, rounded.
     pub fn rounded(&mut self, word: &Word, rounding: Rounding, drop: u32) -> Word {
         let by = drop.cast_signed();
         let over = |form: &Form| form.times(1, by);
@@ -130,7 +131,7 @@ impl Symbols {
         self.replaced(span, error, word.fits)
     }
 
-    /// A word that counts modulo its width.
+    /// Returns a word that counts modulo its width.
     pub fn turned(&mut self, word: Word, to: Format) -> Word {
         if let Some((_, form)) = word.turns.as_ref().filter(|turns| turns.0 >= to.width()) {
             let (range, turn) = (self.range(form), 1i128 << to.width());
@@ -143,7 +144,7 @@ impl Symbols {
         if word.span.is_within(Span::of(to)) { word } else { self.any(to) }
     }
 
-    /// Clamped; no clamp adds to an error.
+    /// Returns the word clamped; a clamp adds nothing to an error.
     pub fn limited(&mut self, word: &Word, to: Span) -> Word {
         if word.span.is_within(to) {
             return word.clone();
@@ -152,7 +153,7 @@ impl Symbols {
         self.replaced(word.span.clamp(to), error, word.fits)
     }
 
-    /// One of two words.
+    /// Returns a word that is one of two.
     pub fn either(&mut self, left: &Word, right: &Word) -> Word {
         let errors = self.error(left).zip(self.error(right)).map(|((left, fine), (right, finer))| {
             let frac = fine.max(finer);
@@ -161,7 +162,7 @@ impl Symbols {
         self.replaced(left.span.hull(right.span), errors, left.fits && right.fits)
     }
 
-    /// The same word where its range is known to be this.
+    /// Returns the same word with its range limited to `span`.
     pub fn within(&mut self, word: &Word, span: Span) -> Word {
         let error = self.error(word);
         self.replaced(span, error, word.fits)
@@ -169,24 +170,24 @@ impl Symbols {
 }
 
 impl Word {
-    /// The whole number that it is, or is modulo its width.
+    /// Returns the whole number that the word equals, or equals modulo its width.
     fn whole(&self) -> &Form {
         self.turns.as_ref().map_or(&self.form, |(_, form)| form)
     }
 }
 
-/// The value of a word, rounded that way: beyond 2^53 the float may be the nearer one.
+/// Returns the value of a word, rounded by `way`: beyond 2^53 the nearest float may be on the wrong side.
 pub(crate) fn outward(word: i128, format: Format, way: fn(f64) -> f64) -> f64 {
     let value = word as f64 * format.lsb();
     if word.abs() < 1 << 53 { value } else { way(value) }
 }
 
-/// The greatest size of an error, rounded up.
+/// Returns the greatest size of an error, rounded up.
 pub(crate) fn most((range, frac): (Span, i32), format: Format) -> f64 {
     outward(range.max.max(-range.min), format, f64::next_up) * 2f64.powi(-frac)
 }
 
-/// Rounded outwards to so many fraction bits.
+/// Rounds outwards to `kept` fraction bits.
 fn coarse((range, frac): (Span, i32), kept: i32) -> (Span, i32) {
     let more = (frac - kept).max(0);
     (Span::new(range.min >> more, -(-range.max >> more)), frac - more)

@@ -1,4 +1,4 @@
-//! Where the spring's product first leaves its word.
+//! Finds where the spring's product first overflows its word.
 
 use hpu_cosim::scene::{Device, Hand, Loop, LoopWords, Scene};
 use hpu_signal::Format;
@@ -7,7 +7,7 @@ use super::WrapsAt;
 use super::haptic::{Rows, Settings};
 use super::travel::Travel;
 
-/// `floor(penetration * word / 2^frac) >= 2^bits`: a penetration of `p` counts overflows from the word
+/// Solves `floor(penetration * word / 2^frac) >= 2^bits`: a penetration of `p` counts overflows from the word
 /// `ceil(2^(bits + frac) / p)` on.
 pub(crate) fn wraps_at(
     scene: &Scene,
@@ -35,19 +35,19 @@ pub(crate) fn wraps_at(
     })
 }
 
-/// The least product that overflows.
+/// Returns the least product that overflows.
 fn full(settings: &Settings) -> i128 {
     1i128 << (settings.config.pwm.width as i32 + settings.config.stiffness.frac())
 }
 
-/// The least word that leaves a pushing hand no rest: where even the deepest penetration without overflow, at its far
-/// end, is pushed on. Drag is none at rest.
+/// Returns the least word at which a pushing hand cannot rest: even at the far end of the deepest penetration without
+/// overflow, the hand pushes on. There is no drag at rest.
 fn at_rest(scene: &Scene, words: &LoopWords, settings: &Settings) -> Option<i64> {
     let Hand::SpringDamper { stiffness_nm_per_rad, path, .. } = &scene.hand else { return None };
     let pwm = scene.method.pwm;
     let shaped = scene.amplifier.is_some_and(|amplifier| amplifier.shaper.is_some());
     if pwm.antiphase || pwm.floating || pwm.dead_time_s > 0.0 || shaped || scene.wall.ramp.is_some() {
-        // What the command asks for is not quite what the shaft gets.
+        // The shaft does not get exactly the commanded torque.
         return None;
     }
     let coulomb_nm = match scene.device {
@@ -56,7 +56,7 @@ fn at_rest(scene: &Scene, words: &LoopWords, settings: &Settings) -> Option<i64>
     };
     let (format, realised) = (settings.config.stiffness, words.realised);
     let depth_rad = path.last()?.angle_rad - realised.wall_position_rad;
-    // A part in 10^9 and a count in 10^6 for the roundings.
+    // One part in 10^9 and a millionth of a count cover the roundings.
     let pushed_on = |word: i128| {
         let deepest = (full(settings) + word - 1) / word - 1;
         let hold_nm = (deepest * word) as f64 * format.lsb() * realised.torque_quantum_nm + coulomb_nm;
