@@ -43,11 +43,11 @@ pub struct AxisFront {
 }
 
 impl AxisFront {
-    /// A front with a counter of `width` bits.
+    /// Returns a front with a counter of `width` bits.
     ///
     /// # Errors
     ///
-    /// Unless `width` is 2 to 62.
+    /// Returns an error unless `width` is 2 to 62.
     pub fn new(width: u32) -> Result<Self, ConfigError> {
         let shown = Out { position: 0, error: 0, delta: 0, contact: 0, penetration: 0 };
         let (offset, wall) = (Displacement::new(width)?, Unilateral::new(width)?);
@@ -56,13 +56,13 @@ impl AxisFront {
         Ok(block)
     }
 
-    /// Puts the counter to a position.
+    /// Sets the counter to a position.
     #[inline]
     pub(crate) fn load(&mut self, position: i64) {
         self.axis.position = self.axis.counter.load(position);
     }
 
-    /// Lets the outputs settle with this reference and the registers as they stand.
+    /// Lets the outputs settle with this reference and the current registers.
     #[inline]
     pub(crate) fn settle(&mut self, reference: i64) -> Out<i64> {
         let Axis { position, motion, .. } = self.axis;

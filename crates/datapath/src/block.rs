@@ -1,4 +1,5 @@
-//! What every block offers, and the same with the types erased for tools that list, feed and print blocks.
+//! The interface of every block: `Block` with its port types, and `AnyBlock` without them for tools that list, feed and
+//! print blocks.
 
 use hpu_signal::{Format, Ports, Signal};
 
@@ -26,10 +27,11 @@ pub struct Rom {
     pub words: Vec<i64>,
 }
 
-/// A clocked or combinational block of the datapath.
+/// A clocked or combinational block of the datapath. Every block and wiring implements it, so that drivers, vectors,
+/// waveforms and proofs can use all of them in the same way.
 ///
 /// The law of [`quiet`](Block::quiet) and [`skip`](Block::skip): for any `n <= quiet(input)`, `skip(n, input)` leaves
-/// the state that `n` ticks with that input leave, and every output stays what it was.
+/// the state that `n` ticks with that input leave, and no output changes.
 pub trait Block {
     /// Name of the module, the VHDL entity, the vector folder and the waveform scope.
     const NAME: &'static str;
@@ -40,57 +42,58 @@ pub trait Block {
     /// Output ports.
     type Out<T>: Ports<T>;
 
-    /// Describes the inputs.
+    /// Describes the input ports.
     fn inputs(&self) -> Self::In<Signal>;
-    /// Describes the outputs.
+    /// Describes the output ports.
     fn outputs(&self) -> Self::Out<Signal>;
-    /// The VHDL generics of this configuration, by name, in the order of the entity.
+    /// Returns the VHDL generics of this configuration, by name, in the order of the entity.
     fn generics(&self) -> Vec<(&'static str, Generic)>;
-    /// The lookup tables inside the block itself; those of blocks inside a wiring are theirs.
+    /// Returns the lookup tables of the block itself. The tables of blocks inside a wiring belong to those blocks.
     fn roms(&self) -> Vec<Rom> {
         Vec::new()
     }
-    /// Its clock edge as equations, where it is told so.
+    /// Returns its clock edge as equations, if the block has them.
     fn equations(&self) -> Option<&dyn AnyStep> {
         None
     }
-    /// The blocks inside, where it is made of blocks alone: proofs compare them with the VHDL.
+    /// Returns the blocks inside, if the block is made of blocks alone. Proofs compare them with the VHDL.
     fn parts(&self) -> Option<Parts> {
         None
     }
-    /// The output that counts up and down modulo its width, if there is one. The number of steps has no limit.
+    /// Returns the output that counts up and down modulo its width, if there is one. The number of steps has no limit.
     fn counts(&self) -> Option<&'static str> {
         None
     }
-    /// The combinational blocks that it computes with where it has no equations of its own, connected by its ports:
-    /// their nets are its inputs, then its outputs.
+    /// Returns the combinational blocks with which a block without equations of its own computes. They are connected by
+    /// its ports: the nets are its inputs, then its outputs.
     fn inside(&self) -> Vec<Instance> {
         Vec::new()
     }
-    /// The edge after reset that first shows what the blocks [`inside`](Block::inside) make of the inputs, where it
-    /// shows that once a `period`; none where it shows it at once.
+    /// Returns the edge after reset that first shows the results of the blocks [`inside`](Block::inside), if they are
+    /// shown once a `period`; `None` if they are shown at once.
     fn first_shown(&self) -> Option<u64> {
         None
     }
-    /// One edge with `rst = '1'`; an input that reaches an output without a register is 0 meanwhile.
+    /// Computes one edge with `rst = '1'`. An output that an input reaches without a register sees that input as 0.
     fn reset(&mut self) -> Self::Out<i64>;
-    /// One edge with `rst = '0'`; the outputs as seen after it. A combinational block answers its inputs.
+    /// Computes one edge with `rst = '0'` and returns the outputs as seen after it. A combinational block answers its
+    /// inputs.
     fn tick(&mut self, input: Self::In<i64>) -> Self::Out<i64>;
-    /// For how many further edges with this input the outputs certainly stay as they are; 0 promises nothing.
+    /// Returns for how many further edges with this input the outputs certainly stay; 0 promises nothing.
     fn quiet(&self, input: &Self::In<i64>) -> u64;
-    /// That many ticks at once, in constant time; `edges` must not exceed [`quiet`](Block::quiet).
+    /// Does `edges` ticks at once, in constant time. The number must not exceed [`quiet`](Block::quiet).
     fn skip(&mut self, edges: u64, input: &Self::In<i64>);
 }
 
-/// A block with its port bundles flattened to slices, in port order.
+/// A block whose port bundles are slices, in port order. Every [`Block`] implements it; tools use it for any block.
 pub trait AnyBlock {
     /// See [`Block::NAME`].
     fn name(&self) -> &'static str;
     /// See [`Block::CLOCKED`].
     fn clocked(&self) -> bool;
-    /// Inputs in port order.
+    /// Returns the inputs in port order.
     fn inputs(&self) -> Vec<Signal>;
-    /// Outputs in port order.
+    /// Returns the outputs in port order.
     fn outputs(&self) -> Vec<Signal>;
     /// See [`Block::generics`].
     fn generics(&self) -> Vec<(&'static str, Generic)>;
@@ -116,15 +119,15 @@ pub trait AnyBlock {
     fn skip(&mut self, edges: u64, input: &[i64]);
 }
 
-/// The bundle's content in port order.
+/// Returns the bundle's content in port order.
 pub fn flatten<T: Clone, P: Ports<T>>(bundle: &P) -> Vec<T> {
-    // Few bundles have more ports: one allocation, which need not grow.
+    // Few bundles have more ports, so one allocation suffices.
     let mut all = Vec::with_capacity(16);
     bundle.each(|port| all.push(port.clone()));
     all
 }
 
-/// A bundle from words in port order.
+/// Makes a bundle from words in port order.
 ///
 /// # Panics
 ///

@@ -1,4 +1,4 @@
-//! Energy bounding: a torque within what the device's own damping can pay for, whatever the wall wants.
+//! Energy bounding: limits the wall's torque to what the device's own damping can dissipate.
 //!
 //! - **Equation**: at capture n, `d` the motion since the last, `f = wanted` the torque of spring and drag, `F` the
 //!   torque, `E` the energy stored, `c1 = C1 / 2^BOUND_FRAC`, `c2` likewise, `floor` and `ceil` to whole PWM counts,
@@ -41,7 +41,7 @@ use crate::{
 /// The widths and bounds of an energy-bounding law.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct BoundingConfig {
-    /// What it shares with every law.
+    /// The widths that every law has.
     pub widths: LawWidths,
     /// Whether the force bound is used instead of c1 and c2.
     pub least_conservative: bool,
@@ -79,7 +79,7 @@ impl Default for BoundingConfig {
 pub struct EnergyBounding {
     config: BoundingConfig,
     motion: Format,
-    /// From the fraction of the bounds to whole PWM counts.
+    /// Rounds from the fraction of the bounds to whole PWM counts.
     whole: Narrowing,
     energy: Narrowing,
     wanted: Wanted,
@@ -89,13 +89,13 @@ pub struct EnergyBounding {
 }
 
 hpu_signal::ports! {
-    /// What a capture begins from and leads to.
+    /// The registers from which a capture begins, and those after it.
     pub struct Registers { position, torque, energy }
 }
 
 const RESET: Registers<Narrowed> = Registers { position: ZERO, torque: ZERO, energy: ZERO };
 
-/// What is known of a capture before the root: the energy to come only with the force bound.
+/// The known values of a capture before the root; the next energy is known only with the force bound.
 #[derive(Clone, Copy)]
 struct Begun<W> {
     motion: W,
@@ -112,13 +112,13 @@ impl Registers<Narrowed> {
 }
 
 impl EnergyBounding {
-    /// A law of these widths and bounds.
+    /// Returns a law with these widths and bounds.
     ///
     /// # Errors
     ///
-    /// Unless the widths pass [`LawWidths::check`], c1 and c2 fit their 2 to 30 bits, and the radicand is even, at most
-    /// 62, and holds what it is made of: `2 (BOUND_WIDTH + WIDTH)` and `BOUND_WIDTH + ENERGY_WIDTH + BOUND_FRAC + 2`
-    /// bits.
+    /// Returns an error unless the widths pass [`LawWidths::check`], c1 and c2 fit their 2 to 30 bits, and the radicand
+    /// is even, at most 62 bits, and holds its terms: `2 (BOUND_WIDTH + WIDTH)` and `BOUND_WIDTH + ENERGY_WIDTH +
+    /// BOUND_FRAC + 2` bits.
     pub fn new(config: BoundingConfig) -> Result<Self, ConfigError> {
         let BoundingConfig { widths, c1, c2, bound_frac, bound_width, energy_width, root_width, .. } = config;
         widths.check(Self::NAME)?;
@@ -142,14 +142,14 @@ impl EnergyBounding {
             wanted: Wanted::new(&widths),
             root: SquareRoot::new(root_width)?,
             fits_64: false,
-            // One edge to start the root, one to bound the torque by it.
+            // One edge starts the root, one bounds the torque by it.
             sequence: Sequence::new(root_width / 2 + 2, RESET),
         };
         block.fits_64 = block.reaches_64();
         Ok(block)
     }
 
-    /// Whether 64 bits suffice for all that a capture computes.
+    /// Returns whether 64 bits suffice for everything that a capture computes.
     fn reaches_64(&self) -> bool {
         let (torque, energy) = (Reach::of(self.config.widths.torque().format), Reach::of(self.energy.to));
         let last = Registers { position: Reach::of(Format::unsigned(self.config.widths.width)), torque, energy };
@@ -160,7 +160,7 @@ impl EnergyBounding {
         Reach::fit_64(&[begun.radicand, torque, memory])
     }
 
-    /// What is known of a capture before the root.
+    /// Returns the known values of a capture before the root.
     #[inline]
     fn begun<W: Word>(&self, last: &Registers<W>, input: &LawIn<W>) -> Begun<W> {
         let BoundingConfig { widths, c1, c2, bound_frac, bound_width, .. } = self.config;
@@ -183,7 +183,7 @@ impl EnergyBounding {
         }
     }
 
-    /// The torque and the energy that a root leads to.
+    /// Returns the torque and the energy after the root.
     #[inline]
     fn ended<W: Word>(&self, last: &Registers<W>, begun: Begun<W>, root: W) -> LawOut<W> {
         let Begun { motion, wanted, energy, .. } = begun;
@@ -205,13 +205,13 @@ impl EnergyBounding {
         LawOut { torque, memory: (energy + used).narrow(&self.energy) }
     }
 
-    /// Whole PWM counts, rounded down.
+    /// Returns whole PWM counts, rounded down.
     #[inline]
     fn floor<W: Word>(&self, value: W) -> W {
         value.narrow(&self.whole)
     }
 
-    /// The registers that a capture leads to.
+    /// Returns the registers after a capture.
     #[inline]
     fn capture(&self, last: &Registers<Narrowed>, input: &LawIn<i64>) -> Registers<Narrowed> {
         if self.fits_64 { self.captured::<i64>(last, input) } else { self.captured::<i128>(last, input) }
@@ -228,7 +228,7 @@ impl EnergyBounding {
     }
 }
 
-/// The registers of the VHDL, those of its root among them.
+/// The registers are those of the VHDL, including those of its root.
 impl Step for EnergyBounding {
     fn registers(&self) -> Vec<Register> {
         let LawWidths { width, period_width, torque_width, .. } = self.config.widths;
@@ -245,7 +245,7 @@ impl Step for EnergyBounding {
             Register::new("torque", torque),
             Register::new("memory", self.energy.to),
         ];
-        // Else, what is filled is not kept.
+        // In the other form, the VHDL does not keep `filled`.
         all.extend(self.config.least_conservative.then(|| Register::new("filled", self.energy.to)));
         all.extend(Register::inside("root_of_energy", &self.root));
         all

@@ -71,7 +71,7 @@ impl Whole {
         self.latest = counts * self.count;
     }
 
-    /// Whole counts, in words.
+    /// Returns whole counts as a word with fraction bits.
     fn of<W: Word>(&self, counts: W) -> W {
         counts.shl(self.count.trailing_zeros())
     }
@@ -101,7 +101,7 @@ impl Velocity {
         })
     }
 
-    /// The block, where it has equations.
+    /// Returns the block, if it has equations.
     pub(crate) fn block(&self) -> Option<&dyn crate::AnyBlock> {
         match self {
             Self::Difference(block, _) => Some(block),
@@ -122,12 +122,12 @@ impl Velocity {
         }
     }
 
-    /// Whether its clock edge is told as equations.
+    /// Returns whether its clock edge has equations.
     pub(crate) fn has_equations(&self) -> bool {
         !matches!(self, Self::Foaw(block) if block.equations().is_none())
     }
 
-    /// Its registers inside a law.
+    /// Returns its registers inside a law.
     pub(crate) fn registers(&self) -> Vec<Register> {
         match self {
             Self::Difference(block, _) => Register::inside("g_difference_estimate", block).collect(),
@@ -138,7 +138,7 @@ impl Velocity {
         }
     }
 
-    /// These after an edge, and the velocity before it, in words.
+    /// Computes the registers after an edge, and the velocity before it, in words.
     pub(crate) fn step<W: Word>(&self, registers: &[W], position: W, period: W) -> (Vec<W>, W) {
         match self {
             Self::Difference(block, whole) => {

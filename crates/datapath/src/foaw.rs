@@ -1,4 +1,4 @@
-//! First-order adaptive windowing (FOAW), end-fit: the longest window of samples that a straight line explains.
+//! First-order adaptive windowing (FOAW), end-fit: uses the longest window of samples that a straight line explains.
 //!
 //! - **Equation**: with `x_j` the position `j` samples ago and `e_j = x_0 - x_j`, modulo `2^WIDTH` as two's complement,
 //!   `velocity = floor(e_n * 2^OUT_FRAC / n)`, where `n` is the last one accepted of `1, 2, .. WINDOW` in order:
@@ -69,12 +69,12 @@ pub struct Foaw {
 const ZERO: Narrowed = Narrowed { word: 0, rounded: false, overflowed: false };
 
 impl Foaw {
-    /// An estimator of these widths and bounds.
+    /// Returns an estimator with these widths and bounds.
     ///
     /// # Errors
     ///
-    /// Unless the position has 2 to 48 bits, the velocity at most 62, 0 to 30 of them fraction bits, the period 2 to
-    /// 30, the window is 2 to 16 and the noise 0 to 15.
+    /// Returns an error unless the position has 2 to 48 bits, the velocity at most 62, 0 to 30 of them fraction bits,
+    /// the period 2 to 30, the window is 2 to 16 and the noise 0 to 15.
     pub fn new(config: FoawConfig) -> Result<Self, ConfigError> {
         let FoawConfig { width, period_width, window, noise, out_frac } = config;
         within(Self::NAME, "WIDTH", width, 2..=48)?;
@@ -93,14 +93,14 @@ impl Foaw {
         })
     }
 
-    /// The velocity, and what was lost to make it.
+    /// Returns the velocity, and which bits were lost to make it.
     #[inline]
     #[must_use]
     pub fn latest(&self) -> Narrowed {
         self.latest
     }
 
-    /// The velocity that the sample edge loads that follows `waiting` others with this same position.
+    /// Returns the velocity that a sample edge loads after `waiting` other sample edges with this same position.
     #[inline]
     fn sample(&self, position: i64, waiting: usize) -> Narrowed {
         let window = self.history.window();
@@ -110,7 +110,7 @@ impl Foaw {
             *end = self.difference.wrap(i128::from(position - start));
         }
         let noise = i64::from(self.config.noise);
-        // Over a window of n: j/n of its motion, and the motion of its last j samples.
+        // Compares j/n of the motion over a window of n with the motion over its last j samples.
         let straight = |n: usize| {
             let within = |j: usize| (n as i64 * ends[j] - j as i64 * ends[n]).abs() <= n as i64 * noise;
             (1..n).all(within)
@@ -121,19 +121,19 @@ impl Foaw {
     }
 }
 
-/// As the VHDL has it, which multiplies by a reciprocal instead of dividing.
+/// The equations of the VHDL, which multiplies by a reciprocal instead of dividing.
 impl Foaw {
-    /// Fraction bits of a reciprocal.
+    /// Returns the number of fraction bits of a reciprocal.
     fn ratio_frac(&self) -> u32 {
         self.velocity.width() + 4
     }
 
-    /// `floor(2^frac / n)`.
+    /// Returns `floor(2^frac / n)`.
     fn reciprocal<W: Word>(&self, n: usize) -> W {
         W::int((1 << self.ratio_frac()) / n as i128)
     }
 
-    /// The distance of the longest straight window, times the reciprocal of its samples.
+    /// Returns the distance over the longest straight window, times the reciprocal of its number of samples.
     fn slope<W: Word>(&self, position: W, earlier: &[W]) -> W {
         let (noise, width) = (i128::from(self.config.noise), self.difference.width());
         let ends: Vec<_> = earlier.iter().map(|&earlier| (position - earlier).wrap(self.difference)).collect();
@@ -151,8 +151,8 @@ impl Foaw {
         self.divided(distance.cut("distance", width), ratio.cut("ratio", self.ratio_frac() + 2))
     }
 
-    /// A distance over the samples of this reciprocal, rounded down: of half a fraction bit more, so that what is
-    /// rounded away of the reciprocal is no matter.
+    /// Divides a distance by the number of samples of this reciprocal, rounded down. The distance gets half a fraction
+    /// bit more, so that the rounding of the reciprocal does not matter.
     fn divided<W: Word>(&self, distance: W, ratio: W) -> W {
         let frac = self.ratio_frac();
         let product = (distance.shl(self.config.out_frac + 1) + W::int(1)) * ratio;
@@ -179,7 +179,7 @@ impl Step for Foaw {
         (next, Out { velocity })
     }
 
-    /// That the product with a reciprocal is the quotient, rounded down.
+    /// Claims that the product with a reciprocal, rounded down, is the quotient.
     fn lemmas(&self) -> Vec<Lemma<'_>> {
         let divides = |n: usize| Lemma {
             any: vec![self.difference],
@@ -230,7 +230,7 @@ impl Block for Foaw {
     }
 
     fn equations(&self) -> Option<&dyn AnyStep> {
-        // The product of wider ones does not fit a machine's integer.
+        // With wider words, the product does not fit a machine's integer.
         (self.velocity.width() < 60).then_some(self)
     }
 
@@ -252,7 +252,7 @@ impl Block for Foaw {
 
     #[inline]
     fn quiet(&self, input: &In<i64>) -> u64 {
-        // After a window of the same position, nothing changes any more.
+        // After a whole window of the same position, nothing changes any more.
         let change = (0..=self.history.window()).find(|&waiting| self.sample(input.position, waiting) != self.latest);
         change.map_or(u64::MAX, |samples| self.countdown.left() + samples as u64 * edges(input.period))
     }

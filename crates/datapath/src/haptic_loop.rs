@@ -1,5 +1,5 @@
-//! What the two loops have in common, which is all but one register: with `HELD`, the wall reads the position through a
-//! zero-order hold.
+//! The common wiring of the two haptic loops. They differ by one register: with `HELD`, the wall reads the position
+//! through a zero-order hold.
 
 use hpu_signal::{Meter, Ports, Signal, SignalUse};
 
@@ -14,22 +14,23 @@ use crate::{
 /// [`ConventionalLoop`](crate::ConventionalLoop).
 ///
 /// [`uses`](Wiring::uses) counts the edges during which spring, velocity, drag or command had lost bits; the torque's
-/// format holds every sum. A limited command counts as overflowed, from when it is limited on, however late it is
-/// shown. Before the first edge, every least word is above the greatest.
+/// format holds every sum. A limited command counts as overflowed from the edge at which it is limited, even if it is
+/// shown later. Before the first edge, every least word is above the greatest.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct HapticLoop<const HELD: bool> {
     config: LoopConfig,
     blocks: Blocks,
-    /// The inputs that the nets have settled with; none since reset.
+    /// The inputs with which the nets have settled; `None` since reset.
     settled: Option<LoopIn<i64>>,
     words: [i64; Nets::MOST],
     meter: Meter<{ Nets::MOST }>,
-    /// What the nets of [`Nets::lossy`] have lost, and for how many edges that has stood beyond what the meter knows.
+    /// The losses of the nets in [`Nets::lossy`], and the number of edges with these losses that the meter has not
+    /// counted yet.
     lost: [Lost; 4],
     standing: u64,
 }
 
-/// The gates of the bridge, which come first among the registers.
+/// The number of gates of the bridge, which come first among the registers.
 const GATES: usize = 4;
 
 /// Whether a net's value was rounded, and whether it overflowed.
@@ -49,11 +50,12 @@ struct Seen {
 impl<const HELD: bool> HapticLoop<HELD> {
     const NETS: Nets = Nets::new(HELD);
 
-    /// A loop as it stands after reset.
+    /// Returns a loop in its state after reset.
     ///
     /// # Errors
     ///
-    /// When a block refuses its widths, and unless stiffness and damping are unsigned with 0 or more fraction bits.
+    /// Returns an error when a block refuses its widths, and unless stiffness and damping are unsigned with 0 or more
+    /// fraction bits.
     pub fn new(config: LoopConfig) -> Result<Self, ConfigError> {
         let mut wiring = Self {
             config,
@@ -68,7 +70,7 @@ impl<const HELD: bool> HapticLoop<HELD> {
         Ok(wiring)
     }
 
-    /// What the clocked blocks see at the next edge: the nets as they stand.
+    /// Returns the inputs of the clocked blocks at the next edge, from the current nets.
     #[inline]
     fn seen(&self, input: &LoopIn<i64>) -> Seen {
         let (net, now) = (Self::NETS, &self.words);
@@ -84,7 +86,7 @@ impl<const HELD: bool> HapticLoop<HELD> {
         }
     }
 
-    /// For how many edges all blocks but the modulator are quiet.
+    /// Returns for how many edges all blocks but the modulator are quiet.
     #[inline]
     fn still(&self, seen: &Seen) -> u64 {
         let blocks = &self.blocks;
@@ -96,7 +98,7 @@ impl<const HELD: bool> HapticLoop<HELD> {
             .min(blocks.limiter.quiet(&seen.limiter))
     }
 
-    /// That many edges of all but the modulator.
+    /// Skips that many edges of all blocks but the modulator.
     #[inline]
     fn skip_still(&mut self, edges: u64, seen: &Seen) {
         let blocks = &mut self.blocks;
@@ -110,7 +112,7 @@ impl<const HELD: bool> HapticLoop<HELD> {
         blocks.limiter.skip(edges, &seen.limiter);
     }
 
-    /// Lets the combinational nets settle with these inputs and the registers as they stand.
+    /// Lets the combinational nets settle with these inputs and the current registers.
     fn let_settle(&mut self, input: &LoopIn<i64>) {
         let net = Self::NETS;
         let (blocks, words) = (&mut self.blocks, &mut self.words);
@@ -140,7 +142,8 @@ impl<const HELD: bool> HapticLoop<HELD> {
         }
     }
 
-    /// The same for inputs that may differ from those before by the pins alone, which reach no combinational net.
+    /// Does the same, but quickly if the inputs differ from the last ones only in the pins, which reach no
+    /// combinational net.
     #[inline]
     fn take_in(&mut self, input: &LoopIn<i64>) {
         let LoopIn { a_pin, b_pin, .. } = *input;
@@ -152,7 +155,7 @@ impl<const HELD: bool> HapticLoop<HELD> {
         }
     }
 
-    /// Brings the meter up to date.
+    /// Brings the meter of lost bits up to date.
     fn count_lost(&mut self) {
         for (index, (rounded, overflowed)) in Self::NETS.lossy().into_iter().zip(self.lost) {
             self.meter.lost(index, rounded, overflowed, self.standing);
@@ -210,7 +213,7 @@ impl<const HELD: bool> Block for HapticLoop<HELD> {
     fn tick(&mut self, input: LoopIn<i64>) -> LoopOut<i64> {
         let fresh = self.settled != Some(input);
         if fresh {
-            // As in VHDL, the registers see what the new inputs have made of the combinational nets.
+            // As in VHDL, the registers see the combinational nets that result from the new inputs.
             self.take_in(&input);
         }
         let (net, seen) = (Self::NETS, self.seen(&input));

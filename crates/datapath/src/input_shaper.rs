@@ -1,5 +1,5 @@
-//! The input shaper: takes out of a torque what a high-pass passes, and never pulls. The digital twin of the analog
-//! one.
+//! The input shaper subtracts the high-pass part of a torque, and never pulls. It is the digital twin of the analog
+//! shaper.
 //!
 //! - **Equation**: with `h` the high-pass of the sampled torque `u`, `shaped = max(0, u - max(0, h))`, rounded towards
 //!   minus infinity; `shaped = torque` unless `ENABLED`.
@@ -36,7 +36,7 @@ hpu_signal::ports! {
     pub struct Out { shaped }
 }
 
-/// What an enabled shaper does.
+/// The phase and the filter of an enabled shaper.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Shaping {
     /// Edges after reset before the first sample edge.
@@ -47,14 +47,14 @@ pub struct Shaping {
     pub a: [i32; 2],
 }
 
-/// The widths of a shaper, and what it does.
+/// The widths of a shaper, and its filter.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct InputShaperConfig {
     /// Bits of a torque's magnitude.
     pub torque_width: u32,
     /// Width of the period.
     pub period_width: u32,
-    /// What it does; none passes the torque on.
+    /// Phase and filter; `None` passes the torque on.
     pub shaping: Option<Shaping>,
 }
 
@@ -71,7 +71,7 @@ struct Sampled {
     waiting: u64,
     filter: Biquad,
     hold: ZeroOrderHold,
-    /// Words that the two show.
+    /// The words that filter and hold show.
     h: i64,
     u: i64,
     narrowing: Narrowing,
@@ -109,7 +109,7 @@ impl Sampled {
         })
     }
 
-    /// The torque without what the filter passes, and whether bits were lost to make it.
+    /// Returns the torque less the filter's output, and which bits were lost to make it.
     #[inline]
     fn shaped(&self) -> Narrowed {
         let overflowed = self.filter.latest().overflowed;
@@ -117,14 +117,14 @@ impl Sampled {
         Narrowed { overflowed, ..rest.narrowed() }
     }
 
-    /// What of the held torque the filter's output leaves.
+    /// Returns the held torque less the positive part of the filter's output.
     #[inline]
     fn rest<W: Word>(&self, u: W, h: W) -> W {
         let zero = W::int(0);
         (u.shl(FRAC.unsigned_abs()) - h.greater(zero)).greater(zero).narrow(&self.narrowing)
     }
 
-    /// The registers after an edge that samples, and what they show before it.
+    /// Returns the registers after an edge that samples, and the output before it.
     fn step<W: Word>(&self, registers: &[W], In { torque, period }: In<W>) -> (Vec<W>, W) {
         let word = self.narrowing.to;
         let (hold, filter) = registers.split_at(Step::registers(&self.hold).len());
@@ -164,12 +164,12 @@ impl Sampled {
 }
 
 impl InputShaper {
-    /// A shaper of these words.
+    /// Returns a shaper with this configuration.
     ///
     /// # Errors
     ///
-    /// Unless torque and period have 2 to 30 bits, and of an enabled shaper the torque at most 21, every coefficient
-    /// fits a (1,1,30), and the phase is at most 4095.
+    /// Returns an error unless torque and period have 2 to 30 bits. An enabled shaper also needs a torque of at most 21
+    /// bits, coefficients that each fit a (1,1,30), and a phase of at most 4095.
     pub fn new(config: InputShaperConfig) -> Result<Self, ConfigError> {
         within(Self::NAME, "TORQUE_WIDTH", config.torque_width, COUNTER)?;
         within(Self::NAME, "PERIOD_WIDTH", config.period_width, COUNTER)?;
@@ -188,7 +188,7 @@ impl InputShaper {
         Ok(block)
     }
 
-    /// Lets the output settle with this torque and the registers as they stand.
+    /// Lets the output settle with this torque and the current registers.
     #[inline]
     pub(crate) fn settle(&mut self, torque: i64) -> Out<i64> {
         self.shown = match &self.sampled {
@@ -198,7 +198,7 @@ impl InputShaper {
         Out { shaped: self.shown.word }
     }
 
-    /// The output, whether it was rounded, and whether the filter overflowed.
+    /// Returns the output, whether it was rounded, and whether the filter overflowed.
     #[inline]
     #[must_use]
     pub fn latest(&self) -> Narrowed {
@@ -206,7 +206,8 @@ impl InputShaper {
     }
 }
 
-/// The registers of the VHDL: those that wait for the phase, during which hold and filter are reset, then theirs.
+/// The registers are those of the VHDL: first those that wait for the phase, during which hold and filter are reset,
+/// then those of hold and filter.
 impl Step for InputShaper {
     fn registers(&self) -> Vec<Register> {
         let (Some(sampled), Some(Shaping { phase, .. })) = (&self.sampled, self.config.shaping) else {
@@ -241,7 +242,7 @@ impl Default for InputShaper {
 }
 
 impl Shaping {
-    /// The generics of a shaping under these names: phase, `B0` to `B2`, `A1`, `A2`; all 0 if there is none.
+    /// Returns the generics of a shaping under these names: phase, `B0` to `B2`, `A1`, `A2`; all 0 if there is none.
     pub(crate) fn generics(shaping: Option<Self>, names: [&'static str; 6]) -> Vec<(&'static str, Generic)> {
         let Self { phase, b, a } = shaping.unwrap_or(Self { phase: 0, b: [0; 3], a: [0; 2] });
         let words = [phase.into(), b[0].into(), b[1].into(), b[2].into(), a[0].into(), a[1].into()];

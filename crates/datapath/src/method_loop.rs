@@ -20,12 +20,12 @@ use crate::{
     saturator,
 };
 
-/// What a method loop has beside its law.
+/// The parts of a method loop beside its law.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct MethodLoopConfig {
     /// The modulator.
     pub pwm: PwmConfig,
-    /// What the input shaper does; none passes the torque on.
+    /// The input shaper's phase and filter; `None` passes the torque on.
     pub shaping: Option<Shaping>,
 }
 
@@ -50,21 +50,22 @@ pub struct MethodLoop<L> {
     shaper: InputShaper,
     limiter: Saturator,
     modulator: Pwm,
-    /// The inputs that the nets have settled with; none since reset.
+    /// The inputs with which the nets have settled; `None` since reset.
     settled: Option<LoopIn<i64>>,
     words: [i64; NETS],
     meter: Meter<NETS>,
-    /// What the nets from the torque on have lost, and for how many edges that has stood beyond what the meter knows.
+    /// The losses of the nets from the torque on, and the number of edges with these losses that the meter has not
+    /// counted yet.
     lost: [(bool, bool); NETS - TORQUE],
     standing: u64,
 }
 
 impl<L: Law> MethodLoop<L> {
-    /// A loop around that law, as it stands after reset.
+    /// Returns a loop around that law, in its state after reset.
     ///
     /// # Errors
     ///
-    /// When a block refuses its words, and unless the modulator is as wide as the law's torque.
+    /// Returns an error when a block refuses its words, and unless the modulator is as wide as the law's torque.
     pub fn new(law: L, config: MethodLoopConfig) -> Result<Self, ConfigError> {
         let widths = law.widths();
         let MethodLoopConfig { pwm, shaping } = config;
@@ -91,24 +92,24 @@ impl<L: Law> MethodLoop<L> {
         Ok(wiring)
     }
 
-    /// The law in the middle.
+    /// Returns the law in the middle.
     pub fn law(&self) -> &L {
         &self.law
     }
 
-    /// Whether an input shaper changes the law's torque.
+    /// Returns whether an input shaper changes the law's torque.
     #[must_use]
     pub fn is_shaped(&self) -> bool {
         self.config.shaping.is_some()
     }
 
-    /// What the front sees.
+    /// Returns the inputs of the front.
     #[inline]
     fn at_front(input: &LoopIn<i64>) -> axis_front::In<i64> {
         axis_front::In { a_pin: input.a_pin, b_pin: input.b_pin, reference: input.reference }
     }
 
-    /// What the law sees: the nets as they stand.
+    /// Returns the inputs of the law, from the current nets.
     #[inline]
     fn at_law(&self, input: &LoopIn<i64>) -> LawIn<i64> {
         let LoopIn { stiffness, damping, period, scale, .. } = *input;
@@ -116,26 +117,26 @@ impl<L: Law> MethodLoop<L> {
         LawIn { position, delta, contact, penetration, stiffness, damping, period, scale }
     }
 
-    /// What the shaper sees.
+    /// Returns the inputs of the shaper.
     #[inline]
     fn at_shaper(&self, input: &LoopIn<i64>) -> input_shaper::In<i64> {
         input_shaper::In { torque: self.words[TORQUE], period: input.period }
     }
 
-    /// What the modulator sees.
+    /// Returns the inputs of the modulator.
     #[inline]
     fn at_modulator(&self) -> pwm::In<i64> {
         pwm::In { command: self.words[COMMAND] }
     }
 
-    /// For how many edges all blocks but the modulator are quiet.
+    /// Returns for how many edges all blocks but the modulator are quiet.
     #[inline]
     fn still(&self, input: &LoopIn<i64>) -> u64 {
         let (front, law, shaper) = (Self::at_front(input), self.at_law(input), self.at_shaper(input));
         self.front.quiet(&front).min(self.law.quiet(&law)).min(self.shaper.quiet(&shaper))
     }
 
-    /// That many edges of all but the modulator.
+    /// Skips that many edges of all blocks but the modulator.
     #[inline]
     fn skip_still(&mut self, edges: u64, input: &LoopIn<i64>) {
         let (law, shaper) = (self.at_law(input), self.at_shaper(input));
@@ -144,7 +145,7 @@ impl<L: Law> MethodLoop<L> {
         self.shaper.skip(edges, &shaper);
     }
 
-    /// Lets the combinational nets settle with these inputs and the registers as they stand.
+    /// Lets the combinational nets settle with these inputs and the current registers.
     fn let_settle(&mut self, input: &LoopIn<i64>, shown: LawOut<i64>) {
         self.settled = Some(*input);
         let mut port = self.words.iter_mut();
@@ -164,7 +165,7 @@ impl<L: Law> MethodLoop<L> {
         }
     }
 
-    /// Brings the meter up to date.
+    /// Brings the meter of lost bits up to date.
     fn count_lost(&mut self) {
         for (index, (rounded, overflowed)) in (TORQUE..).zip(self.lost) {
             self.meter.lost(index, rounded, overflowed, self.standing);
@@ -239,7 +240,7 @@ impl<L: Law> Block for MethodLoop<L> {
     fn tick(&mut self, input: LoopIn<i64>) -> LoopOut<i64> {
         let fresh = self.settled != Some(input);
         if fresh {
-            // As in VHDL, the registers see what the new inputs have made of the combinational nets.
+            // As in VHDL, the registers see the combinational nets that result from the new inputs.
             self.settle(&input);
         }
         let before = self.words;
@@ -315,7 +316,7 @@ impl<L: Law> Wiring for MethodLoop<L> {
     fn settle(&mut self, input: &LoopIn<i64>) {
         let shown = LawOut { torque: self.words[TORQUE], memory: self.words[MEMORY] };
         self.let_settle(input, shown);
-        // The first edge takes the inputs into account as new ones.
+        // The first edge treats its inputs as new ones.
         self.settled = None;
     }
 

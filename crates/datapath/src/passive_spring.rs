@@ -37,18 +37,18 @@ use crate::{
 /// The widths and options of a passive spring.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct SpringConfig {
-    /// What it shares with every law.
+    /// The widths that every law has.
     pub widths: LawWidths,
     /// Fraction bits of the extension.
     pub extension_frac: u32,
-    /// Motion of the spring for one of the device, with 8 fraction bits.
+    /// Motion of the spring per motion of the device, with 8 fraction bits.
     pub alpha: u32,
-    /// Whether a spring that lost all its extension inside the wall engages anew.
+    /// Whether a spring that has lost its whole extension inside the wall engages again.
     pub revive: bool,
 }
 
 impl SpringConfig {
-    /// Width of the radicand.
+    /// Returns the width of the radicand.
     #[must_use]
     pub const fn root_width(self) -> u32 {
         2 * (self.widths.width + self.extension_frac) + 2
@@ -75,7 +75,7 @@ pub struct PassiveSpring {
 }
 
 hpu_signal::ports! {
-    /// What a capture begins from and leads to.
+    /// The registers from which a capture begins, and those after it.
     pub struct Registers { position, contact, torque, extension }
 }
 
@@ -89,12 +89,12 @@ impl Registers<Narrowed> {
 }
 
 impl PassiveSpring {
-    /// A spring of these widths.
+    /// Returns a spring with these widths and options.
     ///
     /// # Errors
     ///
-    /// Unless the widths pass [`LawWidths::check`], the extension has 8 fraction bits or more and at most 30 bits, and
-    /// alpha is a VHDL `natural`.
+    /// Returns an error unless the widths pass [`LawWidths::check`], the extension has 8 fraction bits or more and at
+    /// most 30 bits, and alpha is a VHDL `natural`.
     pub fn new(config: SpringConfig) -> Result<Self, ConfigError> {
         let SpringConfig { widths, extension_frac, alpha, .. } = config;
         widths.check(Self::NAME)?;
@@ -115,14 +115,14 @@ impl PassiveSpring {
             torque: clamp(widths.stiffness.frac() + frac + widths.scale.frac(), Format::unsigned(widths.torque_width)),
             root: SquareRoot::new(root_width)?,
             fits_64: false,
-            // One edge to start the root, one to make the torque of it.
+            // One edge starts the root, one computes the torque from it.
             sequence: Sequence::new(root_width / 2 + 2, RESET),
         };
         block.fits_64 = block.reaches_64();
         Ok(block)
     }
 
-    /// Whether 64 bits suffice for all that a capture computes.
+    /// Returns whether 64 bits suffice for everything that a capture computes.
     fn reaches_64(&self) -> bool {
         let (torque, extension) = (Reach::of(self.config.widths.torque().format), Reach::of(self.extension.to));
         let position = Reach::of(Format::unsigned(self.config.widths.width));
@@ -133,7 +133,7 @@ impl PassiveSpring {
         Reach::fit_64(&[self.begun(&last, &input), torque, memory])
     }
 
-    /// The radicand of a capture.
+    /// Returns the radicand of a capture.
     #[inline]
     fn begun<W: Word>(&self, last: &Registers<W>, input: &LawIn<W>) -> W {
         let SpringConfig { widths, extension_frac, alpha, revive } = self.config;
@@ -154,7 +154,7 @@ impl PassiveSpring {
         square.narrow(&self.radicand)
     }
 
-    /// The torque and the extension that a root leads to.
+    /// Returns the torque and the extension after the root.
     #[inline]
     fn ended<W: Word>(&self, input: &LawIn<W>, root: W) -> LawOut<W> {
         let LawWidths { stiffness, scale, .. } = self.config.widths;
@@ -166,7 +166,7 @@ impl PassiveSpring {
         LawOut { torque: pushed.narrow(&self.torque), memory }
     }
 
-    /// The registers that a capture leads to.
+    /// Returns the registers after a capture.
     #[inline]
     fn capture(&self, last: &Registers<Narrowed>, input: &LawIn<i64>) -> Registers<Narrowed> {
         if self.fits_64 { self.captured::<i64>(last, input) } else { self.captured::<i128>(last, input) }
@@ -183,11 +183,11 @@ impl PassiveSpring {
     }
 }
 
-/// The registers of the VHDL, those of its root among them.
+/// The registers are those of the VHDL, including those of its root.
 impl Step for PassiveSpring {
     fn registers(&self) -> Vec<Register> {
         let LawWidths { width, period_width, stiffness, scale, .. } = self.config.widths;
-        // The signed words of the VHDL, whose signs need not be known.
+        // These words are signed in the VHDL; their signs need not be known.
         let signed = |format: Format| Format::signed(format.width() + 1);
         let mut all = vec![
             Register::new("countdown", Format::unsigned(period_width)),

@@ -1,5 +1,5 @@
-//! Time-domain passivity: an observer of the energy that the wall has taken, and a controller that adds damping when it
-//! has given more.
+//! Time-domain passivity: an observer sums up the energy that the wall has taken, and a controller adds damping when
+//! the wall has given more than it took.
 //!
 //! - **Equation**: at capture n, `d` the motion since the last, `f = wanted` the torque of spring and drag, `c` the
 //!   correction in force: `W(n) = W(n-1) + f d + c(n-1) d(n-1)`, or with `EXACT` `W(n) = W(n-1) + torque(n-1) d`, the
@@ -38,13 +38,13 @@ use crate::{
 /// The widths and options of a passivity controller.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct PassivityConfig {
-    /// What it shares with every law.
+    /// The widths that every law has.
     pub widths: LawWidths,
-    /// Whether the torque that was shown is observed, instead of the one wanted.
+    /// Whether the observer sums the torque that was shown, instead of the wanted torque.
     pub exact: bool,
     /// Width of the energy.
     pub energy_width: u32,
-    /// Most energy that may be saved up; 0 for no limit.
+    /// The largest stored energy; 0 for no limit.
     pub credit: u32,
 }
 
@@ -67,7 +67,7 @@ pub struct PassivityController {
 }
 
 hpu_signal::ports! {
-    /// What a capture begins from and leads to.
+    /// The registers from which a capture begins, and those after it.
     pub struct Registers { position, motion, correction, energy, torque }
 }
 
@@ -75,12 +75,12 @@ const RESET: Registers<Narrowed> =
     Registers { position: ZERO, motion: ZERO, correction: ZERO, energy: ZERO, torque: ZERO };
 
 impl PassivityController {
-    /// A controller of these widths.
+    /// Returns a controller with these widths and options.
     ///
     /// # Errors
     ///
-    /// Unless the widths pass [`LawWidths::check`], the energy has as many bits as the torque and at most 48, and the
-    /// credit is a VHDL `natural`.
+    /// Returns an error unless the widths pass [`LawWidths::check`], the energy has at least as many bits as the torque
+    /// and at most 48, and the credit is a VHDL `natural`.
     pub fn new(config: PassivityConfig) -> Result<Self, ConfigError> {
         let PassivityConfig { widths, energy_width, credit, .. } = config;
         widths.check(Self::NAME)?;
@@ -96,14 +96,14 @@ impl PassivityController {
             divider: SequentialDivider::new(division)?,
             wanted: Wanted::new(&widths),
             fits_64: false,
-            // One edge to start the division, one to add its quotient.
+            // One edge starts the division, one adds its quotient.
             sequence: Sequence::new(division.steps() + 2, RESET),
         };
         block.fits_64 = block.reaches_64();
         Ok(block)
     }
 
-    /// Whether 64 bits suffice for all that a capture computes.
+    /// Returns whether 64 bits suffice for everything that a capture computes.
     fn reaches_64(&self) -> bool {
         let (torque, motion) = (Reach::of(self.config.widths.torque().format), Reach::of(self.motion));
         let position = Reach::of(Format::unsigned(self.config.widths.width));
@@ -114,7 +114,7 @@ impl PassivityController {
         Reach::fit_64(&[motion, wanted, energy, self.ended(motion, wanted, energy, missing)])
     }
 
-    /// Displacement, torque wanted and energy of a capture: all that is known before the division.
+    /// Returns the values of a capture that are known before the division: displacement, wanted torque and energy.
     #[inline]
     fn begun<W: Word>(&self, last: &Registers<W>, input: &LawIn<W>) -> [W; 3] {
         let motion = (input.position - last.position).wrap(self.motion);
@@ -132,7 +132,8 @@ impl PassivityController {
         [motion, wanted, if self.config.credit > 0 { energy.limit(self.energy.to.min(), credit) } else { energy }]
     }
 
-    /// The torque wanted, with what is missing to an energy below 0 in the direction of the displacement.
+    /// Returns the wanted torque plus the quotient `missing` in the direction of the displacement, if the energy is
+    /// below 0.
     #[inline]
     fn ended<W: Word>(&self, motion: W, wanted: W, energy: W, missing: W) -> W {
         let (zero, top) = (W::int(0), self.config.widths.top());
@@ -141,7 +142,7 @@ impl PassivityController {
         torque
     }
 
-    /// The registers that a capture leads to.
+    /// Returns the registers after a capture.
     #[inline]
     fn capture(&self, last: &Registers<Narrowed>, input: &LawIn<i64>) -> Registers<Narrowed> {
         if self.fits_64 { self.captured::<i64>(last, input) } else { self.captured::<i128>(last, input) }
@@ -165,7 +166,7 @@ impl PassivityController {
     }
 }
 
-/// The registers of the VHDL, those of its divider among them.
+/// The registers are those of the VHDL, including those of its divider.
 impl Step for PassivityController {
     fn registers(&self) -> Vec<Register> {
         let LawWidths { width, period_width, torque_width, .. } = self.config.widths;

@@ -31,11 +31,11 @@ pub struct PositionCounter {
 }
 
 impl PositionCounter {
-    /// A counter of `width` bits.
+    /// Returns a counter of `width` bits.
     ///
     /// # Errors
     ///
-    /// Unless `width` is 2 to 62.
+    /// Returns an error unless `width` is 2 to 62.
     pub fn new(width: u32) -> Result<Self, ConfigError> {
         within(Self::NAME, "WIDTH", width, WORD)?;
         Ok(Self { format: Format::unsigned(width), position: 0 })
@@ -43,7 +43,7 @@ impl PositionCounter {
 }
 
 impl PositionCounter {
-    /// Puts the counter to a position, as no step does.
+    /// Sets the counter to a position, which no step can do.
     pub(crate) fn load(&mut self, position: i64) -> i64 {
         self.position = self.format.wrap(position.into());
         self.position

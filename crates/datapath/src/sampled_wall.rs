@@ -37,9 +37,9 @@ use crate::{
 pub struct SampledWallConfig {
     /// The widths of every law.
     pub widths: LawWidths,
-    /// Whether the spring is sampled, too; otherwise it acts at once.
+    /// Whether the spring is sampled too; otherwise it acts at once.
     pub spring_held: bool,
-    /// What estimates the velocity.
+    /// The estimator of the velocity.
     pub estimator: Estimator,
     /// The velocity's period in periods of the spring.
     pub ratio: u32,
@@ -72,7 +72,7 @@ impl Default for SampledWallConfig {
 }
 
 hpu_signal::ports! {
-    /// What a torque is made of.
+    /// The values from which a torque is computed.
     pub struct Made { contact, penetration, stiffness, damping, velocity }
 }
 
@@ -86,7 +86,7 @@ pub struct SampledWall {
     hold: ZeroOrderHold,
     held: i64,
     velocity: Velocity,
-    /// What the torque shown is made of, and whether it was rounded or overflowed.
+    /// The values from which the shown torque was computed, and whether it was rounded or overflowed.
     made: Made<i64>,
     fits_64: bool,
     shown: i64,
@@ -94,13 +94,13 @@ pub struct SampledWall {
 }
 
 impl SampledWall {
-    /// A wall of these widths and modes.
+    /// Returns a wall with these widths and modes.
     ///
     /// # Errors
     ///
-    /// When no law can have these widths or the estimator's block refuses its words; unless the velocity has 2 to 62
-    /// bits, 0 to 30 of them fraction bits (16 from an edge timer), `ratio` is a VHDL `positive`, and the other numbers
-    /// are `natural`.
+    /// Returns an error when no law can have these widths, or when the estimator's block refuses its words. Returns an
+    /// error unless the velocity has 2 to 62 bits, 0 to 30 of them fraction bits (16 from an edge timer), `ratio` is a
+    /// VHDL `positive`, and the other numbers are `natural`.
     pub fn new(config: SampledWallConfig) -> Result<Self, ConfigError> {
         let SampledWallConfig { widths, ratio, shift, window, noise, velocity_frac: frac, relief, .. } = config;
         widths.check(Self::NAME)?;
@@ -138,38 +138,38 @@ impl SampledWall {
         Ok(block)
     }
 
-    /// The word that the hold samples: the penetration under the contact bit.
+    /// Returns the word that the hold samples: the contact bit above the penetration.
     #[inline]
     fn sampled(&self, input: &LawIn<i64>) -> zero_order_hold::In<i64> {
         zero_order_hold::In { d: input.contact * self.contact() + input.penetration, period: input.period }
     }
 
-    /// The worth of the contact bit.
+    /// Returns the value of the contact bit in that word.
     #[inline]
     fn contact(&self) -> i64 {
         1 << self.config.widths.width
     }
 
-    /// The velocity's period, from the spring's.
+    /// Returns the velocity's period, computed from the spring's.
     #[inline]
     #[must_use]
     pub fn velocity_period(&self, period: i64) -> i64 {
         self.period.wrap(i128::from(period) * i128::from(self.config.ratio))
     }
 
-    /// Widths and modes.
+    /// Returns the widths and modes.
     #[must_use]
     pub fn config(&self) -> &SampledWallConfig {
         &self.config
     }
 
-    /// The block that estimates the velocity, where there is one with equations.
+    /// Returns the block that estimates the velocity, if it has equations.
     #[must_use]
     pub fn estimator(&self) -> Option<&dyn crate::AnyBlock> {
         self.velocity.block()
     }
 
-    /// What the torque is made of with these inputs and the registers as they stand.
+    /// Returns the values from which the torque is computed, with these inputs and the current registers.
     #[inline]
     fn made(&self, input: &LawIn<i64>) -> Made<i64> {
         let LawIn { stiffness, damping, .. } = *input;
@@ -181,7 +181,7 @@ impl SampledWall {
         Made { contact, penetration, stiffness, damping, velocity: self.velocity.latest().word }
     }
 
-    /// The torque: drag and relief have the same sign, so that the clamp never acts.
+    /// Computes the torque. Drag and relief have the same sign, so the clamp never acts.
     #[inline]
     pub fn torque<W: Word>(&self, made: Made<W>) -> W {
         let Made { contact, penetration, stiffness, damping, velocity } = made;
@@ -193,7 +193,7 @@ impl SampledWall {
         (wall - relief).limit(-most, most)
     }
 
-    /// Makes the torque.
+    /// Computes the torque and keeps it.
     fn make(&mut self, made: Made<i64>) {
         let torque = if self.fits_64 {
             self.torque(made.map(Machine::<i64>::of)).narrowed()
@@ -205,7 +205,7 @@ impl SampledWall {
         self.lost = (torque.rounded, torque.overflowed);
     }
 
-    /// The outputs with these inputs and the registers as they stand.
+    /// Returns the outputs with these inputs and the current registers.
     #[inline]
     fn shown(&mut self, input: &LawIn<i64>) -> LawOut<i64> {
         let made = self.made(input);
@@ -216,7 +216,7 @@ impl SampledWall {
     }
 }
 
-/// The registers of the VHDL: those of its hold, if there is one, and of its estimator.
+/// The registers are those of the VHDL: those of its hold, if there is one, and of its estimator.
 impl Step for SampledWall {
     fn registers(&self) -> Vec<Register> {
         let hold = self.config.spring_held.then(|| Register::inside("g_held_hold", &self.hold));

@@ -45,7 +45,7 @@ pub struct DividerConfig {
 }
 
 impl DividerConfig {
-    /// Edges from the start to the quotient.
+    /// Returns the number of edges from the start to the quotient.
     #[must_use]
     pub const fn steps(self) -> u32 {
         self.num_width + self.frac
@@ -67,12 +67,12 @@ pub struct SequentialDivider {
 }
 
 impl SequentialDivider {
-    /// A divider of these widths.
+    /// Returns a divider with these widths.
     ///
     /// # Errors
     ///
-    /// Unless the dividend has 2 to 48 bits, the divisor 2 to 32, the quotient 0 to 16 fraction bits, together with the
-    /// dividend at most 62, and 2 to `num_width + frac` bits in all.
+    /// Returns an error unless the dividend has 2 to 48 bits, the divisor 2 to 32, the quotient 0 to 16 fraction bits,
+    /// together with the dividend at most 62, and 2 to `num_width + frac` bits in all.
     pub fn new(config: DividerConfig) -> Result<Self, ConfigError> {
         within(Self::NAME, "NUM_WIDTH", config.num_width, 2..=48)?;
         within(Self::NAME, "DEN_WIDTH", config.den_width, 2..=32)?;
@@ -85,14 +85,14 @@ impl SequentialDivider {
         Ok(Self { config, narrowing, computation: Computation::new(config.steps()) })
     }
 
-    /// The quotient, and what was lost to make it: a remainder, or the upper bits. Division by 0 overflows.
+    /// Returns the quotient, and what was lost to make it: a remainder, or the upper bits. A division by 0 overflows.
     #[inline]
     #[must_use]
     pub fn latest(&self) -> Narrowed {
         self.computation.result()
     }
 
-    /// The quotient of these operands.
+    /// Returns the quotient of these operands.
     #[inline]
     pub(crate) fn divide(&self, num: i64, den: i64) -> Narrowed {
         let dividend = num * (1 << self.config.frac);
@@ -105,7 +105,7 @@ impl SequentialDivider {
         }
     }
 
-    /// The quotient of a division that starts with these inputs, if one does.
+    /// Returns the quotient of a division that starts with these inputs, if one does.
     #[inline]
     fn started(&self, input: &In<i64>) -> Option<Narrowed> {
         (input.start != 0).then(|| self.divide(input.num, input.den))
@@ -122,7 +122,7 @@ impl SequentialDivider {
     }
 }
 
-/// A bit of the quotient an edge, as the VHDL has it.
+/// The equations of the VHDL, which finds one bit of the quotient an edge.
 impl Step for SequentialDivider {
     fn registers(&self) -> Vec<Register> {
         let (steps, den) = (self.config.steps(), self.config.den_width);
@@ -157,10 +157,10 @@ impl Step for SequentialDivider {
         (next.to_vec(), Out { quotient, busy, ready })
     }
 
-    /// That these equations divide. After `k` bits of a dividend `N`, `bits` are those of `N` that are to come, then the
-    /// quotient `Q` so far; `Q * divisor + rest` are the bits of `N` that were taken, and `rest < divisor`. A product
-    /// `P = Q * divisor` goes over into `2 P`, or that and a divisor, as `Q` goes over into `2 Q` or `2 Q + 1`: so no
-    /// solver need multiply. Of a divisor 0, all bits of the quotient are set.
+    /// Claims that these equations divide. After `k` bits of a dividend `N`, `bits` holds the remaining bits of `N`,
+    /// then the quotient `Q` so far. `Q * divisor + rest` equals the bits of `N` that were taken, and `rest < divisor`.
+    /// When `Q` becomes `2 Q` or `2 Q + 1`, the product `P = Q * divisor` becomes `2 P`, or `2 P` plus a divisor. So no
+    /// solver needs to multiply. For a divisor of 0, all bits of the quotient are set.
     fn lemmas(&self) -> Vec<Lemma<'_>> {
         let DividerConfig { num_width, den_width, out_width, .. } = self.config;
         let steps = self.config.steps();

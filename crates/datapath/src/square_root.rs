@@ -36,11 +36,11 @@ pub struct SquareRoot {
 }
 
 impl SquareRoot {
-    /// The root of words of `width` bits.
+    /// Returns a root of words of `width` bits.
     ///
     /// # Errors
     ///
-    /// Unless `width` is even and 4 to 62.
+    /// Returns an error unless `width` is even and 4 to 62.
     pub fn new(width: u32) -> Result<Self, ConfigError> {
         within(Self::NAME, "WIDTH", width, 4..=62)?;
         if !width.is_multiple_of(2) {
@@ -49,21 +49,21 @@ impl SquareRoot {
         Ok(Self { word: Format::unsigned(width), computation: Computation::new(width / 2) })
     }
 
-    /// The root, and whether it was rounded: `x` was no square.
+    /// Returns the root, and whether it was rounded, which means that `x` was no square.
     #[inline]
     #[must_use]
     pub fn latest(&self) -> Narrowed {
         self.computation.result()
     }
 
-    /// The root of a radicand.
+    /// Returns the root of a radicand.
     #[inline]
     pub(crate) fn root(x: i64) -> Narrowed {
         let root = x.isqrt();
         Narrowed { word: root, rounded: root * root != x, overflowed: false }
     }
 
-    /// The root of an extraction that starts with these inputs, if one does.
+    /// Returns the root of an extraction that starts with these inputs, if one does.
     #[inline]
     fn started(input: &In<i64>) -> Option<Narrowed> {
         (input.start != 0).then(|| Self::root(input.x))
@@ -80,7 +80,7 @@ impl SquareRoot {
     }
 }
 
-/// A bit of the root an edge, as the VHDL has it.
+/// The equations of the VHDL, which finds one bit of the root an edge.
 impl Step for SquareRoot {
     fn registers(&self) -> Vec<Register> {
         let steps = self.word.width() / 2;
@@ -115,9 +115,10 @@ impl Step for SquareRoot {
         (next.to_vec(), Out { root, busy, ready })
     }
 
-    /// That these equations take the root. After `k` digits of the root of `X`, `partial^2 + rest` are the `2 k` bits of
-    /// `X` that were taken, and `rest <= 2 partial`. A square goes over into four of it, or that and `4 partial + 1`, as
-    /// `partial` goes over into `2 partial` or `2 partial + 1`: so no solver need multiply.
+    /// Claims that these equations take the root. After `k` digits of the root of `X`, `partial^2 + rest` equals the `2
+    /// k` bits of `X` that were taken, and `rest <= 2 partial`. When `partial` becomes `2 partial` or `2 partial + 1`,
+    /// its square becomes four times the square, or four times the square plus `4 partial + 1`. So no solver needs to
+    /// multiply.
     fn lemmas(&self) -> Vec<Lemma<'_>> {
         let (width, steps) = (self.word.width(), self.word.width() / 2);
         let (bit, half) = (Format::BIT, Format::unsigned(steps));

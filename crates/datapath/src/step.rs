@@ -1,76 +1,78 @@
-//! A block's arithmetic and its clock edge over any [`Word`]: written once, read by machines and by solvers.
+//! A block's arithmetic and its clock edge over any [`Word`]: written once, used by machines and by solvers.
 
 use hpu_signal::{Equations, Format, Machine, Ports, Reach, Signal, Term, Word};
 
 use crate::block::flatten;
 use crate::{AnyBlock, Block};
 
-/// A block without registers.
+/// A block without registers that computes its outputs over any [`Word`]. Every combinational block implements it.
 pub trait Combinational: Block {
-    /// The outputs of these inputs.
+    /// Computes the outputs of these inputs.
     fn made<W: Word>(&self, input: Self::In<W>) -> Self::Out<W>;
 }
 
-/// A register of a block, or bits of one: its twin in VHDL is a variable or an output.
+/// A register of a block, or some of its bits. Its twin in VHDL is a variable or an output.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Register {
-    /// The instance that it is in, below the block itself.
+    /// The instance that contains it, below the block itself.
     pub instance: Option<&'static str>,
     /// Name of the variable or the output.
     pub name: &'static str,
-    /// Its lowest bit among those of the variable, which may be an array or a record.
+    /// Its lowest bit within the bits of the variable, which may be an array or a record.
     pub low: u32,
-    /// Its format: every word that it can hold has it.
+    /// Its format, which holds every word that it can have.
     pub format: Format,
-    /// Its word after a reset; none where the reset does not set it, and the block loads it before it reads it.
+    /// Its word after a reset; `None` if the reset does not set it, and the block loads it before it reads it.
     pub reset: Option<i64>,
 }
 
 impl Register {
-    /// Name of a register that counts down to the next sample edge, and only does that meanwhile.
+    /// Name of a register that counts down to the next sample edge; between sample edges, nothing else changes.
     pub const COUNTDOWN: &'static str = "countdown";
 
-    /// A whole variable, 0 after a reset.
+    /// Returns a register that is a whole variable and 0 after a reset.
     pub(crate) fn new(name: &'static str, format: Format) -> Self {
         Self { instance: None, name, low: 0, format, reset: Some(0) }
     }
 
-    /// One that a reset sets to something else.
+    /// Returns a register that a reset sets to another word.
     pub(crate) fn set(name: &'static str, format: Format, reset: i64) -> Self {
         Self { reset: Some(reset), ..Self::new(name, format) }
     }
 
-    /// One that a reset leaves as it was.
+    /// Returns a register that a reset leaves as it is.
     pub(crate) fn kept(name: &'static str, format: Format) -> Self {
         Self { reset: None, ..Self::new(name, format) }
     }
 
-    /// The registers of a block that is an instance of this name in another.
+    /// Returns the registers of a block that is an instance of this name in another block.
     pub(crate) fn inside<S: Step>(instance: &'static str, block: &S) -> impl Iterator<Item = Self> {
         let registers = Step::registers(block).into_iter();
         registers.map(move |register| Self { instance: Some(instance), ..register })
     }
 
-    /// Its name in the VHDL, behind that of its instance.
+    /// Returns its name in the VHDL, behind the name of its instance.
     #[must_use]
     pub fn path(&self) -> String {
         self.instance.map_or_else(|| self.name.to_string(), |instance| format!("{instance}.{}", self.name))
     }
 }
 
-/// A block whose clock edge is told as equations between registers.
+/// A block whose clock edge is written as equations between registers. Clocked blocks implement it, so that proofs and
+/// width studies read the same arithmetic that the machine computes.
 pub trait Step: Block {
-    /// Its registers.
+    /// Returns its registers.
     fn registers(&self) -> Vec<Register>;
-    /// The registers after an edge without a reset, and the outputs that these registers and inputs show before it.
+    /// Computes the registers after an edge without a reset, and the outputs that these registers and inputs show
+    /// before it.
     fn step<W: Word>(&self, registers: &[W], input: Self::In<W>) -> (Vec<W>, Self::Out<W>);
 
-    /// What is claimed of these equations beside each single edge, as steps of an induction; nothing of most blocks.
+    /// Returns claims about these equations over several edges, as steps of an induction; most blocks have none.
     fn lemmas(&self) -> Vec<Lemma<'_>> {
         Vec::new()
     }
 
-    /// Whether 64 bits suffice for all that is computed on the way, whatever the registers and inputs.
+    /// Returns whether 64 bits suffice for all intermediate results, for any registers and inputs.
     fn fits_64(&self) -> bool {
         let registers: Vec<_> = self.registers().iter().map(|register| Reach::of(register.format)).collect();
         let inputs: Vec<_> = flatten(&self.inputs()).iter().map(|signal: &Signal| Reach::of(signal.format)).collect();
@@ -88,32 +90,32 @@ impl<C: Combinational> Step for C {
     }
 }
 
-/// That something follows from something, for any words of these formats.
+/// A claim: one condition implies another, for any words of these formats.
 pub struct Lemma<'s> {
     /// The formats of the words.
     pub any: Vec<Format>,
-    /// Of the words, what is given, and what follows.
+    /// Returns the given condition and the implied one, from the words.
     pub follows: Box<Follows<'s>>,
 }
 
-/// What is given of words, and what follows.
+/// A function from words to the given condition and the implied one.
 type Follows<'s> = dyn Fn(&[Term]) -> (Holds, Holds) + 's;
 
-/// Whether something holds, as a term.
+/// The truth of a condition, as a term.
 pub type Holds = <Term as Word>::Bit;
 
 /// [`Step`] with the types erased.
 pub trait AnyStep: AnyBlock {
     /// See [`Step::registers`].
     fn registers(&self) -> Vec<Register>;
-    /// The registers after an edge and the outputs before it, as words of the machine.
+    /// Computes the registers after an edge and the outputs before it, as words of the machine.
     fn words(&self, registers: &[i64], input: &[i64]) -> (Vec<i64>, Vec<i64>);
     /// See [`Step::lemmas`].
     fn lemmas(&self) -> Vec<Lemma<'_>>;
-    /// The same as terms.
+    /// Computes the same as terms.
     fn terms(&self, registers: &[Term], input: &[Term]) -> (Vec<Term>, Vec<Term>);
-    /// The same for any reading: of the registers and then the inputs given, the registers after an edge and then the
-    /// outputs before it.
+    /// Returns the same for any reading: the inputs are the registers and then the inputs of the block; the results are
+    /// the registers after an edge and then the outputs before it.
     fn recorded(&self) -> Equations;
 }
 
@@ -156,7 +158,8 @@ fn stepped<S: Step + ?Sized, W: Word>(block: &S, registers: &[W], input: &[W]) -
     (next, flatten(&shown))
 }
 
-/// The countdown between two samples after an edge, and whether that edge samples; what [`Countdown`] does, in words.
+/// Returns the countdown between two samples after an edge, and whether that edge samples: the equations of
+/// [`Countdown`].
 ///
 /// [`Countdown`]: crate::countdown::Countdown
 pub(crate) fn counted_down<W: Word>(left: W, period: W) -> (W, W::Bit) {
@@ -164,7 +167,7 @@ pub(crate) fn counted_down<W: Word>(left: W, period: W) -> (W, W::Bit) {
     (W::select(samples, period.greater(one) - one, left - one), samples)
 }
 
-/// Reads a block's equations as words of the machine: of 64 bits where these suffice, of 128 else.
+/// Reads a block's equations as words of the machine: of 64 bits where these suffice, else of 128.
 macro_rules! in_machine {
     ($fits_64:expr, $input:expr, $made:expr) => {
         if $fits_64 {
@@ -176,15 +179,16 @@ macro_rules! in_machine {
 }
 pub(crate) use in_machine;
 
-/// That all of these are equal in pairs.
+/// Returns the condition that all words of two lists are equal in pairs.
 pub(crate) fn equal(these: &[Term], those: &[Term]) -> Holds {
     let pairs = these.iter().zip(those).map(|(one, other)| one.equals(*other));
     pairs.reduce(|all, pair| all & pair).expect("words")
 }
 
-/// That it does not matter what a reset leaves in the registers that it does not set. Two states with other words there,
-/// of which `idles` holds, show the same and go over into states that are the same in all other registers; these are
-/// then the same in all, or `idles` holds of them, too. It must hold after a reset.
+/// Claims that registers which a reset does not set do not matter. The claim is about two states that differ only in
+/// these registers and for which `idles` holds. They show the same outputs, and their next states agree in all other
+/// registers. The next states also agree in these registers, or `idles` holds for them too. `idles` must hold after a
+/// reset.
 pub(crate) fn loads_first<'s, S: Step>(block: &'s S, idles: impl Fn(&[Term], &[Term]) -> Holds + 's) -> Lemma<'s> {
     let registers = Step::registers(block);
     let is_kept: Vec<_> = registers.iter().map(|register| register.reset.is_none()).collect();

@@ -47,7 +47,7 @@ impl TimedVelocity {
         })
     }
 
-    /// Its registers inside a law: its own, those of the timer and those of the divider.
+    /// Returns its registers inside a law: its own, those of the timer and those of the divider.
     pub(crate) fn registers(&self) -> Vec<Register> {
         let DividerConfig { num_width, den_width, out_width, .. } = self.division;
         let mut all = vec![
@@ -64,7 +64,7 @@ impl TimedVelocity {
         all
     }
 
-    /// These after an edge, and the velocity before it, in words.
+    /// Computes the registers after an edge, and the velocity before it, in words.
     pub(crate) fn step<W: Word>(&self, registers: &[W], position: W, period: W) -> (Vec<W>, W) {
         let [left, start, num, den, upwards, standing, velocity, ref inside @ ..] = *registers else {
             unreachable!("registers")

@@ -1,5 +1,5 @@
-//! Virtual coupling: a massless tool between the device and the virtual wall; a spring and a damper hold it to the
-//! device.
+//! Virtual coupling: a spring and a damper hold a massless tool, which stands between the device and the virtual wall,
+//! to the device.
 //!
 //! - **Equation**: at sample n, `K_c e + (B_c/T) (e - e(n-1)) = K_e x_tool` with the tool at `x_tool = x - e` inside
 //!   the wall, `= 0` outside; the torque is the left side. In words, with `e` the extension of the coupling:
@@ -114,7 +114,7 @@ impl VirtualCoupling {
         }
     }
 
-    /// Widths and gains.
+    /// Returns the widths and gains.
     #[must_use]
     pub fn config(&self) -> &CouplingConfig {
         &self.config

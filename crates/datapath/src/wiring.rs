@@ -22,7 +22,7 @@ pub struct Connection {
     pub net: usize,
 }
 
-/// An instance inside a wiring, as VHDL has it: `label : entity work.block`.
+/// An instance inside a wiring, as in VHDL: `label : entity work.block`.
 pub struct Instance {
     /// Instance label; the scope's name in a waveform.
     pub label: &'static str,
@@ -34,7 +34,7 @@ pub struct Instance {
     pub tied: Vec<(&'static str, i64)>,
 }
 
-/// Everything that is inside a block made of other blocks and of nothing else.
+/// The inside of a block that is made of other blocks and nothing else.
 pub struct Parts {
     /// Its inputs, its outputs, then the nets inside.
     pub nets: Vec<Signal>,

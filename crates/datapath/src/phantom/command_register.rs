@@ -1,4 +1,4 @@
-//! Three commands, taken together once a sample period, a fixed number of edges after the samples they come of.
+//! Takes three commands together once a sample period, a fixed number of edges after the samples that they result from.
 //!
 //! - **Equation**: `q_i(t) = d_i(kT + DELAY)` for `kT + DELAY <= t < (k+1)T + DELAY`, in edges.
 //! - **Ports**: `d1` `d2` `d3` (1,WIDTH-1,0), `period` (0,PERIOD_WIDTH,0) in clocks, 0 acts as 1, in; `q1` `q2` `q3`
@@ -43,11 +43,12 @@ pub struct CommandRegister {
 }
 
 impl CommandRegister {
-    /// A register of commands of `width` bits, with a period of `period_width` bits, `delay` edges behind the samples.
+    /// Returns a register of commands of `width` bits, with a period of `period_width` bits, `delay` edges behind the
+    /// samples.
     ///
     /// # Errors
     ///
-    /// Unless `width` is 2 to 62, `period_width` 2 to 30, and `delay` at most `2^16`.
+    /// Returns an error unless `width` is 2 to 62, `period_width` 2 to 30, and `delay` at most `2^16`.
     pub fn new(width: u32, period_width: u32, delay: u32) -> Result<Self, ConfigError> {
         within(Self::NAME, "WIDTH", width, WORD)?;
         within(Self::NAME, "PERIOD_WIDTH", period_width, COUNTER)?;

@@ -1,4 +1,4 @@
-//! Joint torque to motor command, and none while a joint is where its sines are not known.
+//! Converts a joint torque into a motor command, which is 0 while the sines of any joint are not known.
 //!
 //! - **Equation**: `command = saturate(round(torque GAIN / 2^GAIN_FRAC))` to a whole DAC count, nearest, ties up, if
 //!   all of `valid1` `valid2` `valid3` are set; else 0.
@@ -38,12 +38,12 @@ pub struct CommandScaler {
 }
 
 impl CommandScaler {
-    /// A scaler of torques by `gain / 2^gain_frac` into commands of `command_width` bits.
+    /// Returns a scaler of torques by `gain / 2^gain_frac` into commands of `command_width` bits.
     ///
     /// # Errors
     ///
-    /// Unless the torque is signed, of 2 to 40 bits with 0 to 30 fraction bits, the gain a positive VHDL `natural` with
-    /// at most 30 fraction bits, and `command_width` is 2 to 31.
+    /// Returns an error unless the torque is signed with 2 to 40 bits, 0 to 30 of them fraction bits, the gain is a
+    /// positive VHDL `natural` with at most 30 fraction bits, and `command_width` is 2 to 31.
     pub fn new(torque: Format, gain: u32, gain_frac: u32, command_width: u32) -> Result<Self, ConfigError> {
         accept(Self::NAME, "TORQUE", torque, true)?;
         within(Self::NAME, "GAIN", gain, 1..=NATURAL)?;
@@ -55,7 +55,7 @@ impl CommandScaler {
         Ok(block)
     }
 
-    /// The command, and what was lost to make it.
+    /// Returns the command, and which bits were lost to make it.
     #[inline]
     #[must_use]
     pub fn eval(&self, input: In<i64>) -> Out<Narrowed> {

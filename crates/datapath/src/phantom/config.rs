@@ -54,8 +54,8 @@ pub struct PhantomConfig {
     pub gain_frac: u32,
     /// Width of the commands.
     pub command_width: u32,
-    /// Edges from a sample to the capture of what has become of it: in `phantom_loop` by the commands' register, in
-    /// `phantom_shared_loop` by the engine.
+    /// Edges from a sample to the capture of its results: in `phantom_loop` the commands' register captures them, in
+    /// `phantom_shared_loop` the engine captures the sines.
     pub delay: u32,
 }
 
@@ -92,8 +92,8 @@ impl Default for PhantomConfig {
 }
 
 impl PhantomConfig {
-    /// The Premium 1.5: 0.215 m and 0.170 m, encoders of 4096 counts behind ratios of 13.3, 11.2 and 11.2, the motors
-    /// and amplifiers of the 1.0 (0.17 N.m at the motor for a full scale of `2^15` DAC counts).
+    /// Returns the Premium 1.5: 0.215 m and 0.170 m, encoders of 4096 counts behind ratios of 13.3, 11.2 and 11.2, the
+    /// motors and amplifiers of the 1.0 (0.17 N.m at the motor for a full scale of `2^15` DAC counts).
     #[must_use]
     pub fn premium_1_5() -> Self {
         let joint = Turn { num: 5, den: 229_376 };
@@ -105,7 +105,7 @@ impl PhantomConfig {
         }
     }
 
-    /// The Premium 1.0 with (1,9,22) everywhere, and (0,9,22) for the stiffness.
+    /// Returns the Premium 1.0 with (1,9,22) everywhere, and (0,9,22) for the stiffness.
     #[must_use]
     pub fn plain_q22() -> Self {
         let word = format(true, 9, 22);
@@ -120,18 +120,18 @@ impl PhantomConfig {
         Self { formats, lengths: [587_203; 2], force_limit: 35_651_584, ..Self::default() }
     }
 
-    /// This configuration with tables of (1,1,22): all the bits that a sine has at 22 of fraction.
+    /// Returns this configuration with tables of (1,1,22): all the bits that a sine with 22 fraction bits has.
     #[must_use]
     pub fn narrow(self) -> Self {
         Self { formats: PhantomFormats { trig: format(true, 1, 22), ..self.formats }, ..self }
     }
 
-    /// This configuration with `frac` fraction bits, at most those of its lengths, in sines, lengths and positions; a
-    /// sine has one integer bit, a position none.
+    /// Returns this configuration with `frac` fraction bits, at most those of its lengths, in sines, lengths and
+    /// positions. A sine has one integer bit, a position none.
     ///
     /// # Panics
     ///
-    /// When there are more than those of the lengths.
+    /// When `frac` exceeds the fraction bits of the lengths.
     #[must_use]
     pub fn fraction(self, frac: u32) -> Self {
         let bits = i32::try_from(frac).expect("at most those of the lengths");
@@ -149,14 +149,14 @@ impl PhantomConfig {
         Self { formats, lengths: self.lengths.map(nearest), ..self }
     }
 
-    /// This configuration for `phantom_shared_loop`, whose engine starts two edges after a sample, as soon as the sines
-    /// are there.
+    /// Returns this configuration for `phantom_shared_loop`, whose engine starts two edges after a sample, as soon as
+    /// the sines are known.
     #[must_use]
     pub fn shared(self) -> Self {
         Self { delay: 2, ..self }
     }
 
-    /// The VHDL generics of the loops, in the order of the entity.
+    /// Returns the VHDL generics of the loops, in the order of the entity.
     pub(crate) fn generics(&self) -> Vec<(&'static str, Generic)> {
         let [turn_1, turn_2, turn_3] = self.turns;
         let mut all = vec![
@@ -175,7 +175,7 @@ impl PhantomConfig {
         all
     }
 
-    /// The VHDL generics of the path from sines to commands.
+    /// Returns the VHDL generics of the path from sines to commands.
     pub(crate) fn path_generics(&self) -> Vec<(&'static str, Generic)> {
         let PhantomFormats { trig, length_frac, position, stiffness, force, torque } = self.formats;
         let mut all = parts("TRIG_INT", "TRIG_FRAC", trig).to_vec();

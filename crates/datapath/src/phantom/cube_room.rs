@@ -1,4 +1,4 @@
-//! Three pairs of walls, each of which can be taken out: a spring beyond each, with a greatest force.
+//! Three pairs of walls, each of which can be removed. Beyond each wall a spring pushes, up to a greatest force.
 //!
 //! - **Equation**: for each axis, `depth = x - x_high` if `x > x_high`, else `x - x_low` if `x < x_low`, else 0, exact
 //!   in one bit more than a position; `force = clamp(round(-stiffness depth))` to `FORCE_FRAC` bits, nearest, ties up,
@@ -42,12 +42,12 @@ pub struct CubeRoom {
 }
 
 impl CubeRoom {
-    /// A room of these words; `formats` beyond those of the ports do not matter.
+    /// Returns a room with these words. It uses only those `formats` that its ports have.
     ///
     /// # Errors
     ///
-    /// Unless the words have 2 to 40 bits with 0 to 30 fraction bits, positions and forces signed and the stiffness
-    /// unsigned, and the limit is a positive VHDL `natural` and a word of the force's format.
+    /// Returns an error unless the words have 2 to 40 bits with 0 to 30 fraction bits, positions and forces are signed
+    /// and the stiffness unsigned, and the limit is a positive VHDL `natural` and a word of the force's format.
     pub fn new(formats: &PhantomFormats, limit: u32) -> Result<Self, ConfigError> {
         let PhantomFormats { position, stiffness, force, .. } = *formats;
         accept(Self::NAME, "POSITION", position, true)?;
@@ -60,14 +60,14 @@ impl CubeRoom {
         Ok(block)
     }
 
-    /// Force and contact, and what was lost to make them.
+    /// Returns force and contact, and which bits were lost to make them.
     #[inline]
     #[must_use]
     pub fn eval(&self, input: In<i64>) -> Out<Narrowed> {
         in_machine!(self.fits_64, input, |input| self.made(input))
     }
 
-    /// The force of a wall on a tip that far beyond it.
+    /// Returns the force of a wall on a tip that is `depth` beyond it.
     #[inline]
     fn force<W: Word>(&self, stiffness: W, depth: W) -> W {
         let drop = self.position.frac() + self.stiffness.frac() - self.force.frac();
@@ -96,7 +96,7 @@ impl Combinational for CubeRoom {
     }
 }
 
-/// How far a coordinate is beyond one of two walls; the upper one counts first, should they be crossed.
+/// Returns how far a coordinate is beyond one of two walls. If the walls are crossed, the upper one counts first.
 #[inline]
 fn depth<W: Word>(at: W, low: W, high: W) -> W {
     let below = || W::branch(low.above(at), || [at - low], || [W::int(0)]);

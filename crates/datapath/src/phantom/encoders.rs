@@ -1,4 +1,4 @@
-//! The encoders of three joints, pins to positions: a synchronizer, a decoder and a counter each.
+//! The encoders of three joints, from pins to positions: each has a synchronizer, a decoder and a counter.
 
 use hpu_signal::Signal;
 
@@ -16,7 +16,7 @@ pub(crate) struct Encoders {
 }
 
 impl Encoders {
-    /// The number of their nets but the positions.
+    /// The number of their nets without the positions.
     pub(crate) const LINES: usize = 12;
 
     pub(crate) fn new(width: u32) -> Result<Self, ConfigError> {
@@ -43,7 +43,7 @@ impl Encoders {
         self.axes.iter_mut().zip(pins).for_each(|(axis, pins)| axis.skip(edges, pins));
     }
 
-    /// `a` and `b`, then `step` and `error`, of joints 1 to 3.
+    /// Returns `a` and `b`, then `step` and `error`, of joints 1 to 3.
     #[inline]
     pub(crate) fn lines(&self) -> [i64; Self::LINES] {
         let [first, second, third] = &self.axes;
@@ -61,7 +61,7 @@ impl Encoders {
         [self.axes[0].position, self.axes[1].position, self.axes[2].position]
     }
 
-    /// The pins, `a` and `b` of joints 1 to 3.
+    /// Returns the pins, `a` and `b` of joints 1 to 3.
     pub(crate) fn pins(&self) -> [Signal; 6] {
         let synchronizer::In { a_pin, b_pin } = self.axes[0].sync.inputs();
         let a = |name| Signal { name, ..a_pin.clone() };
@@ -69,7 +69,7 @@ impl Encoders {
         [a("a_pin1"), b("b_pin1"), a("a_pin2"), b("b_pin2"), a("a_pin3"), b("b_pin3")]
     }
 
-    /// The positions of joints 1 to 3.
+    /// Returns the positions of joints 1 to 3.
     pub(crate) fn outputs(&self) -> [Signal; 3] {
         let position = |joint: usize, name, doc| Signal { name, doc, ..self.axes[joint].counter.outputs().position };
         [
@@ -79,7 +79,7 @@ impl Encoders {
         ]
     }
 
-    /// The nets of [`lines`](Self::lines).
+    /// Returns the nets of [`lines`](Self::lines).
     pub(crate) fn nets(&self) -> Vec<Signal> {
         let lines = flatten(&self.axes[0].sync.outputs());
         let motion = flatten(&self.axes[0].decoder.outputs());
@@ -91,8 +91,8 @@ impl Encoders {
         all
     }
 
-    /// The instances, connected to the pins, which are the first nets, to the lines from net `lines` on, and to the
-    /// positions from net `positions` on.
+    /// Returns the instances. They are connected to the pins, which are the first nets, to the lines from net `lines`
+    /// on, and to the positions from net `positions` on.
     pub(crate) fn instances(&self, lines: usize, positions: usize) -> Vec<Instance> {
         const LABELS: [[&str; 3]; 3] =
             [["sync1", "sync2", "sync3"], ["decoder1", "decoder2", "decoder3"], ["counter1", "counter2", "counter3"]];

@@ -9,7 +9,7 @@ use super::{
 use crate::ConfigError;
 
 hpu_signal::ports! {
-    /// What the path is made of: the outputs of three sources of sines, and the words of the scene.
+    /// The inputs of the path: the outputs of three sources of sines, and the words of the scene.
     pub struct In {
         sine1, cosine1, sine2, cosine2, sine3, cosine3, valid1, valid2, valid3,
         x_low, x_high, y_low, y_high, z_low, z_high, room, stiffness,
@@ -17,7 +17,7 @@ hpu_signal::ports! {
 }
 
 hpu_signal::ports! {
-    /// What comes of it.
+    /// The outputs of the path.
     pub struct Out {
         x, y, z, radius, force_x, force_y, force_z, contact, torque1, torque2, torque3, command1, command2, command3,
     }
@@ -44,7 +44,8 @@ impl ForcePath {
         })
     }
 
-    /// The position, the forces it meets, and the torques and commands that make them, each with what it has lost.
+    /// Computes the position of the tip, the forces on it, and the torques and commands that produce them, each with
+    /// its losses.
     pub(crate) fn eval(&self, input: &In<i64>) -> Out<Narrowed> {
         let In { sine1, cosine1, sine2, cosine2, sine3, cosine3, valid1, valid2, valid3, .. } = *input;
         let In { x_low, x_high, y_low, y_high, z_low, z_high, room, stiffness, .. } = *input;

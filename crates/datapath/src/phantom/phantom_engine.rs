@@ -1,4 +1,4 @@
-//! Kinematics, room, Jacobian and scaling by one multiplier, one product an edge.
+//! Computes kinematics, room, Jacobian and scaling by one multiplier, one product an edge.
 //!
 //! - **Equation**: word for word that of `phantom_forward`, `cube_room`, `phantom_torque` and one `command_scaler` a
 //!   joint, of the inputs as the computation has captured them.
@@ -49,7 +49,7 @@ pub struct PhantomEngine {
     config: PhantomConfig,
     path: ForcePath,
     countdown: Countdown,
-    /// What the latest computation has captured, and what it will put out or has put out; none since reset.
+    /// The inputs that the latest computation captured; `None` since reset. `next` is its result, shown or not.
     captured: Option<force_path::In<i64>>,
     next: Out<Narrowed>,
     /// Edges until the computation is done; 0 when none is running.
@@ -58,12 +58,12 @@ pub struct PhantomEngine {
 }
 
 impl PhantomEngine {
-    /// An engine for that PHANToM, `config.delay` edges behind the samples.
+    /// Returns an engine for that PHANToM, `config.delay` edges behind the samples.
     ///
     /// # Errors
     ///
-    /// When one of the blocks that it replaces refuses its words, and unless the period has 2 to 30 bits and the delay
-    /// is at most `2^16`.
+    /// Returns an error when one of the blocks that it replaces refuses its words, and unless the period has 2 to 30
+    /// bits and the delay is at most `2^16`.
     pub fn new(config: PhantomConfig) -> Result<Self, ConfigError> {
         within(Self::NAME, "PERIOD_WIDTH", config.period_width, COUNTER)?;
         within(Self::NAME, "DELAY", config.delay, 0..=1 << 16)?;
@@ -79,7 +79,7 @@ impl PhantomEngine {
         })
     }
 
-    /// The outputs, each with what was lost to make it.
+    /// Returns the outputs, each with the bits that were lost to make it.
     #[inline]
     #[must_use]
     pub fn latest(&self) -> &Out<Narrowed> {
@@ -88,7 +88,7 @@ impl PhantomEngine {
 }
 
 impl In<i64> {
-    /// The inputs that make a computation capture `captured`.
+    /// Returns the inputs of which a computation captures `captured`.
     #[inline]
     pub(crate) fn of(captured: &force_path::In<i64>, period: i64) -> Self {
         let mut last = Some(period);
@@ -99,7 +99,7 @@ impl In<i64> {
         Self::build(|| words.next().copied().or_else(|| last.take()).expect("18 words"))
     }
 
-    /// What a computation captures: all but the period, which comes last.
+    /// Returns the inputs that a computation captures: all but the period, which comes last.
     #[inline]
     fn captured(&self) -> force_path::In<i64> {
         let mut words = [0; 18];
@@ -182,13 +182,13 @@ impl Block for PhantomEngine {
     }
 
     fn inside(&self) -> Vec<Instance> {
-        // Six sines, three validities, eight words of the scene, the period, and the outputs.
+        // The ports are six sines, three validities, eight words of the scene, the period, and the outputs.
         let ports: Vec<usize> = (0..18 + 14).collect();
         path(&self.path, &ports[..6], &ports[6..9], &ports[9..17], &ports[18..])
     }
 
     fn first_shown(&self) -> Option<u64> {
-        // The first edge samples, without a delay.
+        // The first edge samples if there is no delay.
         Some(1 + u64::from(self.config.delay) + LATENCY)
     }
 
@@ -229,7 +229,7 @@ impl Block for PhantomEngine {
         if self.captured != Some(input.captured()) {
             return start;
         }
-        // Every computation from the next one on captures the same.
+        // Every computation from the next one on captures the same inputs.
         if changes && edges(input.period) > LATENCY { start + LATENCY } else { u64::MAX }
     }
 

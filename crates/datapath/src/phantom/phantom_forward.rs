@@ -1,4 +1,4 @@
-//! Forward kinematics: where the tip is.
+//! Forward kinematics: the position of the tip.
 //!
 //! - **Equation**: `radius = L1 cos(q2) + L2 sin(q3)`, `x = sin(q1) radius`, `y = L2 - L2 cos(q3) + L1 sin(q2)`,
 //!   `z = cos(q1) radius - L1`; `x` and `z` are made of the narrowed `radius`. `L1 = LENGTH_1 / 2^LENGTH_FRAC` metres,
@@ -41,12 +41,12 @@ pub struct PhantomForward {
 }
 
 impl PhantomForward {
-    /// The kinematics of these words; `formats` beyond those of the ports do not matter.
+    /// Returns the kinematics with these words. It uses only those `formats` that its ports have.
     ///
     /// # Errors
     ///
-    /// Unless the words are signed, of 2 to 40 bits with 0 to 30 fraction bits (sines: an integer bit and 4 fraction
-    /// bits at least), and the lengths positive VHDL `natural`s with at most 30 fraction bits.
+    /// Returns an error unless the words are signed with 2 to 40 bits, 0 to 30 of them fraction bits (sines: an integer
+    /// bit and 4 fraction bits at least), and the lengths are positive VHDL `natural`s with at most 30 fraction bits.
     pub fn new(formats: &PhantomFormats, lengths: [u32; 2]) -> Result<Self, ConfigError> {
         let PhantomFormats { trig, length_frac, position, .. } = *formats;
         accept_trig(Self::NAME, trig)?;
@@ -60,7 +60,7 @@ impl PhantomForward {
         Ok(block)
     }
 
-    /// The position, and what was lost to make it.
+    /// Returns the position, and which bits were lost to make it.
     #[inline]
     #[must_use]
     pub fn eval(&self, input: In<i64>) -> Out<Narrowed> {
@@ -80,7 +80,7 @@ impl Combinational for PhantomForward {
         let rise = fore.shl(trig_frac.cast_unsigned()) - fore * cosine3 + upper * sine2;
         let y = rise.narrow(&nearest(frac, position));
 
-        // What the radius lost is told of the radius alone.
+        // The loss of the radius is reported for the radius alone.
         let (reach, frac) = (radius.shed(), position.frac() + trig_frac);
         let x = (sine1 * reach).narrow(&nearest(frac, position));
         let (depth, depth_frac) = aligned_sum((cosine1 * reach, frac), (-upper, length_frac));

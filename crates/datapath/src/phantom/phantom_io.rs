@@ -1,4 +1,4 @@
-//! What is left to the FPGA when a host computes the forces: counting, and driving the motors.
+//! The part of the FPGA that remains when a host computes the forces: it counts, and drives the motors.
 //!
 //! - **Equation**: `position_i` counts the quadrature steps of `a_pin_i`, `b_pin_i`; `command_i` is `host_i` an edge
 //!   later.
@@ -44,18 +44,18 @@ pub struct PhantomIo {
     command_width: u32,
     encoders: Encoders,
     hold: CommandRegister,
-    /// The inputs that the nets show; none since reset.
+    /// The inputs that the nets show; `None` since reset.
     settled: Option<PhantomIoIn<i64>>,
     words: [i64; NETS],
     meter: Meter<NETS>,
 }
 
 impl PhantomIo {
-    /// Counters of `position_width` and commands of `command_width` bits.
+    /// Returns a wiring with counters of `position_width` and commands of `command_width` bits.
     ///
     /// # Errors
     ///
-    /// Unless both are 2 to 62.
+    /// Returns an error unless both are 2 to 62.
     pub fn new(position_width: u32, command_width: u32) -> Result<Self, ConfigError> {
         Ok(Self {
             position_width,
@@ -76,7 +76,7 @@ impl PhantomIo {
     }
 }
 
-/// What the clocked blocks see at the next edge.
+/// Returns the inputs of the clocked blocks at the next edge.
 #[inline]
 fn seen(input: &PhantomIoIn<i64>) -> (Pins, command_register::In<i64>) {
     let PhantomIoIn { a_pin1, b_pin1, a_pin2, b_pin2, a_pin3, b_pin3, host1, host2, host3 } = *input;
@@ -192,7 +192,7 @@ impl Wiring for PhantomIo {
 
     fn instances(&self) -> Vec<Instance> {
         let mut all = self.encoders.instances(LINES, POSITIONS);
-        // Port by port: d1 d2 d3, period, which is tied, and q1 q2 q3.
+        // The ports in order: d1 d2 d3, period, which is tied, and q1 q2 q3.
         let ports = [HOST, HOST + 1, HOST + 2, 0, COMMANDS, COMMANDS + 1, COMMANDS + 2];
         let mut hold = instance("hold", &self.hold, &ports);
         hold.connections.retain(|connection| connection.port.name != "period");
@@ -203,7 +203,7 @@ impl Wiring for PhantomIo {
 
     fn settle(&mut self, input: &PhantomIoIn<i64>) {
         self.show(input);
-        // The first edge takes the inputs into account as new ones.
+        // The first edge treats its inputs as new ones.
         self.settled = None;
     }
 

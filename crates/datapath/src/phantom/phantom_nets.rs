@@ -1,4 +1,4 @@
-//! The nets of the two PHANToM loops, and who is connected to them.
+//! The nets of the two PHANToM loops, and the blocks that are connected to them.
 
 use hpu_signal::Signal;
 
@@ -21,7 +21,7 @@ hpu_signal::ports! {
     pub struct PhantomOut { command1, command2, command3 }
 }
 
-/// The first net of each group, in order; pins come first of all.
+/// The first net of each group, in order; the pins come before all groups.
 pub(crate) const X_LOW: usize = 6;
 pub(crate) const PERIOD: usize = 14;
 pub(crate) const COMMANDS: usize = 15;
@@ -33,12 +33,12 @@ pub(crate) const X: usize = SINES + 9;
 pub(crate) const FORCES: usize = X + 4;
 pub(crate) const CONTACT: usize = FORCES + 3;
 pub(crate) const TORQUES: usize = CONTACT + 1;
-/// Only in the parallel loop.
+/// This group exists only in the parallel loop.
 pub(crate) const SCALED: usize = TORQUES + 3;
 /// The number of nets of the parallel loop.
 pub(crate) const MOST: usize = SCALED + 3;
 
-/// The blocks of a loop by instance label: the shared one has no `hold`, the parallel one no `engine`.
+/// The blocks of a loop by instance label: the shared loop has no `hold`, the parallel loop no `engine`.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(crate) struct Blocks {
     pub(crate) encoders: Encoders,
@@ -65,7 +65,7 @@ impl Blocks {
         })
     }
 
-    /// One edge of reset for every clocked block, all of whose outputs are 0 after it.
+    /// Resets every clocked block for one edge; all their outputs are then 0.
     pub(crate) fn reset(&mut self) {
         self.encoders.reset();
         self.sample.reset();
@@ -74,7 +74,7 @@ impl Blocks {
         self.engine.reset();
     }
 
-    /// The inputs of a loop, each as the block that it goes to describes it.
+    /// Returns the inputs of a loop, each as described by the block that it goes to.
     pub(crate) fn inputs(&self) -> PhantomIn<Signal> {
         let [a_pin1, b_pin1, a_pin2, b_pin2, a_pin3, b_pin3] = self.encoders.pins();
         let super::cube_room::In { x_low, x_high, y_low, y_high, z_low, z_high, room, stiffness, .. } =
@@ -104,7 +104,7 @@ impl Blocks {
         PhantomOut { command1, command2, command3 }
     }
 
-    /// The architecture signals, each as the block that drives it describes it.
+    /// Returns the architecture signals, each as described by the block that drives it.
     pub(crate) fn nets(&self, shared: bool) -> Vec<Signal> {
         let mut all = self.encoders.nets();
         all.extend(self.encoders.outputs());
@@ -124,7 +124,7 @@ impl Blocks {
         all
     }
 
-    /// The instances, in the order of the VHDL.
+    /// Returns the instances, in the order of the VHDL.
     pub(crate) fn instances(&self, shared: bool) -> Vec<Instance> {
         let row = |first: usize, count: usize| first..first + count;
         let triple = |first: usize| row(first, 3);
@@ -152,8 +152,8 @@ impl Blocks {
     }
 }
 
-/// The instances of the path from sines to commands: the nets of the sines, of their validity, of the scene's words
-/// but the period, and those that the path drives.
+/// Returns the instances of the path from sines to commands. The arguments are the nets of the sines, of their
+/// validity, of the scene's words without the period, and the nets that the path drives.
 pub(crate) fn path(
     path: &ForcePath,
     sines: &[usize],

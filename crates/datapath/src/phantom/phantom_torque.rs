@@ -1,4 +1,4 @@
-//! Transposed Jacobian: the joint torques that put a force on the tip.
+//! Transposed Jacobian: the joint torques that produce a force on the tip.
 //!
 //! - **Equation**: `radial = sin(q1) Fx + cos(q1) Fz`, `upper = cos(q2) Fy - sin(q2) radial`,
 //!   `fore = sin(q3) Fy + cos(q3) radial`, all narrowed to the force with one integer bit more; then
@@ -41,12 +41,13 @@ pub struct PhantomTorque {
 }
 
 impl PhantomTorque {
-    /// The Jacobian of these words.
+    /// Returns the Jacobian with these words.
     ///
     /// # Errors
     ///
-    /// Unless the words are signed, of 2 to 40 bits with 0 to 30 fraction bits (sines: an integer bit and 4 fraction
-    /// bits at least; forces: 39 bits at most), and the lengths positive VHDL `natural`s with at most 30 fraction bits.
+    /// Returns an error unless the words are signed with 2 to 40 bits, 0 to 30 of them fraction bits (sines: an integer
+    /// bit and 4 fraction bits at least; forces: 39 bits at most), and the lengths are positive VHDL `natural`s with at
+    /// most 30 fraction bits.
     pub fn new(formats: &PhantomFormats, lengths: [u32; 2]) -> Result<Self, ConfigError> {
         let PhantomFormats { trig, length_frac, position, force, torque, .. } = *formats;
         accept_trig(Self::NAME, trig)?;
@@ -63,7 +64,7 @@ impl PhantomTorque {
         Ok(block)
     }
 
-    /// The torques, and what was lost to make them.
+    /// Returns the torques, and which bits were lost to make them.
     #[inline]
     #[must_use]
     pub fn eval(&self, input: In<i64>) -> Out<Narrowed> {
@@ -86,7 +87,7 @@ impl Combinational for PhantomTorque {
 
         let (reach, reach_frac) = aligned_sum((z, position.frac()), (upper_m, length_frac));
         let (aside, _) = aligned_sum((x, position.frac()), (W::int(0), reach_frac));
-        // A length is a natural.
+        // A length is a VHDL `natural`.
         let bits = |width: u32, frac: i32| width + (reach_frac - frac).cast_unsigned();
         let room = bits(position.width(), position.frac()).max(bits(32, length_frac)) + 1;
         let (reach, aside) = (reach.cut("arm_z", room), aside.cut("arm_x", room));

@@ -1,5 +1,6 @@
-//! What the two PHANToM loops have in common, which is all up to the sines and all the words after them: with `SHARED`,
-//! an engine computes in time what else settles in space.
+//! The common wiring of the two PHANToM loops. They share the nets up to the sines and have the same words after them.
+//! With `SHARED`, an engine computes these words one product after another; otherwise they settle as combinational
+//! logic.
 
 use hpu_signal::{Meter, Narrowed, Ports, Signal, SignalUse};
 
@@ -21,11 +22,12 @@ use crate::{Block, ConfigError, Generic, Instance, Parts, Wiring, flatten, synch
 pub struct PhantomWiring<const SHARED: bool> {
     config: PhantomConfig,
     blocks: Blocks,
-    /// The inputs that the nets have settled with; none since reset.
+    /// The inputs with which the nets have settled; `None` since reset.
     settled: Option<PhantomIn<i64>>,
-    /// What the combinational path has last seen; none since reset, and none ever with an engine.
+    /// The latest inputs of the combinational path; `None` since reset, and always with an engine.
     seen: Option<force_path::In<i64>>,
-    /// What stands on the nets after the sines, and for how many edges beyond what the meter knows.
+    /// The words on the nets after the sines, and the number of edges with these words that the meter has not counted
+    /// yet.
     made: Out<Narrowed>,
     standing: u64,
     words: [i64; MOST],
@@ -44,11 +46,11 @@ struct Seen {
 impl<const SHARED: bool> PhantomWiring<SHARED> {
     const NETS: usize = if SHARED { SCALED } else { MOST };
 
-    /// A loop as it stands after reset.
+    /// Returns a loop in its state after reset.
     ///
     /// # Errors
     ///
-    /// When a block refuses its words.
+    /// Returns an error when a block refuses its words.
     pub fn new(config: PhantomConfig) -> Result<Self, ConfigError> {
         let mut wiring = Self {
             config,
@@ -64,7 +66,7 @@ impl<const SHARED: bool> PhantomWiring<SHARED> {
         Ok(wiring)
     }
 
-    /// What the clocked blocks see at the next edge: the nets as they stand.
+    /// Returns the inputs of the clocked blocks at the next edge, from the current nets.
     #[inline]
     fn seen(&self, input: &PhantomIn<i64>) -> Seen {
         let (now, period) = (&self.words, input.period);
@@ -84,17 +86,17 @@ impl<const SHARED: bool> PhantomWiring<SHARED> {
         }
     }
 
-    /// What the nets feed into the path from sines to commands.
+    /// Returns the inputs of the path from sines to commands, from the nets.
     #[inline]
     fn path_inputs(&self) -> force_path::In<i64> {
         let (sines, scene) = (&self.words[SINES..X], &self.words[X_LOW..PERIOD]);
-        // Sine, cosine and validity come joint by joint on the nets, but all validities last on the path's ports.
+        // On the nets, sine, cosine and validity come joint by joint; on the path's ports, all validities come last.
         let order = [0, 1, 3, 4, 6, 7, 2, 5, 8].map(|net| sines[net]);
         let mut words = order.iter().chain(scene);
         force_path::In::build(|| *words.next().expect("as many nets as ports"))
     }
 
-    /// Lets the nets after the sines settle with these inputs and the registers as they stand.
+    /// Lets the nets after the sines settle with these inputs and the current registers.
     #[inline]
     fn let_settle(&mut self, input: &PhantomIn<i64>) {
         self.settled = Some(*input);
@@ -118,7 +120,7 @@ impl<const SHARED: bool> PhantomWiring<SHARED> {
         made.each(|narrowed| *net.next().expect("as many nets as outputs") = narrowed.word);
     }
 
-    /// Brings the meter up to date on lost bits.
+    /// Brings the meter of lost bits up to date.
     fn count_lost(&mut self) {
         let mut index = X;
         self.made.each(|&Narrowed { rounded, overflowed, .. }| {
@@ -179,7 +181,7 @@ impl<const SHARED: bool> Block for PhantomWiring<SHARED> {
     fn tick(&mut self, input: PhantomIn<i64>) -> PhantomOut<i64> {
         let fresh = self.settled != Some(input);
         if fresh {
-            // As in VHDL, the registers see what the new inputs have made of the combinational nets.
+            // As in VHDL, the registers see the combinational nets that result from the new inputs.
             self.let_settle(&input);
         }
         let seen = self.seen(&input);
@@ -262,7 +264,7 @@ impl<const SHARED: bool> Wiring for PhantomWiring<SHARED> {
 
     fn settle(&mut self, input: &PhantomIn<i64>) {
         self.let_settle(input);
-        // The first edge takes the inputs into account as new ones.
+        // The first edge treats its inputs as new ones.
         self.settled = None;
     }
 

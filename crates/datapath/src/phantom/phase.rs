@@ -1,4 +1,4 @@
-//! Phases: angles as binary fractions of a turn, and the sines that tables are made of.
+//! Phases: angles as binary fractions of a turn, and the sines from which tables are computed.
 
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
@@ -10,7 +10,7 @@ use super::words::{accept_trig, natural, parts};
 use crate::config::{NATURAL, within};
 use crate::{ConfigError, Generic};
 
-/// A count's phase, in turns of `2^PHASE_WIDTH`, and the words on both sides of it.
+/// The phase of a count, in turns of `2^PHASE_WIDTH`, and the formats of the count and of the sines.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Phase {
     /// Width of the count.
@@ -24,7 +24,7 @@ pub struct Phase {
 }
 
 impl Default for Phase {
-    /// Joints 2 and 3 of the Premium 1.0.
+    /// Returns the phase of joints 2 and 3 of the Premium 1.0.
     fn default() -> Self {
         let trig = Format::new(true, 9, 22).expect("32 bits");
         Self { count_width: 16, width: 40, step: 39_268_273, trig }
@@ -32,7 +32,7 @@ impl Default for Phase {
 }
 
 impl Phase {
-    /// The same with the step of that turn.
+    /// Returns the same with the step of that turn.
     ///
     /// # Panics
     ///
@@ -44,7 +44,7 @@ impl Phase {
         Self { step: step.expect("a fraction of a turn that is small enough"), ..self }
     }
 
-    /// Refuses what no source of sines can have, or a phase of fewer than `least` bits.
+    /// Refuses words that no source of sines can have, and a phase of fewer than `least` bits.
     pub(crate) fn accept(&self, block: &'static str, least: u32) -> Result<(), ConfigError> {
         within(block, "COUNT_WIDTH", self.count_width, 4..=24)?;
         within(block, "PHASE_WIDTH", self.width, least..=48)?;
@@ -52,18 +52,18 @@ impl Phase {
         accept_trig(block, self.trig)
     }
 
-    /// The upper `width` bits of a count's phase.
+    /// Returns the upper `width` bits of a count's phase.
     #[inline]
     pub(crate) fn upper<W: Word>(&self, count: W, width: u32) -> W {
         (count * W::int(self.step.into())).wrap(Format::unsigned(self.width)).shr(self.width - width)
     }
 
-    /// The format of a sine in the first quarter, from 0 to 1.
+    /// Returns the format of a sine in the first quarter, from 0 to 1.
     pub(crate) fn magnitude(&self) -> Format {
         Format::new(false, 1, self.trig.frac()).expect("narrower than the sine")
     }
 
-    /// The VHDL generics from `PHASE_WIDTH` on.
+    /// Returns the VHDL generics from `PHASE_WIDTH` on.
     pub(crate) fn generics(&self) -> Vec<(&'static str, Generic)> {
         let mut all = vec![natural("PHASE_WIDTH", self.width), natural("STEP", self.step)];
         all.extend(parts("TRIG_INT", "TRIG_FRAC", self.trig));
@@ -71,11 +71,11 @@ impl Phase {
     }
 }
 
-/// `sin(2 pi num / den)` in units of `2^-frac`, to the nearest, for numbers below `2^50`.
+/// Returns `sin(2 pi num / den)` in units of `2^-frac`, to the nearest, for numbers below `2^50`.
 ///
 /// The angle is reduced to an eighth of a turn in integers, so that the float is within 4 ulp of the sine, that is
-/// `2^-51`: all but words within `2^(frac-51)` of a tie are certain, and the tests show that the shipped tables have
-/// none.
+/// `2^-51`. So all words are certain but those within `2^(frac-51)` of a tie, and the tests show that the shipped
+/// tables have none of these.
 pub(crate) fn sine(num: i64, den: i64, frac: i32) -> i32 {
     let quadrant = (8 * num + den).div_euclid(2 * den);
     let rest = FRAC_PI_2 * ((4 * num - quadrant * den) as f64 / den as f64);
@@ -92,7 +92,7 @@ pub(crate) fn sine(num: i64, den: i64, frac: i32) -> i32 {
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(crate) struct Quarter {
     words: Arc<[i32]>,
-    /// The rise from each step to the next; none from the last.
+    /// The rise from each step to the next; the last step has none.
     rises: Arc<[i32]>,
 }
 
@@ -103,19 +103,19 @@ impl Quarter {
         Self { words, rises }
     }
 
-    /// The sine at a step.
+    /// Returns the sine at a step.
     #[inline]
     pub(crate) fn at<W: Word>(&self, step: W) -> W {
         step.look_up(&self.words)
     }
 
-    /// The rise from a step to the next.
+    /// Returns the rise from a step to the next.
     #[inline]
     pub(crate) fn rise<W: Word>(&self, step: W) -> W {
         step.look_up(&self.rises)
     }
 
-    /// The sines at the steps below 1, and the rise from each to the next: words of `(0,1,F)`.
+    /// Returns the sines at the steps below 1, and the rise from each to the next: words of `(0,1,F)`.
     pub(crate) fn words(&self) -> (Vec<i64>, Vec<i64>) {
         let steps = self.words.len() - 1;
         let words = |all: &[i32]| all[..steps].iter().map(|&word| word.into()).collect();

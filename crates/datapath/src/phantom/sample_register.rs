@@ -1,4 +1,4 @@
-//! The counts of three joints, taken together once a sample period.
+//! Takes the counts of three joints together once a sample period.
 //!
 //! - **Equation**: `count_i(t) = position_i(kT)` for `kT <= t < (k+1)T`, read as two's complement.
 //! - **Ports**: `position1` `position2` `position3` (0,WIDTH,0), `period` (0,PERIOD_WIDTH,0) in clocks, 0 acts as 1,
@@ -39,11 +39,11 @@ pub struct SampleRegister {
 }
 
 impl SampleRegister {
-    /// A register of counts of `width` bits, with a period of `period_width` bits.
+    /// Returns a register of counts of `width` bits, with a period of `period_width` bits.
     ///
     /// # Errors
     ///
-    /// Unless `width` is 2 to 62 and `period_width` 2 to 30.
+    /// Returns an error unless `width` is 2 to 62 and `period_width` 2 to 30.
     pub fn new(width: u32, period_width: u32) -> Result<Self, ConfigError> {
         within(Self::NAME, "WIDTH", width, WORD)?;
         within(Self::NAME, "PERIOD_WIDTH", period_width, COUNTER)?;
@@ -55,7 +55,7 @@ impl SampleRegister {
         })
     }
 
-    /// The counts that a sample edge would load now.
+    /// Returns the counts that a sample edge would load now.
     #[inline]
     fn sample(&self, input: &In<i64>) -> Out<i64> {
         let In { position1, position2, position3, .. } = *input;

@@ -1,4 +1,4 @@
-//! What the four sources of sine and cosine have in common: a wave, registered at every edge.
+//! The common part of the four sources of sine and cosine: a wave that is registered at every edge.
 
 use hpu_signal::{Format, Machine, Signal, Word};
 
@@ -14,13 +14,13 @@ hpu_signal::ports! {
     pub struct TrigOut { sine, cosine, valid }
 }
 
-/// Sine and cosine as a function of the count: what tells the four sources from each other.
+/// Sine and cosine as a function of the count. Each of the four sources implements it; [`Trig`] makes a block of it.
 pub trait Wave: Clone + PartialEq {
     /// See [`Block::NAME`].
     const NAME: &'static str;
-    /// Format of the count.
+    /// Returns the format of the count.
     fn count(&self) -> Format;
-    /// Format of sine and cosine.
+    /// Returns the format of sine and cosine.
     fn word(&self) -> Format;
     /// See [`Block::generics`].
     fn generics(&self) -> Vec<(&'static str, Generic)>;
@@ -28,11 +28,12 @@ pub trait Wave: Clone + PartialEq {
     fn roms(&self) -> Vec<Rom> {
         Vec::new()
     }
-    /// Sine and cosine of a count, and whether they are known.
+    /// Computes sine and cosine of a count, and whether they are known.
     fn at<W: Word>(&self, count: W) -> TrigOut<W>;
 }
 
-/// A source of sine and cosine: latency 1 edge, the outputs registered at every edge; reset clears them all.
+/// A source of sine and cosine. Its latency is 1 edge; the outputs are registered at every edge, and a reset clears
+/// them.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Trig<W> {
     wave: W,
@@ -47,11 +48,11 @@ impl<W: Wave> Trig<W> {
         Self { wave, out: ZERO }
     }
 
-    /// Sine and cosine of a count: the outputs after an edge that has seen it.
+    /// Returns sine and cosine of a count: the outputs after an edge that has seen it.
     #[inline]
     #[must_use]
     pub fn at(&self, count: i64) -> TrigOut<i64> {
-        // A phase has at most 48 bits, its product with a step 55.
+        // A phase has at most 48 bits, and its product with a step 55.
         self.wave.at(Machine::<i64>::of(count)).map(|port| port.narrowed().word)
     }
 }

@@ -39,12 +39,12 @@ pub struct Rotations {
 }
 
 impl TrigCordic {
-    /// That many rotations with `guard` more fraction bits than the result.
+    /// Returns a wave of `iterations` rotations with `guard` more fraction bits than the result.
     ///
     /// # Errors
     ///
-    /// Unless there are 4 to 28 rotations, `guard` is 0 to 8, the sines' fraction bits 4 to 28 with `guard`, counts
-    /// have 4 to 24 bits, the phase 31 to 48, and the step is a VHDL `natural`.
+    /// Returns an error unless there are 4 to 28 rotations, `guard` is 0 to 8, the sines' fraction bits 4 to 28 with
+    /// `guard`, counts have 4 to 24 bits, the phase 31 to 48, and the step is a VHDL `natural`.
     pub fn new(phase: Phase, iterations: u32, guard: u32) -> Result<Self, ConfigError> {
         const NAME: &str = Rotations::NAME;
         within(NAME, "ITERATIONS", iterations, 4..=28)?;
@@ -90,11 +90,11 @@ impl Wave for Rotations {
     fn at<W: Word>(&self, count: W) -> TrigOut<W> {
         let (turn, frac) = (Format::signed(30), self.phase.trig.frac() + self.guard.cast_signed());
         let whole = self.phase.upper(count, 30).wrap(turn);
-        // Within a quarter of a turn of 0, or of half a turn.
+        // The angle is now within a quarter of a turn of 0, or of half a turn.
         let mut angle = whole.wrap(Format::signed(29));
         let is_flipped = !angle.equals(whole);
         let (mut x, mut y) = (W::int(self.start.into()), W::int(0));
-        // Nothing leaves these words: the rotations stretch to 1, and an angle only shrinks.
+        // No value leaves these words: the rotations stretch to 1, and an angle only shrinks.
         let word = Format::signed(frac.cast_unsigned() + 3);
         for (index, &rotation) in (0u32..).zip(&*self.angles) {
             let (across, along, rotation) = (y.shr(index), x.shr(index), W::int(rotation.into()));

@@ -25,7 +25,7 @@ use crate::{ConfigError, Generic, Rom};
 /// See the [module](self).
 pub type TrigInterpolated = Trig<Chords>;
 
-/// The quarter of a sine and the width of what lies between its steps; clones share its words.
+/// The quarter of a sine, and the width of the fraction between its steps; clones share its words.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Chords {
     phase: Phase,
@@ -35,13 +35,13 @@ pub struct Chords {
 }
 
 impl TrigInterpolated {
-    /// A quarter of `2^quarter_width` steps, each divided into `2^rest_width`.
+    /// Returns a wave from a quarter of `2^quarter_width` steps, each divided into `2^rest_width`.
     ///
     /// # Errors
     ///
-    /// Unless `quarter_width` is 2 to 12, `rest_width` 1 to 20, counts have 4 to 24 bits, the phase
-    /// `quarter_width + rest_width + 2` to 48, the step is a VHDL `natural`, and sines have an integer bit and 4 to 30
-    /// fraction bits at least.
+    /// Returns an error unless `quarter_width` is 2 to 12, `rest_width` 1 to 20, counts have 4 to 24 bits, the phase
+    /// `quarter_width + rest_width + 2` to 48, the step is a VHDL `natural`, and sines have an integer bit at least and
+    /// 4 to 30 fraction bits.
     pub fn new(phase: Phase, quarter_width: u32, rest_width: u32) -> Result<Self, ConfigError> {
         within(Chords::NAME, "QUARTER_WIDTH", quarter_width, 2..=12)?;
         within(Chords::NAME, "REST_WIDTH", rest_width, 1..=20)?;
@@ -58,7 +58,7 @@ impl Default for TrigInterpolated {
 }
 
 impl Chords {
-    /// The sine in a quadrant, at a fraction of it.
+    /// Returns the sine in a quadrant, at a fraction of it.
     #[inline]
     fn wave<W: Word>(&self, quadrant: W, fraction: W) -> W {
         let bit = |place: u32| quadrant.bit(place);

@@ -32,12 +32,12 @@ pub struct Nearest {
 }
 
 impl TrigQuarter {
-    /// A quarter of `2^quarter_width` steps.
+    /// Returns a wave from a quarter of `2^quarter_width` steps.
     ///
     /// # Errors
     ///
-    /// Unless `quarter_width` is 2 to 13, counts have 4 to 24 bits, the phase `quarter_width + 3` to 48, the step is a
-    /// VHDL `natural`, and sines have an integer bit and 4 to 30 fraction bits at least.
+    /// Returns an error unless `quarter_width` is 2 to 13, counts have 4 to 24 bits, the phase `quarter_width + 3` to
+    /// 48, the step is a VHDL `natural`, and sines have an integer bit at least and 4 to 30 fraction bits.
     pub fn new(phase: Phase, quarter_width: u32) -> Result<Self, ConfigError> {
         within(Nearest::NAME, "QUARTER_WIDTH", quarter_width, 2..=13)?;
         phase.accept(Nearest::NAME, quarter_width + 3)?;
@@ -53,7 +53,7 @@ impl Default for TrigQuarter {
 }
 
 impl Nearest {
-    /// The sine at an address.
+    /// Returns the sine at an address.
     #[inline]
     fn wave<W: Word>(&self, address: W) -> W {
         let bit = |place: u32| address.bit(place);
@@ -87,7 +87,7 @@ impl Wave for Nearest {
 
     #[inline]
     fn at<W: Word>(&self, count: W) -> TrigOut<W> {
-        // One bit more than the address, so that it can be rounded.
+        // The phase has one bit more than the address, so that it can be rounded.
         let (fine, turn) = (self.phase.upper(count, self.width + 3), Format::unsigned(self.width + 2));
         let address = (fine + W::int(1)).shr(1).wrap(turn);
         let ahead = (address + W::int(1 << self.width)).wrap(turn);

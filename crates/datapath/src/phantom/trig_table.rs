@@ -30,19 +30,19 @@ pub struct Table {
     depth: Format,
     turn: Turn,
     trig: Format,
-    /// Sine and cosine of each count, in the order of the address: from 0 on, then those below.
+    /// Sine and cosine of each count, in the order of the address: counts from 0 up, then negative counts.
     sines: Arc<[i32]>,
     cosines: Arc<[i32]>,
 }
 
 impl TrigTable {
-    /// A table of `2^depth_width` counts of `turn` each.
+    /// Returns a table of `2^depth_width` counts of `turn` each.
     ///
     /// # Errors
     ///
-    /// Unless `count_width` is 4 to 24, `depth_width` 2 to 16 and at most `count_width`, the turn's numerator and
-    /// denominator positive VHDL `natural`s and so is every count times the numerator, and sines have an integer bit
-    /// and 4 to 30 fraction bits at least.
+    /// Returns an error unless `count_width` is 4 to 24, `depth_width` 2 to 16 and at most `count_width`, the turn's
+    /// numerator and denominator are positive VHDL `natural`s and so is every count times the numerator, and sines have
+    /// an integer bit at least and 4 to 30 fraction bits.
     pub fn new(count_width: u32, depth_width: u32, turn: Turn, trig: Format) -> Result<Self, ConfigError> {
         const NAME: &str = Table::NAME;
         within(NAME, "COUNT_WIDTH", count_width, 4..=24)?;
@@ -55,7 +55,7 @@ impl TrigTable {
         let word = |quarters: i64| sine(quarters, 4 * den, trig.frac());
         let angles = (0..=1i64 << (depth_width - 1)).map(|count| 4 * count * num);
         let half: Vec<_> = angles.map(|angle| (word(angle), word(angle + den))).collect();
-        // Rounding is to the nearest, so that the sine of the opposite count is the opposite word.
+        // Rounding is to the nearest, so the sine of the opposite count is the opposite word.
         let below = half[1..].iter().rev().map(|&(sine, cosine)| (-sine, cosine));
         let words = half[..half.len() - 1].iter().copied().chain(below);
         let (sines, cosines): (Vec<_>, Vec<_>) = words.unzip();

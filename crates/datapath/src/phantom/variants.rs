@@ -9,7 +9,7 @@ use super::{
 };
 use crate::{AnyBlock, ConfigError};
 
-/// Every block and wiring in its default configuration.
+/// Returns every block and wiring in its default configuration.
 pub(crate) fn registry() -> Vec<Box<dyn AnyBlock>> {
     vec![
         Box::new(TrigTable::default()),
@@ -31,7 +31,7 @@ pub(crate) fn registry() -> Vec<Box<dyn AnyBlock>> {
 
 type Variants = Vec<(&'static str, Box<dyn AnyBlock>)>;
 
-/// The other configurations.
+/// Returns the other configurations.
 pub(crate) fn others() -> Result<Variants, ConfigError> {
     let mut all: Variants = vec![
         ("8_bit", Box::new(SampleRegister::new(8, 6)?)),
@@ -40,7 +40,7 @@ pub(crate) fn others() -> Result<Variants, ConfigError> {
         ("delay_0", Box::new(CommandRegister::new(10, 4, 0)?)),
     ];
     all.extend(sines()?);
-    // A position drops one bit of its products.
+    // A position drops one bit of its products here.
     let one_bit = PhantomFormats {
         trig: format(true, 1, 14),
         length_frac: 12,
@@ -60,13 +60,13 @@ pub(crate) fn others() -> Result<Variants, ConfigError> {
         all.push((label, Box::new(PhantomLoop::new(config)?)));
         all.push((label, Box::new(PhantomSharedLoop::new(config.shared())?)));
     }
-    // The geometry does not reach the room.
+    // The blocks of this label differ in geometry, which does not affect the room.
     all.retain(|(label, block)| *label != "premium_1_5" || block.name() != "cube_room");
     Ok(all)
 }
 
-/// Another geometry, the paper's words, words so short that they wrap or are widened instead of rounded, and words of
-/// which nothing or one bit is dropped.
+/// Returns configurations of the path: another geometry, the paper's words, words so short that they wrap or are
+/// widened instead of rounded, and words whose products lose no bit or one bit.
 fn paths() -> [(&'static str, PhantomConfig); 6] {
     let narrow = PhantomFormats {
         trig: format(true, 1, 14),
@@ -84,7 +84,7 @@ fn paths() -> [(&'static str, PhantomConfig); 6] {
         force: format(true, 6, 18),
         torque: format(true, 8, 24),
     };
-    // A radius takes all fraction bits of its products; a force and the torques of joints 2 and 3 drop one.
+    // A radius keeps all fraction bits of its products; a force and the torques of joints 2 and 3 drop one.
     let aligned = PhantomFormats {
         trig: format(true, 1, 6),
         length_frac: 6,
@@ -93,7 +93,7 @@ fn paths() -> [(&'static str, PhantomConfig); 6] {
         force: format(true, 5, 13),
         torque: format(true, 6, 18),
     };
-    // Whole numbers of metres and newtons: of a force, a torque and a command nothing is dropped.
+    // Whole numbers of metres and newtons: a force, a torque and a command drop nothing.
     let whole = PhantomFormats {
         trig: format(true, 1, 4),
         length_frac: 0,
@@ -114,7 +114,7 @@ fn paths() -> [(&'static str, PhantomConfig); 6] {
         delay: 0,
         ..small
     };
-    // An engine that did not wait would show something before its first start.
+    // With this delay, an engine that did not wait would show something before its first start.
     let plain = PhantomConfig { gains: [1, 2, 3], gain_frac: 0, command_width: 12, delay: 40, ..small };
     let aligned = PhantomConfig { formats: aligned, lengths: [9, 11], force_limit: 60_000, ..plain };
     let whole = PhantomConfig { formats: whole, lengths: [1, 3], force_limit: 2000, ..plain };
@@ -128,15 +128,15 @@ fn paths() -> [(&'static str, PhantomConfig); 6] {
     ]
 }
 
-/// The configurations of the loops, each with the label under which `variants` has it; that of `phantom_shared_loop` is
+/// Returns the configurations of the loops, each with its label in `variants`. For `phantom_shared_loop`, each is
 /// [`shared`](PhantomConfig::shared).
 #[must_use]
 pub fn loop_variants() -> Vec<(&'static str, PhantomConfig)> {
     [("default", PhantomConfig::default())].into_iter().chain(loops()).collect()
 }
 
-/// Another geometry, the paper's words, words of ever more fraction bits on tables that an HX8K holds, and a small
-/// loop.
+/// Returns configurations of the loops: another geometry, the paper's words, words of more and more fraction bits on
+/// tables that an HX8K holds, and a small loop.
 fn loops() -> [(&'static str, PhantomConfig); 7] {
     let narrow_trig = PhantomFormats { trig: format(true, 1, 22), ..PhantomFormats::default() };
     let joint = Turn { num: 1, den: 100 };

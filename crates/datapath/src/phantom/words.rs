@@ -5,13 +5,13 @@ use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding, Word};
 use crate::config::within;
 use crate::{ConfigError, Generic};
 
-/// To the nearest, ties up, the upper bits dropped.
+/// Returns the rule that rounds to the nearest, ties up, and drops the upper bits.
 pub(crate) const fn nearest(from_frac: i32, to: Format) -> Narrowing {
     Narrowing { from_frac, to, rounding: Rounding::NearestUp, overflow: Overflow::Wrap }
 }
 
-/// Divided by `2^drop` to the nearest, ties up, then clamped to what the actuator can give: a limit of the law, told as
-/// an overflow.
+/// Divides by `2^drop` to the nearest, ties up, then clamps to the range of the actuator. The clamp is a limit of the
+/// law and counts as an overflow.
 #[inline]
 pub(crate) fn limited<W: Word>(value: W, drop: i32, [least, most]: [i128; 2]) -> W {
     let whole = value.round(Rounding::NearestUp, drop);
@@ -19,12 +19,13 @@ pub(crate) fn limited<W: Word>(value: W, drop: i32, [least, most]: [i128; 2]) ->
     limited.overflowing(!limited.equals(whole))
 }
 
-/// A word that has lost nothing.
+/// Returns a word that has lost nothing.
 pub(crate) const fn exact(word: i64) -> Narrowed {
     Narrowed { word, rounded: false, overflowed: false }
 }
 
-/// The sum of two terms with their own fraction bits, and the fraction bits of the sum: both aligned, nothing lost.
+/// Returns the sum of two terms with their own fraction bits, and the fraction bits of the sum. Both are aligned, so
+/// that nothing is lost.
 #[inline]
 pub(crate) fn aligned_sum<W: Word>(a: (W, i32), b: (W, i32)) -> (W, i32) {
     let frac = a.1.max(b.1);
@@ -32,7 +33,8 @@ pub(crate) fn aligned_sum<W: Word>(a: (W, i32), b: (W, i32)) -> (W, i32) {
     (aligned(a) + aligned(b), frac)
 }
 
-/// Refuses a word of more than 40 bits or 30 fraction bits: sums of products of those, aligned, have room in 128 bits.
+/// Refuses a word of more than 40 bits or 30 fraction bits. Aligned sums of products of such words have room in 128
+/// bits.
 pub(crate) fn accept(block: &'static str, word: &str, format: Format, signed: bool) -> Result<(), ConfigError> {
     let fits = format.int() >= 0 && (0..=30).contains(&format.frac()) && (2..=40).contains(&format.width());
     if fits && format.is_signed() == signed {
@@ -43,19 +45,19 @@ pub(crate) fn accept(block: &'static str, word: &str, format: Format, signed: bo
     Err(ConfigError::new(block, format!("{word} is {format}"), accepted))
 }
 
-/// Refuses a sine that cannot hold 1, or cannot tell angles apart.
+/// Refuses a sine that cannot hold 1, or that has too few bits to tell angles apart.
 pub(crate) fn accept_trig(block: &'static str, trig: Format) -> Result<(), ConfigError> {
     accept(block, "TRIG", trig, true)?;
     within(block, "TRIG_INT", trig.int().unsigned_abs(), 1..=35)?;
     within(block, "TRIG_FRAC", trig.frac().unsigned_abs(), 4..=30)
 }
 
-/// The VHDL generics of a format.
+/// Returns the VHDL generics of a format.
 pub(crate) fn parts(int: &'static str, frac: &'static str, format: Format) -> [(&'static str, Generic); 2] {
     [(int, Generic::Integer(format.int().into())), (frac, Generic::Integer(format.frac().into()))]
 }
 
-/// A generic of type `natural`.
+/// Returns a generic of type `natural`.
 pub(crate) fn natural(name: &'static str, value: u32) -> (&'static str, Generic) {
     (name, Generic::Integer(value.into()))
 }
