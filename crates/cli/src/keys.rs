@@ -60,7 +60,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     Ok(Exit::Fine)
 }
 
-/// The keys of a section that the same kinds take: a line for each, and its meaning below.
+/// Returns the keys of a section that the same kinds take: a line for each key, with its meaning below.
 fn text(group: &[Row]) -> String {
     let mut text = group.first().map_or(String::new(), |row| format!("{}\n", row.heading().replace('`', "")));
     let cells = group.iter().map(|row| [row.key.to_string(), row.unit(), row.default()]).collect();

@@ -1,13 +1,14 @@
-//! A JSON Schema of scenes, made from the rows of their keys: editors show meanings and refuse what a scene would.
+//! Makes a JSON Schema of scenes from the rows of their keys. Editors show the meanings, and refuse the values that a
+//! scene would refuse.
 //!
-//! A quantity is checked where it is a number; the text of one with a unit is left to hpu.
+//! The schema checks a quantity if it is a number. A text with a unit is checked by hpu.
 
 use hpu_cosim::scene::keys::{Otherwise, Row, Shape, Sizes, Takes, has_own_kind, is_any_name, kinds_of, rows};
 use serde_json::{Map, Value, json};
 
 use crate::parameters::as_json;
 
-/// A scene's kind and its device's, as rows call them.
+/// The kind of a scene and the kind of its device, as rows call them.
 #[derive(Clone, Copy)]
 struct Of {
     scene: &'static str,
@@ -23,7 +24,7 @@ const ALL: [Of; 5] = [
     Of { scene: "phantom", device: "phantom" },
 ];
 
-/// The schema.
+/// Returns the schema.
 pub fn schema() -> Value {
     let cases = ALL.map(|of| {
         let device = json!({ "properties": { "kind": { "const": of.device } }, "required": ["kind"] });
@@ -48,13 +49,13 @@ pub fn schema() -> Value {
     })
 }
 
-/// The rows of a section that these kinds take.
+/// Returns the rows of a section that these kinds take.
 fn taken<'a>(section: &'a str, kinds: &'a [&'a str]) -> impl Iterator<Item = Row> + 'a {
     let takes = |row: &Row| row.kinds.is_empty() || row.kinds.iter().any(|kind| kinds.contains(kind));
     rows().filter(move |row| row.section == section && takes(row))
 }
 
-/// A section. Where its own `kind` decides which keys it takes, there is a case for each.
+/// Returns the schema of a section. If its own `kind` decides which keys it takes, there is a case for each kind.
 fn section(of: Of, name: &str) -> Value {
     let kinds = &kinds_of(name, of.scene, of.device, None);
     let kind = rows().find(|row| (row.section, row.key) == (name, "kind"));
@@ -70,7 +71,7 @@ fn section(of: Of, name: &str) -> Value {
     json!({ "type": "object", "properties": { "kind": options(&kind) }, "required": ["kind"], "allOf": cases })
 }
 
-/// The keys of a section, and no others.
+/// Returns the schema of a section with these keys and no others.
 fn object(of: Of, name: &str, kinds: &[&str]) -> Value {
     let (mut properties, mut others, mut required) = (Map::new(), json!(false), Vec::new());
     for row in taken(name, kinds) {
@@ -87,7 +88,7 @@ fn object(of: Of, name: &str, kinds: &[&str]) -> Value {
     json!({ "type": "object", "properties": properties, "required": required, "additionalProperties": others })
 }
 
-/// A key's values, with what an editor shows.
+/// Returns the schema of a key's values, with the texts that an editor shows.
 fn described(of: Of, row: &Row) -> Value {
     let mut value = accepted(of, row);
     value["description"] =
@@ -135,17 +136,17 @@ fn accepted(of: Of, row: &Row) -> Value {
     }
 }
 
-/// The names of a choice; one of digits may stand without quotes.
+/// Returns the names of a choice; a name of digits may be written without quotes.
 fn options(row: &Row) -> Value {
     let Takes::Choice(names) = &row.takes else { return json!(true) };
     let numbers = names.iter().filter_map(|name| name.parse::<u64>().ok()).map(Value::from);
     json!({ "enum": names.iter().map(|name| json!(name)).chain(numbers).collect::<Vec<_>>() })
 }
 
-/// A number within the sizes, or a text with a unit.
+/// Returns the schema of a number within the sizes, or a text with a unit.
 fn quantity(sizes: Option<&Sizes>) -> Value {
     let Some(sizes) = sizes else { return json!({ "type": ["number", "string"] }) };
-    // Bounds are those of numbers; a text with a unit passes them.
+    // The bounds apply to numbers only; a text with a unit passes them.
     let number = json!({ "type": ["number", "string"], "minimum": sizes.least, "maximum": sizes.most });
     if sizes.zero && sizes.least > 0.0 { json!({ "anyOf": [{ "enum": [0] }, number] }) } else { number }
 }

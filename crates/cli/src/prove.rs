@@ -23,13 +23,13 @@ use crate::scene::Loaded;
 use crate::terminal::{print, print_json, tell, verdict, with_progress};
 use crate::waves::waveform;
 
-/// How long a question may take a solver, unless tools are given another time.
+/// The time that a solver has for a question, unless another time for tools is given.
 const QUESTION: Duration = Duration::from_secs(60);
 
-/// A configuration: the block or the entity, its label, and its generics where it is none of the listed ones.
+/// A configuration: the block or the entity, its label, and its generics if it is not one of the listed configurations.
 type Wanted = (String, String, Option<Vec<(&'static str, Generic)>>);
 
-/// A configuration, its place among those asked for, what came of it, and the seconds that it took.
+/// The result for a configuration: its index among the requested ones, its verdict, and the seconds that it took.
 struct Row {
     index: usize,
     block: String,
@@ -64,7 +64,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     tabled(args, &format!("VHDL {}", setup.hdl), limit, &wanted, proved, || prover.remembered())
 }
 
-/// The wirings of scenes and the blocks in them, in the widths that these have; of equal ones, the first.
+/// Returns the wirings of scenes and the blocks in them, with the scenes' widths; of equal ones, the first.
 fn of_scenes(args: &Args) -> Result<Vec<Wanted>, Failure> {
     let mut wanted: Vec<Wanted> = Vec::new();
     let mut want = |scene: &str, label: &str, block: &dyn AnyBlock| {
@@ -102,7 +102,7 @@ pub fn theirs(args: &Args) -> Result<Exit, Failure> {
     tabled(args, &format!("{} as {}", entity.top, entity.block), limit, &wanted, proved, || 0)
 }
 
-/// Proves configurations side by side, and shows the table as it grows.
+/// Proves configurations in parallel, and shows the table as it grows.
 fn tabled(
     args: &Args,
     of: &str,
@@ -112,10 +112,10 @@ fn tabled(
     remembered: impl Fn() -> u64,
 ) -> Result<Exit, Failure> {
     let mut folder = args.out.as_deref().map(Folder::open).transpose()?;
-    // A missing tool is told before anything is shown.
+    // A missing tool is reported before anything is shown.
     hpu_rtl::formal::TOOLS.iter().try_for_each(|tool| tool.version().map(drop))?;
     let jobs = args.jobs.get().get().min(wanted.len().max(1));
-    // Of a block of the user's own, what cannot be asked for is seen on the way.
+    // For a block of the user's own, an impossible request is found only during the proof.
     if !args.theirs.is_asked() {
         let count = wanted.len();
         tell(&format!("{of}: {count} configurations, {} s a question at most, {jobs} at a time", limit.as_secs_f64()));
@@ -148,7 +148,7 @@ fn tabled(
             }
             drop(send);
             for row in done {
-                // What cannot be asked for is no row.
+                // An impossible request gives an error and no row.
                 if let Err(ProofError::Entity(error)) = row.found {
                     return Err(entity::failure(error));
                 }
@@ -169,7 +169,7 @@ fn tabled(
     if interrupt::pressed() {
         return Ok(Exit::Interrupted);
     }
-    // The order of the JSON must not depend on which proof ended first.
+    // The rows are sorted, because the order of the JSON must not depend on which proof ended first.
     rows.sort_by_key(|row| row.index);
     let count = |is: fn(&Verdict) -> bool| rows.iter().filter(|row| row.found.as_ref().is_ok_and(is)).count();
     let proved = count(|found| matches!(found, Verdict::Proved(_)));
@@ -178,7 +178,7 @@ fn tabled(
         [count(|found| matches!(found, Verdict::Wired(_))), count(|found| matches!(found, Verdict::Miswired(_)))];
     let whole = count(|found| matches!(found, Verdict::Wired(parts) if open(parts).is_empty()));
     let (wirings, leaves) = (wired + miswired, rows.len() - wired - miswired);
-    // What is asked of one block alone is asked whole.
+    // A block of the user's own must be proved in every row; an open row is a failure.
     let is_well = refuted == 0 && (!args.theirs.is_asked() || proved == rows.len());
     let kind = if wirings > 0 { " of leaf blocks" } else { "" };
     let refuted_leaves = count(|found| matches!(found, Verdict::Refuted(..)));
@@ -218,14 +218,14 @@ fn tabled(
     } else {
         print(&total)?;
     }
-    // A tool that failed is no verdict.
+    // A failed tool is an error, not a verdict.
     if let Some(error) = rows.into_iter().find_map(|row| row.found.err()) {
         return Err(failure(error));
     }
     Ok(Exit::when(is_well))
 }
 
-/// The words by which a block is refuted, or one inside a wiring.
+/// The counterexample of a refuted block, or of a block inside a wiring.
 enum Refuted<'v> {
     Words(String, &'v Around),
     Wiring(&'v str),
@@ -245,12 +245,12 @@ fn refuted(found: &Verdict) -> Option<Refuted<'_>> {
     }
 }
 
-/// The parts of a wiring that are not proved.
+/// Returns the parts of a wiring that are not proved.
 fn open(parts: &[Part]) -> Vec<&Part> {
     parts.iter().filter(|part| !matches!(part.verdict, Verdict::Proved(_))).collect()
 }
 
-/// What a wiring rests on: its blocks, if all are proved, or those that are not.
+/// Returns the blocks on which a wiring rests: all of them if all are proved, else those that are not.
 fn rests_on(parts: &[Part]) -> String {
     let open = open(parts);
     if open.is_empty() {
@@ -272,7 +272,7 @@ fn failure(error: ProofError) -> Failure {
     }
 }
 
-/// A line, and of a refutation its words.
+/// Returns the line of a row, and the counterexample if the row is refuted.
 fn shown(row: &Row, folder: Option<&mut Folder>) -> Result<String, Failure> {
     let Row { block, variant, found, seconds, .. } = row;
     let line = |said: &str| format!("{block:<22} {variant:<30} {seconds:>8.2}  {said}");
@@ -298,7 +298,7 @@ fn shown(row: &Row, folder: Option<&mut Folder>) -> Result<String, Failure> {
     Ok(line(&said) + "\n")
 }
 
-/// A verdict in one word, and what more there is to say.
+/// Returns a verdict in one word, with its details.
 fn told(found: &Verdict) -> (&'static str, Value) {
     match (refuted(found), found) {
         (Some(Refuted::Words(about, around)), _) => {

@@ -68,8 +68,8 @@ impl<R: Copy + PartialEq> Sequence<R> {
         self.left = self.latency;
     }
 
-    /// Edges for which neither a load nor a capture changes a register; for that, whether the
-    /// registers would stay is asked. A motion is among them, so that most captures need not be computed for it.
+    /// Returns the number of edges for which neither a load nor a capture changes a register. It asks `stay` whether
+    /// the registers would stay at a capture. They include a motion, so most captures need not be computed to answer.
     #[inline]
     pub(crate) fn quiet(&self, period: i64, stay: impl FnOnce(&R) -> bool) -> u64 {
         if self.next != self.now {

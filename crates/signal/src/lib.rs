@@ -1,7 +1,7 @@
 //! The vocabulary of the emulator: word formats, roundings, signals, port bundles and clock cycles.
 //!
-//! Every other crate speaks in these terms and this one knows none of them. A *word* is an [`i64`] that
-//! carries the bits of a run-time [`Format`]; its unit is told by the [`Signal`] that owns it.
+//! Every other crate uses these terms, and this crate knows none of the others. A *word* is an [`i64`] that carries the
+//! bits of a run-time [`Format`]; the [`Signal`] that owns it gives its unit.
 
 mod clock;
 mod format;

@@ -1,7 +1,7 @@
-//! The operators that a reading of words has, each from one expression.
+//! Macros that implement the operators of a reading of words, each operator from one expression.
 
-/// Implements sum, difference, product and opposite: `operators!(Name, |a, b| [sum, difference, product], opposite)`,
-/// the opposite being that of `a`.
+/// Implements sum, difference, product and negation: `operators!(Name, |a, b| [sum, difference, product], opposite)`,
+/// where `opposite` is the negation of `a`.
 #[macro_export]
 macro_rules! operators {
     (@binary $word:ty, $operator:ident, $name:ident, $a:ident, $b:ident, $made:expr) => {
@@ -32,7 +32,8 @@ macro_rules! operators {
     };
 }
 
-/// Implements what a reading's bits have: `truths!(Name, |a, b| [and, or], not)`, the last being that of `a`.
+/// Implements the operators of a reading's bits: `truths!(Name, |a, b| [and, or], not)`, where `not` is the negation of
+/// `a`.
 #[macro_export]
 macro_rules! truths {
     ($bit:ty, |$a:ident, $b:ident| [$and:expr, $or:expr], $not:expr $(,)?) => {

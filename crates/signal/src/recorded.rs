@@ -1,12 +1,12 @@
-//! Equations written down as they are read once, so that any [`Word`] can read them later: what blocks with their types
-//! erased hand to the readings of other crates.
+//! Equations that are recorded once, so that any [`Word`] can read them later. Blocks without their types hand them to
+//! the readings of other crates in this form.
 
 use std::cell::RefCell;
 use std::sync::Arc;
 
 use crate::{Format, Narrowing, Rounding, Sine, Word, operators, truths};
 
-/// One operation on words or bits, each told by its place among the words or bits before it.
+/// One operation on words or bits. It names its operands by their places among the words or bits before it.
 #[derive(Clone, Debug)]
 enum Operation {
     Given(usize),
@@ -38,7 +38,7 @@ enum Operation {
     Or(usize, usize),
 }
 
-/// The operations written down so far.
+/// The operations recorded so far.
 #[derive(Default)]
 struct Book {
     operations: Vec<Operation>,
@@ -66,11 +66,11 @@ fn bit(operation: Operation) -> RecordedBit {
     })
 }
 
-/// A word that writes down how it is made.
+/// A word that records how it is computed.
 #[derive(Clone, Copy, Debug)]
 pub struct Recorded(usize);
 
-/// A bit of the same kind.
+/// A bit that records how it is computed.
 #[derive(Clone, Copy, Debug)]
 pub struct RecordedBit(usize);
 
@@ -91,7 +91,7 @@ pub struct Equations {
 }
 
 impl Equations {
-    /// Writes down how results are made of so many given words.
+    /// Records how `build` computes results from `given` words.
     pub fn of(given: usize, build: impl FnOnce(&[Recorded]) -> Vec<Recorded>) -> Self {
         let before = BOOK.take();
         let given: Vec<_> = (0..given).map(|index| word(Operation::Given(index))).collect();
@@ -99,7 +99,7 @@ impl Equations {
         Self { operations: BOOK.replace(before).operations, results }
     }
 
-    /// The results, from the words given. Both sides of every branch are read.
+    /// Returns the results, computed from the given words. Both sides of every branch are read.
     #[must_use]
     pub fn read<W: Word>(&self, given: &[W]) -> Vec<W> {
         let mut words: Vec<W> = Vec::with_capacity(self.operations.len());
@@ -160,7 +160,7 @@ operators!(
 
 truths!(RecordedBit, |a, b| [bit(Operation::And(a.0, b.0)), bit(Operation::Or(a.0, b.0))], bit(Operation::Not(a.0)),);
 
-/// A table's words as they are kept.
+/// Returns a table's words in the form in which they are kept.
 fn kept<T: Copy + Into<i64>>(table: &[T]) -> Arc<[i64]> {
     table.iter().map(|&word| word.into()).collect()
 }

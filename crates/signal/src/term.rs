@@ -1,4 +1,4 @@
-//! Numbers as terms of bit-vectors, which a solver of SMT-LIB reads: exact, each as wide as its range asks for.
+//! Numbers as terms of bit-vectors for SMT-LIB solvers: exact, each as wide as its range requires.
 
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -6,24 +6,24 @@ use std::ops::{Add, BitAnd, BitOr, Mul, Neg, Not, Sub};
 
 use crate::{Format, Narrowing, Overflow, Rounding, Word};
 
-/// The definitions made so far, each once.
+/// The definitions made so far; each appears once.
 #[derive(Default)]
 struct Book {
     lines: Vec<String>,
     known: HashMap<String, usize>,
-    /// The bits that stand for numbers of these names, and the names that were met.
+    /// The bits that replace numbers of these names, and the cuts that were met.
     cuts: HashMap<String, String>,
     met: Vec<(String, u32, Term)>,
 }
 
-/// A result made of terms, with their definitions.
+/// The result of a computation with terms, with the definitions that it needs.
 #[derive(Clone, Debug)]
 pub struct Defined<R> {
     /// The result.
     pub built: R,
-    /// The definitions of all its terms, a line each.
+    /// The definitions of all its terms, one a line.
     pub lines: Vec<String>,
-    /// Where it can be [cut](Word::cut): the names, widths and numbers.
+    /// The places where it can be [cut](Word::cut): names, widths and numbers.
     pub cuts: Vec<(String, u32, Term)>,
 }
 
@@ -31,7 +31,7 @@ thread_local! {
     static BOOK: RefCell<Book> = RefCell::default();
 }
 
-/// A definition of a sort; the same one twice is one.
+/// Defines an expression of a sort; equal expressions share one definition.
 fn define(sort: &str, expression: String) -> usize {
     BOOK.with_borrow_mut(|book| {
         if let Some(&known) = book.known.get(&expression) {
@@ -44,8 +44,8 @@ fn define(sort: &str, expression: String) -> usize {
     })
 }
 
-/// A number between two bounds, as a bit-vector in two's complement: of as many bits as hardware takes for it, a
-/// product of as many as both factors have.
+/// A number between two bounds, as a bit-vector in two's complement. It has as many bits as hardware needs for it; a
+/// product has as many as both factors together.
 #[derive(Clone, Copy, Debug)]
 pub struct Term {
     index: usize,
@@ -54,17 +54,17 @@ pub struct Term {
     most: i128,
 }
 
-/// A truth.
+/// The truth of a condition, as a term.
 #[derive(Clone, Copy, Debug)]
 pub struct Bit(usize);
 
-/// Bits of two's complement that hold both.
+/// Returns the number of bits of two's complement that holds both.
 fn width(least: i128, most: i128) -> u32 {
     let bits = |value: i128| 129 - (value ^ (value >> 127)).leading_zeros();
     bits(least).max(bits(most))
 }
 
-/// A constant of so many bits.
+/// Returns a constant of `width` bits.
 fn constant(value: i128, width: u32) -> String {
     let bits = value.cast_unsigned() & (u128::MAX >> (128 - width.min(128)));
     let sign = if width > 128 && value < 0 { "1" } else { "0" };
@@ -72,7 +72,7 @@ fn constant(value: i128, width: u32) -> String {
 }
 
 impl Term {
-    /// Builds something of terms, cut where a name has bits of its own in SMT-LIB.
+    /// Builds a result from terms. A number whose name has bits in `cuts` is replaced by these bits.
     pub fn defined<R>(cuts: HashMap<String, String>, build: impl FnOnce() -> R) -> Defined<R> {
         let before = BOOK.replace(Book { cuts, ..Book::default() });
         let built = build();
@@ -80,14 +80,14 @@ impl Term {
         Defined { built, lines, cuts: met }
     }
 
-    /// That bits of SMT-LIB, of that width, are a number within its bounds.
+    /// Returns the condition that bits of SMT-LIB, of that width, are a number within its bounds.
     #[must_use]
     pub fn bounds(self, bits: &str, width: u32) -> String {
         let (least, most) = (constant(self.least, width), constant(self.most, width));
         format!("(and (bvsle {least} {bits}) (bvsle {bits} {most}))")
     }
 
-    /// The word of a format whose bits a text of SMT-LIB gives.
+    /// Returns the word of a format whose bits a text of SMT-LIB gives.
     #[must_use]
     pub fn of_bits(format: Format, bits: &str) -> Self {
         if format.is_signed() {
@@ -96,7 +96,7 @@ impl Term {
         Self::new(format.width() + 1, 0, format.max(), format!("((_ zero_extend 1) {bits})"))
     }
 
-    /// Its low bits, in SMT-LIB.
+    /// Returns its low bits in SMT-LIB.
     #[must_use]
     pub fn bits(self, width: u32) -> String {
         match self.width.cmp(&width) {
@@ -114,7 +114,7 @@ impl Term {
         format!("t{}", self.index)
     }
 
-    /// Its name, or that of its sign-extension.
+    /// Returns its name, or the name of its sign-extension.
     fn extended(self, width: u32) -> String {
         match width - self.width {
             0 => self.name(),
@@ -122,7 +122,8 @@ impl Term {
         }
     }
 
-    /// Applies an operation of bit-vectors to two words; the result has at least so many bits, within these bounds.
+    /// Applies an operation of bit-vectors to two words. The result has at least `room` bits, and the range of
+    /// `corners`.
     fn both(self, other: Self, operation: &str, room: u32, corners: &[i128]) -> Self {
         let (least, most) = bounds(corners);
         let width = width(least, most).max(self.width).max(other.width).max(room);
@@ -134,7 +135,7 @@ impl Term {
         Bit(define("Bool", format!("({operation} {} {})", self.extended(width), other.extended(width))))
     }
 
-    /// The `count` lowest bits, as a number that is not negative.
+    /// Returns the `count` lowest bits as a number that is not negative.
     fn rest(self, count: u32) -> Self {
         let rest = self.bits(count);
         Self::new(count + 1, 0, (1 << count) - 1, format!("((_ zero_extend 1) {rest})"))
@@ -164,7 +165,7 @@ impl Mul for Term {
     type Output = Self;
     fn mul(self, other: Self) -> Self {
         let [a, b, c, d] = [self.least, self.most, other.least, other.most];
-        // A constant factor by its magnitude, as hardware has it.
+        // Multiplies by the magnitude of a constant factor, as hardware does.
         if a == b && a < 0 {
             return -(Self::int(-a) * other);
         } else if c == d && c < 0 {
@@ -203,7 +204,7 @@ impl BitOr for Bit {
 }
 
 impl Bit {
-    /// What it is called in SMT-LIB.
+    /// Returns its name in SMT-LIB.
     #[must_use]
     pub fn name(self) -> String {
         format!("t{}", self.0)
@@ -269,7 +270,7 @@ impl Word for Term {
         }
         words
     }
-    /// Choices by the address's bits, the lowest first.
+    /// Selects by the address's bits, the lowest first.
     fn look_up<T: Copy + Into<i64>>(self, table: &[T]) -> Self {
         let mut words: Vec<_> = table.iter().map(|&word| Self::int(word.into().into())).collect();
         for bit in 0..self.width {
@@ -277,14 +278,14 @@ impl Word for Term {
                 break;
             }
             let is_set = Bit(define("Bool", format!("(= ((_ extract {bit} {bit}) {}) #b1)", self.name())));
-            // Of an odd number of words, no address has the one after the last.
+            // If the number of words is odd, no address selects the word after the last.
             let pair = |pair: &[Self]| Self::select(is_set, pair[pair.len() - 1], pair[0]);
             words = words.chunks(2).map(pair).collect();
         }
         words[0]
     }
     fn cut(self, name: &str, own: u32) -> Self {
-        // A net of so many bits could not be this number for all that it may be: nothing may be taken for given of it.
+        // A net of so few bits cannot hold all values of this number, so the proof must assume nothing about the net.
         if width(self.least, self.most) > own {
             return self;
         }
@@ -309,13 +310,13 @@ impl Word for Term {
     }
 }
 
-/// Divided by a power of two, and rounded.
+/// Returns the value divided by a power of two, and rounded.
 fn rounded(value: Term, rounding: Rounding, drop: u32) -> Term {
     let (zero, one, half) = (Term::int(0), Term::int(1), Term::int(1 << (drop - 1)));
     let floor = value.shr(drop);
     let up = match rounding {
         Rounding::Truncate => return floor,
-        // One adder, as hardware has it.
+        // Uses one adder, as hardware does.
         Rounding::NearestUp => return (value + half).shr(drop),
         Rounding::TowardZero => zero.above(value) & value.rest(drop).is_set(),
         Rounding::NearestAway => {

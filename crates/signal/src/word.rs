@@ -1,8 +1,8 @@
-//! `Word`: what a number is to the arithmetic of a block, so that the arithmetic is written once and read in many ways.
+//! `Word`: a number in the arithmetic of a block, so that the arithmetic is written once and read in many ways.
 //!
-//! A block writes its equations over any `Word`. Read as [`Machine`] they compute, with 64 bits where [`Reach`] shows
-//! that these suffice and with 128 else; read as [`Term`](crate::Term) they are what a solver proves of the VHDL.
-//! Between two narrowings everything is exact.
+//! A block writes its equations over any `Word`. Read as [`Machine`], the equations compute: with 64 bits where
+//! [`Reach`] shows that these suffice, else with 128. Read as [`Term`](crate::Term), they are the statement that a
+//! solver proves of the VHDL. Between two narrowings everything is exact.
 
 use std::fmt::Debug;
 use std::ops::{Add, BitAnd, BitOr, Mul, Neg, Not, Sub};
@@ -11,116 +11,118 @@ use num_traits::{AsPrimitive, PrimInt, Signed};
 
 use crate::{Format, Narrowed, Narrowing, Overflow, Rounding};
 
-/// Whether something holds, in a reading of words.
+/// The truth of a condition, in a reading of words. Each reading has its own type for it.
 pub trait Truth: Copy + Not<Output = Self> + BitAnd<Output = Self> + BitOr<Output = Self> {}
 
 impl<B: Copy + Not<Output = B> + BitAnd<Output = B> + BitOr<Output = B>> Truth for B {}
 
-/// An exact integer in one of its readings, in units of the least significant bit.
+/// An exact integer in one of its readings, in units of the least significant bit. Each reading of equations implements
+/// it: machine integers, terms of a solver, ranges, real numbers and others.
 ///
-/// Words carry along what was lost to make them, where a reading tells that: sums and products add up the losses of
-/// their parts, [`narrow`](Word::narrow) adds its own.
+/// If a reading reports losses, its words carry the losses by which they were made: sums and products add up the losses
+/// of their operands, and [`narrow`](Word::narrow) adds its own.
 pub trait Word:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self> + Debug
 {
-    /// What comparisons give.
+    /// The result of a comparison.
     type Bit: Truth;
 
-    /// A constant of the hardware.
+    /// Returns a constant of the hardware.
     fn int(value: i128) -> Self;
-    /// A bit as the number 0 or 1.
+    /// Returns a bit as the number 0 or 1.
     fn of_bit(bit: Self::Bit) -> Self;
-    /// Times `2^bits`: what lines fractions up, and costs no logic.
+    /// Returns the number times `2^bits`. It aligns fractions and costs no logic.
     fn shl(self, bits: u32) -> Self;
-    /// Divided by `2^bits`, rounded down; nothing is told of what that loses.
+    /// Returns the number divided by `2^bits`, rounded down. It reports no loss.
     fn shr(self, bits: u32) -> Self;
-    /// Divided by `2^drop` and rounded; times as much, where that is negative. Tells what is lost.
+    /// Divides by `2^drop` and rounds; multiplies where `drop` is negative. Reports the loss.
     fn round(self, rounding: Rounding, drop: i32) -> Self;
-    /// Into a word: rounded, then made to fit. Tells what is lost.
+    /// Narrows to a word: rounds, then makes it fit. Reports the loss.
     fn narrow(self, rule: &Narrowing) -> Self;
-    /// The low bits, as a word of that format: what counts modulo its width loses nothing.
+    /// Returns the low bits as a word of that format. It reports no loss, because a count modulo its width loses
+    /// nothing.
     fn wrap(self, to: Format) -> Self;
-    /// Whether it is not less than another.
+    /// Returns whether the number is at least another.
     fn at_least(self, other: Self) -> Self::Bit;
-    /// Whether it is the same number as another.
+    /// Returns whether the number equals another.
     fn equals(self, other: Self) -> Self::Bit;
-    /// What one of two branches gives; a reading that computes takes the one alone.
+    /// Returns the result of one of two branches; a reading that computes evaluates only that branch.
     fn branch<const N: usize>(
         bit: Self::Bit,
         yes: impl FnOnce() -> [Self; N],
         no: impl FnOnce() -> [Self; N],
     ) -> [Self; N];
-    /// The word of a table at this address, which is one of the table's.
+    /// Returns the word of a table at this address, which must lie in the table.
     fn look_up<T: Copy + Into<i64>>(self, table: &[T]) -> Self;
-    /// The word of a table of nearest words to a sine, at this address; negative ones stand at the table's end. A
-    /// reading in real numbers takes the sine.
+    /// Returns the word of a table of sines, each rounded to the nearest word, at this address; negative addresses are
+    /// at the table's end. A reading in real numbers computes the sine instead.
     fn sine<T: Copy + Into<i64>>(self, sine: Sine, table: &[T]) -> Self {
         let _ = sine;
         self.look_up(table)
     }
-    /// Whether a bit is set, counted from the lowest, 0.
+    /// Returns whether a bit is set; bit 0 is the lowest.
     fn bit(self, place: u32) -> Self::Bit {
         self.shr(place).wrap(Format::BIT).is_set()
     }
-    /// The same number, of so many bits with its sign, where the VHDL has a net of this name: a proof may begin anew
-    /// from it.
+    /// Returns the same number, and notes that the VHDL has a net of this name for it, with `width` bits including the
+    /// sign. A proof may start again from that net.
     fn cut(self, name: &str, width: u32) -> Self {
         let _ = (name, width);
         self
     }
-    /// Without what was lost to make it.
+    /// Returns the number without the losses by which it was made.
     fn shed(self) -> Self {
         self
     }
-    /// With this overflow told, too.
+    /// Returns the number with this overflow reported too.
     fn overflowing(self, bit: Self::Bit) -> Self {
         let _ = bit;
         self
     }
 
-    /// Whether it is more than another.
+    /// Returns whether the number is above another.
     fn above(self, other: Self) -> Self::Bit {
         !other.at_least(self)
     }
-    /// Whether it is a bit that is set, or any number but 0.
+    /// Returns whether the number is a set bit, or any number but 0.
     fn is_set(self) -> Self::Bit {
         !self.equals(Self::int(0))
     }
-    /// One of two words.
+    /// Returns one of two words.
     fn select(bit: Self::Bit, yes: Self, no: Self) -> Self {
         let [word] = Self::branch(bit, || [yes], || [no]);
         word
     }
-    /// The lesser of two, the first of two equal ones, with what that one lost.
+    /// Returns the lesser of two, with its losses; of equal ones, the first.
     fn lesser(self, other: Self) -> Self {
         Self::select(self.above(other), other, self)
     }
-    /// The greater of two, the first of two equal ones, with what that one lost.
+    /// Returns the greater of two, with its losses; of equal ones, the first.
     fn greater(self, other: Self) -> Self {
         Self::select(other.above(self), other, self)
     }
-    /// Clamped, with what it lost before; the clamp tells nothing of its own.
+    /// Returns the number clamped, with its earlier losses; the clamp reports none.
     fn limit(self, least: i128, most: i128) -> Self;
 }
 
 /// `2^frac sin(2 pi address num / den)`, or the cosine.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Sine {
-    /// The part of a turn from an address to the next: numerator.
+    /// The share of a turn from one address to the next: its numerator.
     pub num: u32,
-    /// Its denominator.
+    /// The denominator of that share.
     pub den: u32,
-    /// Whether it is the cosine.
+    /// Whether the table holds the cosine.
     pub is_cosine: bool,
-    /// Fraction bits.
+    /// Fraction bits of the table's words.
     pub frac: i32,
 }
 
-/// An integer of the machine.
+/// A machine integer: `i64` or `i128`.
 pub trait Int: PrimInt + Signed + AsPrimitive<i64> + Debug + 'static {
-    /// Its bits.
+    /// Its number of bits.
     const BITS: u32;
-    /// The integer of these low bits.
+    /// Returns the integer with these low bits.
     fn low(value: i128) -> Self;
 }
 
@@ -141,7 +143,7 @@ impl Int for i128 {
 }
 
 impl Rounding {
-    /// `value / 2^drop`, rounded. The value must be above the least one of its type.
+    /// Returns `value / 2^drop`, rounded. The value must be above the least one of its type.
     #[inline]
     #[must_use]
     pub fn shift<T: Int>(self, value: T, drop: u32) -> T {
@@ -149,7 +151,7 @@ impl Rounding {
             return value;
         }
         if drop >= T::BITS {
-            // The quotient is below one half in size.
+            // The quotient is below one half in magnitude.
             return if self == Self::Truncate { value >> (T::BITS as usize - 1) } else { T::zero() };
         }
         let floor = value >> drop as usize;
@@ -172,13 +174,14 @@ impl Rounding {
 }
 
 impl Narrowing {
-    /// The rule that takes a word of a format as one of another: nothing is rounded away, upper bits are dropped.
+    /// Returns the rule that makes a word of one format a word of another: it rounds nothing away and drops upper bits.
     #[must_use]
     pub const fn wrapping(to: Format) -> Self {
         Self { from_frac: to.frac(), to, rounding: Rounding::Truncate, overflow: Overflow::Wrap }
     }
 
-    /// The word of a rounded value, and whether it did not fit. A machine integer must hold the format's bounds.
+    /// Returns the word of a rounded value, and whether the value did not fit. A machine integer must hold the format's
+    /// bounds.
     #[inline]
     fn fit<T: Int>(&self, value: T) -> (T, bool) {
         let (least, most) = (T::low(self.to.min()), T::low(self.to.max()));
@@ -215,7 +218,7 @@ impl Narrowing {
     }
 }
 
-/// A number as a machine integer computes it, with what was lost to make it.
+/// A number that a machine integer computes, with the losses by which it was made.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Machine<T> {
     value: T,
@@ -224,28 +227,28 @@ pub struct Machine<T> {
 }
 
 impl<T: Int> Machine<T> {
-    /// A number that has lost nothing.
+    /// Returns a number that has lost nothing.
     #[inline]
     #[must_use]
     pub fn exact(value: T) -> Self {
         Self { value, rounded: false, overflowed: false }
     }
 
-    /// The word of a port or register.
+    /// Returns the word of a port or register.
     #[inline]
     #[must_use]
     pub fn of(word: i64) -> Self {
         Self::exact(T::low(word.into()))
     }
 
-    /// A word that has lost something.
+    /// Returns a word that has lost something.
     #[inline]
     #[must_use]
     pub fn of_narrowed(Narrowed { word, rounded, overflowed }: Narrowed) -> Self {
         Self { value: T::low(word.into()), rounded, overflowed }
     }
 
-    /// As a word, with what was lost to make it.
+    /// Returns the number as a word, with the losses by which it was made.
     #[inline]
     #[must_use]
     pub fn narrowed(self) -> Narrowed {
@@ -365,31 +368,31 @@ impl<T: Int> Word for Machine<T> {
     }
 }
 
-/// How far a number may reach, and how far all that it is made of.
+/// The range of a number, and the greatest magnitude among all numbers from which it is computed.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Reach {
-    /// The least that it may be.
+    /// The least value.
     pub least: i128,
-    /// The most that it may be.
+    /// The greatest value.
     pub most: i128,
-    /// The greatest magnitude on the way to it, bounds of formats included.
+    /// The greatest magnitude of all intermediate results, bounds of formats included.
     widest: u128,
 }
 
 impl Reach {
-    /// From one number to another.
+    /// Returns the reach from one number to another.
     #[must_use]
     pub fn new(least: i128, most: i128) -> Self {
         Self { least, most, widest: least.unsigned_abs().max(most.unsigned_abs()) }
     }
 
-    /// What a word of a format may be.
+    /// Returns the reach of a word of a format.
     #[must_use]
     pub fn of(format: Format) -> Self {
         Self::new(format.min(), format.max())
     }
 
-    /// Whether 64 bits suffice for all that these are made of.
+    /// Returns whether 64 bits suffice for everything from which these numbers are computed.
     #[must_use]
     pub fn fit_64(all: &[Self]) -> bool {
         all.iter().all(|reach| reach.widest < 1 << 62)
@@ -399,7 +402,7 @@ impl Reach {
         Self { widest: self.widest.max(way), ..self }
     }
 
-    /// The reach of these bounds, after both operands.
+    /// Returns the reach of these bounds, computed from both operands.
     fn both(self, other: Self, bounds: &[i128]) -> Self {
         let least = bounds.iter().copied().min().expect("bounds");
         let most = bounds.iter().copied().max().expect("bounds");
@@ -442,7 +445,7 @@ impl Neg for Reach {
     }
 }
 
-/// Either truth, with the greatest magnitude on the way to it.
+/// A condition that may be true or false, with the greatest magnitude among the numbers from which it is computed.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Either(u128);
 

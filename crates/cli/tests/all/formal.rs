@@ -1,4 +1,4 @@
-//! `hpu check --formal`: what is proved, refuted, given up.
+//! Tests `hpu check --formal`: what is proved, refuted or left open.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -88,7 +88,7 @@ fn a_leaf_is_proved_once_in_a_run_whichever_wirings_have_it() {
     assert_eq!(log.matches("read_verilog wiring.v").count(), 2, "{log}");
 }
 
-/// A folder with the VHDL, one file changed.
+/// Makes a folder with the VHDL in which one file is changed.
 fn changed(dir: &Path, file: &str, from: &str, to: &str) -> PathBuf {
     let place = dir.join("hdl");
     fs::create_dir_all(&place).expect("a folder");
@@ -141,7 +141,7 @@ fn what_is_refuted_is_a_row_and_a_waveform() {
     let hdl = dir.join("hdl");
     fs::create_dir_all(&hdl).expect("a folder");
     let vhdl = fs::read_to_string(Path::new(ROOT).join("hdl/unilateral.vhd")).expect("VHDL");
-    // The wall pulls by its last count alone: one word of 4096, which no directed row need have.
+    // The wall is wrong at its last count only: one word of 4096, which a directed row need not have.
     let wrong =
         vhdl.replace("if delta(delta'high) = '1' then", "if delta(delta'high) = '1' and delta /= x\"a5c\" then");
     assert_ne!(wrong, vhdl);
@@ -184,7 +184,7 @@ fn a_proof_is_remembered_while_both_sides_stay_as_they_are() {
     fs::write(&place, &vhdl).expect("VHDL");
     assert_eq!(asked(), (true, [3, 0, 0]));
     assert_eq!(asked(), (true, [3, 0, 3]));
-    // An entry that is not whole is none.
+    // An entry that is not whole must not count.
     let entries = fs::read_dir(dir.join("cache/hpu/proofs")).expect("proofs");
     let entry = entries.map(|entry| entry.expect("an entry").path()).min().expect("a proof");
     let mut bytes = fs::read(&entry).expect("an entry");
@@ -192,7 +192,7 @@ fn a_proof_is_remembered_while_both_sides_stay_as_they_are() {
     bytes[middle] ^= 1;
     fs::write(&entry, bytes).expect("an entry");
     assert_eq!(asked(), (true, [3, 0, 2]));
-    // Of other VHDL, nothing is known.
+    // Nothing is remembered for other VHDL.
     let wrong = vhdl.replacen("unsigned(position) - unsigned", "unsigned(position) + unsigned", 1);
     assert_ne!(wrong, vhdl);
     fs::write(&place, wrong).expect("VHDL");
@@ -201,7 +201,7 @@ fn a_proof_is_remembered_while_both_sides_stay_as_they_are() {
     assert_eq!(asked(), (true, [3, 0, 3]));
 }
 
-/// A run that tells a difference; its output as of one that is fine.
+/// Runs a command that must report a difference; returns its output with the exit code of success.
 fn run_differing(arguments: &[&str]) -> std::process::Output {
     let mut output = run(arguments);
     assert_eq!(code(&output), 1, "{}", stderr(&output));
@@ -224,7 +224,7 @@ fn a_solver_that_is_missing_or_answers_nothing_is_named() {
     assert_eq!(stdout(&output), "");
     scripts.push(("z3", "case \"$1\" in --version) echo 'Z3 version 5.0.0 - 64 bit'; exit;; esac\nexit 0"));
     scripts[2] = ("yices-smt2", "case \"$1\" in --version) echo 'Yices 2.6.5'; exit;; esac\nexit 0");
-    // Neither the program nor Python.
+    // Bitwuzla is there neither as a program nor in Python.
     let output = with(&scripts);
     assert_eq!(code(&output), 3, "{}", stderr(&output));
     assert!(stderr(&output).contains("`bitwuzla` is not installed"), "{}", stderr(&output));

@@ -1,5 +1,5 @@
-//! `hpu keys`: the keys as text, JSON and a schema that every shipped scene satisfies; nearest names; all errors at
-//! once.
+//! Tests `hpu keys`: the keys as text, JSON and a schema that every shipped scene satisfies; the nearest names for
+//! misspelt ones; all errors at once.
 
 use std::fs;
 
@@ -59,8 +59,8 @@ fn all_errors_of_a_scene_are_told_at_once() {
     assert_eq!(stderr(&output).lines().count(), 3, "{}", stderr(&output));
 }
 
-/// Returns the refusals of a value by a schema. It knows the words of JSON Schema that ours uses; any other word fails
-/// the test.
+/// Returns the refusals of a value by a schema. It knows the keywords of JSON Schema that our schema uses; any other
+/// keyword fails the test.
 fn refused(schema: &Value, value: &Value, at: &str) -> Vec<String> {
     let fails = |schema: &Value| !refused(schema, value, at).is_empty();
     let words = schema.as_object().expect("a schema is an object");
@@ -138,7 +138,7 @@ fn is_of(of: &str, value: &Value) -> bool {
     }
 }
 
-/// Numbers are the same whatever their notation.
+/// Returns whether two values are equal; numbers are compared whatever their notation.
 fn same(one: &Value, other: &Value) -> bool {
     match (one.as_f64(), other.as_f64()) {
         (Some(one), Some(other)) => one == other,
@@ -146,7 +146,7 @@ fn same(one: &Value, other: &Value) -> bool {
     }
 }
 
-/// TOML as JSON.
+/// Converts TOML into JSON.
 fn as_json(item: &Item) -> Value {
     if let Some(table) = item.as_table_like() {
         return table.iter().map(|(key, item)| (key.to_string(), as_json(item))).collect::<Map<_, _>>().into();
@@ -169,7 +169,7 @@ fn schema() -> Value {
     parsed(&output)
 }
 
-/// Every scene that is shipped, and those of designs of the user's own.
+/// Returns every shipped scene, and the scenes of designs of the user's own.
 fn scenes() -> Vec<(String, Value)> {
     let mut all: Vec<_> = shipped().iter().map(|shipped| (shipped.name.to_string(), scene(shipped.text))).collect();
     for name in ["knee", "paddle", "rim", "template"] {
@@ -223,7 +223,7 @@ fn the_schema_refuses_what_a_scene_refuses() {
         (good, "encoder", "resolution", json!(1e-5)),
         (mass, "encoder", "lines", json!(1024)),
         (mass, "model", "winding", json!("resistive")),
-        // A value of another type, an option that is none, a size beyond its range.
+        // A value of another type, an option that does not exist, a size beyond its range.
         (good, "wall", "position", json!(true)),
         (good, "wall", "stiffness", json!(-1)),
         (good, "wall", "stiffness", json!(1e7)),
@@ -243,7 +243,7 @@ fn the_schema_refuses_what_a_scene_refuses() {
         assert_eq!(refused(&schema, &spoilt, ""), Vec::<String>::new(), "{section}");
         spoilt[section][key] = value.clone();
         assert!(!refused(&schema, &spoilt, "").is_empty(), "{section}.{key} = {value}");
-        // The program refuses it too.
+        // The program refuses the value too.
         let set = format!("{section}.{key}={}", toml(&value));
         let name = if text == good { "hybrid-wall" } else { "rail-drop" };
         assert_eq!(code(&run(&["run", name, "--edges", "10", "--set", &set])), 4, "{set}");
@@ -256,7 +256,7 @@ fn the_schema_refuses_what_a_scene_refuses() {
     }
 }
 
-/// A value of JSON as TOML writes it.
+/// Writes a value of JSON as TOML.
 fn toml(value: &Value) -> String {
     match value {
         Value::Object(object) => {

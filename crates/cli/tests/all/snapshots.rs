@@ -1,7 +1,7 @@
 //! Snapshots of the command's surface: every page of help, and the keys of every verb's JSON.
 //!
-//! A script that reads `--json` breaks when a key goes; a snapshot shows it before. After a change that is meant, look at
-//! `git diff` and accept: `INSTA_UPDATE=always cargo test -p hpu --test all -- snapshots`.
+//! A script that reads `--json` breaks when a key goes; a snapshot shows the change first. After an intended change,
+//! look at `git diff` and accept: `INSTA_UPDATE=always cargo test -p hpu --test all -- snapshots`.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -18,7 +18,7 @@ fn settings() -> insta::Settings {
     settings
 }
 
-/// The verbs below a verb, as its help lists them.
+/// Returns the verbs below a verb, as its help lists them.
 fn verbs(help: &str) -> Vec<String> {
     let listed = help.split("\nCommands:\n").nth(1).unwrap_or_default().lines();
     let names = listed.take_while(|line| !line.is_empty()).filter_map(|line| line.split_whitespace().next());
@@ -50,7 +50,7 @@ fn every_page_of_help() {
     });
 }
 
-/// Every path of a JSON value with the kinds of what stands there; all elements of a list together.
+/// Collects every path of a JSON value with the types of its values; all elements of a list share a path.
 fn paths(value: &Value, at: &str, found: &mut BTreeSet<String>) {
     match value {
         Value::Object(object) => object.iter().for_each(|(key, value)| {
@@ -64,8 +64,8 @@ fn paths(value: &Value, at: &str, found: &mut BTreeSet<String>) {
     }
 }
 
-/// Commands for the forms of JSON, as short as they can be. Left out is what takes a minute: `cost --scene`, and the
-/// studies of papers but two.
+/// Commands for the forms of JSON, as short as possible. Commands that take a minute are left out: `cost --scene`, and
+/// the studies of papers but two.
 const COMMANDS: [(&str, &str); 22] = [
     ("run", "run hybrid-wall --edges 100000 --json"),
     ("run-compare", "run hybrid-wall --edges 100000 --compare --json"),

@@ -1,7 +1,7 @@
-//! All errors of a scene at once: a reader ends at its first refusal; here the rows of the keys tell what else is
-//! refused.
+//! Finds all errors of a scene at once. A reader ends at its first refusal; the rows of the keys then tell which other
+//! keys are refused.
 //!
-//! Conditions between sections are checked by readers alone, once every section was read.
+//! Conditions between sections are checked only by readers, after every section was read.
 
 use super::keys;
 use super::quantity::{RAIL, SHAFT};
@@ -36,8 +36,8 @@ struct Audit<'a> {
 }
 
 impl Audit<'_> {
-    /// Checks every key of a section and of those below. A key is missing only if no key around it is unknown: that may
-    /// be the missing one, misspelt.
+    /// Checks every key of a section and of the sections below. A key is reported as missing only if no unknown key
+    /// stands around it, because that key may be the missing one, misspelt.
     fn section(&mut self, s: &Section, name: &str, misses: bool) {
         let kinds = keys::kinds_of(name, self.scene, self.device, kind(s));
         if keys::has_own_kind(name, self.scene)
@@ -48,7 +48,7 @@ impl Audit<'_> {
         }
         let taken: Vec<_> = keys::accepted(name, &kinds).collect();
         let is_free = taken.iter().any(|key| keys::is_any_name(key.name()));
-        // A section of free names has a reader of its own.
+        // A section with free names has its own reader.
         if is_free {
             return;
         }

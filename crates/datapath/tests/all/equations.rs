@@ -1,4 +1,5 @@
-//! A block's equations, read as words of the machine, tick as the block does: what solvers prove of them holds of it.
+//! A block's equations, read as words of the machine, tick as the block does. So everything that solvers prove of the
+//! equations holds for the block.
 
 use hpu_datapath::{AnyBlock, variants};
 use hpu_signal::{Format, Machine, Signal};
@@ -14,7 +15,7 @@ impl Random {
         mixed ^ (mixed >> 31)
     }
 
-    /// A word of a signal: small, extreme or any; periods short, so that many samples come.
+    /// Returns a word of a signal: small, extreme or any. Periods are short, so that there are many samples.
     fn word(&mut self, signal: &Signal) -> i64 {
         let (format, random) = (signal.format, self.next() >> 4);
         match self.next() % 8 {
@@ -45,7 +46,7 @@ fn equations_tick_as_their_block_does() {
             assert_eq!(of(&*block, &held, &words).1, shown, "{name} {label}: after the reset");
         }
         for edge in 0..20_000 {
-            // Inputs stay for a while, one of them changes, or all.
+            // The inputs stay for a while, then one of them changes, or all.
             match random.next() % 16 {
                 0..4 => {
                     let port = random.next() as usize % inputs.len();

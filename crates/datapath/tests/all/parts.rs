@@ -1,4 +1,5 @@
-//! Wirings against their own parts, put together as VHDL would: what proofs compare with the VHDL is what runs.
+//! Compares wirings with their own parts, connected as VHDL would connect them: proofs compare these parts with the
+//! VHDL.
 
 use hpu_datapath::{
     AnyBlock, AxisFront, Block, ConventionalLoop, CouplingConfig, Generic, HybridLoop, Instance, LawWidths, LoopConfig,
@@ -9,8 +10,8 @@ use proptest::prelude::*;
 
 use crate::cases::cases;
 
-/// A wiring put together of its instances, down to those that are not made of blocks, knowing nothing of how the model
-/// does it.
+/// A wiring assembled from its instances, down to those that are not made of blocks. It does not use the model's own
+/// code for the wiring.
 pub struct Netlist {
     leaves: Vec<Leaf>,
     words: Vec<i64>,
@@ -19,7 +20,7 @@ pub struct Netlist {
 
 struct Leaf {
     model: Box<dyn AnyBlock>,
-    /// The net of each input, or the word that it is tied to.
+    /// The net of each input, or the constant that it is tied to.
     inputs: Vec<Result<usize, i64>>,
     outputs: Vec<usize>,
 }
@@ -33,7 +34,7 @@ impl Netlist {
         netlist
     }
 
-    /// Puts instances on these nets.
+    /// Connects instances to these nets.
     fn place(&mut self, instances: Vec<Instance>, nets: &[usize]) {
         for Instance { model, connections, tied, .. } in instances {
             let net = |name: &str| connections.iter().find(|at| at.port.name == name).map(|at| nets[at.net]);
@@ -59,7 +60,7 @@ impl Netlist {
     fn evaluate(&mut self, clocked: bool) {
         let now = self.words.clone();
         for Leaf { model, inputs, outputs } in &mut self.leaves {
-            // A limiter or a shaper without registers has a clock too.
+            // A limiter or a shaper without registers is clocked too.
             let without = [("SETTLING", Generic::Integer(0)), ("ENABLED", Generic::Boolean(false))];
             let has_registers = model.clocked() && !model.generics().iter().any(|generic| without.contains(generic));
             if has_registers != clocked {
@@ -73,10 +74,10 @@ impl Netlist {
         }
     }
 
-    /// The words of the wiring's own nets after an edge with these inputs.
+    /// Returns the words of the wiring's own nets after an edge with these inputs.
     pub fn tick(&mut self, inputs: &[i64]) -> &[i64] {
         self.words[..inputs.len()].copy_from_slice(inputs);
-        // The combinational instances come in the order of the signal's way.
+        // The combinational instances stand in the order of the signal path.
         self.evaluate(false);
         self.evaluate(true);
         self.evaluate(false);
@@ -84,17 +85,17 @@ impl Netlist {
     }
 }
 
-/// Words of every input but the pins, and for how many edges: each time a place of the encoder, and the words.
+/// A list of steps: the position of the encoder, the words of all inputs but the pins, and the number of edges.
 type Motion = Vec<(i64, Vec<u32>, u64)>;
 
-/// Moves of an encoder, at times impossible ones, with other words now and then.
+/// Returns moves of an encoder, at times impossible ones, with new words now and then.
 fn motion() -> impl Strategy<Value = Motion> {
     let step = prop::sample::select(vec![1i64, 1, 1, 1, 3, 3, 0, 2]);
     let words = prop_oneof![3 => Just(Vec::new()), 1 => prop::collection::vec(any::<u32>(), 5)];
     prop::collection::vec((step, words, prop_oneof![1u64..9, 1u64..300]), 1..40)
 }
 
-/// The inputs of each edge.
+/// Returns the inputs of each edge.
 fn edges(block: &dyn AnyBlock, motion: &Motion) -> Vec<Vec<i64>> {
     let signals = block.inputs();
     let (mut inputs, mut words, mut place) = (Vec::new(), vec![0; signals.len()], 0i64);
@@ -117,7 +118,7 @@ fn equals_its_parts<W: Wiring>(mut wiring: W, motion: &Motion) {
     }
 }
 
-/// Small widths, all different, so that everything wraps, saturates and rounds within a few edges.
+/// Returns small widths, all different, so that everything wraps, saturates and rounds within a few edges.
 fn small() -> LoopConfig {
     LoopConfig {
         position_width: 6,
@@ -132,7 +133,7 @@ fn small() -> LoopConfig {
     }
 }
 
-/// The same of a law.
+/// Returns such widths for a law.
 fn widths() -> LawWidths {
     LawWidths {
         width: 7,
@@ -159,7 +160,8 @@ proptest! {
         let pwm = PwmConfig { width: 6, ..PwmConfig::default() };
         let shaping = Shaping { phase: 3, b: [1 << 29, -1 << 29, 0], a: [0, 0] };
         let config = MethodLoopConfig { pwm, shaping: shaped.then_some(shaping) };
-        // Its torque is a register: an instance with a way from input to output could not be put together so.
+        // This law's torque is a register. An instance with a path from input to output could not be assembled in this
+        // way.
         let law = VirtualCoupling::new(CouplingConfig { widths: widths(), ..CouplingConfig::default() }).unwrap();
         equals_its_parts(MethodLoop::new(law, config).unwrap(), &motion);
     }

@@ -1,4 +1,4 @@
-//! The types of keys that are no numbers: formats, choices, flags, texts.
+//! The types of keys that are not numbers: formats, choices, flags, texts.
 
 use hpu_signal::{Format, FormatError};
 use toml_edit::Item;
@@ -9,8 +9,8 @@ use crate::scene::parameter::{Origin, ParameterValue};
 use crate::scene::section::{Section, shown};
 use crate::scene::source::SceneError;
 
-/// The format of a gain: unsigned, with no bit worth less than the fraction bits allow. The fields are integer and
-/// fraction bits of its default.
+/// The format of a gain. It is unsigned, and no bit is worth less than the fraction bits allow. The fields are integer
+/// and fraction bits of its default.
 pub(in crate::scene) struct GainFormat(pub i32, pub i32);
 
 impl GainFormat {
@@ -87,7 +87,7 @@ impl<T> Choice<T> {
 }
 
 impl<T: Copy + PartialEq + Sync> Choice<T> {
-    /// The name of a value that is one of the options.
+    /// Returns the name of a value that is one of the options.
     pub fn name_of(&self, value: T) -> Option<&'static str> {
         (self.options)().into_iter().find(|(_, option)| *option == value).map(|(name, _)| name)
     }
@@ -137,7 +137,7 @@ pub(in crate::scene) fn none_of(item: &Item, names: &[&str]) -> String {
     format!("{} is none of {}{}", shown(item), quoted(names), near.unwrap_or_default())
 }
 
-/// `true` or `false`; the default.
+/// `true` or `false`; the field is the default.
 pub(in crate::scene) struct Flag(pub bool);
 
 impl Read for Flag {
@@ -163,7 +163,7 @@ impl Read for Flag {
     }
 }
 
-/// A text that is not empty: what it says, and what holds without it.
+/// A text that is not empty. The fields are a description of the text, and the default.
 pub(in crate::scene) struct Text(pub &'static str, pub Otherwise<&'static str>);
 
 impl Read for Text {
@@ -201,14 +201,14 @@ impl Own {
         Self { takes, otherwise }
     }
 
-    /// A section, with keys of its own.
+    /// Returns the type of a section with keys of its own.
     pub const fn section(otherwise: Otherwise<&'static str>) -> Self {
         Self { takes: || Takes::Section, otherwise }
     }
 }
 
 impl Read for Own {
-    /// Its own reader knows.
+    /// The key's own reader reads the value.
     type Value = ();
 
     fn takes(&self) -> Takes {

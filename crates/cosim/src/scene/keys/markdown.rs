@@ -10,7 +10,7 @@ pub fn markdown() -> String {
     grouped(rows()).iter().map(|group| table(group)).collect::<Vec<_>>().join("\n")
 }
 
-/// Returns the rows that the same kinds of the same section take, together, in the order of their first.
+/// Returns the rows of a section in groups of the same kinds, in the order of each group's first row.
 pub fn grouped(rows: impl Iterator<Item = Row>) -> Vec<Vec<Row>> {
     let mut groups: Vec<Vec<Row>> = Vec::new();
     for row in rows {
@@ -47,7 +47,7 @@ impl Row {
     }
 }
 
-/// Text of a cell: brackets outside of code are no links.
+/// Returns the text of a cell; brackets outside of code are escaped, because they would be links.
 fn escaped(cell: &str) -> String {
     let mut code = false;
     let mut text = String::new();

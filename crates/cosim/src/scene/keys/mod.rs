@@ -45,23 +45,23 @@ pub struct Row {
     pub meaning: &'static str,
 }
 
-/// A key: its name and what it takes.
+/// A key: its name, its meaning and its type.
 pub(in crate::scene) struct Key<V> {
     pub name: &'static str,
-    /// The key without which this one says nothing.
+    /// The key without which this key has no effect.
     pub beside: Option<&'static str>,
     pub meaning: &'static str,
     pub value: V,
 }
 
-/// A key of any type, for lists of keys.
+/// A key of any type, so that keys of different types can stand in one list. Every `Key` implements it.
 pub(in crate::scene) trait AnyKey: Sync {
     fn name(&self) -> &'static str;
     fn beside(&self) -> Option<&'static str>;
     fn is_section(&self) -> bool;
     /// Whether a scene must have the key.
     fn is_required(&self) -> bool;
-    /// Reads the key for its refusal alone.
+    /// Reads the key only to find whether it is refused.
     fn check(&self, s: &Section) -> Result<(), SceneError>;
     fn row(&self, group: &Group) -> Row;
 }
@@ -117,7 +117,7 @@ pub(in crate::scene) struct Group {
 /// ```
 ///
 /// makes `bridge::supply`, whose meaning is its comment, and `bridge::GROUP`. `beside` names a key without which this
-/// one says nothing.
+/// key has no effect.
 macro_rules! keys {
     ($group:ident: $section:literal of $kinds:expr;
      $($(#[doc = $meaning:literal])+ $key:ident $(beside $of:ident)?: $value:ty = $given:expr;)*) => {
@@ -142,7 +142,7 @@ const fn beside(of: &[&'static str]) -> Option<&'static str> {
     if of.is_empty() { None } else { Some(of[0]) }
 }
 
-/// All groups: the sections in the order in which the documentation shows them, the scene's own keys first.
+/// All groups: the scene's own keys first, then the sections in the order in which the documentation shows them.
 static GROUPS: &[&Group] = &[
     &top::GROUP,
     &top_axis::GROUP,
@@ -212,13 +212,13 @@ static GROUPS: &[&Group] = &[
     &accuracy_all::GROUP,
 ];
 
-/// Returns whether a key of a row stands for any name.
+/// Returns whether the key of a row is a placeholder for any name.
 #[must_use]
 pub fn is_any_name(key: &str) -> bool {
     key.chars().all(char::is_uppercase)
 }
 
-/// Every key of every section.
+/// Returns every key of every section.
 pub fn rows() -> impl Iterator<Item = Row> {
     GROUPS.iter().flat_map(|group| group.keys.iter().map(|key| key.row(group)))
 }
@@ -245,7 +245,7 @@ pub(in crate::scene) fn kind_of(section: &str) -> Option<&'static dyn AnyKey> {
     keys.find(|key| key.name() == "kind")
 }
 
-/// The keys that a section of one of these kinds takes.
+/// Returns the keys that a section of one of these kinds takes.
 pub(in crate::scene) fn accepted<'a>(
     section: &'a str,
     kinds: &'a [&'a str],

@@ -1,11 +1,11 @@
-//! A row in words: what `hpu keys` and the documentation show.
+//! A row in words, as `hpu keys` and the documentation show it.
 
 use super::{Otherwise, Row, Shape, Sizes, Takes};
 use crate::message::number;
 use crate::scene::ParameterValue;
 
 impl Row {
-    /// The unit of a quantity or width, else the type of the value.
+    /// Returns the unit of a quantity or width, else the type of the value.
     #[must_use]
     pub fn unit(&self) -> String {
         match &self.takes {
@@ -25,7 +25,7 @@ impl Row {
         }
     }
 
-    /// The accepted range, options or form; empty for a section.
+    /// Returns the accepted range, options or form; empty for a section.
     #[must_use]
     pub fn accepted(&self) -> String {
         match &self.takes {
@@ -40,7 +40,7 @@ impl Row {
         }
     }
 
-    /// The default with its unit, `required`, or where the value comes from.
+    /// Returns the default with its unit, `required`, or the origin of the value.
     #[must_use]
     pub fn default(&self) -> String {
         match &self.otherwise {
@@ -61,7 +61,7 @@ impl Row {
 /// The unit of a plain number, in words.
 const NUMBER: &str = "number";
 
-/// The unit, or those of a motor and of a mass.
+/// Returns the unit, or the units of a motor and of a mass.
 fn units(sizes: &[Sizes]) -> String {
     match sizes {
         [] => "the metric's".into(),
@@ -73,7 +73,7 @@ fn units(sizes: &[Sizes]) -> String {
     }
 }
 
-/// The range, or those of a motor and of a mass with their units.
+/// Returns the range, or the ranges of a motor and of a mass with their units.
 fn ranges(sizes: &[Sizes]) -> String {
     let range = |size: &Sizes| {
         let zero = if size.zero && size.least > 0.0 { "0, or " } else { "" };

@@ -1,4 +1,4 @@
-//! The types of keys: how a key is described and read; those of numbers.
+//! The types of keys: how a key is described and read. This module has those of numbers.
 
 use std::marker::PhantomData;
 
@@ -10,11 +10,11 @@ use crate::scene::source::SceneError;
 /// The value of a scene without the key.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Otherwise<T> {
-    /// Nothing: the key is required.
+    /// There is no default: the key is required.
     Required,
     /// This value.
     Is(T),
-    /// A value that another part of the scene decides, as these words say.
+    /// A value that another part of the scene decides; the text describes it.
     Said(&'static str),
 }
 
@@ -27,16 +27,16 @@ pub struct Sizes {
     pub unit: &'static str,
     /// Whether 0 is accepted.
     pub zero: bool,
-    /// The least value that is not 0: negative where either sign is accepted.
+    /// The least value other than 0; negative where either sign is accepted.
     pub least: f64,
     /// The greatest value.
     pub most: f64,
 }
 
-/// The form of a value that only its own reader knows.
+/// The form of a value that only the key's own reader understands.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Shape {
-    /// A list, an element of the form that the words say.
+    /// A list; the text gives the form of an element.
     List,
     /// A whole number, or a list.
     NumberOrList,
@@ -49,13 +49,13 @@ pub enum Shape {
 /// The values that a key accepts.
 #[derive(Clone, PartialEq, Debug)]
 pub enum Takes {
-    /// A quantity; where its dimension is that of the device's motion, a motor's sizes and a mass's.
+    /// A quantity. If its dimension depends on the device's motion, there are two sizes: a motor's and a mass's.
     Quantity(Vec<Sizes>),
-    /// A whole number of this unit (or of none) between these.
+    /// A whole number of this unit (or of none) in this range.
     Whole {
-        /// The least.
+        /// The least value.
         least: u64,
-        /// The greatest.
+        /// The greatest value.
         most: u64,
         /// `bit`, or empty.
         unit: &'static str,
@@ -66,19 +66,20 @@ pub enum Takes {
     Choice(Vec<&'static str>),
     /// `true` or `false`.
     Flag,
-    /// A text, as these words say.
+    /// A text; the words describe it.
     Text(&'static str),
     /// A list of some of these names.
     Names(Vec<&'static str>),
     /// A section of its own.
     Section,
-    /// An expected number: `{ value, tolerance }`, each such a quantity.
+    /// An expected number: `{ value, tolerance }`, each a quantity of these sizes.
     Expected(Vec<Sizes>),
     /// A value that these words describe.
     Own(Shape, &'static str),
 }
 
-/// A type of keys: what such a key takes, its default, and how it is read.
+/// A type of keys. It tells which values such a key takes, its default, and how it is read. Each kind of value
+/// implements it, so that readers, schema and documentation use one description.
 pub(in crate::scene) trait Read: Sync + 'static {
     type Value;
 
@@ -109,7 +110,7 @@ pub(super) fn default<T>(otherwise: Otherwise<T>, missing: impl FnOnce() -> Scen
 /// The dimension of a quantity.
 enum Of {
     One(&'static Dimension),
-    /// That of the device's motion.
+    /// The dimension of the device's motion.
     Motion(fn(&Axis) -> &'static Dimension),
 }
 
@@ -142,12 +143,13 @@ impl Quantity {
         Self { of: Of::One(dimension), sense, otherwise, beyond: |_| None }
     }
 
-    /// A quantity of the device's motion.
+    /// Returns a quantity of the device's motion.
     pub const fn along(of: fn(&Axis) -> &'static Dimension, sense: Sense, otherwise: Otherwise<f64>) -> Self {
         Self { of: Of::Motion(of), sense, otherwise, beyond: |_| None }
     }
 
-    /// With words of its own for refused values; `None` leaves a value to the ordinary words.
+    /// Returns the quantity with its own message for refused values; where `beyond` gives `None`, the usual message is
+    /// used.
     pub const fn refusing(self, beyond: fn(f64) -> Option<String>) -> Self {
         Self { beyond, ..self }
     }
@@ -156,7 +158,7 @@ impl Quantity {
         self.of.along(s.axis())
     }
 
-    /// Reads the quantity; without its key it is `otherwise`.
+    /// Reads the quantity; without its key, its value is `otherwise`.
     pub fn read_or(&self, s: &Section, name: &str, otherwise: Otherwise<f64>, by: Origin) -> Result<f64, SceneError> {
         let dimension = self.dimension(s);
         let value = match s.get(name) {
@@ -186,7 +188,7 @@ impl Read for Quantity {
     }
 }
 
-/// A whole number that is read as an `N`, which holds all of its range.
+/// A whole number that is read as an `N`; `N` must hold its whole range.
 pub(in crate::scene) struct Whole<N> {
     least: u64,
     most: u64,
@@ -200,7 +202,7 @@ impl<N> Whole<N> {
         Self { least, most, unit: "", otherwise, read_as: PhantomData }
     }
 
-    /// A width in bits.
+    /// Returns the type of a width in bits.
     pub const fn bits(least: u64, most: u64, otherwise: u64) -> Self {
         Self { least, most, unit: "bit", otherwise: Otherwise::Is(otherwise), read_as: PhantomData }
     }
@@ -246,7 +248,7 @@ impl Expected {
         }
     }
 
-    /// A number of the device's motion.
+    /// Returns the type of an expected number of the device's motion.
     pub const fn along(of: fn(&Axis) -> &'static Dimension) -> Self {
         Self {
             value: Quantity::along(of, Sense::Any, Otherwise::Required),
