@@ -1,4 +1,4 @@
-//! Proofs, remembered by the SHA-256 of both sides.
+//! Remembers proofs by the SHA-256 of both sides.
 
 use std::collections::HashMap;
 use std::fmt::Write as _;
@@ -16,7 +16,8 @@ use crate::hdl::Setup;
 use crate::sources::vhdl;
 use crate::vector::literal;
 
-/// The sources by which a proof is made: of other questions, or another netlist, nothing is remembered.
+/// The sources by which a proof is made. If one of them changes, earlier proofs no longer count, because questions or
+/// netlist may differ.
 const FLOW: [&str; 7] = [
     include_str!("mod.rs"),
     include_str!("netlist.rs"),
@@ -27,9 +28,9 @@ const FLOW: [&str; 7] = [
     include_str!("../check.rs"),
 ];
 
-/// A folder of proofs, by the SHA-256 of all that they depend on: the VHDL of the entity and of what it instantiates,
-/// the equations as terms, the generics, the versions of the tools, and the sources of this module. Only proofs are
-/// remembered: a refutation is found again, and more time may decide what is open.
+/// A folder of proofs. The key of a proof is the SHA-256 of everything that it depends on: the VHDL of the entity and
+/// of the entities inside, the equations as terms, the generics, the versions of the tools, and the sources of this
+/// module. Only proofs are remembered: a refutation is found again, and more time may decide an open block.
 #[derive(Debug)]
 pub struct Proofs {
     entries: Entries,
@@ -38,11 +39,12 @@ pub struct Proofs {
 }
 
 impl Proofs {
-    /// The proofs in a folder, which is made when it is missing.
+    /// Opens the proofs in a folder, and makes the folder when it is missing.
     ///
     /// # Errors
     ///
-    /// [`ProofError`] when a tool is missing: a proof is one by the tools at hand; and when there can be no such folder.
+    /// [`ProofError`] when a tool is missing, because a proof counts only for the tools at hand; and when the folder
+    /// cannot be made.
     pub fn open(dir: impl Into<PathBuf>) -> Result<Self, ProofError> {
         let mut tools = String::new();
         for tool in TOOLS {
@@ -75,7 +77,7 @@ impl Proofs {
         Ok(found)
     }
 
-    /// How many proofs were remembered, since the folder was opened.
+    /// Returns how many proofs were remembered since the folder was opened.
     pub fn remembered(&self) -> u64 {
         self.remembered.load(Ordering::Relaxed)
     }
@@ -97,7 +99,7 @@ impl Content for Solvers {
     }
 }
 
-/// A block's registers, equations and lemmas as text.
+/// Returns a block's registers, equations and lemmas as text.
 fn terms(equations: &dyn AnyStep) -> String {
     let named = |role: &str, index: usize, format: Format| Term::of_bits(format, &format!("|{role} {index}|"));
     let all = |role: &str, formats: &[Format]| -> Vec<Term> {

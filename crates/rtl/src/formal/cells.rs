@@ -1,4 +1,4 @@
-//! GHDL's netlist of an entity with its hierarchy kept: the text of each module, and its ports and cells.
+//! Reads GHDL's netlist of an entity with its hierarchy: the text of each module, and its ports and cells.
 
 use std::collections::{BTreeMap, HashMap};
 use std::fs;
@@ -11,7 +11,7 @@ use crate::cost::{self, CostError, verilog::verilog};
 use crate::ghdl::{GhdlError, Library};
 use crate::tool::Tool;
 
-/// The modules of an entity by name: its own, and those that it instantiates.
+/// The modules of an entity by name: the entity's own module, and those that it instantiates.
 pub(super) struct Modules {
     texts: BTreeMap<String, Vec<String>>,
 }
@@ -19,7 +19,7 @@ pub(super) struct Modules {
 /// A bit that is connected to a port.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Bit {
-    /// The bit of this number, of the module's nets.
+    /// The bit with this number among the module's nets.
     Net(u64),
     /// `0`, `1`, or unknown.
     Constant(char),
@@ -33,7 +33,7 @@ pub(super) struct Port {
 
 /// An instance of a module, or logic.
 pub(super) struct Cell {
-    /// Name of the module; of logic, what Yosys calls it, from `$` on.
+    /// Name of the module; for logic, Yosys's name for it, which begins with `$`.
     pub(super) module: String,
     /// The connected bits by port, the least bit first.
     pub(super) connections: BTreeMap<String, Vec<Bit>>,
@@ -41,14 +41,14 @@ pub(super) struct Cell {
     pub(super) outputs: Vec<String>,
 }
 
-/// What a module is made of.
+/// The ports, cells and other contents of a module.
 pub(super) struct Module {
     pub(super) ports: BTreeMap<String, Port>,
     pub(super) cells: BTreeMap<String, Cell>,
 }
 
 impl Modules {
-    /// The modules of an entity in the configuration of a block.
+    /// Reads the modules of an entity in the configuration of a block.
     pub(super) fn new(block: &dyn AnyBlock, library: &Library) -> Result<Self, ProofError> {
         Ok(Self::split(&verilog(block, library)?))
     }
@@ -73,9 +73,9 @@ impl Modules {
         Self { texts }
     }
 
-    /// The module and what it instantiates, as a text that is the same of two modules when one is the other with other
-    /// names of modules and other numbers of nets: GHDL numbers the nets of a design through, and makes the names of
-    /// modules from generics.
+    /// Returns the text of the module and of the modules that it instantiates. Two modules that differ only in names of
+    /// modules and numbers of nets have the same text: GHDL numbers the nets of a design through, and makes the names
+    /// of modules from generics.
     pub(super) fn netlist(&self, module: &str) -> String {
         let mut order = vec![module];
         let mut text = String::new();
@@ -106,15 +106,15 @@ impl Modules {
         text
     }
 
-    /// The module that a line begins an instance of, `  name label (`, and what follows the name.
+    /// Returns the module of which a line begins an instance, `  name label (`, and the text after the name.
     fn instance<'m>(&'m self, line: &'m str) -> Option<(&'m str, &'m str)> {
         let (name, rest) = line.trim_start().split_once(' ')?;
         let (name, _) = self.texts.get_key_value(name)?;
         rest.ends_with(" (").then_some((name.as_str(), rest))
     }
 
-    /// The ports of all modules, and the cells of those that instantiate any. Yosys reads the ports alone of the
-    /// others. Nothing is optimised: each assignment becomes one net, each operation a cell.
+    /// Returns the ports of all modules, and the cells of modules that instantiate others. Of modules that instantiate
+    /// none, Yosys reads only the ports. Nothing is optimised: each assignment becomes one net, each operation a cell.
     pub(super) fn wired(&self, top: &str, library: &Library) -> Result<BTreeMap<String, Module>, ProofError> {
         let mut text = String::new();
         for (name, lines) in &self.texts {
@@ -133,7 +133,7 @@ impl Modules {
     }
 }
 
-/// A line without its comments, each of which GHDL ends on the same line.
+/// Returns a line without its comments; GHDL ends each comment on the same line.
 fn without_comments(line: &str) -> String {
     let mut code = String::new();
     let mut rest = line;
@@ -149,7 +149,8 @@ fn without_comments(line: &str) -> String {
     }
 }
 
-/// Appends a line in which the numbers of nets (`n12_o`, `n12_countdown`) are counted in the order of their appearance.
+/// Appends a line in which the numbers of nets (`n12_o`, `n12_countdown`) are replaced by the order of their
+/// appearance.
 fn renumber<'t>(line: &'t str, numbers: &mut HashMap<&'t str, usize>, text: &mut String) {
     let is_letter = |letter: char| letter.is_ascii_alphanumeric() || matches!(letter, '_' | '$' | '\'');
     let mut rest = line;
@@ -241,7 +242,7 @@ mod tests {
             let other = format!("{LEAF}{PAIR}").replace(from, to);
             assert_ne!(one.netlist("pair"), Modules::split(&other).netlist("pair"), "{from}");
         }
-        // Two nets do not become one.
+        // Two nets must not become one.
         let merged = LEAF.replace("wire [2:0] n7_o;", "wire [2:0] n8_o;");
         assert_ne!(one.netlist("half_4_0af3"), Modules::split(&merged).netlist("half_4_0af3"));
     }

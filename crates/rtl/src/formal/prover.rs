@@ -1,4 +1,4 @@
-//! Proofs of blocks and of what is wired of them, none of which is done twice.
+//! Proves blocks and the wirings made of them; no proof is made twice.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -13,7 +13,7 @@ use crate::cost::CostError;
 use crate::hdl::Setup;
 use crate::sources::library;
 
-/// An instance that a wiring rests on.
+/// An instance on which a wiring rests.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Part {
     /// Its label behind those of the instances around it, as `front.sync`.
@@ -22,7 +22,7 @@ pub struct Part {
     pub block: &'static str,
     /// Its generics.
     pub generics: Vec<(&'static str, Generic)>,
-    /// How far its proof came.
+    /// The result of its proof.
     pub verdict: Verdict,
 }
 
@@ -60,7 +60,7 @@ impl Prover {
         self.proofs.as_ref().map_or(0, Proofs::remembered)
     }
 
-    /// Proves a block as [`prove`] does, or the wiring of one that is made of blocks, and all these blocks.
+    /// Proves a block as [`prove`] does. For a block made of blocks, proves its wiring and all blocks inside.
     ///
     /// # Errors
     ///
@@ -78,8 +78,9 @@ impl Prover {
         Ok(Verdict::Wired(leaves.into_iter().map(part).collect::<Result<_, ProofError>>()?))
     }
 
-    /// The first difference between the wiring of a block and that of its VHDL; `None` also of a block that is not made
-    /// of blocks. Nothing is said of the blocks inside but that they are these, in these configurations.
+    /// Returns the first difference between the wiring of a block and that of its VHDL. Returns `None` if they are
+    /// equal, and for a block that is not made of blocks. The result proves nothing about the blocks inside, except
+    /// that they are the same blocks in the same configurations.
     ///
     /// # Errors
     ///
@@ -89,7 +90,7 @@ impl Prover {
         Ok(self.leaves(block, parts)?.err())
     }
 
-    /// The leaves of a wiring that is equal, or the first difference.
+    /// Returns the leaves of a wiring that is equal, or the first difference.
     fn leaves(&self, block: &dyn AnyBlock, parts: Parts) -> Result<Result<Vec<Leaf>, String>, ProofError> {
         let library = library(block.name(), &self.setup).map_err(CostError::from)?;
         let modules = Modules::new(block, &library)?;
@@ -110,7 +111,7 @@ impl Prover {
         Arc::clone(lock(&self.known).entry(key).or_default())
     }
 
-    /// The proof of a block by itself; another thread that asks for the same one waits.
+    /// Returns the proof of a block alone; another thread that asks for the same one waits.
     fn alone(&self, block: &dyn AnyBlock) -> Result<Verdict, ProofError> {
         let known = self.known(block);
         let mut verdict = lock(&known.verdict);
@@ -123,7 +124,7 @@ impl Prover {
         Ok(verdict.clone().expect("it is proved"))
     }
 
-    /// The netlist of a block by itself: that of its proof, but for the numbers of nets.
+    /// Returns the netlist of a block alone: that of its proof, apart from the numbers of nets.
     fn netlist(&self, block: &dyn AnyBlock) -> Result<Arc<str>, ProofError> {
         let known = self.known(block);
         let mut netlist = lock(&known.netlist);
@@ -135,7 +136,7 @@ impl Prover {
     }
 }
 
-/// What a thread has left that panicked is whole: nothing is written in two steps.
+/// Locks the mutex even after a panic: the data are whole, because no thread writes them in two steps.
 fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

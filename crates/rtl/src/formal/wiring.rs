@@ -1,9 +1,9 @@
-//! Wirings: the netlist of a block made of blocks, held against the connections that the emulator tells of it.
+//! Compares the netlist of a block made of blocks with the connections that the emulator states for it.
 //!
-//! Each instance here must be one cell there, each of its ports at the same net with all bits, and nothing may be
-//! beside the instances. A block inside that is itself made of blocks is compared in the same way, in the same netlist.
-//! The module of every other block must be, in its place, the netlist that GHDL makes of the block alone with the
-//! generics of the instance here. So a wiring of proved blocks is proved.
+//! Each instance of the emulator must be one cell of the netlist, with each port at the same net with all bits, and
+//! nothing may stand beside the instances. A block inside that is itself made of blocks is compared in the same way, in
+//! the same netlist. The module of every other block must be the netlist that GHDL makes of that block alone with the
+//! generics of the emulator's instance. So a wiring of proved blocks is proved.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -11,7 +11,7 @@ use hpu_datapath::{AnyBlock, Generic, Instance, Parts};
 
 use super::cells::{Bit, Cell, Module, Port};
 
-/// An instance that is not made of blocks: what it is here, and its module in the netlist.
+/// An instance that is not made of blocks: the emulator's block, and its module in the netlist.
 pub(super) struct Leaf {
     /// Its label behind those of the instances around it.
     pub(super) place: String,
@@ -19,7 +19,7 @@ pub(super) struct Leaf {
     pub(super) module: String,
 }
 
-/// The leaves of a wiring whose netlist is that of a block with these parts, or the first difference.
+/// Returns the leaves of a wiring whose netlist equals a block with these parts, or the first difference.
 pub(super) fn leaves(
     modules: &BTreeMap<String, Module>,
     block: &dyn AnyBlock,
@@ -30,7 +30,7 @@ pub(super) fn leaves(
     Ok(found)
 }
 
-/// Compares a module with a block, whose place is told with a dot behind it.
+/// Compares a module with a block. The block's place ends with a dot.
 fn inside(
     modules: &BTreeMap<String, Module>,
     name: &str,
@@ -69,7 +69,7 @@ fn inside(
     Ok(())
 }
 
-/// The ports of a block in its VHDL: name, whether it is an input, and width.
+/// Returns the ports of a block in its VHDL: name, whether it is an input, and width.
 fn ports(block: &dyn AnyBlock) -> Vec<(&'static str, bool, usize)> {
     let clocked = ["clk", "rst"].map(|name| (name, true, 1)).into_iter().filter(|_| block.clocked());
     let signals = |is_input| {
@@ -95,7 +95,7 @@ fn same_ports(module: &Module, block: &dyn AnyBlock) -> Result<(), String> {
     }
 }
 
-/// Whether a cell's ports are the module's, connected in their whole width or not at all.
+/// Checks that a cell's ports are the module's, each connected in its whole width or not at all.
 fn whole(cell: &Cell, module: &Module) -> Result<(), String> {
     for (name, bits) in &cell.connections {
         let Some(Port { bits: port, .. }) = module.ports.get(name) else {
@@ -108,7 +108,7 @@ fn whole(cell: &Cell, module: &Module) -> Result<(), String> {
     Ok(())
 }
 
-/// Compares all that reads a net with what drives it.
+/// Compares each reader of a net with the net's driver.
 fn same_nets(
     module: &Module,
     block: &dyn AnyBlock,
@@ -121,7 +121,7 @@ fn same_nets(
     let connected = |instance: &Instance, port: &str| {
         module.cells[instance.label].connections.get(port).map_or(&[][..], Vec::as_slice)
     };
-    // Who drives each net here, and the bits of that port there.
+    // The driver of each net in the emulator, and the bits of that port in the netlist.
     let mut driven: HashMap<usize, (String, &[Bit])> = HashMap::new();
     for (net, input) in inputs.iter().enumerate() {
         driven.insert(net, (input.name.to_string(), port(input.name)));
@@ -175,11 +175,11 @@ fn same_nets(
     Ok(())
 }
 
-/// What drives each bit of a module's nets: a port with the index of the bit and its width.
+/// The driver of each bit of a module's nets: a port, the index of the bit and the port's width.
 struct Drivers(HashMap<u64, (String, usize, usize)>);
 
 impl Drivers {
-    /// Of a module of which no bit is driven twice, and none that is driven is a constant.
+    /// Reads the drivers of a module; refuses a bit that is driven twice, and a driven constant.
     fn new(module: &Module) -> Result<Self, String> {
         let mut drivers = HashMap::new();
         let mut drive = |by: &str, bits: &[Bit]| {
@@ -203,7 +203,7 @@ impl Drivers {
         Ok(Self(drivers))
     }
 
-    /// Bits by what drives them, the most significant first.
+    /// Returns the drivers of bits as text, the most significant bit first.
     fn told(&self, bits: &[Bit]) -> String {
         // Runs of bits of one port: its name, the highest and the lowest index, and its width.
         let mut runs: Vec<(String, usize, usize, usize)> = Vec::new();
@@ -226,14 +226,14 @@ impl Drivers {
     }
 }
 
-/// How the module of a leaf differs from the block: the generics that its name tells, of a netlist that is another.
+/// Returns how the module of a leaf differs from the block: the generics in the module's name, if its netlist differs.
 pub(super) fn other_generics(leaf: &Leaf) -> String {
     let Leaf { place, model, module } = leaf;
     let is_of = |rest: &str| rest.is_empty() || rest.starts_with('_');
     let Some(values) = module.strip_prefix(model.name()).filter(|rest| is_of(rest)) else {
         return format!("instance {place}: of {} here, of {module} in the VHDL", model.name());
     };
-    // GHDL writes the integers in their order, and a hash of all the others.
+    // GHDL writes the integers in their order, and a hash of all other generics.
     let values: Vec<_> = values.split('_').filter(|value| !value.is_empty() && value.len() < 40).collect();
     let generics = model.generics();
     let whole = |&(name, value): &(&'static str, Generic)| match value {
