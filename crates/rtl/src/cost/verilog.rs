@@ -1,4 +1,4 @@
-//! A block as Verilog, with what GHDL 2.0 gets wrong put right.
+//! Writes a block as Verilog, and repairs the errors of GHDL 2.0 in it.
 
 use std::collections::BTreeSet;
 
@@ -9,7 +9,7 @@ use crate::ghdl::Library;
 use crate::tool::Tool;
 use crate::vector::literal;
 
-/// The block and what it instantiates.
+/// Returns the Verilog of the block and of the blocks that it instantiates.
 pub fn verilog(block: &dyn AnyBlock, library: &Library) -> Result<String, CostError> {
     let text = synth(block, library, "verilog")?;
     repaired(&text, || synth(block, library, "vhdl"))?.ok_or_else(|| CostError::Failed {
@@ -19,14 +19,14 @@ pub fn verilog(block: &dyn AnyBlock, library: &Library) -> Result<String, CostEr
     })
 }
 
-/// Why Verilog could not be put right.
+/// The message that Verilog could not be repaired.
 pub(crate) const UNTOLD: &str = "its Verilog lacks the choice `others`, and its VHDL does not tell it";
 
-/// GHDL's Verilog with what it gets wrong put right, by the VHDL of the same netlist where that is needed; `None` where
-/// that does not tell it.
+/// Repairs GHDL's Verilog, with the help of the same netlist in VHDL where that is needed. Returns `None` where the
+/// VHDL does not tell the missing part.
 pub(crate) fn repaired<E>(text: &str, vhdl: impl FnOnce() -> Result<String, E>) -> Result<Option<String>, E> {
     let text = with_slices(&with_literals(text))
-        // A concatenation with a word of no bits, which is no Verilog.
+        // A concatenation with a word of no bits is not valid Verilog.
         .replace("{0'b, ", "{")
         .replace(", 0'b}", "}");
     let text: String = declared_once(&text).map(|line| with_absolute(&with_sign(line)) + "\n").collect();
@@ -44,9 +44,9 @@ fn synth(block: &dyn AnyBlock, library: &Library, language: &str) -> Result<Stri
     run(library, Tool::Ghdl, block.name(), arguments)
 }
 
-/// Its lines without repeated declarations of a wire and without assignments of a wire to itself. GHDL 2.0 writes both
-/// where a signal has the name of the net that an instance drives; Icarus Verilog refuses the first and reads the
-/// second as unknown.
+/// Returns its lines without repeated declarations of a wire and without assignments of a wire to itself. GHDL 2.0
+/// writes both where a signal has the name of the net that an instance drives. Icarus Verilog refuses the first and
+/// reads the second as unknown.
 fn declared_once(verilog: &str) -> impl Iterator<Item = &str> {
     let is_itself = |assigned: &str| assigned.split_once(" = ").is_some_and(|(to, from)| to == from);
     let mut wires = BTreeSet::new();
@@ -61,13 +61,14 @@ fn declared_once(verilog: &str) -> impl Iterator<Item = &str> {
     })
 }
 
-/// Words of more than 64 bits are written as VHDL's `"0101"`, which Verilog reads as text.
+/// Rewrites words of more than 64 bits, which GHDL writes as VHDL's `"0101"`; Verilog reads that as text.
 fn with_literals(verilog: &str) -> String {
     let parts = verilog.split('"').enumerate();
     parts.map(|(i, part)| if i % 2 == 0 { part.to_string() } else { format!("{}'b{part}", part.len()) }).collect()
 }
 
-/// Bits taken out of a literal, `4'b0101[2]` or `4'b0101[2:1]`, are no Verilog: the literal of those bits.
+/// Replaces bits taken out of a literal, `4'b0101[2]` or `4'b0101[2:1]`, by the literal of those bits; they are not
+/// valid Verilog.
 fn with_slices(verilog: &str) -> String {
     let mut parts = verilog.split("'b");
     let mut text = parts.next().unwrap_or_default().to_string();
@@ -86,14 +87,15 @@ fn with_slices(verilog: &str) -> String {
     text
 }
 
-/// The lower and the upper bit of `[2]` or `[2:1]` at the beginning, and what follows.
+/// Returns the lower and the upper bit of `[2]` or `[2:1]` at the beginning, and the text after it.
 fn slice(text: &str) -> Option<(usize, usize, &str)> {
     let (range, rest) = text.strip_prefix('[')?.split_once(']')?;
     let (high, low) = range.split_once(':').unwrap_or((range, range));
     Some((low.parse().ok()?, high.parse().ok()?, rest))
 }
 
-/// An arithmetic shift to the right is written as a logical one of a signed word, `$signed(n1_o) >> 2'b10`.
+/// Rewrites an arithmetic shift to the right, which GHDL writes as a logical one of a signed word, `$signed(n1_o) >>
+/// 2'b10`.
 fn with_sign(line: &str) -> String {
     match line.split_once(" = $signed(") {
         Some((_, shift)) if shift.contains(") >> ") => line.replacen(") >> ", ") >>> ", 1),
@@ -101,7 +103,8 @@ fn with_sign(line: &str) -> String {
     }
 }
 
-/// The absolute value of a signed word is written as VHDL has it, `n2_o <= std_logic_vector(abs $signed(n1_o));`.
+/// Rewrites the absolute value of a signed word, which GHDL writes as in VHDL, `n2_o <= std_logic_vector(abs
+/// $signed(n1_o));`.
 fn with_absolute(line: &str) -> String {
     let parts = line.split_once(" <= std_logic_vector(abs $signed(");
     match parts.and_then(|(net, rest)| Some((net, rest.strip_suffix("));")?))) {
@@ -110,9 +113,10 @@ fn with_absolute(line: &str) -> String {
     }
 }
 
-/// Gives every `case` its default (ghdl/ghdl#2041: GHDL 2.0 leaves it out, which makes latches of logic).
+/// Gives every `case` its default (ghdl/ghdl#2041: GHDL 2.0 leaves it out, which turns logic into latches).
 ///
-/// The same netlist as VHDL has them: its selected assignments are those cases, in the same order and of the same nets.
+/// The defaults come from the same netlist in VHDL: its selected assignments are those cases, in the same order and for
+/// the same nets.
 fn with_defaults(verilog: &str, vhdl: &str) -> Option<String> {
     let mut others = vhdl.lines().filter_map(|line| line.trim().strip_suffix(" when others;"));
     let mut targets = vhdl.lines().filter_map(selected);
@@ -143,14 +147,14 @@ fn with_defaults(verilog: &str, vhdl: &str) -> Option<String> {
     (others.next().is_none() && targets.next().is_none()).then_some(text)
 }
 
-/// The net of `with n51_o select n55_o <=`.
+/// Returns the net `n55_o` of `with n51_o select n55_o <=`.
 fn selected(line: &str) -> Option<&str> {
     line.trim().strip_prefix("with ")?.strip_suffix(" <=")?.split_once(" select ").map(|(_, net)| net)
 }
 
-/// A literal or a net; ports of the topmost entity are wrapped in VHDL.
+/// Returns a literal or a net in Verilog; the ports of the topmost entity are wrapped in VHDL.
 fn value(vhdl: &str) -> Option<String> {
-    // A word of so many bits, all the same.
+    // A word of equal bits.
     if let Some((high, bit)) = vhdl.strip_prefix('(').and_then(|word| word.split_once(" downto 0 => '")) {
         let (high, bit) = (high.parse::<u32>().ok()?, bit.strip_suffix("')")?);
         return Some(format!("{{{}{{1'b{bit}}}}}", high + 1));

@@ -1,9 +1,10 @@
-//! A block of somebody else's proved equal to one of ours, for all inputs and states.
+//! Proves a block of the user's own equal to one of ours, for all inputs and states.
 //!
-//! Against a block without registers nothing need be known of theirs: from any state, what it answers so many clocks
-//! later is asked for. Against one with registers it has to be said which of theirs they are: that this holds after the
-//! reset, and after an edge where it holds before it, is part of what is shown. What is not proved so is followed some
-//! edges from the reset, for a difference that there is.
+//! Against a block without registers, nothing need be known of the user's block: the question is about its answer
+//! `latency` clock cycles later, from any state. Against a block with registers, the user must name the registers of
+//! theirs that hold ours. The proof also shows that these names hold after the reset, and after every edge before which
+//! they hold. A block that is not proved in this way is followed for some edges from the reset, to find a real
+//! difference.
 
 use std::collections::BTreeSet;
 use std::time::Duration;
@@ -15,11 +16,11 @@ use super::{Connected, Entity, EntityError, Labelled, refused};
 use crate::dut::{INVARIANT, Simulators, Transition};
 use crate::formal::{Edge, Links, NOT_STRAIGHT, Netlist, ProofError, Verdict, decided};
 
-/// Edges from the reset in which a difference is looked for, in turn.
+/// The numbers of edges from the reset within which a difference is looked for, in turn.
 const EDGES: [usize; 5] = [1, 2, 4, 8, 16];
 
 impl Entity {
-    /// Proves theirs equal to a configuration of ours, each question within this time.
+    /// Proves the user's block equal to a configuration of ours. Each question has this time.
     ///
     /// # Errors
     ///
@@ -91,7 +92,7 @@ impl Entity {
         }))
     }
 
-    /// What the ports of theirs are of ours.
+    /// Returns which ports of the user's block stand for ours.
     fn links(&self, equations: &dyn AnyStep, registers: &[Register], wires: &[Wire]) -> Links {
         let mut links = Links { registers: self.of_state(registers), ..Links::default() };
         let (inputs, outputs) = (equations.inputs(), equations.outputs());
@@ -109,7 +110,7 @@ impl Entity {
         links
     }
 
-    /// The nets that stand for registers of ours, behind their names.
+    /// Returns the nets that hold our registers, each with our register's name.
     fn of_state(&self, registers: &[Register]) -> Vec<(String, String)> {
         let own = |name: &str| {
             let found = registers.iter().map(Register::path).find(|register| register.eq_ignore_ascii_case(name));
@@ -118,9 +119,9 @@ impl Entity {
         self.state.iter().map(|(theirs, ours)| (own(ours), theirs.clone())).collect()
     }
 
-    /// Refuses names of registers that there are not.
+    /// Refuses names of registers that do not exist.
     fn known(&self, netlist: &Netlist, registers: &[Register]) -> Result<(), EntityError> {
-        // A configuration need not have all registers of the block.
+        // A configuration may lack some registers of the block.
         let mut all = registers.to_vec();
         for (_, block) in variants().into_iter().filter(|(_, block)| block.name() == self.block) {
             all.extend(block.equations().map(AnyStep::registers).unwrap_or_default());
@@ -138,7 +139,7 @@ impl Entity {
         Ok(())
     }
 
-    /// What is not said of the states.
+    /// Returns a text about the states that the user has not described.
     fn unknown(&self, netlist: &Netlist, registers: &[Register]) -> String {
         let ours = registers.iter().map(Register::path).filter(|register| netlist.register(register).is_none());
         let ours = named(ours);
@@ -156,7 +157,7 @@ impl Entity {
     }
 }
 
-/// Names after each other, each once.
+/// Returns the names as a list, each once.
 fn named<N: Into<String>>(names: impl IntoIterator<Item = N>) -> String {
     let names: Vec<_> = names.into_iter().map(Into::into).collect::<BTreeSet<_>>().into_iter().collect();
     if names.is_empty() { "none".to_string() } else { names.join(", ") }

@@ -1,13 +1,13 @@
 //! Proofs: a block's VHDL equals the emulator for all inputs in all states, not only on vectors.
 //!
-//! GHDL synthesises the VHDL, with the repairs that costs need too; Yosys writes the netlist as a transition in
-//! SMT-LIB, every bit that is unknown in it free to be either. The block's equations ([`AnyStep`]) become terms over
-//! the same inputs, and over registers read from the netlist's. A solver looks for a state and inputs of which an
-//! output, or a register after the edge, differs: *unsatisfiable* is the proof. The formats of registers are assumed of
-//! the state and shown of the next one; a second query does the same for the reset.
+//! GHDL synthesises the VHDL, with the same repairs as for costs. Yosys writes the netlist as a transition in SMT-LIB;
+//! every unknown bit in it may be 0 or 1. The block's equations ([`AnyStep`]) become terms over the same inputs, and
+//! over registers read from the netlist's. A solver looks for a state and inputs for which an output, or a register
+//! after the edge, differs: *unsatisfiable* is the proof. The proof assumes the formats of registers in the state, and
+//! shows them in the next state. A second query does the same for the reset.
 //!
-//! A block made of blocks alone has no equations: [`Prover`] compares its netlist with the wiring that the emulator
-//! tells ([`AnyBlock::parts`]), and proves the blocks inside, each once.
+//! A block made of blocks has no equations of its own. [`Prover`] compares its netlist with the wiring that the
+//! emulator states ([`AnyBlock::parts`]), and proves each block inside once.
 
 mod cache;
 mod cells;
@@ -37,32 +37,33 @@ pub(crate) use netlist::{FLAT, Links, Netlist, TRANSITION};
 pub use prover::{Part, Prover};
 pub(crate) use query::Edge;
 
-/// How far a block's proof came.
+/// The result of a block's proof.
 #[derive(Clone, PartialEq, Debug)]
 pub enum Verdict {
-    /// For all inputs and states: by which solver each query was answered, or by GHDL where all inputs were tried.
+    /// Proved for all inputs and states. The names are the solvers that answered each query, or GHDL if it tried all
+    /// inputs.
     Proved(Vec<&'static str>),
-    /// An output or a register after the edge differs: what was asked about (an edge, or the reset), and the edge as a
-    /// row. A register's word after it has its name with a prime.
+    /// Refuted: an output or a register after the edge differs. The text says whether an edge or the reset was asked
+    /// about; the row shows the edge. A register's word after the edge has its name with a prime.
     Refuted(String, Around),
-    /// Not proved, and why.
+    /// Not proved, and the reason.
     Open(String),
-    /// The wiring of a block made of blocks is equal: the blocks that it rests on, and how far their proofs came.
+    /// The wiring of a block made of blocks is equal. The parts are the blocks on which it rests, with their verdicts.
     Wired(Vec<Part>),
-    /// The wiring of a block made of blocks differs: the first difference.
+    /// The wiring of a block made of blocks differs; this is the first difference.
     Miswired(String),
 }
 
-/// Why a proof could not be tried.
+/// The reason why a proof could not be tried.
 #[derive(Debug)]
 pub enum ProofError {
-    /// A tool is missing, or did not do what it was asked.
+    /// A tool is missing, or failed.
     Tool(ToolError),
-    /// The VHDL, or what is made of it, was refused.
+    /// The VHDL, or the netlist made of it, was refused.
     Cost(CostError),
     /// The netlist and the equations do not belong together.
     Netlist(String),
-    /// What is asked for of somebody else's block cannot be, or its tools failed.
+    /// The request about a block of the user's own is impossible, or its tools failed.
     Entity(EntityError),
 }
 
@@ -80,7 +81,7 @@ impl fmt::Display for ProofError {
 impl std::error::Error for ProofError {}
 
 impl ProofError {
-    /// The tool that is to blame, if one is.
+    /// Returns the tool that failed, if one did.
     #[must_use]
     pub fn tool(&self) -> Option<&ToolError> {
         match self {
@@ -109,10 +110,10 @@ impl From<CostError> for ProofError {
     }
 }
 
-/// Why a block without equations is open.
+/// The reason why a block without equations is open.
 pub const NOT_STRAIGHT: &str = "its clock edge is not told as equations; its vectors stand";
 
-/// Proves a block's VHDL equal to the block, each query within this time.
+/// Proves a block's VHDL equal to the block. Each query has this time.
 ///
 /// # Errors
 ///
@@ -134,8 +135,9 @@ fn ask(equations: &dyn AnyStep, netlist: &Netlist, limit: Duration) -> Result<Ve
     let mut is_so = |query: Query| -> Result<bool, ProofError> {
         Ok(matches!(answered(&query, limit, &mut solvers)?, Answer::Unsatisfiable))
     };
-    // A net that is shown to be the equations' may be anything afterwards. A difference that a solver finds then need
-    // not be in a state that there is, and nets may share their bits: fewer are left free, and at last none.
+    // A net that is proved equal to the equations' number may be anything in later queries. A difference that a solver
+    // then finds need not lie in a reachable state, and nets may share bits. So fewer nets are left free at each try,
+    // and at last none.
     let mut nets = Vec::new();
     for net in edge.nets()? {
         if is_so(edge.net(&net, &nets)?)? || !nets.is_empty() && is_so(edge.net(&net, &[])?)? {
@@ -155,7 +157,7 @@ fn ask(equations: &dyn AnyStep, netlist: &Netlist, limit: Duration) -> Result<Ve
     Ok(Verdict::Proved(solvers))
 }
 
-/// What a question about a block comes to where it is not proved.
+/// Returns the verdict that a question gives where it does not prove the block.
 pub(crate) fn decided(
     name: &'static str,
     query: &Query,
@@ -169,7 +171,7 @@ pub(crate) fn decided(
     })
 }
 
-/// The answer to a question; of what cannot be, everything would be proved.
+/// Returns the answer to a question. An impossible premise is refused, because everything would follow from it.
 fn answered(query: &Query, limit: Duration, solvers: &mut Vec<&'static str>) -> Result<Answer, ProofError> {
     let (answer, solver) = solver::race(query, limit)?;
     if matches!(answer, Answer::Unsatisfiable) {

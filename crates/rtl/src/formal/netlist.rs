@@ -1,4 +1,4 @@
-//! A block's VHDL as a transition in SMT-LIB.
+//! Writes a block's VHDL as a transition in SMT-LIB.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -14,9 +14,10 @@ use crate::hdl::Setup;
 use crate::sources::library;
 use crate::tool::Tool;
 
-/// One module, its tables choices.
+/// Yosys passes that make one module, in which tables are selections.
 pub(crate) const FLAT: &str = "flatten; memory_map; opt_clean";
-/// Of one module the transition: what is unknown, any value; clock enables and asynchronous resets, choices.
+/// Yosys passes that write the transition of one module. Unknown bits may have any value; clock enables and
+/// asynchronous resets become selections.
 pub(crate) const TRANSITION: &str = "setundef -undriven -anyseq; async2sync; dffunmap; write_smt2";
 
 /// A netlist as Yosys writes it.
@@ -25,29 +26,29 @@ pub(crate) struct Netlist {
     pub(super) text: String,
     /// The module.
     pub(super) name: String,
-    /// Whether anything is clocked.
+    /// Whether any register is clocked.
     pub(super) is_clocked: bool,
     /// Nets with their widths.
     nets: BTreeMap<String, u32>,
-    /// Those that are registers.
+    /// The nets that are registers.
     registers: Vec<String>,
-    /// Where it can be written again, cut.
+    /// The library from which the netlist can be written again with cuts.
     library: Option<Rc<Library>>,
     links: Links,
 }
 
-/// What the nets of a netlist are of a block.
+/// The block's ports and registers that the nets of a netlist stand for.
 #[derive(Default)]
 pub(crate) struct Links {
-    /// The nets of ports of other names, behind the names of ours.
+    /// Pairs of names of our ports and the nets of the netlist's ports, where the names differ.
     pub(crate) ports: Vec<(String, String)>,
-    /// The nets of registers of other names, behind the names of ours.
+    /// Pairs of names of our registers and the nets of the netlist's registers, where the names differ.
     pub(crate) registers: Vec<(String, String)>,
-    /// Inputs that stay.
+    /// Inputs that stay constant, with their words.
     pub(crate) constants: Vec<(String, u64)>,
-    /// The reset, and whether it is active when it is high.
+    /// The reset, and whether it is active high.
     pub(crate) reset: Option<(String, bool)>,
-    /// The net of what is said to hold in every state.
+    /// The net of the invariant, which the user claims to hold in every state.
     pub(crate) invariant: Option<String>,
 }
 
@@ -58,7 +59,7 @@ impl Netlist {
         Self::written(Rc::new(library), block.name(), &[])
     }
 
-    /// The netlist in which the words of tables may be anything, and the registers that are made of registers.
+    /// Returns the netlist in which the words of tables may be anything, and the registers that depend on registers.
     pub(super) fn without_tables(block: &dyn AnyBlock, setup: &Setup) -> Result<(Self, Vec<String>), ProofError> {
         let (name, library) = (block.name(), library(block.name(), setup).map_err(cost::CostError::from)?);
         library.write("block.v", without_tables(&verilog(block, &library)?)).map_err(cost::CostError::from)?;
@@ -74,14 +75,14 @@ impl Netlist {
         Ok((Self::written(Rc::new(library), name, &[])?, made))
     }
 
-    /// The same netlist in which these nets may be anything.
+    /// Returns the same netlist in which these nets may be anything.
     pub(super) fn cut(&self, nets: &[Net]) -> Result<Self, ProofError> {
         let nets: Vec<_> = nets.iter().filter_map(|(name, _)| self.net(name)).map(|(net, _)| net).collect();
         let library = self.library.as_ref().map(Rc::clone).expect("nets of a block's own netlist");
         Self::written(library, &self.name, &nets)
     }
 
-    /// The netlist of somebody else's block, of this text by Yosys.
+    /// Makes the netlist of a block of the user's own from Yosys's text.
     pub(crate) fn foreign(text: String, name: &str, is_clocked: bool, links: Links) -> Self {
         let (nets, registers) = listed(&text);
         Self { text, name: name.to_string(), is_clocked, nets, registers, library: None, links }
@@ -100,13 +101,13 @@ impl Netlist {
         Ok(Self { text, name: name.to_string(), is_clocked, nets, registers, library: Some(library), links })
     }
 
-    /// The nets of a port: of somebody else's block, there may be several.
+    /// Returns the nets of a port; a block of the user's own may have several.
     pub(super) fn port(&self, name: &str) -> Vec<(&str, u32)> {
         let linked: Vec<_> = self.linked(&self.links.ports, name).collect();
         if linked.is_empty() && !self.is_foreign() { self.net(name).into_iter().collect() } else { linked }
     }
 
-    /// The net of a register.
+    /// Returns the net of a register.
     pub(crate) fn register(&self, name: &str) -> Option<(&str, u32)> {
         let linked = self.linked(&self.links.registers, name).next();
         linked.or_else(|| self.linked(&self.links.ports, name).next()).or_else(|| self.net(name))
@@ -117,22 +118,22 @@ impl Netlist {
         nets.filter_map(|(_, net)| self.net(net))
     }
 
-    /// The names of its registers, as its designer knows them.
+    /// Returns the names of its registers, as its designer knows them.
     pub(crate) fn registers(&self) -> Vec<&str> {
         self.registers.iter().map(|net| plain(net)).filter(|name| !name.starts_with('$')).collect()
     }
 
-    /// The reset, if there is one, and its bit when it is active.
+    /// Returns the reset, if there is one, and the value of its bit when it is active.
     pub(super) fn reset(&self) -> Option<(String, bool)> {
         self.links.reset.clone()
     }
 
-    /// Whether it is of somebody else's block.
+    /// Returns whether it belongs to a block of the user's own.
     pub(super) fn is_foreign(&self) -> bool {
         self.library.is_none()
     }
 
-    /// What is taken of the inputs in a state: what stays, and whether the reset is active.
+    /// Returns the assumptions about the inputs in a state: the constant ones, and whether the reset is active.
     pub(super) fn inputs(&self, state: &str, resets: bool) -> String {
         let Links { constants, reset, .. } = &self.links;
         let reset = reset.iter().map(|(net, is_high)| (net, u64::from(resets == *is_high)));
@@ -144,13 +145,14 @@ impl Netlist {
         held.collect()
     }
 
-    /// What is said to hold in a state, if anything is.
+    /// Returns the claim that the invariant holds in a state, if there is an invariant.
     pub(super) fn invariant(&self, state: &str) -> Option<String> {
         self.links.invariant.as_ref().map(|net| format!("(|{}_n {net}| {state})", self.name))
     }
 
-    /// The net of a variable or an output of this name, with its width: GHDL calls a variable's register `n` with a
-    /// number, and the name. In an instance it has the name of that before it, or alone has this name.
+    /// Returns the net of a variable or an output of this name, with its width. GHDL calls a variable's register `n`, a
+    /// number, and the name. In an instance the name has the instance's name before it, or is the only one of that
+    /// name.
     pub(crate) fn net(&self, name: &str) -> Option<(&str, u32)> {
         let (instance, own) = split(name);
         let is_own = |net: &str| plain(net).eq_ignore_ascii_case(own) || net == own;
@@ -166,20 +168,20 @@ impl Netlist {
         Some((net, *width))
     }
 
-    /// The bits of a net in a state.
+    /// Returns the bits of a net in a state.
     pub(super) fn bits(&self, net: &str, state: &str) -> String {
         let value = format!("(|{}_n {net}| {state})", self.name);
-        // Yosys takes a single bit for a truth.
+        // Yosys writes a single bit as a truth value.
         if self.nets.get(net) == Some(&1) { format!("(ite {value} #b1 #b0)") } else { value }
     }
 }
 
-/// The instance that a net of a flat netlist is in, none of the block's own, and its name there.
+/// Returns the instance that contains a net of a flat netlist (empty for the block itself), and the net's name there.
 fn split(net: &str) -> (&str, &str) {
     net.rsplit_once('.').unwrap_or(("", net))
 }
 
-/// The name of a net without what GHDL puts before the name of a variable: `n`, a number and `_`.
+/// Returns the name of a net without GHDL's prefix for a variable: `n`, a number and `_`.
 fn plain(net: &str) -> &str {
     let numbered = net.strip_prefix('n').map(|rest| rest.trim_start_matches(|c: char| c.is_ascii_digit()));
     match numbered.and_then(|rest| rest.strip_prefix('_')) {
@@ -188,7 +190,7 @@ fn plain(net: &str) -> &str {
     }
 }
 
-/// Verilog by GHDL in which what is read of its tables is driven by nothing.
+/// Returns GHDL's Verilog in which nothing drives the words that are read from its tables.
 fn without_tables(verilog: &str) -> String {
     let mut tables = Vec::new();
     let mut is_inside = false;
@@ -211,7 +213,7 @@ fn without_tables(verilog: &str) -> String {
     text
 }
 
-/// The nets of a text with their widths, and those that are registers, as Yosys lists them in comments.
+/// Returns the nets of a text with their widths, and the nets that are registers, as Yosys lists them in comments.
 fn listed(text: &str) -> (BTreeMap<String, u32>, Vec<String>) {
     let (mut nets, mut registers) = (BTreeMap::new(), Vec::new());
     for line in text.lines().filter_map(|line| line.strip_prefix("; yosys-smt2-")) {

@@ -1,4 +1,4 @@
-//! The questions to a solver: is there a state, and are there inputs, of which VHDL and emulator make something else?
+//! The questions to a solver: is there a state, and are there inputs, for which VHDL and emulator differ?
 
 use std::collections::{BTreeMap, HashMap};
 use std::fmt::Write as _;
@@ -13,15 +13,15 @@ use crate::vector::{Column, hex};
 
 /// A question.
 pub(crate) struct Query {
-    /// The edge, the reset or the net that it asks about.
+    /// The subject of the question: the edge, the reset or a net.
     pub(super) about: String,
     /// The premises, in SMT-LIB.
     pub(super) given: String,
-    /// That something differs.
+    /// The condition that something differs.
     pub(super) differs: String,
     /// The words that a counterexample shows.
     pub(super) values: Vec<Asked>,
-    /// The row of the next of them.
+    /// The row of the next word.
     row: usize,
 }
 
@@ -36,14 +36,14 @@ pub(super) struct Asked {
     ours: Option<String>,
 }
 
-/// The registers of a block by the register of the VHDL whose parts they are, the lowest first, each with its place
-/// among the block's.
+/// The registers of a block, grouped by the register of the VHDL whose parts they are, the lowest first. Each has its
+/// index among the block's registers.
 type Whole<'r> = BTreeMap<String, Vec<(usize, &'r Register)>>;
 
-/// A net of the VHDL, and the bits of the number that it is, with its sign.
+/// A net of the VHDL, and the number of bits, including the sign, of the number on it.
 pub(crate) type Net = (String, u32);
 
-/// A block with its netlist, about which questions are made.
+/// A block with its netlist; the questions are about these two.
 pub(crate) struct Edge<'e> {
     block: &'e dyn AnyStep,
     netlist: &'e Netlist,
@@ -51,7 +51,7 @@ pub(crate) struct Edge<'e> {
     whole: Whole<'e>,
 }
 
-/// A question in the making, and what the block makes of a state and inputs.
+/// A question in the making, with the block's next words and outputs for a state and inputs.
 struct Posed {
     query: Query,
     next: Vec<Term>,
@@ -69,19 +69,19 @@ impl<'e> Edge<'e> {
         Self { block, netlist, registers, whole }
     }
 
-    /// A question in a state `s` that goes over into `n`, with the reset there or not.
+    /// Begins a question about a state `s` and its next state `n`, with the reset active or not.
     fn begun(&self, netlist: &Netlist, resets: bool) -> Query {
         let mut query = Query::new(netlist);
         query.state(netlist, "s", resets);
         if netlist.is_clocked {
-            // An asynchronous reset would change what follows.
+            // An asynchronous reset would change the next state.
             query.state(netlist, "n", false);
             query.follows(netlist, "s", "n");
         }
         query
     }
 
-    /// A question about what the block makes of the state and the inputs; these nets stand for themselves.
+    /// Makes a question about the block's results from the state and the inputs. The nets in `cuts` may have any words.
     fn posed(&self, cuts: &[Net]) -> Result<Posed, ProofError> {
         let Self { block, registers, ref whole, .. } = *self;
         let cut;
@@ -111,7 +111,8 @@ impl<'e> Edge<'e> {
             before.push(query.gives("register", &title(register, whole), format, bits));
         }
         for (name, parts) in whole {
-            // What its bits are in every state that there is; of several parts, bits that are none of ours are any.
+            // A register of one part has these bits in every reachable state. If it has several parts, bits that belong
+            // to none may be anything.
             if let (Some((net, width)), &[(place, register)]) = (netlist.register(name), &parts[..]) {
                 let held = filled(register, &before[place].1, width);
                 let _ = writeln!(query.given, "(assert (= {} {held}))", netlist.bits(net, "s"));
@@ -129,7 +130,7 @@ impl<'e> Edge<'e> {
         let Defined { built: (next, shown), lines, cuts } =
             Term::defined(itself.clone(), || block.terms(&terms(&before), &terms(&inputs)));
         lines.iter().for_each(|line| query.given += &format!("{line}\n"));
-        // A net that is the equations' number lies where that can lie.
+        // A cut net lies in the range of the equations' number.
         for (name, own, term) in &cuts {
             if let Some(bits) = itself.get(name) {
                 let _ = writeln!(query.given, "(assert {})", term.bounds(bits, *own));
@@ -138,7 +139,7 @@ impl<'e> Edge<'e> {
         Ok(Posed { query, next, shown, cuts })
     }
 
-    /// The nets at which the equations can be cut: those of which the VHDL has one, each once.
+    /// Returns the nets at which the equations can be cut: those that the VHDL has, each once.
     pub(super) fn nets(&self) -> Result<Vec<Net>, ProofError> {
         let Posed { cuts, .. } = self.posed(&[])?;
         let mut nets: Vec<Net> = Vec::new();
@@ -151,13 +152,13 @@ impl<'e> Edge<'e> {
         Ok(nets)
     }
 
-    /// The question about a net at which the equations can be cut, in which others may be anything.
+    /// Makes the question about a net at which the equations can be cut; the nets in `cuts` may be anything.
     pub(super) fn net(&self, (name, own): &Net, cuts: &[Net]) -> Result<Query, ProofError> {
         let Posed { mut query, cuts, .. } = self.posed(cuts)?;
         let term = cuts.into_iter().find_map(|(met, _, term)| (met == *name).then_some(term));
         if let (Some(term), Some((net, width))) = (term, self.netlist.net(name)) {
             let (vhdl, ours) = (self.netlist.bits(net, "s"), term.bits(width));
-            // A word of a row has 64 bits.
+            // A word of a row has at most 64 bits.
             let format = Format::signed((*own).min(64));
             let low = format!("((_ extract {} 0) {vhdl})", format.width() - 1);
             let _ = write!(query.differs, " (distinct {vhdl} {ours})");
@@ -167,7 +168,7 @@ impl<'e> Edge<'e> {
         Ok(query)
     }
 
-    /// The question about outputs, and about registers after an edge.
+    /// Makes the question about outputs, and about registers after an edge.
     pub(crate) fn edge(&self, cuts: &[Net]) -> Result<Query, ProofError> {
         let Posed { mut query, next, shown, .. } = self.posed(cuts)?;
         for (output, ours) in self.block.outputs().iter().zip(shown) {
@@ -184,7 +185,8 @@ impl<'e> Edge<'e> {
         Ok(query)
     }
 
-    /// The question about the registers after a reset, or after power-up where there is none, if anything is clocked.
+    /// Makes the question about the registers after a reset, or after power-up if there is no reset; `None` if nothing
+    /// is clocked.
     pub(crate) fn reset(&self) -> Option<Query> {
         let netlist = self.netlist;
         if !netlist.is_clocked {
@@ -200,7 +202,8 @@ impl<'e> Edge<'e> {
         }
         self.compares_registers(&mut query, role, after, |place| {
             let Register { low, format, reset, .. } = self.registers[place];
-            // What a reset leaves as it was, it leaves so on both sides, or a lemma shows that it does not matter.
+            // Registers that a reset leaves as they are stay so on both sides, or a lemma shows that they do not
+            // matter.
             let kept = || {
                 let (net, _) =
                     netlist.register(&self.registers[place].path()).filter(|_| self.block.lemmas().is_empty())?;
@@ -212,8 +215,9 @@ impl<'e> Edge<'e> {
         Some(query)
     }
 
-    /// The question about so many rows, each of which theirs answers some edges later: from a reset, or power-up where
-    /// there is none, or from any state of theirs where the block has no registers.
+    /// Makes the question about `rows` rows, each of which the user's block answers `latency` edges later. It starts
+    /// from a reset, or from power-up if there is no reset. Where our block has no registers, it may start from any
+    /// state of theirs.
     pub(crate) fn trace(&self, rows: usize, latency: usize, begins: bool) -> Query {
         let Self { block, netlist, registers, .. } = *self;
         let mut query = Query::new(netlist);
@@ -268,7 +272,7 @@ impl<'e> Edge<'e> {
         query
     }
 
-    /// Compares the registers in a state with these words, where there are any.
+    /// Compares the registers in a state with these words, where the netlist has these registers.
     fn compares_registers(
         &self,
         query: &mut Query,
@@ -303,25 +307,25 @@ impl Query {
         Self::of(format!("{text}\n"))
     }
 
-    /// A question of this text.
+    /// Returns a question with this text.
     fn of(text: String) -> Self {
         let given = format!("(set-option :produce-models true)\n(set-logic QF_BV)\n{text}");
         Self { about: String::new(), given, differs: String::new(), values: Vec::new(), row: 0 }
     }
 
-    /// A state, in which the reset is active or not.
+    /// Declares a state in which the reset is active or not.
     fn state(&mut self, netlist: &Netlist, state: &str, resets: bool) {
         let name = &netlist.name;
         let _ = writeln!(self.given, "(declare-const {state} |{name}_s|)\n(assert (|{name}_u| {state}))");
         self.given += &netlist.inputs(state, resets);
     }
 
-    /// One state follows upon another.
+    /// Asserts that one state follows another.
     fn follows(&mut self, netlist: &Netlist, state: &str, next: &str) {
         let _ = writeln!(self.given, "(assert (|{}_t| {state} {next}))", netlist.name);
     }
 
-    /// Takes an input of ours from the nets that it is.
+    /// Reads one of our inputs from the netlist's nets for it.
     fn takes(&mut self, netlist: &Netlist, &Signal { name, format, .. }: &Signal, state: &str) -> (Format, String) {
         let nets: Vec<_> = netlist.port(name);
         let low =
@@ -334,7 +338,7 @@ impl Query {
         taken
     }
 
-    /// Compares an output in a state with what the block shows.
+    /// Compares an output in a state with the block's output.
     fn shows(&mut self, netlist: &Netlist, &Signal { name, format, .. }: &Signal, state: &str, ours: Term) {
         for (net, width) in netlist.port(name) {
             let (bits, ours) = (netlist.bits(net, state), ours.bits(format.width()));
@@ -344,7 +348,7 @@ impl Query {
         }
     }
 
-    /// Gives a word a name, or lets it be any.
+    /// Gives a word a name; without bits, it may be any word.
     fn defines(&mut self, named: &str, format: Format, bits: Option<String>) -> (Format, String) {
         let width = format.width();
         let line = match bits {
@@ -355,8 +359,8 @@ impl Query {
         (format, named.to_string())
     }
 
-    /// Names a word of the state, or any word where there are no bits of it: of a port that nothing reads, or a
-    /// register that synthesis leaves out, whose word must not matter.
+    /// Names a word of the state. Without bits it may be any word: then it belongs to a port that nothing reads, or to
+    /// a register that synthesis leaves out, and it must not matter.
     fn gives(&mut self, role: &'static str, name: &str, format: Format, bits: Option<String>) -> (Format, String) {
         let given = self.defines(&self.named(role, name), format, bits);
         let (row, vhdl) = (self.row, given.1.clone());
@@ -364,7 +368,7 @@ impl Query {
         given
     }
 
-    /// What a word of the row is called.
+    /// Returns the name of a word of the row.
     fn named(&self, role: &str, name: &str) -> String {
         match self.row {
             0 => format!("|{role} {name}|"),
@@ -383,13 +387,13 @@ impl Query {
         self.values.push(Asked { row: self.row, role, name: name.to_string(), format, vhdl, ours: Some(ours) });
     }
 
-    /// The names to be told by a solver that has found a counterexample.
+    /// Returns the names whose values a solver shows with a counterexample.
     pub(super) fn names(&self) -> impl Iterator<Item = &str> {
         self.values.iter().flat_map(|asked| [Some(&*asked.vhdl), asked.ours.as_deref()]).flatten()
     }
 
-    /// The counterexample as rows, from what a solver tells of each name: inputs and registers before the edge, then
-    /// what both sides make of them.
+    /// Returns the counterexample as rows, from the solver's value of each name: inputs and registers before the edge,
+    /// then the results of both sides.
     pub(super) fn read(&self, block: &'static str, model: &HashMap<String, u128>) -> Around {
         let column = |asked: &Asked| {
             let name = match asked.role {
@@ -416,7 +420,7 @@ impl Query {
         };
         let mut rows: Vec<_> =
             (1..=self.values.iter().map(|asked| asked.row + 1).max().unwrap_or(0)).map(row).collect();
-        // After the first difference, others say nothing.
+        // After the first difference, others are meaningless.
         let is_difference = |row: &Row| row.expected[given.len()..] != row.got[..];
         rows.truncate(rows.iter().position(is_difference).map_or(rows.len(), |row| row + 1));
         let clock = Clock::new(100_000_000).expect("a clock");
@@ -424,7 +428,7 @@ impl Query {
     }
 }
 
-/// The questions about the lemmas of a block's equations.
+/// Returns the questions about the lemmas of a block's equations.
 pub(super) fn claims(block: &dyn AnyStep) -> Vec<Query> {
     let claim = |Lemma { any, follows }: Lemma| {
         let mut query = Query::of(String::new());
@@ -445,17 +449,17 @@ fn edges(count: usize) -> String {
     format!("{count} edge{}", if count == 1 { "" } else { "s" })
 }
 
-/// Words as terms.
+/// Returns words as terms.
 fn terms(all: &[(Format, String)]) -> Vec<Term> {
     all.iter().map(|(format, name)| Term::of_bits(*format, name)).collect()
 }
 
-/// A word as SMT-LIB writes it.
+/// Returns a word in the notation of SMT-LIB.
 fn literal(format: Format, word: i64) -> String {
     format!("#b{:0width$b}", format.bits(word), width = format.width() as usize)
 }
 
-/// All bits of a VHDL register that one of ours stands in: zeros below, above its sign.
+/// Returns all bits of a VHDL register that contains one of ours: zeros below it, its sign above it.
 fn filled(register: &Register, word: &str, width: u32) -> String {
     let Register { low, format, .. } = *register;
     match low {
@@ -464,7 +468,7 @@ fn filled(register: &Register, word: &str, width: u32) -> String {
     }
 }
 
-/// The bits of a word with more above them.
+/// Returns the bits of a word, extended to more bits.
 fn extended(bits: &str, format: Format, width: u32) -> String {
     let extend = if format.is_signed() { "sign" } else { "zero" };
     match width - format.width() {
@@ -473,7 +477,7 @@ fn extended(bits: &str, format: Format, width: u32) -> String {
     }
 }
 
-/// A register's name, with its place where it is one of several parts.
+/// Returns a register's name, with its place if it is one of several parts.
 fn title(register: &Register, whole: &Whole) -> String {
     let path = register.path();
     if whole[&path].len() == 1 { path } else { format!("{path}.{}", register.low) }

@@ -1,4 +1,4 @@
-//! Solvers of SMT-LIB, raced against each other.
+//! Runs solvers of SMT-LIB in a race.
 
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -11,11 +11,11 @@ use super::query::Query;
 use crate::temporary::Temporary;
 use crate::tool::{Fault, Said, Tool, ToolError, run_unless};
 
-/// The solvers that race, and how much later each begins. Most questions are answered before the third one begins; it
-/// decides some that neither of the others does.
+/// The solvers in the race, and the delay after which each begins. Most questions are answered before the third one
+/// begins; it decides some that neither of the others does.
 const SOLVERS: [(Tool, Duration); 3] =
     [(Tool::Z3, Duration::ZERO), (Tool::Yices, Duration::ZERO), (Tool::Bitwuzla, Duration::from_millis(300))];
-/// How often a solver that is to begin later looks for an answer by another one.
+/// The interval at which a solver that begins later checks for an answer by another one.
 const TICK: Duration = Duration::from_millis(5);
 
 /// The answer of a solver.
@@ -26,18 +26,18 @@ pub(super) enum Answer {
     Unknown(String),
 }
 
-/// Whether all solvers are there.
+/// Checks that all solvers are there.
 pub(super) fn known() -> Result<(), ToolError> {
     SOLVERS.iter().try_for_each(|(solver, _)| solver.version().map(drop))
 }
 
-/// Whether what a question takes for given can be: that there is a state with such inputs.
+/// Returns whether the premises of a question can hold: whether there is a state with such inputs.
 pub(super) fn is_possible(query: &Query, limit: Duration) -> Result<bool, ProofError> {
     let (answer, _) = raced(&format!("{}(check-sat)\n", query.given), limit)?;
     Ok(matches!(answer, Answer::Satisfiable(_)))
 }
 
-/// The first answer to a question, and whose it is.
+/// Returns the first answer to a question, and the solver that gave it.
 pub(super) fn race(query: &Query, limit: Duration) -> Result<(Answer, &'static str), ProofError> {
     let Query { given, differs, .. } = query;
     let names: Vec<_> = query.names().collect();
@@ -45,7 +45,7 @@ pub(super) fn race(query: &Query, limit: Duration) -> Result<(Answer, &'static s
     raced(&format!("{given}(assert (or false{differs}))\n(check-sat)\n{shown}"), limit)
 }
 
-/// The first answer to a text; the other solvers are stopped.
+/// Returns the first answer to a text; the other solvers are stopped.
 fn raced(text: &str, limit: Duration) -> Result<(Answer, &'static str), ProofError> {
     let io = |error| ToolError::new(Tool::Z3, "be asked", Fault::NotStarted(error), "");
     let folder = Temporary::folder().map_err(io)?;
@@ -64,7 +64,7 @@ fn raced(text: &str, limit: Duration) -> Result<(Answer, &'static str), ProofErr
                 let mut command = solver.command();
                 command.arg(path).current_dir(path.parent().unwrap_or(path));
                 let said = run_unless(is_answered, solver, "decide a query", command, limit);
-                // Who listens has heard enough after the first answer.
+                // The receiver is gone only after the first answer, which suffices.
                 let _ = send.send((solver, answer(solver, said)));
             });
         }
@@ -89,7 +89,7 @@ fn raced(text: &str, limit: Duration) -> Result<(Answer, &'static str), ProofErr
 fn answer(solver: Tool, said: Result<Said, ToolError>) -> Result<Answer, ToolError> {
     let said = match said {
         Ok(said) => said,
-        // `get-value` after `unsat` is an error, which the exit code tells.
+        // `get-value` after `unsat` is an error, which the exit code reports.
         Err(ToolError { fault: Fault::Failed(_), said, .. }) if said.lines().any(|line| line.trim() == "unsat") => {
             return Ok(Answer::Unsatisfiable);
         }
@@ -108,7 +108,7 @@ fn answer(solver: Tool, said: Result<Said, ToolError>) -> Result<Answer, ToolErr
     }
 }
 
-/// The words of a model, `((|input a| #b0101) (|input b| #xff))`.
+/// Reads the words of a model, `((|input a| #b0101) (|input b| #xff))`.
 fn words(model: &str) -> HashMap<String, u128> {
     let mut words = HashMap::new();
     let mut rest = model;

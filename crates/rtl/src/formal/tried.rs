@@ -1,8 +1,8 @@
-//! Blocks that remember nothing but what they show: tried on all inputs, in GHDL.
+//! Proves blocks that remember only their outputs: GHDL tries all their inputs.
 //!
-//! Solvers do not get through long tables and rotations; of few inputs, all can be tried. That the next outputs are a
-//! function of the inputs alone is seen in the netlist, in which no way leads from a register to a register; what the
-//! reset does, a solver is asked as of any block. A table's words may be anything for both.
+//! Solvers do not get through long tables and rotations; if the inputs are few, all can be tried. The netlist shows
+//! that the next outputs are a function of the inputs alone: no path in it leads from a register to a register. The
+//! reset is left to a solver, as for any block. Both questions hold for any words of the tables.
 
 use std::collections::HashMap;
 use std::time::Duration;
@@ -18,11 +18,11 @@ use crate::cost::CostError;
 use crate::hdl::Setup;
 use crate::vector::{Header, Vectors};
 
-/// Inputs of more words are too many to try.
+/// The most bits of inputs that are tried.
 const MOST_BITS: u32 = 18;
 
-/// Whether all inputs of a block can be tried, and that is enough: the next words of its registers are made of them
-/// alone.
+/// Returns whether all inputs of a block can be tried, and whether that suffices: the next words of its registers must
+/// depend on the inputs alone.
 pub(super) fn can_be(equations: &dyn AnyStep) -> bool {
     let registers = AnyStep::registers(equations);
     let bits: u32 = equations.inputs().iter().map(|input| input.format.width()).sum();
@@ -37,11 +37,12 @@ pub(super) fn can_be(equations: &dyn AnyStep) -> bool {
         let (next, _) = equations.terms(&before.collect::<Vec<_>>(), &inputs.collect::<Vec<_>>());
         next.into_iter().zip(&registers).map(|(next, register)| next.bits(register.format.width())).collect::<Vec<_>>()
     };
-    // The same term twice is one: of other registers, the words after the edge are the same.
+    // Equal terms share one definition. So if the terms are equal for other registers, the words after the edge do not
+    // depend on the registers.
     Term::defined(HashMap::new(), || next("one") == next("other")).built
 }
 
-/// Proves a block of which all inputs [can be](can_be) tried.
+/// Proves a block whose inputs [can be](can_be) tried.
 pub(super) fn tried(equations: &dyn AnyStep, setup: &Setup, limit: Duration) -> Result<Verdict, ProofError> {
     let (netlist, remembers) = Netlist::without_tables(equations, setup)?;
     if !remembers.is_empty() {
@@ -70,7 +71,7 @@ pub(super) fn tried(equations: &dyn AnyStep, setup: &Setup, limit: Duration) -> 
     })
 }
 
-/// What the block's equations make of all its inputs.
+/// Computes the block's equations for all its inputs.
 fn all(equations: &dyn AnyStep) -> Vectors {
     let inputs = equations.inputs();
     let widths: Vec<_> = inputs.iter().map(|input| input.format.width()).collect();

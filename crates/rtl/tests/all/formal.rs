@@ -1,4 +1,4 @@
-//! Proofs of blocks, for all inputs and states: of the VHDL as it is, and of VHDL with errors.
+//! Tests the proofs of blocks, for all inputs and states: of the VHDL as it is, and of VHDL with errors.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -12,10 +12,11 @@ use hpu_rtl::formal::{NOT_STRAIGHT, Prover, Verdict, prove};
 
 const HDL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../hdl");
 
-/// A solver has this long for a question.
+/// The time that a solver has for a question.
 const LIMIT: Duration = Duration::from_secs(60);
 
-/// All counts of tables are 10 to 20 s of GHDL each; of laws, each net that a proof is cut at is a run of Yosys.
+/// Returns whether a proof takes long. All counts of a table take GHDL 10 to 20 s; for a law, each net at which a proof
+/// is cut is a run of Yosys.
 fn is_long(name: &str, label: &str) -> bool {
     match name {
         "energy_bounding" => label == "default",
@@ -31,7 +32,7 @@ fn find(name: &str, label: &str) -> Box<dyn AnyBlock> {
     found.map(|(_, block)| block).unwrap_or_else(|| panic!("no {name} {label}"))
 }
 
-/// Proves all configurations that have equations and are as long or as short as asked.
+/// Proves all configurations that have equations, either the long or the short ones.
 fn prove_all(long: bool, at_least: usize) {
     let is_wanted = |label: &str, block: &dyn AnyBlock| {
         let name = block.name();
@@ -66,7 +67,7 @@ fn sines_of_wide_words_equal_their_vhdl_for_all_counts() {
     prove_all(true, 10);
 }
 
-/// A folder with the VHDL, one file changed.
+/// Makes a folder with the VHDL in which one file is changed.
 fn changed(dir: &str, file: &str, from: &str, to: &str) -> PathBuf {
     let place = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("formal").join(dir);
     let _ = fs::remove_dir_all(&place);
@@ -130,7 +131,7 @@ fn an_error_in_the_vhdl_is_refuted_with_the_words_of_which_it_is_one() {
         match prove(&*block, &hdl, LIMIT) {
             Ok(Verdict::Refuted(_, around)) => {
                 let (heads, _) = around.table(1);
-                // A solver may show any of these.
+                // A solver may show any of these signals.
                 let is_one = |head: &String| signal.split('|').any(|signal| head.starts_with(signal));
                 let differs = |head: &String| is_one(head) && head.ends_with("(vhdl)");
                 assert!(heads.iter().any(differs), "{name}: {heads:?}");
@@ -147,7 +148,7 @@ fn a_block_without_equations_is_open() {
 
 #[test]
 fn a_block_of_which_all_inputs_are_tried_must_not_remember() {
-    // Wrong in the second of two edges with such a phase: no order of counts need show it.
+    // The sine is wrong in the second of two edges with such a phase; no sequence of counts need show it.
     let line = "        sine    <= wave(address);\n";
     let wrong = "        if seen and phase = 77 then\n          sine <= (others => '0');\n        end if;\n";
     let to = format!("{line}{wrong}        seen := phase = 77;\n");
@@ -219,7 +220,7 @@ fn a_wiring_of_proved_blocks_is_proved_and_names_those_that_are_not() {
         ]
         .concat()
     );
-    // The engine's process is not told as equations.
+    // The engine's process has no equations.
     let engine = parts("phantom_shared_loop").into_iter().find(|part| part.place == "engine").expect("an engine");
     assert_eq!((engine.block, &engine.verdict), ("phantom_engine", &Verdict::Open(NOT_STRAIGHT.to_string())));
     assert!(engine.generics.contains(&("COMMAND_WIDTH", Generic::Integer(16))), "{:?}", engine.generics);
@@ -228,7 +229,7 @@ fn a_wiring_of_proved_blocks_is_proved_and_names_those_that_are_not() {
 #[test]
 fn an_error_in_a_wiring_is_refuted_at_its_place() {
     let errors = [
-        // Ports swapped.
+        // Two ports are swapped.
         (
             "hybrid_loop",
             "8_bit",
@@ -236,7 +237,7 @@ fn an_error_in_a_wiring_is_refuted_at_its_place() {
             "position  => reference,\n      reference => position,",
             "instance offset, port position: at position, driven by counter.position here, at reference in the VHDL",
         ),
-        // Another net of the same width.
+        // A port is at another net of the same width.
         (
             "phantom_loop",
             "default",
@@ -244,7 +245,7 @@ fn an_error_in_a_wiring_is_refuted_at_its_place() {
             "valid1  => valid2",
             "instance scale1, port valid1: at valid1, driven by trig1.valid here, at trig2.valid in the VHDL",
         ),
-        // One generic in another's place.
+        // One generic stands in another's place.
         (
             "virtual_coupling_loop",
             "distinct",
@@ -259,7 +260,7 @@ fn an_error_in_a_wiring_is_refuted_at_its_place() {
             "ANTIPHASE => not ANTIPHASE",
             "instance modulator: not pwm",
         ),
-        // A constant changed: a generic's, and a tied port's.
+        // A constant is changed: a generic's, and a tied port's.
         (
             "hybrid_loop",
             "8_bit",
@@ -274,7 +275,7 @@ fn an_error_in_a_wiring_is_refuted_at_its_place() {
             "period => \"10\"",
             "instance hold, port period: at '01' here, at '10' in the VHDL",
         ),
-        // An output left open.
+        // An output is left open.
         (
             "hybrid_loop",
             "8_bit",
@@ -282,7 +283,7 @@ fn an_error_in_a_wiring_is_refuted_at_its_place() {
             "contact     => open,",
             "instance sum, port contact: at contact, driven by wall.contact here, at 'x' in the VHDL",
         ),
-        // An inverter.
+        // An inverter is added.
         (
             "hybrid_loop",
             "8_bit",
@@ -297,7 +298,7 @@ fn an_error_in_a_wiring_is_refuted_at_its_place() {
             "rst     => not rst,\n      command => command,",
             "instance modulator, port rst: at rst here, at $not in the VHDL",
         ),
-        // A width sliced.
+        // Only a slice of a width is connected.
         (
             "hybrid_loop",
             "8_bit",
@@ -305,7 +306,7 @@ fn an_error_in_a_wiring_is_refuted_at_its_place() {
             "reference => \"00\" & reference(POSITION_WIDTH - 1 downto 2),",
             "instance offset, port reference: at reference here, at '00' & reference[7:2] in the VHDL",
         ),
-        // Another block of the same ports, one more, and one less.
+        // There is another block with the same ports, one more block, and one less.
         (
             "energy_bounding_loop",
             "distinct",
@@ -321,7 +322,7 @@ fn an_error_in_a_wiring_is_refuted_at_its_place() {
             "other : entity work.unilateral",
             "instance wall: the VHDL has none",
         ),
-        // In a block inside, and at an output of the whole.
+        // The error is in a block inside, or at an output of the whole.
         (
             "sampled_wall_loop/axis_front",
             "distinct",
@@ -349,7 +350,7 @@ fn an_error_in_a_wiring_is_refuted_at_its_place() {
 
 #[test]
 fn a_generic_in_another_s_place_is_no_difference_where_the_hardware_is_the_same() {
-    // Both have no fraction bits here, and the law does not read the scale.
+    // Both have no fraction bits in this configuration, and the law does not read the scale.
     for (from, to) in [
         ("STIFFNESS_FRAC  => STIFFNESS_FRAC,", "STIFFNESS_FRAC  => DAMPING_FRAC,"),
         ("SCALE_FRAC      => SCALE_FRAC,", "SCALE_FRAC      => PWM_WIDTH,"),
