@@ -40,7 +40,7 @@ use crate::{
 pub struct PassivityConfig {
     /// The widths that every law has.
     pub widths: LawWidths,
-    /// Whether the observer sums the torque that was shown, instead of the wanted torque.
+    /// Whether the observer uses the torque that was shown, instead of the wanted torque.
     pub exact: bool,
     /// Width of the energy.
     pub energy_width: u32,

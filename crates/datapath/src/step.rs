@@ -27,7 +27,7 @@ pub struct Register {
 }
 
 impl Register {
-    /// Name of a register that counts down to the next sample edge; between sample edges, nothing else changes.
+    /// Name of a register that counts down to the next sample edge, and does nothing else in between.
     pub const COUNTDOWN: &'static str = "countdown";
 
     /// Returns a register that is a whole variable and 0 after a reset.
@@ -58,8 +58,8 @@ impl Register {
     }
 }
 
-/// A block whose clock edge is written as equations between registers. Clocked blocks implement it, so that proofs and
-/// width studies read the same arithmetic that the machine computes.
+/// A block whose clock edge is written as equations between registers, so that proofs and width studies read the same
+/// arithmetic that the machine computes. Clocked blocks implement it; [`Combinational`] blocks have it without registers.
 pub trait Step: Block {
     /// Returns its registers.
     fn registers(&self) -> Vec<Register>;

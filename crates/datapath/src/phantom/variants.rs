@@ -60,7 +60,7 @@ pub(crate) fn others() -> Result<Variants, ConfigError> {
         all.push((label, Box::new(PhantomLoop::new(config)?)));
         all.push((label, Box::new(PhantomSharedLoop::new(config.shared())?)));
     }
-    // The blocks of this label differ in geometry, which does not affect the room.
+    // The Premium 1.5 differs from the default in geometry, which does not affect the room.
     all.retain(|(label, block)| *label != "premium_1_5" || block.name() != "cube_room");
     Ok(all)
 }

@@ -1,13 +1,13 @@
 //! The words of the method loops: torque and memory of each law.
 //!
-//! | Law | What is proved of it |
+//! | law | proved |
 //! |---|---|
-//! | `sampled_wall` | everything; an edge timer's error is none of its words' |
-//! | `virtual_coupling` | the extension stays between -1 LSB and the deepest displacement's share, an invariant; the torque |
-//! | `passivity_controller` | the torque's limit; its energy is a sum without one, unless it has a credit |
-//! | `energy_bounding` | the torque never leaves what the wall asks for, or 0; its energy is a sum without a limit |
+//! | `sampled_wall` | everything, except the error of an edge timer, which does not come from its words |
+//! | `virtual_coupling` | an invariant: the extension is between -1 LSB and a share of the greatest depth; the torque |
+//! | `passivity_controller` | the torque's limit; the energy is a sum without a limit, unless there is a credit |
+//! | `energy_bounding` | the torque stays in the range of wanted torques and 0; the energy is a sum without a limit |
 //! | `passive_spring` | with `alpha = 1` the extension never exceeds the penetration; the torque |
-//! | input shaper | what it hands on is between 0 and the torque; its filter's overflow is not proved |
+//! | input shaper | its output is between 0 and the torque; the overflow of its filter is not proved |
 //!
 //! Errors against real numbers are proved for the sampled wall. The errors of the other laws circulate through their
 //! memories and are left out.
