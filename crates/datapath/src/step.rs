@@ -59,7 +59,8 @@ impl Register {
 }
 
 /// A block whose clock edge is written as equations between registers, so that proofs and width studies read the same
-/// arithmetic that the machine computes. Clocked blocks implement it; [`Combinational`] blocks have it without registers.
+/// arithmetic that the machine computes. Clocked blocks implement it; [`Combinational`] blocks implement it without
+/// registers.
 pub trait Step: Block {
     /// Returns its registers.
     fn registers(&self) -> Vec<Register>;
