@@ -149,6 +149,12 @@ impl EnergyBounding {
         Ok(block)
     }
 
+    /// Returns the widths and constants.
+    #[must_use]
+    pub fn config(&self) -> &BoundingConfig {
+        &self.config
+    }
+
     /// Returns whether 64 bits suffice for everything that a capture computes.
     fn reaches_64(&self) -> bool {
         let (torque, energy) = (Reach::of(self.config.widths.torque().format), Reach::of(self.energy.to));

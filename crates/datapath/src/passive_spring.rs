@@ -157,13 +157,23 @@ impl PassiveSpring {
     /// Returns the torque and the extension after the root.
     #[inline]
     fn ended<W: Word>(&self, input: &LawIn<W>, root: W) -> LawOut<W> {
+        let memory = root.narrow(&self.extension).cut("reached", self.extension.to.width() + 1);
+        LawOut { torque: self.torque(input, memory), memory }
+    }
+
+    /// Computes the torque at an extension.
+    #[inline]
+    pub fn torque<W: Word>(&self, input: &LawIn<W>, extension: W) -> W {
         let LawWidths { stiffness, scale, .. } = self.config.widths;
-        let length = self.extension.to.width() + 1;
-        let pull = stiffness.width() + 1 + length;
-        let memory = root.narrow(&self.extension).cut("reached", length);
-        let pulled = (input.stiffness * memory.shed()).cut("pull", pull);
-        let pushed = (pulled * input.scale).cut("push", pull + scale.width() + 1);
-        LawOut { torque: pushed.narrow(&self.torque), memory }
+        let pull = stiffness.width() + 2 + self.extension.to.width();
+        let pulled = (input.stiffness * extension.shed()).cut("pull", pull);
+        (pulled * input.scale).cut("push", pull + scale.width() + 1).narrow(&self.torque)
+    }
+
+    /// Returns the widths and constants.
+    #[must_use]
+    pub fn config(&self) -> &SpringConfig {
+        &self.config
     }
 
     /// Returns the registers after a capture.

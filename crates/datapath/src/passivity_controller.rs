@@ -103,6 +103,12 @@ impl PassivityController {
         Ok(block)
     }
 
+    /// Returns the widths and constants.
+    #[must_use]
+    pub fn config(&self) -> &PassivityConfig {
+        &self.config
+    }
+
     /// Returns whether 64 bits suffice for everything that a capture computes.
     fn reaches_64(&self) -> bool {
         let (torque, motion) = (Reach::of(self.config.widths.torque().format), Reach::of(self.motion));

@@ -70,11 +70,14 @@ impl Rows {
             let mut remarks = Vec::new();
             for instance in &instances {
                 let known = |name: &str| net(name).and_then(|net| walk.nets[net]).expect("a net that comes before");
-                for (name, word, remark) in laws::stated(settings, travel, &walk, wiring, instance.label, &known) {
+                let stated = laws::stated(settings, travel, &walk, wiring, instance.label, &known);
+                if stated.is_empty() {
+                    walk.read(instance);
+                }
+                for (name, word, remark) in stated {
                     walk.nets[net(name).expect("a net of the law")] = Some(word);
                     remarks.extend(remark.map(|remark| (name, remark.to_string())));
                 }
-                walk.read(instance);
                 // The depth fits only if the displacement that it is computed from does.
                 if let [Some(delta), Some(depth)] = [net("delta"), net("penetration")].map(|net| walk.nets[net?]) {
                     let fits = delta.known().fits;

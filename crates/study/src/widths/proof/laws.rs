@@ -14,10 +14,10 @@
 
 use hpu_cosim::TheLoop;
 use hpu_datapath::{
-    AnyBlock, Estimator, Generic, Law, LawIn, LawOut, LawWidths, SampledWall, SampledWallConfig, VirtualCoupling,
-    sampled_wall,
+    AnyBlock, EnergyBounding, Estimator, Law, LawIn, LawOut, LawWidths, PassiveSpring, PassivityConfig,
+    PassivityController, SampledWall, SampledWallConfig, SpringConfig, VirtualCoupling, sampled_wall,
 };
-use hpu_signal::{Format, Narrowing, Overflow, Rounding, Word as _};
+use hpu_signal::{Format, Word as _};
 
 use super::affine::Affine;
 use super::haptic::Settings;
@@ -35,7 +35,6 @@ struct Seen<'a> {
     travel: &'a Travel,
     walk: &'a Walk<'a>,
     widths: LawWidths,
-    generics: Vec<(&'static str, Generic)>,
     input: LawIn<Affine>,
 }
 
@@ -61,9 +60,9 @@ pub(super) fn stated(
             match label {
                 "law" => {
                     let law = $wiring.law();
-                    let (widths, generics) = (*law.widths(), law.own_generics());
+                    let widths = *law.widths();
                     let input = widths.inputs().map(|port| known(port.name));
-                    let seen = Seen { settings, travel, walk, widths, generics, input };
+                    let seen = Seen { settings, travel, walk, widths, input };
                     let ((torque, remark), memory) = $made(&seen, law);
                     vec![("torque", torque, None), ("memory", memory, remark)]
                 }
@@ -75,9 +74,9 @@ pub(super) fn stated(
     match wiring {
         TheLoop::SampledWall(wiring) => of!(wiring, Seen::sampled_wall),
         TheLoop::VirtualCoupling(wiring) => of!(wiring, Seen::virtual_coupling),
-        TheLoop::PassivityController(wiring) => of!(wiring, |seen: &Seen<'_>, _| seen.passivity()),
-        TheLoop::EnergyBounding(wiring) => of!(wiring, |seen: &Seen<'_>, _| seen.energy_bounding()),
-        TheLoop::PassiveSpring(wiring) => of!(wiring, |seen: &Seen<'_>, _| seen.passive_spring()),
+        TheLoop::PassivityController(wiring) => of!(wiring, Seen::passivity),
+        TheLoop::EnergyBounding(wiring) => of!(wiring, Seen::energy_bounding),
+        TheLoop::PassiveSpring(wiring) => of!(wiring, Seen::passive_spring),
         _ => Vec::new(),
     }
 }
@@ -91,13 +90,6 @@ fn within(span: Span, fits: bool) -> Affine {
 type Made = ((Affine, Option<&'static str>), Affine);
 
 impl Seen<'_> {
-    fn number(&self, name: &str) -> i128 {
-        match self.generics.iter().find(|generic| generic.0 == name).expect("a generic of this law").1 {
-            Generic::Integer(value) => value.into(),
-            Generic::Boolean(value) => value.into(),
-        }
-    }
-
     /// Returns the range of counts passed in `clocks` clock cycles; any count if that may be half the counter's range.
     fn moved(&self, clocks: f64) -> Affine {
         let moved = self.travel.moved(clocks);
@@ -199,41 +191,33 @@ impl Seen<'_> {
         ((pushes.with(|word, _| Word { exact: None, ..word }), None), last)
     }
 
-    fn passivity(&self) -> Made {
-        let bits = self.number("ENERGY_WIDTH");
-        let credit = self.number("CREDIT");
+    fn passivity(&self, law: &PassivityController) -> Made {
+        let PassivityConfig { energy_width, credit, .. } = *law.config();
         let top = i128::from(self.widths.top());
-        let energy = Span::of(Format::signed(bits as u32));
-        let energy = if credit > 0 { energy.meet(Span::new(energy.min, credit)) } else { energy };
+        let energy = Span::of(Format::signed(energy_width));
+        let energy = if credit > 0 { energy.meet(Span::new(energy.min, credit.into())) } else { energy };
         let torque = within(Span::new(-top, top), false);
         ((torque, Some("a sum of energies without a limit of its own")), within(energy, false))
     }
 
-    fn energy_bounding(&self) -> Made {
-        let latency = self.number("ROOT_WIDTH") / 2 + 2;
-        let motion = self.moved(self.settings.period as f64 + latency as f64);
+    fn energy_bounding(&self, law: &EnergyBounding) -> Made {
+        let motion = self.moved(self.settings.period as f64 + f64::from(law.latency()));
         // Each bound of the torque lies between the bound before, or 0, and the torque that the wall asks for.
         let wanted = self.widths.wanted(&self.input, motion);
         let torque = wanted.with(|word, _| Word { exact: None, fits: false, ..word });
-        let energy = Format::unsigned(self.number("ENERGY_WIDTH") as u32);
-        ((torque, Some("a sum of energies without a limit of its own")), within(Span::of(energy), false))
+        let energy = Span::of(Format::unsigned(law.config().energy_width));
+        ((torque, Some("a sum of energies without a limit of its own")), within(energy, false))
     }
 
-    fn passive_spring(&self) -> Made {
-        let frac = self.number("EXTENSION_FRAC");
-        let format = Format::unsigned(self.widths.width + frac as u32);
+    fn passive_spring(&self, law: &PassiveSpring) -> Made {
+        let SpringConfig { extension_frac: frac, alpha, .. } = *law.config();
+        let format = Format::unsigned(self.widths.width + frac);
         let Word { span: depth, .. } = self.input.penetration.known();
         // x'^2 = x^2 + 2 x d <= (x + d)^2: the extension x follows a growing penetration, and decays outside the wall.
-        let is_bounded = self.number("ALPHA") == 256 && self.input.delta.known().fits;
+        let is_bounded = alpha == 256 && self.input.delta.known().fits;
         let most = if is_bounded { depth.max << frac } else { format.max() };
         let memory = within(Span::new(0, most), false);
-        let rule = Narrowing {
-            from_frac: frac as i32 + self.widths.stiffness.frac() + self.widths.scale.frac(),
-            to: Format::unsigned(self.widths.torque_width),
-            rounding: Rounding::Truncate,
-            overflow: Overflow::Saturate,
-        };
-        let torque = (self.input.stiffness * memory.shed() * self.input.scale).narrow(&rule);
+        let torque = law.torque(&self.input, memory);
         let torque = torque.with(|word, _| Word { fits: is_bounded && word.fits, ..word });
         let remark = if is_bounded {
             "clamped at 0, where the spring dies"
