@@ -51,8 +51,9 @@ impl WordRamp {
     }
 }
 
-/// Returns `dividend / divisor`, rounded down; the quotient must fit 64 bits. Divides in 64 bits where both numbers fit,
-/// as they do in most ramps: a division in 128 bits costs a run more than its law.
+/// Returns `dividend / divisor`, rounded down; the quotient must fit 64 bits.
+///
+/// Divides in 64 bits where both numbers fit, as they do in most ramps: a division in 128 bits costs more than a law.
 #[inline]
 fn quotient(dividend: u128, divisor: u128) -> u64 {
     match (u64::try_from(dividend), u64::try_from(divisor)) {

