@@ -3,7 +3,7 @@
 #
 # Wall times of this machine, one run after another, all settings in turn and that RUNS times (7 unless told); of each the
 # median. Ratios are of medians of the same turns: they say more than the times do. Nothing else should be running. What
-# recording costs is measured by crates/rtl/examples/recording.rs, which says what its columns are.
+# recording costs is measured by crates/wave/examples/recording.rs, which says what its columns are.
 set -eu
 cd "$(dirname "$0")/.."
 runs=${RUNS:-7}
@@ -11,7 +11,7 @@ record=testbench/record/speed.txt
 [ -x /usr/bin/time ] || { echo "error: GNU time is missing; install it: sudo apt-get install time" >&2; exit 3; }
 
 cargo build --locked --quiet --release -p hpu
-cargo build --locked --quiet --release -p hpu-rtl --example recording
+cargo build --locked --quiet --release -p hpu-wave --example recording
 hpu=${CARGO_TARGET_DIR:-target}/release/hpu
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT

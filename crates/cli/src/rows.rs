@@ -10,9 +10,9 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::{self, JoinHandle};
 
 use hpu_cosim::{AnyRig, Control, Rig, SIGNS};
-use hpu_rtl::wave::differs;
 use hpu_signal::{Clock, Cycle, Observe, Signal};
 use hpu_study::trace_table::TraceTable;
+use hpu_wave::differs;
 
 use crate::exit::Failure;
 use crate::files::Folder;

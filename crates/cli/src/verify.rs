@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use hpu_cosim::excerpt;
 use hpu_datapath::{AnyBlock, variants};
-use hpu_rtl::{Around, Header, Stimulus, Vectors, row_line};
+use hpu_rtl::{Around, Header, Stimulus, Vectors, around_in_file, row_line};
 
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
@@ -126,5 +126,5 @@ fn difference(vectors: &Vectors, model: Model) -> Option<Difference> {
     let (row, column, told, answered) = words.find(|(_, _, told, answered)| told != answered)?;
     let (told, answered) = (column.format.value(told), column.format.value(answered));
     let said = format!("{} is {told} in the file, {answered} in the emulator", column.name);
-    Some(Difference { row, said, around: Some(Around::of_file(vectors, &again, row)) })
+    Some(Difference { row, said, around: Some(around_in_file(vectors, &again, row)) })
 }

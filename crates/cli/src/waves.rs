@@ -5,8 +5,8 @@ use std::io::{self, Write};
 
 use hpu_cosim::{AnyRig, Mark, Rig};
 use hpu_rtl::Around;
-use hpu_rtl::wave::{Layout, WaveFile, fst_aside, gtkw, mismatch_gtkw, mismatch_vcd, vcd_aside};
 use hpu_signal::{Clock, Cycle, Observe};
+use hpu_wave::{Layout, WaveFile, fst_aside, gtkw, mismatch_gtkw, mismatch_vcd, vcd_aside};
 
 use crate::exit::Failure;
 use crate::files::Folder;

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use hpu_cosim::Control;
 use hpu_datapath::{AnyBlock, block_by_name, registry, variants};
 
-use crate::around::Around;
+use crate::around;
 use crate::closed_loop::{LoopJob, LoopScene, Loops};
 use crate::ghdl::{GhdlError, Library};
 use crate::hdl::Setup;
@@ -252,7 +252,7 @@ pub(crate) fn held(library: &Library, vectors: &Vectors, name: &str) -> Result<T
     let said = library.run(&unit, &generics, &[], longest)?;
     library.remove(&file)?;
     let unfinished = || ToolError::new(Tool::Ghdl, &format!("finish {unit}"), Fault::Silent("result"), &said);
-    Ok(tally(&said, &Around::of_block(header)).filter(|tally| tally.rows == rows as u64).ok_or_else(unfinished)?)
+    Ok(tally(&said, &around::of_block(header)).filter(|tally| tally.rows == rows as u64).ok_or_else(unfinished)?)
 }
 
 impl Row {

@@ -13,8 +13,9 @@ use std::{env, fs};
 use hpu_cosim::scene::{Dut, DutClock, DutReset, Engine, Experiment, Generic, Standard, shipped_file};
 use hpu_cosim::{Control, NetUse, Ready, Rig, Summary, TheLoop, Trace, Wired, follow};
 use hpu_signal::{Clock, Observe, SignalUse};
+use hpu_wave::Around;
 
-use crate::around::Around;
+use crate::around;
 use crate::dut::{ANSWER, DutError, Model, Process, bench, bridge, interface, simulate};
 use crate::ghdl::{GhdlError, Library};
 use crate::hdl::Setup;
@@ -178,7 +179,7 @@ impl LoopJob {
             floats: false,
         };
         let (wiring, clock) = (block.name(), session.clock());
-        let around = Around::of_loop(wiring, &session.nets(), clock);
+        let around = around::of_loop(wiring, &session.nets(), clock);
         Ok(Self { wiring, edges: *edges, is_late: false, tells, nets, ports, dut, clock, around, scene })
     }
 

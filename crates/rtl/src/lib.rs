@@ -30,9 +30,8 @@ pub mod temporary;
 mod testbench;
 mod tool;
 mod vector;
-pub mod wave;
 
-pub use around::{Around, Row};
+pub use around::around_in_file;
 pub use check::{Check, CheckOptions, check};
 pub use closed_loop::{LoopScene, closed_loop, run_vhdl};
 pub use cost::{
@@ -41,6 +40,7 @@ pub use cost::{
 pub use generated::{generated, stale, write_committed};
 pub use ghdl::{GhdlError, Library};
 pub use hdl::{Hdl, Setup, differs_from_the_hardware};
+pub use hpu_wave::{Around, Column, Row};
 pub use junit::{Case, junit, junit_suite};
 pub use late::{Late, comparison_edges};
 pub use package::package;
@@ -50,4 +50,4 @@ pub use scene::scene_vectors;
 pub use sources::vhdl;
 pub use testbench::{VECTOR_READER, testbench};
 pub use tool::{Fault, TIMEOUT, Tool, ToolError, stop_tools};
-pub use vector::{Column, Header, JsonError, Memory, Origin, Source, Stimulus, TooWide, Vectors, literal, row_line};
+pub use vector::{Header, JsonError, Memory, Origin, Source, Stimulus, TooWide, Vectors, literal, row_line};

@@ -11,8 +11,9 @@ use std::sync::atomic::Ordering;
 use hpu_cosim::dut::{Change, Simulation};
 use hpu_cosim::{Control, Wired};
 use hpu_signal::{Cycle, Format, Observe, Signal, UNKNOWN};
+use hpu_wave::{Around, Row};
 
-use crate::around::{AFTER, Around, BEFORE, Row};
+use crate::around::{AFTER, BEFORE};
 use crate::dut::DutError;
 use crate::late::{Late, touching};
 use crate::report::{Contact, Mismatch, Tally};

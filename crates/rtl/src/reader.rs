@@ -4,7 +4,9 @@ use std::fmt;
 
 use hpu_signal::Format;
 
-use crate::vector::{Column, Header, Stimulus, Vectors, digits};
+use hpu_wave::Column;
+
+use crate::vector::{Header, Stimulus, Vectors, digits};
 
 /// Why a vector or stimulus file was refused, and in which line.
 #[derive(Clone, PartialEq, Eq, Debug)]

@@ -2,7 +2,9 @@
 
 use std::fmt;
 
-use crate::around::Around;
+use hpu_wave::Around;
+
+use crate::around;
 use crate::late::Late;
 
 /// The first row, or the first edge of a closed loop, in which VHDL and emulator disagree.
@@ -167,7 +169,7 @@ pub(crate) struct Tally {
 pub(crate) fn tally(said: &str, around: &Around) -> Option<Tally> {
     let number = |line: &str, key: &str| line.split_once(key)?.1.split(' ').next()?.parse().ok();
     let result = said.lines().find(|line| line.starts_with("RESULT "))?;
-    let history = || around.with(said.lines().filter_map(|line| line.strip_prefix("HISTORY ")));
+    let history = || around::with(around, said.lines().filter_map(|line| line.strip_prefix("HISTORY ")));
     let first = said.lines().find_map(|line| first(line.strip_prefix("MISMATCH row=")?, history));
     Some(Tally { rows: number(result, "rows=")?, mismatches: number(result, "mismatches=")?, first, contact: None })
 }

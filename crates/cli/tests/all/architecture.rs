@@ -4,14 +4,15 @@ use std::fs;
 use std::path::Path;
 
 /// Each crate, and our crates that it may depend on.
-const MAY_KNOW: [(&str, &[&str]); 7] = [
+const MAY_KNOW: [(&str, &[&str]); 8] = [
     ("signal", &[]),
     ("datapath", &["signal"]),
     ("plant", &["signal"]),
     ("cosim", &["signal", "datapath", "plant"]),
-    ("rtl", &["signal", "datapath", "plant", "cosim"]),
+    ("wave", &["signal", "datapath", "cosim"]),
+    ("rtl", &["signal", "datapath", "plant", "cosim", "wave"]),
     ("study", &["signal", "datapath", "plant", "cosim"]),
-    ("cli", &["signal", "datapath", "plant", "cosim", "rtl", "study"]),
+    ("cli", &["signal", "datapath", "plant", "cosim", "wave", "rtl", "study"]),
 ];
 
 #[test]

@@ -5,11 +5,12 @@ use std::ops::Range;
 
 use hpu_cosim::dut::Change;
 use hpu_signal::Format;
+use hpu_wave::{Around, Column, Row};
 
 use super::wires::{What, Wire, same};
-use crate::around::{AFTER, Around, BEFORE, Row};
+use crate::around::{self, AFTER, BEFORE};
 use crate::report::{Mismatch, Tally};
-use crate::vector::{Column, Vectors, digits, hex};
+use crate::vector::{Vectors, digits, hex};
 
 /// The answers of our block.
 pub(super) struct Ours {
@@ -49,7 +50,7 @@ pub(super) struct Told<'a> {
 
 impl<'a> Told<'a> {
     pub(super) fn new(ours: &'a Ours, wires: &'a [Wire], beside: &'static str) -> Self {
-        let around = Around { beside, ..Around::of_block(&ours.vectors.header) };
+        let around = Around { beside, ..around::of_block(&ours.vectors.header) };
         let (now, last) = (vec![None; wires.len()], VecDeque::new());
         Self { ours, wires, now, compared: 0, mismatches: 0, first: None, around, last }
     }

@@ -22,8 +22,8 @@ use std::fmt;
 use std::time::Duration;
 
 use hpu_datapath::{AnyBlock, AnyStep};
+use hpu_wave::Around;
 
-use crate::around::Around;
 use crate::cost::CostError;
 use crate::entity::EntityError;
 use crate::hdl::Setup;

@@ -5,11 +5,11 @@ use std::fmt::Write as _;
 
 use hpu_datapath::{AnyStep, Lemma, Register};
 use hpu_signal::{Clock, Defined, Format, Signal, Term};
+use hpu_wave::{Around, Column, Row};
 
 use super::ProofError;
 use super::netlist::Netlist;
-use crate::around::{Around, Row};
-use crate::vector::{Column, hex};
+use crate::vector::hex;
 
 /// A question.
 pub(crate) struct Query {

@@ -10,7 +10,9 @@ use hpu_datapath::Generic;
 use serde_json::{Map, Value, json};
 use sha2::{Digest, Sha256};
 
-use super::{Column, Header, Vectors};
+use hpu_wave::Column;
+
+use super::{Header, Vectors};
 
 /// The source of the inputs of a set.
 #[derive(Clone, PartialEq, Eq, Debug)]

@@ -28,7 +28,7 @@ impl Memory {
             top = low;
         }
         let word = |row: &Vec<i64>| {
-            let bits = |(column, &word): (&&super::Column, &i64)| {
+            let bits = |(column, &word): (&&hpu_wave::Column, &i64)| {
                 let (format, bits) = (column.format, column.format.bits(word));
                 (0..format.width()).rev().map(move |bit| bits >> bit & 1 == 1)
             };

@@ -18,20 +18,10 @@ use std::fmt::{self, Write as _};
 
 use hpu_datapath::{AnyBlock, Generic, Rom};
 use hpu_signal::{Format, Signal};
+use hpu_wave::Column;
 
 pub use json::{JsonError, Origin, Source, row_line};
 pub use memory::Memory;
-
-/// One column of a vector file.
-#[derive(Clone, PartialEq, Eq, Debug)]
-pub struct Column {
-    /// Name of the port.
-    pub name: &'static str,
-    /// Its word format.
-    pub format: Format,
-    /// Unit of the value.
-    pub unit: &'static str,
-}
 
 /// The contents of line 1 of a vector file. [`Display`](fmt::Display) writes that line.
 #[derive(Clone, PartialEq, Eq, Debug)]

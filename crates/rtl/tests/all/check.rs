@@ -7,9 +7,9 @@ use std::process::Command;
 
 use hpu_cosim::scene::{Experiment, shipped};
 use hpu_cosim::{Control, Driver, Ready, Rig, Wired};
-use hpu_rtl::wave::{mismatch_gtkw, mismatch_vcd};
 use hpu_rtl::{Check, CheckOptions, Contact, Fault, LoopScene, check, junit};
 use hpu_signal::{Cycle, Observe};
+use hpu_wave::{mismatch_gtkw, mismatch_vcd};
 
 use crate::read_back;
 

@@ -137,7 +137,7 @@ fn a_wall_that_pulls_is_caught_at_the_edge_where_it_first_matters() {
     );
     // The edges after the mismatch are kept too. An edge of the waveform is an edge of the scene's clock.
     assert_eq!(first.around.rows.len(), 1 + 64);
-    let changes = hpu_rtl::wave::mismatch_vcd(&first.around).into_bytes();
+    let changes = hpu_wave::mismatch_vcd(&first.around).into_bytes();
     assert_eq!(crate::read_back::changes(changes)["hybrid_loop.vhdl.contact"], [(20_000, "1".to_string())]);
 }
 

@@ -11,13 +11,9 @@ mod generics;
 mod headers;
 mod junit;
 mod phantom_loops;
-mod phantom_waves;
+#[path = "../../../wave/tests/all/read_back.rs"]
 mod read_back;
 mod synthesis;
 mod testbench;
 mod vectors;
-mod wave_files;
 mod wave_ghdl;
-mod wave_gtkw;
-mod wave_readback;
-mod wave_run;

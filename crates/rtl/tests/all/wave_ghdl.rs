@@ -6,8 +6,8 @@ use std::process::Command;
 
 use hpu_datapath::phantom::{PhantomConfig, PhantomIo, PhantomLoop, PhantomSharedLoop};
 use hpu_datapath::{ConventionalLoop, HybridLoop, LoopConfig, PwmConfig, Wiring};
-use hpu_rtl::wave::{Layout, Vcd};
 use hpu_signal::{Clock, Cycle, Real};
+use hpu_wave::{Layout, Vcd};
 use vcd::{Parser, Scope, ScopeItem};
 
 /// Returns the variables of a dump, in order: path, name, kind, width.

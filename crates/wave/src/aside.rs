@@ -6,7 +6,7 @@ use std::panic;
 use std::sync::mpsc::{self, Receiver, SyncSender};
 use std::thread::{self, JoinHandle};
 
-use super::Sink;
+use crate::Sink;
 
 /// Passes all changes to another thread, which writes them in the same order. Errors are returned at the end.
 ///
@@ -35,7 +35,7 @@ impl<S: Sink + Send + 'static> Aside<S>
 where
     S::Out: Send,
 {
-    pub(super) fn new(mut sink: S) -> Self {
+    pub(crate) fn new(mut sink: S) -> Self {
         let (full, filled) = mpsc::sync_channel::<Vec<Change>>(BATCHES);
         let (emptied, empty) = mpsc::channel();
         let worker = thread::spawn(move || {

@@ -9,8 +9,8 @@ use std::process::ExitCode;
 
 use hpu_cosim::scene::{Experiment, shipped};
 use hpu_cosim::{Control, Driver, LinearLoop, Ready, Rig, Summary, Wired};
-use hpu_rtl::wave::{Fst, Layout, Vcd};
 use hpu_signal::{Clock, Cycle, Observe};
+use hpu_wave::{Fst, Layout, Vcd};
 
 /// What is counted: callgrind collects while it is in here.
 #[inline(never)]

@@ -1,8 +1,8 @@
 //! The GTKWave save file names every variable of the waveform once, in groups that are closed again.
 
 use hpu_datapath::{ConventionalLoop, HybridLoop, LoopConfig};
-use hpu_rtl::wave::{Layout, gtkw};
 use hpu_signal::{Clock, Cycle, Format, Real};
+use hpu_wave::{Layout, gtkw};
 
 const REALS: [Real; 2] = [Real { name: "angle_rad", doc: "angle" }, Real { name: "current_a", doc: "current" }];
 

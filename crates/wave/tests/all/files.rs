@@ -3,8 +3,8 @@
 use std::io::{self, Cursor, Seek, SeekFrom, Write};
 
 use hpu_datapath::{HybridLoop, LoopConfig, Wiring};
-use hpu_rtl::wave::{Fst, Layout, Recording, Sink, Source, Vcd};
 use hpu_signal::{Clock, Cycle, Observe, Real};
+use hpu_wave::{Fst, Layout, Recording, Sink, Source, Vcd};
 
 use crate::read_back;
 

@@ -46,13 +46,13 @@ pub struct Scope {
 /// The variables of a waveform.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Layout {
-    pub(super) scopes: Vec<Scope>,
-    pub(super) nets: Vec<Signal>,
-    pub(super) reals: Vec<Real>,
+    pub(crate) scopes: Vec<Scope>,
+    pub(crate) nets: Vec<Signal>,
+    pub(crate) reals: Vec<Real>,
     /// Words of the inputs that are tied to a constant.
-    pub(super) tied: Vec<i64>,
+    pub(crate) tied: Vec<i64>,
     /// The number of channels of a logic analyser; `None` for a design.
-    pub(super) channels: Option<usize>,
+    pub(crate) channels: Option<usize>,
 }
 
 /// Visits a session and makes its layout.
@@ -72,9 +72,9 @@ impl<'s> Visit<'s> for Laying {
 }
 
 /// The name of the net that is 1 once the VHDL has differed.
-pub(super) const DIFFERS: &str = "differs";
+pub(crate) const DIFFERS: &str = "differs";
 
-/// Returns the net that a [run of VHDL](crate::run_vhdl) shows after those of the wiring: it is 1 from the first edge
+/// Returns the net that a run of VHDL (`hpu run --driver rtl`) shows after those of the wiring: it is 1 from the first edge
 /// at which a net differed from the emulator's.
 #[must_use]
 pub fn differs() -> Signal {
@@ -199,7 +199,7 @@ impl Layout {
         self
     }
 
-    /// Adds the net that a [run of VHDL](crate::run_vhdl) has beyond those of the wiring, in a scope `comparison`: it
+    /// Adds the net that a run of VHDL (`hpu run --driver rtl`) has beyond those of the wiring, in a scope `comparison`: it
     /// is 1 from the first edge at which a net differed from the emulator's.
     #[must_use]
     pub fn with_comparison(mut self) -> Self {
@@ -252,7 +252,7 @@ impl Layout {
     }
 
     /// Returns the number of a source. The numbers are dense, and below [`slots`](Self::slots).
-    pub(super) fn slot(&self, source: Source) -> usize {
+    pub(crate) fn slot(&self, source: Source) -> usize {
         match source {
             Source::Net(index) => index,
             Source::Real(index) => self.nets.len() + index,
@@ -263,7 +263,7 @@ impl Layout {
     }
 
     /// Returns the number of slots.
-    pub(super) fn slots(&self) -> usize {
+    pub(crate) fn slots(&self) -> usize {
         self.nets.len() + self.reals.len() + 2 + self.tied.len()
     }
 }

@@ -10,6 +10,7 @@
 //! rounded down to it. The words after an edge change at the time of the edge. `rst` is 0 throughout, because the reset
 //! edge is before the recording.
 
+mod around;
 mod aside;
 mod fst;
 mod gtkw;
@@ -19,13 +20,12 @@ mod recording;
 mod timescale;
 mod vcd;
 
+pub use self::around::{Around, Column, Row};
 pub use self::aside::Aside;
 pub use self::fst::{Fst, FstFile};
 pub use self::gtkw::gtkw;
-
-pub use self::mismatch::{mismatch_gtkw, mismatch_vcd};
-
 pub use self::layout::{Layout, Scope, Source, UnknownNet, Var, differs};
+pub use self::mismatch::{mismatch_gtkw, mismatch_vcd};
 pub use self::recording::{Recording, Sink, WaveFile, fst_aside, vcd_aside};
 pub use self::vcd::{Vcd, VcdFile};
 

@@ -8,10 +8,10 @@ use std::fmt::Write;
 use hpu_signal::{Cycle, Format, Signal};
 use vcd::IdCode;
 
-use super::VERSION;
-use super::gtkw::{header, line, word_flags};
-use super::timescale::Timescale;
-use crate::around::{Around, Row};
+use crate::VERSION;
+use crate::gtkw::{header, line, word_flags};
+use crate::timescale::Timescale;
+use crate::{Around, Row};
 
 /// The scope of the emulator's words.
 const EMULATOR: &str = "emulator";

@@ -7,8 +7,8 @@ use hpu_cosim::replay::read_capture;
 use hpu_cosim::scene::Scene;
 use hpu_cosim::{Control, Driver, Rig, Session, Summary, Wired};
 use hpu_datapath::{HybridLoop, LoopConfig, Wiring};
-use hpu_rtl::wave::{Fst, Layout, Vcd};
 use hpu_signal::{Clock, Cycle, Observe};
+use hpu_wave::{Fst, Layout, Vcd};
 
 /// Returns the shipped hybrid wall, so near that the hand is in it within a tenth of a second.
 fn scene() -> Scene {

@@ -5,9 +5,9 @@ use std::ops::Range;
 
 use hpu_signal::{Clock, Cycle, Format, Signal};
 
-use super::layout::DIFFERS;
-use super::timescale::Timescale;
-use super::{Layout, Scope, Source, Var};
+use crate::layout::DIFFERS;
+use crate::timescale::Timescale;
+use crate::{Layout, Scope, Source, Var};
 
 /// The groups and their nets. Nets of several joints are listed without the joint's number. Nets that are not listed go
 /// into a last group.
@@ -108,7 +108,7 @@ fn base(name: &str) -> &str {
 }
 
 /// Returns the beginning of a save file: the window, open scopes of the hierarchy, and markers, if any.
-pub(super) fn header(
+pub(crate) fn header(
     tree: &[&str],
     dump: &str,
     clock: Clock,
@@ -155,7 +155,7 @@ fn net_trace(layout: &Layout, index: usize) -> Option<String> {
 }
 
 /// Returns the flags of a word: a bit is shown as a bit, a number in decimal.
-pub(super) fn word_flags(net: &Signal) -> u32 {
+pub(crate) fn word_flags(net: &Signal) -> u32 {
     match net.format {
         Format::BIT => BINARY | RIGHT,
         format if format.is_signed() || net.is_counter() => SIGNED | RIGHT,
@@ -175,7 +175,7 @@ fn trace(layout: &Layout, source: Source, flags: u32, frac: i32, alias: Option<S
 }
 
 /// Returns the trace of the variable at a path.
-pub(super) fn line(path: &str, flags: u32, frac: i32, alias: Option<String>) -> String {
+pub(crate) fn line(path: &str, flags: u32, frac: i32, alias: Option<String>) -> String {
     let mut text = if frac > 0 {
         format!("@{:x}\n[fpshift_count] {frac}\n", flags | FIXED_POINT)
     } else {

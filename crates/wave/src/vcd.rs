@@ -6,8 +6,8 @@ use hpu_cosim::SIGNS;
 use hpu_signal::{Clock, UNKNOWN};
 use vcd::{IdCode, TimescaleUnit, VarType, Writer};
 
-use super::timescale::Timescale;
-use super::{Layout, Recording, Scope, Sink, Source, VERSION};
+use crate::timescale::Timescale;
+use crate::{Layout, Recording, Scope, Sink, Source, VERSION};
 
 /// A recording in VCD. Names, kinds and hierarchy are those of GHDL's `--vcd`; ports share the code of their net.
 ///
@@ -15,7 +15,7 @@ use super::{Layout, Recording, Scope, Sink, Source, VERSION};
 ///
 /// ```
 /// # fn record(wiring: &impl hpu_datapath::Wiring, clock: hpu_signal::Clock) -> std::io::Result<()> {
-/// use hpu_rtl::wave::{Layout, Vcd};
+/// use hpu_wave::{Layout, Vcd};
 /// use hpu_signal::{Cycle, Observe};
 /// let layout = Layout::new(wiring, &[]).with_clock();
 /// let mut vcd = Vcd::new(Vec::new(), &layout, clock)?;

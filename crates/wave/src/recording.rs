@@ -5,9 +5,9 @@ use std::io;
 
 use hpu_signal::{Clock, Cycle, Observe};
 
-use super::aside::Aside;
-use super::timescale::Timescale;
-use super::{Fst, Layout, Source, Vcd};
+use crate::aside::Aside;
+use crate::timescale::Timescale;
+use crate::{Fst, Layout, Source, Vcd};
 
 /// A file format that takes value changes. The writers of VCD and FST implement it, so that [`Recording`] is written
 /// once. Variables are numbered by source: nets, reals, clock, reset, constants.
@@ -72,7 +72,7 @@ const TOGETHER: usize = 8;
 
 impl<S: Sink> Recording<S> {
     /// Begins the recording at time 0.
-    pub(super) fn begin(mut sink: S, layout: &Layout, clock: Clock) -> io::Result<Self> {
+    pub(crate) fn begin(mut sink: S, layout: &Layout, clock: Clock) -> io::Result<Self> {
         sink.time(0)?;
         if layout.shows(Source::Reset) {
             sink.word(layout.slot(Source::Reset), 0)?;

@@ -3,8 +3,8 @@
 use std::io::Cursor;
 
 use hpu_datapath::{HybridLoop, LoopConfig, Wiring};
-use hpu_rtl::wave::{Fst, Layout, Vcd};
 use hpu_signal::{Clock, Cycle, Observe, Real, Signal, UNKNOWN};
+use hpu_wave::{Fst, Layout, Vcd};
 
 use crate::read_back::{self, Changes};
 

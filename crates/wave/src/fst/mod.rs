@@ -11,10 +11,10 @@ use std::io::{self, Seek, SeekFrom, Write};
 use hpu_signal::Clock;
 
 use self::section::{Kind, Section, put_varint};
-use super::timescale::Timescale;
-use super::{Layout, Recording, Scope, Sink, Source, VERSION};
+use crate::timescale::Timescale;
+use crate::{Layout, Recording, Scope, Sink, Source, VERSION};
 
-/// A recording in FST, with the variables and values of [`Vcd`](super::Vcd).
+/// A recording in FST, with the variables and values of [`Vcd`](crate::Vcd).
 pub type Fst<W> = Recording<FstFile<W>>;
 
 /// The FST side of a [`Recording`].

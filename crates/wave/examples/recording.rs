@@ -13,8 +13,8 @@ use std::time::Instant;
 
 use hpu_cosim::scene::{Experiment, shipped};
 use hpu_cosim::{Control, Driver, Ready, Rig, Wired};
-use hpu_rtl::wave::{Fst, Layout, Vcd};
 use hpu_signal::{Cycle, Observe};
+use hpu_wave::{Fst, Layout, Vcd};
 
 /// Name, scene and what is changed in it.
 type Run = (&'static str, &'static str, &'static [(&'static str, &'static str)]);

@@ -5,8 +5,8 @@ use std::io::Cursor;
 
 use hpu_cosim::scene::{PhantomScene, shipped};
 use hpu_cosim::{Control, Driver, PhantomSession, Rig, Wired};
-use hpu_rtl::wave::{Fst, Layout, Vcd};
 use hpu_signal::{Cycle, Observe};
+use hpu_wave::{Fst, Layout, Vcd};
 
 use crate::read_back::{self, Changes};
 

@@ -8,7 +8,7 @@ use hpu_signal::{Clock, Cycle};
 /// at 50 MHz. Where there is none, the unit is a picosecond and edges are rounded down to it. Short numbers are written
 /// and packed quickly.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Timescale {
+pub(crate) struct Timescale {
     clock: Clock,
     power: u32,
     /// Units from one edge to the next, where that is a whole number.
