@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
+use hpu_chart as chart;
 use hpu_study::accuracy::{self, Chart, Entry, Plan, Race, RaceError};
-use hpu_study::chart;
 use hpu_study::map::Axis;
 
 use crate::exit::{Exit, Failure};

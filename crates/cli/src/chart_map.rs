@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
+use hpu_chart as chart;
 use hpu_study::accuracy::{Plan, Race, Share, Tour, front_of_shares};
-use hpu_study::chart;
 use hpu_study::map::{Axis, MapError};
 use serde_json::{Value, json};
 

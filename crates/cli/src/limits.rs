@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
+use hpu_chart as chart;
 use hpu_cosim::figure;
 use hpu_cosim::scene::{DutScene, Experiment, Scene};
-use hpu_study::chart;
 use hpu_study::limits::{BoxSet, Limits, Looks, MOST_UNKNOWN, Unknown, WordsSet, World, hands_of, limits, usual_range};
 use hpu_study::map::SceneText;
 

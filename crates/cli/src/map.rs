@@ -6,8 +6,8 @@ use std::path::PathBuf;
 use std::thread;
 use std::time::Duration;
 
+use hpu_chart as chart;
 use hpu_cosim::scene::Loop;
-use hpu_study::chart;
 use hpu_study::map::{self as study, Axis, CellLimits, Curves, Found, Map, MapError, Method, Plan};
 
 use crate::exit::{Exit, Failure};

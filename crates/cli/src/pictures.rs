@@ -1,7 +1,7 @@
 //! The pictures of a run.
 
+use hpu_chart::{self as chart, Picture, run_pictures};
 use hpu_cosim::{AnyRig, Ready, Session};
-use hpu_study::chart::{self, Picture, run_pictures};
 
 use crate::exit::Failure;
 use crate::files::Folder;

@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
+use hpu_chart::{self as chart, Picture};
 use hpu_cosim::Control;
 use hpu_cosim::scene::{Direction, Experiment, Platform};
-use hpu_study::chart::{self, Picture};
 use hpu_study::reproduce::{self as study, Class, Outcomes, Point, RUNGS, Rung, Study, Tables, Trial, ladder};
 use hpu_study::units::{self, Row};
 

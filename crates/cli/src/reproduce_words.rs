@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
+use hpu_chart::{self as chart, Picture};
 use hpu_datapath::phantom::PhantomConfig;
-use hpu_study::chart::{self, Picture};
 use hpu_study::reproduce::formats::{self, Formats, POSTURES, formats_csv, formats_text, full_scales_nm};
 use hpu_study::reproduce::sines::{self, Sine, sines_csv, sines_text};
 use hpu_study::reproduce::workspace::{CELLS, NOMINAL_MM, Workspace};

@@ -4,11 +4,11 @@ use std::fs;
 use std::path::PathBuf;
 
 use clap::ValueEnum;
+use hpu_chart::{self as chart, PHANTOM_NETS};
 use hpu_cosim::scene::{Datapath, Expectation, Experiment, OutcomeKind};
 use hpu_cosim::{AnyRig, Comparison, Driver, Ready, Rig, Summary, Trace, Wired, judged_window_s, metric};
 use hpu_rtl::{CheckRow, Hdl, LoopScene, Setup, run_vhdl};
 use hpu_signal::{Cycle, Notation, Observe, Signal};
-use hpu_study::chart::{self, PHANTOM_NETS};
 use hpu_study::fit::Fit;
 use hpu_wave::differs;
 use serde_json::json;

@@ -2,10 +2,10 @@
 
 use std::path::PathBuf;
 
+use hpu_chart::ranges;
 use hpu_cosim::scene::Experiment;
 use hpu_rtl::{Cache, Setup};
 use hpu_signal::Notation;
-use hpu_study::chart::ranges;
 use hpu_study::widths::tables::{Tables, tables};
 use hpu_study::widths::{Field, Measured, Recommended, by_range, measured, random, recommend, together};
 

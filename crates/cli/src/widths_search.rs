@@ -4,10 +4,10 @@ use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
+use hpu_chart::{error_by_width, stiffness_by_cost};
 use hpu_cosim::scene::{Experiment, Loop};
 use hpu_datapath::{AnyBlock, ConventionalLoop, HybridLoop};
 use hpu_rtl::{Cache, Counts, Setup};
-use hpu_study::chart::{error_by_width, stiffness_by_cost};
 use hpu_study::map::SceneText;
 use hpu_study::widths::search::{
     Design, Ended, Found, Knob, Plan, Point, Progress, Width, csv, errors_csv, phantom, search,

@@ -1,7 +1,6 @@
-//! Studies of many runs and their pictures: limits of a scene's stiffness, published tables run again, charts of a run.
+//! Studies of many runs: limits of a scene's stiffness, published tables run again, maps, widths, the least model.
 
 pub mod accuracy;
-pub mod chart;
 pub mod criteria;
 pub mod fit;
 pub mod limits;

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 /// Each crate, and our crates that it may depend on.
-const MAY_KNOW: [(&str, &[&str]); 8] = [
+const MAY_KNOW: [(&str, &[&str]); 9] = [
     ("signal", &[]),
     ("datapath", &["signal"]),
     ("plant", &["signal"]),
@@ -12,7 +12,8 @@ const MAY_KNOW: [(&str, &[&str]); 8] = [
     ("wave", &["signal", "datapath", "cosim"]),
     ("rtl", &["signal", "datapath", "plant", "cosim", "wave"]),
     ("study", &["signal", "datapath", "plant", "cosim"]),
-    ("cli", &["signal", "datapath", "plant", "cosim", "wave", "rtl", "study"]),
+    ("chart", &["signal", "datapath", "plant", "cosim", "study"]),
+    ("cli", &["signal", "datapath", "plant", "cosim", "wave", "rtl", "study", "chart"]),
 ];
 
 #[test]

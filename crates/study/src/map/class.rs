@@ -43,7 +43,8 @@ pub fn unseen(found: &[Found], cells: Range<usize>) -> usize {
 }
 
 /// Whether a cell, run or inferred, saw no contact although the device was past its wall.
-pub(crate) fn is_unseen(found: &[Found], index: usize) -> bool {
+#[must_use]
+pub fn is_unseen(found: &[Found], index: usize) -> bool {
     nearest(found, index).is_some_and(|cell| cell.contact_unseen)
 }
 

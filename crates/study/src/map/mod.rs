@@ -25,7 +25,7 @@ use hpu_cosim::scene::{Datapath, Experiment, OutcomeKind, SceneError};
 pub use axis::Axis;
 pub(crate) use cell::more_events;
 pub use cell::{Cell, CellLimits, OUTCOMES, displayed_stiffness, outcome_name, product_wraps};
-pub(crate) use class::is_unseen;
+pub use class::is_unseen;
 pub use class::{Class, class_name, classes, unseen, wrapped};
 pub use curves::{Curve, Curves};
 pub use edges::{Edge, Reason, Share};

@@ -161,6 +161,7 @@ pub fn full_scales_nm(config: &PhantomConfig) -> [f64; 3] {
 }
 
 /// Returns a stiffness as text, never rounded up to a stiffness that does not fit.
-pub(crate) fn stiffness(n_per_m: f64) -> String {
+#[must_use]
+pub fn stiffness(n_per_m: f64) -> String {
     if n_per_m.fract() == 0.0 { n_per_m.to_string() } else { format!("{n_per_m:.7}") }
 }

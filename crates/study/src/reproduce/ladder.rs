@@ -149,7 +149,7 @@ impl Summary {
 
 /// Returns the finding on a claim for a narrow field.
 #[must_use]
-pub(crate) fn brief(finding: Finding) -> String {
+pub fn brief(finding: Finding) -> String {
     match finding {
         Finding::Confirmed => "met".into(),
         Finding::NotConfirmed => "not".into(),
@@ -201,7 +201,7 @@ pub fn ladder_text(ladder: &[Summary]) -> String {
 
 /// Returns a count that holds at every seed, and what some seeds add to it.
 #[must_use]
-pub(crate) fn plus(every: usize, some: usize) -> String {
+pub fn plus(every: usize, some: usize) -> String {
     if some == 0 { every.to_string() } else { format!("{every}+{some}") }
 }
 

@@ -36,7 +36,7 @@ pub mod workspace;
 
 pub use claims::{Claim, claims};
 pub use ladder::{RUNGS, Rung};
-pub(crate) use ladder::{brief, plus};
+pub use ladder::{brief, plus};
 pub use published::{Agreement, PUBLISHED, Published};
 pub use seeds::Outcomes;
 pub use summing::{Finding, Statement, Sum, summing_up};

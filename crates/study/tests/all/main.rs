@@ -1,17 +1,17 @@
 //! All tests of the crate in one binary: linked once, and spread over the cores together.
 
 mod accuracy;
-mod chart;
+#[path = "../../../chart/tests/all/colours.rs"]
 mod colours;
 mod criteria;
-mod drop_chart;
 mod fit;
 mod limits;
 mod limits_box;
+#[expect(dead_code, reason = "other tests of pictures use the rest")]
+#[path = "../../../chart/tests/all/looks.rs"]
 mod looks;
 mod map;
 mod map_edges;
-mod map_looks;
 mod map_refine;
 mod proofs_common;
 mod reproduce;

@@ -1,7 +1,7 @@
 //! Table 2 of Sevcik et al. 2009 from made-up trials with a known table, and its pictures.
 
+use hpu_chart as chart;
 use hpu_cosim::scene::{Direction, Platform};
-use hpu_study::chart;
 use hpu_study::reproduce::{
     Agreement, CSV_HEADER, Claim, Class, Outcomes, Point, Published, RUNGS, Rung, STIFFNESSES_N_PER_M, Study, Table,
     Tables, Trial, Verdict, claims, csv, formats, ladder, scene, sines, table_text,

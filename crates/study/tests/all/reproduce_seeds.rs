@@ -1,9 +1,9 @@
 //! Seeds of the drop test: which cells are run at all of them, from made-up outcomes with known boundaries; how limits,
 //! claims and tables report cells whose seeds differ; and the PHANToM's own seeds.
 
+use hpu_chart as chart;
 use hpu_cosim::Control;
 use hpu_cosim::scene::{Direction, Platform};
-use hpu_study::chart;
 use hpu_study::reproduce::{
     Agreement, Class, FIRST_SEED, Finding, Outcomes, Point, Rung, Share, Study, Tables, Trial, Verdict, csv, ladder,
     run_trial, scene, table_text,

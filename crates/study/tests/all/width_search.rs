@@ -5,12 +5,12 @@ use std::convert::Infallible;
 use std::num::NonZeroUsize;
 use std::sync::atomic::Ordering;
 
+use hpu_chart::{error_by_width, stiffness_by_cost};
 use hpu_cosim::scene::{Experiment, Loop, OutcomeKind, shipped};
 use hpu_cosim::{Control, Driver};
 use hpu_datapath::{LoopConfig, PwmConfig};
 use hpu_signal::Format;
 use hpu_study::accuracy::{Outputs, worst};
-use hpu_study::chart::{error_by_width, stiffness_by_cost};
 use hpu_study::map::{Cell, CellLimits, SceneText};
 use hpu_study::units::Row;
 use hpu_study::widths::search::{

@@ -1,10 +1,10 @@
 //! Compares the ranges and losses of every signal with closed forms and with the records of other observers.
 
+use hpu_chart::ranges;
 use hpu_cosim::scene::{Experiment, shipped};
 use hpu_cosim::{Control, Ready, Rig, SplitMix64, Wired};
 use hpu_datapath::{AnyBlock, Connection, Instance, TruncatingMultiplier};
 use hpu_signal::{Cycle, Format, Observe, Signal};
-use hpu_study::chart::ranges;
 use hpu_study::widths::proof::{Bound, How};
 use hpu_study::widths::{Beside, Measured, Walk, beside, measured, random, together};
 

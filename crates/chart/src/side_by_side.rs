@@ -2,13 +2,13 @@
 
 use hpu_signal::Format;
 
-use super::canvas::{Anchor, HEIGHT, INK, WIDTH};
-use super::labels::{self, Label, Surroundings};
-use super::motion::{ANGLE, angle_label, wall};
-use super::panel::{Panel, around};
-use super::series::{BLUE, Look, ORANGE, SAND, SHADE};
-use super::words::{PENETRATION, SPRING};
-use super::{Picture, Run, outcome, page};
+use crate::canvas::{Anchor, HEIGHT, INK, WIDTH};
+use crate::labels::{self, Label, Surroundings};
+use crate::motion::{ANGLE, angle_label, wall};
+use crate::panel::{Panel, around};
+use crate::series::{BLUE, Look, ORANGE, SAND, SHADE};
+use crate::words::{PENETRATION, SPRING};
+use crate::{Picture, Run, outcome, page};
 
 /// Returns how hard the wall pushes, in PWM counts, over time.
 fn push<'a>(run: &Run<'a>) -> impl Iterator<Item = (f64, f64)> + Clone + 'a {

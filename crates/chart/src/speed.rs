@@ -2,11 +2,11 @@
 
 mod plane;
 
-use crate::accuracy::{Chart, Contestant, Entry, Grade, Share, front_of_shares, time};
-use crate::map::{Map, outcome_name};
+use hpu_study::accuracy::{Chart, Contestant, Entry, Grade, Share, front_of_shares, time};
+use hpu_study::map::{Map, outcome_name};
 
-use super::series::{BLACK, BLUE, GREEN, LILAC, MAROON, ORANGE, PURPLE, Style, TAUPE};
-use super::{Picture, page};
+use crate::series::{BLACK, BLUE, GREEN, LILAC, MAROON, ORANGE, PURPLE, Style, TAUPE};
+use crate::{Picture, page};
 use plane::{Height, Inside, Spot, Words};
 
 const X: &str = "seconds of motion per second of wall time";

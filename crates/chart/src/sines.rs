@@ -1,12 +1,12 @@
 //! The picture of the sources of sine: their errors against the bits of their ROM.
 
-use crate::reproduce::sines::{Sine, Source};
+use hpu_study::reproduce::sines::{Sine, Source};
 
-use super::canvas::{Anchor, Canvas, GRID, INK, QUIET, WIDTH};
-use super::log_panel::{dotted, level, log_panel};
-use super::panel::Panel;
-use super::series::{BLUE, GREEN, Look, ORANGE, PURPLE, Style, entry};
-use super::{Picture, page};
+use crate::canvas::{Anchor, Canvas, GRID, INK, QUIET, WIDTH};
+use crate::log_panel::{dotted, level, log_panel};
+use crate::panel::Panel;
+use crate::series::{BLUE, GREEN, Look, ORANGE, PURPLE, Style, entry};
+use crate::{Picture, page};
 
 /// Horizontal position, in bits, of a source without a ROM.
 const NO_ROM_BITS: f64 = 100.0;

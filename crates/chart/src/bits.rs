@@ -2,17 +2,17 @@
 
 use hpu_cosim::NetUse;
 
-use super::canvas::{Anchor, Canvas, GRID, HEIGHT, INK, QUIET, WIDTH, text_width};
-use super::panel::{Panel, around};
-use super::series::{BLUE, Look, RUST, SAND};
-use super::words::COMMAND;
-use super::{Picture, Run, conditions, nets, page};
+use crate::canvas::{Anchor, Canvas, GRID, HEIGHT, INK, QUIET, WIDTH, text_width};
+use crate::panel::{Panel, around};
+use crate::series::{BLUE, Look, RUST, SAND};
+use crate::words::COMMAND;
+use crate::{Picture, Run, conditions, nets, page};
 
 const RIGHT: i32 = WIDTH - 520;
 
 /// Draws every traced word at its rows, shades the edges at which it had overflowed, and shows the share of its format
 /// that it used.
-pub(super) fn bits(run: &Run) -> Picture {
+pub(crate) fn bits(run: &Run) -> Picture {
     let uses: Vec<&NetUse> = nets(run.scene)
         .iter()
         .filter_map(|name| run.summary.nets.iter().find(|net| net.signal.name == *name))

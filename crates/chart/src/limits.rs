@@ -3,14 +3,14 @@
 use hpu_cosim::figure;
 use plotters::style::RGBColor;
 
-use crate::criteria::Criterion;
-use crate::limits::{Group, Limits, StableSet, Unknown, WordsSet};
-use crate::map::Axis;
+use hpu_study::criteria::Criterion;
+use hpu_study::limits::{Group, Limits, StableSet, Unknown, WordsSet};
+use hpu_study::map::Axis;
 
-use super::canvas::{Anchor, Canvas, GRID, HEIGHT, INK, QUIET, WIDTH};
-use super::map_frame::marks;
-use super::series::{BLACK, BLANK, BLUE, Look, MAROON, RUST, SAND, SKY, Style, entry, mark};
-use super::{Picture, dotted, page};
+use crate::canvas::{Anchor, Canvas, GRID, HEIGHT, INK, QUIET, WIDTH};
+use crate::map_frame::marks;
+use crate::series::{BLACK, BLANK, BLUE, Look, MAROON, RUST, SAND, SKY, Style, entry, mark};
+use crate::{Picture, dotted, page};
 
 const LEFT: i32 = 470;
 const RIGHT: i32 = WIDTH - 90;

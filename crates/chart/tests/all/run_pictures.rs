@@ -1,8 +1,8 @@
 //! Pictures are complete and deterministic, and they show what the run did.
 
+use hpu_chart::{Picture, Run, nets, run_pictures, side_by_side};
 use hpu_cosim::scene::{Scene, shipped};
 use hpu_cosim::{Control, Driver, Rig, Session, Wired};
-use hpu_study::chart::{Picture, Run, nets, run_pictures, side_by_side};
 
 use crate::looks::{assert_readable, attribute, elements, number, points, rgb, texts};
 

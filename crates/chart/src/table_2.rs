@@ -4,13 +4,13 @@ use hpu_cosim::PASSIVE_RMS_M;
 use hpu_cosim::scene::{Direction, Platform};
 use plotters::style::{RGBColor, WHITE};
 
-use crate::reproduce::{Agreement, Cell, Class, Share, Tables, Tally};
+use hpu_study::reproduce::{Agreement, Cell, Class, Share, Tables, Tally};
 
-use super::canvas::{Anchor, Canvas, GRID, INK, QUIET, WIDTH, text_width};
-use super::log_panel::{decades, legend, level, log_panel, style, through};
-use super::panel::Panel;
-use super::series::{BLANK, Look, MAROON, ORANGE, SHADE, SKY, mark};
-use super::{Picture, page};
+use crate::canvas::{Anchor, Canvas, GRID, INK, QUIET, WIDTH, text_width};
+use crate::log_panel::{decades, legend, level, log_panel, style, through};
+use crate::panel::Panel;
+use crate::series::{BLANK, Look, MAROON, ORANGE, SHADE, SKY, mark};
+use crate::{Picture, page};
 
 const LEFT: i32 = 190;
 const TOP: i32 = 300;

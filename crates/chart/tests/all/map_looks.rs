@@ -1,9 +1,9 @@
 //! Pictures of maps and of charts of speed: each colour, dot and line has the meaning that the key gives it.
 
+use hpu_chart::{Picture, map_pictures, shares, speed};
 use hpu_cosim::Control;
 use hpu_cosim::scene::{OutcomeKind, Output, shipped, shipped_file};
 use hpu_study::accuracy::{Chart, Entry, Grade, Race, Row, Share, Speed};
-use hpu_study::chart::{Picture, map_pictures, shares, speed};
 use hpu_study::map::{self, Cell, CellLimits, Curves, Found, Map, Method};
 
 use crate::colours::{SIGHTS, difference, seen};

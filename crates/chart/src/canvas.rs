@@ -6,26 +6,26 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-use super::series::Look;
-use super::{Key, Picture};
+use crate::series::Look;
+use crate::{Key, Picture};
 
 /// Width of a page in pixels of the marks; a browser shows the page at half of this.
-pub(super) const WIDTH: i32 = 2400;
+pub(crate) const WIDTH: i32 = 2400;
 /// Height of a page in pixels of the marks.
-pub(super) const HEIGHT: i32 = 1440;
+pub(crate) const HEIGHT: i32 = 1440;
 
 /// Font family, and the family that a viewer without it uses.
 const FAMILY: &str = "DejaVu Sans, sans-serif";
 
-pub(super) const INK: RGBColor = RGBColor(34, 38, 46);
+pub(crate) const INK: RGBColor = RGBColor(34, 38, 46);
 /// Colour of secondary texts: ticks, conditions, the command.
-pub(super) const QUIET: RGBColor = RGBColor(90, 97, 108);
-pub(super) const GRID: RGBColor = RGBColor(226, 229, 234);
+pub(crate) const QUIET: RGBColor = RGBColor(90, 97, 108);
+pub(crate) const GRID: RGBColor = RGBColor(226, 229, 234);
 
 /// Position of a text relative to its given point, which is at the middle of the text's height; `Up` is centred and
 /// reads from bottom to top.
 #[derive(Clone, Copy, PartialEq)]
-pub(super) enum Anchor {
+pub(crate) enum Anchor {
     Left,
     Centre,
     Right,
@@ -42,7 +42,7 @@ enum Mark {
 
 /// A page that is being drawn.
 #[derive(Default)]
-pub(super) struct Canvas {
+pub(crate) struct Canvas {
     marks: Vec<Mark>,
     keys: Vec<Key>,
     panels: usize,
@@ -59,7 +59,7 @@ fn font(size: i32, bold: bool) -> FontDesc<'static> {
 }
 
 /// Returns the width of a text in pixels.
-pub(super) fn text_width(text: &str, size: i32) -> i32 {
+pub(crate) fn text_width(text: &str, size: i32) -> i32 {
     font(size, false).box_size(text).map_or(0, |(width, _)| width as i32)
 }
 

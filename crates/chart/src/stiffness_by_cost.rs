@@ -1,11 +1,11 @@
 //! The picture of what stable stiffness costs: designs in the plane of lookup tables and stiffness, with their front.
 
-use crate::widths::search::{Found, Point};
+use hpu_study::widths::search::{Found, Point};
 
-use super::canvas::{Anchor, Canvas, HEIGHT, INK, QUIET, WIDTH, text_width};
-use super::panel::{Panel, around};
-use super::series::{BLUE, GREEN, Look, ORANGE, Style, TAUPE, mark};
-use super::{Picture, dotted, page};
+use crate::canvas::{Anchor, Canvas, HEIGHT, INK, QUIET, WIDTH, text_width};
+use crate::panel::{Panel, around};
+use crate::series::{BLUE, GREEN, Look, ORANGE, Style, TAUPE, mark};
+use crate::{Picture, dotted, page};
 
 /// Error, relative, that separates two colours.
 const SMALL: f64 = 0.01;
@@ -124,7 +124,7 @@ fn stairs(canvas: &mut Canvas, found: &Found, panel: &Panel, at: impl Fn(&Point)
 }
 
 /// Returns a design as text: the bits of its signals, the formats of its gains.
-pub(super) fn widths(point: &Point) -> String {
+pub(crate) fn widths(point: &Point) -> String {
     let text = point.design.to_string();
     let names = ["position", "stiffness", "damping", "velocity", "PWM"];
     let parts = names.iter().zip(text.split_whitespace()).map(|(name, word)| format!("{name} {word}"));

@@ -6,12 +6,12 @@
 
 use plotters::style::RGBColor;
 
-use super::Marker;
-use super::canvas::{Anchor, Canvas, INK, text_width};
+use crate::Marker;
+use crate::canvas::{Anchor, Canvas, INK, text_width};
 
 /// A colour with its marker; two lines of a panel differ in both.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub(super) struct Style {
+pub(crate) struct Style {
     pub color: RGBColor,
     pub marker: Marker,
 }
@@ -20,29 +20,29 @@ const fn style(r: u8, g: u8, b: u8, marker: Marker) -> Style {
     Style { color: RGBColor(r, g, b), marker }
 }
 
-pub(super) const BLACK: Style = Style { color: INK, marker: Marker::Disc };
-pub(super) const BLUE: Style = style(40, 35, 255, Marker::Square);
-pub(super) const ORANGE: Style = style(217, 115, 5, Marker::Triangle);
-pub(super) const GREEN: Style = style(65, 165, 132, Marker::Diamond);
-pub(super) const PURPLE: Style = style(78, 0, 124, Marker::Down);
-pub(super) const LILAC: Style = style(147, 134, 247, Marker::Ring);
-pub(super) const RUST: Style = style(168, 58, 15, Marker::Cross);
-pub(super) const TAUPE: Style = style(102, 92, 89, Marker::Plus);
-pub(super) const MAROON: Style = style(84, 14, 0, Marker::Hourglass);
+pub(crate) const BLACK: Style = Style { color: INK, marker: Marker::Disc };
+pub(crate) const BLUE: Style = style(40, 35, 255, Marker::Square);
+pub(crate) const ORANGE: Style = style(217, 115, 5, Marker::Triangle);
+pub(crate) const GREEN: Style = style(65, 165, 132, Marker::Diamond);
+pub(crate) const PURPLE: Style = style(78, 0, 124, Marker::Down);
+pub(crate) const LILAC: Style = style(147, 134, 247, Marker::Ring);
+pub(crate) const RUST: Style = style(168, 58, 15, Marker::Cross);
+pub(crate) const TAUPE: Style = style(102, 92, 89, Marker::Plus);
+pub(crate) const MAROON: Style = style(84, 14, 0, Marker::Hourglass);
 
 /// Colours of areas behind lines, light enough for dark text.
-pub(super) const SKY: RGBColor = RGBColor(185, 211, 255);
-pub(super) const SAND: RGBColor = RGBColor(247, 205, 128);
+pub(crate) const SKY: RGBColor = RGBColor(185, 211, 255);
+pub(crate) const SAND: RGBColor = RGBColor(247, 205, 128);
 /// Colour of the wall, and of contact with it.
-pub(super) const SHADE: RGBColor = RGBColor(233, 228, 220);
+pub(crate) const SHADE: RGBColor = RGBColor(233, 228, 220);
 /// Colour of a map's cells that did not reach the wall.
-pub(super) const MAUVE: RGBColor = RGBColor(146, 131, 160);
+pub(crate) const MAUVE: RGBColor = RGBColor(146, 131, 160);
 /// Colour of cells of which nothing is known.
-pub(super) const BLANK: RGBColor = RGBColor(217, 217, 217);
+pub(crate) const BLANK: RGBColor = RGBColor(217, 217, 217);
 
 /// The way in which a key shows a series.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub(super) enum Look {
+pub(crate) enum Look {
     /// A line with markers.
     Line(Style),
     /// Markers without a line.
@@ -68,7 +68,7 @@ impl Look {
 }
 
 /// Draws a marker with its middle at a pixel; it reaches `reach` pixels to each side.
-pub(super) fn mark(canvas: &mut Canvas, (x, y): (i32, i32), Style { color, marker }: Style, reach: i32) {
+pub(crate) fn mark(canvas: &mut Canvas, (x, y): (i32, i32), Style { color, marker }: Style, reach: i32) {
     let thick = (reach / 3).max(2);
     let corners = |of: &[(i32, i32)]| of.iter().map(|(dx, dy)| (x + dx, y + dy)).collect::<Vec<_>>();
     let r = reach;
@@ -99,7 +99,7 @@ pub(super) fn mark(canvas: &mut Canvas, (x, y): (i32, i32), Style { color, marke
 }
 
 /// Draws an entry of a key: the look and its name. Returns where the next entry begins.
-pub(super) fn entry(canvas: &mut Canvas, (x, y): (i32, i32), (text, look): (&str, Look), size: i32) -> i32 {
+pub(crate) fn entry(canvas: &mut Canvas, (x, y): (i32, i32), (text, look): (&str, Look), size: i32) -> i32 {
     canvas.declare(text, look);
     let width = 2 * size;
     match look {

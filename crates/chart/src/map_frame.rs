@@ -2,17 +2,17 @@
 
 use plotters::style::{RGBColor, WHITE};
 
-use crate::map::{Axis, Map};
+use hpu_study::map::{Axis, Map};
 
-use super::canvas::{Anchor, Canvas, HEIGHT, INK, QUIET, WIDTH, text_width};
-use super::dotted;
-use super::panel::ticks;
-use super::series::{Style, mark};
+use crate::canvas::{Anchor, Canvas, HEIGHT, INK, QUIET, WIDTH, text_width};
+use crate::dotted;
+use crate::panel::ticks;
+use crate::series::{Style, mark};
 
 const SMALL: i32 = 26;
 
 /// A method's panel.
-pub(super) struct Frame {
+pub(crate) struct Frame {
     method: usize,
     left: i32,
     top: i32,
@@ -21,7 +21,7 @@ pub(super) struct Frame {
 }
 
 /// Returns the panels of the methods, row by row; if `noted`, with room for a note below each.
-pub(super) fn frames(map: &Map, noted: bool) -> Vec<Frame> {
+pub(crate) fn frames(map: &Map, noted: bool) -> Vec<Frame> {
     let methods = map.methods.len();
     // Up to three panels stand in one row; more stand in a grid that is nearly square.
     let columns = if methods <= 3 { methods } else { (2..).find(|side| side * side >= methods).unwrap_or(methods) };
@@ -241,7 +241,7 @@ fn dashes(from: (i32, i32), to: (i32, i32)) -> Vec<[(i32, i32); 2]> {
 }
 
 /// Returns round values within an axis, and their labels: at least two, if two fit.
-pub(super) fn marks(axis: &Axis, most: usize) -> Vec<(f64, String)> {
+pub(crate) fn marks(axis: &Axis, most: usize) -> Vec<(f64, String)> {
     let (first, last) = (axis.values()[0], axis.values()[axis.cells() - 1]);
     let most = most.max(2);
     if axis.is_log() {

@@ -3,16 +3,16 @@
 use hpu_cosim::scene::{Experiment, OutcomeKind};
 use plotters::style::{RGBColor, WHITE};
 
-use crate::map::{
+use hpu_study::map::{
     Cell, Class, Curves, Edge, Found, Map, class, class_name, classes, is_unseen, nearest, unseen, wrapped,
 };
 
-use super::canvas::{Anchor, Canvas, INK, QUIET, WIDTH, text_width};
-use super::map_frame::frames;
-use super::series::{
+use crate::canvas::{Anchor, Canvas, INK, QUIET, WIDTH, text_width};
+use crate::map_frame::frames;
+use crate::series::{
     BLACK, BLANK, BLUE, GREEN, LILAC, Look, MAROON, MAUVE, ORANGE, PURPLE, RUST, SAND, SKY, Style, TAUPE, entry,
 };
-use super::{Picture, dotted, page};
+use crate::{Picture, dotted, page};
 
 /// A quantity that is drawn over a map.
 struct Quantity {

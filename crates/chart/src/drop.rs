@@ -5,10 +5,10 @@ use std::ops::Range;
 use hpu_cosim::scene::PhantomScene;
 use hpu_cosim::{PhantomSession, Rig, Summary, Trace, Verdict};
 
-use super::canvas::{Canvas, HEIGHT, QUIET, WIDTH};
-use super::panel::{Panel, around};
-use super::series::{BLUE, Look, ORANGE, SHADE};
-use super::{Picture, page, rate, thinned};
+use crate::canvas::{Canvas, HEIGHT, QUIET, WIDTH};
+use crate::panel::{Panel, around};
+use crate::series::{BLUE, Look, ORANGE, SHADE};
+use crate::{Picture, page, rate, thinned};
 
 /// Length of the close-up of the end, in s.
 const END_S: f64 = 0.5;
@@ -33,7 +33,7 @@ fn conditions(scene: &PhantomScene, trace: &Trace) -> String {
     )
 }
 
-/// Returns the pictures of a drop test, from its trace of [`PHANTOM_NETS`](super::PHANTOM_NETS).
+/// Returns the pictures of a drop test, from its trace of [`PHANTOM_NETS`](crate::PHANTOM_NETS).
 #[must_use]
 pub fn drop_pictures(session: &PhantomSession, trace: &Trace, summary: &Summary, command: &str) -> Vec<Picture> {
     if trace.rows() == 0 {

@@ -1,12 +1,12 @@
 //! The picture of ranges: what every signal's word holds, its measured range, and its proved range.
 
-use crate::widths::proof::Bound;
-use crate::widths::{Measured, SignalRow};
+use hpu_study::widths::proof::Bound;
+use hpu_study::widths::{Measured, SignalRow};
 
-use super::canvas::{Anchor, Canvas, GRID, INK, QUIET, WIDTH};
-use super::panel::Panel;
-use super::series::{BLUE, Look, ORANGE, RUST, SKY, entry};
-use super::{Picture, page};
+use crate::canvas::{Anchor, Canvas, GRID, INK, QUIET, WIDTH};
+use crate::panel::Panel;
+use crate::series::{BLUE, Look, ORANGE, RUST, SKY, entry};
+use crate::{Picture, page};
 
 const LEFT: i32 = 210;
 const RIGHT: i32 = WIDTH - 560;

@@ -2,42 +2,42 @@
 
 use hpu_signal::{Format, Narrowing, Overflow, Rounding};
 
-use super::{Run, nets};
+use crate::{Run, nets};
 
-pub(super) const PENETRATION: &str = "penetration";
-pub(super) const SPRING: &str = "spring";
-pub(super) const COMMAND: &str = "command";
+pub(crate) const PENETRATION: &str = "penetration";
+pub(crate) const SPRING: &str = "spring";
+pub(crate) const COMMAND: &str = "command";
 
 impl<'a> Run<'a> {
     /// Returns the words of one of the nets.
-    pub(super) fn words_in(&self, net: &str) -> &'a [i64] {
+    pub(crate) fn words_in(&self, net: &str) -> &'a [i64] {
         let index = nets(self.scene).iter().position(|name| *name == net);
         self.trace.words(index.expect("the trace holds the nets of its pictures"))
     }
 
     /// Returns the times of the rows, and the words of one of the nets at them. Between two rows the net changes at an
     /// unknown time, so draw it as points joined by lines, not as steps.
-    pub(super) fn words_of(&self, net: &str) -> impl Iterator<Item = (f64, i64)> + Clone + 'a {
+    pub(crate) fn words_of(&self, net: &str) -> impl Iterator<Item = (f64, i64)> + Clone + 'a {
         self.trace.times_s().zip(self.words_in(net).iter().copied())
     }
 
     /// Returns the net that tells how hard the wall pushes: the spring, if it has a net of its own.
-    pub(super) fn push(&self) -> &'static str {
+    pub(crate) fn push(&self) -> &'static str {
         if nets(self.scene).contains(&SPRING) { SPRING } else { COMMAND }
     }
 
     /// Returns the PWM counts of the least bit of a command, or of the net of [`push`](Self::push).
-    pub(super) fn quantum(&self) -> f64 {
+    pub(crate) fn quantum(&self) -> f64 {
         self.words.command_quantum_nm(self.scene) / self.words.realised.torque_quantum_nm
     }
 
     /// Returns the times and values of one of the plant's outputs, multiplied by `scale`.
-    pub(super) fn reals_of(&self, real: usize, scale: f64) -> impl Iterator<Item = (f64, f64)> + Clone + 'a {
+    pub(crate) fn reals_of(&self, real: usize, scale: f64) -> impl Iterator<Item = (f64, f64)> + Clone + 'a {
         self.trace.times_s().zip(self.trace.real(real).iter().map(move |value| value * scale))
     }
 
     /// Returns the spring's word at a penetration.
-    pub(super) fn spring_at(&self, penetration: i64) -> i64 {
+    pub(crate) fn spring_at(&self, penetration: i64) -> i64 {
         let overflow = if self.words.config.saturate { Overflow::Saturate } else { Overflow::Wrap };
         let narrowing = Narrowing {
             from_frac: self.scene.method.stiffness_format.frac(),
@@ -49,7 +49,7 @@ impl<'a> Run<'a> {
     }
 
     /// Returns for each row whether a net had overflowed, by narrowing the exact product or sum behind it once more.
-    pub(super) fn overflowed(&self, net: &str) -> Vec<bool> {
+    pub(crate) fn overflowed(&self, net: &str) -> Vec<bool> {
         let config = &self.words.config;
         let fits = |from_frac: i32, to: Format, value: i128| {
             let narrowing = Narrowing { from_frac, to, rounding: Rounding::Truncate, overflow: Overflow::Wrap };

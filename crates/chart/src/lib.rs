@@ -29,7 +29,7 @@ use hpu_cosim::scene::{Datapath, Loop, LoopWords, Scene};
 use hpu_cosim::{Rig, Summary, Trace, Verdict};
 use hpu_signal::Signal;
 
-use crate::map::{Unseen, product_wraps, unseen_contact};
+use hpu_study::map::{Unseen, product_wraps, unseen_contact};
 
 use motion::Motion;
 

@@ -1,17 +1,17 @@
 //! Names beside points, placed so that they cover neither each other nor other points.
 
-use super::canvas::{Anchor, Canvas, INK, QUIET, text_width};
+use crate::canvas::{Anchor, Canvas, INK, QUIET, text_width};
 
 /// Height of a label's text, in pixels.
-pub(super) const SIZE: i32 = 24;
+pub(crate) const SIZE: i32 = 24;
 
 type Pixel = (i32, i32);
 
 /// A box: left, top, right, bottom.
-pub(super) type Area = [i32; 4];
+pub(crate) type Area = [i32; 4];
 
 /// A point to be named.
-pub(super) struct Label {
+pub(crate) struct Label {
     pub at: Pixel,
     pub text: String,
     /// Whether the label is written even where there is no room.
@@ -19,7 +19,7 @@ pub(super) struct Label {
 }
 
 /// The boxes, points and lines that labels keep clear of.
-pub(super) struct Surroundings<'a> {
+pub(crate) struct Surroundings<'a> {
     /// The box in which labels may be placed.
     pub inside: Area,
     /// Boxes of texts that are already there.
@@ -67,7 +67,7 @@ fn places(width: i32) -> impl Iterator<Item = Pixel> {
 }
 
 /// Writes the labels; earlier labels take precedence.
-pub(super) fn write(canvas: &mut Canvas, labels: &[Label], surroundings: &Surroundings) {
+pub(crate) fn write(canvas: &mut Canvas, labels: &[Label], surroundings: &Surroundings) {
     let mut taken = surroundings.taken.clone();
     for Label { at, text, needed } in labels {
         let half = (text_width(text, SIZE) / 2, SIZE / 2 + 2);

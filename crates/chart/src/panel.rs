@@ -5,16 +5,16 @@ use std::ops::Range;
 
 use plotters::style::RGBColor;
 
-use super::Marker;
-use super::canvas::{Anchor, Canvas, GRID, INK, QUIET, text_width};
-use super::series::{Look, Style, entry, mark};
+use crate::Marker;
+use crate::canvas::{Anchor, Canvas, GRID, INK, QUIET, text_width};
+use crate::series::{Look, Style, entry, mark};
 
 const SMALL: i32 = 26;
 /// Distance from a marker of a curve to the next, in pixels.
 const PITCH: i32 = 260;
 
 /// A rectangle of the page that shows a range of times and a range of values.
-pub(super) struct Panel {
+pub(crate) struct Panel {
     pub left: i32,
     pub top: i32,
     pub right: i32,
@@ -24,7 +24,7 @@ pub(super) struct Panel {
 }
 
 /// Returns at most `most` round values within a range, and the number of decimals that they need.
-pub(super) fn ticks(range: &Range<f64>, most: usize) -> (Vec<f64>, usize) {
+pub(crate) fn ticks(range: &Range<f64>, most: usize) -> (Vec<f64>, usize) {
     let least = (range.end - range.start) / most as f64;
     let decade = 10f64.powf(least.log10().floor());
     let step = [1.0, 2.0, 5.0, 10.0].map(|m| m * decade).into_iter().find(|step| *step >= least).unwrap_or(least);
@@ -46,7 +46,7 @@ fn label(value: f64, decimals: usize) -> String {
 
 /// Returns a range that holds all values, with a margin that is a share of it; a single value gets a margin of 1 on
 /// either side.
-pub(super) fn around(values: impl Iterator<Item = f64>, air: f64) -> Range<f64> {
+pub(crate) fn around(values: impl Iterator<Item = f64>, air: f64) -> Range<f64> {
     let (low, high) = values
         .filter(|value| value.is_finite())
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));

@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 
 use ab_glyph::{Font, FontRef};
-use hpu_study::chart::Picture;
+use hpu_chart::Picture;
 
 use crate::colours::{Rgb, SIGHTS, contrast, difference, seen};
 

@@ -3,14 +3,14 @@
 use hpu_cosim::scene::Direction;
 use plotters::style::RGBColor;
 
-use crate::reproduce::ladder::Summary;
-use crate::reproduce::{Agreement, Finding, brief, plus};
+use hpu_study::reproduce::ladder::Summary;
+use hpu_study::reproduce::{Agreement, Finding, brief, plus};
 
-use super::canvas::{Anchor, Canvas, GRID, INK, QUIET, WIDTH};
-use super::log_panel::{decades, dotted, legend, log_panel, style};
-use super::panel::Panel;
-use super::series::{BLANK, Look, SAND, SKY};
-use super::{Picture, page};
+use crate::canvas::{Anchor, Canvas, GRID, INK, QUIET, WIDTH};
+use crate::log_panel::{decades, dotted, legend, log_panel, style};
+use crate::panel::Panel;
+use crate::series::{BLANK, Look, SAND, SKY};
+use crate::{Picture, page};
 
 const LEFT: i32 = 400;
 const TOP: i32 = 290;

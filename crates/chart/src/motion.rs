@@ -1,10 +1,10 @@
 //! The pictures of the motion before the wall, and of the torque that pushes back.
 
-use super::canvas::{Anchor, Canvas, HEIGHT, INK, QUIET, WIDTH};
-use super::panel::{Panel, around};
-use super::series::{BLUE, Look, ORANGE, PURPLE, RUST, SHADE, SKY, mark};
-use super::words::{COMMAND, PENETRATION};
-use super::{Picture, Run, conditions, outcome, page};
+use crate::canvas::{Anchor, Canvas, HEIGHT, INK, QUIET, WIDTH};
+use crate::panel::{Panel, around};
+use crate::series::{BLUE, Look, ORANGE, PURPLE, RUST, SHADE, SKY, mark};
+use crate::words::{COMMAND, PENETRATION};
+use crate::{Picture, Run, conditions, outcome, page};
 use std::ops::Range;
 
 use hpu_cosim::scene::{Device, Hand};
@@ -12,14 +12,14 @@ use hpu_cosim::{Mark, Pace, TORQUE_BETWEEN, Trace};
 use hpu_signal::{Clock, Cycle};
 
 /// Column of the angle in [`hpu_plant::REALS`].
-pub(super) const ANGLE: usize = 2;
+pub(crate) const ANGLE: usize = 2;
 /// Length of a close-up, in s.
 const CLOSE_UP_S: f64 = 60e-3;
 /// Greatest number of faults that are drawn as lines.
 const MOST_LINES: usize = 12;
 
 /// A motion, with everything that its pictures need, whichever logic closed the loop.
-pub(super) struct Motion<'a> {
+pub(crate) struct Motion<'a> {
     /// Both lines of the title, and the command that makes the pictures.
     pub title: String,
     pub conditions: String,
@@ -45,7 +45,7 @@ pub(super) struct Motion<'a> {
 
 impl<'a> Motion<'a> {
     /// Returns the motion of a run of our own loop.
-    pub(super) fn of(run: &Run<'a>) -> Self {
+    pub(crate) fn of(run: &Run<'a>) -> Self {
         Self {
             title: format!("{}: {}", run.scene.name, outcome(run)),
             conditions: conditions(run),
@@ -130,7 +130,7 @@ impl<'a> Motion<'a> {
 }
 
 /// Draws the wall as an area above its position.
-pub(super) fn wall(position_rad: f64, panel: &Panel, canvas: &mut Canvas) {
+pub(crate) fn wall(position_rad: f64, panel: &Panel, canvas: &mut Canvas) {
     if position_rad < panel.y.end {
         canvas.fill([panel.at(panel.x.start, position_rad), panel.at(panel.x.end, panel.y.end)], SHADE);
         canvas.line(vec![panel.at(panel.x.start, position_rad), panel.at(panel.x.end, position_rad)], QUIET, 3);
@@ -138,14 +138,14 @@ pub(super) fn wall(position_rad: f64, panel: &Panel, canvas: &mut Canvas) {
 }
 
 /// Returns the label for the device's positions.
-pub(super) fn angle_label(device: &Device) -> String {
+pub(crate) fn angle_label(device: &Device) -> String {
     let what = if matches!(device, Device::Motor(_)) { "angle of the shaft" } else { "position of the mass" };
     format!("{what} in {}", device.units().position)
 }
 
 /// Returns the picture of the angle against time, with the wall and the hand. Below it is a close-up of the first
 /// contact: the true penetration, and the penetration as counted.
-pub(super) fn position(run: &Motion) -> Picture {
+pub(crate) fn position(run: &Motion) -> Picture {
     let mut canvas = run.page();
     let x = 0.0..run.motion_s;
     let wall_rad = run.wall_rad;
@@ -209,7 +209,7 @@ fn whole_means(run: &Motion, means: &[f64]) -> Vec<(f64, f64)> {
 
 /// Returns a picture of motions side by side, each a column, on the same scales: the angle, and the torque's mean and
 /// the range of its ripple.
-pub(super) fn beside(motions: &[Motion], command: &str) -> Picture {
+pub(crate) fn beside(motions: &[Motion], command: &str) -> Picture {
     let titles: Vec<&str> = motions.iter().map(|motion| motion.title.as_str()).collect();
     let mut canvas = page("Side by side", &titles.join("; beside "), command);
     let angles = motions.iter().flat_map(|motion| motion.angles(1.0).map(|(_, angle)| angle).chain([motion.wall_rad]));
@@ -250,7 +250,7 @@ pub(super) fn beside(motions: &[Motion], command: &str) -> Picture {
 }
 
 /// Returns the picture of the commanded and the actual torque: the whole run, and a close-up of the first contact.
-pub(super) fn torque(run: &Motion) -> Picture {
+pub(crate) fn torque(run: &Motion) -> Picture {
     let mut canvas = run.page();
     let asked = || run.words(run.asked);
     let [means, least, greatest] = TORQUE_BETWEEN.map(|column| run.trace.real(column));

@@ -4,11 +4,11 @@ use std::ops::Range;
 
 use plotters::style::WHITE;
 
-use super::super::Marker;
-use super::super::canvas::{Anchor, Canvas, GRID, HEIGHT, INK, QUIET, WIDTH, text_width};
-use super::super::labels::{self, Area, Label, Surroundings};
-use super::super::panel::Panel;
-use super::super::series::{BLACK, Look, SAND, SHADE, Style, entry, mark};
+use crate::Marker;
+use crate::canvas::{Anchor, Canvas, GRID, HEIGHT, INK, QUIET, WIDTH, text_width};
+use crate::labels::{self, Area, Label, Surroundings};
+use crate::panel::Panel;
+use crate::series::{BLACK, Look, SAND, SHADE, Style, entry, mark};
 
 /// Vertical position of a spot.
 #[derive(Clone, Copy, PartialEq, Debug)]

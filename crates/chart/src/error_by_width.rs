@@ -1,14 +1,14 @@
 //! The picture of what each bit of a loop is worth: the error of the outputs against the width, with a line for each
 //! width.
 
-use crate::widths::search::{Found, Line, Width};
+use hpu_study::widths::search::{Found, Line, Width};
 
-use super::canvas::{Anchor, Canvas, GRID, HEIGHT, INK, QUIET, WIDTH};
-use super::log_panel::through;
-use super::panel::Panel;
-use super::series::{BLACK, BLUE, GREEN, LILAC, Look, ORANGE, PURPLE, RUST, SHADE, Style, entry};
-use super::stiffness_by_cost::widths;
-use super::{Picture, page};
+use crate::canvas::{Anchor, Canvas, GRID, HEIGHT, INK, QUIET, WIDTH};
+use crate::log_panel::through;
+use crate::panel::Panel;
+use crate::series::{BLACK, BLUE, GREEN, LILAC, Look, ORANGE, PURPLE, RUST, SHADE, Style, entry};
+use crate::stiffness_by_cost::widths;
+use crate::{Picture, page};
 
 const LEFT: i32 = 190;
 const RIGHT: i32 = WIDTH - 90;

@@ -2,9 +2,9 @@
 
 use std::sync::atomic::Ordering;
 
+use hpu_chart::{PHANTOM_NETS, Picture, drop_pictures};
 use hpu_cosim::scene::{PhantomScene, shipped};
 use hpu_cosim::{Control, Driver, PhantomSession, Rig, Summary, Trace, Verdict, Wired};
-use hpu_study::chart::{PHANTOM_NETS, Picture, drop_pictures};
 
 use crate::looks::{assert_readable, attribute, elements, number, points, rgb, texts};
 

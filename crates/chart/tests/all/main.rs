@@ -1,0 +1,7 @@
+//! All tests of the crate in one binary, which is linked once and runs its tests on all cores.
+
+mod colours;
+mod drop;
+mod looks;
+mod map_looks;
+mod run_pictures;
