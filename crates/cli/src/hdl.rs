@@ -6,7 +6,7 @@ use std::time::Duration;
 use hpu_rtl::dut::Simulators;
 use hpu_rtl::{Hdl, Setup};
 
-use crate::cost::cache_folder;
+use crate::cache::cache_folder;
 use crate::exit::Failure;
 
 /// The shared library that GHDL calls in a closed loop. The build makes it before it compiles this program. It is empty

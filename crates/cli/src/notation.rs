@@ -1,7 +1,7 @@
 //! The notation in which a command writes word formats.
 
 use clap::ValueEnum;
-use hpu_signal::Notation;
+use hpu_signal::{Format, Notation};
 
 /// The option of every command that shows word formats in a table.
 #[derive(clap::Args)]
@@ -40,4 +40,9 @@ impl Written {
     pub fn get(&self) -> Notation {
         self.asked().unwrap_or(Notation::Triple)
     }
+}
+
+/// Returns a format as `[s, i, f]`.
+pub fn triple(format: Format) -> [i32; 3] {
+    [i32::from(format.is_signed()), format.int(), format.frac()]
 }

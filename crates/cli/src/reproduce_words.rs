@@ -12,9 +12,9 @@ use serde_json::{Value, json};
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
 use crate::notation::Written;
+use crate::notation::triple;
 use crate::pictures;
 use crate::reproduce_beside::claim;
-use crate::run_json::triple;
 use crate::terminal::{print, print_json};
 
 /// Where to.

@@ -12,7 +12,7 @@ use hpu_rtl::{Cache, Cost, Counts, Hdl, Setup};
 use hpu_signal::Format;
 use hpu_study::widths::settling::{Settling, settling};
 
-use crate::cost::or_reason;
+use crate::cache::or_reason;
 use crate::exit::Failure;
 use crate::terminal::with_progress;
 

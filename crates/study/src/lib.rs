@@ -5,6 +5,7 @@ pub mod criteria;
 pub mod fit;
 pub mod limits;
 pub mod map;
+pub mod page;
 pub mod reproduce;
 pub mod trace_table;
 pub mod units;

@@ -1,5 +1,7 @@
 //! `hpu keys`: every key of a scene, its unit, default, range and meaning.
 
+mod schema;
+
 use std::fmt::Write as _;
 
 use hpu_cosim::did_you_mean;
@@ -8,9 +10,10 @@ use serde_json::{Value, json};
 
 use crate::columns::{Column, aligned};
 use crate::exit::{Exit, Failure};
-use crate::keys_schema::schema;
 use crate::parameters::as_json;
 use crate::terminal::{print, print_json};
+
+use schema::schema;
 
 /// List the keys of a scene: unit, default, accepted values and meaning
 ///

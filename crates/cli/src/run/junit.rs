@@ -4,7 +4,7 @@ use hpu_cosim::Rig;
 use hpu_rtl::{Case, junit_suite};
 
 use crate::run::Ran;
-use crate::run_text::outcome_name;
+use crate::run::text::outcome_name;
 
 /// Returns the scene's expectations and comparisons as tests. The first test is that the run came to its end.
 pub fn report(ran: &Ran) -> String {

@@ -5,7 +5,7 @@ use hpu_cosim::{Ready, Wired};
 use hpu_rtl::{Cache, Counts, Setup};
 use hpu_study::widths::Field;
 
-use crate::cost::or_reason;
+use crate::cache::or_reason;
 use crate::exit::Failure;
 use crate::interrupt;
 use crate::terminal::with_progress;

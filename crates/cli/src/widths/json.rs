@@ -7,8 +7,8 @@ use hpu_study::widths::{Field, Loss, SignalRow};
 use serde_json::{Value, json};
 
 use crate::widths::Page;
+use crate::widths::proved::{Proved, how};
 use crate::widths_price::Price;
-use crate::widths_proved::{Proved, how};
 
 /// Returns the page as one object. Ranges and worst cases are in the signal's unit; `words` has the measured range in
 /// words.

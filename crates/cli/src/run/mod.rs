@@ -1,5 +1,12 @@
 //! `hpu run`: runs a scene, and writes its summary and its files.
 
+mod json;
+mod junit;
+mod nets;
+mod pictures;
+mod rows;
+mod text;
+
 use std::fs;
 use std::path::PathBuf;
 
@@ -15,14 +22,15 @@ use serde_json::json;
 
 use crate::exit::{Exit, Failure};
 use crate::files::{Folder, Single};
-use crate::nets::{self, Held, Pairs};
 use crate::notation::Written;
 use crate::parameters::{self, Said};
-use crate::rows::{Estimate, Rows};
 use crate::scene::{self, Loaded, quoted};
 use crate::terminal::{print, print_json, verdict, with_progress};
 use crate::waves::Waves;
-use crate::{fit, hdl, interrupt, pictures, run_json, run_junit, run_text};
+use crate::{fit, hdl, interrupt};
+
+use nets::{Held, Pairs};
+use rows::{Estimate, Rows};
 
 /// Run a scene and sum it up; without a scene, list the shipped ones
 #[derive(clap::Args)]
@@ -268,12 +276,12 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         folder.commit()?;
     }
     if let Some(file) = junit_file {
-        file.write(&run_junit::report(&ran))?;
+        file.write(&junit::report(&ran))?;
     }
     if args.json {
-        print_json(&run_json::summary(&ran))?;
+        print_json(&json::summary(&ran))?;
     } else {
-        print(&run_text::summary(&ran))?;
+        print(&text::summary(&ran))?;
     }
     Ok(ran.exit())
 }
@@ -299,7 +307,7 @@ fn write(
         }
     }
     ran.files = folder.places().map(PathBuf::from).chain([folder.place("summary.json")]).collect();
-    folder.write("summary.json", format!("{:#}\n", run_json::summary(ran)))
+    folder.write("summary.json", format!("{:#}\n", json::summary(ran)))
 }
 
 /// Returns the nets that are drawn, and written to the table.
@@ -462,9 +470,9 @@ fn solver(scene: &Experiment) -> &'static str {
 
 fn interrupted(ran: &Ran, as_json: bool) -> Result<Exit, Failure> {
     if as_json {
-        print_json(&run_json::summary(ran))?;
+        print_json(&json::summary(ran))?;
     } else {
-        print(&format!("{}interrupted; no files written\n", run_text::summary(ran)))?;
+        print(&format!("{}interrupted; no files written\n", text::summary(ran)))?;
     }
     Ok(Exit::Interrupted)
 }

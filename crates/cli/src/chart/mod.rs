@@ -1,5 +1,8 @@
 //! `hpu chart`: speed against accuracy.
 
+mod map;
+mod text;
+
 use std::path::PathBuf;
 
 use hpu_chart as chart;
@@ -11,7 +14,7 @@ use crate::files::Folder;
 use crate::jobs::Jobs;
 use crate::scene::{self, Source, quoted, set_options};
 use crate::terminal::{print, print_json, with_progress};
-use crate::{chart_map, chart_text, interrupt, pictures};
+use crate::{interrupt, pictures};
 
 /// Chart speed against accuracy for every way to run a scene
 ///
@@ -111,14 +114,14 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let source = scene::source(&args.scene)?;
     let race = args.race(&source)?;
     if let (Some(x), Some(y)) = (&args.x, &args.y) {
-        return chart_map::run(args, &source, race, (x.clone(), y.clone()));
+        return map::run(args, &source, race, (x.clone(), y.clone()));
     }
     let folder = args.out.as_deref().map(Folder::open).transpose()?;
     let control = interrupt::heed();
     let plan = Plan::usual(args.jobs.get());
     let chart = with_progress(race.work(plan), "", control, || race.run(plan, control));
     let Some(chart) = chart.map_err(Failure::usage)? else {
-        return chart_text::interrupted(&race, args.json);
+        return text::interrupted(&race, args.json);
     };
     let command = args.command() + &args.out_option();
     let mut charted = Charted { race, chart, command, scene: args.scene.clone(), files: Vec::new() };
@@ -126,9 +129,9 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         charted.write(folder)?;
     }
     if args.json {
-        print_json(&chart_text::object(&charted))?
+        print_json(&text::object(&charted))?
     } else {
-        print(&chart_text::text(&charted))?
+        print(&text::text(&charted))?
     }
     Ok(Exit::Fine)
 }

@@ -1,5 +1,7 @@
 //! `hpu map`: runs a scene over two of its keys.
 
+mod text;
+
 use std::io::BufWriter;
 use std::panic::resume_unwind;
 use std::path::PathBuf;
@@ -14,7 +16,6 @@ use crate::exit::{Exit, Failure};
 use crate::files::Folder;
 use crate::jobs::Jobs;
 use crate::journal;
-use crate::map_text;
 use crate::scene::{self, quoted, set_options};
 use crate::terminal::{print, print_json, with_progress};
 use crate::{hdl, interrupt, pictures};
@@ -196,7 +197,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         });
         if let Ok(None) = found {
             // The map is not drawn, so the curves are not needed.
-            map_text::interrupted(&map, kept, args.out.as_deref(), args.json)?;
+            text::interrupted(&map, kept, args.out.as_deref(), args.json)?;
             interrupt::end();
         }
         Ok::<_, Failure>((found?, curves.join()))
@@ -209,9 +210,9 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         mapped.write(folder)?;
     }
     if args.json {
-        print_json(&map_text::object(&mapped))?
+        print_json(&text::object(&mapped))?
     } else {
-        print(&map_text::text(&mapped))?
+        print(&text::text(&mapped))?
     }
     Ok(Exit::Fine)
 }

@@ -1,5 +1,8 @@
 //! `hpu check`: compares the VHDL with the emulator in GHDL.
 
+pub mod entity;
+mod prove;
+
 use std::path::PathBuf;
 
 use hpu_cosim::scene::{Experiment, shipped};
@@ -8,14 +11,15 @@ use hpu_rtl::{Check, CheckOptions, CheckReport, CheckRow, Contact, GhdlError, La
 use serde_json::{Value, json};
 
 use crate::block::{find, known};
-use crate::entity::{self, Theirs};
 use crate::exit::{Exit, Failure};
 use crate::files::{Folder, Single};
 use crate::jobs::Jobs;
 use crate::scene::{self, Loaded};
 use crate::terminal::{print, print_json, tell, verdict, with_progress};
 use crate::waves::waveform;
-use crate::{hdl, interrupt, prove};
+use crate::{hdl, interrupt};
+
+use entity::Theirs;
 
 /// Hold the VHDL against the emulator in GHDL: blocks on vectors, loops closed around the same plant
 ///

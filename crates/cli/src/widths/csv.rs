@@ -6,7 +6,7 @@ use hpu_signal::Clock;
 use hpu_study::widths::Loss;
 
 use crate::widths::Page;
-use crate::widths_proved::how;
+use crate::widths::proved::how;
 
 /// The columns of the table.
 const COLUMNS: &str = "signal,format,unit,measured_min,measured_max,proved_min,proved_max,how,never_overflows,idle_bits,\

@@ -1,5 +1,7 @@
 //! `hpu limits`: the stiffnesses at which a scene's wall settles.
 
+mod text;
+
 use std::path::PathBuf;
 
 use hpu_chart as chart;
@@ -13,7 +15,7 @@ use crate::files::Folder;
 use crate::jobs::Jobs;
 use crate::scene::{self, quoted, set_options};
 use crate::terminal::{print, print_json};
-use crate::{hdl, interrupt, limits_text, pictures};
+use crate::{hdl, interrupt, pictures};
 
 /// Tell at which stiffnesses a scene's wall settles: by its linear loop, in words, and by published criteria
 ///
@@ -99,9 +101,9 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         folder.commit()?;
     }
     if args.json {
-        print_json(&limits_text::object(&nominal.name, &found, &over, &files))?
+        print_json(&text::object(&nominal.name, &found, &over, &files))?
     } else {
-        print(&limits_text::text(&nominal.name, &found, &over, &files))?
+        print(&text::text(&nominal.name, &found, &over, &files))?
     }
     // The absence of a limit is a result, not a failure.
     Ok(Exit::Fine)
@@ -153,9 +155,9 @@ fn of_design(args: &Args, text: &SceneText, scene: &DutScene) -> Result<Exit, Fa
         folder.commit()?;
     }
     if args.json {
-        print_json(&limits_text::object(&scene.name, &found, &[], &files))?
+        print_json(&text::object(&scene.name, &found, &[], &files))?
     } else {
-        print(&limits_text::text(&scene.name, &found, &[], &files))?
+        print(&text::text(&scene.name, &found, &[], &files))?
     }
     Ok(Exit::Fine)
 }

@@ -1,5 +1,7 @@
 //! `hpu vectors`: writes golden vectors, and the committed files that are generated from the blocks.
 
+pub mod verify;
+
 use std::path::PathBuf;
 
 use clap::ValueEnum;
@@ -13,7 +15,8 @@ use crate::exit::{Exit, Failure};
 use crate::files::Folder;
 use crate::scene::{self, Loaded};
 use crate::terminal::print;
-use crate::verify::verify;
+
+use verify::verify;
 
 /// The most rows of a set, because they are gathered in memory.
 const MOST_ROWS: u64 = 10_000_000;

@@ -3,14 +3,15 @@
 use hpu_cosim::dut::Wire;
 use hpu_cosim::{AnyRig, NetUse, Ready, Rig, SIGNS, Verdict, unseen_growth_per_s};
 use hpu_rtl::Mismatch;
-use hpu_signal::{Clock, Cycle, Format};
+use hpu_signal::{Clock, Cycle};
 use hpu_study::widths::idle_bits;
 use serde_json::{Value, json};
 
-use crate::nets::Held;
-use crate::run::Ran;
-use crate::run_text::{displayed, unseen, wraps};
-use crate::{fit, parameters, rows, run};
+use crate::notation::triple;
+use crate::run::nets::Held;
+use crate::run::text::{displayed, unseen, wraps};
+use crate::run::{Ran, rows};
+use crate::{fit, parameters, run};
 
 /// Returns the object that `hpu run --json` prints.
 pub fn summary(ran: &Ran) -> Value {
@@ -195,15 +196,10 @@ fn signal(net @ NetUse { signal, usage, losses_seen }: &NetUse) -> Value {
     })
 }
 
-/// Returns a format as `[s, i, f]`.
-pub fn triple(format: Format) -> [i32; 3] {
-    [i32::from(format.is_signed()), format.int(), format.frac()]
-}
-
 fn expected(ran: &Ran) -> Vec<Value> {
     let outcome = ran
         .outcome_met
-        .map(|(kind, met)| json!({ "name": "outcome", "value": crate::run_text::outcome_name(kind), "met": met }));
+        .map(|(kind, met)| json!({ "name": "outcome", "value": crate::run::text::outcome_name(kind), "met": met }));
     let numbers = ran.numbers.iter().map(|(expected, got, met)| {
         json!({
             "name": expected.metric.name(),

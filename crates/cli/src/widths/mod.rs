@@ -1,5 +1,12 @@
 //! `hpu widths`: the bits that every signal of a scene needs, and the effect of each bit.
 
+mod cost;
+mod csv;
+mod gappa;
+mod json;
+mod proved;
+mod text;
+
 use std::path::PathBuf;
 
 use hpu_chart::ranges;
@@ -9,7 +16,7 @@ use hpu_signal::Notation;
 use hpu_study::widths::tables::{Tables, tables};
 use hpu_study::widths::{Field, Measured, Recommended, by_range, measured, random, recommend, together};
 
-use crate::cost::Remember;
+use crate::cache::Remember;
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
 use crate::jobs::Jobs;
@@ -17,11 +24,12 @@ use crate::notation::Written;
 use crate::parameters::stiffness_missed;
 use crate::scene::{self, set_options};
 use crate::terminal::{print, print_json, with_progress};
-use crate::widths_cost::{OneMore, one_more};
 use crate::widths_price::{self, Price};
-use crate::widths_proved::{Proved, proved};
 use crate::widths_search::Asked;
-use crate::{fit, hdl, interrupt, pictures, widths_csv, widths_gappa, widths_json, widths_search, widths_text};
+use crate::{fit, hdl, interrupt, pictures, widths_search};
+
+use cost::{OneMore, one_more};
+use proved::{Proved, proved};
 
 /// Show what every signal of a scene needs, and what each bit buys
 ///
@@ -121,7 +129,7 @@ pub struct Page {
 pub fn run(args: &Args) -> Result<Exit, Failure> {
     if args.gappa {
         let [name] = &args.scenes[..] else { return Err(Failure::usage("--gappa takes one scene")) };
-        return widths_gappa::run(&scene::source(name)?.parse(&args.set.set)?, args.out.as_deref());
+        return gappa::run(&scene::source(name)?.parse(&args.set.set)?, args.out.as_deref());
     }
     if args.price && args.scenes.len() > 1 && !args.search.search {
         return Err(Failure::usage("--price takes one scene"));
@@ -153,8 +161,8 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         let bounds = page.proved.as_ref().map_or(&[][..], |proved| &proved.bounds);
         let title = format!("{}: what words hold, and what was in them", page.scenes.join(", "));
         pictures::put(&ranges(&title, &page.measured, bounds, &page.command), folder)?;
-        folder.write("widths.txt", widths_text::page(&page))?;
-        folder.write("widths.csv", widths_csv::table(&page))?;
+        folder.write("widths.txt", text::page(&page))?;
+        folder.write("widths.csv", csv::table(&page))?;
         if let Ok(proved) = &page.proved {
             folder.write("proved.csv", proved.csv())?;
         }
@@ -162,7 +170,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
             folder.write("tables.csv", tables.csv())?;
         }
         page.files = folder.places().map(PathBuf::from).chain([folder.place("widths.json")]).collect();
-        folder.write("widths.json", format!("{:#}\n", widths_json::object(&page)))?;
+        folder.write("widths.json", format!("{:#}\n", json::object(&page)))?;
     }
     if control.stop.load(std::sync::atomic::Ordering::Relaxed) {
         return Ok(Exit::Interrupted);
@@ -171,9 +179,9 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         folder.commit()?;
     }
     if args.json {
-        print_json(&widths_json::object(&page))?
+        print_json(&json::object(&page))?
     } else {
-        print(&widths_text::page(&page))?
+        print(&text::page(&page))?
     }
     Ok(Exit::Fine)
 }

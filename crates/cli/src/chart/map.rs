@@ -8,7 +8,7 @@ use hpu_study::map::{Axis, MapError};
 use serde_json::{Value, json};
 
 use crate::chart::Args;
-use crate::chart_text::rate;
+use crate::chart::text::rate;
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
 use crate::journal;

@@ -13,9 +13,9 @@ use hpu_rtl::formal::{Part, ProofError, Proofs, Prover, Verdict};
 use serde_json::{Value, json};
 
 use crate::block::find;
+use crate::cache::cache_folder;
 use crate::check::Args;
-use crate::cost::cache_folder;
-use crate::entity;
+use crate::check::entity;
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
 use crate::interrupt;

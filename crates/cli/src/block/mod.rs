@@ -1,5 +1,7 @@
 //! `hpu block`: lists the blocks, shows their ports, and ticks a block.
 
+mod csv;
+
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -9,12 +11,12 @@ use hpu_rtl::{Hdl, differs_from_the_hardware, literal};
 use hpu_signal::{Notation, Signal};
 use serde_json::{Value, json};
 
-use crate::block_csv::Table;
 use crate::exit::{Exit, Failure};
 use crate::input::{read_stdin, read_text};
-use crate::notation::Written;
-use crate::run_json::triple;
+use crate::notation::{Written, triple};
 use crate::terminal::{print, print_json};
+
+use csv::Table;
 
 /// List the blocks, show the ports of one, or tick it
 #[derive(clap::Args)]
