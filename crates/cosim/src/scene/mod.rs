@@ -79,6 +79,7 @@ mod read_hand;
 mod read_method;
 mod read_model;
 mod read_phantom;
+pub mod replay;
 mod section;
 mod shipped;
 mod source;
@@ -101,7 +102,7 @@ pub use phantom::{
 };
 pub use shipped::{Shipped, shipped, shipped_file};
 pub use source::SceneError;
-pub use words::{LoopWords, Miss, Realised};
+pub use words::{COMMAND_BITS, LoopWords, Miss, Realised};
 
 use std::sync::Arc;
 
@@ -109,10 +110,22 @@ use hpu_datapath::Estimator;
 use hpu_signal::Clock;
 
 use read_device::DeviceKind;
+use read_hand::Load;
 use source::{Places, Source};
 
 /// The most clock edges that a run may last; a [`hpu_signal::Cycle`] holds them with room to spare.
 pub const MOST_EDGES: u64 = 1 << 62;
+
+/// The text of a scene, the name of its file in messages, and the keys and values that replace the file's.
+#[derive(Clone, Copy)]
+pub(crate) struct Text<'a> {
+    pub(crate) name: &'a str,
+    pub(crate) text: &'a str,
+    pub(crate) overrides: &'a [(String, String)],
+}
+
+/// Refuses an axis whose words make no datapath. The parser knows no datapath, so its caller gives this check.
+type Buildable<'a> = &'a dyn Fn(&Scene, &LoopWords) -> Result<(), SceneError>;
 
 /// Any experiment.
 #[derive(Clone, PartialEq, Debug)]
@@ -127,33 +140,24 @@ pub enum Experiment {
 }
 
 impl Experiment {
-    /// Parses and validates a scene of any kind, as [`Scene::parse`] does.
-    ///
-    /// # Errors
-    ///
-    /// [`SceneError`] with file, line, column, key, and what is accepted instead.
-    pub fn parse(
-        name: &str,
-        text: &str,
-        overrides: &[(String, String)],
-        load: &mut dyn FnMut(&str) -> std::io::Result<Vec<u8>>,
+    /// Reads a scene of any kind. `buildable` refuses an axis whose words make no datapath.
+    pub(crate) fn read(
+        Text { name, text, overrides }: Text,
+        load: Load,
+        buildable: Buildable,
     ) -> Result<Self, SceneError> {
         let source = Source::parse(name, text, overrides)?;
-        Self::read(name, &source, load).map_err(|first| audit::with_others(&source, first))
+        Self::of(name, &source, load, buildable).map_err(|first| audit::with_others(&source, first))
     }
 
-    fn read(
-        name: &str,
-        source: &Source,
-        load: &mut dyn FnMut(&str) -> std::io::Result<Vec<u8>>,
-    ) -> Result<Self, SceneError> {
+    fn of(name: &str, source: &Source, load: Load, buildable: Buildable) -> Result<Self, SceneError> {
         if source.root().section("device")?.read(&keys::device::kind)? == DeviceKind::Phantom {
             return read_phantom::phantom_scene(name, source).map(Self::Phantom);
         }
         if source.root().has("dut") {
             return read_dut::dut_scene(name, source, load).map(Self::Dut);
         }
-        read::scene(name, source, load).map(Self::Axis)
+        read::scene(name, source, load, buildable).map(Self::Axis)
     }
 
     /// Returns the scene if it is one of an axis.
@@ -298,24 +302,14 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// Parses and validates a scene.
-    ///
-    /// `name` is the file's name in error messages. `overrides` are keys and values that replace the file's, in order,
-    /// as in `("wall.stiffness", "2 N.m/rad")`. A value that is not TOML is a string; missing sections are created; an
-    /// inline table replaces a whole section (`("hand", "{ kind = \"none\" }")`). `load` reads a file that the scene
-    /// names.
-    ///
-    /// # Errors
-    ///
-    /// [`SceneError`] with file, line, column, key, and what is accepted instead.
-    pub fn parse(
-        name: &str,
-        text: &str,
-        overrides: &[(String, String)],
-        load: &mut dyn FnMut(&str) -> std::io::Result<Vec<u8>>,
+    /// Reads a scene of an axis.
+    pub(crate) fn read(
+        Text { name, text, overrides }: Text,
+        load: Load,
+        buildable: Buildable,
     ) -> Result<Self, SceneError> {
         let source = Source::parse(name, text, overrides)?;
-        read::scene(name, &source, load).map_err(|first| audit::with_others(&source, first))
+        read::scene(name, &source, load, buildable).map_err(|first| audit::with_others(&source, first))
     }
 
     /// Returns the duration in clock edges.

@@ -15,11 +15,10 @@ use super::read_method::{PWM_FREQUENCY, method};
 use super::read_model::{agree_on_model, model};
 use super::section::Section;
 use super::source::{SceneError, Source};
-use super::{MOST_EDGES, Scene};
+use super::{Buildable, MOST_EDGES, Scene};
 use crate::message::{number, number_above, number_below};
-use crate::session::SessionError;
 
-pub(super) fn scene(file: &str, source: &Source, load: Load) -> Result<Scene, SceneError> {
+pub(super) fn scene(file: &str, source: &Source, load: Load, buildable: Buildable) -> Result<Scene, SceneError> {
     let root = source.root();
     if root.has("pwm") {
         let asked = root.section("pwm").is_ok_and(|pwm| pwm.has("frequency"));
@@ -56,7 +55,7 @@ pub(super) fn scene(file: &str, source: &Source, load: Load) -> Result<Scene, Sc
         places: source.places.clone(),
     };
     parts.parameters = source.parameters.take(&unused(&parts)).into();
-    agree(&parts)?;
+    agree(&parts, buildable)?;
     Ok(parts)
 }
 
@@ -96,7 +95,7 @@ pub(super) fn imposed(device: &Section, hand: &Hand) -> Result<(), SceneError> {
 }
 
 /// Checks the conditions between the parts of a scene.
-fn agree(scene: &Scene) -> Result<(), SceneError> {
+fn agree(scene: &Scene, buildable: Buildable) -> Result<(), SceneError> {
     let linear = scene.model.datapath == Datapath::Linear;
     if let (Loop::Law(law), true) = (scene.method.kind, linear) {
         let reason = format!(
@@ -153,12 +152,7 @@ fn agree(scene: &Scene) -> Result<(), SceneError> {
     if linear {
         return Ok(());
     }
-    let words = scene.words()?;
-    match crate::method::wiring(scene, &words) {
-        Err(SessionError::Scene(error)) => Err(error),
-        Err(error) => Err(scene.places.error("method.kind", error.to_string())),
-        Ok(_) => Ok(()),
-    }
+    buildable(scene, &scene.words()?)
 }
 
 /// The most counts that may pass in one clock edge: about a thousand times as many as a decoder follows, which is one.

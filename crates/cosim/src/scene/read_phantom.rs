@@ -3,7 +3,6 @@
 use hpu_datapath::phantom::PhantomConfig;
 use hpu_plant::arm::{ArmModel, kinematics};
 
-use crate::arm_world::is_singular;
 use crate::message::number;
 
 use super::accuracy::accuracy;
@@ -82,7 +81,7 @@ fn reachable(scene: &PhantomScene) -> Result<(), SceneError> {
         let Some(angles_rad) = kinematics::angles_rad(scene.drop.lengths_m, tip_m) else {
             return Err(refuse("the links do not reach it; write less"));
         };
-        if is_singular(scene.drop.lengths_m, angles_rad) {
+        if kinematics::is_singular(scene.drop.lengths_m, angles_rad) {
             return Err(refuse("the arm is singular there; write less"));
         }
         if scene.drop.premium == Premium::OneFive && !kinematics::within_limits_1_5(angles_rad) {
