@@ -64,6 +64,7 @@ mod audit;
 mod dut;
 mod expect;
 mod faults;
+mod head;
 pub mod keys;
 mod law;
 mod model;
@@ -89,6 +90,7 @@ pub use accuracy::{Accuracy, Output};
 pub use dut::{Connection, Driving, Dut, DutClock, DutReset, DutScene, Engine, Generic, Line, SourceFile, Standard};
 pub use expect::{Expect, Expectation, Metric, OutcomeKind};
 pub use faults::{EncoderLine, Faults, Stuck, Switch, Times};
+pub use head::Head;
 pub use law::{LawMethod, SampledWallMethod};
 pub use model::{BridgeModel, Datapath, EncoderModel, Friction, Model, Solver, Winding};
 pub use parameter::{Origin, Parameter, ParameterValue};
@@ -104,14 +106,12 @@ pub use shipped::{Shipped, shipped, shipped_file};
 pub use source::SceneError;
 pub use words::{COMMAND_BITS, LoopWords, Miss, Realised};
 
-use std::sync::Arc;
-
 use hpu_datapath::Estimator;
-use hpu_signal::Clock;
 
+use head::has_head;
 use read_device::DeviceKind;
 use read_hand::Load;
-use source::{Places, Source};
+use source::Source;
 
 /// The most clock edges that a run may last; a [`hpu_signal::Cycle`] holds them with room to spare.
 pub const MOST_EDGES: u64 = 1 << 62;
@@ -177,84 +177,15 @@ impl Experiment {
             Self::Axis(_) | Self::Dut(_) => None,
         }
     }
+}
 
-    /// Returns its name.
-    #[must_use]
-    pub fn name(&self) -> &str {
+impl std::ops::Deref for Experiment {
+    type Target = Head;
+    fn deref(&self) -> &Head {
         match self {
-            Self::Axis(scene) => &scene.name,
-            Self::Phantom(scene) => &scene.name,
-            Self::Dut(scene) => &scene.name,
-        }
-    }
-
-    /// Returns the text about what the scene shows and what to look for.
-    #[must_use]
-    pub fn about(&self) -> &str {
-        match self {
-            Self::Axis(scene) => &scene.about,
-            Self::Phantom(scene) => &scene.about,
-            Self::Dut(scene) => &scene.about,
-        }
-    }
-
-    /// Returns the FPGA's clock.
-    #[must_use]
-    pub fn clock(&self) -> Clock {
-        match self {
-            Self::Axis(scene) => scene.clock,
-            Self::Phantom(scene) => scene.clock,
-            Self::Dut(scene) => scene.clock,
-        }
-    }
-
-    /// Returns the duration in clock edges.
-    #[must_use]
-    pub fn edges(&self) -> u64 {
-        match self {
-            Self::Axis(scene) => scene.edges(),
-            Self::Phantom(scene) => scene.edges(),
-            Self::Dut(scene) => scene.edges(),
-        }
-    }
-
-    /// Returns whether the model is left to `hpu fit`: `model = "auto"`.
-    #[must_use]
-    pub fn auto(&self) -> bool {
-        match self {
-            Self::Axis(scene) => scene.auto,
-            Self::Phantom(scene) => scene.auto,
-            Self::Dut(_) => false,
-        }
-    }
-
-    /// Returns the expected results of the run.
-    #[must_use]
-    pub fn expect(&self) -> &Expect {
-        match self {
-            Self::Axis(scene) => &scene.expect,
-            Self::Phantom(scene) => &scene.expect,
-            Self::Dut(scene) => &scene.expect,
-        }
-    }
-
-    /// Returns every parameter of the run, as the scene was read, with its origin.
-    #[must_use]
-    pub fn parameters(&self) -> &[Parameter] {
-        match self {
-            Self::Axis(scene) => &scene.parameters,
-            Self::Phantom(scene) => &scene.parameters,
-            Self::Dut(scene) => &scene.parameters,
-        }
-    }
-
-    /// Returns the outputs by which models of the scene are compared.
-    #[must_use]
-    pub fn accuracy(&self) -> &Accuracy {
-        match self {
-            Self::Axis(scene) => &scene.accuracy,
-            Self::Phantom(scene) => &scene.accuracy,
-            Self::Dut(scene) => &scene.accuracy,
+            Self::Axis(scene) => &scene.head,
+            Self::Phantom(scene) => &scene.head,
+            Self::Dut(scene) => &scene.head,
         }
     }
 }
@@ -262,10 +193,8 @@ impl Experiment {
 /// One experiment on an axis, validated, in SI units.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Scene {
-    /// Name: that of the file, without folder and extension.
-    pub name: String,
-    /// The text about what the scene shows and what to look for.
-    pub about: String,
+    /// The part that every scene has.
+    pub head: Head,
     /// The device that the hand holds.
     pub device: Device,
     /// The encoder on the shaft, or along the rail.
@@ -274,8 +203,6 @@ pub struct Scene {
     pub bridge: Bridge,
     /// The force amplifier of a mass; the linear law needs none.
     pub amplifier: Option<Amplifier>,
-    /// The FPGA clock.
-    pub clock: Clock,
     /// The method that closes the loop.
     pub method: Method,
     /// The virtual wall.
@@ -286,20 +213,9 @@ pub struct Scene {
     pub faults: Option<Faults>,
     /// The parts of the physics that are modelled.
     pub model: Model,
-    /// Duration and seed of the run.
-    pub run: Run,
-    /// Settings of the recording.
-    pub record: Record,
-    /// The expected results of the run.
-    pub expect: Expect,
-    /// The outputs by which models of the scene are compared.
-    pub accuracy: Accuracy,
-    /// Whether the model is left to `hpu fit` (`model = "auto"`); the fields of `model` then hold the defaults.
-    pub auto: bool,
-    /// Every parameter of the run, as the scene was read, with its origin.
-    pub parameters: Arc<[Parameter]>,
-    places: Places,
 }
+
+has_head!(Scene);
 
 impl Scene {
     /// Reads a scene of an axis.
@@ -310,12 +226,6 @@ impl Scene {
     ) -> Result<Self, SceneError> {
         let source = Source::parse(name, text, overrides)?;
         read::scene(name, &source, load, buildable).map_err(|first| audit::with_others(&source, first))
-    }
-
-    /// Returns the duration in clock edges.
-    #[must_use]
-    pub fn edges(&self) -> u64 {
-        self.clock.edges(self.run.duration_s)
     }
 
     /// Returns the shaft angle at the start: the device's, or the first angle of a hand that imposes the angle.
@@ -358,12 +268,6 @@ impl Scene {
             _ => 1.0,
         };
         samples * self.sample_period_s()
-    }
-
-    /// Returns an error at one of the scene's keys.
-    #[must_use]
-    pub fn error(&self, key: &str, reason: impl Into<String>) -> SceneError {
-        self.places.error(key, reason)
     }
 
     /// Returns the sample period in seconds, as the clock realises it.

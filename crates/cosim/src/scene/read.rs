@@ -2,12 +2,12 @@
 
 use hpu_signal::Clock;
 
-use super::accuracy::accuracy;
 use super::expect::{Expect, Expectation, Metric, OutcomeKind};
-use super::keys::{self, Choice, Expected, Key, Quantity};
+use super::head::{Own, about};
+use super::keys::{self, Choice, Expected, Key};
 use super::law::LawMethod;
 use super::model::{BridgeModel, Datapath, EncoderModel};
-use super::parts::{Device, Hand, Loop, Ramp, Record, Run, Wall};
+use super::parts::{Device, Hand, Loop, Ramp, Wall};
 use super::read_device::{amplifier, bridge, device, encoder};
 use super::read_faults::{Pins, agree_on_faults, faults};
 use super::read_hand::{Load, hand};
@@ -15,8 +15,12 @@ use super::read_method::{PWM_FREQUENCY, method};
 use super::read_model::{agree_on_model, model};
 use super::section::Section;
 use super::source::{SceneError, Source};
-use super::{Buildable, MOST_EDGES, Scene};
+use super::{Buildable, Scene};
 use crate::message::{number, number_above, number_below};
+
+/// The head of a scene of an axis.
+const OWN: Own =
+    Own { kind: "axis", plant_rate: &keys::record::plant_rate, expect: axis_expect, outputs: &keys::accuracy::outputs };
 
 pub(super) fn scene(file: &str, source: &Source, load: Load, buildable: Buildable) -> Result<Scene, SceneError> {
     let root = source.root();
@@ -25,7 +29,7 @@ pub(super) fn scene(file: &str, source: &Source, load: Load, buildable: Buildabl
         return Err(root.unknown("pwm", if asked { PWM_FREQUENCY } else { "the PWM's keys stand in [method.pwm]" }));
     }
     root.accept(&["axis"])?;
-    let about = root.read(&keys::top::about)?.trim().to_string();
+    let about = about(&root)?;
     let (device, axis) = device(&root.section("device")?)?;
     let root = root.along(axis);
     let hand = hand(&root.section("hand")?, load)?;
@@ -34,34 +38,20 @@ pub(super) fn scene(file: &str, source: &Source, load: Load, buildable: Buildabl
     let model = model(&root.section("model")?, &device)?;
     let words = model.datapath != Datapath::Linear;
     let mut parts = Scene {
-        name: scene_name(file),
-        about,
         device,
         encoder: encoder(&root.section("encoder")?, &device, words)?,
         amplifier: amplifier(&root, &device, words)?,
         bridge: bridge(&root.section("bridge")?)?,
-        clock,
         method: method(&root.section("method")?)?,
         wall: wall(&root.section("wall")?)?,
         hand,
         faults: faults(&root, clock)?,
         model,
-        run: run(&root.section("run")?, clock)?,
-        record: record(&root.section("record")?, &keys::record::plant_rate, "axis")?,
-        expect: axis_expect(&root.section("expect")?)?,
-        accuracy: accuracy(&root.section("accuracy")?, &keys::accuracy::outputs, "axis")?,
-        auto: source.auto,
-        parameters: [].into(),
-        places: source.places.clone(),
+        head: OWN.head(file, source, &root, (about, clock))?,
     };
     parts.parameters = source.parameters.take(&unused(&parts)).into();
     agree(&parts, buildable)?;
     Ok(parts)
-}
-
-pub(super) fn scene_name(file: &str) -> String {
-    let name = file.rsplit(['/', '\\']).next().unwrap_or(file);
-    name.strip_suffix(".toml").unwrap_or(name).to_string()
 }
 
 /// Returns the sections and keys that are read but that no run of the scene uses.
@@ -255,23 +245,6 @@ fn ramp(s: &Section) -> Result<Ramp, SceneError> {
         from_s: s.read(&key::from)?,
         to_s: s.read(&key::to)?,
     })
-}
-
-pub(super) fn run(s: &Section, clock: Clock) -> Result<Run, SceneError> {
-    s.accept(&[])?;
-    let duration_s = s.read(&keys::run::duration)?;
-    let edges = duration_s * clock.frequency_hz() as f64;
-    if !(0.5..=MOST_EDGES as f64).contains(&edges) {
-        let reason = format!("{} clock edges; a run has 1 to 2^62", number(edges));
-        return Err(s.error("duration", reason));
-    }
-    Ok(Run { duration_s, seed: s.read(&keys::run::seed)? })
-}
-
-/// Reads `[record]` of a kind of scene, whose rate has a default of its own.
-pub(super) fn record(s: &Section, plant_rate: &Key<Quantity>, scene: &str) -> Result<Record, SceneError> {
-    s.accept(&[scene])?;
-    Ok(Record { plant_rate_hz: s.read(plant_rate)?, clock: s.read(&keys::record_all::clock)? })
 }
 
 pub(super) fn axis_expect(s: &Section) -> Result<Expect, SceneError> {
