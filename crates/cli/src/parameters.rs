@@ -16,7 +16,7 @@ pub struct Said {
 /// `--edges` for a duration that it gave.
 pub fn of(scene: &Experiment, fitted: Option<&Fit>, by_edges: bool) -> Vec<Said> {
     let chosen = |key: &str| fitted.is_some_and(|found| found.set.iter().any(|(set, _)| set == key));
-    let said = scene.parameters().iter().map(|parameter| Said {
+    let said = scene.parameters.iter().map(|parameter| Said {
         by: match parameter.origin {
             Origin::Set if by_edges && parameter.key == "run.duration" => "--edges".to_string(),
             Origin::Set if chosen(&parameter.key) => "fit".to_string(),

@@ -89,7 +89,7 @@ impl Loaded {
         let mut overrides = overrides.to_vec();
         let mut parsed = source.parse(&overrides)?;
         if let Some(edges) = edges {
-            let duration_s = edges as f64 / parsed.clock().frequency_hz() as f64;
+            let duration_s = edges as f64 / parsed.clock.frequency_hz() as f64;
             overrides.push(("run.duration".to_string(), format!("{duration_s:?}")));
             parsed = source.parse(&overrides)?;
         }
@@ -110,7 +110,7 @@ impl Loaded {
 
     /// Returns the command that runs this scene.
     pub fn command(&self) -> String {
-        let place = if self.is_shipped { self.scene.name() } else { &self.name };
+        let place = if self.is_shipped { &self.scene.name } else { &self.name };
         format!("hpu run {place}{}", set_options(&self.overrides))
     }
 }
@@ -182,10 +182,10 @@ pub fn list(as_json: bool) -> Result<Exit, Failure> {
     let scenes: Vec<_> =
         shipped().iter().map(|shipped| shipped.parse(&[])).collect::<Result<_, SceneError>>().map_err(Failure::file)?;
     if as_json {
-        let rows: Vec<_> = scenes.iter().map(|scene| json!({ "name": scene.name(), "about": scene.about() })).collect();
+        let rows: Vec<_> = scenes.iter().map(|scene| json!({ "name": scene.name, "about": scene.about })).collect();
         print_json(&json!({ "scenes": rows }))?;
     } else {
-        let lines = scenes.iter().map(|scene| format!("{:<24} {}\n", scene.name(), first_sentence(scene.about())));
+        let lines = scenes.iter().map(|scene| format!("{:<24} {}\n", scene.name, first_sentence(&scene.about)));
         print(&lines.collect::<String>())?;
     }
     Ok(Exit::Fine)

@@ -55,11 +55,11 @@ pub fn price(
     // Places the loop with three seeds, while nothing else can begin.
     let cost = with_progress(1, "loops placed", control, || cache.cost(wiring.block(), setup))?;
     let mut price = Price {
-        scene: experiment.name().to_string(),
+        scene: experiment.name.clone(),
         block: wiring.name(),
         tools: cache.tools().clone(),
         hdl: setup.hdl.clone(),
-        clock_hz: experiment.clock().frequency_hz(),
+        clock_hz: experiment.clock.frequency_hz(),
         cost,
         parts: Vec::new(),
         knobs: Vec::new(),

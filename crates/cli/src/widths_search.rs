@@ -217,7 +217,7 @@ pub fn run(args: &Search, asked: &Asked) -> Result<Exit, Failure> {
     let cases = args.cases(scenes, set)?;
     let Case { text, experiment, .. } = cases.first().ok_or_else(|| Failure::usage("--search takes a scene"))?;
     let name = &scenes[0];
-    let within = asked.within.unwrap_or(experiment.accuracy().within);
+    let within = asked.within.unwrap_or(experiment.accuracy.within);
     if let Experiment::Phantom(base) = experiment {
         return widths_search_phantom::run((text, base), args.of_a_phantom(scenes)?, within, args.lose, asked);
     }

@@ -50,13 +50,6 @@ pub struct ArmPlant {
     pub(crate) host: Option<Host>,
 }
 
-/// Returns whether these angles bring an arm so near a singular posture that its Jacobian is unusable: the arm is
-/// stretched or folded, or the tip lies on the arm's own axis.
-pub(crate) fn is_singular(lengths_m: [f64; 2], angles_rad: [f64; 3]) -> bool {
-    let [upper_m, fore_m] = lengths_m;
-    kinematics::determinant_m3(lengths_m, angles_rad) < 0.01 * upper_m * fore_m * upper_m
-}
-
 impl ArmPlant {
     /// Returns angles rounded down to whole counts, as counters read them.
     pub(crate) fn counted_rad(&self, angles_rad: [f64; 3]) -> [f64; 3] {
@@ -145,7 +138,7 @@ impl<'p> ArmState<'p> {
             self.over = Some("a joint left the tables of sines: the datapath says invalid, torques are zero");
         } else if plant.limited && !kinematics::within_limits_1_5(plant.angles_rad(counts)) {
             self.over = Some("a joint left its limits");
-        } else if is_singular(plant.arm.model().lengths_m, plant.angles_rad(counts)) {
+        } else if kinematics::is_singular(plant.arm.model().lengths_m, plant.angles_rad(counts)) {
             self.over = Some("the arm is nearly singular");
         } else if plant.logged_m(counts)[plant.axis] > plant.opposite_m {
             self.over = Some("the tip reached the opposite wall");

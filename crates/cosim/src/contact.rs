@@ -28,13 +28,8 @@ pub(crate) fn window_start(edges: u64, stride: u64) -> u64 {
 /// Returns begin and end of the judged window of a scene's complete run, in seconds.
 #[must_use]
 pub fn judged_window_s(experiment: &Experiment) -> [f64; 2] {
-    let clock = experiment.clock();
-    let rate_hz = match experiment {
-        Experiment::Axis(scene) => scene.record.plant_rate_hz,
-        Experiment::Phantom(scene) => scene.record.plant_rate_hz,
-        Experiment::Dut(scene) => scene.record.plant_rate_hz,
-    };
-    let (edges, stride) = (experiment.edges(), stride(clock, rate_hz));
+    let clock = experiment.clock;
+    let (edges, stride) = (experiment.edges(), stride(clock, experiment.record.plant_rate_hz));
     [window_start(edges, stride), edges].map(|edge| clock.seconds(Cycle(edge)))
 }
 

@@ -9,9 +9,7 @@ use hpu_datapath::{Block, Generic, Instance, LoopIn, LoopOut, Wiring, flatten};
 use hpu_signal::{Format, Meter, Ports, Signal, SignalUse};
 
 use crate::law::{AnyLaw, SampledLaw};
-
-/// Bits of the command's magnitude.
-pub const COMMAND_BITS: u32 = 40;
+use crate::scene::COMMAND_BITS;
 
 /// The configuration of a [`LawLoop`].
 #[derive(Clone, PartialEq, Debug)]

@@ -1,7 +1,6 @@
 //! Joins datapath and plant: scenes, worlds, the engine, the energy audit and the verdict.
 
 pub mod law;
-pub mod replay;
 pub mod scene;
 
 mod actuator;
@@ -25,6 +24,7 @@ mod linear;
 mod message;
 mod method;
 mod mover;
+mod parse;
 mod phantom_session;
 mod plant;
 mod random;
@@ -48,7 +48,7 @@ pub use contact::judged_window_s;
 pub use direct::{AxisDirect, Direct};
 pub use engine::{ClosedLoop, Comparison, Control, Difference, Driver, compare};
 pub use faults::Mark;
-pub use law_loop::{COMMAND_BITS, LawConfig, LawLoop};
+pub use law_loop::{LawConfig, LawLoop};
 pub use linear::LinearLoop;
 pub use message::{did_you_mean, excerpt, figure, number, utf8};
 pub use method::law_as_asked;
@@ -57,6 +57,7 @@ pub use plant::{Plant, PlantError};
 pub use random::SplitMix64;
 pub use ready::Ready;
 pub use rig::{Rig, TheLoop, Visit, Wired, follow};
+pub use scene::{COMMAND_BITS, replay};
 pub use schedule::{Schedule, WordRamp};
 pub use session::{Session, SessionError};
 pub use summary::{Abort, EnergyAudit, NetUse, Summary, metric};

@@ -7,8 +7,7 @@ use hpu_signal::Clock;
 
 use crate::actuator::{Actuator, Latch, Shaping};
 use crate::faults::FaultPlan;
-use crate::law_loop::COMMAND_BITS;
-use crate::scene::{self, BridgeModel, Datapath, Friction, PathPoint, Scene, Winding};
+use crate::scene::{self, BridgeModel, COMMAND_BITS, Datapath, Friction, PathPoint, Scene, Winding};
 use crate::stepped::Stepping;
 use crate::world::Pins;
 

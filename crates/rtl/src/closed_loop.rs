@@ -190,7 +190,7 @@ impl LoopJob {
     }
 
     pub(crate) fn row(&self) -> CheckRow {
-        CheckRow::new(self.wiring, self.scene.name())
+        CheckRow::new(self.wiring, &self.scene.name)
     }
 
     pub(crate) fn run(&self, loops: &Loops) -> Result<Tally, GhdlError> {

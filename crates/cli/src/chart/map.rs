@@ -40,7 +40,7 @@ pub fn run(args: &Args, source: &Source, race: Race, axes: (Axis, Axis)) -> Resu
     })?;
     let Some(shares) = shares else {
         if args.json {
-            let (scene, units) = (tour.race.written.name(), tour.units());
+            let (scene, units) = (&tour.race.written.name, tour.units());
             print_json(&json!({ "scene": scene, "complete": false, "done": kept, "cells": units }))?;
         } else {
             print(&format!("interrupted after {kept} of {} cells\n", tour.units()))?;
@@ -63,7 +63,7 @@ impl Toured {
     fn tell(mut self, folder: Option<Folder>, as_json: bool) -> Result<Exit, Failure> {
         if let Some(mut folder) = folder {
             folder.write("chart.csv", self.csv())?;
-            let name = self.tour.race.written.name();
+            let name = &self.tour.race.written.name;
             pictures::put(&chart::shares(name, &self.tour.map, &self.shares, &self.command), &mut folder)?;
             self.files = folder.places().map(PathBuf::from).collect();
             folder.commit()?;
@@ -150,7 +150,7 @@ impl Toured {
         let refused: Vec<Value> =
             tour.refused.iter().map(|(who, why)| json!({ "name": who.name, "reason": why })).collect();
         json!({
-            "scene": tour.race.written.name(),
+            "scene": tour.race.written.name,
             "command": command,
             "complete": true,
             "cells": tour.map.layer(),

@@ -103,7 +103,7 @@ impl Charted {
         let outputs = accuracy::outputs_of(&self.race.written);
         let table = accuracy::csv(&self.chart, outputs, &self.command, |entry| self.replay(entry));
         folder.write("chart.csv", table)?;
-        pictures::put(&chart::speed(self.race.written.name(), &self.chart, &self.command), &mut folder)?;
+        pictures::put(&chart::speed(&self.race.written.name, &self.chart, &self.command), &mut folder)?;
         self.files = folder.places().map(PathBuf::from).collect();
         folder.commit()
     }

@@ -12,7 +12,7 @@ use crate::terminal::{print, print_json};
 /// Reports that a chart was stopped.
 pub fn interrupted(race: &Race, as_json: bool) -> Result<Exit, Failure> {
     if as_json {
-        print_json(&json!({ "scene": race.written.name(), "complete": false }))?;
+        print_json(&json!({ "scene": race.written.name, "complete": false }))?;
     } else {
         print("interrupted; wall times are worth nothing by halves, so nothing is written\n")?;
     }
@@ -51,7 +51,7 @@ pub fn text(charted: &Charted) -> String {
     let Charted { race, chart, command, files, .. } = charted;
     let Chart { outcome, outputs, within, entries } = chart;
     let names: Vec<&str> = outputs.iter().map(|output| output.name()).collect();
-    let mut text = format!("$ {command}\n\n{}: {}\n", race.written.name(), outcome_name(Some(*outcome)));
+    let mut text = format!("$ {command}\n\n{}: {}\n", race.written.name, outcome_name(Some(*outcome)));
     text += &format!(
         "an error is the worst of {}, against the scene as written from event to event; {} is allowed\n\
          errors are of the whole motion; where `timed` names the first part of it, the wall time is scaled from there\n\n",
@@ -169,7 +169,7 @@ pub fn object(charted: &Charted) -> Value {
         })
         .collect();
     json!({
-        "scene": race.written.name(),
+        "scene": race.written.name,
         "command": command,
         "complete": true,
         "outcome": outcome_name(Some(chart.outcome)),

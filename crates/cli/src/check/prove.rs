@@ -76,7 +76,7 @@ fn of_scenes(args: &Args) -> Result<Vec<Wanted>, Failure> {
     for name in &args.scenes {
         let loaded = Loaded::new(name, &args.set.set, None)?;
         let ready = Ready::new(&loaded.scene).map_err(Failure::file)?;
-        let (scene, wiring) = (loaded.scene.name(), ready.wiring());
+        let (scene, wiring) = (&loaded.scene.name, ready.wiring());
         for Instance { label, model, .. } in wiring.instances() {
             want(scene, label, &*model);
         }

@@ -138,7 +138,7 @@ pub fn least(
 ) -> Result<Option<Fit>, Failure> {
     let mut load = |file: &str| source.load(file);
     let (scene, experiment) = SceneText::read((&source.name, &source.text), set, &mut load).map_err(Failure::file)?;
-    match fit(&scene, &set.to_vec(), within.unwrap_or(experiment.accuracy().within), control) {
+    match fit(&scene, &set.to_vec(), within.unwrap_or(experiment.accuracy.within), control) {
         Ok(found) => Ok(Some(found)),
         Err(FitError::Stopped) => Ok(None),
         Err(error) => Err(Failure::file(format!("{}: {error}", source.name))),

@@ -203,7 +203,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let junit_file = args.junit.as_deref().map(Single::open).transpose()?;
     let mut loaded = Loaded::new(name, &set, args.edges)?;
     let mut fitted = None;
-    if loaded.scene.auto() {
+    if loaded.scene.auto {
         let Some(found) = fit::least(&scene::source(name)?, &set, None, interrupt::heed())? else {
             return Ok(Exit::Interrupted);
         };
@@ -300,7 +300,7 @@ fn write(
         pictures::write(ran, &command, folder)?;
         if let (Some(other), None) = (other, &ran.held) {
             let session = AnyRig::new(&other.scene, &args.hdl.simulators()?, false)?;
-            let command = format!("{command} --beside {}", other.scene.name());
+            let command = format!("{command} --beside {}", other.scene.name);
             let vhdl = ran.rtl.as_ref().map(|_| (other.in_vhdl(other.scene.edges()), args.hdl.setup()));
             let beside = simulate(&other.scene, &session, args, vhdl.as_ref(), None, None)?;
             pictures::write_beside([ran, &beside], &command, folder)?;
@@ -431,9 +431,9 @@ fn simulate<'s>(
             (summary, rtl)
         }
     };
-    let expected = scene.expect().outcome.is_some() || !scene.expect().numbers.is_empty();
+    let expected = scene.expect.outcome.is_some() || !scene.expect.numbers.is_empty();
     let unjudged = args.unjudged(summary.complete).filter(|_| expected);
-    let expect = unjudged.is_none().then_some(scene.expect());
+    let expect = unjudged.is_none().then_some(&scene.expect);
     let outcome = expect.and_then(|expect| expect.outcome);
     let numbers = expect.map_or(&[][..], |expect| &expect.numbers).iter().map(|expected| {
         let got = metric(expected.metric, scene, &summary, &trace);

@@ -242,7 +242,7 @@ fn tables_of(block: &dyn AnyBlock) -> Vec<String> {
 fn of_scene(args: &Args, scene: &str) -> Result<Vec<Named>, Failure> {
     let loaded = Loaded::new(scene, &args.set.set, None)?;
     let session = Ready::new(&loaded.scene).map_err(Failure::file)?;
-    let (scene, wiring) = (loaded.scene.name(), session.wiring().name());
+    let (scene, wiring) = (&loaded.scene.name, session.wiring().name());
     // Only one set is written to stdout: that of the loop, unless a block is named.
     let of_loop = args.blocks.is_empty() && args.out.is_none();
     let wanted = |name: &str| {

@@ -217,9 +217,9 @@ fn page(args: &Args, experiments: &[Experiment]) -> Result<Option<Page>, Failure
         scenes: args.scenes.clone(),
         missed: experiments
             .iter()
-            .filter_map(|experiment| Some(format!("{}: {}", experiment.name(), stiffness_missed(experiment)?)))
+            .filter_map(|experiment| Some(format!("{}: {}", experiment.name, stiffness_missed(experiment)?)))
             .collect(),
-        clock_hz: experiments[0].clock().frequency_hz(),
+        clock_hz: experiments[0].clock.frequency_hz(),
         random: args.random.map(|seconds| (seconds, args.seed)),
         measured,
         proved,
@@ -280,7 +280,7 @@ fn recommended(
     let jobs = args.jobs.get();
     let mut all: Option<Recommended> = None;
     for (experiment, run) in experiments.iter().zip(runs) {
-        let within = args.within.unwrap_or(experiment.accuracy().within);
+        let within = args.within.unwrap_or(experiment.accuracy.within);
         let trials = || recommend(experiment, run, within, jobs, control);
         match with_progress(40, "runs", control, trials) {
             Err(why) => return Ok(Some(Err(why))),

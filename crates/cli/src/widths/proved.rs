@@ -51,11 +51,11 @@ pub fn proved(experiments: &[Experiment], runs: &[Measured]) -> Result<Proved, S
         for bound in proof.bounds {
             match all.bounds.iter_mut().find(|other| other.name == bound.name) {
                 None => all.bounds.push(bound),
-                Some(other) => widen(other, &bound, experiment.name()),
+                Some(other) => widen(other, &bound, &experiment.name),
             }
         }
         let overflow = proof.wraps_at.map(|at| Overflow { at, unit: unit(experiment), run: depth(run) });
-        all.scenes.push(OfScene { name: experiment.name().to_string(), limits: proof.limits, overflow });
+        all.scenes.push(OfScene { name: experiment.name.clone(), limits: proof.limits, overflow });
     }
     if all.bounds.is_empty() { Err("nothing is proved of this wiring".into()) } else { Ok(all) }
 }

@@ -1,23 +1,18 @@
 //! A design of the user's own: its files, and the connections of its ports.
 
 use std::fmt;
+use std::sync::Arc;
 
 use hpu_signal::Format;
 
-use super::source::{Places, SceneError};
-use super::{Accuracy, Amplifier, Bridge, Device, Encoder, Expect, Faults, Hand, Model, Parameter, Record, Run};
-
-use std::sync::Arc;
-
-use hpu_signal::Clock;
+use super::head::{Head, has_head};
+use super::{Amplifier, Bridge, Device, Encoder, Faults, Hand, Model};
 
 /// One experiment of an axis whose loop is closed by a design of the user's own; in SI units.
 #[derive(Clone, PartialEq, Debug)]
 pub struct DutScene {
-    /// Name: that of the file, without folder and extension.
-    pub name: String,
-    /// The text about what the scene shows and what to look for.
-    pub about: String,
+    /// The part that every scene has.
+    pub head: Head,
     /// The device that the hand holds.
     pub device: Device,
     /// The encoder on the shaft, or along the rail.
@@ -26,8 +21,6 @@ pub struct DutScene {
     pub bridge: Bridge,
     /// The force amplifier of a mass.
     pub amplifier: Option<Amplifier>,
-    /// The fastest clock of the design.
-    pub clock: Clock,
     /// The design.
     pub dut: Dut,
     /// The position of the wall that the design renders.
@@ -40,36 +33,15 @@ pub struct DutScene {
     pub faults: Option<Faults>,
     /// The parts of the device's physics that are modelled.
     pub model: Model,
-    /// Duration and seed of the run.
-    pub run: Run,
-    /// Settings of the recording.
-    pub record: Record,
-    /// The expected results of the run.
-    pub expect: Expect,
-    /// The outputs by which models would be compared.
-    pub accuracy: Accuracy,
-    /// Every parameter of the run, as the scene was read, with its origin.
-    pub parameters: Arc<[Parameter]>,
-    pub(super) places: Places,
 }
 
-impl DutScene {
-    /// Returns the duration in clock edges.
-    #[must_use]
-    pub fn edges(&self) -> u64 {
-        self.clock.edges(self.run.duration_s)
-    }
+has_head!(DutScene);
 
+impl DutScene {
     /// Returns the wall's position in counts of the encoder, from angle 0.
     #[must_use]
     pub fn wall_counts(&self) -> i64 {
         (self.wall_rad / self.encoder.count_rad()).round() as i64
-    }
-
-    /// Returns an error at one of the scene's keys.
-    #[must_use]
-    pub fn error(&self, key: &str, reason: impl Into<String>) -> SceneError {
-        self.places.error(key, reason)
     }
 }
 

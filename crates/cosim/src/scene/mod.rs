@@ -64,6 +64,7 @@ mod audit;
 mod dut;
 mod expect;
 mod faults;
+mod head;
 pub mod keys;
 mod law;
 mod model;
@@ -79,6 +80,7 @@ mod read_hand;
 mod read_method;
 mod read_model;
 mod read_phantom;
+pub mod replay;
 mod section;
 mod shipped;
 mod source;
@@ -88,6 +90,7 @@ pub use accuracy::{Accuracy, Output};
 pub use dut::{Connection, Driving, Dut, DutClock, DutReset, DutScene, Engine, Generic, Line, SourceFile, Standard};
 pub use expect::{Expect, Expectation, Metric, OutcomeKind};
 pub use faults::{EncoderLine, Faults, Stuck, Switch, Times};
+pub use head::Head;
 pub use law::{LawMethod, SampledWallMethod};
 pub use model::{BridgeModel, Datapath, EncoderModel, Friction, Model, Solver, Winding};
 pub use parameter::{Origin, Parameter, ParameterValue};
@@ -101,18 +104,28 @@ pub use phantom::{
 };
 pub use shipped::{Shipped, shipped, shipped_file};
 pub use source::SceneError;
-pub use words::{LoopWords, Miss, Realised};
-
-use std::sync::Arc;
+pub use words::{COMMAND_BITS, LoopWords, Miss, Realised};
 
 use hpu_datapath::Estimator;
-use hpu_signal::Clock;
 
+use head::has_head;
 use read_device::DeviceKind;
-use source::{Places, Source};
+use read_hand::Load;
+use source::Source;
 
 /// The most clock edges that a run may last; a [`hpu_signal::Cycle`] holds them with room to spare.
 pub const MOST_EDGES: u64 = 1 << 62;
+
+/// The text of a scene, the name of its file in messages, and the keys and values that replace the file's.
+#[derive(Clone, Copy)]
+pub(crate) struct Text<'a> {
+    pub(crate) name: &'a str,
+    pub(crate) text: &'a str,
+    pub(crate) overrides: &'a [(String, String)],
+}
+
+/// Refuses an axis whose words make no datapath. The parser knows no datapath, so its caller gives this check.
+type Buildable<'a> = &'a dyn Fn(&Scene, &LoopWords) -> Result<(), SceneError>;
 
 /// Any experiment.
 #[derive(Clone, PartialEq, Debug)]
@@ -127,33 +140,24 @@ pub enum Experiment {
 }
 
 impl Experiment {
-    /// Parses and validates a scene of any kind, as [`Scene::parse`] does.
-    ///
-    /// # Errors
-    ///
-    /// [`SceneError`] with file, line, column, key, and what is accepted instead.
-    pub fn parse(
-        name: &str,
-        text: &str,
-        overrides: &[(String, String)],
-        load: &mut dyn FnMut(&str) -> std::io::Result<Vec<u8>>,
+    /// Reads a scene of any kind. `buildable` refuses an axis whose words make no datapath.
+    pub(crate) fn read(
+        Text { name, text, overrides }: Text,
+        load: Load,
+        buildable: Buildable,
     ) -> Result<Self, SceneError> {
         let source = Source::parse(name, text, overrides)?;
-        Self::read(name, &source, load).map_err(|first| audit::with_others(&source, first))
+        Self::of(name, &source, load, buildable).map_err(|first| audit::with_others(&source, first))
     }
 
-    fn read(
-        name: &str,
-        source: &Source,
-        load: &mut dyn FnMut(&str) -> std::io::Result<Vec<u8>>,
-    ) -> Result<Self, SceneError> {
+    fn of(name: &str, source: &Source, load: Load, buildable: Buildable) -> Result<Self, SceneError> {
         if source.root().section("device")?.read(&keys::device::kind)? == DeviceKind::Phantom {
             return read_phantom::phantom_scene(name, source).map(Self::Phantom);
         }
         if source.root().has("dut") {
             return read_dut::dut_scene(name, source, load).map(Self::Dut);
         }
-        read::scene(name, source, load).map(Self::Axis)
+        read::scene(name, source, load, buildable).map(Self::Axis)
     }
 
     /// Returns the scene if it is one of an axis.
@@ -173,84 +177,15 @@ impl Experiment {
             Self::Axis(_) | Self::Dut(_) => None,
         }
     }
+}
 
-    /// Returns its name.
-    #[must_use]
-    pub fn name(&self) -> &str {
+impl std::ops::Deref for Experiment {
+    type Target = Head;
+    fn deref(&self) -> &Head {
         match self {
-            Self::Axis(scene) => &scene.name,
-            Self::Phantom(scene) => &scene.name,
-            Self::Dut(scene) => &scene.name,
-        }
-    }
-
-    /// Returns the text about what the scene shows and what to look for.
-    #[must_use]
-    pub fn about(&self) -> &str {
-        match self {
-            Self::Axis(scene) => &scene.about,
-            Self::Phantom(scene) => &scene.about,
-            Self::Dut(scene) => &scene.about,
-        }
-    }
-
-    /// Returns the FPGA's clock.
-    #[must_use]
-    pub fn clock(&self) -> Clock {
-        match self {
-            Self::Axis(scene) => scene.clock,
-            Self::Phantom(scene) => scene.clock,
-            Self::Dut(scene) => scene.clock,
-        }
-    }
-
-    /// Returns the duration in clock edges.
-    #[must_use]
-    pub fn edges(&self) -> u64 {
-        match self {
-            Self::Axis(scene) => scene.edges(),
-            Self::Phantom(scene) => scene.edges(),
-            Self::Dut(scene) => scene.edges(),
-        }
-    }
-
-    /// Returns whether the model is left to `hpu fit`: `model = "auto"`.
-    #[must_use]
-    pub fn auto(&self) -> bool {
-        match self {
-            Self::Axis(scene) => scene.auto,
-            Self::Phantom(scene) => scene.auto,
-            Self::Dut(_) => false,
-        }
-    }
-
-    /// Returns the expected results of the run.
-    #[must_use]
-    pub fn expect(&self) -> &Expect {
-        match self {
-            Self::Axis(scene) => &scene.expect,
-            Self::Phantom(scene) => &scene.expect,
-            Self::Dut(scene) => &scene.expect,
-        }
-    }
-
-    /// Returns every parameter of the run, as the scene was read, with its origin.
-    #[must_use]
-    pub fn parameters(&self) -> &[Parameter] {
-        match self {
-            Self::Axis(scene) => &scene.parameters,
-            Self::Phantom(scene) => &scene.parameters,
-            Self::Dut(scene) => &scene.parameters,
-        }
-    }
-
-    /// Returns the outputs by which models of the scene are compared.
-    #[must_use]
-    pub fn accuracy(&self) -> &Accuracy {
-        match self {
-            Self::Axis(scene) => &scene.accuracy,
-            Self::Phantom(scene) => &scene.accuracy,
-            Self::Dut(scene) => &scene.accuracy,
+            Self::Axis(scene) => &scene.head,
+            Self::Phantom(scene) => &scene.head,
+            Self::Dut(scene) => &scene.head,
         }
     }
 }
@@ -258,10 +193,8 @@ impl Experiment {
 /// One experiment on an axis, validated, in SI units.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Scene {
-    /// Name: that of the file, without folder and extension.
-    pub name: String,
-    /// The text about what the scene shows and what to look for.
-    pub about: String,
+    /// The part that every scene has.
+    pub head: Head,
     /// The device that the hand holds.
     pub device: Device,
     /// The encoder on the shaft, or along the rail.
@@ -270,8 +203,6 @@ pub struct Scene {
     pub bridge: Bridge,
     /// The force amplifier of a mass; the linear law needs none.
     pub amplifier: Option<Amplifier>,
-    /// The FPGA clock.
-    pub clock: Clock,
     /// The method that closes the loop.
     pub method: Method,
     /// The virtual wall.
@@ -282,46 +213,19 @@ pub struct Scene {
     pub faults: Option<Faults>,
     /// The parts of the physics that are modelled.
     pub model: Model,
-    /// Duration and seed of the run.
-    pub run: Run,
-    /// Settings of the recording.
-    pub record: Record,
-    /// The expected results of the run.
-    pub expect: Expect,
-    /// The outputs by which models of the scene are compared.
-    pub accuracy: Accuracy,
-    /// Whether the model is left to `hpu fit` (`model = "auto"`); the fields of `model` then hold the defaults.
-    pub auto: bool,
-    /// Every parameter of the run, as the scene was read, with its origin.
-    pub parameters: Arc<[Parameter]>,
-    places: Places,
 }
 
+has_head!(Scene);
+
 impl Scene {
-    /// Parses and validates a scene.
-    ///
-    /// `name` is the file's name in error messages. `overrides` are keys and values that replace the file's, in order,
-    /// as in `("wall.stiffness", "2 N.m/rad")`. A value that is not TOML is a string; missing sections are created; an
-    /// inline table replaces a whole section (`("hand", "{ kind = \"none\" }")`). `load` reads a file that the scene
-    /// names.
-    ///
-    /// # Errors
-    ///
-    /// [`SceneError`] with file, line, column, key, and what is accepted instead.
-    pub fn parse(
-        name: &str,
-        text: &str,
-        overrides: &[(String, String)],
-        load: &mut dyn FnMut(&str) -> std::io::Result<Vec<u8>>,
+    /// Reads a scene of an axis.
+    pub(crate) fn read(
+        Text { name, text, overrides }: Text,
+        load: Load,
+        buildable: Buildable,
     ) -> Result<Self, SceneError> {
         let source = Source::parse(name, text, overrides)?;
-        read::scene(name, &source, load).map_err(|first| audit::with_others(&source, first))
-    }
-
-    /// Returns the duration in clock edges.
-    #[must_use]
-    pub fn edges(&self) -> u64 {
-        self.clock.edges(self.run.duration_s)
+        read::scene(name, &source, load, buildable).map_err(|first| audit::with_others(&source, first))
     }
 
     /// Returns the shaft angle at the start: the device's, or the first angle of a hand that imposes the angle.
@@ -364,12 +268,6 @@ impl Scene {
             _ => 1.0,
         };
         samples * self.sample_period_s()
-    }
-
-    /// Returns an error at one of the scene's keys.
-    #[must_use]
-    pub fn error(&self, key: &str, reason: impl Into<String>) -> SceneError {
-        self.places.error(key, reason)
     }
 
     /// Returns the sample period in seconds, as the clock realises it.

@@ -3,7 +3,7 @@
 use hpu_signal::Format;
 
 use super::law::LawMethod;
-use crate::replay::PinEdge;
+use super::replay::PinEdge;
 
 /// The device that the hand holds.
 #[derive(Clone, Copy, PartialEq, Debug)]

@@ -1,16 +1,10 @@
 //! A scene of a PHANToM: the drop test of Sevcik et al. 2009, its platforms and its models.
 
-use std::sync::Arc;
-
 use hpu_datapath::phantom::PhantomConfig;
-use hpu_signal::Clock;
 
-use super::accuracy::Accuracy;
-use super::expect::Expect;
+use super::head::{Head, has_head};
 use super::model::Solver;
-use super::parameter::Parameter;
-use super::parts::{Record, Run};
-use super::source::{Places, SceneError};
+use super::source::SceneError;
 use super::words::Miss;
 
 /// The platform: the computer or FPGA that computes the wall's force, and its rate.
@@ -212,37 +206,20 @@ pub struct PhantomModel {
 /// A scene of a PHANToM, validated, in SI units.
 #[derive(Clone, PartialEq, Debug)]
 pub struct PhantomScene {
-    /// Name: that of the file, without folder and extension.
-    pub name: String,
-    /// The text about what the scene shows and what to look for.
-    pub about: String,
+    /// The part that every scene has.
+    pub head: Head,
     /// The device and its release.
     pub drop: Drop,
     /// The platform that computes the force.
     pub platform: Platform,
     /// Irregularity of `PMOS-1`.
     pub irregularity: Irregularity,
-    /// The FPGA clock.
-    pub clock: Clock,
     /// The FPGA's design.
     pub method: PhantomMethod,
     /// The room.
     pub room: Room,
     /// The parts of the physics that are modelled.
     pub model: PhantomModel,
-    /// Duration and seed of the run.
-    pub run: Run,
-    /// Settings of the recording.
-    pub record: Record,
-    /// The expected results of the run.
-    pub expect: Expect,
-    /// The outputs by which models of the scene are compared.
-    pub accuracy: Accuracy,
-    /// Whether the model is left to `hpu fit` (`model = "auto"`); the fields of `model` then hold the defaults.
-    pub auto: bool,
-    /// Every parameter of the run, as the scene was read, with its origin.
-    pub parameters: Arc<[Parameter]>,
-    pub(super) places: Places,
 }
 
 /// The constant words of a PHANToM's datapath, computed from its scene.
@@ -262,13 +239,9 @@ pub struct PhantomWords {
     pub period: i64,
 }
 
-impl PhantomScene {
-    /// Returns the duration in clock edges.
-    #[must_use]
-    pub fn edges(&self) -> u64 {
-        self.clock.edges(self.run.duration_s)
-    }
+has_head!(PhantomScene);
 
+impl PhantomScene {
     /// Returns the sample period in whole clocks.
     #[must_use]
     pub fn period_clocks(&self) -> u64 {

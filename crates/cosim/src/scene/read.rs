@@ -2,12 +2,12 @@
 
 use hpu_signal::Clock;
 
-use super::accuracy::accuracy;
 use super::expect::{Expect, Expectation, Metric, OutcomeKind};
-use super::keys::{self, Choice, Expected, Key, Quantity};
+use super::head::{Own, about};
+use super::keys::{self, Choice, Expected, Key};
 use super::law::LawMethod;
 use super::model::{BridgeModel, Datapath, EncoderModel};
-use super::parts::{Device, Hand, Loop, Ramp, Record, Run, Wall};
+use super::parts::{Device, Hand, Loop, Ramp, Wall};
 use super::read_device::{amplifier, bridge, device, encoder};
 use super::read_faults::{Pins, agree_on_faults, faults};
 use super::read_hand::{Load, hand};
@@ -15,18 +15,21 @@ use super::read_method::{PWM_FREQUENCY, method};
 use super::read_model::{agree_on_model, model};
 use super::section::Section;
 use super::source::{SceneError, Source};
-use super::{MOST_EDGES, Scene};
+use super::{Buildable, Scene};
 use crate::message::{number, number_above, number_below};
-use crate::session::SessionError;
 
-pub(super) fn scene(file: &str, source: &Source, load: Load) -> Result<Scene, SceneError> {
+/// The head of a scene of an axis.
+const OWN: Own =
+    Own { kind: "axis", plant_rate: &keys::record::plant_rate, expect: axis_expect, outputs: &keys::accuracy::outputs };
+
+pub(super) fn scene(file: &str, source: &Source, load: Load, buildable: Buildable) -> Result<Scene, SceneError> {
     let root = source.root();
     if root.has("pwm") {
         let asked = root.section("pwm").is_ok_and(|pwm| pwm.has("frequency"));
         return Err(root.unknown("pwm", if asked { PWM_FREQUENCY } else { "the PWM's keys stand in [method.pwm]" }));
     }
     root.accept(&["axis"])?;
-    let about = root.read(&keys::top::about)?.trim().to_string();
+    let about = about(&root)?;
     let (device, axis) = device(&root.section("device")?)?;
     let root = root.along(axis);
     let hand = hand(&root.section("hand")?, load)?;
@@ -35,34 +38,20 @@ pub(super) fn scene(file: &str, source: &Source, load: Load) -> Result<Scene, Sc
     let model = model(&root.section("model")?, &device)?;
     let words = model.datapath != Datapath::Linear;
     let mut parts = Scene {
-        name: scene_name(file),
-        about,
         device,
         encoder: encoder(&root.section("encoder")?, &device, words)?,
         amplifier: amplifier(&root, &device, words)?,
         bridge: bridge(&root.section("bridge")?)?,
-        clock,
         method: method(&root.section("method")?)?,
         wall: wall(&root.section("wall")?)?,
         hand,
         faults: faults(&root, clock)?,
         model,
-        run: run(&root.section("run")?, clock)?,
-        record: record(&root.section("record")?, &keys::record::plant_rate, "axis")?,
-        expect: axis_expect(&root.section("expect")?)?,
-        accuracy: accuracy(&root.section("accuracy")?, &keys::accuracy::outputs, "axis")?,
-        auto: source.auto,
-        parameters: [].into(),
-        places: source.places.clone(),
+        head: OWN.head(file, source, &root, (about, clock))?,
     };
     parts.parameters = source.parameters.take(&unused(&parts)).into();
-    agree(&parts)?;
+    agree(&parts, buildable)?;
     Ok(parts)
-}
-
-pub(super) fn scene_name(file: &str) -> String {
-    let name = file.rsplit(['/', '\\']).next().unwrap_or(file);
-    name.strip_suffix(".toml").unwrap_or(name).to_string()
 }
 
 /// Returns the sections and keys that are read but that no run of the scene uses.
@@ -96,7 +85,7 @@ pub(super) fn imposed(device: &Section, hand: &Hand) -> Result<(), SceneError> {
 }
 
 /// Checks the conditions between the parts of a scene.
-fn agree(scene: &Scene) -> Result<(), SceneError> {
+fn agree(scene: &Scene, buildable: Buildable) -> Result<(), SceneError> {
     let linear = scene.model.datapath == Datapath::Linear;
     if let (Loop::Law(law), true) = (scene.method.kind, linear) {
         let reason = format!(
@@ -153,12 +142,7 @@ fn agree(scene: &Scene) -> Result<(), SceneError> {
     if linear {
         return Ok(());
     }
-    let words = scene.words()?;
-    match crate::method::wiring(scene, &words) {
-        Err(SessionError::Scene(error)) => Err(error),
-        Err(error) => Err(scene.places.error("method.kind", error.to_string())),
-        Ok(_) => Ok(()),
-    }
+    buildable(scene, &scene.words()?)
 }
 
 /// The most counts that may pass in one clock edge: about a thousand times as many as a decoder follows, which is one.
@@ -261,23 +245,6 @@ fn ramp(s: &Section) -> Result<Ramp, SceneError> {
         from_s: s.read(&key::from)?,
         to_s: s.read(&key::to)?,
     })
-}
-
-pub(super) fn run(s: &Section, clock: Clock) -> Result<Run, SceneError> {
-    s.accept(&[])?;
-    let duration_s = s.read(&keys::run::duration)?;
-    let edges = duration_s * clock.frequency_hz() as f64;
-    if !(0.5..=MOST_EDGES as f64).contains(&edges) {
-        let reason = format!("{} clock edges; a run has 1 to 2^62", number(edges));
-        return Err(s.error("duration", reason));
-    }
-    Ok(Run { duration_s, seed: s.read(&keys::run::seed)? })
-}
-
-/// Reads `[record]` of a kind of scene, whose rate has a default of its own.
-pub(super) fn record(s: &Section, plant_rate: &Key<Quantity>, scene: &str) -> Result<Record, SceneError> {
-    s.accept(&[scene])?;
-    Ok(Record { plant_rate_hz: s.read(plant_rate)?, clock: s.read(&keys::record_all::clock)? })
 }
 
 pub(super) fn axis_expect(s: &Section) -> Result<Expect, SceneError> {

@@ -3,19 +3,23 @@
 use hpu_signal::Format;
 use toml_edit::{Item, TableLike, Value};
 
-use super::accuracy::accuracy;
 use super::dut::{Connection, Driving, Dut, DutClock, DutReset, DutScene, Generic, Line, SourceFile};
+use super::head::{Own, about};
 use super::keys::{self, Key, Read, Text};
 use super::model::{BridgeModel, Datapath, EncoderModel, Model, Solver, Winding};
 use super::parameter::{Origin, ParameterValue};
 use super::parts::{Device, Hand};
-use super::read::{axis_expect, clock, imposed, record, run, scene_name};
+use super::read::{axis_expect, clock, imposed};
 use super::read_device::{amplifier, bridge, device, encoder};
 use super::read_faults::{Pins, agree_on_faults, faults};
 use super::read_hand::{Load, hand};
 use super::read_model::friction;
 use super::section::{Section, shown};
 use super::source::{SceneError, Source};
+
+/// The head of a scene with a design of the user's own.
+const OWN: Own =
+    Own { kind: "dut", plant_rate: &keys::record::plant_rate, expect: axis_expect, outputs: &keys::accuracy::outputs };
 
 pub(super) fn dut_scene(file: &str, source: &Source, load: Load) -> Result<DutScene, SceneError> {
     let root = source.root();
@@ -24,7 +28,7 @@ pub(super) fn dut_scene(file: &str, source: &Source, load: Load) -> Result<DutSc
         return Err(root.error("method", reason));
     }
     root.accept(&["dut"])?;
-    let about = root.read(&keys::top::about)?.trim().to_string();
+    let about = about(&root)?;
     let (device, axis) = device(&root.section("device")?)?;
     let root = root.along(axis);
     let hand = hand(&root.section("hand")?, load)?;
@@ -36,26 +40,19 @@ pub(super) fn dut_scene(file: &str, source: &Source, load: Load) -> Result<DutSc
     wall.accept(&["dut"])?;
     let clock = clock(&root.section("clock")?)?;
     let mut scene = DutScene {
-        name: scene_name(file),
-        about,
         device,
         encoder: encoder(&root.section("encoder")?, &device, true)?,
         amplifier: amplifier(&root, &device, true)?,
         bridge: bridge(&root.section("bridge")?)?,
-        clock,
         dut: dut(&root.section("dut")?, load)?,
         wall_rad: wall.read(&keys::wall::position)?,
         varies: varies(&wall)?,
         hand,
         faults: faults(&root, clock)?,
         model: model(&root.section("model")?)?,
-        run: run(&root.section("run")?, clock)?,
-        record: record(&root.section("record")?, &keys::record::plant_rate, "dut")?,
-        expect: axis_expect(&root.section("expect")?)?,
-        accuracy: accuracy(&root.section("accuracy")?, &keys::accuracy::outputs, "dut")?,
-        parameters: [].into(),
-        places: source.places.clone(),
+        head: OWN.head(file, source, &root, (about, clock))?,
     };
+    scene.auto = false;
     let driving = scene.dut.driving().map_err(|reason| scene.error("dut.ports", reason))?;
     match (driving, &scene.device) {
         (Driving::Force, Device::Motor(_)) => {

@@ -7,10 +7,10 @@ use super::parameter::{Origin, ParameterValue};
 use super::parts::{Hand, PathPoint};
 use super::quantity as q;
 use super::quantity::Sense::{Any, NotNegative};
+use super::replay;
 use super::section::Section;
 use super::source::SceneError;
 use crate::message::{number, utf8};
-use crate::replay;
 
 /// Reads a file that the scene names.
 pub(super) type Load<'a> = &'a mut dyn FnMut(&str) -> io::Result<Vec<u8>>;

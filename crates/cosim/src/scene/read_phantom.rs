@@ -3,46 +3,44 @@
 use hpu_datapath::phantom::PhantomConfig;
 use hpu_plant::arm::{ArmModel, kinematics};
 
-use crate::arm_world::is_singular;
 use crate::message::number;
 
-use super::accuracy::accuracy;
 use super::expect::{Expect, Metric};
+use super::head::{Own, about};
 use super::keys;
 use super::parameter::Origin;
 use super::phantom::{
     Direction, Drop, Irregularity, PhantomMethod, PhantomModel, PhantomScene, Platform, Premium, Room,
 };
-use super::read::{clock, expect, record, run, scene_name};
+use super::read::{clock, expect};
 use super::read_model::step;
 use super::section::Section;
 use super::source::{SceneError, Source};
 
+/// The head of a scene of a PHANToM.
+const OWN: Own = Own {
+    kind: "phantom",
+    plant_rate: &keys::record_phantom::plant_rate,
+    expect: phantom_expect,
+    outputs: &keys::accuracy_phantom::outputs,
+};
+
 pub(super) fn phantom_scene(file: &str, source: &Source) -> Result<PhantomScene, SceneError> {
     let root = source.root();
     root.accept(&["phantom"])?;
-    let about = root.read(&keys::top::about)?.trim().to_string();
+    let about = about(&root)?;
     let clock = clock(&root.section("clock")?)?;
     let (platform, irregularity) = platform(&root.section("platform")?)?;
     let device = root.section("device")?;
     let drop = drop(&device, &root.section("drop")?)?;
     let mut scene = PhantomScene {
-        name: scene_name(file),
-        about,
         drop,
         platform,
         irregularity,
-        clock,
         method: method(&root.section("method")?, &drop)?,
         room: room(&root.section("room")?, drop.axis)?,
         model: model(&root.section("model")?)?,
-        run: run(&root.section("run")?, clock)?,
-        record: record(&root.section("record")?, &keys::record_phantom::plant_rate, "phantom")?,
-        expect: phantom_expect(&root.section("expect")?)?,
-        accuracy: accuracy(&root.section("accuracy")?, &keys::accuracy_phantom::outputs, "phantom")?,
-        auto: source.auto,
-        parameters: [].into(),
-        places: source.places.clone(),
+        head: OWN.head(file, source, &root, (about, clock))?,
     };
     scene.parameters = source.parameters.take(&unused(&scene)).into();
     agree(&scene)?;
@@ -82,7 +80,7 @@ fn reachable(scene: &PhantomScene) -> Result<(), SceneError> {
         let Some(angles_rad) = kinematics::angles_rad(scene.drop.lengths_m, tip_m) else {
             return Err(refuse("the links do not reach it; write less"));
         };
-        if is_singular(scene.drop.lengths_m, angles_rad) {
+        if kinematics::is_singular(scene.drop.lengths_m, angles_rad) {
             return Err(refuse("the arm is singular there; write less"));
         }
         if scene.drop.premium == Premium::OneFive && !kinematics::within_limits_1_5(angles_rad) {

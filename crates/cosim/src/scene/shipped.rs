@@ -2,8 +2,6 @@
 
 use std::io;
 
-use super::{Experiment, SceneError};
-
 /// A shipped scene.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Shipped {
@@ -11,17 +9,6 @@ pub struct Shipped {
     pub name: &'static str,
     /// Its text.
     pub text: &'static str,
-}
-
-impl Shipped {
-    /// Parses the scene, with its own data files, under the overrides.
-    ///
-    /// # Errors
-    ///
-    /// [`SceneError`] when an override is refused, or names a file that is not shipped.
-    pub fn parse(&self, overrides: &[(String, String)]) -> Result<Experiment, SceneError> {
-        Experiment::parse(&format!("testbench/scenes/{}.toml", self.name), self.text, overrides, &mut shipped_file)
-    }
 }
 
 macro_rules! text {

@@ -6,9 +6,11 @@ use hpu_signal::Format;
 use super::source::SceneError;
 use super::{Datapath, Device, LawMethod, Loop, Scene};
 use crate::law::BoundingForm;
-use crate::law_loop::COMMAND_BITS;
 use crate::message::{number, number_above, number_below};
 use crate::schedule::{Schedule, WordRamp};
+
+/// Bits of the magnitude of the command of a law in floats.
+pub const COMMAND_BITS: u32 = 40;
 
 /// The words of a loop, and the values that they realise.
 #[derive(Clone, PartialEq, Debug)]

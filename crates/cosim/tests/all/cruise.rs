@@ -136,7 +136,7 @@ fn parsed(name: &str, overrides: &[(&str, &str)]) -> Experiment {
 /// Checks that cruising changes no register over the scene's first edges. Returns how often its world cruises.
 #[track_caller]
 fn agrees(scene: &Experiment) -> u64 {
-    let name = scene.name();
+    let name = &scene.name;
     let ready = Ready::new(scene).unwrap_or_else(|error| panic!("{name}: {error}"));
     let end = scene.edges().min(EDGES);
     let (mut one_by_one, mut cruising) = (Dense::default(), Dense::default());

@@ -19,7 +19,7 @@ fn parsed(name: &str, overrides: &[(&str, &str)]) -> Experiment {
 fn agree(scene: &Experiment) {
     let session = Ready::new(scene).unwrap_or_else(|error| panic!("{error}"));
     let comparison = session.compare(scene.edges().min(EDGES));
-    assert_eq!(comparison.mismatches, 0, "{}: {:?}", scene.name(), comparison.first);
+    assert_eq!(comparison.mismatches, 0, "{}: {:?}", scene.name, comparison.first);
 }
 
 #[test]
@@ -80,8 +80,8 @@ fn watching_a_run_changes_nothing_of_it() {
         let alone = session.run(Driver::Events, &mut session.trace(&[]), &mut (), &Control::default());
         let mut dense = Dense::default();
         let watched = session.run(Driver::Events, &mut session.trace(&nets), &mut dense, &Control::default());
-        assert_eq!(timeless(watched), timeless(alone), "{}", scene.name());
-        assert_eq!(dense.rows, scene.edges() / session.stride() + 1, "{}", scene.name());
+        assert_eq!(timeless(watched), timeless(alone), "{}", scene.name);
+        assert_eq!(dense.rows, scene.edges() / session.stride() + 1, "{}", scene.name);
     }
 }
 

@@ -192,10 +192,10 @@ fn every_default_is_the_value_of_a_scene_without_the_key() {
         for row in rows().filter(|row| is_named(row) && base.takes(row)) {
             let Otherwise::Is(default) = &row.otherwise else { continue };
             let name = path(row.section, row.key);
-            let found = scene.parameters().iter().find(|parameter| parameter.key == name);
+            let found = scene.parameters.iter().find(|parameter| parameter.key == name);
             let found = found.filter(|parameter| parameter.origin == Origin::Default).map(|found| found.value.clone());
             // The error allowed between models is no parameter of a run.
-            let within = (name == "accuracy.within").then(|| ParameterValue::Number(scene.accuracy().within));
+            let within = (name == "accuracy.within").then(|| ParameterValue::Number(scene.accuracy.within));
             if let Some(found) = found.or(within) {
                 assert_eq!(found, *default, "{name} in {} {:?}", base.scene, base.set);
                 held.insert((row.section, row.key, row.kinds));

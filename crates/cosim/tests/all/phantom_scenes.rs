@@ -119,7 +119,7 @@ fn every_key_is_read_in_the_unit_it_is_written_in() {
     assert_eq!((scene.run.duration_s, scene.run.seed), (60.0, 7));
     assert_eq!((scene.record.plant_rate_hz, scene.record.clock), (2000.0, true));
     let rms = Expectation { metric: Metric::Rms, value: 50e-6, tolerance: 5e-6 };
-    assert_eq!((scene.expect.outcome, scene.expect.numbers), (Some(OutcomeKind::NonPassive), vec![rms]));
+    assert_eq!((scene.expect.outcome, scene.head.expect.numbers), (Some(OutcomeKind::NonPassive), vec![rms]));
 }
 
 #[test]

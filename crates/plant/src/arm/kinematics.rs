@@ -113,6 +113,14 @@ pub fn determinant_m3(lengths_m: Lengths, angles_rad: [f64; 3]) -> f64 {
     upper_m * fore_m * radius_m * libm::cos(angles_rad[1] - angles_rad[2])
 }
 
+/// Returns whether these angles bring an arm so near a singular posture that its Jacobian is unusable: the arm is
+/// stretched or folded, or the tip lies on the arm's own axis.
+#[must_use]
+pub fn is_singular(lengths_m: Lengths, angles_rad: [f64; 3]) -> bool {
+    let [upper_m, fore_m] = lengths_m;
+    determinant_m3(lengths_m, angles_rad) < 0.01 * upper_m * fore_m * upper_m
+}
+
 /// Returns the joint torques of a force at the tip.
 #[must_use]
 pub fn torques_nm(lengths_m: Lengths, angles_rad: [f64; 3], force_n: [f64; 3]) -> [f64; 3] {

@@ -66,7 +66,7 @@ impl Contestant {
     #[must_use]
     pub fn paces(&self, experiment: &Experiment) -> u64 {
         match self.step_s {
-            Some(step_s) => (experiment.edges() as f64 * experiment.clock().period_s() / step_s) as u64,
+            Some(step_s) => (experiment.edges() as f64 * experiment.clock.period_s() / step_s) as u64,
             None if self.name == CLOCK => experiment.edges(),
             None => 0,
         }

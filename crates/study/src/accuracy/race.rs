@@ -156,7 +156,7 @@ impl Race {
         let (reference, _) =
             watched(Duration::MAX, control, |own| Outputs::printed(&self.written, Driver::Events, own)).0?;
         let Some(reference) = reference else { return Ok(None) };
-        let accuracy = self.written.accuracy();
+        let accuracy = &self.written.accuracy;
         let outputs = accuracy.outputs.clone().unwrap_or_else(|| usual(reference.outcome));
 
         let judged: Mutex<BTreeMap<usize, Judged>> = Mutex::default();
@@ -276,7 +276,7 @@ impl Race {
             Ok((summary.edges, summary.complete))
         };
         let mut speed = Speed {
-            motion_s: experiment.edges() as f64 * experiment.clock().period_s(),
+            motion_s: experiment.edges() as f64 * experiment.clock.period_s(),
             wall_s: f64::INFINITY,
             edges: if contestant.criterion.is_some() { 0 } else { experiment.edges() },
             runs: 0,
@@ -295,7 +295,7 @@ impl Race {
                 let whole_s = wall_s / profile.share(edges);
                 if whole_s < speed.wall_s {
                     speed.wall_s = whole_s;
-                    speed.timed_s = (!complete).then(|| edges as f64 * experiment.clock().period_s());
+                    speed.timed_s = (!complete).then(|| edges as f64 * experiment.clock.period_s());
                 }
             }
             return Ok(Some(speed));

@@ -58,7 +58,7 @@ pub fn fit(scene: &SceneText, set: &Set, within: f64, control: &Control) -> Resu
     };
     let reference = climb.told(&[]).map_err(|why| climb.error(why))?;
     climb.patience = LATE * Duration::from_secs_f64(reference.wall_s) + LATEST;
-    climb.outputs = experiment.accuracy().outputs.clone().unwrap_or_else(|| usual(reference.outputs.outcome));
+    climb.outputs = experiment.accuracy.outputs.clone().unwrap_or_else(|| usual(reference.outputs.outcome));
     let mut tried = 0;
     let mut pick = (Vec::new(), reference.clone(), 0.0);
     // A model's worth predicts its speed only roughly, so models worth nearly as much as the first one are tried too.

@@ -189,7 +189,7 @@ impl Map {
                 };
                 let parsed = Experiment::parse(&map.scene.name, &map.scene.text, &overrides, &mut keep);
                 let made = parsed.map_err(|error| error.to_string()).and_then(|experiment| {
-                    if experiment.auto() {
+                    if experiment.auto {
                         return Err("model = \"auto\" is chosen for one scene; set what hpu fit chooses for it".into());
                     }
                     if experiment.clone().axis().is_some_and(|scene| scene.model.datapath == Datapath::Linear) {
@@ -268,7 +268,7 @@ impl Map {
         }
         let experiment = self.experiment(self.point(self.layer() / 2)).ok();
         let unit = |experiment: Experiment| {
-            let parameter = experiment.parameters().iter().find(|parameter| parameter.key == axis.key())?;
+            let parameter = experiment.parameters.iter().find(|parameter| parameter.key == axis.key())?;
             Some(parameter.unit)
         };
         experiment.and_then(unit).unwrap_or_default()

@@ -76,7 +76,7 @@ pub fn recommend(
         return Err("a host computes its force: there are no widths to choose".into());
     }
     let (Some(reference), _) = Outputs::of(experiment, driver(&[]), control)? else { return Ok(None) };
-    let outputs = experiment.accuracy().outputs.clone().unwrap_or_else(|| usual(reference.outcome));
+    let outputs = experiment.accuracy.outputs.clone().unwrap_or_else(|| usual(reference.outcome));
     let trial = Trial { experiment, reference: &reference, outputs: &outputs, within, control, runs: Mutex::new(1) };
 
     let found: Mutex<Vec<Option<Needed>>> = Mutex::new(vec![None; fields.len()]);

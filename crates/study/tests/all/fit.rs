@@ -20,7 +20,7 @@ fn read(name: &str, set: &Set) -> (SceneText, Experiment) {
 
 fn fitted(name: &str, set: &Set) -> Fit {
     let (text, experiment) = read(name, set);
-    let found = fit(&text, set, experiment.accuracy().within, &Control::default());
+    let found = fit(&text, set, experiment.accuracy.within, &Control::default());
     found.unwrap_or_else(|error| panic!("{name}: {error}"))
 }
 
@@ -45,7 +45,7 @@ fn run(name: &str, set: &Set) -> (Outputs, Vec<Output>) {
     let driver = Ready::new(&experiment).unwrap_or_else(|error| panic!("{name}: {error}")).driver();
     let (outputs, _) = Outputs::of(&experiment, driver, &Control::default()).unwrap_or_else(|error| panic!("{error}"));
     let outputs = outputs.expect("nobody stops it");
-    let counted = experiment.accuracy().outputs.clone().unwrap_or_else(|| usual(outputs.outcome));
+    let counted = experiment.accuracy.outputs.clone().unwrap_or_else(|| usual(outputs.outcome));
     (outputs, counted)
 }
 
@@ -101,7 +101,7 @@ fn right_on(name: &str) {
         return;
     }
     let found = fitted(name, &Set::new());
-    let within = experiment.accuracy().within;
+    let within = experiment.accuracy.within;
     let (reference, counted) = run(name, &Set::new());
     let error = worst(&run(name, &found.set).0.errors(&reference), &counted);
     assert!(error <= within / 2.0, "{name}: {:?} is off by {error}", found.set);
@@ -228,7 +228,7 @@ fn an_open_model_is_that_of_the_scene_until_a_key_of_it_is_set() {
     let (_, plain) = read("free-motion", &Set::new());
     let (_, open) = read("free-motion", &set(&[("model", "auto")]));
     let (_, chosen) = read("free-motion", &set(&[("model", "auto"), ("model.bridge", "averaged")]));
-    assert!(open.auto() && !plain.auto() && !chosen.auto());
+    assert!(open.auto && !plain.auto && !chosen.auto);
     let model = |experiment: Experiment| experiment.axis().expect("an axis").model;
     assert_eq!(model(open), model(plain.clone()));
     assert_ne!(model(chosen), model(plain));

@@ -102,7 +102,7 @@ fn a_world_has_the_words_of_the_scene_and_makes_its_own_torque_of_them() {
             "device.resistance" => 2.345_660_377_358_490_3,
             _ => 0.0259,
         };
-        assert!(parameters.parameters().iter().any(|parameter| parameter.key == key));
+        assert!(parameters.parameters.iter().any(|parameter| parameter.key == key));
         let unknown = sides(&[&format!("{key}={:e}..{:e}", own, own * 4.0)]);
         let world = World { text: &text, set: &[], nominal: &nominal, unknown: &unknown, named: &[] };
         let scene = world.at(&[own * value]).expect("a world");

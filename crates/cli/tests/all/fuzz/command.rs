@@ -52,7 +52,7 @@ pub fn changed<'s>(case: &Case, scene: &'s Shipped, keys: &[Key], edges: u64) ->
             (set, experiment) = (with, accepted);
         }
     }
-    let clock_hz = experiment.clock().frequency_hz() as f64;
+    let clock_hz = experiment.clock.frequency_hz() as f64;
     let short = [
         ("run.duration", format!("{:e}", edges as f64 / clock_hz)),
         ("record.plant_rate", format!("{:e}", clock_hz * 300.0 / edges as f64)),

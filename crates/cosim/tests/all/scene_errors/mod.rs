@@ -512,7 +512,7 @@ fn links_of_a_named_arm_are_said_by_its_model() {
     let shipped = hpu_cosim::scene::shipped().iter().find(|scene| scene.name == "phantom-drop").expect("it is shipped");
     let said = |set: &[(String, String)], key: &str| {
         let experiment = shipped.parse(set).expect("a scene");
-        let found = experiment.parameters().iter().find(|parameter| parameter.key == key).cloned().expect(key);
+        let found = experiment.parameters.iter().find(|parameter| parameter.key == key).cloned().expect(key);
         (found.unit, found.origin)
     };
     let set = |key: &str, value: &str| vec![(key.to_string(), value.to_string())];

@@ -24,7 +24,7 @@ pub(super) struct Case {
 pub(super) fn cases(named: &[(String, Experiment)]) -> Result<Vec<Case>, SearchError> {
     let mut all: Vec<Case> = Vec::new();
     for (name, experiment) in named {
-        let outputs = experiment.accuracy().outputs.clone();
+        let outputs = experiment.accuracy.outputs.clone();
         let of = |error: SearchError| match error {
             SearchError::Scene(why) if named.len() > 1 => SearchError::Scene(format!("{name}: {why}")),
             error => error,

@@ -49,7 +49,7 @@ const MOST_DESIGNS: u128 = 1 << 21;
 /// Returns the scene if the widths of its loop can be searched.
 pub(super) fn searchable(experiment: Experiment) -> Result<Scene, SearchError> {
     let refused = |why: &str| Err(SearchError::Scene(why.into()));
-    if experiment.auto() {
+    if experiment.auto {
         return refused("model = \"auto\" is chosen for one design; set what hpu fit chooses");
     }
     let Some(scene) = experiment.axis() else {

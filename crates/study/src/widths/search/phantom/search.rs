@@ -84,7 +84,7 @@ pub fn search(
         let why = "is not passive at the scene's own wall, where the ladder begins; write a softer room.stiffness";
         return Err(no_reference(why.into()).into());
     }
-    let outputs = text.parse(set).ok().and_then(|scene| scene.accuracy().outputs.clone());
+    let outputs = text.parse(set).ok().and_then(|scene| scene.accuracy.outputs.clone());
     let outputs = outputs.unwrap_or_else(|| usual(reference.outcome));
     let runner = Runner { base: &base, reference: &reference, outputs: &outputs, control };
 
@@ -268,7 +268,7 @@ fn front(mut points: Vec<Point>) -> Vec<Point> {
 /// Returns the scene if its widths can be searched.
 fn searchable(experiment: Experiment) -> Result<PhantomScene, SearchError> {
     let refused = |why: &str| Err(SearchError::Scene(why.into()));
-    if experiment.auto() {
+    if experiment.auto {
         return refused("model = \"auto\" is chosen for one design; set what hpu fit chooses");
     }
     let Experiment::Phantom(scene) = experiment else { return refused("this is no scene of a PHANToM") };

@@ -1,0 +1,64 @@
+//! Parses scenes: the reader of their text, joined to the check that their words make a datapath.
+
+use std::io;
+
+use crate::method;
+use crate::scene::{Experiment, LoopWords, Scene, SceneError, Shipped, Text, shipped_file};
+use crate::session::SessionError;
+
+impl Experiment {
+    /// Parses and validates a scene of any kind.
+    ///
+    /// `name` is the file's name in error messages. `overrides` are keys and values that replace the file's, in order,
+    /// as in `("wall.stiffness", "2 N.m/rad")`. A value that is not TOML is a string; missing sections are created; an
+    /// inline table replaces a whole section (`("hand", "{ kind = \"none\" }")`). `load` reads a file that the scene
+    /// names.
+    ///
+    /// # Errors
+    ///
+    /// [`SceneError`] with file, line, column, key, and what is accepted instead.
+    pub fn parse(
+        name: &str,
+        text: &str,
+        overrides: &[(String, String)],
+        load: &mut dyn FnMut(&str) -> io::Result<Vec<u8>>,
+    ) -> Result<Self, SceneError> {
+        Self::read(Text { name, text, overrides }, load, &buildable)
+    }
+}
+
+impl Scene {
+    /// Parses and validates a scene of an axis, as [`Experiment::parse`] does.
+    ///
+    /// # Errors
+    ///
+    /// [`SceneError`] with file, line, column, key, and what is accepted instead.
+    pub fn parse(
+        name: &str,
+        text: &str,
+        overrides: &[(String, String)],
+        load: &mut dyn FnMut(&str) -> io::Result<Vec<u8>>,
+    ) -> Result<Self, SceneError> {
+        Self::read(Text { name, text, overrides }, load, &buildable)
+    }
+}
+
+impl Shipped {
+    /// Parses the scene, with its own data files, under the overrides.
+    ///
+    /// # Errors
+    ///
+    /// [`SceneError`] when an override is refused, or names a file that is not shipped.
+    pub fn parse(&self, overrides: &[(String, String)]) -> Result<Experiment, SceneError> {
+        Experiment::parse(&format!("testbench/scenes/{}.toml", self.name), self.text, overrides, &mut shipped_file)
+    }
+}
+
+/// Refuses words that make no datapath.
+fn buildable(scene: &Scene, words: &LoopWords) -> Result<(), SceneError> {
+    match method::wiring(scene, words) {
+        Err(SessionError::Scene(error)) => Err(error),
+        Err(error) => Err(scene.error("method.kind", error.to_string())),
+        Ok(_) => Ok(()),
+    }
+}

@@ -1,0 +1,131 @@
+//! The head of a scene: the part that scenes of every kind have.
+
+use std::sync::Arc;
+
+use hpu_signal::Clock;
+
+use super::MOST_EDGES;
+use super::accuracy::{Accuracy, OfOutputs, accuracy};
+use super::expect::Expect;
+use super::keys::{self, Key, Quantity};
+use super::parameter::Parameter;
+use super::parts::{Record, Run};
+use super::section::Section;
+use super::source::{Places, SceneError, Source};
+use crate::message::number;
+
+/// The part that scenes of every kind have. A scene derefs to its head: `scene.clock`, `scene.edges()`.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Head {
+    /// Name: that of the file, without folder and extension.
+    pub name: String,
+    /// The text about what the scene shows and what to look for.
+    pub about: String,
+    /// The FPGA's clock: the fastest of a design of the user's own.
+    pub clock: Clock,
+    /// Duration and seed of the run.
+    pub run: Run,
+    /// Settings of the recording.
+    pub record: Record,
+    /// The expected results of the run.
+    pub expect: Expect,
+    /// The outputs by which models of the scene are compared.
+    pub accuracy: Accuracy,
+    /// Whether the model is left to `hpu fit` (`model = "auto"`); the scene's model then holds the defaults.
+    pub auto: bool,
+    /// Every parameter of the run, as the scene was read, with its origin.
+    pub parameters: Arc<[Parameter]>,
+    pub(super) places: Places,
+}
+
+impl Head {
+    /// Returns the duration in clock edges.
+    #[must_use]
+    pub fn edges(&self) -> u64 {
+        self.clock.edges(self.run.duration_s)
+    }
+
+    /// Returns an error at one of the scene's keys.
+    #[must_use]
+    pub fn error(&self, key: &str, reason: impl Into<String>) -> SceneError {
+        self.places.error(key, reason)
+    }
+}
+
+/// The parts of a head that a kind of scene reads in its own way: its name among kinds, and the keys of its rate of
+/// recording, its expectations and its outputs.
+pub(super) struct Own {
+    pub(super) kind: &'static str,
+    pub(super) plant_rate: &'static Key<Quantity>,
+    pub(super) expect: fn(&Section) -> Result<Expect, SceneError>,
+    pub(super) outputs: &'static Key<OfOutputs>,
+}
+
+impl Own {
+    /// Reads the rest of a head whose text and clock are known. The parameters are still empty.
+    pub(super) fn head(
+        &self,
+        file: &str,
+        source: &Source,
+        root: &Section,
+        (about, clock): (String, Clock),
+    ) -> Result<Head, SceneError> {
+        Ok(Head {
+            name: scene_name(file),
+            about,
+            clock,
+            run: run(&root.section("run")?, clock)?,
+            record: record(&root.section("record")?, self.plant_rate, self.kind)?,
+            expect: (self.expect)(&root.section("expect")?)?,
+            accuracy: accuracy(&root.section("accuracy")?, self.outputs, self.kind)?,
+            auto: source.auto,
+            parameters: [].into(),
+            places: source.places.clone(),
+        })
+    }
+}
+
+/// Reads the text about a scene.
+pub(super) fn about(root: &Section) -> Result<String, SceneError> {
+    Ok(root.read(&keys::top::about)?.trim().to_string())
+}
+
+fn scene_name(file: &str) -> String {
+    let name = file.rsplit(['/', '\\']).next().unwrap_or(file);
+    name.strip_suffix(".toml").unwrap_or(name).to_string()
+}
+
+fn run(s: &Section, clock: Clock) -> Result<Run, SceneError> {
+    s.accept(&[])?;
+    let duration_s = s.read(&keys::run::duration)?;
+    let edges = duration_s * clock.frequency_hz() as f64;
+    if !(0.5..=MOST_EDGES as f64).contains(&edges) {
+        let reason = format!("{} clock edges; a run has 1 to 2^62", number(edges));
+        return Err(s.error("duration", reason));
+    }
+    Ok(Run { duration_s, seed: s.read(&keys::run::seed)? })
+}
+
+/// Reads `[record]` of a kind of scene, whose rate has a default of its own.
+fn record(s: &Section, plant_rate: &Key<Quantity>, scene: &str) -> Result<Record, SceneError> {
+    s.accept(&[scene])?;
+    Ok(Record { plant_rate_hz: s.read(plant_rate)?, clock: s.read(&keys::record_all::clock)? })
+}
+
+/// Lets a scene be used as its head.
+macro_rules! has_head {
+    ($scene:ty) => {
+        impl std::ops::Deref for $scene {
+            type Target = $crate::scene::Head;
+            fn deref(&self) -> &Self::Target {
+                &self.head
+            }
+        }
+        impl std::ops::DerefMut for $scene {
+            fn deref_mut(&mut self) -> &mut Self::Target {
+                &mut self.head
+            }
+        }
+    };
+}
+pub(super) use has_head;
