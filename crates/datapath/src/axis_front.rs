@@ -16,6 +16,7 @@
 use hpu_signal::Signal;
 
 use crate::axis::Axis;
+use crate::listed::{Given, Listed};
 use crate::loop_nets::instance;
 use crate::{
     Block, ConfigError, Displacement, Generic, Instance, Parts, Unilateral, displacement, flatten, synchronizer,
@@ -152,5 +153,15 @@ impl Block for AxisFront {
     fn skip(&mut self, edges: u64, input: &In<i64>) {
         debug_assert!(edges <= self.quiet(input));
         self.axis.skip(edges, &synchronizer::In { a_pin: input.a_pin, b_pin: input.b_pin });
+    }
+}
+
+impl Listed for AxisFront {
+    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
+        Self::new(given.natural("POSITION_WIDTH")?)
+    }
+
+    fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
+        Ok(vec![("8_bit", Self::new(8)?), ("32_bit", Self::new(32)?)])
     }
 }

@@ -21,6 +21,7 @@ use hpu_signal::{Format, Machine, Narrowed, Narrowing, Overflow, Rounding, Signa
 
 use crate::config::{COUNTER, within};
 use crate::countdown::{Countdown, edges};
+use crate::listed::{Given, Listed};
 use crate::step::counted_down;
 use crate::{AnyStep, Block, ConfigError, Generic, Register, Step};
 
@@ -279,5 +280,35 @@ impl Block for Biquad {
             self.delays = self.delays.after(input.x, self.latest.word);
         }
         self.countdown.skip(edges, input.period);
+    }
+}
+
+impl Listed for Biquad {
+    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
+        Self::new(BiquadConfig {
+            input: given.parts(true, "IN")?,
+            output: given.parts(true, "OUT")?,
+            coefficient: given.parts(true, "COEF")?,
+            b: [given.word("B0")?, given.word("B1")?, given.word("B2")?],
+            a: [given.word("A1")?, given.word("A2")?],
+            period_width: given.natural("PERIOD_WIDTH")?,
+        })
+    }
+
+    fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
+        let section = |words: [(i32, i32); 3], b, a, period_width| {
+            let [input, output, coefficient] =
+                words.map(|(int, frac)| Format::new(true, int, frac).expect("at most 40 bits"));
+            Self::new(BiquadConfig { input, output, coefficient, b, a, period_width })
+        };
+        // A Butterworth high-pass filter at 1/4000 of the sampling rate: 2.5 Hz at 10 kHz.
+        let high_pass = ([1_072_549_859, -2_145_099_718, 1_072_549_859], [-2_145_098_394, 1_071_359_217]);
+        let most = i32::MAX;
+        Ok(vec![
+            ("high_pass", section([(12, 4), (13, 26), (1, 30)], high_pass.0, high_pass.1, 4)?),
+            ("narrow", section([(3, 2), (2, 1), (1, 3)], [5, -7, 3], [-13, 6], 4)?),
+            ("integer", section([(9, 0), (11, 3), (2, 0)], [1, -2, 1], [-1, 1], 6)?),
+            ("extreme", section([(19, 20), (20, 19), (1, 30)], [most, i32::MIN, most], [-most, -most], 8)?),
+        ])
     }
 }

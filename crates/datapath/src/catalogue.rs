@@ -1,39 +1,65 @@
 //! The catalogue of all blocks.
 
+use crate::listed::{Given, Listed};
+use crate::phantom::{
+    CommandRegister, CommandScaler, CubeRoom, PhantomEngine, PhantomForward, PhantomIo, PhantomLoop, PhantomSharedLoop,
+    PhantomTorque, SampleRegister, TrigCordic, TrigInterpolated, TrigQuarter, TrigTable,
+};
 use crate::{
-    AnyBlock, Biquad, CommandLimiter, ConventionalLoop, Displacement, EdgeTimer, FilteredDifference, Foaw, HybridLoop,
-    PositionCounter, Pwm, QuadratureDecoder, Saturator, SequentialDivider, SquareRoot, Synchronizer, TorqueSum,
-    TruncatingMultiplier, Unilateral, VelocityRegister, WindowDifference, ZeroOrderHold, method_variants, phantom,
+    AnyBlock, AxisFront, Biquad, Block, CommandLimiter, ConfigError, ConventionalLoop, Displacement, EdgeTimer,
+    EnergyBounding, FilteredDifference, Foaw, Generic, HybridLoop, InputShaper, MethodLoop, PassiveSpring,
+    PassivityController, PositionCounter, Pwm, QuadratureDecoder, SampledWall, Saturator, SequentialDivider,
+    SquareRoot, Synchronizer, TorqueSum, TruncatingMultiplier, Unilateral, VelocityRegister, VirtualCoupling,
+    WindowDifference, ZeroOrderHold,
 };
 
-/// Returns every block and wiring in its default configuration.
+/// Lists every block and wiring once; what is known of all of them follows.
+macro_rules! blocks {
+    ($($block:ty),* $(,)?) => {
+        /// Returns every block and wiring in its default configuration.
+        #[must_use]
+        pub fn registry() -> Vec<Box<dyn AnyBlock>> {
+            vec![$(Box::<$block>::default()),*]
+        }
+
+        fn others() -> Result<Vec<(String, Box<dyn AnyBlock>)>, ConfigError> {
+            let mut all: Vec<(String, Box<dyn AnyBlock>)> = Vec::new();
+            $(for (label, block) in <$block>::variants()? {
+                all.push((label.to_string(), Box::new(block)));
+            })*
+            Ok(all)
+        }
+
+        fn of_generics(name: &str, given: &Given) -> Result<Box<dyn AnyBlock>, ConfigError> {
+            $(if name == <$block>::NAME {
+                return Ok(Box::new(<$block>::of_generics(given)?));
+            })*
+            panic!("{name} is in the catalogue")
+        }
+    };
+}
+
+blocks! {
+    Synchronizer, QuadratureDecoder, PositionCounter, Displacement, Unilateral, TruncatingMultiplier, VelocityRegister,
+    ZeroOrderHold, TorqueSum, Saturator, CommandLimiter, Pwm, SequentialDivider, SquareRoot, Biquad, FilteredDifference,
+    WindowDifference, Foaw, EdgeTimer, HybridLoop, ConventionalLoop, AxisFront, InputShaper, SampledWall,
+    VirtualCoupling, PassivityController, EnergyBounding, PassiveSpring, MethodLoop<SampledWall>,
+    MethodLoop<VirtualCoupling>, MethodLoop<PassivityController>, MethodLoop<EnergyBounding>, MethodLoop<PassiveSpring>,
+    TrigTable, TrigQuarter, TrigInterpolated, TrigCordic, SampleRegister, PhantomForward, CubeRoom, PhantomTorque,
+    CommandScaler, CommandRegister, PhantomEngine, PhantomLoop, PhantomSharedLoop, PhantomIo,
+}
+
+/// Returns every block in the configurations for which vectors are written and the VHDL is tested, each with the
+/// variant's label. The configurations of [`registry`] have the label `default`. A label is unique among the variants
+/// of its block.
+///
+/// # Panics
+///
+/// It never panics, because the configurations are constants.
 #[must_use]
-pub fn registry() -> Vec<Box<dyn AnyBlock>> {
-    let mut all: Vec<Box<dyn AnyBlock>> = vec![
-        Box::new(Synchronizer::default()),
-        Box::new(QuadratureDecoder::default()),
-        Box::new(PositionCounter::default()),
-        Box::new(Displacement::default()),
-        Box::new(Unilateral::default()),
-        Box::new(TruncatingMultiplier::default()),
-        Box::new(VelocityRegister::default()),
-        Box::new(ZeroOrderHold::default()),
-        Box::new(TorqueSum::default()),
-        Box::new(Saturator::default()),
-        Box::new(CommandLimiter::default()),
-        Box::new(Pwm::default()),
-        Box::new(SequentialDivider::default()),
-        Box::new(SquareRoot::default()),
-        Box::new(Biquad::default()),
-        Box::new(FilteredDifference::default()),
-        Box::new(WindowDifference::default()),
-        Box::new(Foaw::default()),
-        Box::new(EdgeTimer::default()),
-        Box::new(HybridLoop::default()),
-        Box::new(ConventionalLoop::default()),
-    ];
-    all.extend(method_variants::registry());
-    all.extend(phantom::registry());
+pub fn variants() -> Vec<(String, Box<dyn AnyBlock>)> {
+    let mut all: Vec<_> = registry().into_iter().map(|block| ("default".to_string(), block)).collect();
+    all.extend(others().expect("constant configurations"));
     all
 }
 
@@ -41,4 +67,15 @@ pub fn registry() -> Vec<Box<dyn AnyBlock>> {
 #[must_use]
 pub fn block_by_name(name: &str) -> Option<Box<dyn AnyBlock>> {
     registry().into_iter().find(|block| block.name() == name)
+}
+
+/// Returns the block of that name with these generics; its other generics are those of its default configuration.
+/// Returns `None` if there is no such block.
+///
+/// # Errors
+///
+/// Returns an error if the block has no such generic, or no configuration with these values.
+pub fn configured(name: &str, set: &[(&str, Generic)]) -> Option<Result<Box<dyn AnyBlock>, ConfigError>> {
+    let block = block_by_name(name)?;
+    Some(Given::new(&*block, set).and_then(|given| of_generics(name, &given)))
 }

@@ -14,6 +14,7 @@
 use hpu_signal::{Signal, Word};
 
 use crate::config::within;
+use crate::listed::{Given, Listed};
 use crate::{AnyStep, Block, Combinational, ConfigError, Generic, Register, Saturator, Step, saturator};
 
 pub use crate::saturator::{In, Out};
@@ -162,5 +163,16 @@ impl Block for CommandLimiter {
         if edges > 0 {
             self.through = limited;
         }
+    }
+}
+
+impl Listed for CommandLimiter {
+    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
+        let [width, out_width, limit, settling] = given.naturals(["IN_WIDTH", "OUT_WIDTH", "LIMIT", "SETTLING"])?;
+        Self::new(width, out_width, limit, settling)
+    }
+
+    fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
+        Ok(vec![("settling_1", Self::new(10, 9, 255, 1)?), ("settling_5", Self::new(10, 9, 200, 5)?)])
     }
 }

@@ -12,6 +12,7 @@
 use hpu_signal::{Format, Signal, Word};
 
 use crate::config::{WORD, within};
+use crate::listed::{Given, Listed};
 use crate::step::in_machine;
 use crate::{AnyStep, Block, Combinational, ConfigError, Generic};
 
@@ -105,4 +106,14 @@ impl Block for Displacement {
 
     #[inline]
     fn skip(&mut self, _: u64, _: &In<i64>) {}
+}
+
+impl Listed for Displacement {
+    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
+        Self::new(given.natural("WIDTH")?)
+    }
+
+    fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
+        Ok(vec![("8_bit", Self::new(8)?), ("32_bit", Self::new(32)?)])
+    }
 }

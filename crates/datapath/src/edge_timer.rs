@@ -20,6 +20,7 @@
 use hpu_signal::{Format, Signal, Word};
 
 use crate::config::{COUNTER, WORD, within};
+use crate::listed::{Given, Listed};
 use crate::{AnyStep, Block, ConfigError, Generic, Register, Step};
 
 hpu_signal::ports! {
@@ -214,5 +215,15 @@ impl Block for EdgeTimer {
     fn skip(&mut self, edges: u64, input: &In<i64>) {
         debug_assert!(edges <= self.quiet(input));
         self.rest(edges);
+    }
+}
+
+impl Listed for EdgeTimer {
+    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
+        Self::new(given.natural("WIDTH")?, given.natural("TIME_WIDTH")?)
+    }
+
+    fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
+        Ok(vec![("2_bit", Self::new(2, 2)?), ("short", Self::new(8, 3)?), ("wide", Self::new(48, 30)?)])
     }
 }

@@ -33,9 +33,12 @@ use hpu_signal::{Format, Int, Machine, Narrowed, Narrowing, Overflow, Reach, Rou
 
 use crate::config::within;
 use crate::law::{Wanted, ZERO, shown};
+use crate::listed::{Given, Listed};
+use crate::method_variants::{InLoops, bare, distinct, shaped, short};
 use crate::sequence::{Sequence, captures, loads_before_it_reads};
 use crate::{
-    AnyStep, Block, ConfigError, Generic, Law, LawIn, LawOut, LawWidths, Lemma, Register, SquareRoot, Step, square_root,
+    AnyStep, Block, ConfigError, Generic, Law, LawIn, LawOut, LawWidths, Lemma, MethodLoop, Register, SquareRoot, Step,
+    square_root,
 };
 
 /// The widths and bounds of an energy-bounding law.
@@ -376,5 +379,68 @@ impl Block for EnergyBounding {
     fn skip(&mut self, edges: u64, input: &LawIn<i64>) {
         debug_assert!(edges <= self.quiet(input));
         self.sequence.skip(edges, input.period);
+    }
+}
+
+impl Listed for EnergyBounding {
+    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
+        let [c1, c2, bound_frac, bound_width, energy_width, root_width] =
+            given.naturals(["C1", "C2", "BOUND_FRAC", "BOUND_WIDTH", "ENERGY_WIDTH", "ROOT_WIDTH"])?;
+        let (widths, least_conservative) = (LawWidths::given(given)?, given.is("LEAST_CONSERVATIVE"));
+        Self::new(BoundingConfig {
+            widths,
+            least_conservative,
+            c1,
+            c2,
+            bound_frac,
+            bound_width,
+            energy_width,
+            root_width,
+        })
+    }
+
+    fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
+        let least = |config| Self::new(BoundingConfig { least_conservative: true, ..config });
+        Ok(vec![
+            ("8_bit", Self::new(narrow())?),
+            ("least_conservative", least(BoundingConfig::default())?),
+            ("least_conservative_8_bit", least(narrow())?),
+        ])
+    }
+}
+
+impl InLoops for EnergyBounding {
+    fn loops() -> Result<Vec<(&'static str, MethodLoop<Self>)>, ConfigError> {
+        let bounded = Self::new(narrow())?;
+        let phase = bounded.latency() + 1;
+        let least = Self::new(BoundingConfig { least_conservative: true, ..narrow() })?;
+        let others = BoundingConfig {
+            widths: distinct(),
+            c1: 91,
+            c2: 80,
+            bound_frac: 2,
+            bound_width: 7,
+            energy_width: 22,
+            root_width: 40,
+            ..BoundingConfig::default()
+        };
+        Ok(vec![
+            ("8_bit", shaped(bounded, phase)?),
+            ("least_conservative_8_bit", shaped(least, 0)?),
+            ("distinct", bare(Self::new(others)?)?),
+        ])
+    }
+}
+
+fn narrow() -> BoundingConfig {
+    BoundingConfig {
+        widths: short(),
+        c1: 23,
+        c2: 20,
+        bound_frac: 2,
+        bound_width: 6,
+        energy_width: 16,
+        root_width: 28,
+        ..BoundingConfig::default()
     }
 }

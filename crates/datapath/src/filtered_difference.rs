@@ -20,6 +20,7 @@ use hpu_signal::{Format, Machine, Narrowed, Narrowing, Overflow, Rounding, Signa
 
 use crate::config::{COUNTER, WORD, within};
 use crate::countdown::{Countdown, edges};
+use crate::listed::{Given, Listed};
 use crate::step::counted_down;
 use crate::{AnyStep, Block, ConfigError, Generic, Register, Step};
 
@@ -218,5 +219,24 @@ impl Block for FilteredDifference {
         if self.countdown.skip(edges, input.period) {
             self.previous = input.position;
         }
+    }
+}
+
+impl Listed for FilteredDifference {
+    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
+        let [width, period_width, shift, out_frac] = given.naturals(["WIDTH", "PERIOD_WIDTH", "SHIFT", "OUT_FRAC"])?;
+        Self::new(FilteredConfig { width, period_width, shift, out_frac })
+    }
+
+    fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
+        let filtered = |[width, period_width, shift, out_frac]: [u32; 4]| {
+            Self::new(FilteredConfig { width, period_width, shift, out_frac })
+        };
+        Ok(vec![
+            ("unfiltered", filtered([8, 6, 0, 0])?),
+            ("5_bit", filtered([5, 4, 2, 3])?),
+            ("slow", filtered([10, 6, 16, 16])?),
+            ("wide", filtered([40, 4, 5, 22])?),
+        ])
     }
 }

@@ -20,6 +20,7 @@ use hpu_signal::{Format, Narrowed, Signal, Term, Word};
 use crate::config::{COUNTER, WORD, within};
 use crate::countdown::{Countdown, edges};
 use crate::history::History;
+use crate::listed::{Given, Listed};
 use crate::step::counted_down;
 use crate::{AnyStep, Block, ConfigError, Generic, Lemma, Register, Step};
 
@@ -262,5 +263,27 @@ impl Block for Foaw {
         debug_assert!(edges <= self.quiet(input));
         self.history.push(input.position, self.countdown.samples(edges, input.period));
         self.countdown.skip(edges, input.period);
+    }
+}
+
+impl Listed for Foaw {
+    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
+        let [width, period_width, window, noise, out_frac] =
+            given.naturals(["WIDTH", "PERIOD_WIDTH", "WINDOW", "NOISE", "OUT_FRAC"])?;
+        Self::new(FoawConfig { width, period_width, window, noise, out_frac })
+    }
+
+    fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
+        let adaptive = |[width, period_width, window, noise, out_frac]: [u32; 5]| {
+            Self::new(FoawConfig { width, period_width, window, noise, out_frac })
+        };
+        Ok(vec![
+            ("4_bit", adaptive([4, 4, 5, 2, 3])?),
+            ("noiseless", adaptive([6, 6, 3, 0, 0])?),
+            ("loose", adaptive([8, 6, 16, 15, 6])?),
+            ("wide", adaptive([42, 4, 7, 1, 20])?),
+            // With one fraction bit less of 1/11 the words would differ.
+            ("eleven", adaptive([6, 4, 11, 15, 6])?),
+        ])
     }
 }

@@ -1,13 +1,15 @@
 //! The common wiring of the two haptic loops. They differ by one register: with `HELD`, the wall reads the position
 //! through a zero-order hold.
 
-use hpu_signal::{Meter, Ports, Signal, SignalUse};
+use hpu_signal::{Format, Meter, Ports, Signal, SignalUse};
 
+use crate::listed::{Given, Listed};
 use crate::loop_config::Blocks;
 use crate::loop_nets::{Nets, instances, nets};
 use crate::{
-    Block, ConfigError, Generic, Instance, Loaded, LoopConfig, LoopIn, LoopOut, Parts, Repeat, Wiring, command_limiter,
-    displacement, flatten, position_counter, pwm, quadrature_decoder, synchronizer, velocity_register, zero_order_hold,
+    Block, ConfigError, Generic, Instance, Loaded, LoopConfig, LoopIn, LoopOut, Parts, PwmConfig, Repeat, Wiring,
+    command_limiter, displacement, flatten, position_counter, pwm, quadrature_decoder, synchronizer, velocity_register,
+    zero_order_hold,
 };
 
 /// A haptic loop, position counter to H-bridge: [`HybridLoop`](crate::HybridLoop) or
@@ -332,5 +334,44 @@ impl<const HELD: bool> Wiring for HapticLoop<HELD> {
         let mut now = self.clone();
         now.count_lost();
         now.meter.uses()[..=Self::NETS.command].to_vec()
+    }
+}
+
+impl<const HELD: bool> Listed for HapticLoop<HELD> {
+    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
+        Self::new(LoopConfig {
+            position_width: given.natural("POSITION_WIDTH")?,
+            stiffness: given.unsigned("STIFFNESS")?,
+            damping: given.unsigned("DAMPING")?,
+            period_width: given.natural("PERIOD_WIDTH")?,
+            velocity_width: given.natural("VELOCITY_WIDTH")?,
+            rescaled: given.is("RESCALED"),
+            scale: given.unsigned("SCALE")?,
+            saturate: given.is("SATURATE"),
+            pwm: PwmConfig::given(given, "PWM_WIDTH")?,
+            settling: given.natural("SETTLING")?,
+        })
+    }
+
+    fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
+        let format = |int, frac| Format::new(false, int, frac).expect("8 bits");
+        let small = LoopConfig {
+            position_width: 8,
+            stiffness: format(6, 2),
+            damping: format(4, 4),
+            period_width: 6,
+            velocity_width: 6,
+            pwm: PwmConfig { width: 6, ..PwmConfig::default() },
+            ..LoopConfig::default()
+        };
+        let all = [
+            ("wrap", LoopConfig { saturate: false, ..LoopConfig::default() }),
+            ("8_bit", small),
+            ("rescaled", LoopConfig { rescaled: true, scale: format(4, 4), ..small }),
+            ("antiphase", LoopConfig { pwm: PwmConfig { antiphase: true, dead_time: 2, ..small.pwm }, ..small }),
+            ("immediate", LoopConfig { pwm: PwmConfig { latched: false, floating: true, ..small.pwm }, ..small }),
+            ("settling", LoopConfig { settling: 3, pwm: PwmConfig { latched: false, ..small.pwm }, ..small }),
+        ];
+        all.into_iter().map(|(label, config)| Ok((label, Self::new(config)?))).collect()
     }
 }

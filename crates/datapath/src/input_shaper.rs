@@ -22,6 +22,7 @@
 use hpu_signal::{Format, Machine, Narrowed, Narrowing, Overflow, Rounding, Signal, Word};
 
 use crate::config::{COUNTER, within};
+use crate::listed::{Given, Listed};
 use crate::{
     AnyStep, Biquad, BiquadConfig, Block, ConfigError, Generic, Register, Step, ZeroOrderHold, biquad, zero_order_hold,
 };
@@ -315,5 +316,49 @@ impl Block for InputShaper {
         if let Some(sampled) = &mut self.sampled {
             sampled.skip(edges, input);
         }
+    }
+}
+
+impl Shaping {
+    /// Reads the generics of a shaper, whose names begin with `stem`.
+    pub(crate) fn given(given: &Given, stem: &str) -> Result<Option<Self>, ConfigError> {
+        let named = |name: &str| format!("{stem}{name}");
+        if !given.is(&named("ENABLED")) {
+            return Ok(None);
+        }
+        let word = |name: &str| given.word(&named(name));
+        let (b, a) = ([word("B0")?, word("B1")?, word("B2")?], [word("A1")?, word("A2")?]);
+        Ok(Some(Self { phase: given.natural(&named("PHASE"))?, b, a }))
+    }
+
+    /// The 2.5 Hz high-pass filter at 10 kHz, for variants.
+    pub(crate) fn high_pass(phase: u32) -> Self {
+        Self { phase, b: [1_072_549_859, -2_145_099_718, 1_072_549_859], a: [-2_145_098_394, 1_071_359_217] }
+    }
+}
+
+impl Listed for InputShaper {
+    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
+        Self::new(InputShaperConfig {
+            torque_width: given.natural("TORQUE_WIDTH")?,
+            period_width: given.natural("PERIOD_WIDTH")?,
+            shaping: Shaping::given(given, "")?,
+        })
+    }
+
+    fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
+        let small = InputShaperConfig { torque_width: 6, period_width: 6, shaping: None };
+        let filter = |phase, b, a| Some(Shaping { phase, b, a });
+        let all = [
+            ("8_bit", small),
+            ("shaping", InputShaperConfig { shaping: Some(Shaping::high_pass(0)), ..InputShaperConfig::default() }),
+            ("shaping_8_bit", InputShaperConfig { shaping: Some(Shaping::high_pass(0)), ..small }),
+            // The filter shows half of each difference. The other half of a step up is shown at once, so the edge of
+            // the first sample is visible.
+            ("phase", InputShaperConfig { shaping: filter(5, [1 << 29, -1 << 29, 0], [0, 0]), ..small }),
+            // A ringing difference reaches every rectifier and the filter's limits within a few samples.
+            ("ringing", InputShaperConfig { shaping: filter(1, [1 << 30, -1 << 30, 0], [0, 1 << 30]), ..small }),
+        ];
+        all.into_iter().map(|(label, config)| Ok((label, Self::new(config)?))).collect()
     }
 }

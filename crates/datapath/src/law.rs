@@ -10,6 +10,7 @@
 use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding, Signal, Word};
 
 use crate::config::{COUNTER, WORD, within};
+use crate::listed::Given;
 use crate::{Block, ConfigError, Generic};
 
 hpu_signal::ports! {
@@ -213,5 +214,19 @@ impl Wanted {
         };
         let [torque] = W::branch(input.contact.is_set(), inside, || [W::int(0)]);
         torque.cut("wanted", self.drag.to.width())
+    }
+}
+
+impl LawWidths {
+    /// Reads the generics that every law has.
+    pub(crate) fn given(given: &Given) -> Result<Self, ConfigError> {
+        Ok(Self {
+            width: given.natural("WIDTH")?,
+            stiffness: given.unsigned("STIFFNESS")?,
+            damping: given.unsigned("DAMPING")?,
+            period_width: given.natural("PERIOD_WIDTH")?,
+            scale: given.unsigned("SCALE")?,
+            torque_width: given.natural("TORQUE_WIDTH")?,
+        })
     }
 }

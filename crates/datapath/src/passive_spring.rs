@@ -29,9 +29,12 @@ use hpu_signal::{Format, Int, Machine, Narrowed, Narrowing, Overflow, Reach, Rou
 
 use crate::config::{NATURAL, within};
 use crate::law::ZERO;
+use crate::listed::{Given, Listed};
+use crate::method_variants::{InLoops, bare, distinct, shaped, short};
 use crate::sequence::{Sequence, captures, loads_before_it_reads};
 use crate::{
-    AnyStep, Block, ConfigError, Generic, Law, LawIn, LawOut, LawWidths, Lemma, Register, SquareRoot, Step, square_root,
+    AnyStep, Block, ConfigError, Generic, Law, LawIn, LawOut, LawWidths, Lemma, MethodLoop, Register, SquareRoot, Step,
+    square_root,
 };
 
 /// The widths and options of a passive spring.
@@ -323,5 +326,33 @@ impl Block for PassiveSpring {
     fn skip(&mut self, edges: u64, input: &LawIn<i64>) {
         debug_assert!(edges <= self.quiet(input));
         self.sequence.skip(edges, input.period);
+    }
+}
+
+impl Listed for PassiveSpring {
+    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
+        let [extension_frac, alpha] = given.naturals(["EXTENSION_FRAC", "ALPHA"])?;
+        let (widths, revive) = (LawWidths::given(given)?, given.is("REVIVE"));
+        Self::new(SpringConfig { widths, extension_frac, alpha, revive })
+    }
+
+    fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
+        let narrow = SpringConfig { widths: short(), ..SpringConfig::default() };
+        let all = [
+            ("8_bit", narrow),
+            ("no_revival", SpringConfig { revive: false, ..narrow }),
+            ("one_and_a_half", SpringConfig { alpha: 384, ..narrow }),
+            ("fine", SpringConfig { extension_frac: 10, ..narrow }),
+        ];
+        all.into_iter().map(|(label, config)| Ok((label, Self::new(config)?))).collect()
+    }
+}
+
+impl InLoops for PassiveSpring {
+    fn loops() -> Result<Vec<(&'static str, MethodLoop<Self>)>, ConfigError> {
+        let narrow = Self::new(SpringConfig { widths: short(), ..SpringConfig::default() })?;
+        let phase = narrow.latency() + 1;
+        let others = SpringConfig { widths: distinct(), extension_frac: 14, alpha: 300, revive: true };
+        Ok(vec![("8_bit", shaped(narrow, phase)?), ("distinct", bare(Self::new(others)?)?)])
     }
 }

@@ -29,9 +29,11 @@ use hpu_signal::{Format, Int, Machine, Narrowed, Narrowing, Overflow, Reach, Rou
 
 use crate::config::{NATURAL, within};
 use crate::law::{Wanted, ZERO, shown};
+use crate::listed::{Given, Listed};
+use crate::method_variants::{InLoops, bare, distinct, shaped, short};
 use crate::sequence::{Sequence, captures, loads_before_it_reads};
 use crate::{
-    AnyStep, Block, ConfigError, DividerConfig, Generic, Law, LawIn, LawOut, LawWidths, Lemma, Register,
+    AnyStep, Block, ConfigError, DividerConfig, Generic, Law, LawIn, LawOut, LawWidths, Lemma, MethodLoop, Register,
     SequentialDivider, Step, sequential_divider,
 };
 
@@ -304,4 +306,51 @@ impl Block for PassivityController {
         debug_assert!(edges <= self.quiet(input));
         self.sequence.skip(edges, input.period);
     }
+}
+
+impl Listed for PassivityController {
+    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
+        let [energy_width, credit] = given.naturals(["ENERGY_WIDTH", "CREDIT"])?;
+        let (widths, exact) = (LawWidths::given(given)?, given.is("EXACT"));
+        Self::new(PassivityConfig { widths, exact, energy_width, credit })
+    }
+
+    fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
+        let (narrow, default) = (narrow(), PassivityConfig::default());
+        let exact = PassivityConfig { exact: true, ..narrow };
+        // The total, less the greatest credit, needs every bit that the VHDL gives it. The energy's width or those of
+        // torque and motion determine this number of bits.
+        let deep = |torque_width, energy_width| {
+            let widths = LawWidths { width: 16, torque_width, ..LawWidths::default() };
+            PassivityConfig { widths, exact: true, energy_width, credit: NATURAL }
+        };
+        let all = [
+            ("exact", PassivityConfig { exact: true, ..default }),
+            ("8_bit", narrow),
+            ("exact_8_bit", exact),
+            ("credit", PassivityConfig { credit: 40, ..narrow }),
+            ("exact_credit", PassivityConfig { credit: 40, ..exact }),
+            ("greatest_credit", PassivityConfig { credit: NATURAL, ..narrow }),
+            ("wide_energy", deep(15, 32)),
+            ("wide_torque", deep(16, 31)),
+        ];
+        all.into_iter().map(|(label, config)| Ok((label, Self::new(config)?))).collect()
+    }
+}
+
+impl InLoops for PassivityController {
+    fn loops() -> Result<Vec<(&'static str, MethodLoop<Self>)>, ConfigError> {
+        let (held, exact) = (Self::new(narrow())?, Self::new(PassivityConfig { exact: true, ..narrow() })?);
+        let phases = [held.latency() + 1, exact.latency() + 1];
+        let others = PassivityConfig { widths: distinct(), exact: true, energy_width: 21, credit: 4000 };
+        Ok(vec![
+            ("8_bit", shaped(held, phases[0])?),
+            ("exact_8_bit", shaped(exact, phases[1])?),
+            ("distinct", bare(Self::new(others)?)?),
+        ])
+    }
+}
+
+fn narrow() -> PassivityConfig {
+    PassivityConfig { widths: short(), energy_width: 14, ..PassivityConfig::default() }
 }

@@ -11,6 +11,7 @@
 use hpu_signal::{Format, Machine, Signal, Word};
 
 use crate::config::{WORD, within};
+use crate::listed::{Given, Listed};
 use crate::{AnyStep, Block, ConfigError, Generic, Register, Step};
 
 hpu_signal::ports! {
@@ -119,5 +120,15 @@ impl Block for PositionCounter {
     #[inline]
     fn skip(&mut self, edges: u64, input: &In<i64>) {
         debug_assert!(edges <= self.quiet(input));
+    }
+}
+
+impl Listed for PositionCounter {
+    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
+        Self::new(given.natural("WIDTH")?)
+    }
+
+    fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
+        Ok(vec![("8_bit", Self::new(8)?), ("32_bit", Self::new(32)?)])
     }
 }

@@ -18,6 +18,7 @@
 use hpu_signal::{Format, Signal, Word};
 
 use crate::config::{NATURAL, within};
+use crate::listed::{Given, Listed};
 use crate::{AnyStep, Block, ConfigError, Generic, Register, Repeat, Step};
 
 hpu_signal::ports! {
@@ -370,5 +371,40 @@ impl Block for Pwm {
             leg.wait = leg.wait.saturating_sub(edges);
         }
         self.phase = self.phase.wrapping_add(edges) & (self.period - 1);
+    }
+}
+
+impl Listed for Pwm {
+    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
+        Self::new(PwmConfig::given(given, "WIDTH")?)
+    }
+
+    fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
+        let small = PwmConfig { width: 5, ..PwmConfig::default() };
+        let all = [
+            ("8_bit", PwmConfig { width: 8, ..small }),
+            ("antiphase", PwmConfig { antiphase: true, ..small }),
+            ("immediate", PwmConfig { latched: false, ..small }),
+            ("immediate_antiphase", PwmConfig { antiphase: true, latched: false, ..small }),
+            ("floating", PwmConfig { floating: true, ..small }),
+            ("dead_time", PwmConfig { dead_time: 3, ..small }),
+            ("dead_time_antiphase", PwmConfig { antiphase: true, dead_time: 2, ..small }),
+            ("dead_time_floating", PwmConfig { floating: true, dead_time: 4, ..small }),
+            ("dead_time_longer_than_period", PwmConfig { width: 2, dead_time: 7, latched: false, ..small }),
+        ];
+        all.into_iter().map(|(label, config)| Ok((label, Self::new(config)?))).collect()
+    }
+}
+
+impl PwmConfig {
+    /// Reads the generics of a modulator whose width has the name `width`.
+    pub(crate) fn given(given: &Given, width: &str) -> Result<Self, ConfigError> {
+        Ok(Self {
+            width: given.natural(width)?,
+            antiphase: given.is("ANTIPHASE"),
+            latched: given.is("LATCHED"),
+            floating: given.is("FLOATING"),
+            dead_time: given.natural("DEAD_TIME")?,
+        })
     }
 }

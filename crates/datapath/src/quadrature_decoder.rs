@@ -15,6 +15,7 @@
 use hpu_signal::{Format, Signal, Word};
 
 use crate::config::{NATURAL, within};
+use crate::listed::{Given, Listed};
 use crate::{AnyStep, Block, ConfigError, Generic, Register, Step};
 
 hpu_signal::ports! {
@@ -170,5 +171,15 @@ impl Block for QuadratureDecoder {
             self.previous = *input;
             self.settling = u32::try_from(edges).map_or(0, |edges| self.settling.saturating_sub(edges));
         }
+    }
+}
+
+impl Listed for QuadratureDecoder {
+    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
+        Self::new(given.natural("SETTLE")?)
+    }
+
+    fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
+        Ok(vec![("settle_0", Self::new(0)?)])
     }
 }

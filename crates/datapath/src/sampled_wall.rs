@@ -26,10 +26,12 @@ use hpu_signal::{Format, Machine, Narrowing, Overflow, Reach, Rounding, Signal, 
 use crate::config::{NATURAL, WORD, within};
 use crate::estimator::{Estimator, EstimatorConfig, Velocity};
 use crate::law::Wanted;
+use crate::listed::{Given, Listed};
+use crate::method_variants::{InLoops, bare, distinct, shaped, small};
 use crate::sequence::loads_before_it_reads;
 use crate::{
-    AnyStep, Block, ConfigError, Generic, Law, LawIn, LawOut, LawWidths, Lemma, Register, Step, ZeroOrderHold,
-    zero_order_hold,
+    AnyStep, Block, ConfigError, Generic, Law, LawIn, LawOut, LawWidths, Lemma, MethodLoop, MethodLoopConfig,
+    PwmConfig, Register, Shaping, Step, ZeroOrderHold, zero_order_hold,
 };
 
 /// The widths and modes of a sampled wall.
@@ -355,5 +357,71 @@ impl Block for SampledWall {
             self.hold.skip(edges, &self.sampled(input));
         }
         self.velocity.skip(edges, input.position, self.velocity_period(input.period));
+    }
+}
+
+impl Listed for SampledWall {
+    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
+        let index: i64 = given.whole("ESTIMATOR", "a whole number")?;
+        let estimator = Estimator::ALL.into_iter().find(|estimator| estimator.index() == index).ok_or_else(|| {
+            let last = Estimator::ALL.len() - 1;
+            ConfigError::new(given.name(), format!("ESTIMATOR is {index}"), format!("0 to {last}"))
+        })?;
+        Self::new(SampledWallConfig {
+            widths: LawWidths::given(given)?,
+            spring_held: given.is("SPRING_HELD"),
+            estimator,
+            ratio: given.natural("RATIO")?,
+            shift: given.natural("SHIFT")?,
+            window: given.natural("WINDOW")?,
+            noise: given.natural("NOISE")?,
+            velocity_frac: given.natural("VELOCITY_FRAC")?,
+            relief: given.natural("RELIEF")?,
+        })
+    }
+
+    fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
+        // Every estimator, the spring held and live, both rates, and with and without relief.
+        let small = SampledWallConfig { widths: small(), velocity_frac: 4, ..SampledWallConfig::default() };
+        let timed = SampledWallConfig { estimator: Estimator::EdgeTimer, ..small };
+        let all = [
+            ("8_bit", small),
+            ("live", SampledWallConfig { spring_held: false, ratio: 3, ..small }),
+            ("filtered", SampledWallConfig { estimator: Estimator::Filtered, shift: 2, relief: 5, ..small }),
+            ("window", SampledWallConfig { estimator: Estimator::Window, window: 3, ratio: 3, ..small }),
+            ("foaw", SampledWallConfig { estimator: Estimator::Foaw, spring_held: false, relief: 90, ..small }),
+            ("edge_timer", timed),
+            ("edge_timer_live", SampledWallConfig { spring_held: false, ratio: 3, relief: 3, ..timed }),
+            ("edge_timer_wide", SampledWallConfig { estimator: Estimator::EdgeTimer, ..SampledWallConfig::default() }),
+        ];
+        all.into_iter().map(|(label, config)| Ok((label, Self::new(config)?))).collect()
+    }
+}
+
+impl InLoops for SampledWall {
+    fn loops() -> Result<Vec<(&'static str, MethodLoop<Self>)>, ConfigError> {
+        let wall =
+            || Self::new(SampledWallConfig { widths: small(), velocity_frac: 4, ..SampledWallConfig::default() });
+        let pwm = PwmConfig { width: small().torque_width, ..PwmConfig::default() };
+        let around = |pwm, shaping| MethodLoop::new(wall()?, MethodLoopConfig { pwm, shaping });
+        let filtered = SampledWallConfig {
+            widths: distinct(),
+            estimator: Estimator::Filtered,
+            ratio: 2,
+            shift: 1,
+            window: 13,
+            noise: 14,
+            velocity_frac: 6,
+            relief: 15,
+            ..SampledWallConfig::default()
+        };
+        let foaw = SampledWallConfig { estimator: Estimator::Foaw, window: 6, noise: 2, ratio: 1, ..filtered };
+        Ok(vec![
+            ("8_bit", around(pwm, Some(Shaping::high_pass(5)))?),
+            ("antiphase", around(PwmConfig { antiphase: true, dead_time: 2, ..pwm }, None)?),
+            ("immediate", around(PwmConfig { latched: false, floating: true, ..pwm }, Some(Shaping::high_pass(0)))?),
+            ("distinct", shaped(Self::new(filtered)?, 16)?),
+            ("distinct_foaw", bare(Self::new(foaw)?)?),
+        ])
     }
 }

@@ -10,6 +10,7 @@
 use hpu_signal::{Format, Signal, Word};
 
 use crate::config::{NATURAL, WORD, within};
+use crate::listed::{Given, Listed};
 use crate::step::in_machine;
 use crate::{AnyStep, Block, Combinational, ConfigError, Generic};
 
@@ -111,4 +112,14 @@ impl Block for Saturator {
 
     #[inline]
     fn skip(&mut self, _: u64, _: &In<i64>) {}
+}
+
+impl Listed for Saturator {
+    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
+        Self::new(given.natural("IN_WIDTH")?, given.natural("OUT_WIDTH")?, given.natural("LIMIT")?)
+    }
+
+    fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
+        Ok(vec![("8_bit", Self::new(10, 9, 255)?), ("limit_0", Self::new(10, 9, 0)?)])
+    }
 }

@@ -18,6 +18,7 @@ use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding, Signal, Term, 
 
 use crate::computation::Computation;
 use crate::config::within;
+use crate::listed::{Given, Listed};
 use crate::step::{equal, loads_first};
 use crate::{AnyStep, Block, ConfigError, Generic, Lemma, Register, Step};
 
@@ -278,5 +279,25 @@ impl Block for SequentialDivider {
         debug_assert!(edges <= self.quiet(input));
         let started = self.started(input);
         self.computation.skip(edges, started);
+    }
+}
+
+impl Listed for SequentialDivider {
+    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
+        let [num_width, den_width, frac, out_width] =
+            given.naturals(["NUM_WIDTH", "DEN_WIDTH", "FRAC", "OUT_WIDTH"])?;
+        Self::new(DividerConfig { num_width, den_width, frac, out_width })
+    }
+
+    fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
+        let divider = |[num_width, den_width, frac, out_width]: [u32; 4]| {
+            Self::new(DividerConfig { num_width, den_width, frac, out_width })
+        };
+        Ok(vec![
+            ("narrow", divider([4, 3, 2, 5])?),
+            ("integer", divider([16, 16, 0, 16])?),
+            ("fraction_only", divider([5, 11, 16, 9])?),
+            ("wide", divider([46, 32, 16, 62])?),
+        ])
     }
 }

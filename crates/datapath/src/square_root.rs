@@ -15,6 +15,7 @@ use hpu_signal::{Format, Narrowed, Signal, Term, Word};
 
 use crate::computation::Computation;
 use crate::config::within;
+use crate::listed::{Given, Listed};
 use crate::step::{equal, loads_first};
 use crate::{AnyStep, Block, ConfigError, Generic, Lemma, Register, Step};
 
@@ -219,5 +220,15 @@ impl Block for SquareRoot {
     fn skip(&mut self, edges: u64, input: &In<i64>) {
         debug_assert!(edges <= self.quiet(input));
         self.computation.skip(edges, Self::started(input));
+    }
+}
+
+impl Listed for SquareRoot {
+    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
+        Self::new(given.natural("WIDTH")?)
+    }
+
+    fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
+        Ok(vec![("4_bit", Self::new(4)?), ("10_bit", Self::new(10)?), ("62_bit", Self::new(62)?)])
     }
 }

@@ -12,7 +12,8 @@
 
 use hpu_signal::{Format, Signal, Word};
 
-use crate::{AnyStep, Block, Generic, Register, Step};
+use crate::listed::{Given, Listed};
+use crate::{AnyStep, Block, ConfigError, Generic, Register, Step};
 
 hpu_signal::ports! {
     /// Inputs of the synchronizer.
@@ -111,5 +112,11 @@ impl Block for Synchronizer {
         if edges > 0 {
             self.stage = *input;
         }
+    }
+}
+
+impl Listed for Synchronizer {
+    fn of_generics(_: &Given) -> Result<Self, ConfigError> {
+        Ok(Self::new())
     }
 }

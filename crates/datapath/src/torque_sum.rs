@@ -13,6 +13,7 @@
 use hpu_signal::{Format, Signal, Word};
 
 use crate::config::{WORD, within};
+use crate::listed::{Given, Listed};
 use crate::step::in_machine;
 use crate::{AnyStep, Block, Combinational, ConfigError, Generic};
 
@@ -119,4 +120,19 @@ impl Block for TorqueSum {
 
     #[inline]
     fn skip(&mut self, _: u64, _: &In<i64>) {}
+}
+
+impl Listed for TorqueSum {
+    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
+        Self::new(given.natural("SPRING_WIDTH")?, given.natural("DAMPING_WIDTH")?, given.natural("OUT_WIDTH")?)
+    }
+
+    fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
+        Ok(vec![
+            ("8_bit", Self::new(8, 9, 10)?),
+            ("wrap", Self::new(8, 9, 8)?),
+            ("narrow_damping", Self::new(8, 5, 8)?),
+            ("narrow_spring", Self::new(5, 9, 8)?),
+        ])
+    }
 }

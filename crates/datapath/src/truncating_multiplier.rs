@@ -15,6 +15,7 @@
 use hpu_signal::{Format, Machine, Narrowed, Narrowing, Overflow, Rounding, Signal, Word};
 
 use crate::config::within;
+use crate::listed::{Given, Listed};
 use crate::{AnyStep, Block, Combinational, ConfigError, Generic, Step};
 
 hpu_signal::ports! {
@@ -195,4 +196,47 @@ impl Block for TruncatingMultiplier {
 
     #[inline]
     fn skip(&mut self, _: u64, _: &In<i64>) {}
+}
+
+impl Listed for TruncatingMultiplier {
+    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
+        // The entity tells no fraction bits but only how many lower bits are dropped. That many fraction bits are given to
+        // the factors, to `a` first; if the factors have room for all of them, the product is a whole number.
+        let dropped = given.word("DROP_LOWER")?;
+        let factor = |width: &str, sign: &str, fraction: i32| {
+            let (width, signed) = (given.word(width)?, given.is(sign));
+            let fraction = fraction.clamp(0, width.max(0));
+            given.format(signed, width.saturating_sub(i32::from(signed)) - fraction, fraction)
+        };
+        let a = factor("A_WIDTH", "A_SIGNED", dropped)?;
+        let b = factor("B_WIDTH", "B_SIGNED", dropped.saturating_sub(a.frac()))?;
+        let signed = a.is_signed() || b.is_signed();
+        let frac = (a.frac() + b.frac()).saturating_sub(dropped);
+        let whole = given.word("OUT_WIDTH")?.saturating_sub(i32::from(signed));
+        let out = given.format(signed, whole.saturating_sub(frac), frac)?;
+        let overflow = if given.is("SATURATE") { Overflow::Saturate } else { Overflow::Wrap };
+        Self::new(a, b, out, overflow)
+    }
+
+    fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
+        let format = |signed, int, frac| Format::new(signed, int, frac).expect("at most 48 bits");
+        let (unsigned, signed, byte) = (Format::unsigned(12), Format::signed(12), Format::unsigned(8));
+        let (fine, fine_signed) = (format(false, 4, 8), format(true, 3, 8));
+        Ok(vec![
+            ("full", Self::full(unsigned, unsigned)?),
+            ("drop_upper", Self::drop_upper(unsigned, unsigned, 12)?),
+            ("drop_lower", Self::drop_lower(unsigned, unsigned, 12)?),
+            ("saturate_fraction", Self::saturate(fine, fine, fine)?),
+            ("full_signed", Self::full(signed, signed)?),
+            ("full_mixed", Self::full(signed, unsigned)?),
+            ("drop_upper_signed", Self::drop_upper(signed, signed, 12)?),
+            ("drop_lower_mixed", Self::drop_lower(signed, unsigned, 12)?),
+            ("saturate_signed", Self::saturate(signed, signed, Format::signed(13))?),
+            ("saturate_mixed", Self::saturate(signed, fine, Format::signed(13))?),
+            ("mixed_other", Self::saturate(fine, fine_signed, format(true, 6, 5))?),
+            ("extend", Self::new(byte, Format::signed(8), Format::signed(24), Overflow::Wrap)?),
+            ("uneven", Self::drop_lower(Format::signed(18), byte, 20)?),
+            ("wide", Self::drop_lower(format(true, 35, 12), format(true, 27, 12), 64)?),
+        ])
+    }
 }

@@ -19,6 +19,7 @@ use hpu_signal::{Format, Machine, Narrowed, Narrowing, Overflow, Rounding, Signa
 
 use crate::config::{COUNTER, WORD, within};
 use crate::countdown::{Countdown, edges};
+use crate::listed::{Given, Listed};
 use crate::step::counted_down;
 use crate::{AnyStep, Block, ConfigError, Generic, Register, Step};
 
@@ -223,5 +224,29 @@ impl Block for VelocityRegister {
         if self.countdown.skip(edges, input.period) {
             self.previous = input.position;
         }
+    }
+}
+
+impl Listed for VelocityRegister {
+    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
+        Self::new(VelocityConfig {
+            width: given.natural("WIDTH")?,
+            period_width: given.natural("PERIOD_WIDTH")?,
+            rescaled: given.is("RESCALED"),
+            scale: given.unsigned("SCALE")?,
+            out_width: given.natural("OUT_WIDTH")?,
+        })
+    }
+
+    fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
+        let scale = Format::new(false, 4, 4).expect("8 bits");
+        let small = VelocityConfig { width: 8, period_width: 6, out_width: 8, ..VelocityConfig::default() };
+        Ok(vec![
+            ("8_bit", Self::new(small)?),
+            ("narrow", Self::new(VelocityConfig { out_width: 5, ..small })?),
+            ("wide", Self::new(VelocityConfig { out_width: 16, ..small })?),
+            ("rescaled", Self::new(VelocityConfig { rescaled: true, ..VelocityConfig::default() })?),
+            ("rescaled_8_bit", Self::new(VelocityConfig { rescaled: true, scale, ..small })?),
+        ])
     }
 }

@@ -27,8 +27,10 @@ use hpu_signal::{Format, Machine, Narrowed, Narrowing, Overflow, Rounding, Signa
 use crate::config::{WORD, within};
 use crate::countdown::Countdown;
 use crate::law::ZERO;
+use crate::listed::{Given, Listed};
+use crate::method_variants::{InLoops, bare, distinct, shaped, short};
 use crate::step::counted_down;
-use crate::{AnyStep, Block, ConfigError, Generic, Law, LawIn, LawOut, LawWidths, Register, Step};
+use crate::{AnyStep, Block, ConfigError, Generic, Law, LawIn, LawOut, LawWidths, MethodLoop, Register, Step};
 
 /// The widths and gains of a virtual coupling.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -247,4 +249,32 @@ impl Block for VirtualCoupling {
         debug_assert!(edges <= self.quiet(input));
         self.countdown.skip(edges, input.period);
     }
+}
+
+impl Listed for VirtualCoupling {
+    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
+        let [extension_frac, gain_frac, share, free, held] =
+            given.naturals(["EXTENSION_FRAC", "GAIN_FRAC", "SHARE", "FREE", "HELD"])?;
+        Self::new(CouplingConfig { widths: LawWidths::given(given)?, extension_frac, gain_frac, share, free, held })
+    }
+
+    fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
+        let soft = CouplingConfig { share: 39322, free: 16384, held: 6554, ..CouplingConfig::default() };
+        Ok(vec![("soft", Self::new(soft)?), ("8_bit", Self::new(tight())?)])
+    }
+}
+
+impl InLoops for VirtualCoupling {
+    fn loops() -> Result<Vec<(&'static str, MethodLoop<Self>)>, ConfigError> {
+        let tight = Self::new(tight())?;
+        let phase = tight.latency() + 1;
+        let others =
+            CouplingConfig { widths: distinct(), extension_frac: 6, gain_frac: 13, share: 4928, free: 2048, held: 832 };
+        Ok(vec![("8_bit", shaped(tight, phase)?), ("distinct", bare(Self::new(others)?)?)])
+    }
+}
+
+/// Returns a narrow coupling whose gains are K_e = 60, K_c = 30, B_c/T = 10 PWM counts per count.
+fn tight() -> CouplingConfig {
+    CouplingConfig { widths: short(), extension_frac: 3, gain_frac: 8, share: 154, free: 64, held: 26 }
 }

@@ -18,6 +18,7 @@ use hpu_signal::{Format, Signal, Word};
 use crate::config::{COUNTER, WORD, within};
 use crate::countdown::{Countdown, edges};
 use crate::history::History;
+use crate::listed::{Given, Listed};
 use crate::step::counted_down;
 use crate::{AnyStep, Block, ConfigError, Generic, Register, Step};
 
@@ -152,5 +153,15 @@ impl Block for WindowDifference {
         debug_assert!(edges <= self.quiet(input));
         self.history.push(input.position, self.countdown.samples(edges, input.period));
         self.countdown.skip(edges, input.period);
+    }
+}
+
+impl Listed for WindowDifference {
+    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
+        Self::new(given.natural("WIDTH")?, given.natural("PERIOD_WIDTH")?, given.natural("WINDOW")?)
+    }
+
+    fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
+        Ok(vec![("one_sample", Self::new(8, 6, 1)?), ("5_bit", Self::new(5, 4, 7)?), ("wide", Self::new(62, 4, 64)?)])
     }
 }

@@ -15,6 +15,7 @@ use hpu_signal::{Format, Signal, Word};
 
 use crate::config::{COUNTER, WORD, within};
 use crate::countdown::Countdown;
+use crate::listed::{Given, Listed};
 use crate::step::counted_down;
 use crate::{AnyStep, Block, ConfigError, Generic, Register, Step};
 
@@ -124,5 +125,15 @@ impl Block for ZeroOrderHold {
     fn skip(&mut self, edges: u64, input: &In<i64>) {
         debug_assert!(edges <= self.quiet(input));
         self.countdown.skip(edges, input.period);
+    }
+}
+
+impl Listed for ZeroOrderHold {
+    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
+        Self::new(given.natural("WIDTH")?, given.natural("PERIOD_WIDTH")?)
+    }
+
+    fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
+        Ok(vec![("8_bit", Self::new(8, 6)?)])
     }
 }

@@ -19,6 +19,7 @@ use hpu_signal::{Format, Signal, Word};
 use super::words::natural;
 use crate::config::{COUNTER, WORD, within};
 use crate::countdown::Countdown;
+use crate::listed::{Given, Listed};
 use crate::step::counted_down;
 use crate::{AnyStep, Block, ConfigError, Generic, Register, Step};
 
@@ -147,5 +148,15 @@ impl Block for CommandRegister {
     fn skip(&mut self, edges: u64, input: &In<i64>) {
         debug_assert!(edges <= self.quiet(input));
         self.countdown.skip(edges, input.period);
+    }
+}
+
+impl Listed for CommandRegister {
+    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
+        Self::new(given.natural("WIDTH")?, given.natural("PERIOD_WIDTH")?, given.natural("DELAY")?)
+    }
+
+    fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
+        Ok(vec![("8_bit", Self::new(8, 6, 3)?), ("delay_0", Self::new(10, 4, 0)?)])
     }
 }

@@ -12,8 +12,11 @@
 
 use hpu_signal::{Format, Narrowed, Signal, Word};
 
+use super::PhantomConfig;
+use super::variants::paths;
 use super::words::{accept, limited, natural, parts};
 use crate::config::{NATURAL, within};
+use crate::listed::{Given, Listed};
 use crate::step::in_machine;
 use crate::{AnyStep, Block, Combinational, ConfigError, Generic, Step};
 
@@ -129,4 +132,18 @@ impl Block for CommandScaler {
 
     #[inline]
     fn skip(&mut self, _: u64, _: &In<i64>) {}
+}
+
+impl Listed for CommandScaler {
+    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
+        let [gain, gain_frac, command_width] = given.naturals(["GAIN", "GAIN_FRAC", "COMMAND_WIDTH"])?;
+        Self::new(given.parts(true, "TORQUE")?, gain, gain_frac, command_width)
+    }
+
+    fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
+        let scaler = |config: PhantomConfig| {
+            Self::new(config.formats.torque, config.gains[0], config.gain_frac, config.command_width)
+        };
+        paths().into_iter().map(|(label, config)| Ok((label, scaler(config)?))).collect()
+    }
 }

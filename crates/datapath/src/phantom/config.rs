@@ -3,7 +3,8 @@
 use hpu_signal::{Format, Rounding};
 
 use super::words::{natural, parts};
-use crate::Generic;
+use crate::listed::Given;
+use crate::{ConfigError, Generic};
 
 /// The formats along the path from an angle to a torque.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -198,4 +199,53 @@ impl PhantomConfig {
 
 fn format(signed: bool, int: i32, frac: i32) -> Format {
     Format::new(signed, int, frac).expect("a constant")
+}
+
+impl PhantomFormats {
+    /// Reads the formats that the block has as generics; the others are those of the default configuration.
+    pub(crate) fn given(given: &Given) -> Result<Self, ConfigError> {
+        let default = Self::default();
+        let parts = |signed: bool, stem: &str, default: Format| {
+            if given.has(&format!("{stem}_INT")) { given.parts(signed, stem) } else { Ok(default) }
+        };
+        Ok(Self {
+            trig: parts(true, "TRIG", default.trig)?,
+            length_frac: if given.has("LENGTH_FRAC") { given.natural("LENGTH_FRAC")? } else { default.length_frac },
+            position: parts(true, "POSITION", default.position)?,
+            stiffness: parts(false, "STIFFNESS", default.stiffness)?,
+            force: parts(true, "FORCE", default.force)?,
+            torque: parts(true, "TORQUE", default.torque)?,
+        })
+    }
+}
+
+impl PhantomConfig {
+    /// Reads the generics of the encoders and of the tables; the others are those of the default.
+    pub(crate) fn of_encoders(given: &Given) -> Result<Self, ConfigError> {
+        let turn = |joint: usize| {
+            let [num, den] = given.naturals([&*format!("TURN_NUM_{joint}"), &*format!("TURN_DEN_{joint}")])?;
+            Ok(Turn { num, den })
+        };
+        Ok(Self {
+            position_width: given.natural("POSITION_WIDTH")?,
+            depth_width: given.natural("DEPTH_WIDTH")?,
+            turns: [turn(1)?, turn(2)?, turn(3)?],
+            ..Self::default()
+        })
+    }
+
+    /// Returns the same with the generics of the path from the sines to the commands.
+    pub(crate) fn given(self, given: &Given) -> Result<Self, ConfigError> {
+        Ok(Self {
+            period_width: given.natural("PERIOD_WIDTH")?,
+            formats: PhantomFormats::given(given)?,
+            lengths: given.naturals(["LENGTH_1", "LENGTH_2"])?,
+            force_limit: given.natural("FORCE_LIMIT")?,
+            gains: given.naturals(["GAIN_1", "GAIN_2", "GAIN_3"])?,
+            gain_frac: given.natural("GAIN_FRAC")?,
+            command_width: given.natural("COMMAND_WIDTH")?,
+            delay: given.natural("DELAY")?,
+            ..self
+        })
+    }
 }

@@ -16,8 +16,10 @@
 use hpu_signal::{Format, Narrowed, Signal, Word};
 
 use super::PhantomFormats;
+use super::variants::paths;
 use super::words::{accept, limited, natural, parts};
 use crate::config::{NATURAL, within};
+use crate::listed::{Given, Listed};
 use crate::step::in_machine;
 use crate::{AnyStep, Block, Combinational, ConfigError, Generic, Step};
 
@@ -171,4 +173,16 @@ impl Block for CubeRoom {
 
     #[inline]
     fn skip(&mut self, _: u64, _: &In<i64>) {}
+}
+
+impl Listed for CubeRoom {
+    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
+        Self::new(&PhantomFormats::given(given)?, given.natural("FORCE_LIMIT")?)
+    }
+
+    fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
+        // The Premium 1.5 differs from the default in geometry, which does not affect the room.
+        let others = paths().into_iter().filter(|(label, _)| *label != "premium_1_5");
+        others.map(|(label, config)| Ok((label, Self::new(&config.formats, config.force_limit)?))).collect()
+    }
 }

@@ -30,8 +30,6 @@ pub mod trig_interpolated;
 pub mod trig_quarter;
 pub mod trig_table;
 
-pub(crate) use variants::{others, registry};
-
 pub use command_register::CommandRegister;
 pub use command_scaler::CommandScaler;
 pub use config::{PhantomConfig, PhantomFormats, Turn};

@@ -25,9 +25,11 @@ use hpu_signal::{Format, Narrowed, Ports, Signal};
 use super::PhantomConfig;
 use super::force_path::{self, ForcePath};
 use super::phantom_nets::path;
+use super::variants::paths;
 use super::words::{exact, natural};
 use crate::config::{COUNTER, within};
 use crate::countdown::{Countdown, edges};
+use crate::listed::{Given, Listed};
 use crate::{Block, ConfigError, Generic, Instance};
 
 hpu_signal::ports! {
@@ -242,5 +244,15 @@ impl Block for PhantomEngine {
         } else {
             self.left.saturating_sub(count)
         };
+    }
+}
+
+impl Listed for PhantomEngine {
+    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
+        Self::new(PhantomConfig::default().given(given)?)
+    }
+
+    fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
+        paths().into_iter().map(|(label, config)| Ok((label, Self::new(config)?))).collect()
     }
 }

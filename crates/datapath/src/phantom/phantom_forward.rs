@@ -15,8 +15,10 @@
 use hpu_signal::{Format, Narrowed, Signal, Word};
 
 use super::PhantomFormats;
+use super::variants::paths;
 use super::words::{accept, accept_trig, aligned_sum, natural, nearest, parts};
 use crate::config::{NATURAL, within};
+use crate::listed::{Given, Listed};
 use crate::step::in_machine;
 use crate::{AnyStep, Block, Combinational, ConfigError, Generic, Step};
 
@@ -153,4 +155,25 @@ impl Block for PhantomForward {
 
     #[inline]
     fn skip(&mut self, _: u64, _: &In<i64>) {}
+}
+
+impl Listed for PhantomForward {
+    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
+        Self::new(&PhantomFormats::given(given)?, given.naturals(["LENGTH_1", "LENGTH_2"])?)
+    }
+
+    fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
+        // A position drops one bit of its products here.
+        let format = |int, frac| Format::new(true, int, frac).expect("26 bits");
+        let one_bit = PhantomFormats {
+            trig: format(1, 14),
+            length_frac: 12,
+            position: format(0, 25),
+            ..PhantomFormats::default()
+        };
+        let own = ("one_bit", Self::new(&one_bit, [573; 2])?);
+        let others =
+            paths().into_iter().map(|(label, config)| Ok((label, Self::new(&config.formats, config.lengths)?)));
+        [Ok(own)].into_iter().chain(others).collect()
+    }
 }

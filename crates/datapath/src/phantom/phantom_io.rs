@@ -18,6 +18,7 @@ use hpu_signal::{Meter, Ports, Signal, SignalUse};
 use super::encoders::{Encoders, Pins};
 use super::words::natural;
 use super::{CommandRegister, command_register};
+use crate::listed::{Given, Listed};
 use crate::loop_nets::instance;
 use crate::{Block, ConfigError, Generic, Instance, Parts, Wiring, flatten, synchronizer};
 
@@ -213,5 +214,15 @@ impl Wiring for PhantomIo {
 
     fn uses(&self) -> Vec<SignalUse> {
         self.meter.uses().to_vec()
+    }
+}
+
+impl Listed for PhantomIo {
+    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
+        Self::new(given.natural("POSITION_WIDTH")?, given.natural("COMMAND_WIDTH")?)
+    }
+
+    fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
+        Ok(vec![("8_bit", Self::new(8, 8)?)])
     }
 }

@@ -16,8 +16,10 @@
 use hpu_signal::{Format, Narrowed, Signal, Word};
 
 use super::PhantomFormats;
+use super::variants::paths;
 use super::words::{accept, accept_trig, aligned_sum, natural, nearest, parts};
 use crate::config::{NATURAL, within};
+use crate::listed::{Given, Listed};
 use crate::step::in_machine;
 use crate::{AnyStep, Block, Combinational, ConfigError, Generic, Step};
 
@@ -169,4 +171,14 @@ impl Block for PhantomTorque {
 
     #[inline]
     fn skip(&mut self, _: u64, _: &In<i64>) {}
+}
+
+impl Listed for PhantomTorque {
+    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
+        Self::new(&PhantomFormats::given(given)?, given.naturals(["LENGTH_1", "LENGTH_2"])?)
+    }
+
+    fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
+        paths().into_iter().map(|(label, config)| Ok((label, Self::new(&config.formats, config.lengths)?))).collect()
+    }
 }

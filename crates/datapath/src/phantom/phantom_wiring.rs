@@ -9,8 +9,10 @@ use super::force_path::{self, Out};
 use super::phantom_nets::{
     Blocks, COMMANDS, COUNTS, LINES, MOST, PERIOD, POSITIONS, PhantomIn, PhantomOut, SCALED, SINES, X, X_LOW,
 };
+use super::variants::loops;
 use super::words::exact;
 use super::{PhantomConfig, TrigIn, TrigOut, command_register, phantom_engine, sample_register};
+use crate::listed::{Given, Listed};
 use crate::{Block, ConfigError, Generic, Instance, Parts, Wiring, flatten, synchronizer};
 
 /// A PHANToM loop: [`PhantomLoop`](super::PhantomLoop) or [`PhantomSharedLoop`](super::PhantomSharedLoop).
@@ -132,15 +134,16 @@ impl<const SHARED: bool> PhantomWiring<SHARED> {
     }
 }
 
-impl Default for PhantomWiring<false> {
-    fn default() -> Self {
-        Self::new(PhantomConfig::default()).expect("the data sheet's default")
+impl<const SHARED: bool> PhantomWiring<SHARED> {
+    /// Returns a wiring whose delay is that of the shared or of the parallel path.
+    fn of(config: PhantomConfig) -> Result<Self, ConfigError> {
+        Self::new(if SHARED { config.shared() } else { config })
     }
 }
 
-impl Default for PhantomWiring<true> {
+impl<const SHARED: bool> Default for PhantomWiring<SHARED> {
     fn default() -> Self {
-        Self::new(PhantomConfig::default().shared()).expect("the data sheet's default")
+        Self::of(PhantomConfig::default()).expect("the data sheet's default")
     }
 }
 
@@ -276,5 +279,15 @@ impl<const SHARED: bool> Wiring for PhantomWiring<SHARED> {
         let mut now = self.clone();
         now.count_lost();
         now.meter.uses()[..Self::NETS].to_vec()
+    }
+}
+
+impl<const SHARED: bool> Listed for PhantomWiring<SHARED> {
+    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
+        Self::new(PhantomConfig::of_encoders(given)?.given(given)?)
+    }
+
+    fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
+        loops().into_iter().map(|(label, config)| Ok((label, Self::of(config)?))).collect()
     }
 }

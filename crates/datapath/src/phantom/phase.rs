@@ -5,9 +5,10 @@ use std::sync::Arc;
 
 use hpu_signal::{Format, Word};
 
-use super::Turn;
 use super::words::{accept_trig, natural, parts};
+use super::{PhantomConfig, Turn};
 use crate::config::{NATURAL, within};
+use crate::listed::Given;
 use crate::{ConfigError, Generic};
 
 /// The phase of a count, in turns of `2^PHASE_WIDTH`, and the formats of the count and of the sines.
@@ -120,5 +121,24 @@ impl Quarter {
         let steps = self.words.len() - 1;
         let words = |all: &[i32]| all[..steps].iter().map(|&word| word.into()).collect();
         (words(&self.words), words(&self.rises))
+    }
+}
+
+impl Phase {
+    /// Reads the generics of a phase.
+    pub(crate) fn given(given: &Given) -> Result<Self, ConfigError> {
+        let [count_width, width, step] = given.naturals(["COUNT_WIDTH", "PHASE_WIDTH", "STEP"])?;
+        Ok(Self { count_width, width, step, trig: given.parts(true, "TRIG")? })
+    }
+
+    /// Returns, for variants of a source of sines: the phases of joint 1 of the Premium 1.0 and 1.5, a short phase with
+    /// narrow sines, and a long phase with fine sines.
+    pub(crate) fn variants() -> [Self; 4] {
+        let trig = |frac| Format::new(true, 1, frac).expect("at most 32 bits");
+        let [joint_1, joint_2, _] = PhantomConfig::default().turns;
+        let [_, premium_1_5, _] = PhantomConfig::premium_1_5().turns;
+        let short = Self { count_width: 10, width: 12, step: 5, trig: trig(14) };
+        let long = Self { width: 44, trig: trig(30), ..Self::default() }.of(joint_2);
+        [Self::default().of(joint_1), Self::default().of(premium_1_5), short, long]
     }
 }

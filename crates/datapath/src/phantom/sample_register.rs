@@ -16,6 +16,7 @@ use hpu_signal::{Format, Signal, Word};
 use super::words::natural;
 use crate::config::{COUNTER, WORD, within};
 use crate::countdown::Countdown;
+use crate::listed::{Given, Listed};
 use crate::step::counted_down;
 use crate::{AnyStep, Block, ConfigError, Generic, Register, Step};
 
@@ -140,5 +141,15 @@ impl Block for SampleRegister {
     fn skip(&mut self, edges: u64, input: &In<i64>) {
         debug_assert!(edges <= self.quiet(input));
         self.countdown.skip(edges, input.period);
+    }
+}
+
+impl Listed for SampleRegister {
+    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
+        Self::new(given.natural("WIDTH")?, given.natural("PERIOD_WIDTH")?)
+    }
+
+    fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
+        Ok(vec![("8_bit", Self::new(8, 6)?)])
     }
 }

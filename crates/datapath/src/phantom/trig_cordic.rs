@@ -22,6 +22,7 @@ use super::phase::Phase;
 use super::trig::{Trig, TrigOut, Wave};
 use super::words::{natural, nearest};
 use crate::config::within;
+use crate::listed::{Given, Listed};
 use crate::{ConfigError, Generic};
 
 /// See the [module](self).
@@ -106,5 +107,23 @@ impl Wave for Rotations {
         let [x, y] = W::branch(is_flipped, || [-x, -y], || [x, y]);
         let narrowing = nearest(frac, self.phase.trig);
         TrigOut { sine: y.narrow(&narrowing), cosine: x.narrow(&narrowing), valid: W::int(1) }
+    }
+}
+
+impl Listed for TrigCordic {
+    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
+        Self::new(Phase::given(given)?, given.natural("ITERATIONS")?, given.natural("GUARD")?)
+    }
+
+    fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
+        let [joint_1, premium_1_5, short, _] = Phase::variants();
+        let rotated = Phase { width: 31, step: 1_234_567, ..short };
+        let unguarded = Phase { trig: Format::new(true, 1, 24).expect("26 bits"), ..joint_1 };
+        Ok(vec![
+            ("joint_1", Self::new(joint_1, 24, 4)?),
+            ("premium_1_5", Self::new(premium_1_5, 24, 4)?),
+            ("narrow", Self::new(rotated, 14, 3)?),
+            ("unguarded", Self::new(unguarded, 28, 0)?),
+        ])
     }
 }

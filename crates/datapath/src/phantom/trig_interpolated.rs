@@ -20,6 +20,7 @@ use super::phase::{Phase, Quarter};
 use super::trig::{Trig, TrigOut, Wave};
 use super::words::natural;
 use crate::config::within;
+use crate::listed::{Given, Listed};
 use crate::{ConfigError, Generic, Rom};
 
 /// See the [module](self).
@@ -105,5 +106,21 @@ impl Wave for Chords {
         let (quadrant, fraction) = (phase.shr(turn), phase.wrap(Format::unsigned(turn)));
         let ahead = quadrant + W::int(1);
         TrigOut { sine: self.wave(quadrant, fraction), cosine: self.wave(ahead, fraction), valid: W::int(1) }
+    }
+}
+
+impl Listed for TrigInterpolated {
+    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
+        Self::new(Phase::given(given)?, given.natural("QUARTER_WIDTH")?, given.natural("REST_WIDTH")?)
+    }
+
+    fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
+        let [joint_1, premium_1_5, short, long] = Phase::variants();
+        Ok(vec![
+            ("joint_1", Self::new(joint_1, 9, 14)?),
+            ("premium_1_5", Self::new(premium_1_5, 9, 14)?),
+            ("narrow", Self::new(short, 5, 5)?),
+            ("fine", Self::new(long, 10, 20)?),
+        ])
     }
 }

@@ -18,6 +18,7 @@ use super::phase::{Phase, Quarter};
 use super::trig::{Trig, TrigOut, Wave};
 use super::words::natural;
 use crate::config::within;
+use crate::listed::{Given, Listed};
 use crate::{ConfigError, Generic, Rom};
 
 /// See the [module](self).
@@ -92,5 +93,21 @@ impl Wave for Nearest {
         let address = (fine + W::int(1)).shr(1).wrap(turn);
         let ahead = (address + W::int(1 << self.width)).wrap(turn);
         TrigOut { sine: self.wave(address), cosine: self.wave(ahead), valid: W::int(1) }
+    }
+}
+
+impl Listed for TrigQuarter {
+    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
+        Self::new(Phase::given(given)?, given.natural("QUARTER_WIDTH")?)
+    }
+
+    fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
+        let [joint_1, premium_1_5, short, long] = Phase::variants();
+        Ok(vec![
+            ("joint_1", Self::new(joint_1, 11)?),
+            ("premium_1_5", Self::new(premium_1_5, 11)?),
+            ("narrow", Self::new(short, 9)?),
+            ("fine", Self::new(long, 10)?),
+        ])
     }
 }

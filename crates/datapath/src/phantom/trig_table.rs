@@ -16,8 +16,9 @@ use hpu_signal::{Format, Sine, Word};
 use super::phase::sine;
 use super::trig::{Trig, TrigOut, Wave};
 use super::words::{accept_trig, natural, parts};
-use super::{PhantomFormats, Turn};
+use super::{PhantomConfig, PhantomFormats, Turn};
 use crate::config::{NATURAL, within};
+use crate::listed::{Given, Listed};
 use crate::{ConfigError, Generic, Rom};
 
 /// See the [module](self).
@@ -111,5 +112,25 @@ impl Wave for Table {
         let known = || [address.sine(sine, &self.sines), address.sine(cosine, &self.cosines), W::int(1)];
         let [sine, cosine, valid] = W::branch(is_inside, known, || [W::int(0); 3]);
         TrigOut { sine, cosine, valid }
+    }
+}
+
+impl Listed for TrigTable {
+    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
+        let [count_width, depth_width, num, den] =
+            given.naturals(["COUNT_WIDTH", "DEPTH_WIDTH", "TURN_NUM", "TURN_DEN"])?;
+        Self::new(count_width, depth_width, Turn { num, den }, given.parts(true, "TRIG")?)
+    }
+
+    fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
+        let trig = |int, frac| Format::new(true, int, frac).expect("at most 32 bits");
+        let [joint_1, ..] = PhantomConfig::default().turns;
+        let [_, premium_1_5, _] = PhantomConfig::premium_1_5().turns;
+        Ok(vec![
+            ("joint_1", Self::new(16, 13, joint_1, trig(9, 22))?),
+            ("premium_1_5", Self::new(16, 13, premium_1_5, trig(9, 22))?),
+            ("narrow", Self::new(8, 8, Turn { num: 1, den: 256 }, trig(1, 14))?),
+            ("several_turns", Self::new(10, 6, Turn { num: 5, den: 77 }, trig(1, 30))?),
+        ])
     }
 }
