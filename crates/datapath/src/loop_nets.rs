@@ -126,5 +126,5 @@ pub(crate) fn instance<B: Block + Clone + 'static>(label: &'static str, block: &
     let connections = ports.into_iter().zip(nets).map(|(port, &net)| Connection { port, net }).collect();
     let mut model = Box::new(block.clone());
     Block::reset(&mut *model);
-    Instance { label, model, connections, tied: Vec::new() }
+    Instance { label, model, connections, tied: Vec::new(), generics: Vec::new() }
 }

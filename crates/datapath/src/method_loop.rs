@@ -6,7 +6,7 @@
 //!   `shaped`, `command`.
 //! - **Latency**: pin to wall 4 edges; then the law's, the shaper's and the modulator's.
 //! - **Reset**: every register as its block says. **Overflow**: the command is limited to full scale.
-//! - **VHDL twin**: `hdl/<law>_loop.vhd`, instances `front`, `law`, `shaper`, `limiter`, `modulator`.
+//! - **VHDL twin**: `hdl/generated/<law>_loop.vhd`, made of this wiring and the law's VHDL; instances `front`, `law`, `shaper`, `limiter`, `modulator`.
 //! - **Source**: that of the law.
 //! - **Differs from the hardware**: as in the law and the blocks around it; combinational paths settle within the clock
 //!   they change in, whatever their length.
@@ -14,6 +14,7 @@
 use hpu_signal::{Meter, Ports, Signal, SignalUse};
 
 use crate::loop_nets::instance;
+use crate::wiring::renamed;
 use crate::{
     AxisFront, Block, ConfigError, Generic, InputShaper, InputShaperConfig, Instance, Law, LawIn, LawOut, Loaded,
     LoopIn, LoopOut, Parts, Pwm, PwmConfig, Repeat, Saturator, Shaping, Wiring, axis_front, flatten, input_shaper, pwm,
@@ -28,6 +29,21 @@ pub struct MethodLoopConfig {
     /// The input shaper's phase and filter; `None` passes the torque on.
     pub shaping: Option<Shaping>,
 }
+
+/// The law's generics that have another name in the loop.
+const LAW: [(&str, &str); 2] = [("WIDTH", "POSITION_WIDTH"), TORQUE_WIDTH];
+/// Those of the shaper.
+const SHAPER: [(&str, &str); 8] = [
+    ("PHASE", "SHAPER_PHASE"),
+    ("B0", "SHAPER_B0"),
+    ("B1", "SHAPER_B1"),
+    ("B2", "SHAPER_B2"),
+    ("A1", "SHAPER_A1"),
+    ("A2", "SHAPER_A2"),
+    ("ENABLED", "SHAPER_ENABLED"),
+    TORQUE_WIDTH,
+];
+const TORQUE_WIDTH: (&str, &str) = ("TORQUE_WIDTH", "PWM_WIDTH");
 
 const REFERENCE: usize = 2;
 const GATES: usize = 7;
@@ -199,13 +215,8 @@ impl<L: Law> Block for MethodLoop<L> {
 
     fn generics(&self) -> Vec<(&'static str, Generic)> {
         let MethodLoopConfig { pwm, shaping } = self.config;
-        let named = |name| match name {
-            "WIDTH" => "POSITION_WIDTH",
-            "TORQUE_WIDTH" => "PWM_WIDTH",
-            name => name,
-        };
-        let mut all: Vec<_> =
-            self.law.widths().generics().into_iter().map(|(name, value)| (named(name), value)).collect();
+        let widths = self.law.widths().generics().into_iter();
+        let mut all: Vec<_> = widths.map(|(name, value)| (renamed(name, &LAW), value)).collect();
         all.extend([
             ("ANTIPHASE", Generic::Boolean(pwm.antiphase)),
             ("LATCHED", Generic::Boolean(pwm.latched)),
@@ -213,8 +224,7 @@ impl<L: Law> Block for MethodLoop<L> {
             ("DEAD_TIME", Generic::Integer(pwm.dead_time.into())),
             ("SHAPER_ENABLED", Generic::Boolean(shaping.is_some())),
         ]);
-        let names = ["SHAPER_PHASE", "SHAPER_B0", "SHAPER_B1", "SHAPER_B2", "SHAPER_A1", "SHAPER_A2"];
-        all.extend(Shaping::generics(shaping, names));
+        all.extend(Shaping::generics(shaping, std::array::from_fn(|at| SHAPER[at].1)));
         all.extend(self.law.own_generics());
         all
     }
@@ -305,11 +315,15 @@ impl<L: Law> Wiring for MethodLoop<L> {
         let law: Vec<_> = wall.chain(stiffness..GATES).chain([TORQUE, MEMORY]).collect();
         let modulator: Vec<_> = [COMMAND].into_iter().chain(GATES..POSITION).collect();
         vec![
-            instance("front", &self.front, &front),
-            instance("law", &self.law, &law),
-            instance("shaper", &self.shaper, &[TORQUE, period, SHAPED]),
-            instance("limiter", &self.limiter, &[SHAPED, COMMAND]),
-            instance("modulator", &self.modulator, &modulator),
+            instance("front", &self.front, &front).mapped(&[]),
+            instance("law", &self.law, &law).mapped(&LAW),
+            instance("shaper", &self.shaper, &[TORQUE, period, SHAPED]).mapped(&SHAPER),
+            instance("limiter", &self.limiter, &[SHAPED, COMMAND]).mapped(&[
+                ("IN_WIDTH", "PWM_WIDTH + 2"),
+                ("OUT_WIDTH", "PWM_WIDTH + 1"),
+                ("LIMIT", "2**PWM_WIDTH - 1"),
+            ]),
+            instance("modulator", &self.modulator, &modulator).mapped(&[("WIDTH", "PWM_WIDTH")]),
         ]
     }
 

@@ -32,6 +32,23 @@ pub struct Instance {
     pub connections: Vec<Connection>,
     /// The inputs of the instance that are tied to a constant instead.
     pub tied: Vec<(&'static str, i64)>,
+    /// Its generics in VHDL, as expressions of the wiring's generics. They are stated where the wiring's VHDL is
+    /// generated; where that is written by hand, the list is empty.
+    pub generics: Vec<(&'static str, &'static str)>,
+}
+
+impl Instance {
+    /// States the generics. Each is the wiring's generic of the same name, except for those given here.
+    #[must_use]
+    pub(crate) fn mapped(mut self, others: &[(&'static str, &'static str)]) -> Self {
+        self.generics = self.model.generics().into_iter().map(|(name, _)| (name, renamed(name, others))).collect();
+        self
+    }
+}
+
+/// Returns what the list has for a name, or the name itself.
+pub(crate) fn renamed(name: &'static str, others: &[(&'static str, &'static str)]) -> &'static str {
+    others.iter().find(|(known, _)| *known == name).map_or(name, |(_, other)| *other)
 }
 
 /// The inside of a block that is made of other blocks and nothing else.
