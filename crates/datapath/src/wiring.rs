@@ -82,9 +82,15 @@ pub struct Repeat<O> {
     pub edges: u64,
 }
 
+/// A loop of one axis. The haptic loops, the method loops and the loop of a reference law in `cosim` implement it.
+pub trait AxisWiring: Wiring<In<i64> = LoopIn<i64>, Out<i64> = LoopOut<i64>> {
+    /// The net that an averaged bridge or an amplifier follows in the gates' place.
+    const COMMAND: usize;
+}
+
 /// A haptic loop whose position counter can be loaded. The encoder's lines and the clock are then left out
 /// (`model.encoder = "loaded"`). Every haptic loop and method loop implements it.
-pub trait Loaded: Wiring<In<i64> = LoopIn<i64>, Out<i64> = LoopOut<i64>> {
+pub trait Loaded: AxisWiring {
     /// Loads the counter with a position, modulo its width, and lets the nets settle with these inputs.
     fn load(&mut self, position: i64, input: &LoopIn<i64>);
 }
