@@ -27,6 +27,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 HDL = ROOT / "hdl"
+# By hand, and generated; the packages hold constants only.
+FILES = {file.stem: file for file in sorted([*HDL.glob("*.vhd"), *HDL.glob("generated/*.vhd")]) if "_pkg" not in file.stem}
 RECORDS = ROOT / "testbench" / "record"
 DATAPATH = "crates/datapath/src"
 
@@ -192,8 +194,8 @@ def told(hpu, folder, block, proved):
 def judged(hpu, block, text, proved):
     """What becomes of a mutant of a block's VHDL."""
     with tempfile.TemporaryDirectory() as folder:
-        for file in HDL.glob("*.vhd"):
-            if file.stem != block:
+        for stem, file in FILES.items():
+            if stem != block:
                 os.symlink(file, Path(folder) / file.name)
         (Path(folder) / f"{block}.vhd").write_text(text)
         is_leaf = "entity work." not in text
@@ -295,7 +297,7 @@ def of_equations(options, proved):
 
 def of_vhdl(options, hpu, blocks, proved):
     """Rows of mutants of VHDL."""
-    texts = {block: (HDL / f"{block}.vhd").read_text() for block in blocks}
+    texts = {block: FILES[block].read_text() for block in blocks}
     # Of each file the same ones, whichever others are asked for.
     drawn = {}
     for block in blocks:
@@ -338,7 +340,7 @@ def main():
     subprocess.run(["cargo", "build", "--locked", "--release", "--quiet", "-p", "hpu"], cwd=ROOT, check=True)
     hpu = str(target / "release" / "hpu")
 
-    blocks = sorted(file.stem for file in HDL.glob("*.vhd"))
+    blocks = sorted(FILES)
     if options.only and not options.rust:
         blocks = [block for block in blocks if block in options.only.split(",")]
     # What the VHDL as it is is proved to be: configurations by block.

@@ -151,8 +151,6 @@ pub(crate) struct LoadedLoop<W> {
     wiring: W,
     input: LoopIn<i64>,
     schedule: Schedule,
-    /// Index of the net that the actuator follows.
-    command: usize,
     live: bool,
     /// Force in N, and duty, of one count of the command.
     quantum_n: f64,
@@ -167,13 +165,13 @@ impl<W: Loaded> LoadedLoop<W> {
         mut wiring: W,
         input: LoopIn<i64>,
         schedule: Schedule,
-        (command, live): (usize, bool),
+        live: bool,
         (quantum_n, duty): (f64, f64),
     ) -> Self {
         wiring.reset();
         wiring.rest_modulator();
         wiring.settle(&input);
-        Self { wiring, input, schedule, command, live, quantum_n, duty, edge: 1 }
+        Self { wiring, input, schedule, live, quantum_n, duty, edge: 1 }
     }
 
     fn vary(&mut self, edge: u64) {
@@ -225,7 +223,7 @@ impl<W: Loaded> Controller for LoadedLoop<W> {
         if !self.live && self.schedule != Schedule::default() {
             self.vary(edge);
         }
-        let mut command = self.wiring.words()[self.command];
+        let mut command = self.wiring.words()[W::COMMAND];
         let mut from = edge;
         while self.edge < next {
             let quiet = self.wiring.quiet(&self.input).min(next - self.edge);
@@ -235,7 +233,7 @@ impl<W: Loaded> Controller for LoadedLoop<W> {
                 continue;
             }
             self.wiring.tick(self.input);
-            let now = self.wiring.words()[self.command];
+            let now = self.wiring.words()[W::COMMAND];
             if now != command {
                 (command, from) = (now, self.edge);
             }

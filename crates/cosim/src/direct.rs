@@ -148,13 +148,12 @@ impl AxisDirect<'_> {
 
     /// Returns the loop in words, ready to be loaded.
     fn loaded<W: Loaded + Clone>(&self, wiring: &W, input: LoopIn<i64>, live: bool) -> LoadedLoop<W> {
-        let command = wiring.nets().iter().position(|net| net.name == "command").expect("a haptic loop has a command");
         let (quantum_n, duty) = match self.plant.actuator {
             Actuator::Amplified { quantum_n, .. } => (quantum_n, 0.0),
             Actuator::Averaged { full_scale, .. } => (0.0, 1.0 / full_scale),
             Actuator::Switching => unreachable!("scenes refuse it: without a clock nothing switches"),
         };
-        LoadedLoop::new(wiring.clone(), input, self.schedule, (command, live), (quantum_n, duty))
+        LoadedLoop::new(wiring.clone(), input, self.schedule, live, (quantum_n, duty))
     }
 
     /// Closes the loop with a controller and runs it.

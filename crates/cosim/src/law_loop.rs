@@ -5,7 +5,7 @@
 //! sampling, and the gains, which are those that words realise. The loop drives an averaged bridge or an amplifier; it
 //! has no PWM, and no VHDL.
 
-use hpu_datapath::{Block, Generic, Instance, LoopIn, LoopOut, Wiring, flatten};
+use hpu_datapath::{AxisWiring, Block, Generic, Instance, LoopIn, LoopOut, Wiring, flatten};
 use hpu_signal::{Format, Meter, Ports, Signal, SignalUse};
 
 use crate::law::{AnyLaw, SampledLaw};
@@ -181,6 +181,10 @@ impl Block for LawLoop {
         debug_assert!(edges <= self.quiet(input));
         self.left -= edges;
     }
+}
+
+impl AxisWiring for LawLoop {
+    const COMMAND: usize = COMMAND;
 }
 
 impl Wiring for LawLoop {

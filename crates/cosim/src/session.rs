@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use hpu_datapath::LoopIn;
+use hpu_datapath::{AxisWiring, LoopIn};
 use hpu_signal::{Clock, Observe, Real, Signal};
 
 use crate::actuator::Actuator;
@@ -80,6 +80,11 @@ impl<'s> Session<'s> {
     #[must_use]
     pub fn plant(&self) -> &Plant {
         &self.plant
+    }
+
+    /// Returns the world, whose averaged bridge or amplifier follows this wiring's command.
+    fn world<W: AxisWiring>(&self, _: &W) -> AxisWorld<'_> {
+        AxisWorld::new(&self.plant, W::COMMAND, self.words.schedule)
     }
 
     fn is_mass(&self) -> bool {
@@ -181,17 +186,15 @@ impl Wired for Session<'_> {
     }
 
     fn visit<'v, V: Visit<'v>>(&'v self, visit: V) -> V::Out {
-        let command = self.wiring.nets().iter().position(|net| net.name == "command");
-        let world = AxisWorld::new(&self.plant, command.expect("a haptic loop has a command"), self.words.schedule);
         match &self.wiring {
-            TheLoop::Hybrid(wiring) => visit.visit(wiring, world, self.input()),
-            TheLoop::Conventional(wiring) => visit.visit(wiring, world, self.input()),
-            TheLoop::SampledWall(wiring) => visit.visit(wiring, world, self.input()),
-            TheLoop::VirtualCoupling(wiring) => visit.visit(wiring, world, self.input()),
-            TheLoop::PassivityController(wiring) => visit.visit(wiring, world, self.input()),
-            TheLoop::EnergyBounding(wiring) => visit.visit(wiring, world, self.input()),
-            TheLoop::PassiveSpring(wiring) => visit.visit(wiring, world, self.input()),
-            TheLoop::Law(wiring) => visit.visit(wiring, world, self.input()),
+            TheLoop::Hybrid(wiring) => visit.visit(wiring, self.world(wiring), self.input()),
+            TheLoop::Conventional(wiring) => visit.visit(wiring, self.world(wiring), self.input()),
+            TheLoop::SampledWall(wiring) => visit.visit(wiring, self.world(wiring), self.input()),
+            TheLoop::VirtualCoupling(wiring) => visit.visit(wiring, self.world(wiring), self.input()),
+            TheLoop::PassivityController(wiring) => visit.visit(wiring, self.world(wiring), self.input()),
+            TheLoop::EnergyBounding(wiring) => visit.visit(wiring, self.world(wiring), self.input()),
+            TheLoop::PassiveSpring(wiring) => visit.visit(wiring, self.world(wiring), self.input()),
+            TheLoop::Law(wiring) => visit.visit(wiring, self.world(wiring), self.input()),
             _ => unreachable!("not an axis's"),
         }
     }

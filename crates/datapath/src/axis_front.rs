@@ -16,8 +16,8 @@
 use hpu_signal::Signal;
 
 use crate::axis::Axis;
+use crate::circuit::instance;
 use crate::listed::{Given, Listed};
-use crate::loop_nets::instance;
 use crate::{
     Block, ConfigError, Displacement, Generic, Instance, Parts, Unilateral, displacement, flatten, synchronizer,
     unilateral,

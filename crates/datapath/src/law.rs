@@ -26,8 +26,13 @@ hpu_signal::ports! {
 /// A method of stabilisation as a block. The five laws implement it, so that [`MethodLoop`](crate::MethodLoop) wires
 /// any of them between encoder and bridge.
 pub trait Law:
-    Block<In<i64> = LawIn<i64>, In<Signal> = LawIn<Signal>, Out<i64> = LawOut<i64>, Out<Signal> = LawOut<Signal>>
-    + Clone
+    Block<
+        In<i64> = LawIn<i64>,
+        In<Signal> = LawIn<Signal>,
+        Out<i64> = LawOut<i64>,
+        Out<Signal> = LawOut<Signal>,
+        Out<Narrowed> = LawOut<Narrowed>,
+    > + Clone
     + 'static
 {
     /// Name of the loop around this law, which is that of its VHDL entity.

@@ -1,8 +1,10 @@
 //! The FPGA: one file for each block, integers only, and the wirings that connect the blocks as the VHDL does.
 
 mod axis;
+mod axis_loop;
 mod block;
 mod catalogue;
+mod circuit;
 mod computation;
 mod config;
 mod countdown;
@@ -12,11 +14,10 @@ mod history;
 mod law;
 mod listed;
 mod loop_config;
-mod loop_nets;
 mod method_variants;
+mod part;
 mod sequence;
 mod timed_velocity;
-mod torque_path;
 mod wiring;
 
 pub mod axis_front;
@@ -52,6 +53,7 @@ pub mod window_difference;
 pub mod zero_order_hold;
 
 pub use axis_front::AxisFront;
+pub use axis_loop::{AxisCircuit, AxisLoop};
 pub use biquad::{Biquad, BiquadConfig};
 pub use block::{AnyBlock, Block, Generic, Rom, bundle, flatten};
 pub use catalogue::{block_by_name, configured, registry, variants};
@@ -87,5 +89,5 @@ pub use unilateral::Unilateral;
 pub use velocity_register::{VelocityConfig, VelocityRegister};
 pub use virtual_coupling::{CouplingConfig, VirtualCoupling};
 pub use window_difference::WindowDifference;
-pub use wiring::{Connection, Instance, Loaded, LoopIn, LoopOut, Parts, Repeat, Wiring};
+pub use wiring::{AxisWiring, Connection, Instance, Loaded, LoopIn, LoopOut, Parts, Repeat, Wiring};
 pub use zero_order_hold::ZeroOrderHold;

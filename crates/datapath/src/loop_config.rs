@@ -2,12 +2,7 @@
 
 use hpu_signal::Format;
 
-use crate::config::{COUNTER, within};
-use crate::torque_path::TorquePath;
-use crate::{
-    Block, CommandLimiter, ConfigError, Generic, PositionCounter, Pwm, PwmConfig, QuadratureDecoder, Synchronizer,
-    VelocityConfig, VelocityRegister, ZeroOrderHold,
-};
+use crate::{Generic, PwmConfig, VelocityConfig};
 
 /// The widths and modes of a haptic loop; the default is the 12-bit design of Vasudevan et al. 2007.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -76,60 +71,5 @@ impl LoopConfig {
             ("DEAD_TIME", integer(self.pwm.dead_time)),
             ("SETTLING", integer(self.settling)),
         ]
-    }
-
-    /// Returns the blocks of a loop with this configuration, in their state after reset.
-    pub(crate) fn blocks(&self, name: &'static str) -> Result<Blocks, ConfigError> {
-        for (word, format) in [("stiffness", self.stiffness), ("damping", self.damping)] {
-            if format.is_signed() || format.frac() < 0 {
-                let found = format!("{word} is {format}");
-                return Err(ConfigError::new(name, found, "unsigned with 0 or more fraction bits, as (0,12,0)"));
-            }
-        }
-        let width = self.pwm.width;
-        within(name, "PWM_WIDTH", width, COUNTER)?;
-        let velocity = VelocityConfig {
-            width: self.position_width,
-            period_width: self.period_width,
-            rescaled: self.rescaled,
-            scale: self.scale,
-            out_width: self.velocity_width,
-        };
-        Ok(Blocks {
-            velocity_reg: VelocityRegister::new(velocity)?,
-            sync: Synchronizer::new(),
-            decoder: QuadratureDecoder::default(),
-            counter: PositionCounter::new(self.position_width)?,
-            hold: ZeroOrderHold::new(self.position_width, self.period_width)?,
-            path: TorquePath::new(self)?,
-            limiter: CommandLimiter::new(width + 2, width + 1, (1 << width) - 1, self.settling)?,
-            modulator: Pwm::new(self.pwm)?,
-        })
-    }
-}
-
-/// The blocks of a loop, named as their instances; the hybrid loop has no `hold`.
-#[derive(Clone, PartialEq, Eq, Debug)]
-pub(crate) struct Blocks {
-    pub(crate) sync: Synchronizer,
-    pub(crate) decoder: QuadratureDecoder,
-    pub(crate) counter: PositionCounter,
-    pub(crate) hold: ZeroOrderHold,
-    pub(crate) velocity_reg: VelocityRegister,
-    pub(crate) path: TorquePath,
-    pub(crate) limiter: CommandLimiter,
-    pub(crate) modulator: Pwm,
-}
-
-impl Blocks {
-    /// Applies one edge of reset to every clocked block; all their registers are 0 after it.
-    pub(crate) fn reset(&mut self) {
-        self.sync.reset();
-        self.decoder.reset();
-        self.counter.reset();
-        self.hold.reset();
-        self.velocity_reg.reset();
-        self.limiter.reset();
-        self.modulator.reset();
     }
 }

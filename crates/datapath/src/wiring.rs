@@ -32,6 +32,23 @@ pub struct Instance {
     pub connections: Vec<Connection>,
     /// The inputs of the instance that are tied to a constant instead.
     pub tied: Vec<(&'static str, i64)>,
+    /// Its generics in VHDL, as expressions of the wiring's generics. They are stated where the wiring's VHDL is
+    /// generated; where that is written by hand, the list is empty.
+    pub generics: Vec<(&'static str, &'static str)>,
+}
+
+impl Instance {
+    /// States the generics. Each is the wiring's generic of the same name, except for those given here.
+    #[must_use]
+    pub(crate) fn mapped(mut self, others: &[(&'static str, &'static str)]) -> Self {
+        self.generics = self.model.generics().into_iter().map(|(name, _)| (name, renamed(name, others))).collect();
+        self
+    }
+}
+
+/// Returns what the list has for a name, or the name itself.
+pub(crate) fn renamed(name: &'static str, others: &[(&'static str, &'static str)]) -> &'static str {
+    others.iter().find(|(known, _)| *known == name).map_or(name, |(_, other)| *other)
 }
 
 /// The inside of a block that is made of other blocks and nothing else.
@@ -65,9 +82,15 @@ pub struct Repeat<O> {
     pub edges: u64,
 }
 
+/// A loop of one axis. The haptic loops, the method loops and the loop of a reference law in `cosim` implement it.
+pub trait AxisWiring: Wiring<In<i64> = LoopIn<i64>, Out<i64> = LoopOut<i64>> {
+    /// The net that an averaged bridge or an amplifier follows in the gates' place.
+    const COMMAND: usize;
+}
+
 /// A haptic loop whose position counter can be loaded. The encoder's lines and the clock are then left out
 /// (`model.encoder = "loaded"`). Every haptic loop and method loop implements it.
-pub trait Loaded: Wiring<In<i64> = LoopIn<i64>, Out<i64> = LoopOut<i64>> {
+pub trait Loaded: AxisWiring {
     /// Loads the counter with a position, modulo its width, and lets the nets settle with these inputs.
     fn load(&mut self, position: i64, input: &LoopIn<i64>);
 }

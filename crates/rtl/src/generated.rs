@@ -6,6 +6,7 @@ use std::{fs, io};
 
 use hpu_datapath::{registry, variants};
 
+use crate::around_law::around_a_law;
 use crate::package::package;
 use crate::stimuli;
 use crate::temporary::{self, Temporary, sweep_files};
@@ -23,6 +24,9 @@ pub fn generated() -> Vec<(PathBuf, String)> {
         let name = block.name();
         files.push((format!("hdl/generated/{name}_pkg.vhd"), package(&*block)));
         files.push((format!("testbench/vhdl/generated/tb_{name}.vhd"), testbench(&*block)));
+        if let Some(vhdl) = around_a_law(&*block) {
+            files.push((format!("hdl/generated/{name}.vhd"), vhdl));
+        }
     }
     for (label, mut block) in variants() {
         let directed: Vec<_> = stimuli::directed(&*block).into_iter().take(COMMITTED_ROWS).collect();

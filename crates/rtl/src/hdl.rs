@@ -9,26 +9,28 @@ use crate::ghdl::GhdlError;
 
 /// Name and text of every block's VHDL, as `hdl/` had it when the program was built.
 macro_rules! carried {
-    ($($name:ident)*) => {
-        &[$((stringify!($name), include_str!(concat!("../../../hdl/", stringify!($name), ".vhd")))),*]
+    ($($folder:literal: $($name:ident)*;)*) => {
+        &[$($((stringify!($name), include_str!(concat!("../../../", $folder, "/", stringify!($name), ".vhd")))),*),*]
     };
 }
 
 /// The carried VHDL: name and text of each block.
 static CARRIED: &[(&str, &str)] = carried! {
-    axis_front biquad command_limiter command_register command_scaler conventional_loop cube_room displacement edge_timer
-    energy_bounding energy_bounding_loop filtered_difference foaw hybrid_loop input_shaper passive_spring passive_spring_loop
-    passivity_controller passivity_controller_loop phantom_engine phantom_forward phantom_io phantom_loop
-    phantom_shared_loop phantom_torque position_counter pwm quadrature_decoder sample_register sampled_wall sampled_wall_loop
-    saturator sequential_divider square_root synchronizer torque_sum trig_cordic trig_interpolated trig_quarter trig_table
-    truncating_multiplier unilateral velocity_register virtual_coupling virtual_coupling_loop window_difference
-    zero_order_hold
+    "hdl":
+        axis_front biquad command_limiter command_register command_scaler conventional_loop cube_room displacement
+        edge_timer energy_bounding filtered_difference foaw hybrid_loop input_shaper passive_spring passivity_controller
+        phantom_engine phantom_forward phantom_io phantom_loop phantom_shared_loop phantom_torque position_counter pwm
+        quadrature_decoder sample_register sampled_wall saturator sequential_divider square_root synchronizer torque_sum
+        trig_cordic trig_interpolated trig_quarter trig_table truncating_multiplier unilateral velocity_register
+        virtual_coupling window_difference zero_order_hold;
+    "hdl/generated":
+        energy_bounding_loop passive_spring_loop passivity_controller_loop sampled_wall_loop virtual_coupling_loop;
 };
 
 /// The source of the blocks' VHDL.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum Hdl {
-    /// A folder with `<block>.vhd`.
+    /// A folder with `<block>.vhd`, or with `generated/<block>.vhd` where that is generated.
     Folder(PathBuf),
     /// This program carries it.
     Carried,
@@ -46,7 +48,11 @@ impl Hdl {
     #[must_use]
     pub fn file(&self, block: &str) -> PathBuf {
         match self {
-            Self::Folder(folder) => folder.join(format!("{block}.vhd")),
+            Self::Folder(folder) => {
+                let place = folder.join(format!("{block}.vhd"));
+                let generated = folder.join(format!("generated/{block}.vhd"));
+                if !place.is_file() && generated.is_file() { generated } else { place }
+            }
             Self::Carried => PathBuf::from(format!("{block}.vhd")),
         }
     }
@@ -145,11 +151,11 @@ mod tests {
         let carried: BTreeSet<_> = CARRIED.iter().map(|(name, _)| (*name).to_string()).collect();
         let blocks: BTreeSet<_> = hpu_datapath::registry().iter().map(|block| block.name().to_string()).collect();
         assert_eq!(carried, blocks);
-        let files = fs::read_dir(&folder).expect("hdl/").flatten().map(|entry| entry.path());
-        let files: BTreeSet<_> = files
-            .filter(|path| path.extension().is_some_and(|extension| extension == "vhd"))
-            .map(|path| path.file_stem().expect("a name").to_string_lossy().into_owned())
-            .collect();
+        let files =
+            [folder.clone(), folder.join("generated")].map(|folder| fs::read_dir(folder).expect("hdl/").flatten());
+        let names = files.into_iter().flatten().map(|entry| entry.file_name().to_string_lossy().into_owned());
+        let names = names.filter_map(|name| name.strip_suffix(".vhd").map(str::to_string));
+        let files: BTreeSet<_> = names.filter(|name| !name.ends_with("_pkg")).collect();
         assert_eq!(carried, files);
         let of_folder = Hdl::Folder(folder);
         for name in carried {

@@ -4,6 +4,7 @@
 //! data sheets, and this crate compares them with the emulator, bit by bit.
 
 mod around;
+mod around_law;
 mod check;
 mod closed_loop;
 mod cost;

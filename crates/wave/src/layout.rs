@@ -148,7 +148,7 @@ impl Layout {
         let net = |(index, signal): (usize, &Signal)| Var::new(signal.name, signal.format, Source::Net(index));
         let mut top = Scope::new(W::NAME, W::CLOCKED, nets.iter().enumerate().map(net));
         let mut tied = Vec::new();
-        for Instance { label, model, connections, tied: constants } in wiring.instances() {
+        for Instance { label, model, connections, tied: constants, .. } in wiring.instances() {
             let ports = [AnyBlock::inputs(&*model), AnyBlock::outputs(&*model)].concat();
             let vars = ports.iter().map(|port| match constants.iter().find(|(name, _)| *name == port.name) {
                 Some(&(_, word)) => {

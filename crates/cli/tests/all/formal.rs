@@ -109,9 +109,11 @@ fn a_leaf_is_proved_once_in_a_run_whichever_wirings_have_it() {
 fn changed(dir: &Path, file: &str, from: &str, to: &str) -> PathBuf {
     let place = dir.join("hdl");
     fs::create_dir_all(&place).expect("a folder");
-    for entry in fs::read_dir(Path::new(ROOT).join("hdl")).expect("the VHDL").flatten() {
-        if entry.path().is_file() {
-            fs::copy(entry.path(), place.join(entry.file_name())).expect("a copy");
+    for folder in ["hdl", "hdl/generated"] {
+        for entry in fs::read_dir(Path::new(ROOT).join(folder)).expect("the VHDL").flatten() {
+            if entry.path().is_file() {
+                fs::copy(entry.path(), place.join(entry.file_name())).expect("a copy");
+            }
         }
     }
     let path = place.join(format!("{file}.vhd"));

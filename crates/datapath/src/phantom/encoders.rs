@@ -3,7 +3,7 @@
 use hpu_signal::Signal;
 
 use crate::axis::Axis;
-use crate::loop_nets::instance;
+use crate::circuit::instance;
 use crate::{Block, ConfigError, Instance, flatten, quadrature_decoder, synchronizer};
 
 /// The pins of three encoders.

@@ -18,8 +18,8 @@ use hpu_signal::{Meter, Ports, Signal, SignalUse};
 use super::encoders::{Encoders, Pins};
 use super::words::natural;
 use super::{CommandRegister, command_register};
+use crate::circuit::instance;
 use crate::listed::{Given, Listed};
-use crate::loop_nets::instance;
 use crate::{Block, ConfigError, Generic, Instance, Parts, Wiring, flatten, synchronizer};
 
 hpu_signal::ports! {

@@ -5,7 +5,7 @@ use hpu_signal::Signal;
 use super::encoders::Encoders;
 use super::force_path::ForcePath;
 use super::{CommandRegister, PhantomConfig, PhantomEngine, SampleRegister, TrigTable};
-use crate::loop_nets::instance;
+use crate::circuit::instance;
 use crate::{Block, ConfigError, Instance, flatten};
 
 hpu_signal::ports! {

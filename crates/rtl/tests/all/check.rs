@@ -39,7 +39,8 @@ fn the_multiplier_is_checked_on_products_from_all_strata() {
 fn broken(test: &str, file: &str, phrase: &str, by: &str) -> PathBuf {
     let copy = std::env::temp_dir().join(format!("hpu-test-{}-{test}", std::process::id()));
     fs::create_dir_all(&copy).expect("a temporary directory");
-    for entry in fs::read_dir(project().join("hdl")).expect("the VHDL") {
+    let folders = ["hdl", "hdl/generated"].map(|folder| fs::read_dir(project().join(folder)).expect("the VHDL"));
+    for entry in folders.into_iter().flatten() {
         let path = entry.expect("an entry").path();
         if path.extension().is_some_and(|extension| extension == "vhd") {
             fs::copy(&path, copy.join(path.file_name().expect("a file"))).expect("a copy");

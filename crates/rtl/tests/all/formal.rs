@@ -84,10 +84,12 @@ fn changed(dir: &str, file: &str, from: &str, to: &str) -> PathBuf {
     let place = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("formal").join(dir);
     let _ = fs::remove_dir_all(&place);
     fs::create_dir_all(&place).expect("a folder");
-    for entry in fs::read_dir(HDL).expect("the VHDL") {
-        let entry = entry.expect("an entry");
-        if entry.path().is_file() {
-            fs::copy(entry.path(), place.join(entry.file_name())).expect("a copy");
+    for folder in [HDL.to_string(), format!("{HDL}/generated")] {
+        for entry in fs::read_dir(folder).expect("the VHDL") {
+            let entry = entry.expect("an entry");
+            if entry.path().is_file() {
+                fs::copy(entry.path(), place.join(entry.file_name())).expect("a copy");
+            }
         }
     }
     let path = place.join(format!("{file}.vhd"));

@@ -9,7 +9,9 @@ use hpu_rtl::differs_from_the_hardware;
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 
 fn header(block: &str) -> String {
-    let text = fs::read_to_string(format!("{ROOT}/hdl/{block}.vhd")).expect("the VHDL of a block");
+    let hand = fs::read_to_string(format!("{ROOT}/hdl/{block}.vhd"));
+    let text = hand.or_else(|_| fs::read_to_string(format!("{ROOT}/hdl/generated/{block}.vhd")));
+    let text = text.expect("the VHDL of a block");
     text.lines().take_while(|line| line.starts_with("--")).map(|line| format!("{line}\n")).collect()
 }
 

@@ -24,7 +24,8 @@ fn alone(multiplier: TruncatingMultiplier) -> Beside {
     let block: &dyn AnyBlock = &multiplier;
     let ports: Vec<Signal> = block.inputs().into_iter().chain(block.outputs()).collect();
     let connections = ports.iter().cloned().enumerate().map(|(net, port)| Connection { port, net }).collect();
-    let instance = Instance { label: "mult", model: Box::new(multiplier), connections, tied: Vec::new() };
+    let instance =
+        Instance { label: "mult", model: Box::new(multiplier), connections, tied: Vec::new(), generics: Vec::new() };
     Beside::new(&ports, 2, &[instance], &[], None)
 }
 

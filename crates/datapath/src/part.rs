@@ -1,0 +1,105 @@
+//! The blocks as parts of a circuit: the words that their outputs have between two edges, and the bits lost.
+
+use hpu_signal::Narrowed;
+
+use crate::{
+    AxisFront, Block, CommandLimiter, Displacement, InputShaper, Law, LawOut, PositionCounter, QuadratureDecoder,
+    Saturator, Synchronizer, TorqueSum, TruncatingMultiplier, Unilateral, VelocityRegister, ZeroOrderHold,
+    input_shaper, saturator, truncating_multiplier, velocity_register,
+};
+
+/// A block as a part of a circuit. Every block that a `circuit!` contains implements it.
+pub trait Part: Block {
+    /// Returns the outputs as they follow from these inputs and from the registers as they stand, with the bits that
+    /// they lost. `shown` are the outputs before.
+    fn follow(&mut self, input: &Self::In<i64>, shown: Self::Out<i64>) -> Self::Out<Narrowed>;
+}
+
+/// Returns a word that lost no bits.
+#[inline]
+pub(crate) fn exact(word: i64) -> Narrowed {
+    Narrowed { word, rounded: false, overflowed: false }
+}
+
+/// Registers: their outputs follow nothing between the edges.
+macro_rules! registers {
+    ($($block:ident)*) => {
+        $(impl Part for $block {
+            #[inline]
+            fn follow(&mut self, _: &Self::In<i64>, shown: Self::Out<i64>) -> Self::Out<Narrowed> {
+                shown.map(exact)
+            }
+        })*
+    };
+}
+
+/// Logic that loses no bits.
+macro_rules! logic {
+    ($($block:ident)*) => {
+        $(impl Part for $block {
+            #[inline]
+            fn follow(&mut self, input: &Self::In<i64>, _: Self::Out<i64>) -> Self::Out<Narrowed> {
+                self.eval(*input).map(exact)
+            }
+        })*
+    };
+}
+
+registers!(Synchronizer QuadratureDecoder PositionCounter ZeroOrderHold);
+logic!(Displacement Unilateral TorqueSum);
+
+impl Part for TruncatingMultiplier {
+    #[inline]
+    fn follow(&mut self, input: &Self::In<i64>, _: Self::Out<i64>) -> Self::Out<Narrowed> {
+        truncating_multiplier::Out { product: self.eval(*input) }
+    }
+}
+
+impl Part for Saturator {
+    #[inline]
+    fn follow(&mut self, input: &Self::In<i64>, _: Self::Out<i64>) -> Self::Out<Narrowed> {
+        let word = self.eval(*input).limited;
+        saturator::Out { limited: Narrowed { overflowed: word != input.value, ..exact(word) } }
+    }
+}
+
+impl Part for CommandLimiter {
+    #[inline]
+    fn follow(&mut self, input: &Self::In<i64>, _: Self::Out<i64>) -> Self::Out<Narrowed> {
+        let limited = self.limit(input.value);
+        let overflowed = limited != input.value;
+        saturator::Out { limited: Narrowed { overflowed, ..exact(self.settle(limited)) } }
+    }
+}
+
+impl Part for VelocityRegister {
+    #[inline]
+    fn follow(&mut self, _: &Self::In<i64>, _: Self::Out<i64>) -> Self::Out<Narrowed> {
+        velocity_register::Out { velocity: self.latest() }
+    }
+}
+
+impl Part for AxisFront {
+    #[inline]
+    fn follow(&mut self, input: &Self::In<i64>, _: Self::Out<i64>) -> Self::Out<Narrowed> {
+        self.settle(input.reference).map(exact)
+    }
+}
+
+impl Part for InputShaper {
+    #[inline]
+    fn follow(&mut self, input: &Self::In<i64>, _: Self::Out<i64>) -> Self::Out<Narrowed> {
+        self.settle(input.torque);
+        input_shaper::Out { shaped: self.latest() }
+    }
+}
+
+impl<L: Law> Part for L {
+    #[inline]
+    fn follow(&mut self, input: &Self::In<i64>, shown: Self::Out<i64>) -> Self::Out<Narrowed> {
+        let LawOut { torque, memory } = self.settle(input, shown);
+        let with = |word, (rounded, overflowed)| Narrowed { word, rounded, overflowed };
+        let [of_torque, of_memory] = self.lost();
+        LawOut { torque: with(torque, of_torque), memory: with(memory, of_memory) }
+    }
+}
