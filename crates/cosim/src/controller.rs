@@ -3,8 +3,8 @@
 
 use hpu_datapath::{Loaded, LoopIn};
 
-use crate::law::{AnyLaw, SampledLaw};
 use crate::law_loop::{COMMAND, LawConfig, NETS, PENETRATION, POSITION};
+use crate::method::{AnyLaw, SampledLaw};
 use crate::schedule::Schedule;
 use crate::world::Pins;
 
@@ -80,11 +80,11 @@ impl<'d> FloatsLaw<'d> {
     fn vary(&mut self, edge: u64) {
         if self.schedule != Schedule::default() {
             let ramps = [(self.schedule.stiffness, 0), (self.schedule.scale, 1)];
-            let [stiffness, scale] = ramps.map(|(ramp, index)| {
+            let shares = ramps.map(|(ramp, index)| {
                 let start = self.config.start[index];
                 ramp.filter(|_| start != 0).map_or(1.0, |ramp| ramp.word(edge) as f64 / start as f64)
             });
-            self.law.vary(&self.config.law, stiffness, scale);
+            self.config.vary(&mut self.law, shares);
         }
     }
 }
@@ -111,9 +111,7 @@ impl Controller for FloatsLaw<'_> {
     fn follow(&mut self, edge: u64, at: Reading) {
         self.vary(edge);
         let x_m = self.position_m(at);
-        if let AnyLaw::Wall(wall) = &self.law {
-            self.force_n = wall.force_n(x_m);
-        }
+        self.force_n = self.law.live_n(x_m).unwrap_or(self.force_n);
     }
 
     #[inline(always)]

@@ -28,9 +28,9 @@ use crate::controller::{Asked, Controller, FloatsLaw, LoadedLoop, Reading};
 use crate::encoder::Encoder;
 use crate::engine::{Control, TURN};
 use crate::law_loop::LawConfig;
+use crate::method::AxisLoop;
 use crate::mover::Mover;
 use crate::plant::{Kind, Plant};
-use crate::rig::TheLoop;
 use crate::schedule::Schedule;
 use crate::stepped::{DIVERGED, FAR};
 use crate::summary::{EnergyAudit, Summary};
@@ -68,7 +68,7 @@ pub(crate) enum Computed<'p> {
     /// A law in floats, and the wall's position if it reads the true position.
     Law(&'p LawConfig, Option<f64>),
     /// A loop in words that is loaded with counts: its wiring, constant inputs, and whether its spring is live.
-    Words(&'p TheLoop, LoopIn<i64>, bool),
+    Words(&'p AxisLoop, LoopIn<i64>, bool),
 }
 
 /// A law in floats or a loop in words, closed around an axis in steps.
@@ -121,21 +121,15 @@ impl AxisDirect<'_> {
         observer: &mut dyn Observe,
         control: &Control,
     ) -> (Summary, f64, Option<&'static str>) {
-        macro_rules! close {
-            ($($words:ident),*) => {
-                match self.computed {
-                    Computed::Law(config, ideal) => {
-                        let law = FloatsLaw::new(config, self.schedule, ideal);
-                        self.close(law, window, stride, trace, observer, control)
-                    }
-                    $(Computed::Words(TheLoop::$words(wiring), input, live) => {
-                        self.close(self.loaded(wiring, input, live), window, stride, trace, observer, control)
-                    })*
-                    Computed::Words(..) => unreachable!("not an axis's in words"),
-                }
-            };
+        match self.computed {
+            Computed::Law(config, ideal) => {
+                let law = FloatsLaw::new(config, self.schedule, ideal);
+                self.close(law, window, stride, trace, observer, control)
+            }
+            Computed::Words(axis_loop, input, live) => with_axis_loop!(axis_loop, wiring => {
+                self.close(self.loaded(wiring, input, live), window, stride, trace, observer, control)
+            }),
         }
-        close!(Hybrid, Conventional, SampledWall, VirtualCoupling, PassivityController, EnergyBounding, PassiveSpring)
     }
 
     /// Returns the edges of contact in a step that ends in the window, on a straight line between two angles.

@@ -8,7 +8,7 @@
 use hpu_datapath::{AxisWiring, Block, Generic, Instance, LoopIn, LoopOut, Wiring, flatten};
 use hpu_signal::{Format, Meter, Ports, Signal, SignalUse};
 
-use crate::law::{AnyLaw, SampledLaw};
+use crate::method::{AnyLaw, SampledLaw};
 use crate::scene::COMMAND_BITS;
 
 /// The configuration of a [`LawLoop`].
@@ -16,7 +16,9 @@ use crate::scene::COMMAND_BITS;
 pub struct LawConfig {
     /// The law, with its device at the start.
     pub law: AnyLaw,
-    /// Whether the spring of a [`Wall`](crate::law::Wall) follows every count instead of the sample before.
+    /// Stiffness and scale of the law at the start. A ramp changes them in proportion to their words.
+    pub start_gains: [f64; 2],
+    /// Whether the law's spring follows every count instead of the sample before.
     pub live: bool,
     /// The wall's surface, in counts from the start.
     pub surface: i64,
@@ -39,6 +41,18 @@ impl LawConfig {
     pub(crate) fn command(&self, force_n: f64) -> i64 {
         let full = Format::unsigned(COMMAND_BITS).max() as f64 + 1.0;
         (force_n.clamp(-self.limit_n, self.limit_n) / self.full_scale_n * full).round() as i64
+    }
+
+    /// Returns whether an input shaper is behind the law.
+    #[must_use]
+    pub fn is_shaped(&self) -> bool {
+        matches!(self.law, AnyLaw::Shaped(_))
+    }
+
+    /// Sets the stiffness and the scale of a copy of the law to these shares of those at the start.
+    #[inline]
+    pub fn vary(&self, law: &mut AnyLaw, [stiffness, scale]: [f64; 2]) {
+        law.vary(self.start_gains[0] * stiffness, self.start_gains[1] * scale);
     }
 }
 
@@ -150,17 +164,17 @@ impl Block for LawLoop {
         let varied = std::mem::replace(&mut self.wanted, wanted) != wanted;
         // A live spring takes a new stiffness at once, a sampled law at its samples.
         if sampled || self.config.live && varied {
-            let [stiffness, scale] = [0, 1].map(|index| {
+            let shares = [0, 1].map(|index| {
                 let start = self.config.start[index];
                 if start == 0 { 1.0 } else { wanted[index] as f64 / start as f64 }
             });
-            self.law.vary(&self.config.law, stiffness, scale);
+            self.config.vary(&mut self.law, shares);
         }
         if sampled {
             self.force_n = self.law.sample(self.position_m());
         }
-        if let (true, AnyLaw::Wall(wall)) = (self.config.live && (moved || sampled || varied), &self.law) {
-            self.force_n = wall.force_n(self.position_m());
+        if self.config.live && (moved || sampled || varied) {
+            self.force_n = self.law.live_n(self.position_m()).unwrap_or(self.force_n);
         }
         let mut port = self.words.iter_mut();
         input.each(|&word| *port.next().expect("inputs come first") = word);

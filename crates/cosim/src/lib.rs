@@ -1,15 +1,19 @@
 //! Joins datapath and plant: scenes, worlds, the engine, the energy audit and the verdict.
 
 pub mod law;
+#[macro_use]
+pub mod method;
 pub mod scene;
 
 mod actuator;
 mod any_rig;
 mod arm_body;
 mod arm_direct;
+mod arm_loop;
 mod arm_world;
 mod axis_world;
 mod body;
+mod closed;
 mod columns;
 mod contact;
 mod controller;
@@ -22,7 +26,6 @@ mod host;
 mod law_loop;
 mod linear;
 mod message;
-mod method;
 mod mover;
 mod parse;
 mod phantom_session;
@@ -32,6 +35,7 @@ mod ready;
 mod rig;
 mod schedule;
 mod session;
+mod session_error;
 mod stepped;
 mod summary;
 mod trace;
@@ -41,8 +45,10 @@ mod world;
 
 pub use any_rig::AnyRig;
 pub use arm_direct::ArmDirect;
+pub use arm_loop::ArmLoop;
 pub use arm_world::{ARM_REALS, FpgaWorld, HostWorld};
 pub use axis_world::AxisWorld;
+pub use closed::law_as_asked;
 pub use columns::{ARM_ROW, AXIS_ROW, RAIL_ROW, SIGNS, TORQUE_BETWEEN};
 pub use contact::judged_window_s;
 pub use direct::{AxisDirect, Direct};
@@ -51,7 +57,7 @@ pub use faults::Mark;
 pub use law_loop::{LawConfig, LawLoop};
 pub use linear::LinearLoop;
 pub use message::{did_you_mean, excerpt, figure, number, utf8};
-pub use method::law_as_asked;
+pub use method::AxisLoop;
 pub use phantom_session::PhantomSession;
 pub use plant::{Plant, PlantError};
 pub use random::SplitMix64;
@@ -59,7 +65,8 @@ pub use ready::Ready;
 pub use rig::{Rig, TheLoop, Visit, Wired, follow};
 pub use scene::{COMMAND_BITS, replay};
 pub use schedule::{Schedule, WordRamp};
-pub use session::{Session, SessionError};
+pub use session::Session;
+pub use session_error::SessionError;
 pub use summary::{Abort, EnergyAudit, NetUse, Summary, metric};
 pub use trace::Trace;
 pub use verdict::{PASSIVE_RMS_M, Verdict, judge, judge_drop, unseen_growth_per_s};

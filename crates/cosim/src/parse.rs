@@ -2,9 +2,9 @@
 
 use std::io;
 
-use crate::method;
+use crate::closed::Closed;
+use crate::method::Unmade;
 use crate::scene::{Experiment, LoopWords, Scene, SceneError, Shipped, Text, shipped_file};
-use crate::session::SessionError;
 
 impl Experiment {
     /// Parses and validates a scene of any kind.
@@ -56,9 +56,9 @@ impl Shipped {
 
 /// Refuses words that make no datapath.
 fn buildable(scene: &Scene, words: &LoopWords) -> Result<(), SceneError> {
-    match method::wiring(scene, words) {
-        Err(SessionError::Scene(error)) => Err(error),
-        Err(error) => Err(scene.error("method.kind", error.to_string())),
+    match Closed::new(scene, words) {
+        Err(Unmade::Scene(error)) => Err(error),
+        Err(Unmade::Config(error)) => Err(scene.error("method.kind", error.to_string())),
         Ok(_) => Ok(()),
     }
 }

@@ -5,6 +5,7 @@ use hpu_plant::arm::{Arm, ArmModel, Transmission};
 use hpu_signal::{Clock, Format, Observe, Ports, Real, Signal};
 
 use crate::arm_direct::ArmDirect;
+use crate::arm_loop::ArmLoop;
 use crate::arm_world::{ARM_REALS, ArmPlant, FpgaWorld, HostWorld};
 use crate::columns::ARM_ROW;
 use crate::direct::Direct;
@@ -13,7 +14,7 @@ use crate::host::{COUNTING, Host};
 use crate::random::SplitMix64;
 use crate::rig::{self, Compare, Rig, TheLoop, Visit, Wired};
 use crate::scene::{PhantomLaw, PhantomScene, PhantomWords, Platform, Premium, Record};
-use crate::session::SessionError;
+use crate::session_error::SessionError;
 use crate::summary::{Abort, Summary};
 use crate::trace::Trace;
 use crate::verdict::{Verdict, judge_drop};
@@ -32,7 +33,7 @@ pub struct PhantomSession<'s> {
     scene: &'s PhantomScene,
     plant: ArmPlant,
     words: PhantomWords,
-    wiring: TheLoop,
+    wiring: ArmLoop,
 }
 
 impl<'s> PhantomSession<'s> {
@@ -45,11 +46,11 @@ impl<'s> PhantomSession<'s> {
         let words = scene.words().map_err(SessionError::Scene)?;
         let config = scene.method.config;
         let wiring = if by_host(scene) {
-            PhantomIo::new(config.position_width, config.command_width).map(TheLoop::PhantomIo)
+            PhantomIo::new(config.position_width, config.command_width).map(ArmLoop::PhantomIo)
         } else if scene.method.shared {
-            PhantomSharedLoop::new(config).map(TheLoop::PhantomShared)
+            PhantomSharedLoop::new(config).map(ArmLoop::PhantomShared)
         } else {
-            PhantomLoop::new(config).map(TheLoop::Phantom)
+            PhantomLoop::new(config).map(ArmLoop::Phantom)
         };
         let wiring = wiring.map_err(SessionError::Config)?;
         Ok(Self { scene, plant: plant(scene)?, words, wiring })
@@ -267,7 +268,7 @@ impl Rig for PhantomSession<'_> {
     }
 
     fn closed_by(&self) -> &str {
-        self.wiring.name()
+        self.wiring.block().name()
     }
 
     fn nets(&self) -> Vec<Signal> {
@@ -276,16 +277,15 @@ impl Rig for PhantomSession<'_> {
 }
 
 impl Wired for PhantomSession<'_> {
-    fn wiring(&self) -> &TheLoop {
-        &self.wiring
+    fn wiring(&self) -> TheLoop<'_> {
+        TheLoop::Arm(&self.wiring)
     }
 
     fn visit<'v, V: Visit<'v>>(&'v self, visit: V) -> V::Out {
         match &self.wiring {
-            TheLoop::Phantom(wiring) => visit.visit(wiring, FpgaWorld::new(&self.plant), self.input()),
-            TheLoop::PhantomShared(wiring) => visit.visit(wiring, FpgaWorld::new(&self.plant), self.input()),
-            TheLoop::PhantomIo(wiring) => visit.visit(wiring, HostWorld::new(&self.plant), PhantomIoIn::build(|| 0)),
-            _ => unreachable!("not a PHANToM's"),
+            ArmLoop::Phantom(wiring) => visit.visit(wiring, FpgaWorld::new(&self.plant), self.input()),
+            ArmLoop::PhantomShared(wiring) => visit.visit(wiring, FpgaWorld::new(&self.plant), self.input()),
+            ArmLoop::PhantomIo(wiring) => visit.visit(wiring, HostWorld::new(&self.plant), PhantomIoIn::build(|| 0)),
         }
     }
 

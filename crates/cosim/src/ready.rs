@@ -7,7 +7,8 @@ use crate::engine::{Comparison, Control, Driver};
 use crate::phantom_session::PhantomSession;
 use crate::rig::{Rig, TheLoop, Visit, Wired};
 use crate::scene::{Experiment, Record};
-use crate::session::{Session, SessionError};
+use crate::session::Session;
+use crate::session_error::SessionError;
 use crate::summary::{Abort, Summary};
 use crate::trace::Trace;
 use crate::verdict::Verdict;
@@ -107,7 +108,7 @@ impl Rig for Ready<'_> {
 }
 
 impl Wired for Ready<'_> {
-    fn wiring(&self) -> &TheLoop {
+    fn wiring(&self) -> TheLoop<'_> {
         forward!(self, rig => rig.wiring())
     }
 

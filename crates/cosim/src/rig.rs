@@ -3,128 +3,72 @@
 use std::ops::Range;
 use std::time::Instant;
 
-use hpu_datapath::phantom::{PhantomIo, PhantomLoop, PhantomSharedLoop};
-use hpu_datapath::{
-    AnyBlock, ConventionalLoop, EnergyBounding, HybridLoop, Instance, Law, MethodLoop, PassiveSpring,
-    PassivityController, SampledWall, VirtualCoupling, Wiring,
-};
+use hpu_datapath::{AnyBlock, Instance, Wiring};
 use hpu_signal::{Clock, Cycle, Observe, Real, Signal, UNKNOWN};
 
+use crate::arm_loop::ArmLoop;
 use crate::contact::{Contact, stride, window_start};
 use crate::direct::Direct;
 use crate::engine::{ClosedLoop, Comparison, Control, Driver, compare};
 use crate::law_loop::LawLoop;
+use crate::method::AxisLoop;
 use crate::scene::Record;
 use crate::summary::{Abort, NetUse, Summary};
 use crate::trace::Trace;
 use crate::verdict::Verdict;
 use crate::world::World;
 
-/// The scene's wiring.
-#[derive(Clone)]
-#[allow(clippy::large_enum_variant, reason = "one of them exists a run")]
-pub enum TheLoop {
-    /// Spring combinational, damping sampled.
-    Hybrid(HybridLoop),
-    /// Both sampled and held.
-    Conventional(ConventionalLoop),
-    /// Spring, and damping by any estimator.
-    SampledWall(MethodLoop<SampledWall>),
-    /// A tool between device and wall.
-    VirtualCoupling(MethodLoop<VirtualCoupling>),
-    /// Passivity observer and controller.
-    PassivityController(MethodLoop<PassivityController>),
-    /// Energy bounding.
-    EnergyBounding(MethodLoop<EnergyBounding>),
-    /// The energy-level spring.
-    PassiveSpring(MethodLoop<PassiveSpring>),
+/// The wiring of a scene, to read.
+#[derive(Clone, Copy)]
+pub enum TheLoop<'s> {
+    /// An axis's loop in words.
+    Axis(&'s AxisLoop),
     /// An axis's law in floats.
-    Law(LawLoop),
-    /// A PHANToM's loop, every block its own logic.
-    Phantom(PhantomLoop),
-    /// A PHANToM's loop, one multiplier for all blocks.
-    PhantomShared(PhantomSharedLoop),
-    /// Counters and DACs around a host.
-    PhantomIo(PhantomIo),
+    Law(&'s LawLoop),
+    /// An arm's loop.
+    Arm(&'s ArmLoop),
 }
 
-/// Evaluates an expression with the wiring bound to a name, whatever its type.
-macro_rules! with_wiring {
-    ($the_loop:expr, $wiring:ident => $call:expr) => {
-        match $the_loop {
-            TheLoop::Hybrid($wiring) => $call,
-            TheLoop::Conventional($wiring) => $call,
-            TheLoop::SampledWall($wiring) => $call,
-            TheLoop::VirtualCoupling($wiring) => $call,
-            TheLoop::PassivityController($wiring) => $call,
-            TheLoop::EnergyBounding($wiring) => $call,
-            TheLoop::PassiveSpring($wiring) => $call,
-            TheLoop::Law($wiring) => $call,
-            TheLoop::Phantom($wiring) => $call,
-            TheLoop::PhantomShared($wiring) => $call,
-            TheLoop::PhantomIo($wiring) => $call,
-        }
-    };
-}
-
-impl TheLoop {
-    /// Returns every wiring that is hardware, in its default configuration.
-    #[must_use]
-    pub fn all() -> Vec<Self> {
-        vec![
-            Self::Hybrid(HybridLoop::default()),
-            Self::Conventional(ConventionalLoop::default()),
-            Self::SampledWall(MethodLoop::default()),
-            Self::VirtualCoupling(MethodLoop::default()),
-            Self::PassivityController(MethodLoop::default()),
-            Self::EnergyBounding(MethodLoop::default()),
-            Self::PassiveSpring(MethodLoop::default()),
-            Self::Phantom(PhantomLoop::default()),
-            Self::PhantomShared(PhantomSharedLoop::default()),
-            Self::PhantomIo(PhantomIo::default()),
-        ]
-    }
-
+impl<'s> TheLoop<'s> {
     /// Returns the wiring as a block.
     #[must_use]
-    pub fn block(&self) -> &dyn AnyBlock {
-        with_wiring!(self, wiring => wiring)
+    pub fn block(self) -> &'s dyn AnyBlock {
+        match self {
+            Self::Axis(axis_loop) => axis_loop.block(),
+            Self::Law(wiring) => wiring,
+            Self::Arm(arm_loop) => arm_loop.block(),
+        }
     }
 
     /// Returns the wiring's name.
     #[must_use]
-    pub fn name(&self) -> &'static str {
+    pub fn name(self) -> &'static str {
         self.block().name()
     }
 
     /// Returns the nets.
     #[must_use]
-    pub fn nets(&self) -> Vec<Signal> {
-        with_wiring!(self, wiring => wiring.nets())
+    pub fn nets(self) -> Vec<Signal> {
+        match self {
+            Self::Axis(axis_loop) => axis_loop.nets(),
+            Self::Law(wiring) => wiring.nets(),
+            Self::Arm(arm_loop) => arm_loop.nets(),
+        }
     }
 
     /// Returns the instances, in the order of the VHDL.
     #[must_use]
-    pub fn instances(&self) -> Vec<Instance> {
-        with_wiring!(self, wiring => wiring.instances())
-    }
-
-    /// Returns the clock edges from a sample to the torque computed from it, beyond the edge at which it is taken.
-    #[must_use]
-    pub fn latency(&self) -> u64 {
-        u64::from(match self {
-            Self::SampledWall(wiring) => wiring.law().latency(),
-            Self::VirtualCoupling(wiring) => wiring.law().latency(),
-            Self::PassivityController(wiring) => wiring.law().latency(),
-            Self::EnergyBounding(wiring) => wiring.law().latency(),
-            Self::PassiveSpring(wiring) => wiring.law().latency(),
-            _ => 0,
-        })
+    pub fn instances(self) -> Vec<Instance> {
+        match self {
+            Self::Axis(axis_loop) => axis_loop.instances(),
+            Self::Law(wiring) => wiring.instances(),
+            Self::Arm(arm_loop) => arm_loop.instances(),
+        }
     }
 
     /// Returns whether there is VHDL of the wiring.
     #[must_use]
-    pub fn is_hardware(&self) -> bool {
+    pub fn is_hardware(self) -> bool {
         !matches!(self, Self::Law(_))
     }
 }
@@ -207,7 +151,7 @@ pub trait Rig {
 /// and of a PHANToM, and by [`Ready`](crate::Ready), which is either.
 pub trait Wired: Rig {
     /// Returns the wiring before reset.
-    fn wiring(&self) -> &TheLoop;
+    fn wiring(&self) -> TheLoop<'_>;
     /// Calls `visit` with the concrete wiring and world.
     fn visit<'v, V: Visit<'v>>(&'v self, visit: V) -> V::Out;
     /// Returns the driver that the scene's solver asks for.

@@ -1,56 +1,30 @@
 //! A scene of an axis, made ready.
 
-use std::fmt;
-
 use hpu_datapath::{AxisWiring, LoopIn};
 use hpu_signal::{Clock, Observe, Real, Signal};
 
 use crate::actuator::Actuator;
 use crate::axis_world::AxisWorld;
+use crate::closed::Closed;
 use crate::columns::{AXIS_ROW, CURRENTS, RAIL_ROW, TORQUE_BETWEEN};
 use crate::direct::{AxisDirect, Computed, Direct};
 use crate::engine::{Comparison, Control, Driver};
-use crate::method;
-use crate::plant::{Plant, PlantError};
+use crate::method::AxisLoop;
+use crate::plant::Plant;
 use crate::rig::{self, Compare, Rig, TheLoop, Visit, Wired};
-use crate::scene::{Device, EncoderModel, LoopWords, Record, Scene, SceneError, Solver};
+use crate::scene::{Device, EncoderModel, LoopWords, Record, Scene, Solver};
+use crate::session_error::SessionError;
 use crate::summary::{Abort, Summary};
 use crate::trace::{ANGLE, TORQUE, Trace};
 use crate::verdict::{Verdict, judge};
 use crate::world::World;
-
-/// The reason why a scene cannot run.
-#[derive(Debug)]
-pub enum SessionError {
-    /// Its words do not fit.
-    Scene(SceneError),
-    /// Its widths do not make a datapath.
-    Config(hpu_datapath::ConfigError),
-    /// Its device does not make a plant.
-    Plant(PlantError),
-    /// Its arm is impossible.
-    Arm(String),
-}
-
-impl fmt::Display for SessionError {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        match self {
-            Self::Scene(error) => error.fmt(f),
-            Self::Config(error) => error.fmt(f),
-            Self::Plant(error) => error.fmt(f),
-            Self::Arm(error) => error.fmt(f),
-        }
-    }
-}
-
-impl std::error::Error for SessionError {}
 
 /// A scene made ready: its words, its wiring, its plant.
 pub struct Session<'s> {
     scene: &'s Scene,
     plant: Plant,
     words: LoopWords,
-    wiring: TheLoop,
+    closed: Closed,
 }
 
 impl<'s> Session<'s> {
@@ -62,12 +36,16 @@ impl<'s> Session<'s> {
     pub fn new(scene: &'s Scene) -> Result<Self, SessionError> {
         let words = scene.words().map_err(SessionError::Scene)?;
         let mut plant = Plant::new(scene).map_err(SessionError::Plant)?;
-        let wiring = method::wiring(scene, &words)?;
+        let closed = Closed::new(scene, &words)?;
         if let (Solver::Sample, Some(stepping)) = (scene.model.solver, &mut plant.stepping) {
             // Outputs are taken when a sample has passed through: at edge 1, after the law, after a shaper.
-            stepping.first = (1 + wiring.latency() + 2).min(stepping.edges);
+            let latency = match &closed {
+                Closed::Words(axis_loop) => axis_loop.latency(),
+                Closed::Law(_) => 0,
+            };
+            stepping.first = (1 + latency + 2).min(stepping.edges);
         }
-        Ok(Self { scene, plant, words, wiring })
+        Ok(Self { scene, plant, words, closed })
     }
 
     /// Returns the scene.
@@ -85,6 +63,15 @@ impl<'s> Session<'s> {
     /// Returns the world, whose averaged bridge or amplifier follows this wiring's command.
     fn world<W: AxisWiring>(&self, _: &W) -> AxisWorld<'_> {
         AxisWorld::new(&self.plant, W::COMMAND, self.words.schedule)
+    }
+
+    /// Returns the loop in words; `None` for a law in floats.
+    #[must_use]
+    pub fn axis_loop(&self) -> Option<&AxisLoop> {
+        match &self.closed {
+            Closed::Words(axis_loop) => Some(axis_loop),
+            Closed::Law(_) => None,
+        }
     }
 
     fn is_mass(&self) -> bool {
@@ -168,17 +155,20 @@ impl Rig for Session<'_> {
     }
 
     fn closed_by(&self) -> &str {
-        self.wiring.name()
+        self.wiring().name()
     }
 
     fn nets(&self) -> Vec<Signal> {
-        self.wiring.nets()
+        self.wiring().nets()
     }
 }
 
 impl Wired for Session<'_> {
-    fn wiring(&self) -> &TheLoop {
-        &self.wiring
+    fn wiring(&self) -> TheLoop<'_> {
+        match &self.closed {
+            Closed::Words(axis_loop) => TheLoop::Axis(axis_loop),
+            Closed::Law(wiring) => TheLoop::Law(wiring),
+        }
     }
 
     fn gates_drive(&self) -> bool {
@@ -186,16 +176,11 @@ impl Wired for Session<'_> {
     }
 
     fn visit<'v, V: Visit<'v>>(&'v self, visit: V) -> V::Out {
-        match &self.wiring {
-            TheLoop::Hybrid(wiring) => visit.visit(wiring, self.world(wiring), self.input()),
-            TheLoop::Conventional(wiring) => visit.visit(wiring, self.world(wiring), self.input()),
-            TheLoop::SampledWall(wiring) => visit.visit(wiring, self.world(wiring), self.input()),
-            TheLoop::VirtualCoupling(wiring) => visit.visit(wiring, self.world(wiring), self.input()),
-            TheLoop::PassivityController(wiring) => visit.visit(wiring, self.world(wiring), self.input()),
-            TheLoop::EnergyBounding(wiring) => visit.visit(wiring, self.world(wiring), self.input()),
-            TheLoop::PassiveSpring(wiring) => visit.visit(wiring, self.world(wiring), self.input()),
-            TheLoop::Law(wiring) => visit.visit(wiring, self.world(wiring), self.input()),
-            _ => unreachable!("not an axis's"),
+        match &self.closed {
+            Closed::Words(axis_loop) => {
+                with_axis_loop!(axis_loop, wiring => visit.visit(wiring, self.world(wiring), self.input()))
+            }
+            Closed::Law(wiring) => visit.visit(wiring, self.world(wiring), self.input()),
         }
     }
 
@@ -214,15 +199,15 @@ impl Wired for Session<'_> {
     fn direct(&self) -> Option<Direct<'_>> {
         let stepping = self.plant.stepping?;
         let model = self.scene.model;
-        let computed = match &self.wiring {
-            TheLoop::Law(law) => {
+        let computed = match &self.closed {
+            Closed::Law(law) => {
                 let ideal = (model.encoder == EncoderModel::Ideal).then_some(self.scene.wall.position_rad);
                 Computed::Law(law.config(), ideal)
             }
-            wiring if model.encoder == EncoderModel::Loaded => {
-                Computed::Words(wiring, self.input(), self.scene.method.kind.is_live())
+            Closed::Words(axis_loop) if model.encoder == EncoderModel::Loaded => {
+                Computed::Words(axis_loop, self.input(), self.scene.method.kind.is_live())
             }
-            _ => return None,
+            Closed::Words(_) => return None,
         };
         let ideal = model.encoder == EncoderModel::Ideal;
         let realised = &self.words.realised;

@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use std::{env, fs};
 
 use hpu_cosim::scene::{Dut, DutClock, DutReset, Engine, Experiment, Generic, Standard, shipped_file};
-use hpu_cosim::{Control, NetUse, Ready, Rig, Summary, TheLoop, Trace, Wired, follow};
+use hpu_cosim::{ArmLoop, AxisLoop, Control, NetUse, Ready, Rig, Summary, Trace, Wired, follow};
 use hpu_signal::{Clock, Observe, SignalUse};
 use hpu_wave::Around;
 
@@ -287,7 +287,10 @@ impl Loops {
             }
         }
         let mut blocks = sources(jobs.iter().map(|job| job.wiring), &setup.hdl)?;
-        blocks.retain(|name| TheLoop::all().iter().all(|wiring| wiring.name() != name));
+        let axis = AxisLoop::all();
+        let arm = ArmLoop::all();
+        let wirings = axis.iter().map(AxisLoop::block).chain(arm.iter().map(ArmLoop::block));
+        blocks.retain(|name| wirings.clone().all(|wiring| wiring.name() != name));
         let bridge = [("hpu_dut_bridge.vhd".to_string(), bridge(Standard::Vhdl2008))];
         let library = Library::analyse(&bridge, setup, blocks.iter().map(String::as_str), &texts)?;
         place_library(setup, library.dir())?;

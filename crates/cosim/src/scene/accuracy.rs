@@ -74,7 +74,7 @@ pub(super) fn accuracy(s: &Section, outputs: &Key<OfOutputs>, scene: &str) -> Re
 }
 
 /// A list of some of these outputs.
-pub(super) struct OfOutputs(pub &'static [Output]);
+pub(crate) struct OfOutputs(pub &'static [Output]);
 
 impl OfOutputs {
     fn names(&self) -> Vec<&'static str> {

@@ -66,12 +66,11 @@ mod expect;
 mod faults;
 mod head;
 pub mod keys;
-mod law;
 mod model;
-mod parameter;
+pub(crate) mod parameter;
 mod parts;
 pub mod phantom;
-mod quantity;
+pub(crate) mod quantity;
 mod read;
 mod read_device;
 mod read_dut;
@@ -81,9 +80,9 @@ mod read_method;
 mod read_model;
 mod read_phantom;
 pub mod replay;
-mod section;
+pub(crate) mod section;
 mod shipped;
-mod source;
+pub(crate) mod source;
 mod words;
 
 pub use accuracy::{Accuracy, Output};
@@ -91,12 +90,11 @@ pub use dut::{Connection, Driving, Dut, DutClock, DutReset, DutScene, Engine, Ge
 pub use expect::{Expect, Expectation, Metric, OutcomeKind};
 pub use faults::{EncoderLine, Faults, Stuck, Switch, Times};
 pub use head::Head;
-pub use law::{LawMethod, SampledWallMethod};
 pub use model::{BridgeModel, Datapath, EncoderModel, Friction, Model, Solver, Winding};
 pub use parameter::{Origin, Parameter, ParameterValue};
 pub use parts::{
-    Amplifier, AnalogShaper, Bridge, Device, Encoder, Hand, Loop, Mass, Method, Motor, PathPoint, Pwm, Ramp, Record,
-    Run, Units, Wall,
+    Amplifier, AnalogShaper, Bridge, Device, Encoder, Hand, Mass, Method, Motor, PathPoint, Pwm, Ramp, Record, Run,
+    Units, Wall,
 };
 pub use phantom::{
     Direction, Drop, Irregularity, PhantomLaw, PhantomMethod, PhantomModel, PhantomScene, PhantomWords, Platform,
@@ -106,7 +104,7 @@ pub use shipped::{Shipped, shipped, shipped_file};
 pub use source::SceneError;
 pub use words::{COMMAND_BITS, LoopWords, Miss, Realised};
 
-use hpu_datapath::Estimator;
+pub use crate::method::{LawMethod, Loop, SampledWallMethod};
 
 use head::has_head;
 use read_device::DeviceKind;
@@ -260,14 +258,7 @@ impl Scene {
 
     /// Returns the time span over which a sampled velocity counts, in s.
     pub(crate) fn velocity_span_s(&self) -> f64 {
-        let samples = match self.method.kind {
-            Loop::Law(LawMethod::SampledWall(wall)) => {
-                let window = if wall.estimator == Estimator::Window { wall.window } else { 1 };
-                f64::from(wall.ratio) * f64::from(window)
-            }
-            _ => 1.0,
-        };
-        samples * self.sample_period_s()
+        self.method.kind.features().velocity_samples * self.sample_period_s()
     }
 
     /// Returns the sample period in seconds, as the clock realises it.

@@ -59,7 +59,7 @@ pub enum Origin {
 
 /// Parameters in the order in which they are read.
 #[derive(Default)]
-pub(super) struct Parameters(RefCell<Vec<Parameter>>);
+pub(crate) struct Parameters(RefCell<Vec<Parameter>>);
 
 impl Parameters {
     /// Notes a parameter; if it was read before, replaces its value.

@@ -2,8 +2,8 @@
 
 use hpu_signal::Format;
 
-use super::law::LawMethod;
 use super::replay::PinEdge;
+use crate::method::Loop;
 
 /// The device that the hand holds.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -141,39 +141,6 @@ pub struct Bridge {
     pub on_resistance_ohm: f64,
     /// Forward voltage of one freewheeling diode.
     pub diode_drop_v: f64,
-}
-
-/// The wiring that closes the loop.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub enum Loop {
-    /// Spring path combinational, damping sampled.
-    Hybrid,
-    /// Both sampled and held.
-    Conventional,
-    /// A sampled and held law.
-    Law(LawMethod),
-}
-
-impl Loop {
-    /// Returns its name in `method.kind`.
-    #[must_use]
-    pub fn name(&self) -> &'static str {
-        match self {
-            Self::Hybrid => "hybrid",
-            Self::Conventional => "conventional",
-            Self::Law(law) => law.name(),
-        }
-    }
-
-    /// Returns whether the spring reads the position at once.
-    #[must_use]
-    pub fn is_live(&self) -> bool {
-        match self {
-            Self::Hybrid => true,
-            Self::Law(LawMethod::SampledWall(wall)) => wall.live,
-            Self::Conventional | Self::Law(_) => false,
-        }
-    }
 }
 
 /// The method that closes the loop, and its words.

@@ -10,7 +10,7 @@ use super::keys::Sizes;
 use crate::message::number;
 
 /// A physical dimension, the sizes it may have, and the units it may be written in.
-pub(super) struct Dimension {
+pub(crate) struct Dimension {
     /// The quantity's name in messages, with its article.
     pub name: &'static str,
     /// Its SI unit, the unit of a plain number.
@@ -42,10 +42,10 @@ const fn unit(symbol: &'static str, factor: f64, exponent: i32) -> Unit {
 
 macro_rules! dimensions {
     ($($dimension:ident = $name:literal, $si:literal, $least:literal to $most:literal, [$($unit:expr),*];)*) => {
-        $(pub(super) static $dimension: Dimension =
+        $(pub(crate) static $dimension: Dimension =
             Dimension { name: $name, si: $si, least: $least, most: $most, units: &[$($unit),*] };)*
         #[cfg(test)]
-        pub(super) static ALL: &[&Dimension] = &[$(&$dimension),*];
+        pub(crate) static ALL: &[&Dimension] = &[$(&$dimension),*];
     };
 }
 
@@ -78,7 +78,7 @@ dimensions! {
 }
 
 /// The dimensions of a device's motion.
-pub(super) struct Axis {
+pub(crate) struct Axis {
     pub position: &'static Dimension,
     pub speed: &'static Dimension,
     pub effort: &'static Dimension,
@@ -87,7 +87,7 @@ pub(super) struct Axis {
 }
 
 /// Those of a motor's shaft.
-pub(super) static SHAFT: Axis = Axis {
+pub(crate) static SHAFT: Axis = Axis {
     position: &ANGLE,
     speed: &ANGULAR_SPEED,
     effort: &TORQUE,
@@ -96,12 +96,12 @@ pub(super) static SHAFT: Axis = Axis {
 };
 
 /// Those of a mass on a rail.
-pub(super) static RAIL: Axis =
+pub(crate) static RAIL: Axis =
     Axis { position: &LENGTH, speed: &SPEED, effort: &FORCE, stiffness: &STIFFNESS, damping: &DAMPING };
 
 /// The accepted values of a quantity. Sizes are those of the [`Dimension`], or the key's own.
 #[derive(Clone, Copy)]
-pub(super) enum Sense {
+pub(crate) enum Sense {
     /// Either sign, and 0.
     Any,
     /// 0 and above.

@@ -4,10 +4,9 @@ use hpu_signal::Clock;
 
 use super::expect::{Expect, Expectation, Metric, OutcomeKind};
 use super::head::{Own, about};
-use super::keys::{self, Choice, Expected, Key};
-use super::law::LawMethod;
+use super::keys::{self, Choice, Expected, Key, quoted};
 use super::model::{BridgeModel, Datapath, EncoderModel};
-use super::parts::{Device, Hand, Loop, Ramp, Wall};
+use super::parts::{Device, Hand, Ramp, Wall};
 use super::read_device::{amplifier, bridge, device, encoder};
 use super::read_faults::{Pins, agree_on_faults, faults};
 use super::read_hand::{Load, hand};
@@ -17,6 +16,7 @@ use super::section::Section;
 use super::source::{SceneError, Source};
 use super::{Buildable, Scene};
 use crate::message::{number, number_above, number_below};
+use crate::method::{LOOPS, Loop, SCALED};
 
 /// The head of a scene of an axis.
 const OWN: Own =
@@ -63,8 +63,7 @@ fn unused(scene: &Scene) -> Vec<&'static str> {
     if matches!(scene.device, Device::Mass(_)) {
         unused.extend(["bridge", "model.bridge", "model.winding"]);
     }
-    let scaled = matches!(scene.method.kind, Loop::Law(LawMethod::PassiveSpring { .. }));
-    if scene.method.reference_rate_hz.is_none() && !scaled {
+    if scene.method.reference_rate_hz.is_none() && scene.method.kind.scale().is_none() {
         unused.push("method.scale_format");
     }
     if scene.model.datapath != Datapath::Linear {
@@ -186,21 +185,17 @@ fn agree_on_ramp(scene: &Scene, ramp: &Ramp) -> Result<(), SceneError> {
     if scene.model.datapath == Datapath::Linear {
         return refused("wall.ramp", "the linear law has one wall; write model.datapath = \"words\"".into());
     }
-    match scene.method.kind {
-        Loop::Law(LawMethod::PassiveSpring { .. }) => {}
-        method if ramp.scale.is_some() => {
-            let reason = format!(
-                "\"{}\" does not scale its force, \"passive_spring\" does; write stiffness instead",
-                method.name()
-            );
-            return refused("wall.ramp.scale", reason);
-        }
-        Loop::Law(LawMethod::VirtualCoupling { .. }) => {
-            let reason =
-                "behind a coupling the wall's stiffness is part of constants, which do not change; leave it out";
-            return refused("wall.ramp", reason.into());
-        }
-        _ => {}
+    let method = scene.method.kind;
+    if ramp.scale.is_some() && method.scale().is_none() {
+        let reason = format!(
+            "\"{}\" does not scale its force, {} does; write stiffness instead",
+            method.name(),
+            quoted(&SCALED[LOOPS.len()..])
+        );
+        return refused("wall.ramp.scale", reason);
+    }
+    if let Some(reason) = method.features().fixed_wall {
+        return refused("wall.ramp", reason.into());
     }
     if scene.model.datapath == Datapath::Law && scene.wall.stiffness_nm_per_rad == 0.0 {
         let reason =

@@ -9,7 +9,7 @@ use super::source::SceneError;
 
 /// The kind of a scene's device, by `device.kind`.
 #[derive(Clone, Copy, PartialEq)]
-pub(super) enum DeviceKind {
+pub(crate) enum DeviceKind {
     Motor,
     Mass,
     Phantom,
@@ -47,7 +47,7 @@ fn mass(s: &Section) -> Result<Mass, SceneError> {
 
 /// A motor whose data a scene can name: what its winding and its rotor are.
 #[derive(PartialEq)]
-pub(super) struct NamedMotor {
+pub(crate) struct NamedMotor {
     pub name: &'static str,
     resistance_ohm: f64,
     inductance_h: f64,

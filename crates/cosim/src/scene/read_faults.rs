@@ -99,7 +99,7 @@ pub(super) fn agree_on_faults(places: &Places, faults: &Faults, pins: Pins) -> R
 }
 
 /// A number of times at random, or a list of times.
-pub(super) struct OfTimes;
+pub(crate) struct OfTimes;
 
 const ACCEPTED: &str = "a number of times at random, as 3, or a list of times, as [\"20 ms\", \"0.3 s\"]";
 

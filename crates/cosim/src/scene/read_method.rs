@@ -1,10 +1,10 @@
 //! Reading `[method]`: the loop and its words.
 
 use super::keys;
-use super::law;
-use super::parts::{Loop, Method, Pwm};
+use super::parts::{Method, Pwm};
 use super::section::Section;
 use super::source::SceneError;
+use crate::method::{LOOPS, LawMethod, Loop};
 
 pub(super) fn method(s: &Section) -> Result<Method, SceneError> {
     use keys::{method as key, method_loop as of_a_loop};
@@ -16,13 +16,13 @@ pub(super) fn method(s: &Section) -> Result<Method, SceneError> {
         return Err(s.unknown("pwm_frequency", PWM_FREQUENCY));
     }
     let kind = s.read(&key::kind)?;
-    let (is_loop, has_shaper) = (matches!(kind, "hybrid" | "conventional"), s.has("shaper"));
+    let (is_loop, has_shaper) = (LOOPS.contains(&kind), s.has("shaper"));
     if is_loop && has_shaper {
         let reason = format!("\"{kind}\" has no place for a shaper; write kind = \"sampled_wall\"");
         return Err(s.error("shaper", reason));
     }
     s.accept(&[kind])?;
-    let law = law::law(s, kind)?;
+    let law = LawMethod::read(s, kind)?;
     let rescaled = is_loop && s.read(&of_a_loop::rescaled)?;
     for key in [of_a_loop::reference_rate.name, keys::method_scale::scale_format.name] {
         if s.has(key) && !rescaled && is_loop {

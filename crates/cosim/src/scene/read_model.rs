@@ -1,9 +1,6 @@
 //! Reading `[model]` of an axis: the physics that is modelled, and the combinations that are accepted.
 
-use hpu_datapath::Estimator;
-
-use super::{LawMethod, Loop, Scene};
-
+use super::Scene;
 use super::keys::{self, Key, Quantity};
 use super::model::{BridgeModel, Datapath, EncoderModel, Friction, Model, Solver, Winding};
 use super::parts::{Device, Hand};
@@ -107,8 +104,7 @@ pub(super) fn agree_on_model(scene: &Scene) -> Result<(), SceneError> {
                 "a \"loaded\" counter leaves out the clock that switches; write bridge = \"averaged\" beside it";
             return refused("model.encoder", reason.into());
         }
-        if matches!(scene.method.kind, Loop::Law(LawMethod::SampledWall(wall)) if wall.estimator == Estimator::EdgeTimer)
-        {
+        if scene.method.kind.features().times_lines {
             let reason = "a \"loaded\" counter has no lines to time; write another estimator, or leave this out";
             return refused("model.encoder", reason.into());
         }

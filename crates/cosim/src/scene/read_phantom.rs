@@ -186,7 +186,7 @@ fn method(s: &Section, drop: &Drop) -> Result<PhantomMethod, SceneError> {
 
 /// The word formats that a scene can choose.
 #[derive(Clone, Copy, PartialEq)]
-pub(super) enum Words {
+pub(crate) enum Words {
     Fitted,
     Narrow,
     PlainQ22,

@@ -9,7 +9,7 @@ use super::source::{Places, SceneError, join};
 use crate::message::{did_you_mean, excerpt};
 
 /// One table of the scene. A missing table reads as an empty one.
-pub(super) struct Section<'a> {
+pub(crate) struct Section<'a> {
     places: &'a Places,
     parameters: &'a Parameters,
     axis: &'static Axis,

@@ -66,7 +66,7 @@ impl std::error::Error for SceneError {}
 
 /// The place of every key of a scene: `file:line:column`, or the `--set` that gave it.
 #[derive(Clone, PartialEq, Eq, Debug)]
-pub(super) struct Places {
+pub(crate) struct Places {
     file: String,
     keys: BTreeMap<String, String>,
     values: BTreeMap<String, String>,

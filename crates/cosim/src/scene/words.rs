@@ -1,12 +1,12 @@
 //! Computes the words of a scene's datapath from the scene's SI values.
 
-use hpu_datapath::{LoopConfig, PwmConfig};
+use hpu_datapath::{LawWidths, LoopConfig, PwmConfig};
 use hpu_signal::Format;
 
 use super::source::SceneError;
-use super::{Datapath, Device, LawMethod, Loop, Scene};
-use crate::law::BoundingForm;
+use super::{Datapath, Device, EncoderModel, Scene};
 use crate::message::{number, number_above, number_below};
+use crate::method::{Loop, Setting, gain};
 use crate::schedule::{Schedule, WordRamp};
 
 /// Bits of the magnitude of the command of a law in floats.
@@ -121,23 +121,15 @@ impl Scene {
 
         let units = self.device.units();
         let stiffness_unit = torque_quantum_nm / count_rad;
-        // Through a coupling, the felt stiffness never exceeds that of the coupling.
-        let [spring, damper] = match method.kind {
-            Loop::Law(LawMethod::VirtualCoupling { coupling_nm_per_rad, coupling_nm_s_per_rad, .. }) => {
-                [("method.coupling_stiffness", coupling_nm_per_rad), ("method.coupling_damping", coupling_nm_s_per_rad)]
-            }
-            _ => [("wall.stiffness", self.wall.stiffness_nm_per_rad), ("wall.damping", self.wall.damping_nm_s_per_rad)],
-        };
+        let [spring, damper] = self.gains();
         let stiffness = self.gain(spring.0, spring.1, stiffness_unit, units.stiffness, method.stiffness_format)?;
 
         let reference_period_s = method.reference_rate_hz.map_or(self.velocity_span_s(), f64::recip);
         let damping_unit = stiffness_unit * reference_period_s;
         let damping = self.gain(damper.0, damper.1, damping_unit, units.damping, method.damping_format)?;
-        let scale = match (method.reference_rate_hz, method.kind) {
-            (None, Loop::Law(LawMethod::PassiveSpring { beta, .. })) => {
-                self.gain("method.beta", beta, 1.0, "", method.scale_format)?
-            }
-            (None, _) => 0,
+        let scale = match (method.reference_rate_hz, method.kind.scale()) {
+            (None, Some((key, scale))) => self.gain(key, scale, 1.0, "", method.scale_format)?,
+            (None, None) => 0,
             (Some(_), _) => self.gain(
                 "method.reference_rate",
                 reference_period_s / period_s,
@@ -195,15 +187,8 @@ impl Scene {
         if let Some(stiffness) = self.wall.ramp.as_mut().and_then(|ramp| ramp.stiffness_nm_per_rad.as_mut()) {
             scale(&mut [stiffness]);
         }
-        match &mut self.method.kind {
-            Loop::Law(LawMethod::SampledWall(wall)) => scale(&mut [&mut wall.relief_nm_s_per_rad]),
-            Loop::Law(LawMethod::VirtualCoupling { coupling_nm_per_rad, coupling_nm_s_per_rad, .. }) => {
-                scale(&mut [coupling_nm_per_rad, coupling_nm_s_per_rad]);
-            }
-            Loop::Law(LawMethod::PassivityController { credit_j: Some(credit_j), .. }) => scale(&mut [credit_j]),
-            Loop::Law(LawMethod::EnergyBounding { form: BoundingForm::C1C2(c1, c2), .. }) => scale(&mut [c1, c2]),
-            Loop::Law(LawMethod::EnergyBounding { form: BoundingForm::ForceBound(c), .. }) => scale(&mut [c]),
-            _ => {}
+        if let Loop::Law(law) = &mut self.method.kind {
+            scale(&mut law.efforts());
         }
         if self.model.datapath == Datapath::Linear {
             return Ok(self);
@@ -306,26 +291,47 @@ impl Scene {
 
     /// Returns the word nearest to `value / unit`; the value is in `si`.
     pub(crate) fn gain(&self, key: &str, value: f64, unit: f64, si: &str, format: Format) -> Result<i64, SceneError> {
-        let exact = value / unit / format.lsb();
-        let nearest = exact.round();
-        let (least, most) = (format.lsb() * unit, format.max() as f64 * format.lsb() * unit);
-        if nearest > format.max() as f64 {
-            let reason = format!(
-                "{} {si} does not fit {format}; write at most {} {si}, or more integer bits",
-                number(value),
-                number_below(most)
-            );
-            return Err(self.places.error(key, reason));
+        gain(&self.places, key, value, unit, si, format)
+    }
+
+    /// Returns the numbers that the scene's method is made of, with this stiffness and damping.
+    pub(crate) fn setting(&self, words: &LoopWords, [stiffness_n_per_m, damping_n_s_per_m]: [f64; 2]) -> Setting<'_> {
+        let LoopWords { config, realised: Realised { torque_quantum_nm, count_rad, .. }, .. } = words;
+        let surface = Format::signed(config.position_width).wrap(words.reference.into());
+        Setting {
+            stiffness_n_per_m,
+            damping_n_s_per_m,
+            wall_n_per_m: self.wall.stiffness_nm_per_rad,
+            period_s: self.sample_period_s(),
+            period: words.period,
+            clock_hz: self.clock.frequency_hz(),
+            start_m: match self.model.encoder {
+                EncoderModel::Quantised | EncoderModel::Loaded => -(surface as f64) * count_rad,
+                EncoderModel::Ideal => self.initial_angle_rad() - self.wall.position_rad,
+            },
+            quantum_n: *torque_quantum_nm,
+            limit_n: torque_quantum_nm * Format::unsigned(config.pwm.width).max() as f64,
+            count_m: *count_rad,
+            widths: LawWidths {
+                width: config.position_width,
+                stiffness: config.stiffness,
+                damping: config.damping,
+                period_width: config.period_width,
+                scale: config.scale,
+                torque_width: config.pwm.width,
+            },
+            shaper_hz: self.method.shaper_hz,
+            places: &self.places,
         }
-        if nearest == 0.0 && value > 0.0 {
-            let reason = format!(
-                "{} {si} rounds to zero in {format}; write 0, at least {} {si}, or more fraction bits",
-                number(value),
-                number_above(least)
-            );
-            return Err(self.places.error(key, reason));
-        }
-        Ok(nearest as i64)
+    }
+
+    /// Returns keys and values of the stiffness and the damping that the loop's words hold: those of the wall, or of
+    /// the method.
+    pub(crate) fn gains(&self) -> [(&'static str, f64); 2] {
+        self.method.kind.features().gains.unwrap_or([
+            ("wall.stiffness", self.wall.stiffness_nm_per_rad),
+            ("wall.damping", self.wall.damping_nm_s_per_rad),
+        ])
     }
 }
 

@@ -16,6 +16,7 @@ mod law_words;
 mod laws;
 mod less_model;
 mod loaded;
+mod methods;
 mod phantom_host;
 mod phantom_physics;
 mod phantom_refusals;

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use hpu_cosim::scene::{Device, Experiment, Scene, shipped};
-use hpu_cosim::{AxisWorld, ClosedLoop, Rig, Session, TheLoop, Wired, World};
+use hpu_cosim::{AxisWorld, ClosedLoop, Rig, Session, TheLoop, Wired, World, with_axis_loop};
 use hpu_datapath::{LoopIn, LoopOut, Wiring};
 use hpu_signal::{Cycle, Observe};
 
@@ -142,19 +142,13 @@ fn tick<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>>(run: &mut Close
     }
 }
 
-/// Evaluates an expression with the wiring of an axis bound to a name, whatever its type.
+/// Evaluates an expression with the wiring of a session bound to a name, whatever its type.
 macro_rules! with_wiring {
-    ($the_loop:expr, $wiring:ident => $call:expr) => {
-        match $the_loop {
-            TheLoop::Hybrid($wiring) => $call,
-            TheLoop::Conventional($wiring) => $call,
-            TheLoop::SampledWall($wiring) => $call,
-            TheLoop::VirtualCoupling($wiring) => $call,
-            TheLoop::PassivityController($wiring) => $call,
-            TheLoop::EnergyBounding($wiring) => $call,
-            TheLoop::PassiveSpring($wiring) => $call,
+    ($session:expr, $wiring:ident => $call:expr) => {
+        match $session.wiring() {
+            TheLoop::Axis(axis_loop) => with_axis_loop!(axis_loop, $wiring => $call),
             TheLoop::Law($wiring) => $call,
-            _ => unreachable!("not an axis's"),
+            TheLoop::Arm(_) => panic!("an axis"),
         }
     };
 }
@@ -166,7 +160,7 @@ pub fn engine_beside_precise(scene: &Scene, ticks: u64) -> Outcome {
     let command = command(&session);
     let precise = PreciseWorld::new(&laws, command, session.words().schedule);
     let shipped = AxisWorld::new(session.plant(), command, session.words().schedule);
-    with_wiring!(session.wiring(), wiring => {
+    with_wiring!(session, wiring => {
         let (mut outcome, [mut before, precise], shipped) =
             beside(wiring, precise, shipped, session.input(), [scene.edges(), ticks]);
         if let Some(difference) = &mut outcome.difference {
@@ -189,7 +183,7 @@ pub fn precise_beside_twice_as_precise(scene: &Scene, ticks: u64) -> Outcome {
     let (command, schedule) = (command(&session), session.words().schedule);
     let (precise, wide) =
         (PreciseWorld::new(&laws, command, schedule), PreciseWorld::new(&wide_laws, command, schedule));
-    with_wiring!(session.wiring(), wiring => {
+    with_wiring!(session, wiring => {
         let (mut outcome, [_, wide], precise) =
             beside(wiring, wide, precise, session.input(), [scene.edges(), ticks]);
         outcome.off_rad = (precise.angle().widened() - wide.angle()).abs().float();

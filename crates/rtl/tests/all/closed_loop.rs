@@ -174,7 +174,7 @@ fn vectors_recorded_from_a_scene_are_the_runs_pins_and_gates_edge_by_edge() {
 fn vectors_of_the_blocks_inside_a_loop_give_the_nets_that_the_loop_has() {
     let scene = scene(&fast("hybrid-wall", &[]));
     let session = Session::new(&scene).unwrap_or_else(|error| panic!("{error}"));
-    let hpu_cosim::TheLoop::Hybrid(wiring) = session.wiring() else { panic!("a hybrid loop") };
+    let Some(hpu_cosim::AxisLoop::Hybrid(wiring)) = session.axis_loop() else { panic!("a hybrid loop") };
     let all = scene_vectors(&session, EDGES);
     let mut run = hpu_cosim::ClosedLoop::new(
         wiring.clone(),

@@ -3,9 +3,8 @@
 use std::ops::RangeInclusive;
 
 use hpu_cosim::scene::{
-    BridgeModel, Datapath, Device, EncoderModel, Experiment, Hand, LawMethod, Loop, PhantomLaw, PhantomScene, Scene,
+    BridgeModel, Datapath, Device, EncoderModel, Experiment, Hand, PhantomLaw, PhantomScene, Scene,
 };
-use hpu_datapath::Estimator;
 
 /// One thing that a cheaper model leaves out.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -138,8 +137,7 @@ fn axis(scene: &Scene, list: &mut List) {
     }
     // Fixed-point words can be fed with counts where a law in floats would leave out too much of them.
     let on_counts = scene.model.encoder == EncoderModel::Quantised && !matches!(scene.hand, Hand::Capture { .. });
-    let timed =
-        matches!(scene.method.kind, Loop::Law(LawMethod::SampledWall(wall)) if wall.estimator == Estimator::EdgeTimer);
+    let timed = scene.method.kind.features().times_lines;
     if scene.model.solver.is_exact() && words && on_counts && !timed {
         between.extend(law);
         let loaded = ("model.encoder", "loaded");
@@ -197,11 +195,7 @@ fn friction_speed(scene: &Scene) -> f64 {
 
 /// Whether the method has a law in floats that runs in a loop.
 fn has_law(scene: &Scene) -> bool {
-    let estimator = match scene.method.kind {
-        Loop::Law(LawMethod::SampledWall(wall)) => wall.estimator == Estimator::Difference,
-        _ => true,
-    };
-    estimator && !matches!(scene.hand, Hand::Capture { .. })
+    scene.method.kind.features().has_float && !matches!(scene.hand, Hand::Capture { .. })
 }
 
 fn phantom(scene: &PhantomScene, list: &mut List) {

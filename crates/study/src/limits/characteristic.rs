@@ -14,6 +14,7 @@
 
 use std::array;
 
+use hpu_cosim::method::CouplingMethod;
 use hpu_cosim::scene::{Device, LawMethod, Loop, Scene};
 use hpu_datapath::Estimator;
 
@@ -467,7 +468,7 @@ fn controller(scene: &Scene, damping: Damping) -> Result<(Vec<Term>, Vec<Term>),
             }
         }
         // The loop obeys e (K + K_c + B_c (1 - 1/z)/T) = K x, and the force is e (K_c + B_c (1 - 1/z)/T).
-        LawMethod::VirtualCoupling { coupling_nm_per_rad, coupling_nm_s_per_rad, rigid } => {
+        LawMethod::VirtualCoupling(CouplingMethod { coupling_nm_per_rad, coupling_nm_s_per_rad, rigid }) => {
             let damper = coupling_nm_s_per_rad / period_s;
             if rigid {
                 return Err("the coupling's wall is rigid, whatever its stiffness".into());
@@ -477,9 +478,9 @@ fn controller(scene: &Scene, damping: Damping) -> Result<(Vec<Term>, Vec<Term>),
                 vec![Term::new(0, 0, coupling_nm_per_rad, 1.0), Term::new(1, 1, damper, 0.0)],
             ))
         }
-        LawMethod::PassivityController { .. } => nonlinear("a passivity controller"),
-        LawMethod::EnergyBounding { .. } => nonlinear("energy bounding"),
-        LawMethod::PassiveSpring { .. } => nonlinear("an energy-level spring"),
+        LawMethod::PassivityController(_) => nonlinear("a passivity controller"),
+        LawMethod::EnergyBounding(_) => nonlinear("energy bounding"),
+        LawMethod::PassiveSpring(_) => nonlinear("an energy-level spring"),
     }
 }
 

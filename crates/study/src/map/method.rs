@@ -3,6 +3,7 @@
 use std::str::FromStr;
 
 use hpu_cosim::figure;
+use hpu_cosim::method::{Layer, PASSIVE, layers};
 use hpu_cosim::scene::{Device, Scene};
 
 /// A layer of a map.
@@ -35,10 +36,9 @@ impl FromStr for Method {
 }
 
 impl Method {
-    /// Returns every method that a scene's device can run. The constants are the largest that the device's own damping
-    /// `b` keeps passive at the scene's sample rate: energy bounding by `c = b/T`, and a coupling of `b/T` to a rigid
-    /// wall. All methods are sampled at that rate, except for the hybrid loop's spring. Dual rate takes the velocity
-    /// every tenth sample.
+    /// Returns every method that a scene's device can run: the two loops, the laws without constants, then the laws
+    /// whose constants are the largest that the device's own damping `b` keeps passive at the scene's sample rate, as
+    /// `b/T`. All methods are sampled at that rate, except for the hybrid loop's spring.
     #[must_use]
     pub fn all(scene: &Scene) -> Vec<Self> {
         let period_s = scene.sample_period_s();
@@ -50,29 +50,20 @@ impl Method {
             }
             Device::Mass(mass) => (mass.damping_n_s_per_m, "N/m"),
         };
-        let c = format!("{} {unit}", figure(damping / period_s));
-        let method = |label: &str, kind: &str, set: &[(&str, &str)]| {
-            let kind = [("method.kind", kind)];
-            let set = kind.iter().chain(set).map(|(key, value)| (key.to_string(), value.to_string())).collect();
-            Self { label: label.into(), set }
+        let passive = format!("{} {unit}", figure(damping / period_s));
+        let method = |(kind, layer): (&str, &Layer)| {
+            let value = |value: &str| if value == PASSIVE { passive.clone() } else { value.to_string() };
+            let kind = ("method.kind".to_string(), kind.to_string());
+            let set = layer.set.iter().map(|(key, set)| (key.to_string(), value(set)));
+            Self { label: layer.label.into(), set: [kind].into_iter().chain(set).collect() }
         };
-        let mut all = vec![
-            method("conventional", "conventional", &[]),
-            method("hybrid", "hybrid", &[]),
-            method("dual rate", "sampled_wall", &[("method.velocity_every", "10")]),
-            method("FOAW", "sampled_wall", &[("method.estimator", "foaw")]),
-            method("input shaper", "sampled_wall", &[("method.shaper.cutoff", "2.5 Hz")]),
-            method("PO/PC", "passivity_controller", &[]),
-            method("PO/PC, held force", "passivity_controller", &[("method.observer", "held_force")]),
-            method("passive spring", "passive_spring", &[]),
-        ];
+        let has_constant = |(_, layer): &(&str, &Layer)| layer.set.iter().any(|(_, value)| *value == PASSIVE);
+        let (constant, plain): (Vec<_>, Vec<_>) = layers().partition(has_constant);
+        let mut all: Vec<_> =
+            ["conventional", "hybrid"].map(|kind| method((kind, &Layer { label: kind, set: &[] }))).into();
+        all.extend(plain.into_iter().map(method));
         if damping > 0.0 {
-            let rigid = ("method.rigid", "true");
-            all.extend([
-                method("coupling b/T", "virtual_coupling", &[("method.coupling_stiffness", &c), rigid]),
-                method("energy bounding", "energy_bounding", &[("method.c1", &c)]),
-                method("force bound", "energy_bounding", &[("method.form", "force_bound"), ("method.c1", &c)]),
-            ]);
+            all.extend(constant.into_iter().map(method));
         }
         all
     }

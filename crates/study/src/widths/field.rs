@@ -1,6 +1,6 @@
 //! The widths of a scene one by one; integer bits and fraction bits are separate.
 
-use hpu_cosim::scene::{Experiment, LawMethod, Loop, PhantomLaw};
+use hpu_cosim::scene::{Experiment, Loop, PhantomLaw};
 use hpu_signal::{Format, Rounding};
 
 /// A width of a scene's datapath.
@@ -77,8 +77,7 @@ impl Field {
         match experiment {
             Experiment::Axis(scene) => {
                 let law = matches!(scene.method.kind, Loop::Law(_));
-                let spring = matches!(scene.method.kind, Loop::Law(LawMethod::PassiveSpring { .. }));
-                let scaled = spring || scene.method.reference_rate_hz.is_some();
+                let scaled = scene.method.kind.scale().is_some() || scene.method.reference_rate_hz.is_some();
                 let has = |field: &Self| match field {
                     // A law's velocity is as wide as its position.
                     Self::Velocity => !law,

@@ -1,7 +1,9 @@
 //! Measures ranges and losses of every signal of a scene: in one run, in a set of scenes, in random motion.
 
 use hpu_cosim::scene::{Datapath, Experiment, Loop, OutcomeKind, Scene};
-use hpu_cosim::{ClosedLoop, Control, Driver, LawConfig, NetUse, Ready, Rig, Visit, Wired, World, law_as_asked};
+use hpu_cosim::{
+    ClosedLoop, Control, Driver, LawConfig, NetUse, Ready, Rig, TheLoop, Visit, Wired, World, law_as_asked,
+};
 use hpu_datapath::Wiring;
 use hpu_signal::{Cycle, Format, Signal, SignalUse};
 
@@ -99,9 +101,9 @@ pub fn beside(experiment: &Experiment, ready: &Ready) -> Beside {
         Experiment::Dut(_) => {}
     }
     let inputs = wiring.block().inputs().len();
-    let law = match experiment {
-        Experiment::Axis(scene) => law_of(scene).map(|law| (law, wiring.latency())),
-        Experiment::Phantom(_) | Experiment::Dut(_) => None,
+    let law = match (experiment, wiring) {
+        (Experiment::Axis(scene), TheLoop::Axis(axis_loop)) => law_of(scene).map(|law| (law, axis_loop.latency())),
+        _ => None,
     };
     Beside::new(&wiring.nets(), inputs, &wiring.instances(), &asked, law)
 }

@@ -41,7 +41,7 @@ impl Method {
             quantum: config.full_scale_n - config.limit_n,
             inputs: [position?, stiffness?, scale?, period?],
             // With a shaper, the law shows no torque before it.
-            torques: if matches!(config.law, AnyLaw::Shaped(_)) { vec![shaped] } else { vec![torque, shaped] },
+            torques: if config.is_shaped() { vec![shaped] } else { vec![torque, shaped] },
             config,
             next: 1,
             latency,
@@ -67,10 +67,10 @@ impl Method {
         let edge = self.due();
         if self.next == edge {
             let share = |net: usize, start: f64| if start == 0.0 { 1.0 } else { values[net] / start };
-            let [stiffness, scale] = [(0, 0), (1, 2)].map(|(index, format): (usize, usize)| {
+            let shares = [(0, 0), (1, 2)].map(|(index, format): (usize, usize)| {
                 share(self.inputs[1 + index], self.config.formats[format].to_f64(self.config.start[index]))
             });
-            self.law.vary(&self.config.law, stiffness, scale);
+            self.config.vary(&mut self.law, shares);
             let force_n = self.law.sample(self.position_m(nets));
             self.coming = Some((edge + self.latency, force_n / self.quantum));
             self.next += nets[self.inputs[3]].max(1.0) as u64;
@@ -84,9 +84,7 @@ impl Method {
 
     /// Returns the torque of a spring that follows every count.
     pub fn live(&self, nets: &[f64]) -> Option<f64> {
-        match &self.law {
-            AnyLaw::Wall(wall) if self.config.live => Some(wall.force_n(self.position_m(nets)) / self.quantum),
-            _ => None,
-        }
+        let force_n = self.config.live.then(|| self.law.live_n(self.position_m(nets))).flatten()?;
+        Some(force_n / self.quantum)
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::proofs_common::{Wander, axis, bits, contains, of, run, traced, wander};
 use hpu_cosim::scene::{Experiment, Scene, shipped};
-use hpu_cosim::{Session, TheLoop, Wired};
+use hpu_cosim::{Session, Wired, with_axis_loop};
 use hpu_signal::SignalUse;
 use hpu_study::widths::proof::{How, MOST_INPUTS, Proof, axis_bounds, exhausted, gappa};
 
@@ -13,16 +13,7 @@ const STEPS: u64 = 10_000_000;
 fn at_random(scene: &Scene, proof: &Proof, see: impl FnMut(&[i64])) -> Vec<SignalUse> {
     let session = Session::new(scene).unwrap();
     let (input, shaft) = (session.input(), Wander::new(scene, proof, 1));
-    match session.wiring() {
-        TheLoop::Hybrid(wiring) => wander(wiring.clone(), input, shaft, STEPS, see),
-        TheLoop::Conventional(wiring) => wander(wiring.clone(), input, shaft, STEPS, see),
-        TheLoop::SampledWall(wiring) => wander(wiring.clone(), input, shaft, STEPS, see),
-        TheLoop::VirtualCoupling(wiring) => wander(wiring.clone(), input, shaft, STEPS, see),
-        TheLoop::PassivityController(wiring) => wander(wiring.clone(), input, shaft, STEPS, see),
-        TheLoop::EnergyBounding(wiring) => wander(wiring.clone(), input, shaft, STEPS, see),
-        TheLoop::PassiveSpring(wiring) => wander(wiring.clone(), input, shaft, STEPS, see),
-        _ => unreachable!("not an axis's"),
-    }
+    with_axis_loop!(session.axis_loop().expect("words"), wiring => wander(wiring.clone(), input, shaft, STEPS, see))
 }
 
 /// Asserts that every bound holds the values seen. Returns the nets whose bound is more than two bits wider.

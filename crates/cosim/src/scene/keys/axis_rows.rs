@@ -8,8 +8,7 @@ use crate::scene::quantity::Sense::{Any, NotNegative, Positive, Within};
 use crate::scene::read_device::{DeviceKind, MOTORS, NamedMotor};
 
 /// The form of `hand.path`.
-pub(in crate::scene) const PATH: &str =
-    "[[time, angle], ...] with at least one point, as in [[0, 0], [\"50 ms\", \"30 deg\"]]";
+pub(crate) const PATH: &str = "[[time, angle], ...] with at least one point, as in [[0, 0], [\"50 ms\", \"30 deg\"]]";
 
 /// The default of what a named motor brings.
 const MOTORS_OWN: &str = "the motor's";
@@ -166,7 +165,7 @@ keys! { hand_capture: "hand" of ["capture"];
 }
 
 /// Friction by name; the speed of smoothed friction is a key of its own.
-pub(in crate::scene) const SMOOTHED: Friction = Friction::Smoothed { speed_rad_per_s: 0.0 };
+pub(crate) const SMOOTHED: Friction = Friction::Smoothed { speed_rad_per_s: 0.0 };
 
 keys! { model: "model" of ["axis"];
     /// How the device is advanced: exactly from event to event, exactly at every clock cycle, exactly once a sample

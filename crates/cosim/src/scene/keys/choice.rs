@@ -11,7 +11,7 @@ use crate::scene::source::SceneError;
 
 /// The format of a gain. It is unsigned, and no bit is worth less than the fraction bits allow. The fields are integer
 /// and fraction bits of its default.
-pub(in crate::scene) struct GainFormat(pub i32, pub i32);
+pub(crate) struct GainFormat(pub i32, pub i32);
 
 impl GainFormat {
     fn default(&self) -> Result<Format, FormatError> {
@@ -64,15 +64,15 @@ fn format_read(text: &str, format: Format) -> String {
 }
 
 /// Names with the values that they stand for.
-pub(in crate::scene) type Named<T> = Vec<(&'static str, T)>;
+pub(crate) type Named<T> = Vec<(&'static str, T)>;
 
 /// Returns values with their names.
-pub(in crate::scene) fn named<T: Copy>(all: &[T], name: impl Fn(T) -> &'static str) -> Named<T> {
+pub(crate) fn named<T: Copy>(all: &[T], name: impl Fn(T) -> &'static str) -> Named<T> {
     all.iter().map(|value| (name(*value), *value)).collect()
 }
 
 /// One of some names, each with the value that it stands for.
-pub(in crate::scene) struct Choice<T: 'static> {
+pub(crate) struct Choice<T: 'static> {
     options: fn() -> Named<T>,
     otherwise: Otherwise<T>,
 }
@@ -127,18 +127,18 @@ impl<T: Copy + PartialEq + Sync + 'static> Read for Choice<T> {
 }
 
 /// Returns names between quotes, as messages list them.
-pub(in crate::scene) fn quoted(names: &[&str]) -> String {
+pub(crate) fn quoted(names: &[&str]) -> String {
     names.iter().map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ")
 }
 
 /// Returns the message that a value is none of the names, with the nearest of them.
-pub(in crate::scene) fn none_of(item: &Item, names: &[&str]) -> String {
+pub(crate) fn none_of(item: &Item, names: &[&str]) -> String {
     let near = item.as_str().map(|text| did_you_mean(text, names));
     format!("{} is none of {}{}", shown(item), quoted(names), near.unwrap_or_default())
 }
 
 /// `true` or `false`; the field is the default.
-pub(in crate::scene) struct Flag(pub bool);
+pub(crate) struct Flag(pub bool);
 
 impl Read for Flag {
     type Value = bool;
@@ -164,7 +164,7 @@ impl Read for Flag {
 }
 
 /// A text that is not empty. The fields are a description of the text, and the default.
-pub(in crate::scene) struct Text(pub &'static str, pub Otherwise<&'static str>);
+pub(crate) struct Text(pub &'static str, pub Otherwise<&'static str>);
 
 impl Read for Text {
     type Value = String;
@@ -191,7 +191,7 @@ impl Read for Text {
 }
 
 /// A key whose value only its own reader understands: a section, a list, a path.
-pub(in crate::scene) struct Own {
+pub(crate) struct Own {
     takes: fn() -> Takes,
     otherwise: Otherwise<&'static str>,
 }

@@ -5,7 +5,7 @@ use super::{Choice, Flag, Group, Key, Own, Shape, Takes, Text, Whole, keys, name
 use crate::scene::dut::{Engine, Standard};
 
 /// The form of `dut.files`.
-pub(in crate::scene) const FILES: &str = "the design's files in the order of compilation, as in [\"a.vhd\", \"b.vhd\"]";
+pub(crate) const FILES: &str = "the design's files in the order of compilation, as in [\"a.vhd\", \"b.vhd\"]";
 
 /// The forms of a constant.
 const CONSTANT: &str = "a whole number, true, false or a text";

@@ -9,6 +9,7 @@ mod choice;
 mod dut_rows;
 mod every_rows;
 mod faults_rows;
+mod groups;
 mod markdown;
 mod method_rows;
 mod phantom_rows;
@@ -18,13 +19,14 @@ mod value;
 use super::parameter::ParameterValue;
 use super::section::Section;
 use super::source::SceneError;
+use groups::groups;
 
 pub use markdown::{grouped, markdown};
 pub use value::{Otherwise, Shape, Sizes, Takes};
 
-pub(in crate::scene) use choice::{Choice, Flag, GainFormat, Own, Text, named, none_of, quoted};
-pub(in crate::scene) use value::{Expected, Quantity, Read, Whole};
-pub(in crate::scene) use {axis_rows::*, dut_rows::*, every_rows::*, faults_rows::*, method_rows::*, phantom_rows::*};
+pub(crate) use choice::{Choice, Flag, GainFormat, Own, Text, named, none_of, quoted};
+pub(crate) use value::{Expected, Quantity, Read, Whole};
+pub(crate) use {axis_rows::*, dut_rows::*, every_rows::*, faults_rows::*, method_rows::*, phantom_rows::*};
 
 /// A key of a scene, as the documentation, the schema and `hpu keys` show it.
 #[derive(Clone, PartialEq, Debug)]
@@ -46,7 +48,7 @@ pub struct Row {
 }
 
 /// A key: its name, its meaning and its type.
-pub(in crate::scene) struct Key<V> {
+pub(crate) struct Key<V> {
     pub name: &'static str,
     /// The key without which this key has no effect.
     pub beside: Option<&'static str>,
@@ -55,7 +57,7 @@ pub(in crate::scene) struct Key<V> {
 }
 
 /// A key of any type, so that keys of different types can stand in one list. Every `Key` implements it.
-pub(in crate::scene) trait AnyKey: Sync {
+pub(crate) trait AnyKey: Sync {
     fn name(&self) -> &'static str;
     fn beside(&self) -> Option<&'static str>;
     fn is_section(&self) -> bool;
@@ -101,7 +103,7 @@ impl<V: Read> AnyKey for Key<V> {
 }
 
 /// The keys of a section that the same kinds take.
-pub(in crate::scene) struct Group {
+pub(crate) struct Group {
     pub section: &'static str,
     pub kinds: &'static [&'static str],
     pub keys: &'static [&'static dyn AnyKey],
@@ -122,95 +124,25 @@ macro_rules! keys {
     ($group:ident: $section:literal of $kinds:expr;
      $($(#[doc = $meaning:literal])+ $key:ident $(beside $of:ident)?: $value:ty = $given:expr;)*) => {
         #[allow(non_upper_case_globals, reason = "the static is named like its key, so that the name stands once")]
-        pub(in crate::scene) mod $group {
+        pub(crate) mod $group {
             #[allow(unused_imports, reason = "not every group has every type of key")]
             use super::*;
-            $($(#[doc = $meaning])+ pub(in crate::scene) static $key: Key<$value> = Key {
+            $($(#[doc = $meaning])+ pub(crate) static $key: Key<$value> = Key {
                 name: stringify!($key),
                 beside: crate::scene::keys::beside(&[$(stringify!($of))?]),
                 meaning: concat!($($meaning),+),
                 value: $given,
             };)*
-            pub(in crate::scene) static GROUP: Group =
+            pub(crate) static GROUP: Group =
                 Group { section: $section, kinds: &$kinds, keys: &[$(&$key),*] };
         }
     };
 }
-pub(in crate::scene) use keys;
+pub(crate) use keys;
 
-const fn beside(of: &[&'static str]) -> Option<&'static str> {
+pub(crate) const fn beside(of: &[&'static str]) -> Option<&'static str> {
     if of.is_empty() { None } else { Some(of[0]) }
 }
-
-/// All groups: the scene's own keys first, then the sections in the order in which the documentation shows them.
-static GROUPS: &[&Group] = &[
-    &top::GROUP,
-    &top_axis::GROUP,
-    &top_phantom::GROUP,
-    &top_clock::GROUP,
-    &top_method::GROUP,
-    &top_dut::GROUP,
-    &top_wall::GROUP,
-    &top_room::GROUP,
-    &top_run::GROUP,
-    &device::GROUP,
-    &motor::GROUP,
-    &mass::GROUP,
-    &phantom::GROUP,
-    &encoder_motor::GROUP,
-    &encoder_mass::GROUP,
-    &bridge::GROUP,
-    &amplifier::GROUP,
-    &amplifier_shaper::GROUP,
-    &drop::GROUP,
-    &platform::GROUP,
-    &clock::GROUP,
-    &method::GROUP,
-    &method_law::GROUP,
-    &method_loop::GROUP,
-    &sampled_wall::GROUP,
-    &virtual_coupling::GROUP,
-    &passivity_controller::GROUP,
-    &energy_bounding::GROUP,
-    &passive_spring::GROUP,
-    &method_scale::GROUP,
-    &method_phantom::GROUP,
-    &method_shaper::GROUP,
-    &pwm::GROUP,
-    &dut::GROUP,
-    &dut_clocks::GROUP,
-    &dut_reset::GROUP,
-    &dut_generics::GROUP,
-    &dut_parameters::GROUP,
-    &dut_ports::GROUP,
-    &dut_port::GROUP,
-    &wall::GROUP,
-    &wall_axis::GROUP,
-    &wall_dut::GROUP,
-    &wall_ramp::GROUP,
-    &hand::GROUP,
-    &hand_torque::GROUP,
-    &hand_grip::GROUP,
-    &hand_motion::GROUP,
-    &hand_capture::GROUP,
-    &faults::GROUP,
-    &room::GROUP,
-    &model::GROUP,
-    &model_motor::GROUP,
-    &model_friction::GROUP,
-    &model_law::GROUP,
-    &model_phantom::GROUP,
-    &run::GROUP,
-    &record::GROUP,
-    &record_phantom::GROUP,
-    &record_all::GROUP,
-    &expect::GROUP,
-    &expect_phantom::GROUP,
-    &metric::GROUP,
-    &accuracy::GROUP,
-    &accuracy_phantom::GROUP,
-    &accuracy_all::GROUP,
-];
 
 /// Returns whether the key of a row is a placeholder for any name.
 #[must_use]
@@ -220,7 +152,7 @@ pub fn is_any_name(key: &str) -> bool {
 
 /// Returns every key of every section.
 pub fn rows() -> impl Iterator<Item = Row> {
-    GROUPS.iter().flat_map(|group| group.keys.iter().map(|key| key.row(group)))
+    groups().flat_map(|group| group.keys.iter().map(|key| key.row(group)))
 }
 
 /// Returns the kinds of a section in a scene of this kind with this device, by which rows are chosen; `own` is the
@@ -240,18 +172,15 @@ pub fn has_own_kind(section: &str, scene: &str) -> bool {
 }
 
 /// Returns the key `kind` of a section.
-pub(in crate::scene) fn kind_of(section: &str) -> Option<&'static dyn AnyKey> {
-    let mut keys = GROUPS.iter().filter(|group| group.section == section).flat_map(|group| group.keys.iter().copied());
+pub(crate) fn kind_of(section: &str) -> Option<&'static dyn AnyKey> {
+    let mut keys = groups().filter(|group| group.section == section).flat_map(|group| group.keys.iter().copied());
     keys.find(|key| key.name() == "kind")
 }
 
 /// Returns the keys that a section of one of these kinds takes.
-pub(in crate::scene) fn accepted<'a>(
-    section: &'a str,
-    kinds: &'a [&'a str],
-) -> impl Iterator<Item = &'static dyn AnyKey> + 'a {
-    let takes = move |group: &&&Group| {
+pub(crate) fn accepted<'a>(section: &'a str, kinds: &'a [&'a str]) -> impl Iterator<Item = &'static dyn AnyKey> + 'a {
+    let takes = move |group: &&Group| {
         group.section == section && (group.kinds.is_empty() || group.kinds.iter().any(|kind| kinds.contains(kind)))
     };
-    GROUPS.iter().filter(takes).flat_map(|group| group.keys.iter().copied())
+    groups().filter(takes).flat_map(|group| group.keys.iter().copied())
 }

@@ -80,7 +80,7 @@ pub enum Takes {
 
 /// A type of keys. It tells which values such a key takes, its default, and how it is read. Each kind of value
 /// implements it, so that readers, schema and documentation use one description.
-pub(in crate::scene) trait Read: Sync + 'static {
+pub(crate) trait Read: Sync + 'static {
     type Value;
 
     fn takes(&self) -> Takes;
@@ -131,7 +131,7 @@ impl Of {
 }
 
 /// A quantity with its dimension.
-pub(in crate::scene) struct Quantity {
+pub(crate) struct Quantity {
     of: Of,
     pub sense: Sense,
     otherwise: Otherwise<f64>,
@@ -189,7 +189,7 @@ impl Read for Quantity {
 }
 
 /// A whole number that is read as an `N`; `N` must hold its whole range.
-pub(in crate::scene) struct Whole<N> {
+pub(crate) struct Whole<N> {
     least: u64,
     most: u64,
     unit: &'static str,
@@ -235,7 +235,7 @@ impl<N: TryFrom<u64, Error: std::fmt::Debug> + 'static> Read for Whole<N> {
 }
 
 /// An expected number of a run: `{ value, tolerance }`.
-pub(in crate::scene) struct Expected {
+pub(crate) struct Expected {
     value: Quantity,
     tolerance: Quantity,
 }

@@ -301,6 +301,8 @@ impl SampledLaw for Same {
     fn sample(&mut self, force: f64) -> f64 {
         force
     }
+
+    fn vary(&mut self, _: f64, _: f64) {}
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! The words of an axis's loop, net by net.
 
-use hpu_cosim::TheLoop;
+use hpu_cosim::AxisLoop;
 use hpu_cosim::scene::LoopWords;
 use hpu_datapath::LoopConfig;
 use hpu_signal::{Format, Signal};
@@ -58,7 +58,7 @@ pub(crate) struct Rows(Vec<Row>);
 
 impl Rows {
     /// Reads the words of a wiring's nets, block after block.
-    pub fn of(settings: &Settings, travel: &Travel, wiring: &TheLoop) -> Self {
+    pub fn of(settings: &Settings, travel: &Travel, wiring: &AxisLoop) -> Self {
         let (nets, instances) = (wiring.nets(), wiring.instances());
         Affine::on_a_sheet(|| {
             let moved = |clocks| travel.decoded.then(|| travel.moved(clocks));

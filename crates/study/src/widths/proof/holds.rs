@@ -1,6 +1,6 @@
 //! Checks that the words of a haptic loop hold every value that the device can cause.
 
-use hpu_cosim::TheLoop;
+use hpu_cosim::AxisLoop;
 use hpu_cosim::scene::{Loop, Scene};
 use hpu_datapath::{ConventionalLoop, HybridLoop};
 
@@ -48,8 +48,8 @@ impl<'s> Limits<'s> {
         let mut settings = Settings::new(&words, scene.device.units().position);
         settings.stiffness = settings.stiffness.hull(Span::exact(scene.method.stiffness_format.max()));
         let wiring = match scene.method.kind {
-            Loop::Conventional => ConventionalLoop::new(words.config).map(TheLoop::Conventional),
-            _ => HybridLoop::new(words.config).map(TheLoop::Hybrid),
+            Loop::Conventional => ConventionalLoop::new(words.config).map(AxisLoop::Conventional),
+            _ => HybridLoop::new(words.config).map(AxisLoop::Hybrid),
         };
         let wiring = wiring.map_err(|error| error.to_string())?;
         let found = narrowed(&self.shaft, &words, scene, &settings, |travel| Rows::of(&settings, travel, &wiring));

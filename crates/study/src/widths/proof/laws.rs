@@ -12,7 +12,7 @@
 //! Errors against real numbers are proved for the sampled wall. The errors of the other laws circulate through their
 //! memories and are left out.
 
-use hpu_cosim::TheLoop;
+use hpu_cosim::AxisLoop;
 use hpu_datapath::{
     AnyBlock, EnergyBounding, Estimator, Law, LawIn, LawOut, LawWidths, PassiveSpring, PassivityConfig,
     PassivityController, SampledWall, SampledWallConfig, SpringConfig, VirtualCoupling, sampled_wall,
@@ -43,7 +43,7 @@ pub(super) fn stated(
     settings: &Settings,
     travel: &Travel,
     walk: &Walk<'_>,
-    wiring: &TheLoop,
+    wiring: &AxisLoop,
     label: &str,
     known: &dyn Fn(&str) -> Affine,
 ) -> Vec<Stated> {
@@ -72,12 +72,12 @@ pub(super) fn stated(
         };
     }
     match wiring {
-        TheLoop::SampledWall(wiring) => of!(wiring, Seen::sampled_wall),
-        TheLoop::VirtualCoupling(wiring) => of!(wiring, Seen::virtual_coupling),
-        TheLoop::PassivityController(wiring) => of!(wiring, Seen::passivity),
-        TheLoop::EnergyBounding(wiring) => of!(wiring, Seen::energy_bounding),
-        TheLoop::PassiveSpring(wiring) => of!(wiring, Seen::passive_spring),
-        _ => Vec::new(),
+        AxisLoop::Hybrid(_) | AxisLoop::Conventional(_) => Vec::new(),
+        AxisLoop::SampledWall(wiring) => of!(wiring, Seen::sampled_wall),
+        AxisLoop::VirtualCoupling(wiring) => of!(wiring, Seen::virtual_coupling),
+        AxisLoop::PassivityController(wiring) => of!(wiring, Seen::passivity),
+        AxisLoop::EnergyBounding(wiring) => of!(wiring, Seen::energy_bounding),
+        AxisLoop::PassiveSpring(wiring) => of!(wiring, Seen::passive_spring),
     }
 }
 

@@ -34,7 +34,7 @@ mod word;
 mod wrap;
 
 use hpu_cosim::scene::{Datapath, LoopWords, Scene};
-use hpu_cosim::{Rig, Session, Wired};
+use hpu_cosim::{Rig, Session};
 use hpu_signal::Format;
 
 use device::{Motion, Shaft};
@@ -145,12 +145,11 @@ impl Proof {
 ///
 /// The reason why nothing can be proved: no words, or words that make no datapath.
 pub fn axis_bounds(scene: &Scene) -> Result<Proof, String> {
-    match scene.model.datapath {
-        Datapath::Words => {}
-        Datapath::Linear => return Err("the scene's law is linear: it has no words".into()),
-        Datapath::Law => return Err("the scene's law is computed in floats: it has no words".into()),
+    if scene.model.datapath == Datapath::Linear {
+        return Err("the scene's law is linear: it has no words".into());
     }
     let session = Session::new(scene).map_err(|error| error.to_string())?;
+    let wiring = session.axis_loop().ok_or("the scene's law is computed in floats: it has no words")?;
     let (words, nets) = (session.words(), session.nets());
     let settings = Settings::new(words, scene.device.units().position);
     let mut assumptions = vec![format!("a clock of {} Hz, words as the scene sets them", scene.clock.frequency_hz())];
@@ -161,12 +160,12 @@ pub fn axis_bounds(scene: &Scene) -> Result<Proof, String> {
         Ok(shaft) => shaft,
         Err(reason) => {
             assumptions.push(format!("no limit of the motion: {reason}"));
-            let rows = Rows::of(&settings, &Travel::unlimited(), session.wiring());
+            let rows = Rows::of(&settings, &Travel::unlimited(), wiring);
             return Ok(Proof { bounds: rows.bounds(&nets, &assumptions), limits: Vec::new(), wraps_at: None });
         }
     };
     let Narrowed { motion, travel, rows } =
-        narrowed(&shaft, words, scene, &settings, |travel| Rows::of(&settings, travel, session.wiring()));
+        narrowed(&shaft, words, scene, &settings, |travel| Rows::of(&settings, travel, wiring));
     let assumptions: Vec<_> = assumptions.iter().chain(&motion.why).cloned().collect();
     let wraps_at = wrap::wraps_at(scene, words, &settings, &travel, &rows);
     Ok(Proof { bounds: rows.bounds(&nets, &assumptions), limits: motion.limits(scene), wraps_at })

@@ -14,25 +14,10 @@
 //! | [`MidpointSpring`] | none: it needs the next position | lossless, for simulation |
 //! | [`InputShaper`] | `input_shaper` | the digital twin of the analog shaper |
 
-mod any;
-pub mod bounding;
-pub mod coupling;
-pub mod passivity;
-pub mod shaper;
-pub mod spring;
-pub mod wall;
-
-pub use any::AnyLaw;
-pub use bounding::{BoundingForm, EnergyBounding};
-pub use coupling::VirtualCoupling;
-pub use passivity::{Observer, PassivityController};
-pub use shaper::{InputShaper, high_pass};
-pub use spring::{MidpointSpring, PassiveSpring};
-pub use wall::Wall;
-
-/// A `SampledLaw` is a law that is sampled and held. The reference laws implement it, all but [`MidpointSpring`], so
-/// that one loop runs them all.
-pub trait SampledLaw {
-    /// Returns the force from this sample to the next, for the position `x_m` beyond the surface at this sample.
-    fn sample(&mut self, x_m: f64) -> f64;
-}
+pub use crate::method::energy_bounding::{BoundingForm, EnergyBounding};
+pub use crate::method::passive_spring::{MidpointSpring, PassiveSpring};
+pub use crate::method::passivity_controller::{Observer, PassivityController};
+pub use crate::method::shaper::{InputShaper, high_pass};
+pub use crate::method::virtual_coupling::VirtualCoupling;
+pub use crate::method::wall::Wall;
+pub use crate::method::{AnyLaw, SampledLaw};

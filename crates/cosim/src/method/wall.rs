@@ -10,7 +10,7 @@
 //! not exceed the physical damping, and even then the device only feels undamped: the two together lie at the boundary
 //! of passivity.
 
-use super::SampledLaw;
+use super::sampled_law::SampledLaw;
 
 /// See the [module](self).
 #[derive(Clone, PartialEq, Debug)]
@@ -68,5 +68,14 @@ impl SampledLaw for Wall {
         }
         self.samples -= 1;
         self.force_n(x_m)
+    }
+
+    fn vary(&mut self, stiffness_n_per_m: f64, _: f64) {
+        self.stiffness_n_per_m = stiffness_n_per_m;
+    }
+
+    #[inline]
+    fn live_n(&self, x_m: f64) -> Option<f64> {
+        Some(self.force_n(x_m))
     }
 }

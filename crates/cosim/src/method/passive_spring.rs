@@ -19,7 +19,82 @@
 //! (`overdrawn_j`); a `β` that changes while the spring rings scales power by another factor on the way in than on the
 //! way out.
 
-use super::SampledLaw;
+use hpu_datapath::SpringConfig;
+use hpu_signal::Format;
+
+use super::published::{Features, Layer, Published};
+use super::sampled_law::SampledLaw;
+use super::setting::{Setting, Unmade};
+use crate::scene::keys::Otherwise::Is;
+use crate::scene::keys::{Flag, Group, Key, Quantity, Whole, keys};
+use crate::scene::quantity as q;
+use crate::scene::quantity::Sense::Within;
+use crate::scene::section::Section;
+use crate::scene::source::SceneError;
+
+keys! { passive_spring: "method" of ["passive_spring"];
+    /// Motion of the virtual spring for one of the device.
+    alpha: Quantity = Quantity::new(&q::RATIO, Within(1e-9, 1e9), Is(1.0));
+    /// Force shown for one of the virtual spring, in `scale_format`.
+    beta: Quantity = Quantity::new(&q::RATIO, Within(1e-9, 1e9), Is(1.0));
+    /// Engages the spring again inside the wall after it has died.
+    revive: Flag = Flag(true);
+    /// Fraction bits of the extension.
+    extension_frac: Whole<u32> = Whole::new(8, 16, Is(8));
+}
+
+/// The energy-level spring behind a passive sample-and-hold in a scene.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct SpringMethod {
+    /// Motion of the virtual spring per motion of the device.
+    pub alpha: f64,
+    /// Force shown per force of the virtual spring.
+    pub beta: f64,
+    /// Whether the spring engages again inside the wall after its extension has become 0.
+    pub revive: bool,
+    /// Fraction bits of the extension.
+    pub extension_frac: u32,
+}
+
+impl Published for SpringMethod {
+    type Block = hpu_datapath::PassiveSpring;
+    type Float = PassiveSpring;
+
+    const KEYS: &'static Group = &passive_spring::GROUP;
+    const SCALE_KEY: Option<&'static str> = Some("method.beta");
+    const LAYERS: &'static [Layer] = &[Layer { label: "passive spring", set: &[] }];
+
+    fn read(s: &Section) -> Result<Self, SceneError> {
+        use passive_spring as key;
+        Ok(Self {
+            alpha: s.read(&key::alpha)?,
+            beta: s.read(&key::beta)?,
+            revive: s.read(&key::revive)?,
+            extension_frac: s.read(&key::extension_frac)?,
+        })
+    }
+
+    fn block(&self, setting: &Setting) -> Result<Self::Block, Unmade> {
+        let format = Format::new(false, 8, 8).expect("16 bits");
+        let alpha = setting.word("method.alpha", self.alpha, 1.0, "", format)?;
+        let Self { extension_frac, revive, .. } = *self;
+        Ok(Self::Block::new(SpringConfig { widths: setting.widths, extension_frac, alpha, revive })?)
+    }
+
+    fn float(&self, setting: &Setting) -> Result<PassiveSpring, SceneError> {
+        let Self { alpha, beta, revive, .. } = *self;
+        let spring = PassiveSpring::new(setting.stiffness_n_per_m, revive, setting.start_m);
+        Ok(PassiveSpring { alpha, beta, ..spring })
+    }
+
+    fn efforts(&mut self) -> Vec<&mut f64> {
+        Vec::new()
+    }
+
+    fn features(&self) -> Features {
+        Features { scale: self.beta, ..Features::default() }
+    }
+}
 
 /// See the [module](self).
 #[derive(Clone, PartialEq, Debug)]
@@ -99,6 +174,10 @@ impl SampledLaw for PassiveSpring {
             self.extension_m = square.max(0.0).sqrt();
         }
         self.beta * self.stiffness_n_per_m * self.extension_m
+    }
+
+    fn vary(&mut self, stiffness_n_per_m: f64, scale: f64) {
+        (self.stiffness_n_per_m, self.beta) = (stiffness_n_per_m, scale);
     }
 }
 

@@ -13,7 +13,82 @@
 //! **Known failures**: at standstill (`d = 0`) no energy can be dissipated; credit stored earlier delays the action
 //! (`credit_j` bounds it); the published observer does not see the energy that the hold adds between samples.
 
-use super::{SampledLaw, Wall};
+use hpu_datapath::PassivityConfig;
+use hpu_signal::Format;
+
+use super::published::{ENERGY, Features, Layer, Published};
+use super::sampled_law::SampledLaw;
+use super::setting::{Setting, Unmade};
+use super::wall::Wall;
+use crate::scene::keys::Otherwise::{Is, Said};
+use crate::scene::keys::{Choice, Group, Key, Quantity, Whole, keys};
+use crate::scene::quantity as q;
+use crate::scene::quantity::Sense::Positive;
+use crate::scene::section::Section;
+use crate::scene::source::SceneError;
+
+keys! { passivity_controller: "method" of ["passivity_controller"];
+    /// Force that the passivity observer multiplies a motion by: the velocity's, or the force that was held.
+    observer: Choice<Observer> = Choice::new(
+        || vec![("velocity", Observer::Velocity), ("held_force", Observer::HeldForce)], Is(Observer::Velocity));
+    /// Greatest energy that the observer may store.
+    credit: Quantity = Quantity::new(&q::ENERGY, Positive, Said("unbounded"));
+    /// Width of the observed energy.
+    energy_bits: Whole<u32> = ENERGY;
+}
+
+/// Passivity observer and controller in a scene.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct PassivityMethod {
+    /// The force that the observer multiplies a motion by.
+    pub observer: Observer,
+    /// The most energy that may be stored.
+    pub credit_j: Option<f64>,
+    /// Width of the observed energy.
+    pub energy_bits: u32,
+}
+
+impl Published for PassivityMethod {
+    type Block = hpu_datapath::PassivityController;
+    type Float = PassivityController;
+
+    const KEYS: &'static Group = &passivity_controller::GROUP;
+    const LAYERS: &'static [Layer] = &[
+        Layer { label: "PO/PC", set: &[] },
+        Layer { label: "PO/PC, held force", set: &[("method.observer", "held_force")] },
+    ];
+
+    fn read(s: &Section) -> Result<Self, SceneError> {
+        use passivity_controller as key;
+        Ok(Self {
+            observer: s.read(&key::observer)?,
+            credit_j: s.given(&key::credit)?,
+            energy_bits: s.read(&key::energy_bits)?,
+        })
+    }
+
+    fn block(&self, setting: &Setting) -> Result<Self::Block, Unmade> {
+        let word = |j| setting.word("method.credit", j, setting.energy_unit_j(), "J", Format::unsigned(31));
+        let credit = self.credit_j.map(word).transpose()?.unwrap_or(0);
+        let exact = self.observer == Observer::HeldForce;
+        let config = PassivityConfig { widths: setting.widths, exact, energy_width: self.energy_bits, credit };
+        Ok(Self::Block::new(config)?)
+    }
+
+    fn float(&self, setting: &Setting) -> Result<PassivityController, SceneError> {
+        let credit_j = self.credit_j.unwrap_or(f64::INFINITY);
+        let Setting { limit_n, start_m, .. } = *setting;
+        Ok(PassivityController::new(setting.wall(1), self.observer, credit_j, limit_n, start_m))
+    }
+
+    fn efforts(&mut self) -> Vec<&mut f64> {
+        self.credit_j.iter_mut().collect()
+    }
+
+    fn features(&self) -> Features {
+        Features::default()
+    }
+}
 
 /// The force that the passivity observer multiplies a motion by.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -80,5 +155,9 @@ impl SampledLaw for PassivityController {
         self.correction_n = self.force_n - wanted_n;
         (self.previous_m, self.motion_m) = (x_m, motion_m);
         self.force_n
+    }
+
+    fn vary(&mut self, stiffness_n_per_m: f64, _: f64) {
+        self.wall.stiffness_n_per_m = stiffness_n_per_m;
     }
 }

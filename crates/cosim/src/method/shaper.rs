@@ -7,7 +7,7 @@
 //! **Known failures**: `1 - H` peaks at 1.272 just below the cutoff and overshoots, so that it feeds slow oscillations;
 //! it rolls off only with the first order; the stiffness felt in the first tenth of a second is less.
 
-use super::SampledLaw;
+use super::sampled_law::SampledLaw;
 
 /// Returns the coefficients `b0, b1, b2, a1, a2` of the high-pass.
 #[must_use]
@@ -50,5 +50,9 @@ impl<L: SampledLaw> SampledLaw for InputShaper<L> {
         self.inputs_n = [u_n, self.inputs_n[0]];
         self.outputs_n = [fast_n, self.outputs_n[0]];
         (u_n - fast_n.max(0.0)).max(0.0)
+    }
+
+    fn vary(&mut self, stiffness_n_per_m: f64, scale: f64) {
+        self.law.vary(stiffness_n_per_m, scale);
     }
 }

@@ -1,0 +1,18 @@
+//! The interface of the reference laws in floats.
+
+/// A `SampledLaw` is a law that is sampled and held. The reference laws implement it, all but
+/// [`MidpointSpring`](super::passive_spring::MidpointSpring), so that one loop runs them all.
+pub trait SampledLaw {
+    /// Returns the force from this sample to the next, for the position `x_m` beyond the surface at this sample.
+    fn sample(&mut self, x_m: f64) -> f64;
+
+    /// Sets the stiffness, and the scale of a force that has one, from now on, as a ramp changes them.
+    fn vary(&mut self, stiffness_n_per_m: f64, scale: f64);
+
+    /// Returns the force at a position between two samples, if the law has a spring that can read it at once.
+    #[inline]
+    fn live_n(&self, x_m: f64) -> Option<f64> {
+        let _ = x_m;
+        None
+    }
+}

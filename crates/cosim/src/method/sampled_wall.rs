@@ -1,0 +1,138 @@
+//! The sampled wall: spring, and damping by an estimator at its own rate. Its law in floats is [`Wall`].
+
+use hpu_datapath::{Estimator, SampledWallConfig};
+
+use super::published::{Features, Layer, Published};
+use super::setting::{Setting, Unmade};
+use super::wall::Wall;
+use crate::scene::keys::Otherwise::Is;
+use crate::scene::keys::{Choice, Group, Key, Quantity, Whole, keys};
+use crate::scene::quantity::Sense::NotNegative;
+use crate::scene::section::Section;
+use crate::scene::source::SceneError;
+
+keys! { sampled_wall: "method" of ["sampled_wall"];
+    /// Whether the spring reads the sampled position or the position at once.
+    spring: Choice<bool> = Choice::new(|| vec![("held", false), ("live", true)], Is(false));
+    /// How the velocity is estimated: difference of two samples, low-pass filter, difference over a window, first-order
+    /// adaptive window, or time between encoder edges.
+    estimator: Choice<Estimator> = Choice::new(|| vec![
+        ("difference", Estimator::Difference),
+        ("filtered", Estimator::Filtered),
+        ("window", Estimator::Window),
+        ("foaw", Estimator::Foaw),
+        ("edge_timer", Estimator::EdgeTimer),
+    ], Is(Estimator::Difference));
+    /// Samples of the spring for one sample of the velocity.
+    velocity_every: Whole<u32> = Whole::new(1, 1 << 20, Is(1));
+    /// Weight of a new sample in the filter of `filtered`: 2^-`filter_shift`.
+    filter_shift: Whole<u32> = Whole::new(0, 16, Is(3));
+    /// Samples in the window of `window`, or at most in that of `foaw`.
+    window: Whole<u32> = Whole::new(1, 64, Is(8));
+    /// Noise of the position that `foaw` assumes, in counts.
+    noise: Whole<u32> = Whole::new(0, 15, Is(1));
+    /// Fraction bits of the velocity.
+    velocity_frac: Whole<u32> = Whole::new(0, 16, Is(8));
+    /// Negative damping, inside the wall and outside.
+    negative_damping: Quantity = Quantity::along(|axis| axis.damping, NotNegative, Is(0.0));
+}
+
+/// A sampled wall in a scene.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct SampledWallMethod {
+    /// Whether the spring reads the position at once, as in the hybrid loop.
+    pub live: bool,
+    /// The estimator of the velocity.
+    pub estimator: Estimator,
+    /// Periods of the spring per period of the velocity.
+    pub ratio: u32,
+    /// `log2` of the filter's weight.
+    pub shift: u32,
+    /// Samples of the window.
+    pub window: u32,
+    /// Noise bound of the adaptive window, in counts.
+    pub noise: u32,
+    /// Fraction bits of the velocity.
+    pub velocity_frac: u32,
+    /// Negative damping, inside the wall and outside.
+    pub relief_nm_s_per_rad: f64,
+}
+
+impl Published for SampledWallMethod {
+    type Block = hpu_datapath::SampledWall;
+    type Float = Wall;
+
+    const KEYS: &'static Group = &sampled_wall::GROUP;
+    const LAYERS: &'static [Layer] = &[
+        Layer { label: "dual rate", set: &[("method.velocity_every", "10")] },
+        Layer { label: "FOAW", set: &[("method.estimator", "foaw")] },
+        Layer { label: "input shaper", set: &[("method.shaper.cutoff", "2.5 Hz")] },
+    ];
+
+    fn read(s: &Section) -> Result<Self, SceneError> {
+        use sampled_wall as key;
+        let estimator = s.read(&key::estimator)?;
+        for (key, owners) in [
+            (&key::filter_shift, &[Estimator::Filtered][..]),
+            (&key::window, &[Estimator::Window, Estimator::Foaw]),
+            (&key::noise, &[Estimator::Foaw]),
+        ] {
+            if s.has(key.name) && !owners.contains(&estimator) {
+                return Err(s.error(key.name, "not a number of this estimator; leave it out"));
+            }
+        }
+        Ok(Self {
+            live: s.read(&key::spring)?,
+            estimator,
+            ratio: s.read(&key::velocity_every)?,
+            shift: s.read(&key::filter_shift)?,
+            window: s.read(&key::window)?,
+            noise: s.read(&key::noise)?,
+            velocity_frac: s.read(&key::velocity_frac)?,
+            relief_nm_s_per_rad: s.read(&key::negative_damping)?,
+        })
+    }
+
+    fn block(&self, setting: &Setting) -> Result<Self::Block, Unmade> {
+        let Self { live, estimator, ratio, shift, window, noise, velocity_frac, relief_nm_s_per_rad } = *self;
+        let unit = setting.stiffness_unit() * (self.features().velocity_samples * setting.period_s);
+        let widths = setting.widths;
+        let relief = setting.word("method.negative_damping", relief_nm_s_per_rad, unit, "", widths.damping)?;
+        Ok(Self::Block::new(SampledWallConfig {
+            widths,
+            spring_held: !live,
+            estimator,
+            ratio,
+            shift,
+            window,
+            noise,
+            velocity_frac,
+            relief,
+        })?)
+    }
+
+    fn float(&self, setting: &Setting) -> Result<Wall, SceneError> {
+        if !self.features().has_float {
+            let reason = "the law in floats takes the difference; write \"difference\", or model.datapath = \"words\"";
+            return Err(setting.places.error("method.estimator", reason));
+        }
+        let mut wall = setting.wall(self.ratio);
+        wall.relief_n_s_per_m = self.relief_nm_s_per_rad;
+        Ok(wall)
+    }
+
+    fn efforts(&mut self) -> Vec<&mut f64> {
+        vec![&mut self.relief_nm_s_per_rad]
+    }
+
+    fn features(&self) -> Features {
+        let window = if self.estimator == Estimator::Window { self.window } else { 1 };
+        Features {
+            live: self.live,
+            velocity_samples: f64::from(self.ratio) * f64::from(window),
+            times_lines: self.estimator == Estimator::EdgeTimer,
+            has_float: self.estimator == Estimator::Difference,
+            ..Features::default()
+        }
+    }
+}
