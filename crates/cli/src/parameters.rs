@@ -2,6 +2,7 @@
 
 use hpu_cosim::scene::{Experiment, Miss, Origin, Parameter, ParameterValue};
 use hpu_study::fit::Fit;
+use hpu_study::page::{Cell, Column, Table};
 use serde_json::{Value, json};
 
 use crate::units::error_percent;
@@ -31,20 +32,18 @@ pub fn of(scene: &Experiment, fitted: Option<&Fit>, by_edges: bool) -> Vec<Said>
     said.collect()
 }
 
-/// Returns the parameters as text, one a line.
-pub fn text(all: &[Said]) -> String {
-    let lines = all.iter().map(|Said { parameter: Parameter { key, value, unit, .. }, by }| {
-        format!("{:<10} {key:<28} {:<34} {by}\n", "parameter", format!("{value} {unit}").trim_end())
-    });
-    lines.collect()
-}
-
-/// Returns the parameters as JSON: key, value in that unit, and the source of the value.
-pub fn object(all: &[Said]) -> Vec<Value> {
-    let objects = all.iter().map(|Said { parameter: Parameter { key, value, unit, .. }, by }| {
-        json!({ "key": key, "value": as_json(value), "unit": unit, "source": by })
-    });
-    objects.collect()
+/// Returns the parameters as a table, one a line.
+pub fn table(all: &[Said]) -> Table {
+    let fields = [
+        Column::text("", "").least(10).said().of(|_: &Said| "parameter"),
+        Column::text("key", "").least(28).of(|said: &Said| said.parameter.key.clone()),
+        Column::text("value", "").least(34).of(|Said { parameter: Parameter { value, unit, .. }, .. }: &Said| {
+            Cell::new(as_json(value)).shown(format!("{value} {unit}").trim_end())
+        }),
+        Column::text("unit", "").data().of(|said: &Said| said.parameter.unit),
+        Column::text("source", "").of(|said: &Said| said.by.clone()),
+    ];
+    Table::of("parameters", all, fields).gap(1)
 }
 
 /// Returns a value as JSON.

@@ -1,24 +1,23 @@
 //! A table of a block's inputs and outputs in decimal, in units of each word's least significant bit.
 
-use std::fmt::Write as _;
-
 use hpu_cosim::excerpt;
 use hpu_cosim::replay::CUT;
 use hpu_datapath::AnyBlock;
 use hpu_signal::Signal;
+use hpu_study::page::csv_line;
 
 use crate::exit::Failure;
 
 /// A table with its columns.
 #[derive(Debug)]
-pub struct Table {
+pub struct Ticked {
     /// Names of the columns.
     pub columns: Vec<&'static str>,
     /// Values of the words.
     pub rows: Vec<Vec<i128>>,
 }
 
-impl Table {
+impl Ticked {
     /// Reads a CSV whose header names every input, in any order, and puts the columns in port order. Ignores empty
     /// lines, and lines that begin with `#`.
     pub fn read(file: &str, text: &str, inputs: &[Signal]) -> Result<Self, Failure> {
@@ -78,15 +77,7 @@ impl Table {
 
     /// Returns the table as CSV.
     pub fn to_csv(&self) -> String {
-        let mut text = self.columns.join(",") + "\n";
-        for row in &self.rows {
-            let mut comma = "";
-            for value in row {
-                write!(text, "{comma}{value}").expect("a string grows");
-                comma = ",";
-            }
-            text.push('\n');
-        }
-        text
+        let lines = self.rows.iter().map(|row| csv_line(row.iter().map(i128::to_string)));
+        csv_line(self.columns.iter().map(|name| (*name).to_string())) + &lines.collect::<String>()
     }
 }

@@ -2,21 +2,22 @@
 
 mod csv;
 
-use std::fmt::Write as _;
 use std::path::Path;
 
 use hpu_cosim::did_you_mean;
-use hpu_datapath::{AnyBlock, registry, variants};
+use hpu_datapath::{AnyBlock, Generic, registry, variants};
 use hpu_rtl::{Hdl, differs_from_the_hardware, literal};
 use hpu_signal::{Notation, Signal};
+use hpu_study::page::{Cell, Column, Page, Table};
 use serde_json::{Value, json};
 
 use crate::exit::{Exit, Failure};
 use crate::input::{read_stdin, read_text};
 use crate::notation::{Written, triple};
+use crate::page::show;
 use crate::terminal::{print, print_json};
 
-use csv::Table;
+use csv::Ticked;
 
 /// List the blocks, show the ports of one, or tick it
 #[derive(clap::Args)]
@@ -47,8 +48,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let mut block = find(name, &args.variant)?;
     match &args.inputs {
         Some(file) => tick(&mut *block, file, args.json)?,
-        None if args.json => print_json(&description(&*block))?,
-        None => print(&table(&*block, args.notation.get()))?,
+        None => show(&described(&*block, args.notation.get()), args.json)?,
     }
     Ok(Exit::Fine)
 }
@@ -79,33 +79,60 @@ pub fn labels(name: &str) -> Vec<String> {
 
 fn list(as_json: bool) -> Result<Exit, Failure> {
     let blocks = registry();
-    if as_json {
-        let all: Vec<_> = blocks.iter().map(|block| description(&**block)).collect();
-        print_json(&json!({ "blocks": all }))?;
-    } else {
-        let names = |ports: Vec<Signal>| ports.iter().map(|port| port.name).collect::<Vec<_>>().join(", ");
-        let line = |block: &dyn AnyBlock| {
-            format!("{:<22} {} -> {}\n", block.name(), names(block.inputs()), names(block.outputs()))
-        };
-        print(&blocks.iter().map(|block| line(&**block)).collect::<String>())?;
-    }
+    let names = |ports: Vec<Signal>| ports.iter().map(|port| port.name).collect::<Vec<_>>().join(", ");
+    let fields = [
+        Column::text("", "").least(22).of(|block: &Box<dyn AnyBlock>| block.name()),
+        Column::text("", "")
+            .of(|block: &Box<dyn AnyBlock>| format!("{} -> {}", names(block.inputs()), names(block.outputs()))),
+    ];
+    let all = blocks.iter().map(|block| described(&**block, Notation::Triple).json());
+    let mut page = Page::default();
+    page.data("blocks", Value::Array(all.collect())).table(Table::of("", &blocks, fields).gap(1));
+    show(&page, as_json)?;
     Ok(Exit::Fine)
 }
 
-fn table(block: &dyn AnyBlock, notation: Notation) -> String {
-    let kind = if block.clocked() { "clocked" } else { "combinational" };
-    let mut text = format!("{}, {kind}\n", block.name());
-    let ports = directed(block);
-    let width = ports.iter().map(|(_, port)| port.unit.len()).max().unwrap_or(0);
-    let formats: Vec<_> = ports.iter().map(|(_, port)| notation.of(port.format)).collect();
-    let wide = formats.iter().map(String::len).max().unwrap_or(0).max(10);
-    for ((direction, Signal { name, unit, doc, .. }), format) in ports.into_iter().zip(formats) {
-        writeln!(text, "{direction:<4} {name:<12} {format:<wide$} {unit:<width$}  {doc}").expect("a string grows");
+/// Returns the page of a block: its ports, with formats in a notation, its generics and its variants.
+fn described(block: &dyn AnyBlock, notation: Notation) -> Page {
+    let (name, kind) = (block.name(), if block.clocked() { "clocked" } else { "combinational" });
+    let ports = block.inputs().into_iter().map(|port| ("in", port));
+    let ports: Vec<_> = ports.chain(block.outputs().into_iter().map(|port| ("out", port))).collect();
+    type Port = (&'static str, Signal);
+    let notations = |(_, port): &Port| {
+        let of = |notation: Notation| notation.of(port.format);
+        json!({ "vhdl": of(Notation::Vhdl), "cpp": of(Notation::Cpp), "q": of(Notation::Q) })
+    };
+    let fields = [
+        Column::text("direction", "").of(|(direction, _): &Port| *direction),
+        Column::text("name", "port").of(|(_, port): &Port| port.name),
+        Column::text("format", "format")
+            .of(move |(_, port): &Port| Cell::new(json!(triple(port.format))).shown(notation.of(port.format))),
+        Column::text("notations", "").data().of(notations),
+        Column::text("unit", "unit").of(|(_, port): &Port| port.unit),
+        Column::text("doc", "meaning").of(|(_, port): &Port| port.doc),
+    ];
+    let mut page = Page::default();
+    page.data("name", name).data("clocked", block.clocked()).note(format!("{name}, {kind}"));
+    page.table(Table::of("ports", &ports, fields));
+    let generics = block.generics();
+    page.data("generics", json!({}));
+    if !generics.is_empty() {
+        let columns = ["", "generic", "value"].map(|head| Column::text("", head));
+        let mut table = Table::new("", columns);
+        for (name, value) in generics {
+            let set = match value {
+                Generic::Integer(value) => Value::from(value),
+                Generic::Boolean(value) => Value::from(value),
+            };
+            page.data(&format!("generics.{name}"), set);
+            table.add(["gen".into(), name.into(), literal(value).into()]);
+        }
+        page.table(table);
     }
-    for (name, value) in block.generics() {
-        writeln!(text, "{:<4} {name:<15} {}", "gen", literal(value)).expect("a string grows");
-    }
-    text + &format!("differs from the hardware: {}\nvariants: {}\n", differs(block), labels(block.name()).join(", "))
+    let (differs, variants) = (differs(block), labels(name));
+    page.note(format!("differs from the hardware: {differs}\nvariants: {}", variants.join(", ")));
+    page.data("differs_from_the_hardware", differs).data("variants", json!(variants));
+    page
 }
 
 /// Returns how the block differs from the hardware, from the header of its VHDL, which this program carries.
@@ -114,51 +141,9 @@ fn differs(block: &dyn AnyBlock) -> String {
     differs_from_the_hardware(&vhdl).expect("every header says it")
 }
 
-fn directed(block: &dyn AnyBlock) -> Vec<(&'static str, Signal)> {
-    let inputs = block.inputs().into_iter().map(|port| ("in", port));
-    inputs.chain(block.outputs().into_iter().map(|port| ("out", port))).collect()
-}
-
-fn description(block: &dyn AnyBlock) -> Value {
-    let ports = directed(block).into_iter().map(|(direction, Signal { name, format, unit, doc })| {
-        let notations = json!({
-            "vhdl": Notation::Vhdl.of(format),
-            "cpp": Notation::Cpp.of(format),
-            "q": Notation::Q.of(format),
-        });
-        json!({
-            "name": name,
-            "direction": direction,
-            "format": triple(format),
-            "notations": notations,
-            "unit": unit,
-            "doc": doc,
-        })
-    });
-    let generics: serde_json::Map<_, _> = block
-        .generics()
-        .into_iter()
-        .map(|(name, value)| {
-            let value = match value {
-                hpu_datapath::Generic::Integer(value) => json!(value),
-                hpu_datapath::Generic::Boolean(value) => json!(value),
-            };
-            (name.to_string(), value)
-        })
-        .collect();
-    json!({
-        "name": block.name(),
-        "clocked": block.clocked(),
-        "ports": ports.collect::<Vec<_>>(),
-        "generics": generics,
-        "differs_from_the_hardware": differs(block),
-        "variants": labels(block.name()),
-    })
-}
-
 fn tick(block: &mut dyn AnyBlock, file: &str, as_json: bool) -> Result<(), Failure> {
     let text = if file == "-" { read_stdin()? } else { read_text(Path::new(file))? };
-    let table = Table::read(file, &text, &block.inputs())?.tick(block);
+    let table = Ticked::read(file, &text, &block.inputs())?.tick(block);
     if as_json {
         print_json(&json!({ "block": block.name(), "columns": table.columns, "rows": table.rows }))
     } else {

@@ -3,18 +3,20 @@
 use std::path::PathBuf;
 
 use hpu_chart as chart;
-use hpu_study::accuracy::{Plan, Race, Share, Tour, front_of_shares};
+use hpu_study::accuracy::{Plan, Race, Share, Speed, Tour, front_of_shares};
 use hpu_study::map::{Axis, MapError};
-use serde_json::{Value, json};
+use hpu_study::page::{Column, Page, Table};
+use serde_json::json;
 
 use crate::chart::Args;
-use crate::chart::text::rate;
+use crate::chart::page::{named, speed};
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
 use crate::journal;
+use crate::page::show;
 use crate::scene::Source;
-use crate::terminal::{print, print_json, with_progress};
-use crate::{interrupt, pictures};
+use crate::terminal::with_progress;
+use crate::{interrupt, page, pictures};
 
 /// Runs `hpu chart --x --y`.
 pub fn run(args: &Args, source: &Source, race: Race, axes: (Axis, Axis)) -> Result<Exit, Failure> {
@@ -39,12 +41,11 @@ pub fn run(args: &Args, source: &Source, race: Race, axes: (Axis, Axis)) -> Resu
         })
     })?;
     let Some(shares) = shares else {
-        if args.json {
-            let (scene, units) = (&tour.race.written.name, tour.units());
-            print_json(&json!({ "scene": scene, "complete": false, "done": kept, "cells": units }))?;
-        } else {
-            print(&format!("interrupted after {kept} of {} cells\n", tour.units()))?;
-        }
+        let units = tour.units();
+        let mut page = Page::default();
+        page.data("scene", &tour.race.written.name).data("complete", false).data("done", kept).data("cells", units);
+        page.note(format!("interrupted after {kept} of {units} cells"));
+        show(&page, args.json)?;
         return Ok(Exit::Interrupted);
     };
     let toured = Toured { tour, shares, command: command + &args.out_option(), files: Vec::new() };
@@ -62,101 +63,45 @@ struct Toured {
 impl Toured {
     fn tell(mut self, folder: Option<Folder>, as_json: bool) -> Result<Exit, Failure> {
         if let Some(mut folder) = folder {
-            folder.write("chart.csv", self.csv())?;
+            folder.write("chart.csv", self.page().tables().next().expect("its table").csv(&[&self.command]))?;
             let name = &self.tour.race.written.name;
             pictures::put(&chart::shares(name, &self.tour.map, &self.shares, &self.command), &mut folder)?;
             self.files = folder.places().map(PathBuf::from).collect();
             folder.commit()?;
         }
-        if as_json {
-            print_json(&self.object())?
-        } else {
-            print(&self.text())?
-        }
+        show(&self.page(), as_json)?;
         Ok(Exit::Fine)
     }
 
-    fn csv(&self) -> String {
-        let front = front_of_shares(&self.shares);
-        let mut text = format!(
-            "# {}\ncontestant,family,step_s,cells,wrong,share,motion_per_wall,edges_per_s,front\n",
-            self.command
-        );
-        let number = |value: Option<f64>| value.map_or(String::new(), |value| format!("{value:e}"));
-        for (index, share) in self.shares.iter().enumerate() {
-            let Share { contestant, cells, wrong, speed } = share;
-            text += &format!(
-                "{},{},{},{cells},{wrong},{},{},{},{}\n",
-                contestant.name,
-                contestant.family,
-                number(contestant.step_s),
-                number(share.share()),
-                number(speed.map(|speed| speed.motion_per_wall())),
-                number(speed.map(|speed| speed.edges_per_s())),
-                front.contains(&index),
-            );
-        }
-        text
-    }
-
-    fn text(&self) -> String {
+    /// Returns the page, whose table is that of chart.csv.
+    fn page(&self) -> Page {
         let Self { tour, shares, command, files } = self;
-        let mut text =
-            format!("$ {command}\n\n{} cells, the verdict of each against the scene as written\n\n", tour.map.layer());
-        text += &format!(
-            "  {:<30} {:>11} {:>10}  {:>8} {:>8}\n",
-            "contestant", "motion/wall", "edges/s", "wrong", "of cells"
-        );
         let front = front_of_shares(shares);
-        for (index, Share { contestant, cells, wrong, speed }) in shares.iter().enumerate() {
-            let mark = if front.contains(&index) { '*' } else { ' ' };
-            let told =
-                |of: fn(hpu_study::accuracy::Speed) -> f64| speed.map_or("-".to_string(), |speed| rate(of(speed)));
-            text += &format!(
-                "{mark} {:<30} {:>11} {:>10}  {wrong:>8} {cells:>8}\n",
-                contestant.name,
-                told(|speed| speed.motion_per_wall()),
-                told(|speed| speed.edges_per_s()),
-            );
-        }
-        text += "\n* beaten by none in both speed, at the middle cell, and share of wrong verdicts\n";
+        let in_front = |(index, _): &(usize, &Share)| front.contains(index);
+        let mut fields = Vec::from(named(|(_, share): &(usize, &Share)| &share.contestant, in_front));
+        fields.extend([
+            Column::integer("cells", "cells").of(|(_, share): &(usize, &Share)| share.cells),
+            Column::integer("wrong", "wrong").of(|(_, share): &(usize, &Share)| share.wrong),
+            Column::number("share", "").data().of(|(_, share): &(usize, &Share)| share.share()),
+            Column::number("motion_per_wall", "motion/wall")
+                .of(|(_, share): &(usize, &Share)| speed(share.speed.map(Speed::motion_per_wall))),
+            Column::number("edges_per_s", "edges/s")
+                .of(|(_, share): &(usize, &Share)| speed(share.speed.map(Speed::edges_per_s))),
+            Column::flag("front", "").data().of(in_front),
+        ]);
+        let mut page = Page::default();
+        page.note(format!("$ {command}"));
+        page.note("").note(format!("{} cells, the verdict of each against the scene as written", tour.map.layer()));
+        page.note("").table(Table::of("contestants", shares.iter().enumerate(), fields));
+        page.note("\n* beaten by none in both speed, at the middle cell, and share of wrong verdicts");
         for (contestant, why) in &tour.refused {
-            text += &format!("not of this scene: {why}\n")
-                .replace(&format!("method {}", contestant.name), &contestant.name);
+            let why = why.replace(&format!("method {}", contestant.name), &contestant.name);
+            page.note(format!("not of this scene: {why}"));
         }
-        text + &files.iter().map(|file| format!("file       {}\n", file.display())).collect::<String>()
-    }
-
-    fn object(&self) -> Value {
-        let Self { tour, shares, command, files } = self;
-        let front = front_of_shares(shares);
-        let rows: Vec<Value> = shares
-            .iter()
-            .enumerate()
-            .map(|(index, share)| {
-                json!({
-                    "name": share.contestant.name,
-                    "family": share.contestant.family,
-                    "step_s": share.contestant.step_s,
-                    "cells": share.cells,
-                    "wrong": share.wrong,
-                    "share": share.share(),
-                    "motion_per_wall": share.speed.map(|speed| speed.motion_per_wall()),
-                    "edges_per_s": share.speed.map(|speed| speed.edges_per_s()),
-                    "front": front.contains(&index),
-                })
-            })
-            .collect();
-        let refused: Vec<Value> =
-            tour.refused.iter().map(|(who, why)| json!({ "name": who.name, "reason": why })).collect();
-        json!({
-            "scene": tour.race.written.name,
-            "command": command,
-            "complete": true,
-            "cells": tour.map.layer(),
-            "contestants": rows,
-            "refused": refused,
-            "files": files,
-        })
+        let refused = tour.refused.iter().map(|(who, why)| json!({ "name": who.name, "reason": why }));
+        page.data("scene", &tour.race.written.name).data("command", command).data("complete", true);
+        page.data("cells", tour.map.layer()).data("refused", json!(refused.collect::<Vec<_>>()));
+        page::files(&mut page, files);
+        page
     }
 }

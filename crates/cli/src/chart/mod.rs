@@ -1,19 +1,20 @@
 //! `hpu chart`: speed against accuracy.
 
 mod map;
-mod text;
+mod page;
 
 use std::path::PathBuf;
 
 use hpu_chart as chart;
-use hpu_study::accuracy::{self, Chart, Entry, Plan, Race, RaceError};
+use hpu_study::accuracy::{Chart, Entry, Plan, Race, RaceError};
 use hpu_study::map::Axis;
 
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
 use crate::jobs::Jobs;
+use crate::page::show;
 use crate::scene::{self, Source, quoted, set_options};
-use crate::terminal::{print, print_json, with_progress};
+use crate::terminal::with_progress;
 use crate::{interrupt, pictures};
 
 /// Chart speed against accuracy for every way to run a scene
@@ -100,9 +101,7 @@ impl Charted {
     }
 
     fn write(&mut self, mut folder: Folder) -> Result<(), Failure> {
-        let outputs = accuracy::outputs_of(&self.race.written);
-        let table = accuracy::csv(&self.chart, outputs, &self.command, |entry| self.replay(entry));
-        folder.write("chart.csv", table)?;
+        folder.write("chart.csv", page::page(self).tables().next().expect("its table").csv(&[&self.command]))?;
         pictures::put(&chart::speed(&self.race.written.name, &self.chart, &self.command), &mut folder)?;
         self.files = folder.places().map(PathBuf::from).collect();
         folder.commit()
@@ -121,17 +120,14 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let plan = Plan::usual(args.jobs.get());
     let chart = with_progress(race.work(plan), "", control, || race.run(plan, control));
     let Some(chart) = chart.map_err(Failure::usage)? else {
-        return text::interrupted(&race, args.json);
+        show(&page::interrupted(&race), args.json)?;
+        return Ok(Exit::Interrupted);
     };
     let command = args.command() + &args.out_option();
     let mut charted = Charted { race, chart, command, scene: args.scene.clone(), files: Vec::new() };
     if let Some(folder) = folder {
         charted.write(folder)?;
     }
-    if args.json {
-        print_json(&text::object(&charted))?
-    } else {
-        print(&text::text(&charted))?
-    }
+    show(&page::page(&charted), args.json)?;
     Ok(Exit::Fine)
 }

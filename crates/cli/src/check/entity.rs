@@ -7,7 +7,7 @@ use hpu_datapath::Generic;
 use hpu_rtl::CheckReport;
 use hpu_rtl::entity::{Entity, EntityError, Link};
 
-use crate::check::{Args, Shown, header};
+use crate::check::{Args, Shown, fields};
 use crate::exit::{Exit, Failure};
 use crate::input::read_plain;
 use crate::interrupt;
@@ -167,7 +167,7 @@ pub fn checked(args: &Args, shown: &mut Shown) -> Result<(CheckReport, String), 
                     entity.top
                 ));
             }
-            shown.line(&header("entity", &format!("as {block}")))?;
+            shown.begin(fields("entity", &format!("as {block}")))?;
         }
         shown.row(&compared.row)?;
         engine = compared.engine;

@@ -8,6 +8,7 @@ use std::path::PathBuf;
 use hpu_cosim::scene::{Experiment, shipped};
 use hpu_datapath::registry;
 use hpu_rtl::{Check, CheckOptions, CheckReport, CheckRow, Contact, GhdlError, Late, comparison_edges, junit};
+use hpu_study::page::{Cell, Column, Field, Table};
 use serde_json::{Value, json};
 
 use crate::block::{find, known};
@@ -118,7 +119,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         ..CheckOptions::new(&setup)
     };
 
-    let mut shown = Shown { quiet: args.json, text: String::new(), folder };
+    let mut shown = Shown { quiet: args.json, text: String::new(), fields: Vec::new(), folder };
     let report = match checked(&options, &mut shown) {
         Err(failure) if interrupt::pressed() || failure.exit() == Exit::Interrupted => return Ok(Exit::Interrupted),
         report => report?,
@@ -133,7 +134,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
 fn theirs(args: &Args) -> Result<Exit, Failure> {
     let folder = args.out.as_deref().map(Folder::open).transpose()?;
     let junit_file = args.junit.as_deref().map(Single::open).transpose()?;
-    let mut shown = Shown { quiet: args.json, text: String::new(), folder };
+    let mut shown = Shown { quiet: args.json, text: String::new(), fields: Vec::new(), folder };
     let (report, engine) = match entity::checked(args, &mut shown) {
         Err(failure) if interrupt::pressed() || failure.exit() == Exit::Interrupted => return Ok(Exit::Interrupted),
         compared => compared?,
@@ -154,6 +155,7 @@ fn checked(options: &CheckOptions, shown: &mut Shown) -> Result<CheckReport, Fai
         Err(error @ GhdlError::Failed { .. }) => {
             // All VHDL is analysed together, so an error of the analysis is shown once.
             let row = unfinished(options, &error);
+            shown.begin(fields("block", "variant"))?;
             shown.row(&row)?;
             return Ok(CheckReport { rows: vec![row], loops: Vec::new() });
         }
@@ -172,10 +174,10 @@ fn checked(options: &CheckOptions, shown: &mut Shown) -> Result<CheckReport, Fai
     with_progress(check.work_ms(), "ms of GHDL", control, || {
         check.run(control, |row| {
             if told == 0 && blocks > 0 {
-                shown.line(&header("block", "variant"))?;
+                shown.begin(fields("block", "variant"))?;
             }
             if told == blocks {
-                shown.line(&loops_header())?;
+                shown.begin(loops())?;
             }
             told += 1;
             shown.row(row)
@@ -224,6 +226,7 @@ fn unfinished(options: &CheckOptions, error: &GhdlError) -> CheckRow {
 pub struct Shown {
     quiet: bool,
     text: String,
+    fields: Vec<Field<'static, CheckRow>>,
     /// The folder for the waveforms of mismatches.
     folder: Option<Folder>,
 }
@@ -253,43 +256,103 @@ impl Shown {
         Ok(Exit::when(report.ok()))
     }
 
-    pub fn line(&mut self, line: &str) -> Result<(), Failure> {
+    fn line(&mut self, line: &str) -> Result<(), Failure> {
         self.text += line;
         if self.quiet { Ok(()) } else { print(line) }
     }
 
+    /// Begins a table with these columns.
+    pub fn begin(&mut self, fields: Vec<Field<'static, CheckRow>>) -> Result<(), Failure> {
+        self.fields = fields;
+        let head = self.table().head();
+        self.line(&head)
+    }
+
+    fn table(&self) -> Table {
+        Table::new("", self.fields.iter().map(|field| field.column.clone())).gap(1)
+    }
+
     pub fn row(&mut self, row: &CheckRow) -> Result<(), Failure> {
-        let CheckRow { block, variant, vectors, edges, mismatches, seconds, .. } = row;
-        let (first, remark) = match row.contact {
-            None => (*vectors, String::new()),
-            Some(Contact { late: Late { reached: None, .. }, edges }) => (edges, "  wall not reached".to_string()),
-            Some(Contact { late: Late { from_edge: 0, .. }, edges }) => (edges, String::new()),
-            Some(Contact { late: Late { from_edge, .. }, edges }) => (edges, format!("  from edge {from_edge}")),
-        };
-        let line = format!("{block:<22} {variant:<30} {first:>10} {edges:>10} {mismatches:>10} {seconds:>8.2}{remark}");
-        self.text += &(line.clone() + "\n");
+        let mut table = self.table();
+        table.add(self.fields.iter().map(|field| field.cell(row)));
         let mut detail = String::new();
         if let Some(first) = &row.first {
+            let name = format!("{}-{}", row.block, row.variant);
             detail += &first.to_string();
-            detail += &waveform(&first.around, first.row, &format!("{block}-{variant}"), self.folder.as_mut())?;
+            detail += &waveform(&first.around, first.row, &name, self.folder.as_mut())?;
         }
         if let Some(failure) = &row.failure {
             detail += &format!("  {}\n", failure.trim_end().replace('\n', "\n  "));
         }
-        self.text += &detail;
-        let line = if row.ok() { line } else { verdict(&line, false) };
-        if self.quiet { Ok(()) } else { print(&format!("{line}\n{detail}")) }
+        let plain = table.last(&|text, _| text.to_string());
+        self.text += &(plain + &detail);
+        if self.quiet { Ok(()) } else { print(&(table.last(&verdict) + &detail)) }
     }
 }
 
-pub fn header(what: &str, which: &str) -> String {
-    format!("{what:<22} {which:<30} {:>10} {:>10} {:>10} {:>8}\n", "vectors", "edges", "mismatches", "s")
+/// Returns the columns of the rows of blocks.
+pub fn fields(what: &str, which: &str) -> Vec<Field<'static, CheckRow>> {
+    let mut fields = vec![
+        Column::text("", what).least(22).said().of(|row: &CheckRow| row.block.clone()),
+        Column::text("name", which).least(30).of(|row: &CheckRow| row.variant.clone()),
+        Column::integer("vectors", "vectors").least(10).of(|row: &CheckRow| row.vectors),
+    ];
+    fields.extend(figures());
+    fields
 }
 
-/// Returns the header of the table of loops. The vectors of a loop are its edges, so that column has the number of
-/// edges in contact.
-fn loops_header() -> String {
-    header("loop", "scene").replace("   vectors", "in contact")
+/// Returns the columns of the rows of loops. The vectors of a loop are its edges; text has the number of edges in
+/// contact in their place.
+fn loops() -> Vec<Field<'static, CheckRow>> {
+    let contact = |row: &CheckRow| row.contact.as_ref().map_or(Cell::absent(), |contact| contact.edges.into());
+    let from = |row: &CheckRow| row.contact.as_ref().map_or(Cell::absent(), |contact| contact.late.from_edge.into());
+    let reached = |row: &CheckRow| row.contact.as_ref().map_or(Cell::absent(), |contact| contact.late.reached.into());
+    let remark = |row: &CheckRow| match &row.contact {
+        Some(Contact { late: Late { reached: None, .. }, .. }) => " wall not reached".to_string(),
+        Some(Contact { late: Late { from_edge: from @ 1.., .. }, .. }) => format!(" from edge {from}"),
+        _ => String::new(),
+    };
+    let mut fields = vec![
+        Column::text("wiring", "loop").least(22).of(|row: &CheckRow| row.block.clone()),
+        Column::text("scene", "scene").least(30).of(|row: &CheckRow| row.variant.clone()),
+        Column::integer("vectors", "").data().of(|row: &CheckRow| row.vectors),
+        Column::integer("contact_edges", "in contact").least(10).of(contact),
+        Column::integer("from_edge", "").data().of(from),
+        Column::integer("wall_reached_at_edge", "").data().of(reached),
+    ];
+    fields.extend(figures());
+    fields.push(Column::text("", "").said().of(remark));
+    fields
+}
+
+/// Returns the columns that blocks and loops have alike.
+fn figures() -> [Field<'static, CheckRow>; 6] {
+    let first = |row: &CheckRow| {
+        row.first.as_ref().map(|first| {
+            let (columns, history) = first.around.table(first.row);
+            json!({
+                "row": first.row,
+                "signal": first.signal,
+                "expected": first.expected,
+                "got": first.got,
+                "columns": columns,
+                "history": history,
+            })
+        })
+    };
+    [
+        Column::flag("ok", "").data().of(CheckRow::ok),
+        Column::integer("edges", "edges").least(10).of(|row: &CheckRow| row.edges),
+        Column::integer("mismatches", "mismatches").least(10).of(|row: &CheckRow| {
+            let cell = Cell::new(row.mismatches);
+            if row.ok() { cell } else { cell.good(false) }
+        }),
+        Column::number("seconds", "s")
+            .least(8)
+            .of(|row: &CheckRow| Cell::new(row.seconds).shown(format!("{:.2}", row.seconds))),
+        Column::text("first", "").data().of(first),
+        Column::text("failure", "").data().of(|row: &CheckRow| row.failure.clone()),
+    ]
 }
 
 fn total(report: &CheckReport, of: &str) -> String {
@@ -322,47 +385,13 @@ fn object(report: &CheckReport, hdl: &impl ToString) -> Value {
             "vectors": sum(|row| row.vectors),
             "edges": sum(|row| row.edges),
             "mismatches": sum(|row| row.mismatches),
-            "variants": rows.iter().map(|row| detail(row, "name", &row.variant)).collect::<Vec<_>>(),
+            "variants": Table::of("", rows, fields("", "")).json(),
         })
-    });
-    let loops = report.loops.iter().map(|row| {
-        let mut value = detail(row, "scene", &row.variant);
-        value["wiring"] = json!(row.block);
-        if let Some(Contact { late, edges }) = row.contact {
-            value["contact_edges"] = json!(edges);
-            value["from_edge"] = json!(late.from_edge);
-            value["wall_reached_at_edge"] = json!(late.reached);
-        }
-        value
     });
     json!({
         "ok": report.ok(),
         "hdl": hdl.to_string(),
         "blocks": blocks.collect::<Vec<_>>(),
-        "loops": loops.collect::<Vec<_>>(),
-    })
-}
-
-fn detail(row: &CheckRow, key: &str, name: &str) -> Value {
-    let first = row.first.as_ref().map(|first| {
-        let (columns, history) = first.around.table(first.row);
-        json!({
-            "row": first.row,
-            "signal": first.signal,
-            "expected": first.expected,
-            "got": first.got,
-            "columns": columns,
-            "history": history,
-        })
-    });
-    json!({
-        key: name,
-        "ok": row.ok(),
-        "vectors": row.vectors,
-        "edges": row.edges,
-        "mismatches": row.mismatches,
-        "seconds": row.seconds,
-        "first": first,
-        "failure": row.failure,
+        "loops": Table::of("", &report.loops, loops()).json(),
     })
 }

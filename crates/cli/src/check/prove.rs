@@ -10,6 +10,7 @@ use hpu_cosim::{Ready, Wired};
 use hpu_datapath::{AnyBlock, Generic, Instance, configured, variants};
 use hpu_rtl::Around;
 use hpu_rtl::formal::{Part, ProofError, Proofs, Prover, Verdict};
+use hpu_study::page::{Cell, Column, Field, Table};
 use serde_json::{Value, json};
 
 use crate::block::find;
@@ -153,7 +154,8 @@ fn tabled(
                     return Err(entity::failure(error));
                 }
                 if rows.is_empty() && !args.json {
-                    print(&format!("{:<22} {:<30} {:>8}  for all inputs and states\n", "block", "variant", "s"))?;
+                    let head = Table::of("", &[] as &[Row], fields()).gap(1).head();
+                    print(&format!("{}  for all inputs and states\n", head.trim_end()))?;
                 }
                 control.progress.fetch_add(1, Ordering::Relaxed);
                 let shown = shown(&row, folder.as_mut())?;
@@ -206,7 +208,7 @@ fn tabled(
         "refuted": refuted,
         "wirings": { "count": wirings, "equal": wired, "proved": whole },
         "remembered": remembered(),
-        "rows": rows.iter().map(object).collect::<Vec<_>>(),
+        "rows": Table::of("", &rows, fields()).json(),
     });
     if let Some(mut folder) = folder {
         folder.write("formal.json", format!("{json:#}\n"))?;
@@ -274,8 +276,9 @@ fn failure(error: ProofError) -> Failure {
 
 /// Returns the line of a row, and the counterexample if the row is refuted.
 fn shown(row: &Row, folder: Option<&mut Folder>) -> Result<String, Failure> {
-    let Row { block, variant, found, seconds, .. } = row;
-    let line = |said: &str| format!("{block:<22} {variant:<30} {seconds:>8.2}  {said}");
+    let Row { block, variant, found, .. } = row;
+    let figures = Table::of("", [row], fields()).gap(1).last(&|text, _| text.to_string());
+    let line = |said: &str| format!("{}  {said}", figures.trim_end());
     match found.as_ref().map(refuted) {
         Ok(Some(Refuted::Words(about, around))) => {
             let mut text = verdict(&line(&format!("refuted, by {about}:")), false) + "\n";
@@ -312,29 +315,28 @@ fn told(found: &Verdict) -> (&'static str, Value) {
     }
 }
 
-fn object(row: &Row) -> Value {
-    let Row { block, variant, found, seconds, .. } = row;
-    let (said, why) = match found {
-        Ok(found) => told(found),
-        Err(error) => ("open", json!(error.to_string())),
-    };
-    let solvers = match found {
+/// Returns the columns of the rows; text has the verdict in a sentence behind them.
+fn fields() -> [Field<'static, Row>; 7] {
+    let said = |row: &Row| row.found.as_ref().map_or_else(|error| ("open", json!(error.to_string())), told);
+    let solvers = |row: &Row| match &row.found {
         Ok(Verdict::Proved(solvers)) => json!(solvers),
         _ => Value::Null,
     };
-    let parts = match found {
+    let parts = |row: &Row| match &row.found {
         Ok(Verdict::Wired(parts)) => parts.iter().map(part).collect(),
         _ => Value::Null,
     };
-    json!({
-        "block": block,
-        "variant": variant,
-        "verdict": said,
-        "why": why,
-        "solvers": solvers,
-        "parts": parts,
-        "seconds": seconds,
-    })
+    [
+        Column::text("block", "block").least(22).of(|row: &Row| row.block.clone()),
+        Column::text("variant", "variant").least(30).of(|row: &Row| row.variant.clone()),
+        Column::number("seconds", "s")
+            .least(8)
+            .of(|row: &Row| Cell::new(row.seconds).shown(format!("{:.2}", row.seconds))),
+        Column::text("verdict", "").data().of(move |row: &Row| said(row).0),
+        Column::text("why", "").data().of(move |row: &Row| said(row).1),
+        Column::text("solvers", "").data().of(solvers),
+        Column::text("parts", "").data().of(parts),
+    ]
 }
 
 fn part(Part { place, block, generics, verdict }: &Part) -> Value {

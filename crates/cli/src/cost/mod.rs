@@ -4,7 +4,9 @@ use std::path::PathBuf;
 use std::sync::Mutex;
 
 use hpu_cosim::scene::{DutScene, Experiment};
+use hpu_rtl::dut::DutCost;
 use hpu_rtl::{Cost, CostError, Counts, HX8K_BRAM, HX8K_CELLS, Placed};
+use hpu_study::page::{Cell, Column, Field, Page, Table};
 use hpu_study::units;
 use serde_json::{Value, json};
 
@@ -13,6 +15,7 @@ use crate::cache::{Remember, or_reason};
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
 use crate::jobs::Jobs;
+use crate::page::show;
 use crate::scene::{self, Loaded};
 use crate::terminal::{print, print_json, verdict, with_progress};
 use crate::{hdl, interrupt, widths_price};
@@ -97,59 +100,58 @@ fn of_design(args: &Args, scene: &DutScene, folder: Option<Folder>) -> Result<Ex
     let control = interrupt::heed();
     let cost = with_progress(1, "designs placed", control, || simulators.cost(scene));
     let cost = cost.map_err(|error| Failure::from(hpu_cosim::dut::Fault::from(error)))?;
+    let page = design(scene, &cost);
+    write(folder, &page.json(), &page.text())?;
+    show(&page, args.json)?;
+    Ok(Exit::Fine)
+}
+
+/// Returns the page of a design's cost.
+fn design(scene: &DutScene, cost: &DutCost) -> Page {
     let (target, Counts { lut4, ff, carry, bram, dsp }) =
         cost.ecp5.map_or(("ice40-hx8k", cost.ice40), |ecp5| ("ecp5", ecp5));
     let fits = cost.ecp5.is_none();
-    let mut text = header(&scene.dut.top, true).replace("  fmax MHz", "");
-    let shown_dsp = if fits { "-".to_string() } else { dsp.to_string() };
-    text += &format!(
-        "{:<30} {target:<12} {lut4:>6} {ff:>6} {carry:>6} {bram:>5} {shown_dsp:>4} {:>6}\n",
-        scene.name, cost.cells
+    let dsp = (!fits).then_some(dsp);
+    let heads = ["lut4", "ff", "carry", "bram", "dsp", "cells"].map(|head| Column::integer("", head));
+    let columns = [Column::text("", &scene.dut.top), Column::text("", "target")].into_iter().chain(heads);
+    let mut row = Table::new("", columns);
+    let [name, target_cell] = [scene.name.as_str(), target].map(Cell::new);
+    row.add(
+        [name, target_cell]
+            .into_iter()
+            .chain([lut4, ff, carry, bram].map(Cell::new))
+            .chain([dsp.into(), cost.cells.into()]),
     );
+    let mut page = Page::default();
+    page.table(row);
+    page.data("scene", &scene.name).data("top", &scene.dut.top).data("target", target).data("lut4", lut4);
+    page.data("ff", ff).data("carry", carry).data("bram", bram).data("dsp", dsp).data("cells", cost.cells);
+    page.data("fits", fits).data("hx8k", hx8k(cost.cells, cost.ice40.bram));
     if !fits {
-        text += &format!(
-            "  does not fit hx8k: needs {} of {HX8K_CELLS} logic cells, {} of {HX8K_BRAM} block RAMs\n",
-            cost.cells, cost.ice40.bram
-        );
+        page.note(format!("  {}", too_large(cost.cells, cost.ice40.bram)));
     }
-    let mut clocks = Vec::new();
     for (index, clock) in scene.dut.clocks.iter().enumerate() {
         let asked_mhz = scene.clock.frequency_hz() as f64 / f64::from(clock.divide) / 1e6;
         let fmax_mhz = cost.fmax_mhz(index);
         let placed = &cost.clocks[index].1;
-        let each: Vec<_> = placed.iter().map(|mhz| mhz.map_or("-".to_string(), |mhz| format!("{mhz:.2}"))).collect();
-        text += &match fmax_mhz {
-            Some(mhz) => format!(
-                "clock {}: {mhz:.2} MHz, the median of {}; {asked_mhz} MHz are asked: {}\n",
-                clock.port,
-                each.join(", "),
-                if mhz >= asked_mhz { "it is in time" } else { "it is too slow" }
-            ),
-            None if fits => format!("clock {}: no way from register to register was placed\n", clock.port),
-            None => String::new(),
-        };
-        clocks.push(json!({
-            "port": clock.port,
-            "fmax_mhz": fmax_mhz,
-            "placed_mhz": placed,
-            "asked_mhz": asked_mhz,
-            "in_time": fmax_mhz.map(|mhz| mhz >= asked_mhz),
-        }));
+        let mut of_clock = Page::default();
+        if let Some(mhz) = fmax_mhz {
+            let each = placed.iter().map(|mhz| mhz.map_or("-".to_string(), |mhz| format!("{mhz:.2}")));
+            let each = each.collect::<Vec<_>>().join(", ");
+            let said = if mhz >= asked_mhz { "it is in time" } else { "it is too slow" };
+            of_clock.note(format!(
+                "clock {}: {mhz:.2} MHz, the median of {each}; {asked_mhz} MHz are asked: {said}",
+                clock.port
+            ));
+        } else if fits {
+            of_clock.note(format!("clock {}: no way from register to register was placed", clock.port));
+        }
+        of_clock.data("port", &clock.port).data("fmax_mhz", fmax_mhz).data("placed_mhz", json!(placed));
+        of_clock.data("asked_mhz", asked_mhz).data("in_time", fmax_mhz.map(|mhz| mhz >= asked_mhz));
+        page.section("clocks", of_clock);
     }
-    text += &format!("each port on a pin, constants too; by {}\n", cost.tools);
-    let json = json!({
-        "scene": scene.name, "top": scene.dut.top, "target": target, "lut4": lut4, "ff": ff, "carry": carry, "bram": bram,
-        "dsp": (!fits).then_some(dsp), "cells": cost.cells, "fits": fits,
-        "hx8k": { "cells": [cost.cells, HX8K_CELLS], "bram": [cost.ice40.bram, HX8K_BRAM] },
-        "clocks": clocks, "tools": cost.tools,
-    });
-    write(folder, &json, &text)?;
-    if args.json {
-        print_json(&json)?
-    } else {
-        print(&text)?
-    }
-    Ok(Exit::Fine)
+    page.data("tools", &cost.tools).note(format!("each port on a pin, constants too; by {}", cost.tools));
+    page
 }
 
 fn of_block(args: &Args, name: &str) -> Result<Exit, Failure> {
@@ -166,11 +168,11 @@ fn of_block(args: &Args, name: &str) -> Result<Exit, Failure> {
     let control = interrupt::heed();
     let setup = args.hdl.setup();
     let clocked = blocks.iter().all(|block| block.clocked());
-    let mut text = header(name, clocked);
-    let mut rows = Vec::new();
+    let fields = fields(name, clocked);
+    let mut rows = Table::new("variants", fields.iter().map(|field| field.column.clone())).gap(1);
     let mut good = true;
     if !args.json {
-        print(&text)?;
+        print(&rows.head())?;
     }
     // A row is printed as soon as it and all rows before it are complete.
     let found: Vec<Mutex<Option<Result<Cost, CostError>>>> = variants.iter().map(|_| Mutex::new(None)).collect();
@@ -184,17 +186,15 @@ fn of_block(args: &Args, name: &str) -> Result<Exit, Failure> {
     };
     units::run_some(&all, args.jobs.get(), control, unit, |_, done| {
         done.map_err(Failure::file)?;
-        while let Some(variant) = variants.get(rows.len())
-            && let Some(cost) = found[rows.len()].lock().expect("nobody panics with it").take()
+        while let Some(variant) = variants.get(rows.rows().len())
+            && let Some(cost) = found[rows.rows().len()].lock().expect("nobody panics with it").take()
         {
-            let cost = or_reason(cost)?;
-            let line = row(variant, clocked, &cost);
+            let row = (variant.clone(), or_reason(cost)?);
+            good &= row.1.is_ok();
+            rows.add(fields.iter().map(|field| field.cell(&row)));
             if !args.json {
-                print(&if cost.is_ok() { line.clone() } else { verdict(&line, false) })?;
+                print(&rows.last(&verdict))?;
             }
-            good &= cost.is_ok();
-            text += &line;
-            rows.push(object(variant, clocked, &cost));
         }
         Ok::<(), Failure>(())
     })?;
@@ -202,20 +202,13 @@ fn of_block(args: &Args, name: &str) -> Result<Exit, Failure> {
         return Ok(Exit::Interrupted);
     }
 
-    let json = json!({ "block": name, "hdl": setup.hdl.to_string(), "variants": rows });
-    write(folder, &json, &text)?;
+    let mut page = Page::default();
+    page.data("block", name).data("hdl", setup.hdl.to_string()).table(rows);
+    write(folder, &page.json(), &page.text())?;
     if args.json {
-        print_json(&json)?;
+        print_json(&page.json())?;
     }
     Ok(if good { Exit::Fine } else { Exit::BadFile })
-}
-
-fn header(name: &str, clocked: bool) -> String {
-    let speed = if clocked { "fmax MHz" } else { "path ns" };
-    format!(
-        "{name:<30} {:<12} {:>6} {:>6} {:>6} {:>5} {:>4} {:>6} {speed:>9}\n",
-        "target", "lut4", "ff", "carry", "bram", "dsp", "cells"
-    )
 }
 
 /// Returns the primitives of the HX8K with the name of that FPGA; for a block that is too large, those of the ECP5.
@@ -230,27 +223,6 @@ pub fn speed(clocked: bool, cost: &Cost) -> Option<f64> {
     speed.map(|speed| (speed * 100.0).round() / 100.0)
 }
 
-fn row(variant: &str, clocked: bool, cost: &Result<Cost, String>) -> String {
-    let cost = match cost {
-        Ok(cost) => cost,
-        Err(failure) => return format!("{variant:<30} {}\n", failure.trim_end().replace('\n', "\n  ")),
-    };
-    let (target, Counts { lut4, ff, carry, bram, dsp }) = target(cost);
-    let dsp = if cost.fits() { "-".to_string() } else { dsp.to_string() };
-    let speed = speed(clocked, cost).map_or("-".to_string(), |speed| format!("{speed:.2}"));
-    let line = format!(
-        "{variant:<30} {target:<12} {lut4:>6} {ff:>6} {carry:>6} {bram:>5} {dsp:>4} {:>6} {speed:>9}\n",
-        cost.cells
-    );
-    if cost.fits() {
-        return line;
-    }
-    line + &format!(
-        "  does not fit hx8k: needs {} of {HX8K_CELLS} logic cells, {} of {HX8K_BRAM} block RAMs\n",
-        cost.cells, cost.ice40.bram
-    )
-}
-
 /// Returns the clocks of all placements in megahertz; `None` where there was no room or no path.
 pub fn placed(cost: &Cost) -> Vec<Option<f64>> {
     let mhz = |placed: &Placed| match placed {
@@ -260,28 +232,58 @@ pub fn placed(cost: &Cost) -> Vec<Option<f64>> {
     cost.placed.iter().flatten().map(mhz).collect()
 }
 
+/// A variant's name, and its cost or the reason why it has none.
+type Row = (String, Result<Cost, String>);
+
+/// Returns the columns of a block's variants.
+fn fields(name: &str, clocked: bool) -> Vec<Field<'static, Row>> {
+    // A variant that failed has no figures.
+    fn of(column: Column, cell: impl Fn(&Cost) -> Cell + 'static) -> Field<'static, Row> {
+        column.of(move |(_, cost): &Row| cost.as_ref().map_or(Cell::absent(), &cell))
+    }
+    let count = |key: &str, least, count: fn(Counts) -> u64| {
+        of(Column::integer(key, key).least(least), move |cost| count(target(cost).1).into())
+    };
+    let dsp = |cost: &Cost| (!cost.fits()).then_some(target(cost).1.dsp).into();
+    let in_text = if clocked { "fmax MHz" } else { "path ns" };
+    let speed_if = move |asked: bool| move |cost: &Cost| speed(clocked, cost).filter(|_| asked).into();
+    let remark = |(_, cost): &Row| match cost {
+        Err(failure) => Cell::from(format!("\n  {}", failure.trim_end().replace('\n', "\n  "))).good(false),
+        Ok(cost) if !cost.fits() => format!("\n  {}", too_large(cost.cells, cost.ice40.bram)).into(),
+        Ok(_) => Cell::absent(),
+    };
+    vec![
+        Column::text("name", name).least(30).of(|(name, _): &Row| name.clone()),
+        of(Column::text("target", "target").least(12), |cost| target(cost).0.into()),
+        count("lut4", 6, |counts| counts.lut4),
+        count("ff", 6, |counts| counts.ff),
+        count("carry", 6, |counts| counts.carry),
+        count("bram", 5, |counts| counts.bram),
+        of(Column::integer("dsp", "dsp").least(4), dsp),
+        of(Column::integer("cells", "cells").least(6), |cost| cost.cells.into()),
+        of(Column::flag("fits", "").data(), |cost| cost.fits().into()),
+        of(Column::text("hx8k", "").data(), |cost| hx8k(cost.cells, cost.ice40.bram).into()),
+        of(Column::number("", in_text).said().least(9), move |cost| {
+            speed(clocked, cost).map_or(Cell::new("-"), |speed| format!("{speed:.2}").into())
+        }),
+        of(Column::number("fmax_mhz", "").data(), speed_if(clocked)),
+        of(Column::number("path_ns", "").data(), speed_if(!clocked)),
+        of(Column::text("placed_mhz", "").data(), |cost| json!(placed(cost)).into()),
+        Column::text("failure", "").data().of(|(_, cost): &Row| cost.as_ref().err().cloned()),
+        Column::text("", "").said().of(remark),
+    ]
+}
+
+fn hx8k(cells: u64, bram: u64) -> Value {
+    json!({ "cells": [cells, HX8K_CELLS], "bram": [bram, HX8K_BRAM] })
+}
+
+fn too_large(cells: u64, bram: u64) -> String {
+    format!("does not fit hx8k: needs {cells} of {HX8K_CELLS} logic cells, {bram} of {HX8K_BRAM} block RAMs")
+}
+
 /// Returns a variant as JSON.
 pub fn object(variant: &str, clocked: bool, cost: &Result<Cost, String>) -> Value {
-    let cost = match cost {
-        Ok(cost) => cost,
-        Err(failure) => return json!({ "name": variant, "failure": failure }),
-    };
-    let (target, Counts { lut4, ff, carry, bram, dsp }) = target(cost);
-    let speed = speed(clocked, cost);
-    json!({
-        "name": variant,
-        "target": target,
-        "lut4": lut4,
-        "ff": ff,
-        "carry": carry,
-        "bram": bram,
-        "dsp": (!cost.fits()).then_some(dsp),
-        "cells": cost.cells,
-        "fits": cost.fits(),
-        "hx8k": { "cells": [cost.cells, HX8K_CELLS], "bram": [cost.ice40.bram, HX8K_BRAM] },
-        "fmax_mhz": if clocked { speed } else { None },
-        "path_ns": if clocked { None } else { speed },
-        "placed_mhz": placed(cost),
-        "failure": null,
-    })
+    let row = [(variant.to_string(), cost.clone())];
+    Table::of("", &row, fields("", clocked)).json()[0].take()
 }

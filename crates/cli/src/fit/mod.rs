@@ -4,12 +4,14 @@ use hpu_cosim::Control;
 use hpu_cosim::scene::{Experiment, Hand, Output, shipped};
 use hpu_study::fit::{Fit, FitError, fit, percent};
 use hpu_study::map::SceneText;
+use hpu_study::page::{Column, Field, Page, Table};
 use serde_json::{Value, json};
 
 use crate::exit::{Exit, Failure};
+use crate::page::show;
 use crate::parameters::{missed_object, stiffness_miss, stiffness_missed};
 use crate::scene::{self, Source, set_options};
-use crate::terminal::{print, print_json};
+use crate::terminal::{print, print_json, verdict};
 use crate::units::si;
 use crate::{interrupt, progress};
 
@@ -58,25 +60,25 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let Some(found) = least(&source, &args.set.set, args.within, interrupt::heed())? else {
         return Ok(Exit::Interrupted);
     };
-    let command = command(name, args, &found);
     let experiment = source.parse(&args.set.set)?;
-    if args.json {
-        let mut object = object(name, &found, &command);
-        object["stiffness_missed"] = json!(stiffness_miss(&experiment).as_ref().map(missed_object));
-        print_json(&object)?
-    } else {
-        let warning = stiffness_missed(&experiment).map(|said| format!("warning    {said}\n"));
-        print(&(text(name, &found, &command) + &warning.unwrap_or_default()))?
+    let mut page = page(name, &found, &command(name, args, &found));
+    page.data("stiffness_missed", stiffness_miss(&experiment).as_ref().map(missed_object));
+    if let Some(said) = stiffness_missed(&experiment) {
+        page.line("warning", said);
     }
+    show(&page, args.json)?;
     Ok(Exit::Fine)
 }
 
 /// Fits all shipped scenes with a device.
 fn all(args: &Args) -> Result<Exit, Failure> {
     let control = interrupt::heed();
-    let mut rows = Vec::new();
+    let fields = fields();
+    let mut table = Table::new("", fields.iter().map(|field| field.column.clone()));
+    let mut page = Page::default();
+    let mut fast = 0;
     if !args.json {
-        print(&header())?;
+        print(&table.head())?;
     }
     for (index, name) in shipped().iter().map(|shipped| shipped.name).enumerate() {
         progress::doing(format!("{name}, scene {} of {}", index + 1, shipped().len()));
@@ -85,43 +87,45 @@ fn all(args: &Args) -> Result<Exit, Failure> {
         if matches!(&experiment, Experiment::Axis(scene) if matches!(scene.hand, Hand::Capture { .. })) {
             continue;
         }
-        match least(&source, &args.set.set, args.within, control)? {
-            Some(found) => rows.push((name, found)),
-            None => return Ok(Exit::Interrupted),
-        }
+        let Some(found) = least(&source, &args.set.set, args.within, control)? else { return Ok(Exit::Interrupted) };
+        fast += usize::from(found.speedup >= 5.0);
+        page.section("scenes", self::page(name, &found, &command(name, args, &found)));
+        let row = (name, found);
+        table.add(fields.iter().map(|field| field.cell(&row)));
         if !args.json {
-            let (name, found) = &rows[rows.len() - 1];
-            print(&row(name, found))?;
+            print(&table.last(&verdict))?;
         }
     }
     if args.json {
-        let rows: Vec<Value> =
-            rows.iter().map(|(name, found)| object(name, found, &command(name, args, found))).collect();
-        return print_json(&json!({ "scenes": rows })).map(|()| Exit::Fine);
+        print_json(&page.json())?;
+    } else {
+        print(&format!("{fast} of {} at least 5 times as fast as written\n", table.rows().len()))?;
     }
-    let fast = rows.iter().filter(|(_, found)| found.speedup >= 5.0).count();
-    print(&format!("{fast} of {} at least 5 times as fast as written\n", rows.len()))?;
     Ok(Exit::Fine)
 }
 
-/// Returns the header of the table of all scenes.
-fn header() -> String {
-    table_line(["scene", "speed", "error", "of what is judged", "trace"].map(String::from), "model")
-}
-
-fn row(name: &str, found: &Fit) -> String {
-    let keys = found.set.iter().map(|(key, value)| format!("{}={value}", key.trim_start_matches("model.")));
-    let model = keys.collect::<Vec<_>>().join(" ");
-    let worst = found.errors.iter().map(|(_, error)| *error).fold(0.0, f64::max);
-    let judged = found.errors.iter().map(|(output, _)| output.name()).collect::<Vec<_>>().join(", ");
-    let trace = found.errors.iter().chain(&found.not_judged).find(|(output, _)| *output == Output::Trace);
-    let trace = trace.map_or("-".to_string(), |(_, error)| percent(*error));
-    let model = if model.is_empty() { "as written" } else { &model };
-    table_line([name.to_string(), format!("{:.1} x", found.speedup), percent(worst), judged, trace], model)
-}
-
-fn table_line([scene, speed, error, judged, trace]: [String; 5], model: &str) -> String {
-    format!("{scene:<24} {speed:>9} {error:>10}  {judged:<48} {trace:>9}  {model}\n")
+/// Returns the columns of the table of all scenes.
+fn fields() -> [Field<'static, (&'static str, Fit)>; 6] {
+    type Row = (&'static str, Fit);
+    let model = |(_, found): &Row| {
+        let keys = found.set.iter().map(|(key, value)| format!("{}={value}", key.trim_start_matches("model.")));
+        let model = keys.collect::<Vec<_>>().join(" ");
+        if model.is_empty() { "as written".to_string() } else { model }
+    };
+    let worst = |(_, found): &Row| percent(found.errors.iter().map(|(_, error)| *error).fold(0.0, f64::max));
+    let judged = |(_, found): &Row| found.errors.iter().map(|(output, _)| output.name()).collect::<Vec<_>>().join(", ");
+    let trace = |(_, found): &Row| {
+        let trace = found.errors.iter().chain(&found.not_judged).find(|(output, _)| *output == Output::Trace);
+        trace.map_or("-".to_string(), |(_, error)| percent(*error))
+    };
+    [
+        Column::text("", "scene").least(24).of(|(name, _): &Row| *name),
+        Column::number("", "speed").least(8).of(|(_, found): &Row| format!("{:.1} x", found.speedup)),
+        Column::number("", "error").least(9).of(worst),
+        Column::text("", "of what is judged").least(48).of(judged),
+        Column::number("", "trace").least(8).of(trace),
+        Column::text("", "model").of(model),
+    ]
 }
 
 fn command(name: &str, args: &Args, found: &Fit) -> String {
@@ -145,17 +149,19 @@ pub fn least(
     }
 }
 
-/// Returns the chosen model and the reasons as lines, each with a name and a text.
-pub fn lines(found: &Fit) -> Vec<(&'static str, String)> {
-    let mut lines = Vec::new();
+/// Returns the chosen model and its reasons.
+pub fn model(found: &Fit) -> Page {
+    let mut page = Page::default();
     let model = match &found.set[..] {
         [] => "as written: nothing can be left out".to_string(),
         set => set.iter().map(|(key, value)| format!("{key} = {value}")).collect::<Vec<_>>().join(", "),
     };
-    lines.push(("model", model));
+    let set = found.set.iter().map(|(key, value)| (key.clone(), json!(value)));
+    page.fact("set", "model", Value::Object(set.collect()), model);
+    page.data("within", found.within).data("contact_share", found.contact_share);
     if found.contact_share == Some(0.0) {
         let said = "wall not reached in the judged window: the scene as written settles nothing about the wall";
-        lines.push(("contact", said.to_string()));
+        page.line("contact", said);
     }
     let told = |errors: &[(Output, f64)]| {
         let told = errors.iter().map(|(output, error)| match output {
@@ -164,66 +170,48 @@ pub fn lines(found: &Fit) -> Vec<(&'static str, String)> {
         });
         told.collect::<Vec<_>>().join(", ")
     };
+    let errors = |errors: &[(Output, f64)]| {
+        Value::Object(errors.iter().map(|(output, error)| (output.name().to_string(), json!(error))).collect())
+    };
+    let judged = found.errors.iter().map(|(output, _)| output.name());
+    page.data("judged", json!(judged.collect::<Vec<_>>())).data("errors", errors(&found.errors));
+    page.data("errors_not_judged", errors(&found.not_judged)).data("around", found.around);
+    page.data("speedup", found.speedup).data("wall_s", found.wall_s);
     if !found.set.is_empty() {
-        let errors = told(&found.errors);
-        lines.push(("judged", format!("{errors}; in the scenes around at most {}", percent(found.around))));
+        let around = percent(found.around);
+        page.line("judged", format!("{}; in the scenes around at most {around}", told(&found.errors)));
         if !found.not_judged.is_empty() {
             let chosen = "accuracy.outputs of the scene chooses what is judged";
-            lines.push(("not judged", format!("{}; {chosen}", told(&found.not_judged))));
+            page.line("not judged", format!("{}; {chosen}", told(&found.not_judged)));
         }
-        lines.push(("speed", format!("{:.1} times the scene as written ({})", found.speedup, si(found.wall_s, "s"))));
+        let wall = si(found.wall_s, "s");
+        page.line("speed", format!("{:.1} times the scene as written ({wall})", found.speedup));
     }
+    page.data("left_out", json!([])).data("kept", json!([]));
     for left in &found.left_out {
+        let (what, output) = (&left.what, left.output.name());
         let effect = match left.effect {
             0.0 => "changes nothing".to_string(),
-            effect => format!("{} of {}", percent(effect), left.output.name()),
+            effect => format!("{} of {output}", percent(effect)),
         };
-        lines.push(("left out", format!("{}: {effect}; {:.1} times faster without", left.what, left.gain)));
+        let mut part = Page::default();
+        part.data("what", what).data("output", output).data("effect", left.effect).data("speedup", left.gain);
+        part.line("left out", format!("{what}: {effect}; {:.1} times faster without", left.gain));
+        page.section("left_out", part);
     }
-    lines.extend(found.kept.iter().map(|kept| ("kept", format!("{}: {}", kept.what, kept.why))));
-    lines.push(("tried", format!("{} models in {} runs", found.tried, found.runs)));
-    lines
-}
-
-fn text(scene: &str, found: &Fit, command: &str) -> String {
-    let mut text = format!("{scene}: the least model within {}\n", percent(found.within));
-    for (name, said) in lines(found).into_iter().chain([("run it by", command.to_string())]) {
-        text += &format!("{name:<10} {said}\n");
+    for kept in &found.kept {
+        let mut part = Page::default();
+        part.data("what", &kept.what).data("why", &kept.why).line("kept", format!("{}: {}", kept.what, kept.why));
+        page.section("kept", part);
     }
-    text
+    page.data("models_tried", found.tried).data("runs", found.runs);
+    page.line("tried", format!("{} models in {} runs", found.tried, found.runs));
+    page
 }
 
-fn object(scene: &str, found: &Fit, command: &str) -> Value {
-    let mut object = model(found);
-    object["scene"] = json!(scene);
-    object["command"] = json!(command);
-    object
-}
-
-/// Returns the chosen model as JSON.
-pub fn model(found: &Fit) -> Value {
-    let set: serde_json::Map<_, _> = found.set.iter().map(|(key, value)| (key.clone(), json!(value))).collect();
-    let errors: serde_json::Map<_, _> =
-        found.errors.iter().map(|(output, error)| (output.name().to_string(), json!(error))).collect();
-    let not_judged: serde_json::Map<_, _> =
-        found.not_judged.iter().map(|(output, error)| (output.name().to_string(), json!(error))).collect();
-    let left_out = found.left_out.iter().map(
-        |left| json!({ "what": left.what, "output": left.output.name(), "effect": left.effect, "speedup": left.gain }),
-    );
-    let kept = found.kept.iter().map(|kept| json!({ "what": kept.what, "why": kept.why }));
-    json!({
-        "within": found.within,
-        "set": set,
-        "judged": found.errors.iter().map(|(output, _)| output.name()).collect::<Vec<_>>(),
-        "errors": errors,
-        "errors_not_judged": not_judged,
-        "around": found.around,
-        "contact_share": found.contact_share,
-        "speedup": found.speedup,
-        "wall_s": found.wall_s,
-        "left_out": left_out.collect::<Vec<_>>(),
-        "kept": kept.collect::<Vec<_>>(),
-        "models_tried": found.tried,
-        "runs": found.runs,
-    })
+fn page(scene: &str, found: &Fit, command: &str) -> Page {
+    let mut page = Page::default();
+    page.note(format!("{scene}: the least model within {}", percent(found.within)));
+    page.append(model(found)).data("scene", scene).fact("command", "run it by", command, command);
+    page
 }

@@ -2,14 +2,13 @@
 
 mod schema;
 
-use std::fmt::Write as _;
-
 use hpu_cosim::did_you_mean;
 use hpu_cosim::scene::keys::{Otherwise, Row, Takes, grouped, markdown, rows};
+use hpu_study::page::{Cell, Column, Field, Page, Table};
 use serde_json::{Value, json};
 
-use crate::columns::{Column, aligned};
 use crate::exit::{Exit, Failure};
+use crate::page::show;
 use crate::parameters::as_json;
 use crate::terminal::{print, print_json};
 
@@ -54,45 +53,38 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         }
         found.retain(|row| row.section == section);
     }
-    if args.json {
-        print_json(&json!({ "keys": found.iter().map(object).collect::<Vec<_>>() }))?;
-    } else {
-        let groups = grouped(found.into_iter());
-        print(&groups.iter().map(|group| text(group)).collect::<Vec<_>>().join("\n"))?;
+    let mut page = Page::default();
+    page.data("keys", Table::of("", &found, fields()).json());
+    for (index, group) in grouped(found.into_iter()).into_iter().enumerate() {
+        let heading = group.first().map_or(String::new(), |row| row.heading().replace('`', ""));
+        page.note(if index > 0 { format!("\n{heading}") } else { heading });
+        page.table(Table::of("", &group, fields()));
     }
+    show(&page, args.json)?;
     Ok(Exit::Fine)
 }
 
-/// Returns the keys of a section that the same kinds take: a line for each key, with its meaning below.
-fn text(group: &[Row]) -> String {
-    let mut text = group.first().map_or(String::new(), |row| format!("{}\n", row.heading().replace('`', "")));
-    let cells = group.iter().map(|row| [row.key.to_string(), row.unit(), row.default()]).collect();
-    for (row, cells) in group.iter().zip(aligned([Column::Left(20), Column::Left(12), Column::Left(10)], cells)) {
-        let line = format!("  {}  {}", cells.join("  "), row.accepted());
-        let _ = writeln!(text, "{}\n      {}", line.trim_end(), row.meaning);
-    }
-    text
-}
-
-fn object(row: &Row) -> Value {
-    let default = match &row.otherwise {
+/// Returns the columns of keys. In text, the meaning stands below each key.
+fn fields() -> [Field<'static, Row>; 11] {
+    let default = |row: &Row| match &row.otherwise {
         Otherwise::Is(value) => as_json(value),
         Otherwise::Required | Otherwise::Said(_) => Value::Null,
     };
-    let options = match &row.takes {
+    let options = |row: &Row| match &row.takes {
         Takes::Choice(names) | Takes::Names(names) => json!(names),
         _ => Value::Null,
     };
-    json!({
-        "section": row.section,
-        "key": row.key,
-        "kinds": row.kinds,
-        "unit": row.unit(),
-        "required": row.otherwise == Otherwise::Required,
-        "default": default,
-        "default_text": row.default(),
-        "accepted": row.accepted(),
-        "options": options,
-        "meaning": row.meaning,
-    })
+    [
+        Column::text("section", "").data().of(|row: &Row| row.section),
+        Column::text("key", "").least(22).of(|row: &Row| Cell::new(row.key).shown(format!("  {}", row.key))),
+        Column::text("kinds", "").data().of(|row: &Row| json!(row.kinds)),
+        Column::text("unit", "").least(12).of(|row: &Row| row.unit()),
+        Column::flag("required", "").data().of(|row: &Row| row.otherwise == Otherwise::Required),
+        Column::text("default", "").data().of(default),
+        Column::text("default_text", "").least(10).of(|row: &Row| row.default()),
+        Column::text("accepted", "").of(|row: &Row| row.accepted()),
+        Column::text("options", "").data().of(options),
+        Column::text("meaning", "").data().of(|row: &Row| row.meaning),
+        Column::text("", "").said().of(|row: &Row| format!("\n      {}", row.meaning)),
+    ]
 }

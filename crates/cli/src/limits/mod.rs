@@ -1,6 +1,6 @@
 //! `hpu limits`: the stiffnesses at which a scene's wall settles.
 
-mod text;
+mod page;
 
 use std::path::PathBuf;
 
@@ -13,8 +13,8 @@ use hpu_study::map::SceneText;
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
 use crate::jobs::Jobs;
+use crate::page::show;
 use crate::scene::{self, quoted, set_options};
-use crate::terminal::{print, print_json};
 use crate::{hdl, interrupt, pictures};
 
 /// Tell at which stiffnesses a scene's wall settles: by its linear loop, in words, and by published criteria
@@ -100,11 +100,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         files = folder.places().map(Into::into).collect();
         folder.commit()?;
     }
-    if args.json {
-        print_json(&text::object(&nominal.name, &found, &over, &files))?
-    } else {
-        print(&text::text(&nominal.name, &found, &over, &files))?
-    }
+    show(&page::page(&nominal.name, &found, &over, &files), args.json)?;
     // The absence of a limit is a result, not a failure.
     Ok(Exit::Fine)
 }
@@ -154,11 +150,7 @@ fn of_design(args: &Args, text: &SceneText, scene: &DutScene) -> Result<Exit, Fa
         files = folder.places().map(Into::into).collect();
         folder.commit()?;
     }
-    if args.json {
-        print_json(&text::object(&scene.name, &found, &[], &files))?
-    } else {
-        print(&text::text(&scene.name, &found, &[], &files))?
-    }
+    show(&page::page(&scene.name, &found, &[], &files), args.json)?;
     Ok(Exit::Fine)
 }
 

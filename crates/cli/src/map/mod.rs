@@ -1,6 +1,6 @@
 //! `hpu map`: runs a scene over two of its keys.
 
-mod text;
+mod page;
 
 use std::io::BufWriter;
 use std::panic::resume_unwind;
@@ -16,8 +16,9 @@ use crate::exit::{Exit, Failure};
 use crate::files::Folder;
 use crate::jobs::Jobs;
 use crate::journal;
+use crate::page::show;
 use crate::scene::{self, quoted, set_options};
-use crate::terminal::{print, print_json, with_progress};
+use crate::terminal::with_progress;
 use crate::{hdl, interrupt, pictures};
 
 /// Run a scene over two of its keys, and draw what becomes of the motion
@@ -197,7 +198,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         });
         if let Ok(None) = found {
             // The map is not drawn, so the curves are not needed.
-            text::interrupted(&map, kept, args.out.as_deref(), args.json)?;
+            show(&page::interrupted(&map, kept, args.out.as_deref()), args.json)?;
             interrupt::end();
         }
         Ok::<_, Failure>((found?, curves.join()))
@@ -209,10 +210,6 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     if let Some(folder) = folder {
         mapped.write(folder)?;
     }
-    if args.json {
-        print_json(&text::object(&mapped))?
-    } else {
-        print(&text::text(&mapped))?
-    }
+    show(&page::page(&mapped), args.json)?;
     Ok(Exit::Fine)
 }

@@ -2,9 +2,9 @@
 
 use hpu_cosim::Rig;
 use hpu_rtl::{Case, junit_suite};
+use hpu_study::map::outcome_name;
 
 use crate::run::Ran;
-use crate::run::text::outcome_name;
 
 /// Returns the scene's expectations and comparisons as tests. The first test is that the run came to its end.
 pub fn report(ran: &Ran) -> String {
@@ -21,8 +21,8 @@ fn cases(ran: &Ran) -> Vec<Case> {
     let ended = ran.summary.aborted.map(|abort| format!("at {:e} s: {}", abort.at_s, abort.why));
     let mut cases = vec![case("run", ran.summary.wall_s, ended)];
     cases.extend(ran.outcome_met.map(|(kind, met)| {
-        let found = ran.summary.outcome().map_or("none", outcome_name);
-        let why = format!("expected {}, found {found}", outcome_name(kind));
+        let found = ran.summary.outcome().map_or("none", |found| outcome_name(Some(found)));
+        let why = format!("expected {}, found {found}", outcome_name(Some(kind)));
         case("outcome", 0.0, (!met).then_some(why))
     }));
     cases.extend(ran.numbers.iter().map(|(expected, got, met)| {
@@ -32,7 +32,7 @@ fn cases(ran: &Ran) -> Vec<Case> {
         case(expected.metric.name(), 0.0, (!met).then_some(why))
     }));
     cases.extend(ran.held.as_ref().map(|held| {
-        let said = held.text(ran.session.clock().period_s());
+        let said = held.page(ran.session.clock().period_s()).text();
         case("compare", 0.0, (!held.ok()).then_some(said))
     }));
     cases.extend(ran.rtl.as_ref().map(|(row, _)| {

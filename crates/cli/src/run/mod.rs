@@ -1,11 +1,12 @@
 //! `hpu run`: runs a scene, and writes its summary and its files.
 
-mod json;
+mod contact;
 mod junit;
 mod nets;
+mod page;
+mod phantom;
 mod pictures;
 mod rows;
-mod text;
 
 use std::fs;
 use std::path::PathBuf;
@@ -17,15 +18,17 @@ use hpu_cosim::{AnyRig, Comparison, Driver, Ready, Rig, Summary, Trace, Wired, j
 use hpu_rtl::{CheckRow, Hdl, LoopScene, Setup, run_vhdl};
 use hpu_signal::{Cycle, Notation, Observe, Signal};
 use hpu_study::fit::Fit;
+use hpu_study::page::Page;
 use hpu_wave::differs;
-use serde_json::json;
+use serde_json::{Value, json};
 
 use crate::exit::{Exit, Failure};
 use crate::files::{Folder, Single};
 use crate::notation::Written;
+use crate::page::show;
 use crate::parameters::{self, Said};
 use crate::scene::{self, Loaded, quoted};
-use crate::terminal::{print, print_json, verdict, with_progress};
+use crate::terminal::{verdict, with_progress};
 use crate::waves::Waves;
 use crate::{fit, hdl, interrupt};
 
@@ -278,11 +281,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     if let Some(file) = junit_file {
         file.write(&junit::report(&ran))?;
     }
-    if args.json {
-        print_json(&json::summary(&ran))?;
-    } else {
-        print(&text::summary(&ran))?;
-    }
+    show(&page::page(&ran), args.json)?;
     Ok(ran.exit())
 }
 
@@ -307,7 +306,7 @@ fn write(
         }
     }
     ran.files = folder.places().map(PathBuf::from).chain([folder.place("summary.json")]).collect();
-    folder.write("summary.json", format!("{:#}\n", json::summary(ran)))
+    folder.write("summary.json", format!("{:#}\n", page::page(ran).json()))
 }
 
 /// Returns the nets that are drawn, and written to the table.
@@ -469,31 +468,23 @@ fn solver(scene: &Experiment) -> &'static str {
 }
 
 fn interrupted(ran: &Ran, as_json: bool) -> Result<Exit, Failure> {
-    if as_json {
-        print_json(&json::summary(ran))?;
-    } else {
-        print(&format!("{}interrupted; no files written\n", text::summary(ran)))?;
-    }
+    show(page::page(ran).note("interrupted; no files written"), as_json)?;
     Ok(Exit::Interrupted)
 }
 
 /// Runs `hpu run --compare`.
 fn compare(session: &Ready, as_json: bool) -> Result<Exit, Failure> {
     let Comparison { edges, mismatches, first } = session.compare(session.edges());
-    if as_json {
-        let first = first.map(
-            |first| json!({ "edge": first.edge, "name": first.name, "events": first.events, "clock": first.clock }),
-        );
-        print_json(&json!({ "scene": session.name(), "edges": edges, "mismatches": mismatches, "first": first }))?;
-    } else {
-        let said = verdict(&format!("{mismatches} mismatches"), mismatches == 0);
-        let mut text = format!("{}: events against clock, {edges} edges, {said}\n", session.name());
-        if let Some(first) = first {
-            let (events, clock) = (first.events, first.clock);
-            text +=
-                &format!("first at edge {}: {} is {events:e} by events, {clock:e} by clock\n", first.edge, first.name);
-        }
-        print(&text)?;
+    let said = verdict(&format!("{mismatches} mismatches"), mismatches == 0);
+    let mut page = Page::default();
+    page.data("scene", session.name()).data("edges", edges).data("mismatches", mismatches);
+    page.note(format!("{}: events against clock, {edges} edges, {said}", session.name()));
+    page.data("first", Value::Null);
+    if let Some(first) = first {
+        let (edge, name, events, clock) = (first.edge, &first.name, first.events, first.clock);
+        page.data("first", json!({ "edge": edge, "name": name, "events": events, "clock": clock }));
+        page.note(format!("first at edge {edge}: {name} is {events:e} by events, {clock:e} by clock"));
     }
+    show(&page, as_json)?;
     Ok(Exit::when(mismatches == 0))
 }

@@ -7,10 +7,11 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 
 use hpu_cosim::{Control, Ready, Rig, Wired};
 use hpu_signal::{Cycle, Observe, Signal, UNKNOWN};
+use hpu_study::page::{Cell, Column, Page, Table};
 use serde_json::{Value, json};
 
 use crate::exit::Failure;
-use crate::terminal;
+use crate::terminal::verdict;
 use crate::units::si;
 
 /// Rows that are shown before a difference.
@@ -272,67 +273,45 @@ impl Held {
         self.mismatches == 0
     }
 
-    /// Returns the result as text: a line, and the rows of the first difference.
-    pub fn text(&self, period_s: f64) -> String {
-        let said = terminal::verdict(&format!("{} mismatches", self.mismatches), self.ok());
+    /// Returns the page of the comparison, with the rows of the first difference.
+    pub fn page(&self, period_s: f64) -> Page {
+        let said = verdict(&format!("{} mismatches", self.mismatches), self.ok());
         let pairs = self.pairs.0.iter().map(|pair| format!("{}={}", pair.port.name, pair.net.name));
         let pairs = pairs.collect::<Vec<_>>().join(" ");
-        let mut text = format!("compared   {} edges beside {}, {said}: {pairs}\n", self.edges, self.beside);
-        let Some(First { edge, pair, rows }) = &self.first else { return text };
-        let pair = &self.pairs.0[*pair];
-        text += &format!(
-            "{:<10} first difference at edge {edge} ({}): {} is not {} of {}\n",
+        let mut page = Page::default();
+        page.line("compared", format!("{} edges beside {}, {said}: {pairs}", self.edges, self.beside));
+        page.data("beside", &self.beside).data("edges", self.edges).data("mismatches", self.mismatches);
+        for pair in &self.pairs.0 {
+            let mut part = Page::default();
+            part.data("port", pair.port.name).data("net", pair.net.name);
+            page.section("pairs", part);
+        }
+        page.data("first_difference", Value::Null);
+        let Some(First { edge, pair, rows }) = &self.first else { return page };
+        let (port, net) = (self.pairs.0[*pair].port.name, self.pairs.0[*pair].net.name);
+        let at = si(*edge as f64 * period_s, "s");
+        page.fact(
+            "first_difference",
             "",
-            si(*edge as f64 * period_s, "s"),
-            pair.port.name,
-            pair.net.name,
-            self.beside
+            json!({ "edge": edge, "port": port, "net": net }),
+            format!("first difference at edge {edge} ({at}): {port} is not {net} of {}", self.beside),
         );
-        let heads = std::iter::once("edge".to_string()).chain(
-            self.pairs.0.iter().flat_map(|pair| [format!("{}(ours)", pair.net.name), pair.port.name.to_string()]),
-        );
-        let cells = rows.iter().map(|(edge, ours, theirs)| {
+        let heads =
+            self.pairs.0.iter().flat_map(|pair| [format!("{}(ours)", pair.net.name), pair.port.name.to_string()]);
+        let heads = [String::new(), "edge".to_string()].into_iter().chain(heads);
+        let mut table = Table::new("", heads.map(|head| Column::text("", &head).least(2)));
+        for (edge, ours, theirs) in rows {
             let words = self.pairs.0.iter().zip(ours.iter().zip(theirs));
             let words = words
                 .flat_map(|(pair, (ours, theirs))| [pair.net.shown(*ours).to_string(), shown(&pair.port, *theirs)]);
-            std::iter::once(edge.to_string()).chain(words).collect::<Vec<_>>()
-        });
-        let table: Vec<Vec<String>> = std::iter::once(heads.collect()).chain(cells).collect();
-        for line in lines(&table) {
-            text += &format!("    {line}\n");
+            let row = [String::new(), edge.to_string()].into_iter().chain(words);
+            table.add(row.map(Cell::from));
         }
-        text
-    }
-
-    /// Returns the result as JSON.
-    pub fn object(&self) -> Value {
-        let pairs: Vec<_> =
-            self.pairs.0.iter().map(|pair| json!({ "port": pair.port.name, "net": pair.net.name })).collect();
-        json!({
-            "beside": self.beside,
-            "edges": self.edges,
-            "mismatches": self.mismatches,
-            "pairs": pairs,
-            "first_difference": self.first.as_ref().map(|first| json!({
-                "edge": first.edge,
-                "port": self.pairs.0[first.pair].port.name,
-                "net": self.pairs.0[first.pair].net.name,
-            })),
-        })
+        page.table(table);
+        page
     }
 }
 
 fn shown(port: &Signal, word: i64) -> String {
     if word == UNKNOWN { "unknown".to_string() } else { port.shown(word).to_string() }
-}
-
-/// Returns rows of words, aligned.
-fn lines(table: &[Vec<String>]) -> Vec<String> {
-    let width = |column: usize| table.iter().map(|row| row[column].len()).max().unwrap_or(0);
-    let widths: Vec<_> = (0..table.first().map_or(0, Vec::len)).map(width).collect();
-    let line = |row: &Vec<String>| {
-        let cells = row.iter().zip(&widths).map(|(cell, width)| format!("{cell:<width$}"));
-        cells.collect::<Vec<_>>().join("  ").trim_end().to_string()
-    };
-    table.iter().map(line).collect()
 }

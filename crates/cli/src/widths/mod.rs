@@ -1,11 +1,9 @@
 //! `hpu widths`: the bits that every signal of a scene needs, and the effect of each bit.
 
 mod cost;
-mod csv;
 mod gappa;
-mod json;
+mod page;
 mod proved;
-mod text;
 
 use std::path::PathBuf;
 
@@ -21,9 +19,10 @@ use crate::exit::{Exit, Failure};
 use crate::files::Folder;
 use crate::jobs::Jobs;
 use crate::notation::Written;
+use crate::page::show;
 use crate::parameters::stiffness_missed;
 use crate::scene::{self, set_options};
-use crate::terminal::{print, print_json, with_progress};
+use crate::terminal::with_progress;
 use crate::widths_price::{self, Price};
 use crate::widths_search::Asked;
 use crate::{fit, hdl, interrupt, pictures, widths_search};
@@ -96,7 +95,7 @@ fn seconds(text: &str) -> Result<f64, String> {
 }
 
 /// All contents of the page.
-pub struct Page {
+pub struct Widths {
     /// Names of the scenes.
     pub scenes: Vec<String>,
     /// Messages about scenes whose stiffness word misses the stiffness by far, with the format that would hold it.
@@ -150,27 +149,28 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         experiments.push(scene::source(name)?.parse(&args.set.set)?);
     }
     let tables = if args.tables { Some(tables_of(&experiments[0])?) } else { None };
-    let Some(mut page) = page(args, &experiments)? else { return Ok(Exit::Interrupted) };
-    page.tables = tables;
+    let Some(mut found) = measure(args, &experiments)? else { return Ok(Exit::Interrupted) };
+    found.tables = tables;
     if let Some(cache) = &cache
-        && !price(&mut page, &experiments[0], &setup, cache)?
+        && !price(&mut found, &experiments[0], &setup, cache)?
     {
         return Ok(Exit::Interrupted);
     }
     if let Some(folder) = &mut folder {
-        let bounds = page.proved.as_ref().map_or(&[][..], |proved| &proved.bounds);
-        let title = format!("{}: what words hold, and what was in them", page.scenes.join(", "));
-        pictures::put(&ranges(&title, &page.measured, bounds, &page.command), folder)?;
-        folder.write("widths.txt", text::page(&page))?;
-        folder.write("widths.csv", csv::table(&page))?;
-        if let Ok(proved) = &page.proved {
+        let bounds = found.proved.as_ref().map_or(&[][..], |proved| &proved.bounds);
+        let title = format!("{}: what words hold, and what was in them", found.scenes.join(", "));
+        pictures::put(&ranges(&title, &found.measured, bounds, &found.command), folder)?;
+        let page = page::page(&found);
+        folder.write("widths.txt", page.text())?;
+        folder.write("widths.csv", page.tables().next().expect("its signals").csv(&[] as &[&str]))?;
+        if let Ok(proved) = &found.proved {
             folder.write("proved.csv", proved.csv())?;
         }
-        if let Some(tables) = &page.tables {
+        if let Some(tables) = &found.tables {
             folder.write("tables.csv", tables.csv())?;
         }
-        page.files = folder.places().map(PathBuf::from).chain([folder.place("widths.json")]).collect();
-        folder.write("widths.json", format!("{:#}\n", json::object(&page)))?;
+        found.files = folder.places().map(PathBuf::from).chain([folder.place("widths.json")]).collect();
+        folder.write("widths.json", format!("{:#}\n", page::page(&found).json()))?;
     }
     if control.stop.load(std::sync::atomic::Ordering::Relaxed) {
         return Ok(Exit::Interrupted);
@@ -178,16 +178,12 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     if let Some(folder) = folder {
         folder.commit()?;
     }
-    if args.json {
-        print_json(&json::object(&page))?
-    } else {
-        print(&text::page(&page))?
-    }
+    show(&page::page(&found), args.json)?;
     Ok(Exit::Fine)
 }
 
-/// Makes the page; `None` when interrupted.
-fn page(args: &Args, experiments: &[Experiment]) -> Result<Option<Page>, Failure> {
+/// Runs the scenes, and tries and proves their widths; `None` when interrupted.
+fn measure(args: &Args, experiments: &[Experiment]) -> Result<Option<Widths>, Failure> {
     let control = interrupt::heed();
     let mut runs = Vec::new();
     for (name, experiment) in args.scenes.iter().zip(experiments) {
@@ -213,7 +209,7 @@ fn page(args: &Args, experiments: &[Experiment]) -> Result<Option<Page>, Failure
             Err(_) => by_range(row.format, row.headroom_bits),
         };
     }
-    Ok(Some(Page {
+    Ok(Some(Widths {
         scenes: args.scenes.clone(),
         missed: experiments
             .iter()
@@ -248,7 +244,7 @@ fn tables_of(experiment: &Experiment) -> Result<Tables, Failure> {
 }
 
 /// Puts prices on the page: of one more bit, and of the loop as it is. Returns false when interrupted.
-fn price(page: &mut Page, experiment: &Experiment, setup: &Setup, cache: &Cache) -> Result<bool, Failure> {
+fn price(page: &mut Widths, experiment: &Experiment, setup: &Setup, cache: &Cache) -> Result<bool, Failure> {
     let Some(price) = widths_price::price(experiment, setup, cache, interrupt::heed())? else { return Ok(false) };
     page.price = Some(price);
     if let Experiment::Phantom(_) = experiment {

@@ -25,4 +25,4 @@ pub(crate) use outputs::ready;
 pub use outputs::{Outputs, driver, usual, worst};
 pub use over_map::{SHORTEST_STEP_S, Share, Tour, front_of_shares};
 pub use race::{Plan, Race, RaceError};
-pub use table::{csv, grade_name, outputs_of};
+pub use table::{grade_name, outputs_of};

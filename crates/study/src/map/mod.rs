@@ -32,7 +32,7 @@ pub use edges::{Edge, Reason, Share};
 pub use fill::Plan;
 pub use method::Method;
 pub use refine::{Refinement, STRIDE};
-pub use table::{COLUMNS, csv, parquet, units_of};
+pub use table::{csv, fields, parquet, units_of};
 pub use unseen::{Unseen, unseen_contact};
 
 /// A scene's text, with all data files that it needs.

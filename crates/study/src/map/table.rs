@@ -1,61 +1,13 @@
-//! A map as rows of CSV and of Parquet.
+//! A map as rows of JSON, CSV and Parquet.
 
 use std::io::{self, Write};
-use std::ops::Range;
-use std::sync::Arc;
+use std::num::NonZeroU32;
 
 use hpu_cosim::scene::Experiment;
-use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int32Type, Int64Type};
 use parquet::errors::ParquetError;
-use parquet::file::metadata::KeyValue;
-use parquet::file::properties::WriterProperties;
-use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
-use parquet::schema::parser::parse_message_type;
 
-use super::{Found, Map, is_late, outcome, outcome_name};
-
-/// Names of the columns. Numbers are empty (null) where they have no meaning, and in cells that were not run.
-pub const COLUMNS: [&str; 22] = [
-    "method",
-    "ix",
-    "iy",
-    "x",
-    "y",
-    "outcome",
-    "run",
-    "rms",
-    "amplitude",
-    "frequency_hz",
-    "hand_j",
-    "source_j",
-    "dissipated_j",
-    "displayed_stiffness",
-    "displayed_ratio",
-    "contact_share",
-    "product_wraps",
-    "contact_unseen",
-    "stiffness_error",
-    "overflow_share",
-    "edges",
-    "reason",
-];
-
-/// Names of the columns with measurements.
-const MEASURED: [&str; 13] = [
-    "rms",
-    "amplitude",
-    "frequency_hz",
-    "hand_j",
-    "source_j",
-    "dissipated_j",
-    "displayed_stiffness",
-    "displayed_ratio",
-    "contact_share",
-    "product_wraps",
-    "contact_unseen",
-    "stiffness_error",
-    "overflow_share",
-];
+use super::{Cell, Found, Map, is_late, outcome, outcome_name};
+use crate::page::{Column, Field, Place, Value, write_csv, write_parquet};
 
 /// Returns units and meanings as keys and values, for the heads of the files.
 #[must_use]
@@ -107,58 +59,49 @@ pub fn units_of(map: &Map) -> Vec<(String, String)> {
     pairs.map(|(key, value)| (key.to_string(), value)).into()
 }
 
-/// A row of the table, without the command.
-struct Fields<'a> {
-    method: &'a str,
-    place: [usize; 2],
-    at: [f64; 2],
-    outcome: &'static str,
-    run: bool,
-    measured: [Option<f64>; MEASURED.len()],
-    edges: Option<u64>,
-    reason: &'a str,
-}
-
-fn fields<'a>(map: &'a Map, found: &'a [Found], index: usize) -> Fields<'a> {
-    let point = map.point(index);
-    let cell = match &found[index] {
-        Found::Run(Ok(cell)) => Some(cell),
-        _ => None,
+/// Returns the columns, with the function that takes a cell's value out of the cell of an index. Figures are missing
+/// where they have no meaning, and in cells that were not run. `replay` returns the command of a cell.
+pub fn fields<'a>(map: &'a Map, found: &'a [Found], replay: impl Fn(usize) -> String + 'a) -> Vec<Field<'a, usize>> {
+    let of = |column: Column, value: fn(&Cell) -> Value| {
+        column.of(move |index: &usize| match &found[*index] {
+            Found::Run(Ok(cell)) => value(cell),
+            _ => Value::Absent,
+        })
     };
-    Fields {
-        method: &map.methods[point.method].label,
-        place: [point.ix, point.iy],
-        at: [map.x.values()[point.ix], map.y.values()[point.iy]],
-        outcome: if is_late(found, index) { "not_run" } else { outcome_name(outcome(found, index)) },
-        run: matches!(found[index], Found::Run(_)),
-        measured: cell.map_or([None; MEASURED.len()], |cell| {
-            [
-                cell.rms,
-                cell.amplitude,
-                cell.frequency_hz,
-                Some(cell.hand_j),
-                Some(cell.source_j),
-                Some(cell.dissipated_j),
-                cell.displayed_stiffness,
-                cell.displayed_ratio,
-                cell.contact_share,
-                cell.product_wraps.map(|wraps| f64::from(wraps.get())),
-                Some(f64::from(u8::from(cell.contact_unseen))),
-                cell.stiffness_error,
-                Some(cell.overflow_share),
-            ]
+    let figure = |key: &str, value| of(Column::number(key, ""), value);
+    let (in_file, in_json) = ([Place::File], [Place::Json]);
+    let was_run = move |index: &usize| matches!(found[*index], Found::Run(_));
+    vec![
+        Column::text("method", "").of(move |index| &map.methods[map.point(*index).method].label),
+        Column::integer("ix", "").of(move |index| map.point(*index).ix),
+        Column::integer("iy", "").of(move |index| map.point(*index).iy),
+        Column::number("x", "").only(&in_file).of(move |index| map.x.values()[map.point(*index).ix]),
+        Column::number("y", "").only(&in_file).of(move |index| map.y.values()[map.point(*index).iy]),
+        Column::text("outcome", "")
+            .of(move |index| if is_late(found, *index) { "not_run" } else { outcome_name(outcome(found, *index)) }),
+        Column::flag("run", "").only(&in_json).of(was_run),
+        Column::integer("run", "").only(&in_file).of(move |index| i32::from(was_run(index))),
+        figure("rms", |cell| cell.rms.into()),
+        figure("amplitude", |cell| cell.amplitude.into()),
+        figure("frequency_hz", |cell| cell.frequency_hz.into()),
+        figure("hand_j", |cell| cell.hand_j.into()),
+        figure("source_j", |cell| cell.source_j.into()),
+        figure("dissipated_j", |cell| cell.dissipated_j.into()),
+        figure("displayed_stiffness", |cell| cell.displayed_stiffness.into()),
+        figure("displayed_ratio", |cell| cell.displayed_ratio.into()),
+        figure("contact_share", |cell| cell.contact_share.into()),
+        of(Column::integer("product_wraps", ""), |cell| cell.product_wraps.map(NonZeroU32::get).into()),
+        of(Column::flag("contact_unseen", "").only(&in_json), |cell| cell.contact_unseen.into()),
+        of(Column::integer("contact_unseen", "").only(&in_file), |cell| i32::from(cell.contact_unseen).into()),
+        figure("stiffness_error", |cell| cell.stiffness_error.into()),
+        figure("overflow_share", |cell| cell.overflow_share.into()),
+        of(Column::integer("edges", ""), |cell| cell.edges.into()),
+        Column::text("reason", "").of(move |index| match &found[*index] {
+            Found::Run(Err(reason)) => Value::from(reason),
+            _ => Value::Absent,
         }),
-        edges: cell.map(|cell| cell.edges),
-        reason: match &found[index] {
-            Found::Run(Err(reason)) => reason,
-            _ => "",
-        },
-    }
-}
-
-/// Returns a field as CSV writes it, quoted if needed.
-fn quoted(text: &str) -> String {
-    if text.contains([',', '"', '\n']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.to_string() }
+        Column::text("replay", "").only(&in_file).of(move |index| replay(*index)),
+    ]
 }
 
 /// Writes the map as CSV. Lines that begin with `#` hold the command that made it, and the units. `replay` returns the
@@ -168,33 +111,15 @@ fn quoted(text: &str) -> String {
 ///
 /// Returns the writer's error.
 pub fn csv(
-    mut out: impl Write,
+    out: impl Write,
     map: &Map,
     found: &[Found],
     command: &str,
     replay: impl Fn(usize) -> String,
 ) -> io::Result<()> {
-    writeln!(out, "# {command}")?;
-    for (key, value) in units_of(map) {
-        writeln!(out, "# {key}: {value}")?;
-    }
-    writeln!(out, "{},replay", COLUMNS.join(","))?;
-    for index in 0..found.len() {
-        let Fields { method, place: [ix, iy], at: [x, y], outcome, run, measured, edges, reason } =
-            fields(map, found, index);
-        write!(out, "{},{ix},{iy},{x},{y},{outcome},{},", quoted(method), u8::from(run))?;
-        for value in measured {
-            value.map_or(Ok(()), |value| write!(out, "{value:e}"))?;
-            out.write_all(b",")?;
-        }
-        edges.map_or(Ok(()), |edges| write!(out, "{edges}"))?;
-        writeln!(out, ",{},{}", quoted(reason), quoted(&replay(index)))?;
-    }
-    out.flush()
+    let units = units_of(map).into_iter().map(|(key, value)| format!("{key}: {value}"));
+    write_csv(out, [command.to_string()].into_iter().chain(units), &fields(map, found, replay), 0..found.len())
 }
-
-/// Number of rows in a group of the Parquet file, and so in memory at a time.
-const GROUP_ROWS: usize = 4096;
 
 /// Writes the map as Parquet, with the same columns; units and command are in the file's metadata.
 ///
@@ -208,80 +133,6 @@ pub fn parquet(
     command: &str,
     replay: impl Fn(usize) -> String,
 ) -> Result<(), ParquetError> {
-    let measured: String = MEASURED.map(|name| format!("optional double {name};")).concat();
-    let schema = format!(
-        "message map {{ required binary method (utf8); required int32 ix; required int32 iy; required double x; \
-         required double y; required binary outcome (utf8); required int32 run; {measured} optional int64 edges; \
-         required binary reason (utf8); required binary replay (utf8); }}"
-    );
     let metadata = [("command".to_string(), command.to_string())].into_iter().chain(units_of(map));
-    let metadata = metadata.map(|(key, value)| KeyValue::new(key, value)).collect();
-    let properties = WriterProperties::builder()
-        .set_created_by(concat!("hpu ", env!("CARGO_PKG_VERSION")).to_string())
-        .set_key_value_metadata(Some(metadata))
-        .build();
-    let schema = Arc::new(parse_message_type(&schema)?);
-    let mut file = SerializedFileWriter::new(out, schema, Arc::new(properties))?;
-    for first in (0..found.len()).step_by(GROUP_ROWS) {
-        let mut group = file.next_row_group()?;
-        rows(&mut group, map, found, first..found.len().min(first + GROUP_ROWS), &replay)?;
-        group.close()?;
-    }
-    file.close().map(drop)
-}
-
-/// Writes a group of rows, column by column.
-fn rows<W: Write + Send>(
-    group: &mut Group<W>,
-    map: &Map,
-    found: &[Found],
-    cells: Range<usize>,
-    replay: impl Fn(usize) -> String,
-) -> Result<(), ParquetError> {
-    let rows: Vec<Fields> = cells.clone().map(|index| fields(map, found, index)).collect();
-    texts(group, rows.iter().map(|row| row.method))?;
-    for axis in 0..2 {
-        let places: Vec<i32> = rows.iter().map(|row| row.place[axis] as i32).collect();
-        column::<Int32Type, W>(group, &places, None)?;
-    }
-    for axis in 0..2 {
-        let values: Vec<f64> = rows.iter().map(|row| row.at[axis]).collect();
-        column::<DoubleType, W>(group, &values, None)?;
-    }
-    texts(group, rows.iter().map(|row| row.outcome))?;
-    let run: Vec<i32> = rows.iter().map(|row| i32::from(row.run)).collect();
-    column::<Int32Type, W>(group, &run, None)?;
-    for index in 0..MEASURED.len() {
-        let (values, levels) = known(rows.iter().map(|row| row.measured[index]));
-        column::<DoubleType, W>(group, &values, Some(&levels))?;
-    }
-    let (edges, levels) = known(rows.iter().map(|row| row.edges.map(|edges| edges as i64)));
-    column::<Int64Type, W>(group, &edges, Some(&levels))?;
-    texts(group, rows.iter().map(|row| row.reason))?;
-    let commands: Vec<String> = cells.map(replay).collect();
-    texts(group, commands.iter().map(String::as_str))
-}
-
-type Group<'a, W> = SerializedRowGroupWriter<'a, W>;
-
-/// Returns the present values, and for each row whether it has one.
-fn known<T>(values: impl Iterator<Item = Option<T>>) -> (Vec<T>, Vec<i16>) {
-    let values: Vec<Option<T>> = values.collect();
-    let levels = values.iter().map(|value| i16::from(value.is_some())).collect();
-    (values.into_iter().flatten().collect(), levels)
-}
-
-fn column<T: parquet::data_type::DataType, W: Write + Send>(
-    group: &mut Group<W>,
-    values: &[T::T],
-    levels: Option<&[i16]>,
-) -> Result<(), ParquetError> {
-    let mut column = group.next_column()?.ok_or_else(|| ParquetError::General("no more columns".into()))?;
-    column.typed::<T>().write_batch(values, levels, None)?;
-    column.close()
-}
-
-fn texts<'a, W: Write + Send>(group: &mut Group<W>, values: impl Iterator<Item = &'a str>) -> Result<(), ParquetError> {
-    let values: Vec<ByteArray> = values.map(ByteArray::from).collect();
-    column::<ByteArrayType, W>(group, &values, None)
+    write_parquet(out, "map", metadata, &fields(map, found, replay), 0..found.len())
 }

@@ -17,7 +17,7 @@
 //!     Column::number("rms_m", "rms").unit("um").of(|run: &Run| {
 //!         Cell::new(run.rms_m).shown(run.rms_m.map_or("-".into(), |rms_m| format!("{:.1}", 1e6 * rms_m)))
 //!     }),
-//!     Column::integer("work.edges", "edges").of(|run: &Run| run.edges),
+//!     Column::integer("work.edges", "edges").file("edges").of(|run: &Run| run.edges),
 //!     Column::flag("settled", "").data().of(|run: &Run| run.settled),
 //! ]);
 //! let mut page = Page::default();
@@ -33,7 +33,7 @@
 //! ");
 //! assert_eq!(page.tables().next().unwrap().csv(&["hpu example"]), "\
 //! ## hpu example
-//! method,rms_m,work.edges,settled
+//! method,rms_m,edges,settled
 //! hybrid,2.5e-6,1200,true
 //! sampled wall,,80,false
 //! ".replace("##", "#"));
@@ -54,7 +54,7 @@ mod table;
 use serde_json::{Map, Value as Json};
 
 pub use cell::{Cell, Value};
-pub use parquet::Parquet;
+pub use parquet::{Parquet, write_parquet};
 pub use table::{Column, Field, Kind, Place, Table, csv_line, write_csv};
 
 /// The least width of the labels of facts.
@@ -71,6 +71,8 @@ enum Part {
         text: Option<String>,
     },
     Table(Table),
+    /// A page inside the page: one object of the list at its key.
+    Section(String, Page),
     /// A line of text, or several.
     Note(String),
 }
@@ -79,9 +81,16 @@ enum Part {
 #[derive(Default)]
 pub struct Page {
     parts: Vec<Part>,
+    label: usize,
 }
 
 impl Page {
+    /// Returns an empty page whose labels are at least so wide.
+    #[must_use]
+    pub fn labelled(label: usize) -> Self {
+        Self { parts: Vec::new(), label }
+    }
+
     /// Adds a fact for text and JSON. A key with dots stands in objects: `energy.hand_j`.
     pub fn fact(&mut self, key: &str, label: &str, value: impl Into<Value>, text: impl Into<String>) -> &mut Self {
         self.push(key, value.into(), label, Some(text.into()))
@@ -114,6 +123,13 @@ impl Page {
         self
     }
 
+    /// Adds a page inside the page: its text stands here, its JSON is one more object in the list at the key. With an
+    /// empty key it has no place in JSON.
+    pub fn section(&mut self, key: &str, section: Self) -> &mut Self {
+        self.parts.push(Part::Section(key.into(), section));
+        self
+    }
+
     /// Adds the parts of another page.
     pub fn append(&mut self, other: Self) -> &mut Self {
         self.parts.extend(other.parts);
@@ -138,7 +154,7 @@ impl Page {
             Part::Fact { label, text: Some(_), .. } => Some(label.chars().count()),
             _ => None,
         });
-        let width = labels.fold(LABEL, usize::max);
+        let width = labels.fold(self.label.max(LABEL), usize::max);
         let mut page = String::new();
         for part in &self.parts {
             match part {
@@ -148,6 +164,7 @@ impl Page {
                 }
                 Part::Fact { .. } => {}
                 Part::Table(table) => page += &table.painted(paint),
+                Part::Section(_, section) => page += &section.painted(paint),
                 Part::Note(text) => {
                     page += text.trim_end_matches('\n');
                     page.push('\n');
@@ -165,6 +182,11 @@ impl Page {
             match part {
                 Part::Fact { key, value, .. } => put(&mut object, key, value.json()),
                 Part::Table(table) => put(&mut object, table.key(), Some(table.json())),
+                Part::Section(key, _) if key.is_empty() => {}
+                Part::Section(key, section) => {
+                    let list = object.entry(key.as_str()).or_insert_with(|| Json::Array(Vec::new()));
+                    list.as_array_mut().expect("a key of sections has a list").push(section.json());
+                }
                 Part::Note(_) => {}
             }
         }

@@ -12,7 +12,10 @@ use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use parquet::schema::types::{Type, TypePtr};
 
 use super::cell::Value;
-use super::table::{Column, Kind, Place};
+use super::table::{Column, Field, Kind, Place};
+
+/// Number of rows in a group of a file that [`write_parquet`] writes.
+const GROUP_ROWS: usize = 4096;
 
 /// The values of a column in a group of rows, and for each row whether it has one.
 struct Buffer {
@@ -80,7 +83,7 @@ fn field(column: &Column) -> Result<TypePtr, ParquetError> {
         Kind::Number => (Physical::DOUBLE, None),
         Kind::Flag => (Physical::BOOLEAN, None),
     };
-    let field = Type::primitive_type_builder(column.key(), physical).with_repetition(Repetition::OPTIONAL);
+    let field = Type::primitive_type_builder(column.file_key(), physical).with_repetition(Repetition::OPTIONAL);
     field.with_logical_type(logical).build().map(Arc::new)
 }
 
@@ -146,4 +149,24 @@ impl<W: Write + Send> Parquet<W> {
         }
         self.file.close().map(drop)
     }
+}
+
+/// Writes items as the rows of a Parquet file.
+///
+/// # Errors
+///
+/// Returns the writer's error.
+pub fn write_parquet<T>(
+    out: impl Write + Send,
+    name: &str,
+    metadata: impl IntoIterator<Item = (String, String)>,
+    fields: &[Field<T>],
+    items: impl IntoIterator<Item = T>,
+) -> Result<(), ParquetError> {
+    let mut file = Parquet::new(out, name, fields.iter().map(|field| &field.column), metadata, GROUP_ROWS)?;
+    for item in items {
+        let in_file = fields.iter().filter(|field| field.column.is_in(Place::File));
+        file.add(in_file.map(|field| field.cell(&item).value))?;
+    }
+    file.finish()
 }

@@ -1,5 +1,6 @@
 //! Tables with one list of columns for text, JSON, CSV and Parquet.
 
+use std::borrow::Borrow;
 use std::io::{self, Write};
 
 use serde_json::{Map, Value as Json};
@@ -31,10 +32,11 @@ pub enum Place {
     File,
 }
 
-/// A column: its key in JSON and files, its head and unit in text.
+/// A column: its key in JSON and files, its head and unit in text. The texts of the last column may have several lines.
 #[derive(Clone, Debug)]
 pub struct Column {
     key: String,
+    file_key: String,
     head: String,
     unit: String,
     kind: Kind,
@@ -45,7 +47,7 @@ pub struct Column {
 impl Column {
     fn new(key: &str, head: &str, kind: Kind) -> Self {
         let places = vec![Place::Text, Place::Json, Place::File];
-        Self { key: key.into(), head: head.into(), unit: String::new(), kind, least: 0, places }
+        Self { key: key.into(), file_key: key.into(), head: head.into(), unit: String::new(), kind, least: 0, places }
     }
 
     /// Returns a column of texts.
@@ -78,6 +80,12 @@ impl Column {
         Self { unit: unit.into(), ..self }
     }
 
+    /// Gives the column another name in CSV and Parquet than its key in JSON.
+    #[must_use]
+    pub fn file(self, key: &str) -> Self {
+        Self { file_key: key.into(), ..self }
+    }
+
     /// Makes the column at least so wide in text, so that a table that is shown row by row stays aligned.
     #[must_use]
     pub fn least(self, least: usize) -> Self {
@@ -103,14 +111,14 @@ impl Column {
     }
 
     /// Joins the column with the function that takes its cell out of a row's item.
-    pub fn of<'a, T: ?Sized, C: Into<Cell>>(self, cell: impl Fn(&T) -> C + 'a) -> Field<'a, T> {
+    pub fn of<'a, T, C: Into<Cell>>(self, cell: impl Fn(&T) -> C + 'a) -> Field<'a, T> {
         Field { column: self, cell: Box::new(move |item| cell(item).into()) }
     }
 
-    /// Returns the key.
+    /// Returns the name of the column in CSV and Parquet.
     #[must_use]
-    pub fn key(&self) -> &str {
-        &self.key
+    pub fn file_key(&self) -> &str {
+        &self.file_key
     }
 
     /// Returns the type of the values.
@@ -126,18 +134,18 @@ impl Column {
     }
 
     fn heading(&self) -> String {
-        format!("{} {}", self.head, self.unit).trim().to_string()
+        format!("{} {}", self.head, self.unit).trim_end().to_string()
     }
 }
 
 /// A column, and the function that takes its cell out of an item.
-pub struct Field<'a, T: ?Sized> {
+pub struct Field<'a, T> {
     /// The column.
     pub column: Column,
     cell: Box<dyn Fn(&T) -> Cell + 'a>,
 }
 
-impl<T: ?Sized> Field<'_, T> {
+impl<T> Field<'_, T> {
     /// Returns the cell of an item.
     pub fn cell(&self, item: &T) -> Cell {
         (self.cell)(item)
@@ -150,6 +158,8 @@ pub struct Table {
     key: String,
     columns: Vec<Column>,
     rows: Vec<Vec<Cell>>,
+    /// The rows that text leaves out.
+    untold: Vec<usize>,
     gap: usize,
 }
 
@@ -157,18 +167,18 @@ impl Table {
     /// Returns a table without rows. A table with an empty key has no place in JSON.
     #[must_use]
     pub fn new(key: &str, columns: impl IntoIterator<Item = Column>) -> Self {
-        Self { key: key.into(), columns: columns.into_iter().collect(), rows: Vec::new(), gap: 2 }
+        Self { key: key.into(), columns: columns.into_iter().collect(), rows: Vec::new(), untold: Vec::new(), gap: 2 }
     }
 
     /// Returns a table with a row for each item.
-    pub fn of<'a, 'i, T: ?Sized + 'i>(
+    pub fn of<'a, T>(
         key: &str,
-        items: impl IntoIterator<Item = &'i T>,
+        items: impl IntoIterator<Item: Borrow<T>>,
         fields: impl IntoIterator<Item = Field<'a, T>>,
     ) -> Self {
         let fields: Vec<Field<T>> = fields.into_iter().collect();
         let mut table = Self::new(key, fields.iter().map(|field| field.column.clone()));
-        items.into_iter().for_each(|item| table.add(fields.iter().map(|field| field.cell(item))));
+        items.into_iter().for_each(|item| table.add(fields.iter().map(|field| field.cell(item.borrow()))));
         table
     }
 
@@ -176,6 +186,12 @@ impl Table {
     #[must_use]
     pub fn gap(self, gap: usize) -> Self {
         Self { gap, ..self }
+    }
+
+    /// Leaves rows out of the text; JSON and files have them.
+    #[must_use]
+    pub fn without(self, untold: impl Fn(usize) -> bool) -> Self {
+        Self { untold: (0..self.rows.len()).filter(|row| untold(*row)).collect(), ..self }
     }
 
     /// Adds a row: a cell for each column.
@@ -214,14 +230,14 @@ impl Table {
     /// Returns the table as aligned text. `paint` colours cells that are marked as good or bad.
     #[must_use]
     pub fn painted(&self, paint: &dyn Fn(&str, bool) -> String) -> String {
-        let rows: Vec<Vec<String>> = self.rows.iter().map(|row| row.iter().map(Cell::text).collect()).collect();
+        let told = || self.rows.iter().enumerate().filter(|(row, _)| !self.untold.contains(row)).map(|(_, row)| row);
         let least = |(at, column): (usize, &Column)| {
-            let cells = rows.iter().map(|row| row[at].chars().count());
+            let cells = told().map(|row| row[at].text().chars().count());
             cells.fold(column.least.max(column.heading().chars().count()), usize::max)
         };
         let widths: Vec<usize> = self.columns.iter().enumerate().map(least).collect();
         let heads = self.heads(&widths);
-        let lines = self.rows.iter().map(|row| self.line(row, &widths, paint));
+        let lines = told().map(|row| self.line(row, &widths, paint));
         heads.into_iter().chain(lines).collect()
     }
 
@@ -257,7 +273,8 @@ impl Table {
             let painted = row[at].good.map_or(text.clone(), |good| paint(&text, good));
             let before = if matches!(column.kind, Kind::Text | Kind::Flag) { 0 } else { rest };
             if !text.is_empty() {
-                line += &" ".repeat(pending + before);
+                // A text that begins on a line of its own leaves no blanks behind.
+                line += &" ".repeat(if text.starts_with('\n') { 0 } else { pending + before });
                 line += &painted;
                 pending = 0;
             } else {
@@ -283,7 +300,7 @@ impl Table {
     #[must_use]
     pub fn csv(&self, comments: &[impl AsRef<str>]) -> String {
         let mut text: String = comments.iter().map(|comment| format!("# {}\n", comment.as_ref())).collect();
-        text += &csv_line(self.places(Place::File).map(|(_, column)| column.key.clone()));
+        text += &csv_line(self.places(Place::File).map(|(_, column)| column.file_key.clone()));
         for row in &self.rows {
             text += &csv_line(self.places(Place::File).map(|(at, _)| row[at].value.csv()));
         }
@@ -312,7 +329,7 @@ pub fn write_csv<T>(
         writeln!(out, "# {comment}")?;
     }
     let fields: Vec<_> = fields.iter().filter(|field| field.column.is_in(Place::File)).collect();
-    out.write_all(csv_line(fields.iter().map(|field| field.column.key.clone())).as_bytes())?;
+    out.write_all(csv_line(fields.iter().map(|field| field.column.file_key.clone())).as_bytes())?;
     for item in items {
         out.write_all(csv_line(fields.iter().map(|field| field.cell(&item).value.csv())).as_bytes())?;
     }

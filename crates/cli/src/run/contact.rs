@@ -4,8 +4,8 @@ use hpu_cosim::scene::Units;
 use hpu_cosim::{AnyRig, Ready, Session, Verdict};
 use hpu_study::map::{Unseen, displayed_stiffness, product_wraps, unseen_contact};
 
-use super::ANGLE;
 use crate::run::Ran;
+use crate::run::page::ANGLE;
 use crate::units::si;
 
 /// Returns a warning beside the verdict when the wall was not reached, or when its product wrapped; otherwise an empty

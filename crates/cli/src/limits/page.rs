@@ -1,0 +1,230 @@
+//! The page of the limits of a scene's wall.
+
+use std::path::PathBuf;
+
+use hpu_cosim::figure;
+use hpu_study::criteria::{Assumption, Criterion, Figure, Region, Silent};
+use hpu_study::limits::{BoxSet, End, Group, Limits, MOST_EVENTS, Seen, StableSet, Stretch, Unknown, WordsSet};
+use hpu_study::page::{Cell, Column, Page, Table};
+use serde_json::{Value, json};
+
+use crate::page as pages;
+use crate::parameters::{missed, missed_object};
+
+/// The width of the labels.
+const LABEL: usize = 21;
+
+/// Returns the page of limits.
+pub fn page(scene: &str, found: &Limits, over: &[Unknown], files: &[PathBuf]) -> Page {
+    let unit = found.linear.as_ref().map_or("", |set| set.unit);
+    let [low, high] = found.range.map(figure);
+    let what = found.varied.as_deref().unwrap_or("stiffnesses");
+    let said = format!("{scene}: at which {what} the wall settles, from {low} to {high} {unit}");
+    let mut page = Page::labelled(LABEL);
+    page.note(said.trim_end()).note("");
+    page.data("scene", scene).data("range", json!(found.range)).data("varied", found.varied.as_ref());
+    page.data("linear", found.linear.as_ref().ok().map(linear)).data("linear_reason", found.linear.as_ref().err());
+    match &found.linear {
+        Ok(set) => {
+            page.line("linear loop", set.said());
+            for Stretch { from, to } in &set.stable {
+                for end in [from, to].into_iter().filter(|end| end.beyond.is_some()) {
+                    let (middle, half) = (nine(end.middle()), end.uncertainty());
+                    page.line("", format!("a pole on the unit circle at {middle} {}, within {half:.0e}", set.unit));
+                }
+            }
+        }
+        Err(why) => {
+            page.line("linear loop", why);
+        }
+    }
+    page.data("over", json!([]));
+    for (index, unknown) in over.iter().enumerate() {
+        let (label, range) = (if index == 0 { "over the box" } else { "" }, unknown.to_string());
+        let mut part = Page::default();
+        part.data("key", unknown.key()).data("range", &range);
+        page.section("over", part).line(label, range);
+    }
+    let in_box = found.in_box.as_ref();
+    page.data("linear_in_box", in_box.and_then(|set| set.as_ref().ok()).map(self::in_box));
+    page.data("linear_in_box_reason", in_box.and_then(|set| set.as_ref().err()));
+    if let Some(set) = in_box {
+        page.line("linear loop in it", set.as_ref().map_or_else(Clone::clone, BoxSet::said));
+    }
+    page.data("words", found.in_words.as_ref().ok().map(in_words)).data("words_reason", found.in_words.as_ref().err());
+    match &found.in_words {
+        Ok(set) => words(&mut page, set),
+        Err(why) => {
+            page.line("in words", why);
+        }
+    }
+    page.data("stiffness_missed", found.stiffness_miss.as_ref().map(missed_object));
+    if let Some(miss) = &found.stiffness_miss {
+        page.line("warning", format!("wall.{}", missed(miss, Some("method.stiffness_format"))));
+    }
+    let silent = found.silent.iter().map(|Silent { name, why }| json!({ "name": name, "reason": why }));
+    page.data("silent", Value::Array(silent.collect()));
+    let assumptions = legend(&found.criteria);
+    let mut table = criteria(found, &assumptions);
+    page.data("criteria", table.json());
+    for Silent { name, why } in &found.silent {
+        let mut row = vec![Cell::absent(); table.columns().len()];
+        (row[0], row[1], row[4]) = (Cell::new(*name), Cell::new("-"), Cell::new(why.as_str()));
+        table.add(row);
+    }
+    if found.varied.is_none() {
+        page.note("").table(table).note("");
+    }
+    pages::files(&mut page, files);
+    if found.varied.is_none() {
+        for (Assumption { text: words, met, here }, letter) in assumptions.iter().zip('a'..) {
+            let (mark, here) = if *met { (' ', String::new()) } else { ('!', format!("; here: {here}")) };
+            page.note(format!("{mark}{letter}  {words}{here}"));
+        }
+    }
+    page
+}
+
+/// Adds the lines about the loop in words.
+fn words(page: &mut Page, set: &WordsSet) {
+    for (index, (group, from, to)) in set.groups().into_iter().enumerate() {
+        let which = match group {
+            Group::All => "all phases settle",
+            Group::Some => "some phases settle",
+            Group::None => "no phase settles",
+        };
+        let [low, high] = [from, to].map(|seen| set.digits(seen.stiffness));
+        let between = if low == high { format!("at {low}") } else { format!("{low} to {high}") };
+        let label = if index == 0 { "in words" } else { "" };
+        page.line(label, format!("{which:<19}{between} {}", set.unit));
+    }
+    page.line("", set.turn());
+    let apart = match set.finest {
+        1 => "each word where neighbours differ".to_string(),
+        words => format!("{words} words apart where neighbours differ"),
+    };
+    if set.wrapped > 0 {
+        let said = "of these runs settle although the product has wrapped: the hand may be through the wall";
+        page.line("warning", format!("{} {said}", set.wrapped));
+    }
+    if set.cut_short > 0 {
+        let said = format!("runs had more than {MOST_EVENTS} events and count as not settled");
+        page.line("", format!("{} {said}", set.cut_short));
+    }
+    let (seen, words, phases) = (set.seen.len(), set.words, set.phases / set.worlds);
+    let worlds = if set.worlds > 1 { format!(" in each of {} worlds", set.worlds) } else { String::new() };
+    let seen_at = format!("seen at {seen} of {words} words, {apart}, at {phases} phases of the contact{worlds}");
+    page.line("", seen_at);
+    if set.untouched > 0 {
+        page.line("", format!("{} worlds are not judged: their hand is not at the wall", set.untouched));
+    }
+    let between = words - seen as i128;
+    if between > 0 {
+        page.line("", format!("the {between} words between neighbours alike were not run: --words {words} runs all"));
+    }
+}
+
+/// Returns the criteria. In text a letter stands for each assumption, with `!` where the scene does not meet it.
+fn criteria(found: &Limits, all: &[Assumption]) -> Table {
+    let letter = |assumption: &Assumption| {
+        let letter = all.iter().zip('a'..).find(|(known, _)| *known == assumption).map_or(' ', |found| found.1);
+        if assumption.met { format!("{letter}") } else { format!("!{letter}") }
+    };
+    let texts = |criterion: &Criterion, only_missed: bool, text: fn(&Assumption) -> &str| {
+        let told = criterion.assumptions.iter().filter(|assumption| !(only_missed && assumption.met));
+        json!(told.map(text).collect::<Vec<_>>())
+    };
+    let figures = |criterion: &Criterion| {
+        let figures = criterion.figures.iter();
+        json!(
+            figures
+                .map(|Figure { name, value, unit }| json!({ "name": name, "value": value, "unit": unit }))
+                .collect::<Vec<_>>()
+        )
+    };
+    let here = |criterion: &Criterion| {
+        let figures = criterion
+            .figures
+            .iter()
+            .map(|Figure { name, value, unit }| format!("{name} {} {unit}", figure(*value)).trim_end().to_string());
+        let region = criterion.region.map(|region| region.name().to_string());
+        let here = region.into_iter().chain(figures).collect::<Vec<_>>().join(", ");
+        if here.is_empty() { here } else { format!("\n  here: {here}") }
+    };
+    let fields = [
+        Column::text("name", "criterion").least(LABEL).of(|criterion: &Criterion| criterion.name),
+        Column::number("limit", "limit")
+            .least(14)
+            .of(|criterion: &Criterion| Cell::new(criterion.limit).shown(nine(criterion.limit))),
+        Column::text("unit", "unit").of(|criterion: &Criterion| criterion.unit),
+        Column::flag("assumptions_met", "met").of(|criterion: &Criterion| {
+            let met = format!("{} of {}", criterion.met(), criterion.assumptions.len());
+            Cell::new(criterion.assumptions_met()).shown(met)
+        }),
+        Column::text("", "assumptions, ! those that the scene does not meet")
+            .said()
+            .of(move |criterion: &Criterion| criterion.assumptions.iter().map(letter).collect::<Vec<_>>().join(" ")),
+        Column::text("assumptions", "").data().of(move |criterion: &Criterion| texts(criterion, false, |it| it.text)),
+        Column::text("not_met", "").data().of(move |criterion: &Criterion| texts(criterion, true, |it| it.text)),
+        Column::text("not_met_here", "").data().of(move |criterion: &Criterion| texts(criterion, true, |it| &it.here)),
+        Column::text("figures", "").data().of(figures),
+        Column::text("region", "").data().of(|criterion: &Criterion| criterion.region.map(Region::name)),
+        Column::text("", "").said().of(here),
+    ];
+    Table::of("", &found.criteria, fields)
+}
+
+fn linear(set: &StableSet) -> Value {
+    let end = |End { at, beyond }: End| json!({ "at": at, "beyond": beyond });
+    let stretch = |Stretch { from, to }: &Stretch| json!({ "from": end(*from), "to": end(*to) });
+    json!({
+        "unit": set.unit,
+        "stable": set.stable.iter().map(stretch).collect::<Vec<_>>(),
+        "open": set.open,
+    })
+}
+
+fn in_box(set: &BoxSet) -> Value {
+    json!({ "unit": set.unit, "stable": set.proved, "points": set.points, "stable_at_points": set.at_points })
+}
+
+fn in_words(set: &WordsSet) -> Value {
+    let seen = |seen: &Seen| json!({ "word": seen.word as i64, "stiffness": seen.stiffness, "settled": seen.settled });
+    let groups = set
+        .groups()
+        .into_iter()
+        .map(|(group, from, to)| json!({ "settle": group.name(), "from": from.stiffness, "to": to.stiffness }));
+    json!({
+        "unit": set.unit,
+        "word": set.step,
+        "words": set.words as i64,
+        "phases": set.phases / set.worlds,
+        "worlds": set.worlds,
+        "worlds_without_contact": set.untouched,
+        "runs": set.runs(),
+        "runs_cut_short": set.cut_short,
+        "runs_settled_but_wrapped": set.wrapped,
+        "groups": groups.collect::<Vec<_>>(),
+        "lowest_failed": set.lowest_failed().map(|seen| seen.stiffness),
+        "highest_settled": set.highest_settled().map(|seen| seen.stiffness),
+        "all_up_to": set.all_up_to().map(|seen| seen.stiffness),
+        "words_between_neighbours_that_differ": set.finest as i64,
+        "seen": set.seen.iter().map(seen).collect::<Vec<_>>(),
+    })
+}
+
+/// Returns a limit with nine decimals. If they would not show it, returns its first digits with a power of ten.
+fn nine(limit: f64) -> String {
+    if limit == 0.0 || (1e-4..1e9).contains(&limit) { format!("{limit:.9}") } else { format!("{limit:.6e}") }
+}
+
+/// Returns every assumption once.
+fn legend(criteria: &[Criterion]) -> Vec<Assumption> {
+    let mut all: Vec<Assumption> = Vec::new();
+    for assumption in criteria.iter().flat_map(|criterion| &criterion.assumptions) {
+        if !all.contains(assumption) {
+            all.push(assumption.clone());
+        }
+    }
+    all
+}

@@ -1,0 +1,22 @@
+//! Pages, as the command shows them.
+
+use std::path::PathBuf;
+
+use hpu_study::page::Page;
+use serde_json::json;
+
+use crate::exit::Failure;
+use crate::terminal::{print, print_json, verdict};
+
+/// Prints a page: as one JSON object, or as text with colours on a terminal.
+pub fn show(page: &Page, as_json: bool) -> Result<(), Failure> {
+    if as_json { print_json(&page.json()) } else { print(&page.painted(&verdict)) }
+}
+
+/// Adds the files that were written.
+pub fn files(page: &mut Page, files: &[PathBuf]) {
+    page.data("files", json!(files));
+    for file in files {
+        page.line("file", file.display().to_string());
+    }
+}

@@ -1,0 +1,501 @@
+//! The page of a run: its summary, as text and as JSON. The keys of the JSON are a contract, and more may be added.
+//! Numbers are in SI units.
+
+use hpu_cosim::dut::{DutSession, Wire};
+use hpu_cosim::scene::{Device, Metric, Units};
+use hpu_cosim::{AnyRig, Mark, NetUse, Ready, Rig, SIGNS, Session, Trace, Verdict, unseen_growth_per_s};
+use hpu_rtl::{CheckRow, Hdl, Mismatch};
+use hpu_signal::{Clock, Cycle, Notation};
+use hpu_study::map::outcome_name;
+use hpu_study::page::{Cell, Column, Page, Table};
+use hpu_study::widths::idle_bits;
+use serde_json::{Value, json};
+
+use crate::notation::triple;
+use crate::run::contact::{self, displayed, unseen, wraps};
+use crate::run::{Ran, phantom, rows, table};
+use crate::terminal::verdict;
+use crate::units::{error_percent, percent, rounded_up, si};
+use crate::{fit, page as pages, parameters};
+
+/// The index of an axis's angle among its outputs.
+pub const ANGLE: usize = 2;
+/// The index of the torque or force of its actuator.
+const TORQUE: usize = 3;
+
+/// Returns the page.
+pub fn page(ran: &Ran) -> Page {
+    let (session, summary) = (ran.session, &ran.summary);
+    let mut page = Page::default();
+    let clock = si(session.clock().frequency_hz() as f64, "Hz");
+    page.fact("scene", "scene", session.name(), format!("{}, {} at {clock}", session.name(), session.closed_by()));
+    page.data("driver", ran.driver).data("solver", ran.solver);
+    page.data("fitted", ran.fitted.as_ref().map(|found| fit::model(found).json()));
+    if let Some(found) = &ran.fitted {
+        page.section("", fit::model(found));
+    }
+    let (said, kind) = match summary.verdict {
+        Some(verdict) => outcome(verdict, position(ran), ran.window_s),
+        None if summary.complete => ("a recording: no device, no motion to judge".to_string(), Value::Null),
+        None => ("stopped before its end".to_string(), Value::Null),
+    };
+    page.fact("outcome", "outcome", kind, said + &summary.verdict.map_or(String::new(), |_| contact::beside(ran)));
+    in_contact(&mut page, ran);
+    page.data("complete", summary.complete);
+    page.data("aborted", summary.aborted.map(|abort| json!({ "at_s": abort.at_s, "why": abort.why })));
+    if let Some(abort) = summary.aborted {
+        page.line("aborted", format!("at {}: {}", si(abort.at_s, "s"), abort.why));
+    }
+    page.data("realised", realised(session)).data("dut", dut(session));
+    of_device(&mut page, ran);
+    energy(&mut page, ran);
+    faults(&mut page, ran);
+    work(&mut page, ran);
+    page.table(nets(ran)).table(parameters::table(&ran.parameters));
+    expectations(&mut page, ran);
+    page.data("rtl", ran.rtl.as_ref().map(|(row, hdl)| of_rtl(row, hdl, session.clock())));
+    if let Some((row, hdl)) = &ran.rtl {
+        let mismatches = verdict(&format!("{} mismatches", row.mismatches), row.ok());
+        page.line("rtl", format!("{} edges in GHDL, {mismatches}; VHDL {hdl}", row.edges));
+        if let Some(first) = &row.first {
+            let at = si(session.clock().seconds(Cycle(first.row)), "s");
+            page.line("", format!("first difference at {at}; from there on `differs` is 1 in trace and waveform"));
+            page.note(first.to_string());
+        }
+    }
+    let held = ran.held.as_ref().map(|held| held.page(session.clock().period_s()));
+    page.data("compared", held.as_ref().map(Page::json));
+    if let Some(held) = held {
+        page.section("", held);
+    }
+    page.data("trace", trace(ran));
+    pages::files(&mut page, &ran.files);
+    page
+}
+
+/// Adds how long the wall was touched, and what it gave.
+fn in_contact(page: &mut Page, ran: &Ran) {
+    page.data("contact_share", ran.summary.contact_share).data("judged_window_s", json!(ran.window_s));
+    page.data("displayed_stiffness", displayed(ran).map(|(_, _, displayed, _)| displayed));
+    page.data("displayed_ratio", displayed(ran).and_then(|(.., ratio)| ratio)).data("product_wraps", wraps(ran));
+    let unseen = unseen(ran).map(|(_, unseen)| json!({ "depth": unseen.depth, "position_wrapped": unseen.wrapped }));
+    page.data("unseen_contact", unseen);
+    if let Some(said) = contact::line(ran) {
+        page.line("contact", said);
+    }
+}
+
+/// Adds the lines of the device: its motion, and its words or the ports of a design.
+fn of_device(page: &mut Page, ran: &Ran) {
+    let (words, missed) = match ran.session {
+        AnyRig::Ours(Ready::Axis(session)) => {
+            if ran.summary.verdict.is_some() {
+                let scene = session.scene();
+                page.line("motion", motion(&scene.device, scene.wall.position_rad, &ran.trace));
+            }
+            let missed = session.words().realised.stiffness_miss.as_ref();
+            let key = Some("method.stiffness_format");
+            (words(session, ran.notation).to_vec(), missed.map(|miss| parameters::missed(miss, key)))
+        }
+        AnyRig::Ours(Ready::Phantom(session)) => {
+            page.line("platform", phantom::platform(session.scene()));
+            page.line("motion", phantom::motion(session.scene(), &ran.trace));
+            let missed = session.words().stiffness_miss.as_ref().map(|miss| parameters::missed(miss, None));
+            (phantom::words(session, ran.notation).to_vec(), missed)
+        }
+        AnyRig::Dut(session) => {
+            let scene = session.scene();
+            page.line("motion", motion(&scene.device, scene.wall_rad, &ran.trace));
+            page.line("dut", format!("{} by {}", scene.dut.top, session.engine()));
+            for said in wires(session) {
+                page.line("port", said);
+            }
+            return;
+        }
+    };
+    for said in words {
+        page.line("words", said);
+    }
+    if let Some(said) = missed {
+        page.line("warning", said);
+    }
+}
+
+/// Returns an outcome as text and as JSON.
+fn outcome(verdict: Verdict, unit: &str, [from_s, to_s]: [f64; 2]) -> (String, Value) {
+    let u = |value| si(value, unit);
+    match verdict {
+        Verdict::Settled { rms_rad } => {
+            let growth = unseen_growth_per_s(to_s - from_s);
+            let (rms, from, to, below) = (u(rms_rad), si(from_s, "s"), si(to_s, "s"), rounded_up(growth));
+            (
+                format!("settled: rms {rms} about the mean, {from} to {to}; growth below {below}/s would not be seen"),
+                json!({ "kind": "settled", "rms_rad": rms_rad, "growth_unseen_below_per_s": growth }),
+            )
+        }
+        Verdict::LimitCycle { rms_rad, amplitude_rad, frequency_hz } => {
+            let (rms, amplitude, frequency) = (u(rms_rad), u(amplitude_rad), si(frequency_hz, "Hz"));
+            let said = if frequency_hz == 0.0 {
+                let range = u(2.0 * amplitude_rad);
+                format!("moving to the end, over {range} without a period (a limit cycle by the rule), rms {rms}")
+            } else {
+                format!("limit cycle: amplitude {amplitude}, {frequency}, rms {rms}")
+            };
+            let numbers = json!({
+                "kind": "limit_cycle",
+                "rms_rad": rms_rad,
+                "amplitude_rad": amplitude_rad,
+                "frequency_hz": frequency_hz,
+            });
+            (said, numbers)
+        }
+        Verdict::Diverged { at_s, amplitude_rad } => (
+            format!("diverged: amplitude {}, growing since {}", u(amplitude_rad), si(at_s, "s")),
+            json!({ "kind": "diverged", "at_s": at_s, "amplitude_rad": amplitude_rad }),
+        ),
+        Verdict::Passive { rms_m } => (
+            format!("passive: rms {} about the steady value at the end", si(rms_m, "m")),
+            json!({ "kind": "passive", "rms_m": rms_m }),
+        ),
+        Verdict::NonPassive { rms_m } => (
+            format!("non-passive: rms {} about the steady value at the end", si(rms_m, "m")),
+            json!({ "kind": "non_passive", "rms_m": rms_m }),
+        ),
+        Verdict::HighlyUnstable { at_s } => (
+            format!("highly unstable: aborted at {}", si(at_s, "s")),
+            json!({ "kind": "highly_unstable", "at_s": at_s }),
+        ),
+    }
+}
+
+/// Describes the ports of a design and their connections.
+fn wires(session: &DutSession) -> Vec<String> {
+    let wire = |Wire { port, connection }: &Wire| {
+        let width = port.format.width();
+        let bits = if width == 1 { String::new() } else { format!("[{}:0]", width - 1) };
+        let arrow = if port.is_input { "<-" } else { "->" };
+        format!("{:<24} {arrow} {}", format!("{}{bits}", port.name), connection.name())
+    };
+    session.wires().iter().map(wire).collect()
+}
+
+fn motion(device: &Device, wall_rad: f64, trace: &Trace) -> String {
+    let units = device.units();
+    let peak = trace.greatest(ANGLE);
+    format!(
+        "ends at {}, peak {}, {} into the wall, {} up to {}, seen every {}",
+        si(trace.last(ANGLE).unwrap_or(0.0), units.position),
+        si(peak, units.position),
+        si((peak - wall_rad).max(0.0), units.position),
+        if matches!(device, Device::Mass(_)) { "force" } else { "torque" },
+        si(trace.greatest_size(TORQUE), units.effort),
+        si(trace.interval_s() / trace.every() as f64, "s")
+    )
+}
+
+fn words(session: &Session, notation: Notation) -> [String; 4] {
+    let (scene, words) = (session.scene(), session.words());
+    let units = scene.device.units();
+    let (realised, method) = (&words.realised, &scene.method);
+    [
+        format!(
+            "stiffness {} of {} is {}, asked {}: {}",
+            method.stiffness_format.value(words.stiffness),
+            notation.of(method.stiffness_format),
+            si(realised.stiffness_nm_per_rad, units.stiffness),
+            si(scene.wall.stiffness_nm_per_rad, units.stiffness),
+            error_percent(realised.stiffness_error)
+        ),
+        format!(
+            "damping {} of {} is {}, asked {}: {}",
+            method.damping_format.value(words.damping),
+            notation.of(method.damping_format),
+            si(realised.damping_nm_s_per_rad, units.damping),
+            si(scene.wall.damping_nm_s_per_rad, units.damping),
+            error_percent(realised.damping_error)
+        ),
+        format!(
+            "wall at {}, asked {}; a count is {}, a PWM count {}",
+            si(realised.wall_position_rad, units.position),
+            si(scene.wall.position_rad, units.position),
+            si(realised.count_rad, units.position),
+            si(realised.torque_quantum_nm, units.effort)
+        ),
+        format!("period {} clocks is {}", words.period, si(realised.sample_rate_hz, "Hz")),
+    ]
+}
+
+/// Adds the energies.
+fn energy(page: &mut Page, ran: &Ran) {
+    let energy = &ran.summary.energy;
+    let j = |value| si(value, "J");
+    let numbers = json!({
+        "supplied_j": energy.supplied_j,
+        "stored_j": energy.stored_j,
+        "dissipated_j": energy.dissipated_j,
+        "residual_j": energy.residual_j,
+        "exchanged_j": energy.exchanged_j,
+        "source_j": energy.source_j,
+        "hand_j": energy.hand_j,
+        "copper_j": energy.copper_j,
+        "diodes_j": energy.diodes_j,
+        "viscous_j": energy.viscous_j,
+        "coulomb_j": energy.coulomb_j,
+        "transmission_j": energy.transmission_j,
+    });
+    page.data("energy", numbers);
+    if energy.exchanged_j <= 0.0 {
+        return;
+    }
+    let [supplied, source, hand] = [energy.supplied_j, energy.source_j, energy.hand_j].map(j);
+    let [stored, dissipated, exchanged] = [energy.stored_j, energy.dissipated_j, energy.exchanged_j].map(j);
+    let said =
+        format!("supplied {supplied} (source {source}, hand {hand}) = stored {stored} + dissipated {dissipated}");
+    page.line("energy", said);
+    let [copper, diodes, viscous] = [energy.copper_j, energy.diodes_j, energy.viscous_j].map(j);
+    let [coulomb, transmission] = [energy.coulomb_j, energy.transmission_j].map(j);
+    let said = match ran.session {
+        AnyRig::Ours(Ready::Axis(_)) | AnyRig::Dut(_) => {
+            format!("copper {copper}, diodes {diodes}, viscous friction {viscous}, Coulomb friction {coulomb}")
+        }
+        AnyRig::Ours(Ready::Phantom(_)) => {
+            format!("viscous friction {viscous}, Coulomb friction {coulomb}, the transmission {transmission}")
+        }
+    };
+    page.line("energy", format!("dissipated in {said}"));
+    let residual = energy.residual_j.abs() / energy.exchanged_j;
+    page.line("energy", format!("residual {residual:.1e} of the {exchanged} exchanged"));
+}
+
+/// Adds the edges, events and steps, and the time that they took.
+fn work(page: &mut Page, ran: &Ran) {
+    let summary = &ran.summary;
+    let (edges, ticks, wall_s) = (summary.edges, summary.ticks, summary.wall_s);
+    let rate = edges as f64 / wall_s;
+    let (motion, wall) = (si(summary.motion_s, "s"), si(wall_s, "s"));
+    page.fact("edges", "edges", edges, format!("{edges} ({motion}) in {wall} by {}: {rate:.2e} edges/s", ran.driver));
+    page.data("motion_s", summary.motion_s).data("wall_s", wall_s).data("edges_per_s", rate);
+    page.data("events", summary.events()).data("activity", summary.activity()).data("ticks", ticks);
+    page.data("steps", summary.steps);
+    if summary.steps > 0 {
+        let rate = summary.steps as f64 / wall_s;
+        page.line("steps", format!("{} of {}: {rate:.2e} steps/s", summary.steps, ran.solver));
+    }
+    page.data("encoder_edges", summary.encoder_edges).data("output_changes", summary.output_changes);
+    // `gate_changes` is the older name of this key.
+    page.data("gate_changes", summary.output_changes).data("mode_changes", summary.mode_changes);
+    page.data("decided_again", summary.redecided);
+    if !summary.nets.is_empty() {
+        page.line(
+            "activity",
+            format!(
+                "{} of the edges: {ticks} ticks, {} encoder edges, {} output changes, {} mode changes; {} decided again",
+                percent(ticks, edges),
+                summary.encoder_edges,
+                summary.output_changes,
+                summary.mode_changes,
+                summary.redecided
+            ),
+        );
+    }
+}
+
+/// Adds the number of times that each fault has happened, and when it happened first.
+fn faults(page: &mut Page, ran: &Ran) {
+    let summary = &ran.summary;
+    let seconds = |edge| ran.session.clock().seconds(Cycle(edge));
+    let all =
+        summary.faults.iter().map(|mark| json!({ "kind": mark.what, "edge": mark.edge, "at_s": seconds(mark.edge) }));
+    page.data("faults", Value::Array(all.collect())).data("faults_waiting", summary.faults_waiting);
+    for kind in Mark::KINDS {
+        let mut of_kind = summary.faults.iter().filter(|mark| mark.what == kind);
+        let Some(first) = of_kind.next() else { continue };
+        let at = si(seconds(first.edge), "s");
+        let said = match of_kind.count() {
+            0 => format!("{kind} at {at}"),
+            more => format!("{kind} {} times, first at {at}", more + 1),
+        };
+        page.line("fault", said);
+    }
+    if summary.faults_waiting > 0 {
+        let said = "more waited for an edge of the encoder that did not come";
+        page.line("fault", format!("{} {said}", summary.faults_waiting));
+    }
+}
+
+/// Returns the datapath's words: their ranges, and the share of the edges at which they had lost bits. Text leaves out
+/// single bits.
+fn nets(ran: &Ran) -> Table {
+    let edges = ran.summary.edges;
+    // The losses inside a design of the user's own are unknown. The idle bits of its ports are known.
+    let is_own = matches!(ran.session, AnyRig::Dut(_));
+    let losses = |column: Column| if is_own { column.data() } else { column };
+    let idle = Column::integer("idle_bits", "idle bits");
+    let seen = |net: &NetUse, word: i64| {
+        // A run that was stopped before its first edge has no words.
+        let value = (net.usage.min <= net.usage.max).then(|| net.signal.format.to_f64(word));
+        Cell::new(value).shown(value.map_or("unknown".to_string(), |value| value.to_string()))
+    };
+    let lost = move |net: &NetUse, lost: u64| {
+        let share = if net.losses_seen { percent(lost, edges) } else { "unknown".to_string() };
+        Cell::new(net.losses_seen.then_some(lost)).shown(share)
+    };
+    let fields = [
+        Column::text("", "").least(9).said().of(|_: &NetUse| "net"),
+        Column::text("name", "net").least(11).of(|net: &NetUse| net.signal.name),
+        Column::text("format", "format")
+            .least(9)
+            .of(|net: &NetUse| Cell::new(json!(triple(net.signal.format))).shown(ran.notation.of(net.signal.format))),
+        Column::number("min", "min").least(11).of(move |net: &NetUse| seen(net, net.usage.min)),
+        Column::number("max", "max").least(11).of(move |net: &NetUse| seen(net, net.usage.max)),
+        if is_own { idle } else { idle.data() }.of(|net: &NetUse| {
+            let idle = idle_bits(net);
+            Cell::new(idle).shown(idle.map_or("unknown".to_string(), |bits| bits.to_string()))
+        }),
+        losses(Column::integer("rounded", "rounded").least(10)).of(move |net: &NetUse| lost(net, net.usage.rounded)),
+        losses(Column::integer("overflowed", "overflowed").least(10)).of(move |net: &NetUse| {
+            let cell = lost(net, net.usage.overflowed);
+            if net.usage.overflowed > 0 { cell.good(false) } else { cell }
+        }),
+        Column::text("unit", "unit").of(|net: &NetUse| {
+            // The range is that of the unsigned word, which wraps where the device passes its starting position.
+            let (unit, width) = (&net.signal.unit, net.signal.format.width());
+            let is_counter = net.signal.is_counter();
+            let modulo = if is_counter { format!(", modulo 2^{width}, as unsigned") } else { String::new() };
+            Cell::new(*unit).shown(format!("{unit}{modulo}"))
+        }),
+    ];
+    let nets = &ran.summary.nets;
+    Table::of("signals", nets, fields).without(|net| edges == 0 || nets[net].signal.format.width() == 1)
+}
+
+/// Adds what the scene expects, and whether it came.
+fn expectations(page: &mut Page, ran: &Ran) {
+    page.data("expected", json!([])).data("expected_not_judged", ran.unjudged);
+    let said = |met| verdict(if met { "met" } else { "NOT MET" }, met);
+    if let Some((kind, met)) = ran.outcome_met {
+        let name = outcome_name(Some(kind));
+        let mut part = Page::default();
+        part.data("name", "outcome").data("value", name).data("met", met);
+        part.line("expected", format!("outcome {name}: {}{}", said(met), contact::beside(ran)));
+        page.section("expected", part);
+    }
+    for (expected, got, met) in &ran.numbers {
+        let (name, unit) = (expected.metric.name(), unit(ran, expected.metric));
+        let [value, within] = [expected.value, expected.tolerance].map(|number| si(number, unit));
+        let shown = got.map_or("nothing".to_string(), |got| si(got, unit));
+        let mut part = Page::default();
+        part.data("name", name).data("value", expected.value).data("tolerance", expected.tolerance);
+        part.data("got", *got).data("met", *met);
+        part.line("expected", format!("{name} {value} within {within}: {shown}, {}", said(*met)));
+        page.section("expected", part);
+    }
+    if let Some(why) = ran.unjudged {
+        page.line("expected", format!("not judged: {why}"));
+    }
+}
+
+/// Returns the comparison with the VHDL as JSON.
+fn of_rtl(row: &CheckRow, hdl: &Hdl, clock: Clock) -> Value {
+    json!({
+        "edges": row.edges,
+        "mismatches": row.mismatches,
+        "hdl": hdl.to_string(),
+        "first_difference": row.first.as_ref().map(|first| first_difference(first, clock)),
+    })
+}
+
+/// Returns where the VHDL first differed from the emulator: `expected` is the emulator's word, `got` the VHDL's.
+fn first_difference(first: &Mismatch, clock: Clock) -> Value {
+    let (columns, history) = first.around.table(first.row);
+    json!({
+        "edge": first.row,
+        "time_s": clock.seconds(Cycle(first.row)),
+        "signal": first.signal,
+        "expected": first.expected,
+        "got": first.got,
+        "columns": columns,
+        "history": history,
+    })
+}
+
+/// Describes a design of the user's own: its simulator, and the connections of its ports.
+fn dut(session: &AnyRig) -> Option<Value> {
+    let AnyRig::Dut(session) = session else { return None };
+    let wire = |Wire { port, connection }: &Wire| {
+        json!({
+            "port": port.name,
+            "direction": if port.is_input { "in" } else { "out" },
+            "bits": port.format.width(),
+            "connection": connection.name(),
+        })
+    };
+    Some(json!({
+        "top": session.scene().dut.top,
+        "engine": session.engine(),
+        "ports": session.wires().iter().map(wire).collect::<Vec<_>>(),
+    }))
+}
+
+/// Describes the columns of trace.csv and trace.parquet: names, units and meanings.
+fn trace(ran: &Ran) -> Value {
+    let columns = rows::columns(ran.session, &table(ran.session, ran.rtl.is_some() || ran.held.is_some()));
+    let columns: Vec<_> = columns.iter().map(|(name, doc)| json!({ "name": name, "doc": doc })).collect();
+    json!({ "signs": SIGNS, "columns": columns })
+}
+
+/// Returns the parameters as the scene's words realise them.
+fn realised(session: &AnyRig) -> Value {
+    match session {
+        AnyRig::Ours(Ready::Axis(session)) => {
+            let realised = session.words().realised;
+            json!({
+                "torque_quantum_nm": realised.torque_quantum_nm,
+                "count_rad": realised.count_rad,
+                "wall_position_rad": realised.wall_position_rad,
+                "stiffness_nm_per_rad": realised.stiffness_nm_per_rad,
+                "stiffness_error": realised.stiffness_error,
+                "stiffness_missed": realised.stiffness_miss.as_ref().map(parameters::missed_object),
+                "damping_nm_s_per_rad": realised.damping_nm_s_per_rad,
+                "sample_rate_hz": realised.sample_rate_hz,
+            })
+        }
+        AnyRig::Ours(Ready::Phantom(session)) => {
+            let (scene, words) = (session.scene(), session.words());
+            let formats = &scene.method.config.formats;
+            json!({
+                "wall_position_m": formats.position.to_f64(words.high),
+                "stiffness_n_per_m": formats.stiffness.to_f64(words.stiffness),
+                "stiffness_missed": words.stiffness_miss.as_ref().map(parameters::missed_object),
+                "sample_rate_hz": scene.clock.frequency_hz() as f64 / words.period as f64,
+                "count_rad": session.count_rad(),
+                "torque_quantum_nm": session.commands().iter().map(|command| command.2).collect::<Vec<_>>(),
+                "apparent_mass_kg": session.apparent_kg(),
+            })
+        }
+        AnyRig::Dut(session) => json!({ "count_rad": session.scene().encoder.count_rad() }),
+    }
+}
+
+/// Returns the unit of the device's positions.
+fn position(ran: &Ran) -> &'static str {
+    axis_units(ran).map_or("m", |units| units.position)
+}
+
+fn axis_units(ran: &Ran) -> Option<Units> {
+    match ran.session {
+        AnyRig::Ours(Ready::Axis(session)) => Some(session.scene().device.units()),
+        AnyRig::Ours(Ready::Phantom(_)) => None,
+        AnyRig::Dut(session) => Some(session.scene().device.units()),
+    }
+}
+
+fn unit(ran: &Ran, metric: Metric) -> &'static str {
+    match metric {
+        Metric::FinalAngle | Metric::PeakAngle | Metric::PeakPenetration | Metric::Amplitude => position(ran),
+        Metric::Frequency => "Hz",
+        Metric::PeakTorque => axis_units(ran).map_or("N.m", |units| units.effort),
+        Metric::SpringOverflowShare | Metric::EncoderEdges | Metric::ContactShare => "",
+        Metric::Rms => "m",
+    }
+}
