@@ -44,6 +44,7 @@ mod run_json;
 mod run_junit;
 mod run_text;
 mod scene;
+mod show;
 mod terminal;
 mod units;
 mod vectors;
@@ -89,6 +90,7 @@ struct Command {
 enum Verb {
     Run(run::Args),
     Scenes(scene::ListArgs),
+    Scene(show::Args),
     Keys(keys::Args),
     Block(block::Args),
     Vectors(vectors::Args),
@@ -117,6 +119,7 @@ fn main() -> ExitCode {
     let done = interrupt::listen().and_then(|()| match command.verb {
         Verb::Run(args) => run::run(&args),
         Verb::Scenes(args) => scene::scenes(&args),
+        Verb::Scene(args) => show::run(&args),
         Verb::Keys(args) => keys::run(&args),
         Verb::Block(args) => block::run(&args),
         Verb::Vectors(args) => vectors::run(&args),

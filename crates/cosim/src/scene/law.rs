@@ -146,17 +146,22 @@ fn energy_bounding(s: &Section) -> Result<LawMethod, SceneError> {
     })
 }
 
+/// Returns the keys of estimators that this one does not take.
+pub(super) fn foreign(estimator: Estimator) -> impl Iterator<Item = &'static str> {
+    let owners = [
+        ("method.filter_shift", &[Estimator::Filtered][..]),
+        ("method.window", &[Estimator::Window, Estimator::Foaw]),
+        ("method.noise", &[Estimator::Foaw]),
+    ];
+    owners.into_iter().filter(move |(_, owners)| !owners.contains(&estimator)).map(|(key, _)| key)
+}
+
 fn sampled_wall(s: &Section) -> Result<SampledWallMethod, SceneError> {
     use keys::sampled_wall as key;
     let estimator = s.read(&key::estimator)?;
-    for (key, owners) in [
-        (&key::filter_shift, &[Estimator::Filtered][..]),
-        (&key::window, &[Estimator::Window, Estimator::Foaw]),
-        (&key::noise, &[Estimator::Foaw]),
-    ] {
-        if s.has(key.name) && !owners.contains(&estimator) {
-            return Err(s.error(key.name, "not a number of this estimator; leave it out"));
-        }
+    let mut foreign = foreign(estimator).filter_map(|path| path.strip_prefix("method."));
+    if let Some(key) = foreign.find(|key| s.has(key)) {
+        return Err(s.error(key, "not a number of this estimator; leave it out"));
     }
     Ok(SampledWallMethod {
         live: s.read(&key::spring)?,

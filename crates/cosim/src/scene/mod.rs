@@ -79,6 +79,7 @@ mod read_hand;
 mod read_method;
 mod read_model;
 mod read_phantom;
+mod resolved;
 mod section;
 mod shipped;
 mod source;
@@ -99,6 +100,7 @@ pub use phantom::{
     Direction, Drop, Irregularity, PhantomLaw, PhantomMethod, PhantomModel, PhantomScene, PhantomWords, Platform,
     Premium, Room,
 };
+pub use resolved::{Resolved, ValueSource, as_scene, resolved};
 pub use shipped::{Shipped, shipped, shipped_file};
 pub use source::SceneError;
 pub use words::{LoopWords, Miss, Realised};

@@ -5,7 +5,7 @@ use hpu_signal::Clock;
 use super::accuracy::accuracy;
 use super::expect::{Expect, Expectation, Metric, OutcomeKind};
 use super::keys::{self, Choice, Expected, Key, Quantity};
-use super::law::LawMethod;
+use super::law::{LawMethod, foreign};
 use super::model::{BridgeModel, Datapath, EncoderModel};
 use super::parts::{Device, Hand, Loop, Ramp, Record, Run, Wall};
 use super::read_device::{amplifier, bridge, device, encoder};
@@ -77,6 +77,9 @@ fn unused(scene: &Scene) -> Vec<&'static str> {
     let scaled = matches!(scene.method.kind, Loop::Law(LawMethod::PassiveSpring { .. }));
     if scene.method.reference_rate_hz.is_none() && !scaled {
         unused.push("method.scale_format");
+    }
+    if let Loop::Law(LawMethod::SampledWall(wall)) = scene.method.kind {
+        unused.extend(foreign(wall.estimator));
     }
     if scene.model.datapath != Datapath::Linear {
         unused.push("model.delay");

@@ -245,13 +245,26 @@ pub(in crate::scene) fn kind_of(section: &str) -> Option<&'static dyn AnyKey> {
     keys.find(|key| key.name() == "kind")
 }
 
+/// Returns the groups of keys that a section of one of these kinds takes.
+fn groups<'a>(section: &'a str, kinds: &'a [&'a str]) -> impl Iterator<Item = &'static Group> + 'a {
+    let takes = move |group: &&'static Group| {
+        group.section == section && (group.kinds.is_empty() || group.kinds.iter().any(|kind| kinds.contains(kind)))
+    };
+    GROUPS.iter().copied().filter(takes)
+}
+
 /// Returns the keys that a section of one of these kinds takes.
 pub(in crate::scene) fn accepted<'a>(
     section: &'a str,
     kinds: &'a [&'a str],
 ) -> impl Iterator<Item = &'static dyn AnyKey> + 'a {
-    let takes = move |group: &&&Group| {
-        group.section == section && (group.kinds.is_empty() || group.kinds.iter().any(|kind| kinds.contains(kind)))
-    };
-    GROUPS.iter().filter(takes).flat_map(|group| group.keys.iter().copied())
+    groups(section, kinds).flat_map(|group| group.keys.iter().copied())
+}
+
+/// Returns these keys with their rows.
+pub(in crate::scene) fn taken<'a>(
+    section: &'a str,
+    kinds: &'a [&'a str],
+) -> impl Iterator<Item = (&'static dyn AnyKey, Row)> + 'a {
+    groups(section, kinds).flat_map(|group| group.keys.iter().map(|key| (*key, key.row(group))))
 }
