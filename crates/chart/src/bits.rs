@@ -89,7 +89,7 @@ fn gauge(panel: &Panel, canvas: &mut Canvas, net: &NetUse, edges: u64) {
     let used = net.usage;
     let color = if used.overflowed > 0 { RUST.color } else { BLUE.color };
     if used.overflowed > 0 {
-        canvas.declare("range used, with overflow", Look::Area(color));
+        canvas.declare("range used, with overflow", color, None);
     }
     let mut y = bottom + 28;
     if used.min <= used.max {

@@ -6,8 +6,7 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-use crate::series::Look;
-use crate::{Key, Picture};
+use crate::{Key, Marker, Picture};
 
 /// Width of a page in pixels of the marks; a browser shows the page at half of this.
 pub(crate) const WIDTH: i32 = 2400;
@@ -82,9 +81,8 @@ impl Canvas {
         self.panels += 1;
     }
 
-    /// Declares what a look stands for in this panel.
-    pub fn declare(&mut self, name: &str, look: Look) {
-        let (RGBColor(r, g, b), marker) = (look.color(), look.marker());
+    /// Declares what a colour, with its marker if it is that of a line, stands for in this panel.
+    pub fn declare(&mut self, name: &str, RGBColor(r, g, b): RGBColor, marker: Option<Marker>) {
         self.keys.push(Key { name: name.to_string(), color: [r, g, b], marker, panel: self.panels });
     }
 

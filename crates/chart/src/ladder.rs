@@ -9,7 +9,7 @@ use hpu_study::reproduce::{Agreement, Finding, brief, plus};
 use crate::canvas::{Anchor, Canvas, GRID, INK, QUIET, WIDTH};
 use crate::log_panel::{decades, dotted, legend, log_panel, style};
 use crate::panel::Panel;
-use crate::series::{BLANK, Look, SAND, SKY};
+use crate::series::{BLANK, SAND, SKY};
 use crate::{Picture, page};
 
 const LEFT: i32 = 400;
@@ -63,7 +63,7 @@ pub fn ladder(rungs: &[Summary], command: &str) -> Picture {
     let some = findings().any(|finding| matches!(finding, Finding::MetInSome { .. }));
     for (finding, name) in [(Finding::Confirmed, "met"), (Finding::NotConfirmed, "not"), (Finding::CannotBeTold, "?")] {
         if findings().any(|other| other == finding) || some && finding != Finding::CannotBeTold {
-            canvas.declare(name, Look::Area(fill(finding)));
+            canvas.declare(name, fill(finding), None);
         }
     }
     stiffest(&mut canvas, rungs);

@@ -100,7 +100,7 @@ pub(crate) fn mark(canvas: &mut Canvas, (x, y): (i32, i32), Style { color, marke
 
 /// Draws an entry of a key: the look and its name. Returns where the next entry begins.
 pub(crate) fn entry(canvas: &mut Canvas, (x, y): (i32, i32), (text, look): (&str, Look), size: i32) -> i32 {
-    canvas.declare(text, look);
+    canvas.declare(text, look.color(), look.marker());
     let width = 2 * size;
     match look {
         Look::Line(style) => {

@@ -9,7 +9,7 @@ use hpu_study::reproduce::{Agreement, Cell, Class, Share, Tables, Tally};
 use crate::canvas::{Anchor, Canvas, GRID, INK, QUIET, WIDTH, text_width};
 use crate::log_panel::{decades, legend, level, log_panel, style, through};
 use crate::panel::Panel;
-use crate::series::{BLANK, Look, MAROON, ORANGE, SHADE, SKY, mark};
+use crate::series::{BLANK, MAROON, ORANGE, SHADE, SKY, mark};
 use crate::{Picture, page};
 
 const LEFT: i32 = 190;
@@ -142,7 +142,7 @@ fn key(canvas: &mut Canvas, tables: &Tables) {
     };
     let fills = [("passive", Class::Passive), ("non-passive", Class::NonPassive), ("aborted", Class::HighlyUnstable)];
     for (text, class) in fills {
-        canvas.declare(text, Look::Area(fill(class)));
+        canvas.declare(text, fill(class), None);
         say(canvas, &[class], None, text);
     }
     let printed = |so| Some(Share { so, of: 1 });

@@ -32,6 +32,7 @@ mod reproduce_drop_json;
 mod reproduce_words;
 mod run;
 mod scene;
+mod show;
 mod terminal;
 mod units;
 mod vectors;
@@ -70,6 +71,7 @@ struct Command {
 enum Verb {
     Run(run::Args),
     Scenes(scene::ListArgs),
+    Scene(show::Args),
     Keys(keys::Args),
     Block(block::Args),
     Vectors(vectors::Args),
@@ -98,6 +100,7 @@ fn main() -> ExitCode {
     let done = interrupt::listen().and_then(|()| match command.verb {
         Verb::Run(args) => run::run(&args),
         Verb::Scenes(args) => scene::scenes(&args),
+        Verb::Scene(args) => show::run(&args),
         Verb::Keys(args) => keys::run(&args),
         Verb::Block(args) => block::run(&args),
         Verb::Vectors(args) => vectors::run(&args),

@@ -6,9 +6,9 @@
 //! report every net inside. The bench talks through the shared library `libhpu_rtl.so`. It is the one that the program
 //! carries; otherwise it is looked for beside the running executable and in `deps` there, where cargo leaves it.
 
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
-use std::{env, fs};
 
 use hpu_cosim::scene::{Dut, DutClock, DutReset, Engine, Experiment, Generic, Standard, shipped_file};
 use hpu_cosim::{ArmLoop, AxisLoop, Control, NetUse, Ready, Rig, Summary, Trace, Wired, follow};
@@ -19,15 +19,13 @@ use crate::around;
 use crate::dut::{ANSWER, DutError, Model, Process, bench, bridge, interface, simulate};
 use crate::ghdl::{GhdlError, Library};
 use crate::hdl::Setup;
+use crate::library::place_library;
 use crate::lockstep::{Lockstep, Played};
 use crate::report::{CheckRow, Tally};
 use crate::side::Totals;
 use crate::sources::sources;
 use crate::tool::{Fault, Tool, ToolError};
 use crate::vector::literal;
-
-/// Name of the shared library.
-pub(crate) const LIBRARY: &str = "libhpu_rtl.so";
 
 /// A scene to run in VHDL.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -301,22 +299,4 @@ impl Loops {
 fn parse(name: &str, text: &str, overrides: &[(String, String)], data: &Path) -> Result<Experiment, String> {
     let mut load = |file: &str| fs::read(data.join(file)).or_else(|error| shipped_file(file).map_err(|_| error));
     Experiment::parse(name, text, overrides, &mut load).map_err(|error| error.to_string())
-}
-
-/// Puts the shared library that GHDL calls into a folder.
-pub(crate) fn place_library(setup: &Setup, folder: &Path) -> Result<(), GhdlError> {
-    let place = folder.join(LIBRARY);
-    if setup.library.is_empty() {
-        let shared = shared_library()?;
-        return fs::copy(&shared, place).map(|_| ()).map_err(|error| GhdlError::Io(shared, error));
-    }
-    fs::write(&place, setup.library).map_err(|error| GhdlError::Io(place, error))
-}
-
-/// Finds the shared library of this build, for a program that does not carry it.
-fn shared_library() -> Result<PathBuf, GhdlError> {
-    let exe = env::current_exe().map_err(|error| GhdlError::Io(PathBuf::from("the executable"), error))?;
-    let beside = exe.parent().unwrap_or(Path::new("."));
-    let places = [beside.join("deps").join(LIBRARY), beside.join(LIBRARY)];
-    places.iter().find(|place| place.exists()).cloned().ok_or_else(|| GhdlError::NoLibrary(places.to_vec()))
 }

@@ -5,7 +5,7 @@ use std::fmt;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::ghdl::GhdlError;
+use crate::ghdl_error::GhdlError;
 
 /// Name and text of every block's VHDL, as `hdl/` had it when the program was built.
 macro_rules! carried {

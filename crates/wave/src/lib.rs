@@ -17,8 +17,10 @@ mod gtkw;
 mod layout;
 mod mismatch;
 mod recording;
+mod sink;
 mod timescale;
 mod vcd;
+mod wave_file;
 
 pub use self::around::{Around, Column, Row};
 pub use self::aside::Aside;
@@ -26,8 +28,10 @@ pub use self::fst::{Fst, FstFile};
 pub use self::gtkw::gtkw;
 pub use self::layout::{Layout, Scope, Source, UnknownNet, Var, differs};
 pub use self::mismatch::{mismatch_gtkw, mismatch_vcd};
-pub use self::recording::{Recording, Sink, WaveFile, fst_aside, vcd_aside};
+pub use self::recording::Recording;
+pub use self::sink::Sink;
 pub use self::vcd::{Vcd, VcdFile};
+pub use self::wave_file::{WaveFile, fst_aside, vcd_aside};
 
 /// The name of the producer in the files.
 const VERSION: &str = concat!("hpu ", env!("CARGO_PKG_VERSION"));

@@ -1,45 +1,12 @@
 //! The part that both formats share: it finds changed values, toggles the clock, and keeps the first error.
 
-use std::fs::File;
 use std::io;
 
 use hpu_signal::{Clock, Cycle, Observe};
 
 use crate::aside::Aside;
 use crate::timescale::Timescale;
-use crate::{Fst, Layout, Source, Vcd};
-
-/// A file format that takes value changes. The writers of VCD and FST implement it, so that [`Recording`] is written
-/// once. Variables are numbered by source: nets, reals, clock, reset, constants.
-pub trait Sink {
-    /// The writer, which is returned at the end.
-    type Out;
-
-    /// Begins an instant. It must be later than all instants before. `time` is in units of the file.
-    ///
-    /// # Errors
-    ///
-    /// When writing fails.
-    fn time(&mut self, time: u64) -> io::Result<()>;
-    /// Writes a new word.
-    ///
-    /// # Errors
-    ///
-    /// When writing fails.
-    fn word(&mut self, slot: usize, word: i64) -> io::Result<()>;
-    /// Writes a new real.
-    ///
-    /// # Errors
-    ///
-    /// When writing fails.
-    fn real(&mut self, slot: usize, value: f64) -> io::Result<()>;
-    /// Completes the file.
-    ///
-    /// # Errors
-    ///
-    /// When writing fails.
-    fn finish(self) -> io::Result<Self::Out>;
-}
+use crate::{Layout, Sink, Source};
 
 /// A waveform that is being written. Only changes are written.
 ///
@@ -201,41 +168,6 @@ impl<S: Sink> Observe for Recording<S> {
     fn reals(&mut self, cycle: Cycle, values: &[f64]) {
         self.attempt(|recording| recording.write_reals(cycle, values));
     }
-}
-
-/// A file of a run in any format. A crate that runs scenes observes a run through this trait, so that it need not
-/// compile the run again for each format. Every [`Recording`] implements it.
-pub trait WaveFile: Observe {
-    /// Completes the file; see [`Recording::finish`].
-    ///
-    /// # Errors
-    ///
-    /// The errors of [`Recording::finish`].
-    fn complete(self: Box<Self>, end: Cycle) -> io::Result<()>;
-}
-
-impl<S: Sink> WaveFile for Recording<S> {
-    fn complete(self: Box<Self>, end: Cycle) -> io::Result<()> {
-        self.finish(end).map(drop)
-    }
-}
-
-/// Returns an FST that is written on a thread of its own.
-///
-/// # Errors
-///
-/// An error when the beginning of the file cannot be written.
-pub fn fst_aside(file: File, layout: &Layout, clock: Clock) -> io::Result<Box<dyn WaveFile>> {
-    Ok(Box::new(Fst::new(file, layout, clock)?.aside()))
-}
-
-/// Returns a VCD that is written on a thread of its own.
-///
-/// # Errors
-///
-/// An error when the beginning of the file cannot be written.
-pub fn vcd_aside(file: File, layout: &Layout, clock: Clock) -> io::Result<Box<dyn WaveFile>> {
-    Ok(Box::new(Vcd::new(file, layout, clock)?.aside()))
 }
 
 impl<S: Sink + Send + 'static> Recording<S>

@@ -328,7 +328,7 @@ pub(super) fn key(canvas: &mut Canvas, solvers: &[(String, Style)], insides: &[(
         shape(canvas, (at + 12, y), Style { marker: Marker::Square, ..BLACK }, *inside, 11);
         at = say(canvas, 34, text);
     }
-    canvas.declare("beaten by none in both", Look::Area(SAND));
+    canvas.declare("beaten by none in both", SAND, None);
     canvas.line(vec![(at, y), (at + 44, y)], SAND, 12);
     at = say(canvas, 58, "beaten by none in both");
     if let Some(allowed) = allowed {

@@ -16,6 +16,7 @@ mod fuzz;
 mod keys;
 mod manual;
 mod map;
+mod modules;
 mod on_disk;
 mod phantom;
 mod price;

@@ -181,6 +181,14 @@ impl Loop {
         }
     }
 
+    /// Returns those of its own keys, as `method.key`, that have no meaning with its other values.
+    pub(crate) fn unused(&self) -> Vec<&'static str> {
+        match self {
+            Self::Hybrid | Self::Conventional => Vec::new(),
+            Self::Law(law) => with_parameters!(law, method => method.unused()),
+        }
+    }
+
     /// Returns whether the spring reads the position at once.
     #[must_use]
     pub fn is_live(&self) -> bool {

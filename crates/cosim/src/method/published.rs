@@ -38,6 +38,10 @@ pub(crate) trait Published: Copy + PartialEq + fmt::Debug {
     fn efforts(&mut self) -> Vec<&mut f64>;
     /// Returns the features that distinguish it from a plain sampled wall.
     fn features(&self) -> Features;
+    /// Returns those of its keys, as `method.key`, that other values of its own make meaningless.
+    fn unused(&self) -> Vec<&'static str> {
+        Vec::new()
+    }
 }
 
 /// What distinguishes a method from a plain sampled wall, which is the default.

@@ -58,6 +58,16 @@ pub struct SampledWallMethod {
     pub relief_nm_s_per_rad: f64,
 }
 
+/// Returns the keys of estimators that this one does not take.
+fn foreign(estimator: Estimator) -> impl Iterator<Item = &'static str> {
+    let owners = [
+        ("method.filter_shift", &[Estimator::Filtered][..]),
+        ("method.window", &[Estimator::Window, Estimator::Foaw]),
+        ("method.noise", &[Estimator::Foaw]),
+    ];
+    owners.into_iter().filter(move |(_, owners)| !owners.contains(&estimator)).map(|(key, _)| key)
+}
+
 impl Published for SampledWallMethod {
     type Block = hpu_datapath::SampledWall;
     type Float = Wall;
@@ -72,14 +82,9 @@ impl Published for SampledWallMethod {
     fn read(s: &Section) -> Result<Self, SceneError> {
         use sampled_wall as key;
         let estimator = s.read(&key::estimator)?;
-        for (key, owners) in [
-            (&key::filter_shift, &[Estimator::Filtered][..]),
-            (&key::window, &[Estimator::Window, Estimator::Foaw]),
-            (&key::noise, &[Estimator::Foaw]),
-        ] {
-            if s.has(key.name) && !owners.contains(&estimator) {
-                return Err(s.error(key.name, "not a number of this estimator; leave it out"));
-            }
+        let mut foreign = foreign(estimator).filter_map(|path| path.strip_prefix("method."));
+        if let Some(key) = foreign.find(|key| s.has(key)) {
+            return Err(s.error(key, "not a number of this estimator; leave it out"));
         }
         Ok(Self {
             live: s.read(&key::spring)?,
@@ -134,5 +139,9 @@ impl Published for SampledWallMethod {
             has_float: self.estimator == Estimator::Difference,
             ..Features::default()
         }
+    }
+
+    fn unused(&self) -> Vec<&'static str> {
+        foreign(self.estimator).collect()
     }
 }

@@ -4,25 +4,29 @@
 //! Conditions between sections are checked only by readers, after every section was read.
 
 use super::keys;
-use super::quantity::{RAIL, SHAFT};
+use super::quantity::{Axis, RAIL, SHAFT};
 use super::section::Section;
 use super::source::{SceneError, Source};
 
 /// Returns the first error of a scene with all others that its keys have, each by itself.
 pub(super) fn with_others(source: &Source, first: SceneError) -> SceneError {
     let root = source.root();
-    let device = root.section("device").ok().and_then(|device| kind(&device));
-    let (scene, device, axis) = match device {
-        Some("phantom") => ("phantom", "phantom", &SHAFT),
-        Some(device @ ("motor" | "mass")) => {
-            let scene = if root.has("dut") { "dut" } else { "axis" };
-            (scene, device, if device == "mass" { &RAIL } else { &SHAFT })
-        }
-        _ => return first,
-    };
+    let Some((scene, device, axis)) = kinds(&root) else { return first };
     let mut audit = Audit { scene, device, errors: Vec::new() };
     audit.section(&root.along(axis), "", true);
     first.with(audit.errors)
+}
+
+/// Returns the kind of a scene, the kind of its device, and the dimensions of the device's motion.
+pub(super) fn kinds<'a>(root: &Section<'a>) -> Option<(&'static str, &'a str, &'static Axis)> {
+    match kind(&root.section("device").ok()?)? {
+        "phantom" => Some(("phantom", "phantom", &SHAFT)),
+        device @ ("motor" | "mass") => {
+            let scene = if root.has("dut") { "dut" } else { "axis" };
+            Some((scene, device, if device == "mass" { &RAIL } else { &SHAFT }))
+        }
+        _ => None,
+    }
 }
 
 fn kind<'a>(s: &Section<'a>) -> Option<&'a str> {

@@ -80,6 +80,7 @@ mod read_method;
 mod read_model;
 mod read_phantom;
 pub mod replay;
+mod resolved;
 pub(crate) mod section;
 mod shipped;
 pub(crate) mod source;
@@ -100,6 +101,7 @@ pub use phantom::{
     Direction, Drop, Irregularity, PhantomLaw, PhantomMethod, PhantomModel, PhantomScene, PhantomWords, Platform,
     Premium, Room,
 };
+pub use resolved::{Resolved, ValueSource, as_scene, resolved};
 pub use shipped::{Shipped, shipped, shipped_file};
 pub use source::SceneError;
 pub use words::{COMMAND_BITS, LoopWords, Miss, Realised};

@@ -66,6 +66,7 @@ fn unused(scene: &Scene) -> Vec<&'static str> {
     if scene.method.reference_rate_hz.is_none() && scene.method.kind.scale().is_none() {
         unused.push("method.scale_format");
     }
+    unused.extend(scene.method.kind.unused());
     if scene.model.datapath != Datapath::Linear {
         unused.push("model.delay");
     }

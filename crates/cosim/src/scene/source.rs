@@ -83,6 +83,15 @@ impl Places {
         self.error_in(&self.keys, key, reason.into())
     }
 
+    /// Returns the source of the value of a key that is given: file and line, or the override.
+    pub fn source(&self, key: &str) -> String {
+        let place = self.place_in(&self.values, key);
+        match place.rsplit_once(':') {
+            Some((line, _)) if !place.starts_with(OVERRIDE) => line.to_string(),
+            _ => place,
+        }
+    }
+
     /// Returns the origin of the value of a key that is given.
     pub fn origin(&self, key: &str) -> Origin {
         let by_override = self.place_in(&self.values, key).starts_with(OVERRIDE);

@@ -54,6 +54,8 @@ fn bases() -> Vec<Base> {
         axis("motor", "hybrid", "none", &[]),
         axis("motor", "conventional", "none", &[("method.rescaled", "true"), ("method.reference_rate", "1000")]),
         axis("motor", "sampled_wall", "none", &[]),
+        axis("motor", "sampled_wall", "none", &[("method.estimator", "filtered")]),
+        axis("motor", "sampled_wall", "none", &[("method.estimator", "foaw")]),
         axis("motor", "virtual_coupling", "none", &[("method.coupling_stiffness", "1")]),
         axis("motor", "passivity_controller", "none", &[]),
         axis("motor", "energy_bounding", "none", &[("method.c1", "1")]),

@@ -25,6 +25,7 @@ mod phantom_solvers;
 mod phantom_verdict;
 mod phantom_worlds;
 mod rail;
+mod resolved;
 mod scene_errors;
 mod scene_replay;
 mod scene_shipped;

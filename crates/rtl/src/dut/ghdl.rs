@@ -14,7 +14,7 @@ use super::interface::{Interface, Item, entities, interface};
 use super::process::{ANSWER, Process};
 use super::vpi::{INSIDE, LIST};
 use super::{DutError, Simulators};
-use crate::closed_loop::{LIBRARY, place_library};
+use crate::library::{LIBRARY, place_library};
 use crate::temporary::Temporary;
 use crate::tool::{Tool, run};
 

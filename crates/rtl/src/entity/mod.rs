@@ -4,6 +4,7 @@
 //! of a scene: VHDL by GHDL, Verilog by Verilator, in a process that is given the bits at its inputs and reports those
 //! at its outputs. It is first clocked some times in reset.
 
+mod ours;
 mod proof;
 mod told;
 mod wires;
@@ -19,7 +20,8 @@ use crate::check::all_stimuli;
 use crate::dut::{DutError, Model, Simulators, is_vhdl};
 use crate::report::{CheckRow, Tally};
 use crate::vector::{Vectors, literal};
-use told::{Ours, Told};
+use ours::Ours;
+use told::Told;
 use wires::{What, Wire, not_taken, same, there_are};
 
 /// Clock cycles before the first row. The block has the inputs of that row, and is in reset if it has one.

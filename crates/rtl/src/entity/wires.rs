@@ -4,7 +4,7 @@ use hpu_cosim::dut::Port;
 use hpu_datapath::AnyBlock;
 use hpu_signal::Signal;
 
-use super::told::Ours;
+use super::ours::Ours;
 use super::{Entity, EntityError, Link, refused};
 
 /// A port of theirs and its counterpart.

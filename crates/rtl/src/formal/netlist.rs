@@ -7,12 +7,14 @@ use std::rc::Rc;
 use hpu_datapath::AnyBlock;
 
 use super::ProofError;
-use super::query::Net;
 use crate::cost::{self, verilog::verilog};
 use crate::ghdl::{GhdlError, Library};
 use crate::hdl::Setup;
 use crate::sources::library;
 use crate::tool::Tool;
+
+/// A net of the VHDL, and the number of bits, including the sign, of the number on it.
+pub(crate) type Net = (String, u32);
 
 /// Yosys passes that make one module, in which tables are selections.
 pub(crate) const FLAT: &str = "flatten; memory_map; opt_clean";

@@ -8,7 +8,7 @@ use hpu_signal::{Clock, Defined, Format, Signal, Term};
 use hpu_wave::{Around, Column, Row};
 
 use super::ProofError;
-use super::netlist::Netlist;
+use super::netlist::{Net, Netlist};
 use crate::vector::hex;
 
 /// A question.
@@ -39,9 +39,6 @@ pub(super) struct Asked {
 /// The registers of a block, grouped by the register of the VHDL whose parts they are, the lowest first. Each has its
 /// index among the block's registers.
 type Whole<'r> = BTreeMap<String, Vec<(usize, &'r Register)>>;
-
-/// A net of the VHDL, and the number of bits, including the sign, of the number on it.
-pub(crate) type Net = (String, u32);
 
 /// A block with its netlist; the questions are about these two.
 pub(crate) struct Edge<'e> {

@@ -177,10 +177,23 @@ pub(crate) fn kind_of(section: &str) -> Option<&'static dyn AnyKey> {
     keys.find(|key| key.name() == "kind")
 }
 
-/// Returns the keys that a section of one of these kinds takes.
-pub(crate) fn accepted<'a>(section: &'a str, kinds: &'a [&'a str]) -> impl Iterator<Item = &'static dyn AnyKey> + 'a {
-    let takes = move |group: &&Group| {
+/// Returns the groups of keys that a section of one of these kinds takes.
+fn groups_of<'a>(section: &'a str, kinds: &'a [&'a str]) -> impl Iterator<Item = &'static Group> + 'a {
+    let takes = move |group: &&'static Group| {
         group.section == section && (group.kinds.is_empty() || group.kinds.iter().any(|kind| kinds.contains(kind)))
     };
-    groups().filter(takes).flat_map(|group| group.keys.iter().copied())
+    groups().filter(takes)
+}
+
+/// Returns the keys that a section of one of these kinds takes.
+pub(crate) fn accepted<'a>(section: &'a str, kinds: &'a [&'a str]) -> impl Iterator<Item = &'static dyn AnyKey> + 'a {
+    groups_of(section, kinds).flat_map(|group| group.keys.iter().copied())
+}
+
+/// Returns these keys with their rows.
+pub(crate) fn taken<'a>(
+    section: &'a str,
+    kinds: &'a [&'a str],
+) -> impl Iterator<Item = (&'static dyn AnyKey, Row)> + 'a {
+    groups_of(section, kinds).flat_map(|group| group.keys.iter().map(|key| (*key, key.row(group))))
 }

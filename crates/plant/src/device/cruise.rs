@@ -20,8 +20,8 @@
 
 use std::array::from_fn;
 
+use super::{Device, Drive};
 use crate::axis::Shaft;
-use crate::device::{Device, Drive};
 use crate::double::{Doubles, Product, versions};
 use crate::energy::{Energy, Powers};
 use crate::guard::{Guard, dyadic};

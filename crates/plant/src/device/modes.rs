@@ -1,9 +1,9 @@
 //! Beginning and end of a device's modes: slip and stuck, diodes and open circuits.
 
+use super::{Device, Drive};
 use crate::Circuit;
 use crate::axis::{Hand, Shaft};
 use crate::course::Course;
-use crate::device::{Device, Drive};
 use crate::double::{Double, Doubles, Product, versions};
 use crate::gauge::Whole;
 use crate::guard::{Guard, Limits, Side};

@@ -4,19 +4,27 @@
 //! when the drive of the motion changes: the gates or the amplifier's current, the hand's intention, or a mode (slip
 //! and stuck, diode and open circuit).
 
+mod cruise;
+mod modes;
+mod waves;
+
 use hpu_signal::Real;
 
 use crate::axis::{Hand, Mode, Shaft};
-use crate::cruise::Cruise;
 use crate::double::{Double, Doubles, Product, versions};
 use crate::energy::{Energy, Powers, stored_j};
-use crate::gauge::{Flow, Gauge, Measured, Pace, Waves, Whole};
+use crate::gauge::{Flow, Gauge, Measured, Pace, Whole};
 use crate::guard::{Band, Guard, Limits, Point, Side, Watch, dyadic};
 use crate::leap::Integrals;
 use crate::linear::Trajectory;
 use crate::matrix::{ANGLE, CURRENT, INTENT, SPEED, State};
-use crate::modes::Check;
 use crate::{Axis, Bridge, Circuit, Gates};
+
+use cruise::Cruise;
+use modes::Check;
+use waves::Waves;
+
+pub use cruise::Pulses;
 
 /// The least number of edges that the next event is searched for.
 const NEAR: u64 = 64;

@@ -1,0 +1,73 @@
+//! `hpu scene show`: every key of a scene with its value and the source of the value.
+
+use hpu_cosim::scene::{Resolved, ValueSource, as_scene, resolved};
+use serde_json::{Value, json};
+
+use crate::exit::{Exit, Failure};
+use crate::parameters::as_json;
+use crate::scene::{Set, quoted, set_options, source};
+use crate::terminal::{print, print_json};
+
+/// Look into a scene
+#[derive(clap::Args)]
+pub struct Args {
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+#[derive(clap::Subcommand)]
+enum Verb {
+    Show(ShowArgs),
+}
+
+/// Print every key of a scene: value, unit, source and meaning
+///
+/// The text is a scene in TOML that runs like the one shown, with every default written out: save it to keep a run as it
+/// is when a default changes. Behind each value stands its source: the line of the file, `--set`, or `default`. Lines
+/// that begin with `#` are keys that a named motor or arm brings, and keys that the scene does without.
+#[derive(clap::Args)]
+struct ShowArgs {
+    /// File, or name of a shipped scene
+    scene: String,
+    #[command(flatten)]
+    set: Set,
+    /// Print the keys as one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs `hpu scene`.
+pub fn run(Args { verb: Verb::Show(args) }: &Args) -> Result<Exit, Failure> {
+    let file = source(&args.scene)?;
+    let scene = file.parse(&args.set.set)?;
+    let all = resolved(&scene, &file.name, &file.text, &args.set.set).map_err(Failure::file)?;
+    if args.json {
+        let keys: Vec<_> = all.iter().map(object).collect();
+        print_json(&json!({ "scene": scene.name, "keys": keys }))?;
+    } else {
+        let command = format!("hpu scene show {}{}", quoted(&args.scene), set_options(&args.set.set));
+        print(&format!("# {}: `{command}`\n{}", scene.name, as_scene(&all, line)))?;
+    }
+    Ok(Exit::Fine)
+}
+
+/// Returns the line of a key; a key that a scene need not give is a comment.
+fn line(key: &Resolved, pair: Option<&str>) -> Option<String> {
+    Some(match (&key.source, pair) {
+        (ValueSource::Given(_) | ValueSource::Default, Some(pair)) => format!("{pair}  # {}", key.source),
+        (_, Some(pair)) => format!("# {pair}  # {}", key.source),
+        (_, None) => format!("# {}: {}", key.key, key.value),
+    })
+}
+
+fn object(key: &Resolved) -> Value {
+    json!({
+        "section": key.section,
+        "key": key.key,
+        "value": key.toml.as_ref().map(|_| as_json(&key.value)),
+        "unit": key.unit,
+        "toml": key.toml,
+        "source": key.source.to_string(),
+        "meaning": key.meaning,
+    })
+}

@@ -1,0 +1,35 @@
+//! The interface to a file format.
+
+use std::io;
+
+/// A file format that takes value changes. The writers of VCD and FST implement it, so that [`Recording`](crate::Recording) is written
+/// once. Variables are numbered by source: nets, reals, clock, reset, constants.
+pub trait Sink {
+    /// The writer, which is returned at the end.
+    type Out;
+
+    /// Begins an instant. It must be later than all instants before. `time` is in units of the file.
+    ///
+    /// # Errors
+    ///
+    /// When writing fails.
+    fn time(&mut self, time: u64) -> io::Result<()>;
+    /// Writes a new word.
+    ///
+    /// # Errors
+    ///
+    /// When writing fails.
+    fn word(&mut self, slot: usize, word: i64) -> io::Result<()>;
+    /// Writes a new real.
+    ///
+    /// # Errors
+    ///
+    /// When writing fails.
+    fn real(&mut self, slot: usize, value: f64) -> io::Result<()>;
+    /// Completes the file.
+    ///
+    /// # Errors
+    ///
+    /// When writing fails.
+    fn finish(self) -> io::Result<Self::Out>;
+}
