@@ -8,8 +8,8 @@ use hpu_study::widths::Field;
 use crate::cache::or_reason;
 use crate::exit::Failure;
 use crate::interrupt;
+use crate::price::on_all_cores;
 use crate::terminal::with_progress;
-use crate::widths_price::on_all_cores;
 
 /// LUT4 and flip-flops that one more bit of a width costs in the whole loop, or the reason why there is no such loop.
 pub type OneMore = Result<[i64; 2], String>;

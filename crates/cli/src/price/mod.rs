@@ -1,6 +1,8 @@
 //! The price of a scene's loop: its cost, the time that its torque takes, whether the loop notices that time, and the
 //! cost of a bit.
 
+mod text;
+
 use std::num::NonZeroUsize;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -8,7 +10,7 @@ use std::thread;
 
 use hpu_cosim::scene::{Datapath, Experiment, Loop, Scene};
 use hpu_cosim::{Control, Ready, Wired};
-use hpu_rtl::{Cache, Cost, Counts, Hdl, Setup};
+use hpu_rtl::{Cache, Cost, Counts, Hdl, Placed, Setup};
 use hpu_signal::Format;
 use hpu_study::widths::settling::{Settling, settling};
 
@@ -182,6 +184,15 @@ fn knobs(scene: &Scene) -> Vec<Widths> {
 fn one_less(format: Format) -> Option<Format> {
     let (int, frac) = (format.int(), format.frac());
     if frac > 0 { Format::new(false, int, frac - 1).ok() } else { Format::new(false, int - 1, 0).ok() }
+}
+
+/// Returns the clocks of all placements in megahertz; `None` where there was no room or no path.
+pub fn placed(cost: &Cost) -> Vec<Option<f64>> {
+    let mhz = |placed: &Placed| match placed {
+        Placed::Mhz(mhz) => Some(*mhz),
+        Placed::NoRoom | Placed::NoPath => None,
+    };
+    cost.placed.iter().flatten().map(mhz).collect()
 }
 
 impl Price {
