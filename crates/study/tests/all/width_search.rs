@@ -148,7 +148,7 @@ pub fn holds_to_the_grid(
             lut4 = estimate(&words.config, axis.method.kind == Loop::Conventional);
         }
         let error = if error > plan.within { f64::INFINITY } else { error };
-        grid.push((design.to_string(), Merit { cost: Cost::logic(lut4), error, stiffness }));
+        grid.push((design.to_string(), Merit { cost: Cost::of_logic(lut4), error, stiffness }));
     }
     assert_eq!(found.designs, grid.len() + refused);
     assert_eq!(found.refused.iter().map(|(_, count)| count).sum::<usize>(), refused);

@@ -8,8 +8,8 @@ use hpu_cosim::scene::{Experiment, OutcomeKind, PhantomScene, shipped};
 use hpu_cosim::{Control, Driver};
 use hpu_study::accuracy::{Outputs, worst};
 use hpu_study::map::SceneText;
-use hpu_study::widths::Field;
 use hpu_study::units::Row;
+use hpu_study::widths::Field;
 use hpu_study::widths::search::{
     Cost, Design, Ended, Found, Knob, Merit, Plan, Point, SearchError, cells, proved, rams, rung, search,
 };
@@ -110,9 +110,8 @@ fn holds_to_the_grid(set: &Set, texts: &[&str], within: f64) {
     assert!(found.failed.is_empty());
 
     type Figures = (Cost, u64, u64);
-    let merit = |Point { merit, .. }: &Point| -> Figures {
-        (merit.cost, merit.error.to_bits(), merit.stiffness.to_bits())
-    };
+    let merit =
+        |Point { merit, .. }: &Point| -> Figures { (merit.cost, merit.error.to_bits(), merit.stiffness.to_bits()) };
     let best = |point: &&Point| !grid.iter().any(|other: &Point| other.merit.beats(&point.merit));
     let mut wanted: Vec<Figures> = grid.iter().filter(best).map(merit).collect();
     wanted.sort_unstable();

@@ -4,8 +4,8 @@ use hpu_cosim::Control;
 use hpu_cosim::Driver;
 use hpu_cosim::scene::Experiment;
 use hpu_study::accuracy::{Outputs, worst};
-use hpu_study::widths::proof::axis_bounds;
 use hpu_study::widths::Field;
+use hpu_study::widths::proof::axis_bounds;
 use hpu_study::widths::search::{Design, Found, Plan, SearchError};
 
 use crate::width_search::{ANY_ERROR, PLAN, Set, found, holds_to_the_grid, knobs, scene, set, text};
@@ -84,7 +84,8 @@ fn so_it_is_where_words_have_to_hold_the_proved_range() {
 fn of_one_motion() -> Design {
     let base = scene("hybrid-wall", &Set::new()).1;
     let widths = [(Field::Position, 11), (Field::StiffnessInt, 7), (Field::StiffnessFrac, 1), (Field::DampingInt, 2)];
-    let own = widths.into_iter().fold(Design::of(&base).expect("an axis"), |design, (width, bits)| design.with(width, bits));
+    let own =
+        widths.into_iter().fold(Design::of(&base).expect("an axis"), |design, (width, bits)| design.with(width, bits));
     own.with(Field::DampingFrac, 0).with(Field::Velocity, 2)
 }
 

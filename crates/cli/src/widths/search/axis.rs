@@ -1,8 +1,8 @@
 //! The page of a search over the widths of an axis.
 
+use hpu_chart::{Picture, error_by_width, stiffness_by_cost};
 use hpu_cosim::figure;
 use hpu_rtl::Counts;
-use hpu_chart::{Picture, error_by_width, stiffness_by_cost};
 use hpu_study::fit::percent;
 use hpu_study::map::outcome_name;
 use hpu_study::page::{Cell, Column, Table};

@@ -74,9 +74,10 @@ pub fn page(searched: &Searched) -> Page {
     page.data("front", best.iter().map(|point| one(point, &fields)).collect::<Value>());
     page.data("smallest", searched.smallest().map(|point| one(point, &fields)));
 
-    let name = |point: &Point| match point {
+    let first = best.first().copied();
+    let name = move |point: &Point| match point {
         _ if point == &found.reference => "reference",
-        _ if Some(point) == best.first().copied() => "front",
+        _ if Some(point) == first => "front",
         _ => "",
     };
     fields.insert(0, Column::text("", "").said().least(10).of(name));

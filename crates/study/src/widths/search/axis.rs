@@ -34,6 +34,10 @@ use crate::widths::proof;
 /// Position, formats of stiffness and damping, velocity, and the modulator: a period of it is two to the power of its
 /// width in clock cycles.
 static KEYS: Keys = Keys {
+    device: "an axis",
+    most_designs: 1 << 21,
+    estimate_error: ESTIMATE_ERROR,
+    stable: OutcomeKind::Settled,
     all: &[
         Key::new(Field::Position, "position_bits", (2, 32)).that_holds(),
         Key::new(Field::StiffnessInt, "stiffness_format.int", (0, 32)),
@@ -108,10 +112,6 @@ fn with(design: &Design, mut scene: Scene) -> Result<Scene, String> {
 pub(super) struct Axis;
 
 impl Loops for Axis {
-    fn name(&self) -> &'static str {
-        "an axis"
-    }
-
     fn keys(&self) -> &'static Keys {
         &KEYS
     }
@@ -132,16 +132,8 @@ impl Loops for Axis {
         all.into_iter().flatten().collect()
     }
 
-    fn most_designs(&self) -> u128 {
-        1 << 21
-    }
-
     fn unit(&self, scene: &Experiment) -> &'static str {
         axis(scene).map_or("", |scene| scene.device.units().stiffness)
-    }
-
-    fn estimate_error(&self) -> f64 {
-        ESTIMATE_ERROR
     }
 
     fn searchable(&self, scene: &Experiment) -> Result<(), String> {
@@ -215,7 +207,7 @@ impl Loops for Axis {
         // Some widths are refused by the blocks.
         HybridLoop::new(config).map_err(|error| error.to_string())?;
         ConventionalLoop::new(config).map_err(|error| error.to_string())?;
-        Ok(Cost::logic(estimate(&config, scene.method.kind == Loop::Conventional)))
+        Ok(Cost::of_logic(estimate(&config, scene.method.kind == Loop::Conventional)))
     }
 
     fn standing(&self, design: Design, scene: &Experiment) -> Result<Standing, String> {
@@ -249,10 +241,6 @@ impl Loops for Axis {
         let unit = own.torque_quantum_nm / own.count_rad * libm::exp2(coarser);
         scene.wall.stiffness_nm_per_rad = scene.method.stiffness_format.to_f64(wall as i64) * unit;
         Ok(Experiment::Axis(scene))
-    }
-
-    fn stable(&self) -> OutcomeKind {
-        OutcomeKind::Settled
     }
 
     fn needs(&self, base: &Experiment, run: &Summary) -> Result<Depth, String> {
@@ -296,8 +284,8 @@ fn narrowest(delta: (i64, i64), velocity: Option<(i64, i64)>, rescaled: bool) ->
 }
 
 impl Design {
-    /// Returns the design of an axis with position, gains and velocity of `bits` bits. The gains' integer bits stay, and
-    /// so does the modulator's width, which sets its period.
+    /// Returns the design of an axis with position, gains and velocity of `bits` bits. The gains' integer bits stay,
+    /// and so does the modulator's width, which sets its period.
     ///
     /// # Errors
     ///

@@ -72,8 +72,8 @@ impl Cases {
         let loops = self.loops;
         for (index, knob) in knobs.iter().enumerate() {
             if !loops.keys().all.contains(&knob.key) {
-                let (device, keys) = (loops.name(), loops.keys().names());
-                let why = format!("this is a scene of {device}, which has no such width; write one of {keys}");
+                let (device, names) = (loops.keys().device, loops.keys().names());
+                let why = format!("this is a scene of {device}, which has no such width; write one of {names}");
                 return Err(SearchError::OfAnother(format!("--vary {knob}: {why}")));
             }
             if knobs[..index].iter().any(|other| other.key == knob.key) {
@@ -83,7 +83,7 @@ impl Cases {
                 return Err(SearchError::Scene(why));
             }
         }
-        let (designs, most) = (knobs.iter().map(|knob| knob.values() as u128).product(), loops.most_designs());
+        let (designs, most) = (knobs.iter().map(|knob| knob.values() as u128).product(), loops.keys().most_designs);
         if designs > most { Err(SearchError::TooMany(designs, most)) } else { Ok(designs as usize) }
     }
 }

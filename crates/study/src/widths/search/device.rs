@@ -39,7 +39,8 @@ impl FromStr for Knob {
         let bare = name.strip_prefix("method.").unwrap_or(name);
         let key = ALL.iter().flat_map(|loops| loops.keys().all).find(|key| key.name == bare).ok_or_else(|| {
             let [first, others @ ..] = ALL;
-            let others = others.map(|loops| format!("; of {} one of {}", loops.name(), loops.keys().names())).concat();
+            let others =
+                others.map(|loops| format!("; of {} one of {}", loops.keys().device, loops.keys().names())).concat();
             format!("{name} is no width that a search varies; write one of {}{others}", first.keys().names())
         })?;
         Self::read(*key, name, range)

@@ -14,7 +14,7 @@ pub struct Cost {
 impl Cost {
     /// Returns the cost of a loop without block RAM.
     #[must_use]
-    pub fn logic(logic: u32) -> Self {
+    pub fn of_logic(logic: u32) -> Self {
         Self { rams: 0, logic: Some(logic) }
     }
 

@@ -3,7 +3,7 @@
 use std::cmp::Ordering;
 use std::fmt;
 
-use hpu_cosim::scene::Experiment;
+use hpu_cosim::scene::{Experiment, OutcomeKind};
 
 use crate::widths::Field;
 
@@ -30,13 +30,21 @@ impl Key {
     }
 }
 
-/// The widths of a device's loop.
+/// The widths of a device's loop, and what a search has to know of the device.
 #[derive(Debug)]
 pub struct Keys {
+    /// The device with its article.
+    pub(super) device: &'static str,
     /// The widths, in the order in which designs name them.
     pub all: &'static [Key],
     /// Returns the text of a design.
     pub(super) text: fn(&Design) -> String,
+    /// The most designs that a search may have.
+    pub(super) most_designs: u128,
+    /// The largest relative error of the estimate of logic.
+    pub(super) estimate_error: f64,
+    /// The verdict of a run at a stable wall.
+    pub(super) stable: OutcomeKind,
 }
 
 impl Keys {

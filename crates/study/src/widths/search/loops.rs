@@ -1,7 +1,7 @@
 //! Everything in which the searches of devices differ.
 
 use hpu_cosim::Summary;
-use hpu_cosim::scene::{Experiment, OutcomeKind};
+use hpu_cosim::scene::Experiment;
 
 use super::climb::Climb;
 use super::front::Cost;
@@ -27,29 +27,16 @@ pub(super) struct Standing {
 /// A search counts walls by whole numbers. Their meaning is the device's own: words of the stiffness, rungs of a
 /// ladder.
 pub(super) trait Loops: Sync {
-    /// Returns the device's name with its article.
-    fn name(&self) -> &'static str;
-
     /// Returns the widths that a search may vary.
     fn keys(&self) -> &'static Keys;
 
     /// Returns the knobs of a scene when none is named.
     fn usual(&self, scene: &Experiment) -> Vec<Knob>;
 
-    /// Returns the most designs that a search may have.
-    fn most_designs(&self) -> u128;
-
     /// Returns the unit of stiffness.
     fn unit(&self, scene: &Experiment) -> &'static str;
 
-    /// Returns the largest relative error of the estimate of logic.
-    fn estimate_error(&self) -> f64;
-
-    /// Checks that the widths of a scene's loop can be searched.
-    ///
-    /// # Errors
-    ///
-    /// Why they cannot.
+    /// Checks that the widths of a scene's loop can be searched; else returns why not.
     fn searchable(&self, scene: &Experiment) -> Result<(), String>;
 
     /// Returns why the loop of a scene is not searched over a knob of the device, if it is not.
@@ -60,28 +47,18 @@ pub(super) trait Loops: Sync {
     /// Returns why two scenes need different hardware at the same widths, if they do.
     fn difference(&self, first: &Experiment, other: &Experiment) -> Option<String>;
 
-    /// Returns whether two scenes differ at most in the stiffness of their walls.
-    fn same_but_for_stiffness(&self, one: &Experiment, other: &Experiment) -> bool;
+    /// Returns whether two scenes are known to differ at most in the stiffness of their walls.
+    fn same_but_for_stiffness(&self, _one: &Experiment, _other: &Experiment) -> bool {
+        false
+    }
 
-    /// Returns the scene with a design's widths.
-    ///
-    /// # Errors
-    ///
-    /// Why no scene can have them.
+    /// Returns the scene with a design's widths, or why no scene can have them.
     fn scene(&self, design: &Design, base: &Experiment) -> Result<Experiment, String>;
 
-    /// Returns the cost of a scene's loop.
-    ///
-    /// # Errors
-    ///
-    /// Why there is no such loop.
+    /// Returns the cost of a scene's loop, or why there is no such loop.
     fn cost(&self, scene: &Experiment) -> Result<Cost, String>;
 
-    /// Returns the place of a design on a scene that has its widths.
-    ///
-    /// # Errors
-    ///
-    /// Why the scene has no words.
+    /// Returns the place of a design on a scene that has its widths, or why the scene has no words.
     fn standing(&self, design: Design, scene: &Experiment) -> Result<Standing, String>;
 
     /// Returns the design and the wall that stand for all designs and walls with the same run.
@@ -89,41 +66,25 @@ pub(super) trait Loops: Sync {
         (design, wall)
     }
 
-    /// Returns the scene of a run.
-    ///
-    /// # Errors
-    ///
-    /// Why no scene can have it.
+    /// Returns the scene of a run, or why no scene can have it.
     fn at(&self, base: &Experiment, design: &Design, wall: i128) -> Result<Experiment, String>;
 
-    /// Returns the verdict of a run at a stable wall.
-    fn stable(&self) -> OutcomeKind;
-
     /// Returns the fewest bits of each width that holds values (`Key::holds`) with which the run is proved to be the
-    /// same; `i32::MAX` where no narrower word is.
-    ///
-    /// # Errors
-    ///
-    /// When the run does not tell its ranges.
+    /// same; `i32::MAX` where no narrower word is. Fails when the run does not tell its ranges.
     fn needs(&self, base: &Experiment, run: &Summary) -> Result<Depth, String>;
 
-    /// Returns the design that errors are measured against: the widest one of the knobs, or one of so many bits.
-    ///
-    /// # Errors
-    ///
-    /// Why there is none.
+    /// Returns the design that errors are measured against: the widest one of the knobs, or one of so many bits. Fails
+    /// when there is none.
     fn reference(&self, base: &Experiment, knobs: &[Knob], bits: Option<i32>) -> Result<Design, String>;
 
     /// Returns the reason why a reference has no stable wall.
     fn never_stable(&self, reference: &Design) -> String;
 
-    /// Returns the check of a scene with other widths: whether its words hold the ranges that are proved for every motion
-    /// within this scene's limits.
-    ///
-    /// # Errors
-    ///
-    /// Why no limits are proved.
-    fn limits<'s>(&self, scene: &'s Experiment) -> Result<Limits<'s>, String>;
+    /// Returns the check of a scene with other widths: whether its words hold the ranges that are proved for every
+    /// motion within this scene's limits. Fails where no limits are proved.
+    fn limits<'s>(&self, _scene: &'s Experiment) -> Result<Limits<'s>, String> {
+        Err(format!("of {} the page tells it", self.keys().device))
+    }
 }
 
 /// Checks the words of a scene against proved ranges.

@@ -16,7 +16,7 @@ use hpu_datapath::phantom::{PhantomLoop, PhantomSharedLoop};
 use super::climb::Rungs;
 use super::front::Cost;
 use super::knob::{Depth, Design, Key, Keys, Knob};
-use super::loops::{Limits, Loops, Standing, below, signed_bits};
+use super::loops::{Loops, Standing, below, signed_bits};
 use super::phantom_cost::{ESTIMATE_ERROR, cells, rams};
 use crate::widths::Field;
 use crate::widths::proof::bounds;
@@ -24,6 +24,10 @@ use crate::widths::proof::bounds;
 /// The depth of the tables, and fraction bits. Integer bits are not among them: a design whose words wrap is useless,
 /// and `hpu widths` tells which integer bits are idle.
 static KEYS: Keys = Keys {
+    device: "a PHANToM",
+    most_designs: 1 << 15,
+    estimate_error: ESTIMATE_ERROR,
+    stable: OutcomeKind::Passive,
     all: &[
         Key::new(Field::Depth, "depth_bits", (4, 15)).that_holds(),
         Key::new(Field::TrigFrac, "trig.frac", (4, 30)),
@@ -52,10 +56,6 @@ fn phantom(scene: &Experiment) -> Result<&PhantomScene, String> {
 pub(super) struct Phantom;
 
 impl Loops for Phantom {
-    fn name(&self) -> &'static str {
-        "a PHANToM"
-    }
-
     fn keys(&self) -> &'static Keys {
         &KEYS
     }
@@ -69,16 +69,8 @@ impl Loops for Phantom {
         [below(&own, Field::Depth, 3, 4), below(&own, Field::TrigFrac, 10, 4), tip].into_iter().flatten().collect()
     }
 
-    fn most_designs(&self) -> u128 {
-        1 << 15
-    }
-
     fn unit(&self, _scene: &Experiment) -> &'static str {
         "N/m"
-    }
-
-    fn estimate_error(&self) -> f64 {
-        ESTIMATE_ERROR
     }
 
     fn searchable(&self, scene: &Experiment) -> Result<(), String> {
@@ -101,8 +93,8 @@ impl Loops for Phantom {
         let shared = phantom(scene).is_ok_and(|scene| scene.method.shared);
         (shared && !matches!(knob.key.field, Field::Depth | Field::TrigFrac)).then(|| {
             format!(
-                "{}: of method.architecture = \"shared\" only what block RAM pays for is searched, {} and {}: what other \
-                 words cost there has no estimate; write \"parallel\"",
+                "{}: of method.architecture = \"shared\" only what block RAM pays for is searched, {} and {}: what \
+                 other words cost there has no estimate; write \"parallel\"",
                 knob.key.name, KEYS.all[0].name, KEYS.all[1].name
             )
         })
@@ -111,10 +103,6 @@ impl Loops for Phantom {
     fn difference(&self, first: &Experiment, other: &Experiment) -> Option<String> {
         let hardware = |scene: &Experiment| phantom(scene).map(|scene| (scene.method, scene.platform));
         (hardware(first) != hardware(other)).then(|| "other words, or another platform".into())
-    }
-
-    fn same_but_for_stiffness(&self, _one: &Experiment, _other: &Experiment) -> bool {
-        false
     }
 
     fn scene(&self, design: &Design, base: &Experiment) -> Result<Experiment, String> {
@@ -160,10 +148,6 @@ impl Loops for Phantom {
         Ok(Experiment::Phantom(scene))
     }
 
-    fn stable(&self) -> OutcomeKind {
-        OutcomeKind::Passive
-    }
-
     fn needs(&self, base: &Experiment, run: &Summary) -> Result<Depth, String> {
         let counters = run.nets.iter().filter(|net| ["count1", "count2", "count3"].contains(&net.signal.name));
         let counts = counters.fold((0, 0), |(least, most), net| (net.usage.min.min(least), net.usage.max.max(most)));
@@ -185,10 +169,6 @@ impl Loops for Phantom {
 
     fn never_stable(&self, _reference: &Design) -> String {
         "is not passive at the scene's own wall, where the ladder begins; write a softer room.stiffness".into()
-    }
-
-    fn limits<'s>(&self, _scene: &'s Experiment) -> Result<Limits<'s>, String> {
-        Err("the page of a PHANToM tells what is proved".into())
     }
 }
 

@@ -40,7 +40,7 @@ impl Runner<'_> {
         let scene = self.loops.at(self.scene, &asked.design, asked.wall)?;
         let Some((outputs, summary)) = run(&scene, control)? else { return Ok(None) };
         Ok(Some(Ran {
-            settled: outputs.outcome == self.loops.stable(),
+            settled: outputs.outcome == self.loops.keys().stable,
             error: worst(&outputs.errors(&self.reference), &self.outputs),
             needs: self.loops.needs(self.scene, &summary)?,
         }))

@@ -250,7 +250,7 @@ pub fn search<E>(
         on: cases.all.iter().zip(&search.runners).zip(touches).map(on).collect(),
         proved,
         unit: loops.unit(cases.base()),
-        estimate_error: loops.estimate_error(),
+        estimate_error: loops.keys().estimate_error,
         designs,
         refused,
         kinds: kinds.len(),
