@@ -1,7 +1,8 @@
 //! The picture of what each bit of a loop is worth: the error of the outputs against the width, with a line for each
 //! width.
 
-use hpu_study::widths::search::{Found, Line, Width};
+use hpu_study::widths::Field;
+use hpu_study::widths::search::{Found, Line};
 
 use crate::canvas::{Anchor, Canvas, GRID, HEIGHT, INK, QUIET, WIDTH};
 use crate::log_panel::through;
@@ -17,15 +18,15 @@ const BOTTOM: i32 = HEIGHT - 160;
 /// Height of the bands for errors that have no logarithm, in pixels.
 const BAND: i32 = 120;
 
-const fn style(width: Width) -> Style {
+const fn style(width: Field) -> Style {
     match width {
-        Width::Position => BLUE,
-        Width::StiffnessInt => RUST,
-        Width::StiffnessFrac => ORANGE,
-        Width::DampingInt => LILAC,
-        Width::DampingFrac => PURPLE,
-        Width::Velocity => GREEN,
-        Width::Pwm => BLACK,
+        Field::Position => BLUE,
+        Field::StiffnessInt => RUST,
+        Field::StiffnessFrac => ORANGE,
+        Field::DampingInt => LILAC,
+        Field::DampingFrac => PURPLE,
+        Field::Velocity => GREEN,
+        _ => BLACK,
     }
 }
 
@@ -59,7 +60,7 @@ pub fn error_by_width(scene: &str, found: &Found, command: &str) -> Picture {
     for (index, line) in found.lines.iter().enumerate() {
         let aside = 6 * (2 * index as i32 - count + 1);
         draw(&mut canvas, &panel, line, (aside, 4 * (2 * index as i32 - count + 1)));
-        legend = entry(&mut canvas, (legend, 210), (line.width.key(), Look::Line(style(line.width))), 24);
+        legend = entry(&mut canvas, (legend, 210), (line.key.name, Look::Line(style(line.key.field))), 24);
     }
     canvas.render("error-by-width")
 }
@@ -84,8 +85,8 @@ fn frame(canvas: &mut Canvas, panel: &Panel, bits: std::ops::RangeInclusive<i32>
     canvas.text(((LEFT + RIGHT) / 2, BOTTOM + 70), "bits of the width that is varied", 26, INK, Anchor::Centre);
 }
 
-fn draw(canvas: &mut Canvas, panel: &Panel, Line { width, errors }: &Line, (aside, lane): (i32, i32)) {
-    let style = style(*width);
+fn draw(canvas: &mut Canvas, panel: &Panel, Line { key, errors }: &Line, (aside, lane): (i32, i32)) {
+    let style = style(key.field);
     let place = |(bits, error): &(i32, Option<f64>)| {
         let error = (*error)?;
         let (x, y) = panel.at(f64::from(*bits), if error > 0.0 { libm::log10(error) } else { 0.0 });

@@ -40,15 +40,15 @@ pub fn stiffness_by_cost(scene: &str, found: &Found, share: f64, command: &str) 
     canvas.text((60, 164), front, 26, QUIET, Anchor::Left);
     let level = found.reference.merit.stiffness;
     // A reference of wide words would leave no room for the other designs, so it is then left out of the scale.
-    let dearest = found.points.iter().map(|point| point.merit.lut4).max().unwrap_or(0);
-    let beside = 2 * found.reference.merit.lut4 > 3 * dearest;
+    let dearest = found.points.iter().map(|point| point.merit.cost.lut4()).max().unwrap_or(0);
+    let beside = 2 * found.reference.merit.cost.lut4() > 3 * dearest;
     let all = || found.points.iter().chain((!beside).then_some(&found.reference));
     let panel = Panel {
         left: 190,
         top: 270,
         right: WIDTH - 90,
         bottom: HEIGHT - 160,
-        x: around(all().map(|point| f64::from(point.merit.lut4)), 0.05),
+        x: around(all().map(|point| f64::from(point.merit.cost.lut4())), 0.05),
         y: around(all().map(|point| point.merit.stiffness).chain([level, (1.0 - share) * level]), 0.08),
     };
     let percent = format!("error up to {} %", 100.0 * SMALL);
@@ -61,11 +61,11 @@ pub fn stiffness_by_cost(scene: &str, found: &Found, share: f64, command: &str) 
     let y_label = format!("stable stiffness, measured, in {}", dotted(found.unit));
     panel.frame(&mut canvas, &legend, Some("LUT4s of the loop, estimated"), &y_label);
 
-    let at = |point: &Point| panel.at(f64::from(point.merit.lut4), point.merit.stiffness);
+    let at = |point: &Point| panel.at(f64::from(point.merit.cost.lut4()), point.merit.stiffness);
     for point in found.points.iter().filter(|point| !is_best(point)) {
         mark(&mut canvas, at(point), TAUPE, 5);
     }
-    let reference = format!("reference: {}; {} LUT4s", widths(&found.reference), found.reference.merit.lut4);
+    let reference = format!("reference: {}; {} LUT4s", widths(&found.reference), found.reference.merit.cost.lut4());
     let below = format!("{} % less stiff than the reference", (1e4 * share).round() / 1e2);
     for (stiffness, text, over) in [(level, reference.as_str(), -20), ((1.0 - share) * level, below.as_str(), 20)] {
         let (_, y) = panel.at(panel.x.start, stiffness);
@@ -84,7 +84,8 @@ pub fn stiffness_by_cost(scene: &str, found: &Found, share: f64, command: &str) 
     if let Some(smallest) = found.smallest(share) {
         let (x, y) = at(smallest);
         canvas.dot((x, y), 20, INK, 4);
-        let head = format!("smallest within {} % of it: {} LUT4s", (1e4 * share).round() / 1e2, smallest.merit.lut4);
+        let head =
+            format!("smallest within {} % of it: {} LUT4s", (1e4 * share).round() / 1e2, smallest.merit.cost.lut4());
         let capped = if smallest.capped { "; the format holds no stiffer wall" } else { "" };
         let words = widths(smallest) + capped;
         let width = text_width(&head, 26).max(text_width(&words, 26)) + 40;

@@ -6,19 +6,23 @@
 mod clock;
 mod format;
 mod format_text;
+mod machine;
 mod narrow;
 mod notation;
 mod operators;
 mod ports;
+mod reach;
 mod recorded;
 mod term;
 mod word;
 
 pub use clock::{Clock, ClockError, Cycle};
 pub use format::{Format, FormatError, UNKNOWN};
+pub use machine::{Int, Machine};
 pub use narrow::{Narrowed, Narrowing, Overflow, Rounding};
 pub use notation::Notation;
 pub use ports::{Meter, Observe, Ports, Real, Signal, SignalUse};
+pub use reach::Reach;
 pub use recorded::{Equations, Recorded, RecordedBit};
 pub use term::{Bit, Defined, Term};
-pub use word::{Int, Machine, Reach, Sine, Truth, Word};
+pub use word::{Sine, Truth, Word};

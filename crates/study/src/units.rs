@@ -10,6 +10,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::num::NonZeroUsize;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::thread;
@@ -108,6 +109,33 @@ fn reason(panic: &(dyn Any + Send)) -> String {
 
 fn one_line(text: String) -> String {
     if text.contains(['\n', '\r']) { text.split_whitespace().collect::<Vec<_>>().join(" ") } else { text }
+}
+
+/// Does jobs in their order, on so many threads. Returns `None` for the jobs that had not begun when `control` stopped
+/// them.
+pub fn on_threads<T: Send>(
+    count: usize,
+    jobs: NonZeroUsize,
+    control: &Control,
+    work: impl Fn(usize) -> T + Sync,
+) -> Vec<Option<T>> {
+    let (next, found) = (AtomicUsize::new(0), Mutex::new(Vec::from_iter((0..count).map(|_| None))));
+    let worker = || {
+        while !control.stop.load(Ordering::Relaxed) {
+            let index = next.fetch_add(1, Ordering::Relaxed);
+            if index >= count {
+                break;
+            }
+            let done = work(index);
+            found.lock().expect("no worker panics with it")[index] = Some(done);
+        }
+    };
+    thread::scope(|scope| {
+        for _ in 0..jobs.get().min(count) {
+            scope.spawn(worker);
+        }
+    });
+    found.into_inner().expect("no worker panics with it")
 }
 
 /// Beginning of a journal's first line; the number is the version of the format.

@@ -5,7 +5,7 @@ use std::sync::Mutex;
 
 use hpu_cosim::scene::{DutScene, Experiment};
 use hpu_rtl::dut::DutCost;
-use hpu_rtl::{Cost, CostError, Counts, HX8K_BRAM, HX8K_CELLS, Placed};
+use hpu_rtl::{Cost, CostError, Counts, HX8K_BRAM, HX8K_CELLS};
 use hpu_study::page::{Cell, Column, Field, Page, Table};
 use hpu_study::units;
 use serde_json::{Value, json};
@@ -16,9 +16,10 @@ use crate::exit::{Exit, Failure};
 use crate::files::Folder;
 use crate::jobs::Jobs;
 use crate::page::show;
+use crate::price::{self, placed};
 use crate::scene::{self, Loaded};
 use crate::terminal::{print, print_json, verdict, with_progress};
-use crate::{hdl, interrupt, widths_price};
+use crate::{hdl, interrupt};
 
 /// Synthesise a block with Yosys and place it with nextpnr: cells and speed in an iCE40 HX8K
 ///
@@ -78,7 +79,7 @@ fn of_scene(args: &Args, scene: &str) -> Result<Exit, Failure> {
         return of_design(args, scene, folder);
     }
     let cache = args.remember.open()?;
-    let Some(price) = widths_price::price(&loaded.scene, &args.hdl.setup(), &cache, interrupt::heed())? else {
+    let Some(price) = price::price(&loaded.scene, &args.hdl.setup(), &cache, interrupt::heed())? else {
         return Ok(Exit::Interrupted);
     };
     let (text, json) = (price.text(), price.json());
@@ -221,15 +222,6 @@ pub fn speed(clocked: bool, cost: &Cost) -> Option<f64> {
     // nextpnr prints no more than hundredths.
     let speed = if clocked { cost.fmax_mhz() } else { cost.path_ns() };
     speed.map(|speed| (speed * 100.0).round() / 100.0)
-}
-
-/// Returns the clocks of all placements in megahertz; `None` where there was no room or no path.
-pub fn placed(cost: &Cost) -> Vec<Option<f64>> {
-    let mhz = |placed: &Placed| match placed {
-        Placed::Mhz(mhz) => Some(*mhz),
-        Placed::NoRoom | Placed::NoPath => None,
-    };
-    cost.placed.iter().flatten().map(mhz).collect()
 }
 
 /// A variant's name, and its cost or the reason why it has none.

@@ -8,8 +8,7 @@ use hpu_study::widths::Field;
 use crate::cache::or_reason;
 use crate::exit::Failure;
 use crate::interrupt;
-use crate::terminal::with_progress;
-use crate::widths_price::on_all_cores;
+use crate::price::syntheses;
 
 /// LUT4 and flip-flops that one more bit of a width costs in the whole loop, or the reason why there is no such loop.
 pub type OneMore = Result<[i64; 2], String>;
@@ -35,9 +34,7 @@ pub fn one_more(
     };
     let one = |field: Field| Ok((field, counts(field)?.map(|more| difference(&more, &now))));
     let control = interrupt::heed();
-    let found = with_progress(fields.len() as u64, "syntheses", control, || {
-        on_all_cores(fields.len(), control, |index| one(fields[index]))
-    });
+    let found = syntheses(fields.len(), control, |index| one(fields[index]));
     // A tool that was killed by the interruption has no result, so its missing price is no reason to show.
     if interrupt::pressed() { Ok(None) } else { found.into_iter().flatten().collect::<Result<_, _>>().map(Some) }
 }

@@ -4,6 +4,7 @@ mod cost;
 mod gappa;
 mod page;
 mod proved;
+mod search;
 
 use std::path::PathBuf;
 
@@ -21,14 +22,14 @@ use crate::jobs::Jobs;
 use crate::notation::Written;
 use crate::page::show;
 use crate::parameters::stiffness_missed;
+use crate::price::{self, Price};
 use crate::scene::{self, set_options};
 use crate::terminal::with_progress;
-use crate::widths_price::{self, Price};
-use crate::widths_search::Asked;
-use crate::{fit, hdl, interrupt, pictures, widths_search};
+use crate::{fit, hdl, interrupt, pictures};
 
 use cost::{OneMore, one_more};
 use proved::{Proved, proved};
+use search::Asked;
 
 /// Show what every signal of a scene needs, and what each bit buys
 ///
@@ -50,7 +51,7 @@ pub struct Args {
     #[command(flatten)]
     set: scene::Set,
     #[command(flatten)]
-    search: widths_search::Search,
+    search: search::Search,
     /// Turn the encoders at random for so many seconds instead of running the scene; the loop is open
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     random: Option<f64>,
@@ -140,7 +141,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         let (jobs, out) = (args.jobs.get(), args.out.as_deref());
         let asked =
             Asked { scenes: &args.scenes, set: &args.set.set, within: args.within, jobs, prices, out, json: args.json };
-        return widths_search::run(&args.search, &asked);
+        return search::run(&args.search, &asked);
     }
     let mut folder = args.out.as_deref().map(Folder::open).transpose()?;
     let control = interrupt::heed();
@@ -245,7 +246,7 @@ fn tables_of(experiment: &Experiment) -> Result<Tables, Failure> {
 
 /// Puts prices on the page: of one more bit, and of the loop as it is. Returns false when interrupted.
 fn price(page: &mut Widths, experiment: &Experiment, setup: &Setup, cache: &Cache) -> Result<bool, Failure> {
-    let Some(price) = widths_price::price(experiment, setup, cache, interrupt::heed())? else { return Ok(false) };
+    let Some(price) = price::price(experiment, setup, cache, interrupt::heed())? else { return Ok(false) };
     page.price = Some(price);
     if let Experiment::Phantom(_) = experiment {
         page.one_more = Err("not priced; Yosys takes minutes for each loop of a PHANToM".into());

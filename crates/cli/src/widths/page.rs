@@ -13,7 +13,7 @@ use crate::notation::triple;
 use crate::units::si;
 use crate::widths::Widths;
 use crate::widths::proved::{Proved, how};
-use crate::widths_price::Price;
+use crate::price::Price;
 
 /// Columns of the page.
 const WIDTH: usize = 120;

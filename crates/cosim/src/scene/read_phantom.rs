@@ -62,7 +62,17 @@ fn unused(scene: &PhantomScene) -> Vec<&'static str> {
     unused
 }
 
-/// Checks that the tip can reach every wall that is present, within the tables and the joints' limits.
+impl PhantomScene {
+    /// Checks that the tip can reach every wall that is present, within the tables and the joints' limits.
+    ///
+    /// # Errors
+    ///
+    /// [`SceneError`] at `room.distance`.
+    pub fn check_reach(&self) -> Result<(), SceneError> {
+        reachable(self)
+    }
+}
+
 fn reachable(scene: &PhantomScene) -> Result<(), SceneError> {
     let half = f64::from(1u32 << (scene.method.config.depth_width - 1));
     let walls = Direction::ALL.into_iter().filter(|direction| scene.room.walls[direction.index()]);

@@ -1,5 +1,7 @@
 //! The search for the least model, from the cheapest model up.
 
+mod reasons;
+
 use std::collections::BTreeMap;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
@@ -7,8 +9,9 @@ use std::time::{Duration, Instant};
 use hpu_cosim::Control;
 use hpu_cosim::scene::{Experiment, Output};
 
-use super::found::{Fit, FitError, Kept, LeftOut, percent};
-use super::knobs::{Simplification, go_together, models, on_its_own, overrides, simplifications, worth};
+use super::around::around;
+use super::found::{Fit, FitError, percent};
+use super::knobs::{Simplification, models, on_its_own, overrides, simplifications, worth};
 use super::measured::Measured;
 use crate::accuracy::usual;
 use crate::map::SceneText;
@@ -343,107 +346,5 @@ impl Climb<'_> {
             }
         }
         None
-    }
-
-    fn left_out(&mut self, model: &[usize]) -> Vec<LeftOut> {
-        let mut all = Vec::new();
-        for &index in model {
-            let [Ok(with), Ok(fuller)] = on_its_own(self.all, model, index).map(|model| self.told(&model)) else {
-                continue;
-            };
-            let errors = self.errors(&with, &fuller);
-            let Some((output, effect)) = errors.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)) else { continue };
-            let gain = fuller.wall_s / with.wall_s;
-            all.push(LeftOut { what: self.all[index].what.clone(), output, effect, gain });
-        }
-        all
-    }
-
-    /// Returns why each thing that the model still has cannot be left out as well.
-    fn kept(&mut self, model: &[usize], reference: &Measured) -> Vec<Kept> {
-        let mut all = Vec::new();
-        for (index, Simplification { what, probe, shorter, .. }) in self.all.iter().enumerate() {
-            // Of a ladder, the shortest step that could be taken stands for all.
-            let longer = shorter.first().is_some_and(|&next| !self.all[next].probe);
-            if model.contains(&index) || *probe || longer {
-                continue;
-            }
-            let more: Vec<usize> =
-                (0..self.all.len()).filter(|other| *other == index || model.contains(other)).collect();
-            if !go_together(self.all, &more) {
-                continue;
-            }
-            let why = match (self.told(&more), self.told(model)) {
-                (Err(why), _) | (_, Err(why)) => format!("cannot be left out: {why}"),
-                (Ok(with), Ok(without)) => self.reason(&more, [&with, &without], reference),
-            };
-            all.push(Kept { what: what.clone(), why });
-        }
-        all
-    }
-
-    /// Returns why a model will not do, given its measured run and that of the model that leaves out one thing less.
-    fn reason(&mut self, model: &[usize], [measured, fuller]: [&Measured; 2], reference: &Measured) -> String {
-        let worst = |errors: Errors| errors.into_iter().max_by(|a, b| a.1.total_cmp(&b.1));
-        let said = |(output, error): (Output, f64)| match output {
-            Output::Verdict => "the verdict would be wrong".to_string(),
-            _ => format!("{} would be off by {}", output.name(), percent(error)),
-        };
-        let found = [reference, fuller]
-            .into_iter()
-            .find_map(|other| worst(self.errors(measured, other)).filter(|found| found.1 > self.within / 2.0));
-        if let Some(found) = found {
-            return said(found);
-        }
-        let no_gain = "leaving it out saves no time";
-        if fuller.wall_s <= WORTH * measured.wall_s {
-            return no_gain.into();
-        }
-        if let Some(luck) = self.lucky(model, reference) {
-            return luck;
-        }
-        for index in 0..self.around.len() {
-            let Ok(errors) = self.errors_there(model, index) else { continue };
-            if let Some(found) = worst(errors).filter(|found| found.1 > self.within) {
-                let (key, value) = &self.around[index].change[0];
-                return format!("at {key} = {value} {}", said(found));
-            }
-        }
-        if self.rung(model).is_some() && self.is_thin(reference) && self.holds(model, reference).is_none() {
-            return "the verdict is near its limit, and a step as long is taken only if the next longer one would do"
-                .into();
-        }
-        no_gain.into()
-    }
-}
-
-/// Multiples of [`PHASE`] by which the wall is moved, nearer and farther. Fixed-point words hold the wall at a whole
-/// count: these moves reach each of the counts nearby. A law in floats holds the wall between counts: there each move
-/// gives another phase. The last multiple, farther away, is tried once, because a motion may be much longer or shorter
-/// there.
-const PHASES: [f64; 7] = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0];
-/// Unit of the moves, in encoder counts.
-const PHASE: f64 = 0.94;
-
-/// Returns the neighbouring scenes: the wall 5 % softer and stiffer, and a few counts nearer and farther.
-fn around(experiment: &Experiment) -> Vec<Set> {
-    let one = |key: &str, value: f64| vec![(key.to_string(), format!("{value:?}"))];
-    match experiment {
-        Experiment::Axis(scene) => {
-            let (k, position) = (scene.wall.stiffness_nm_per_rad, scene.wall.position_rad);
-            let count = scene.encoder.count_rad();
-            let stiffness = [0.95, 1.05].map(|share| one("wall.stiffness", share * k));
-            let places = PHASES.into_iter().flat_map(|phase| [-phase, phase]);
-            let places = places.map(|phase| one("wall.position", position + PHASE * phase * count));
-            let stiffness = stiffness.into_iter().filter(|_| k > 0.0);
-            stiffness.chain(places).collect()
-        }
-        Experiment::Phantom(scene) => {
-            let (k, distance) = (scene.room.stiffness_n_per_m, scene.room.distance_m);
-            let stiffness = [0.95, 1.05].map(|share| one("room.stiffness", share * k));
-            let places = [-5.3, -1.6, 0.7, 3.7].map(|counts| one("room.distance", distance + counts * 29e-6));
-            stiffness.into_iter().chain(places).collect()
-        }
-        Experiment::Dut(_) => Vec::new(),
     }
 }

@@ -25,6 +25,7 @@
 //! out one thing less shows what this thing costs in accuracy and whether leaving it out saves time. A model that
 //! leaves out one thing more shows why this thing has to stay. Every figure compares one run with another.
 
+mod around;
 mod climb;
 mod found;
 mod knobs;

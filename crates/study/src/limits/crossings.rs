@@ -12,7 +12,8 @@
 
 use std::f64::consts::PI;
 
-use super::characteristic::{Characteristic, Of, OpenLoop};
+use super::characteristic::{Characteristic, Of};
+use super::open_loop::OpenLoop;
 use crate::interval::{Complex, Interval};
 
 /// A place on the upper half of the unit circle.

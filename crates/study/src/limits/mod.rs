@@ -6,8 +6,12 @@
 //! hand and contact, is run at a grid of stiffnesses and phases of its contact ([`WordsSet`]).
 
 mod characteristic;
+mod controller;
 mod crossings;
 mod hands;
+mod jet;
+mod looks;
+mod open_loop;
 mod robust;
 mod stable;
 mod unknown;
@@ -17,13 +21,14 @@ use hpu_cosim::scene::{Datapath, Miss, Scene};
 
 use crate::criteria::{self, Criterion, Silent};
 
-pub use characteristic::Damping;
+pub use controller::Damping;
 pub use hands::{Overrides, PublishedHand, hands_of, published_hands};
+pub use looks::{Looks, MOST_EVENTS};
 pub use robust::BoxSet;
 pub(crate) use stable::linear_settles;
 pub use stable::{End, StableSet, Stretch};
 pub use unknown::{MOST_UNKNOWN, Unknown, World};
-pub use words::{Group, Looks, MOST_EVENTS, Seen, WordsSet};
+pub use words::{Group, Seen, WordsSet};
 
 /// The limits of a scene's stiffness.
 #[derive(Clone, PartialEq, Debug)]

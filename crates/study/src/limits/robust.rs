@@ -11,8 +11,10 @@ use std::collections::HashMap;
 use hpu_cosim::figure;
 use hpu_cosim::scene::Scene;
 
-use super::characteristic::{Characteristic, MOST_SIDES, Of, OnArc, OpenLoop, Plants, Side, plant};
+use super::characteristic::{Characteristic, Of, OnArc};
 use super::crossings::{BOXES_A_RANGE, Place, joined};
+use super::jet::MOST_SIDES;
+use super::open_loop::{OpenLoop, Plants, Side, plant};
 use super::stable::inwards;
 use super::unknown::{Unknown, World};
 use super::{Damping, StableSet};

@@ -3,8 +3,9 @@
 use hpu_cosim::figure;
 use hpu_cosim::scene::Scene;
 
-use super::characteristic::{Damping, OpenLoop};
+use super::controller::Damping;
 use super::crossings::{crossings, settles};
+use super::open_loop::OpenLoop;
 
 /// The stiffnesses of a range at which all poles of the linear loop are within the unit circle.
 ///

@@ -282,6 +282,7 @@ impl Table {
             }
             pending += rest - before + self.gap;
         }
+        line.truncate(line.trim_end().len());
         line + "\n"
     }
 

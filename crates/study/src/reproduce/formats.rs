@@ -5,8 +5,8 @@ use hpu_datapath::ConfigError;
 use hpu_datapath::phantom::PhantomConfig;
 use hpu_signal::Format;
 
-use super::postures::{Measured, SIGNALS, measure};
-use crate::widths::proof::{SignalBound, bounds};
+use super::postures::{Measured, measure};
+use crate::widths::proof::{SIGNALS, SignalBound, bounds};
 
 pub use super::formats_claims::sums;
 pub use super::formats_text::{FORMATS_CSV_HEADER, formats_csv, formats_text, plain};

@@ -11,6 +11,8 @@ use hpu_datapath::phantom::{
 use hpu_plant::arm::kinematics;
 use hpu_signal::Format;
 
+use crate::widths::proof::SIGNALS;
+
 /// The measured range and error of a signal.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Measured {
@@ -21,30 +23,6 @@ pub struct Measured {
     /// Greatest distance to the exact value.
     pub error: f64,
 }
-
-/// The signals that are measured, between the blocks.
-pub const SIGNALS: [&str; 20] = [
-    "sine1",
-    "cosine1",
-    "sine2",
-    "cosine2",
-    "sine3",
-    "cosine3",
-    "radius",
-    "x",
-    "y",
-    "z",
-    "stiffness",
-    "force_x",
-    "force_y",
-    "force_z",
-    "torque1",
-    "torque2",
-    "torque3",
-    "command1",
-    "command2",
-    "command3",
-];
 
 /// A datapath under test, and the random numbers for its postures.
 struct Bench {

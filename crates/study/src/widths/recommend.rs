@@ -2,9 +2,7 @@
 //! bit less causes.
 
 use std::num::NonZeroUsize;
-use std::sync::Mutex;
-use std::sync::atomic::Ordering;
-use std::thread;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use hpu_cosim::scene::{Experiment, Output};
 use hpu_cosim::{Control, Rig, Wired};
@@ -15,6 +13,7 @@ use super::measured::{Measured, ready};
 use crate::accuracy::{Outputs, driver, usual, worst};
 use crate::fit::percent;
 use crate::map::outcome_name;
+use crate::units::on_threads;
 
 /// The recommendation for one width.
 #[derive(Clone, PartialEq, Debug)]
@@ -77,27 +76,14 @@ pub fn recommend(
     }
     let (Some(reference), _) = Outputs::of(experiment, driver(&[]), control)? else { return Ok(None) };
     let outputs = experiment.accuracy.outputs.clone().unwrap_or_else(|| usual(reference.outcome));
-    let trial = Trial { experiment, reference: &reference, outputs: &outputs, within, control, runs: Mutex::new(1) };
+    let trial =
+        Trial { experiment, reference: &reference, outputs: &outputs, within, control, runs: AtomicUsize::new(1) };
 
-    let found: Mutex<Vec<Option<Needed>>> = Mutex::new(vec![None; fields.len()]);
-    let next = Mutex::new(0..fields.len());
-    thread::scope(|scope| {
-        for _ in 0..jobs.get().min(fields.len()) {
-            scope.spawn(|| {
-                while let Some(index) = next.lock().ok().and_then(|mut next| next.next()) {
-                    let needed = trial.least(fields[index], measured);
-                    if let Ok(mut found) = found.lock() {
-                        found[index] = needed;
-                    }
-                }
-            });
-        }
-    });
-    let found = found.into_inner().map_err(|_| "a run failed")?;
-    let Some(needed) = found.into_iter().collect::<Option<Vec<_>>>() else { return Ok(None) };
+    let found = on_threads(fields.len(), jobs, control, |index| trial.least(fields[index], measured));
+    let Some(needed) = found.into_iter().map(Option::flatten).collect::<Option<Vec<_>>>() else { return Ok(None) };
     let Some((together, error, scene)) = trial.together(&needed) else { return Ok(None) };
     let formats = ready(&scene)?.wiring().nets().iter().map(|net| (net.name, net.format)).collect();
-    let runs = trial.runs.into_inner().unwrap_or(0);
+    let runs = trial.runs.into_inner();
     Ok(Some(Recommended { within, outputs, needed, together, error, formats, runs }))
 }
 
@@ -108,15 +94,13 @@ struct Trial<'a> {
     outputs: &'a [Output],
     within: f64,
     control: &'a Control,
-    runs: Mutex<usize>,
+    runs: AtomicUsize,
 }
 
 impl Trial<'_> {
     /// Runs a variant of the scene. Returns the worst error of its outputs, or a text that says how it fails.
     fn run(&self, scene: Result<Experiment, String>) -> Result<f64, String> {
-        if let Ok(mut runs) = self.runs.lock() {
-            *runs += 1;
-        }
+        self.runs.fetch_add(1, Ordering::Relaxed);
         self.control.progress.fetch_add(1, Ordering::Relaxed);
         let scene = scene.map_err(|why| format!("refused: {why}"))?;
         let run = Outputs::of(&scene, driver(&[]), self.control).map_err(|why| format!("refused: {}", reason(&why)))?;

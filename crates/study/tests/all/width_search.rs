@@ -13,8 +13,9 @@ use hpu_signal::Format;
 use hpu_study::accuracy::{Outputs, worst};
 use hpu_study::map::{Cell, CellLimits, SceneText};
 use hpu_study::units::Row;
+use hpu_study::widths::Field;
 use hpu_study::widths::search::{
-    Design, ESTIMATE_ERROR, Ended, Found, Knob, Merit, Plan, SearchError, Width, estimate, search,
+    Cost, Design, ESTIMATE_ERROR, Ended, Found, Knob, Merit, Plan, SearchError, estimate, search,
 };
 
 use crate::looks::{assert_readable, texts};
@@ -53,7 +54,7 @@ pub fn found(scenes: &[(String, Experiment)], knobs: &[Knob], plan: Plan) -> Res
 /// Returns every design of the grid.
 fn designs(own: Design, knobs: &[Knob]) -> Vec<Design> {
     knobs.iter().fold(vec![own], |designs, knob| {
-        let values = |design: Design| (knob.from..=knob.to).map(move |bits| design.with(knob.width, bits));
+        let values = |design: Design| (knob.from..=knob.to).map(move |bits| design.with(knob.key.field, bits));
         designs.into_iter().flat_map(values).collect()
     })
 }
@@ -113,7 +114,7 @@ pub fn holds_to_the_grid(
     let knobs = knobs(texts);
     let scenes: Vec<_> = on.iter().map(|(name, set, _)| scene(name, set)).collect();
     let found = found(&scenes, &knobs, plan).expect("a search");
-    let own = Design::of(&scenes[0].1.clone().axis().expect("an axis"));
+    let own = Design::of(&scenes[0].1).expect("an axis");
     let parse = |(name, set, _): &On, design: Design| {
         text(name).parse(&set.iter().cloned().chain(design.set()).collect::<Set>())
     };
@@ -147,7 +148,7 @@ pub fn holds_to_the_grid(
             lut4 = estimate(&words.config, axis.method.kind == Loop::Conventional);
         }
         let error = if error > plan.within { f64::INFINITY } else { error };
-        grid.push((design.to_string(), Merit { lut4, error, stiffness }));
+        grid.push((design.to_string(), Merit { cost: Cost::of_logic(lut4), error, stiffness }));
     }
     assert_eq!(found.designs, grid.len() + refused);
     assert_eq!(found.refused.iter().map(|(_, count)| count).sum::<usize>(), refused);
@@ -241,8 +242,8 @@ fn a_search_against_24_bits_keeps_the_modulator_and_tells_the_smallest_design() 
     assert_eq!(found.reference.design.to_string(), "24 (0,12,12) (0,8,16) 24 12");
     let least = 0.99 * found.reference.merit.stiffness;
     let enough = found.points.iter().filter(|point| point.merit.stiffness >= least);
-    let cheapest = enough.map(|point| point.merit.lut4).min();
-    assert_eq!(found.smallest(0.01).map(|point| point.merit.lut4), cheapest);
+    let cheapest = enough.map(|point| point.merit.cost.lut4()).min();
+    assert_eq!(found.smallest(0.01).map(|point| point.merit.cost.lut4()), cheapest);
     assert!(cheapest.is_some(), "{:#?}", found.points);
     let by_cost = stiffness_by_cost("hybrid-wall", &found, 0.01, "hpu widths");
     let said = |text: &str| texts(&by_cost.svg).iter().any(|of| of.text.contains(text));
@@ -252,7 +253,7 @@ fn a_search_against_24_bits_keeps_the_modulator_and_tells_the_smallest_design() 
     // The same holds when the smallest is at the right edge.
     let mut narrow = found.clone();
     let kept: Vec<usize> =
-        (0..found.points.len()).filter(|&index| Some(found.points[index].merit.lut4) <= cheapest).collect();
+        (0..found.points.len()).filter(|&index| Some(found.points[index].merit.cost.lut4()) <= cheapest).collect();
     narrow.points = kept.iter().map(|&index| found.points[index]).collect();
     narrow.front = found.front.iter().filter_map(|front| kept.iter().position(|index| index == front)).collect();
     let narrow = stiffness_by_cost("hybrid-wall", &narrow, 0.01, "hpu widths");
@@ -337,11 +338,12 @@ fn a_knob_that_is_none_says_what_is_accepted() {
 #[test]
 fn a_design_is_refused_where_its_scene_is() {
     let scene = text("thrown-hybrid");
-    let base = scene.parse(&Set::new()).expect("the scene").axis().expect("an axis");
-    let own = Design::of(&base);
+    let base = scene.parse(&Set::new()).expect("the scene");
+    let own = Design::of(&base).expect("an axis");
+    let fields: Vec<Field> = own.widths().map(|(key, _)| key.field).collect();
     let mut accepted = 0;
-    for one in Width::ALL {
-        for other in Width::ALL {
+    for &one in &fields {
+        for &other in &fields {
             for (bits, more) in (0..=34).flat_map(|bits| [0, 2, 9, 32].map(|more| (bits, more))) {
                 let design = own.with(one, bits).with(other, more);
                 let parsed = scene.parse(&design.set());

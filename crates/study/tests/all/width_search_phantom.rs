@@ -1,15 +1,18 @@
 //! Compares the search over the widths of a PHANToM with the whole grid run design by design.
 
 use std::collections::BTreeMap;
+use std::convert::Infallible;
 use std::num::NonZeroUsize;
 
-use hpu_cosim::scene::{Experiment, OutcomeKind, shipped};
+use hpu_cosim::scene::{Experiment, OutcomeKind, PhantomScene, shipped};
 use hpu_cosim::{Control, Driver};
 use hpu_study::accuracy::{Outputs, worst};
 use hpu_study::map::SceneText;
+use hpu_study::units::Row;
 use hpu_study::widths::Field;
-use hpu_study::widths::search::phantom::{Design, Found, Knob, Plan, Point, cells, key, proved, rams, rung, search};
-use hpu_study::widths::search::{Ended, SearchError};
+use hpu_study::widths::search::{
+    Cost, Design, Ended, Found, Knob, Merit, Plan, Point, SearchError, cells, proved, rams, rung, search,
+};
 
 type Set = Vec<(String, String)>;
 
@@ -27,11 +30,13 @@ fn knobs(texts: &[&str]) -> Vec<Knob> {
 }
 
 fn plan(within: f64, jobs: usize) -> Plan {
-    Plan { within, jobs: NonZeroUsize::new(jobs).expect("some") }
+    Plan { against: None, within, proved: false, jobs: NonZeroUsize::new(jobs).expect("some") }
 }
 
 fn found(set: &Set, knobs: &[Knob], plan: Plan) -> Result<Found, SearchError> {
-    match search((&text("phantom-drop"), set), knobs, plan, &Control::default(), |_| ()) {
+    let scene = [("phantom-drop".to_string(), text("phantom-drop").parse(set).expect("the scene"))];
+    let keep = |_: usize, _: &Row| Ok::<(), Infallible>(());
+    match search(&scene, knobs, plan, BTreeMap::new(), &Control::default(), keep, |_| ()) {
         Ok(found) => Ok(found),
         Err(Ended::Refused(error)) => Err(error),
         Err(_) => panic!("nobody stops it"),
@@ -43,9 +48,16 @@ fn run(experiment: &Experiment) -> Outputs {
     outputs.expect("nobody stops it")
 }
 
+fn phantom(experiment: &Experiment) -> &PhantomScene {
+    match experiment {
+        Experiment::Phantom(scene) => scene,
+        _ => panic!("a PHANToM"),
+    }
+}
+
 /// Returns the highest rung of a scene up to which all rungs are passive; each wall is a scene of its own.
 fn stable(experiment: &Experiment, runs: &mut usize) -> u32 {
-    let Experiment::Phantom(base) = experiment else { panic!("a PHANToM") };
+    let base = phantom(experiment);
     for step in 1.. {
         let mut scene = base.clone();
         scene.room.stiffness_n_per_m *= rung(step);
@@ -65,11 +77,12 @@ fn stable(experiment: &Experiment, runs: &mut usize) -> u32 {
 fn holds_to_the_grid(set: &Set, texts: &[&str], within: f64) {
     let knobs = knobs(texts);
     let found = found(set, &knobs, plan(within, 2)).expect("a search");
-    let Experiment::Phantom(base) = text("phantom-drop").parse(set).expect("the scene") else { panic!("a PHANToM") };
-    let reference = run(&Experiment::Phantom(found.reference.design.scene(&base).expect("the reference")));
+    let base = text("phantom-drop").parse(set).expect("the scene");
+    let own_n_per_m = phantom(&base).room.stiffness_n_per_m;
+    let reference = run(&found.reference.design.scene(&base).expect("the reference"));
 
-    let designs = knobs.iter().fold(vec![Design::of(&base)], |designs, knob| {
-        let values = |design: Design| (knob.from..=knob.to).map(move |bits| design.with(knob.field, bits));
+    let designs = knobs.iter().fold(vec![Design::of(&base).expect("a PHANToM")], |designs, knob| {
+        let values = |design: Design| (knob.from..=knob.to).map(move |bits| design.with(knob.key.field, bits));
         designs.into_iter().flat_map(values).collect()
     });
     assert_eq!(found.designs, designs.len());
@@ -80,36 +93,35 @@ fn holds_to_the_grid(set: &Set, texts: &[&str], within: f64) {
             refused += 1;
             continue;
         }
-        let scene = design.scene(&base).expect("a scene");
-        let config = scene.method.config;
-        let experiment = Experiment::Phantom(scene);
+        let experiment = design.scene(&base).expect("a scene");
+        let config = phantom(&experiment).method.config;
         let outputs = run(&experiment);
         runs += 1;
-        let error = worst(&outputs.errors(&reference), &found.outputs);
+        let error = worst(&outputs.errors(&reference), &found.on[0].outputs);
         if error > within {
             off += 1;
             continue;
         }
-        let rams = rams(&config).expect("tables");
-        let cells = Some(cells(&config).iter().sum());
-        let rung = stable(&experiment, &mut runs);
-        grid.push(Point { design, rams, cells, error, rung, capped: false });
+        let cost = Cost { rams: rams(&config).expect("tables"), logic: Some(cells(&config).iter().sum()) };
+        let stiffness = own_n_per_m * rung(stable(&experiment, &mut runs));
+        grid.push(Point { design, merit: Merit { cost, error, stiffness }, capped: false });
     }
     assert_eq!((found.refused.iter().map(|(_, count)| count).sum::<usize>(), found.off), (refused, off));
     assert!(found.failed.is_empty());
 
-    type Merit = (u64, Option<u32>, u64, u32);
-    let merit = |point: &Point| -> Merit { (point.rams, point.cells, point.error.to_bits(), point.rung) };
-    let best = |point: &&Point| !grid.iter().any(|other: &Point| other.beats(point));
-    let mut wanted: Vec<Merit> = grid.iter().filter(best).map(merit).collect();
+    type Figures = (Cost, u64, u64);
+    let merit =
+        |Point { merit, .. }: &Point| -> Figures { (merit.cost, merit.error.to_bits(), merit.stiffness.to_bits()) };
+    let best = |point: &&Point| !grid.iter().any(|other: &Point| other.merit.beats(&point.merit));
+    let mut wanted: Vec<Figures> = grid.iter().filter(best).map(merit).collect();
     wanted.sort_unstable();
     wanted.dedup();
-    let mut front: Vec<Merit> = found.front.iter().map(merit).collect();
+    let mut front: Vec<Figures> = found.best().map(merit).collect();
     front.sort_unstable();
     assert!(!wanted.is_empty(), "a front of none says nothing");
     assert_eq!(front, wanted);
     let own = |point: &Point| grid.iter().any(|other| other.design == point.design && merit(other) == merit(point));
-    assert!(found.front.iter().all(own), "a design with another's figures");
+    assert!(found.best().all(own), "a design with another's figures");
     assert!(found.grid_runs <= runs, "{} runs of the grid, which took {runs}", found.grid_runs);
     assert!(found.runs < runs, "{} runs instead of {runs}", found.runs);
 }
@@ -132,8 +144,8 @@ fn what_is_found_does_not_depend_on_the_threads() {
 #[test]
 fn the_proved_errors_are_those_of_the_counted_loop() {
     let set = set(&[("method.words", "narrow")]);
-    let Experiment::Phantom(base) = text("phantom-drop").parse(&set).expect("the scene") else { panic!("a PHANToM") };
-    let (tip_m, torque) = proved(&base, &Design::of(&base)).expect("a datapath");
+    let base = text("phantom-drop").parse(&set).expect("the scene");
+    let (tip_m, torque) = proved(&base, &Design::of(&base).expect("a PHANToM")).expect("a datapath");
     // From testbench/record/phantom-cost.txt: tables of 13 bits, 0.123 um and 0.00028 %.
     assert!((1e6 * tip_m - 0.123).abs() < 5e-4, "{tip_m}");
     assert!((100.0 * torque - 0.00028).abs() < 5e-6, "{torque}");
@@ -158,7 +170,7 @@ fn a_search_without_sense_is_refused_with_what_to_write() {
     assert!(refused(&[], &wide).contains("narrow a range"));
 
     let unread = |text: &str| text.parse::<Knob>().expect_err("no knob");
-    assert!(unread("sine.frac=3..4").contains(key(Field::TrigFrac)));
+    assert!(unread("sine.frac=3..4").contains("trig.frac"));
     assert!(unread("depth_bits=3..9").contains("takes 4 to 15"));
     assert!(unread("trig.frac=9..8").contains("reversed"));
     assert!(unread("trig.frac=9").contains("takes one value only"));

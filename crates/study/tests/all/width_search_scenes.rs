@@ -4,8 +4,9 @@ use hpu_cosim::Control;
 use hpu_cosim::Driver;
 use hpu_cosim::scene::Experiment;
 use hpu_study::accuracy::{Outputs, worst};
+use hpu_study::widths::Field;
 use hpu_study::widths::proof::axis_bounds;
-use hpu_study::widths::search::{Design, Found, Plan, SearchError, Width};
+use hpu_study::widths::search::{Design, Found, Plan, SearchError};
 
 use crate::width_search::{ANY_ERROR, PLAN, Set, found, holds_to_the_grid, knobs, scene, set, text};
 
@@ -69,22 +70,23 @@ fn so_it_is_where_words_have_to_hold_the_proved_range() {
             |(least, most): (i64, i64)| (1..).find(|bits| -(1i64 << (bits - 1)) <= least && most < 1 << (bits - 1));
         let [position, velocity] = [held.delta, held.velocity].map(|ends| bits(ends).expect("some"));
         for point in &found.points {
-            assert!(point.design.get(Width::Position) >= position && point.design.get(Width::Velocity) >= velocity);
+            assert!(point.design.get(Field::Position) >= position && point.design.get(Field::Velocity) >= velocity);
         }
     }
     let least = |width| found.points.iter().map(|point| point.design.get(width)).min();
     assert!(
-        least(Width::Position) > Some(10) && least(Width::Velocity) > Some(7),
+        least(Field::Position) > Some(10) && least(Field::Velocity) > Some(7),
         "the range asks for more than the grid's least"
     );
 }
 
 /// Returns the widths that a search on `hybrid-wall` alone finds: they saturate the velocity at 2 bits.
 fn of_one_motion() -> Design {
-    let base = scene("hybrid-wall", &Set::new()).1.axis().expect("an axis");
-    let widths = [(Width::Position, 11), (Width::StiffnessInt, 7), (Width::StiffnessFrac, 1), (Width::DampingInt, 2)];
-    let own = widths.into_iter().fold(Design::of(&base), |design, (width, bits)| design.with(width, bits));
-    own.with(Width::DampingFrac, 0).with(Width::Velocity, 2)
+    let base = scene("hybrid-wall", &Set::new()).1;
+    let widths = [(Field::Position, 11), (Field::StiffnessInt, 7), (Field::StiffnessFrac, 1), (Field::DampingInt, 2)];
+    let own =
+        widths.into_iter().fold(Design::of(&base).expect("an axis"), |design, (width, bits)| design.with(width, bits));
+    own.with(Field::DampingFrac, 0).with(Field::Velocity, 2)
 }
 
 /// Returns the worst error of a design on `hybrid-wall` at a stiffness, against the design of 24 bits.
@@ -99,7 +101,7 @@ fn error_at(design: Design, stiffness: &str) -> f64 {
 }
 
 fn design_of_24_bits() -> Design {
-    Design::of(&scene("hybrid-wall", &Set::new()).1.axis().expect("an axis")).wide(24).expect("wide enough")
+    Design::of(&scene("hybrid-wall", &Set::new()).1).expect("an axis").wide(24).expect("wide enough")
 }
 
 #[test]

@@ -45,7 +45,7 @@ use haptic::{Rows, Settings};
 pub use holds::Held;
 pub(super) use holds::Limits;
 pub use phantom::phantom_bounds;
-pub use posture::{SignalBound, bounds};
+pub use posture::{SIGNALS, SignalBound, bounds};
 use span::Span;
 pub(crate) use system::System;
 use travel::Travel;

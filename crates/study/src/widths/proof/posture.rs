@@ -53,8 +53,8 @@ impl SignalBound {
     }
 }
 
-/// The nets and inner words that are reported; each one depends only on those before it.
-const TOLD: [&str; 23] = [
+/// The nets of a PHANToM's datapath from the sines on; each one depends only on those before it.
+pub const SIGNALS: [&str; 20] = [
     "sine1",
     "cosine1",
     "sine2",
@@ -69,9 +69,6 @@ const TOLD: [&str; 23] = [
     "force_x",
     "force_y",
     "force_z",
-    "radial",
-    "upper",
-    "fore",
     "torque1",
     "torque2",
     "torque3",
@@ -79,6 +76,8 @@ const TOLD: [&str; 23] = [
     "command2",
     "command3",
 ];
+/// The words inside the Jacobian, before the torques.
+const INNER: [&str; 3] = ["radial", "upper", "fore"];
 
 /// Returns the ranges and errors of every signal from the sines on, for any posture that the tables hold and any
 /// stiffness up to `stiffness_max_n_per_m`.
@@ -120,7 +119,7 @@ pub fn bounds(config: &PhantomConfig, stiffness_max_n_per_m: f64) -> Result<Vec<
             for output in &instance.connections[instance.model.inputs().len()..] {
                 let (Some(word), signal) = (walk.nets[output.net], &nets[output.net]) else { continue };
                 // The scaled torque is the command, before its register.
-                let name = TOLD.into_iter().find(|told| match signal.name.strip_prefix("scaled") {
+                let name = SIGNALS.into_iter().find(|told| match signal.name.strip_prefix("scaled") {
                     Some(joint) => told.strip_prefix("command") == Some(joint),
                     None => *told == signal.name && told.strip_prefix("command").is_none(),
                 });
@@ -133,7 +132,7 @@ pub fn bounds(config: &PhantomConfig, stiffness_max_n_per_m: f64) -> Result<Vec<
             }
         }
         let force = &nets[net("force_x").expect("a force")];
-        for name in ["radial", "upper", "fore"] {
+        for name in INNER {
             let (word, width) = Affine::named(name).expect("a word of the Jacobian");
             let frac = force.format.frac();
             let format = Format::new(true, width.cast_signed() - 1 - frac, frac).unwrap_or(force.format);
@@ -153,5 +152,6 @@ pub fn bounds(config: &PhantomConfig, stiffness_max_n_per_m: f64) -> Result<Vec<
         rows
     });
     let row = |name: &str| *rows.iter().find(|row| row.name == name).expect("a net of the wiring");
-    Ok(TOLD.map(row).to_vec())
+    let (before, torques) = SIGNALS.split_at(SIGNALS.len() - 6);
+    Ok([before, &INNER, torques].concat().into_iter().map(row).collect())
 }

@@ -1,14 +1,17 @@
 //! The scenes on which every design of a search is run.
 
-use hpu_cosim::scene::{Experiment, Output, Scene};
+use hpu_cosim::scene::{Experiment, Output};
 
-use super::refused::{SearchError, searchable};
+use super::device;
+use super::knob::Knob;
+use super::loops::Loops;
+use super::refused::SearchError;
 
 /// A scene on which every design is run.
 pub(super) struct Case {
     /// Its name as given.
     pub name: String,
-    pub scene: Scene,
+    pub scene: Experiment,
     /// The outputs that the scene says are to be compared.
     pub outputs: Option<Vec<Output>>,
     /// Whether its stable stiffness is searched. Scenes that differ only in the wall's stiffness have the same one, so
@@ -16,54 +19,71 @@ pub(super) struct Case {
     pub climbs: bool,
 }
 
-/// Reads the scenes of a search.
-///
-/// # Errors
-///
-/// When a scene has nothing to search, or when the scenes need different hardware at equal widths.
-pub(super) fn cases(named: &[(String, Experiment)]) -> Result<Vec<Case>, SearchError> {
-    let mut all: Vec<Case> = Vec::new();
-    for (name, experiment) in named {
-        let outputs = experiment.accuracy.outputs.clone();
-        let of = |error: SearchError| match error {
-            SearchError::Scene(why) if named.len() > 1 => SearchError::Scene(format!("{name}: {why}")),
-            error => error,
-        };
-        let scene = searchable(experiment.clone()).map_err(of)?;
-        if let Some(first) = all.first()
-            && let Some(why) = difference(&first.scene, &scene)
-        {
-            let why = format!("{} and {name} have {why}: one search takes scenes of one hardware", first.name);
-            return Err(SearchError::Scene(why));
+/// The scenes of a search, which take the same hardware, and the loops of their device.
+pub(super) struct Cases {
+    pub loops: &'static dyn Loops,
+    pub all: Vec<Case>,
+}
+
+impl Cases {
+    /// Reads the scenes of a search.
+    ///
+    /// # Errors
+    ///
+    /// When a scene has nothing to search, or when the scenes need different hardware at equal widths.
+    pub fn new(named: &[(String, Experiment)]) -> Result<Self, SearchError> {
+        let (_, first) = named.first().ok_or_else(|| SearchError::Scene("no scene to search".into()))?;
+        let loops = device::loops(first)?;
+        let mut all: Vec<Case> = Vec::new();
+        for (name, scene) in named {
+            let of = |why: String| SearchError::Scene(if named.len() > 1 { format!("{name}: {why}") } else { why });
+            if scene.auto {
+                return Err(of("model = \"auto\" is chosen for one design; set what hpu fit chooses".into()));
+            }
+            loops.searchable(scene).map_err(of)?;
+            if let Some(first) = all.first()
+                && let Some(why) = loops.difference(&first.scene, scene)
+            {
+                let why = format!("{} and {name} have {why}: one search takes scenes of one hardware", first.name);
+                return Err(SearchError::Scene(why));
+            }
+            let climbs = !all.iter().any(|before| loops.same_but_for_stiffness(&before.scene, scene));
+            let outputs = scene.accuracy.outputs.clone();
+            all.push(Case { name: name.clone(), scene: scene.clone(), outputs, climbs });
         }
-        let climbs = !all.iter().any(|before| same_but_for_stiffness(&before.scene, &scene));
-        all.push(Case { name: name.clone(), scene, outputs, climbs });
+        Ok(Self { loops, all })
     }
-    if all.is_empty() { Err(SearchError::Scene("no scene to search".into())) } else { Ok(all) }
-}
 
-/// Returns why the two scenes need different hardware at the same widths, if they do.
-fn difference(first: &Scene, other: &Scene) -> Option<String> {
-    let [unit, others] = [first, other].map(|scene| scene.device.units().stiffness);
-    if unit != others {
-        return Some(format!("stiffness in {unit} and in {others}"));
+    /// Returns the first scene, which has the widths that no knob varies.
+    pub fn base(&self) -> &Experiment {
+        &self.all[0].scene
     }
-    let [kind, others] = [first, other].map(|scene| scene.method.kind.name());
-    if kind != others {
-        return Some(format!("method.kind = \"{kind}\" and \"{others}\""));
-    }
-    let other = super::Design::of(first).scene(other).ok()?;
-    let config = |scene: &Scene| scene.words().ok().map(|words| words.config);
-    (config(first)? != config(&other)?)
-        .then(|| "another method.product, .rescaled, .period_bits, .settling, or .pwm".to_string())
-}
 
-/// Returns whether the two scenes differ at most in the stiffness of their walls.
-fn same_but_for_stiffness(one: &Scene, other: &Scene) -> bool {
-    let wall = |scene: &Scene| (scene.wall.position_rad, scene.wall.damping_nm_s_per_rad);
-    let same = wall(one) == wall(other)
-        && (one.device, one.encoder, one.bridge) == (other.device, other.encoder, other.bridge)
-        && (&one.amplifier, one.clock, &one.method) == (&other.amplifier, other.clock, &other.method);
-    same && (&one.hand, &one.model) == (&other.hand, &other.model)
-        && (&one.run, &one.record) == (&other.run, &other.record)
+    /// Returns a message about a scene, with its name where there are several.
+    pub fn of(&self, case: &Case, why: String) -> String {
+        if self.all.len() > 1 { format!("{}: {why}", case.name) } else { why }
+    }
+
+    /// Refuses knobs that make no grid; returns the number of designs.
+    pub fn grid(&self, knobs: &[Knob]) -> Result<usize, SearchError> {
+        if knobs.is_empty() {
+            return Err(SearchError::NothingToVary);
+        }
+        let loops = self.loops;
+        for (index, knob) in knobs.iter().enumerate() {
+            if !loops.keys().all.contains(&knob.key) {
+                let (device, names) = (loops.keys().device, loops.keys().names());
+                let why = format!("this is a scene of {device}, which has no such width; write one of {names}");
+                return Err(SearchError::OfAnother(format!("--vary {knob}: {why}")));
+            }
+            if knobs[..index].iter().any(|other| other.key == knob.key) {
+                return Err(SearchError::Twice(knob.key.name));
+            }
+            if let Some(why) = loops.refuses(self.base(), knob) {
+                return Err(SearchError::Scene(why));
+            }
+        }
+        let (designs, most) = (knobs.iter().map(|knob| knob.values() as u128).product(), loops.keys().most_designs);
+        if designs > most { Err(SearchError::TooMany(designs, most)) } else { Ok(designs as usize) }
+    }
 }

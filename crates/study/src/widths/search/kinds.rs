@@ -1,65 +1,52 @@
 //! Groups designs that are alike in every run.
 
-use std::cmp::Reverse;
+use std::cmp::{Ordering, Reverse};
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 
-use hpu_cosim::scene::{Loop, Scene};
-use hpu_datapath::{ConventionalLoop, HybridLoop};
-use hpu_signal::Format;
-
-use super::case::Case;
+use super::case::Cases;
 use super::climb::Climb;
-use super::estimate::estimate;
-use super::front::Merit;
+use super::front::{Cost, Merit};
 use super::knob::{Design, Knob};
-use super::memory::{Depth, Gain, Gains, Memory};
-use crate::widths::proof::{Held, Limits};
-
-/// The values that determine all runs of a design.
-#[derive(Clone, PartialEq, Eq, PartialOrd, Ord, Debug)]
-struct Alike {
-    pwm: u32,
-    /// The damping on each scene.
-    damping: Vec<Gain>,
-    /// Integer and fraction bits of the stiffness, which give its range and resolution.
-    stiffness: (i32, i32),
-    depth: Depth,
-}
+use super::loops::{Limits, Loops, Standing};
+use super::memory::{Memory, Run};
+use crate::widths::proof::Held;
 
 /// The knowledge about a kind on one scene.
 struct On {
-    /// The scene's own stiffness.
-    own: Gain,
-    /// Stiffness of the last bit, in SI units.
-    lsb: f64,
+    /// The design whose runs stand for those of the kind, up to the format of the stiffness.
+    design: Design,
+    /// The scene's own wall.
+    own: i128,
     /// The error, once known.
     error: Option<f64>,
     /// The climb to the stable stiffness; only one of the scenes that differ in nothing else has one.
-    climb: Option<Climb>,
+    climb: Option<Box<dyn Climb>>,
 }
 
 impl On {
     /// Returns bounds of the stable stiffness; infinite where another scene's climb decides it.
     fn between(&self) -> [f64; 2] {
-        let between = self.climb.as_ref().map(|climb| [climb.least(), climb.most()].map(|word| word as f64 * self.lsb));
-        between.unwrap_or([f64::INFINITY; 2])
+        self.climb.as_ref().map_or([f64::INFINITY; 2], |climb| climb.between())
     }
 }
 
 /// Designs that are alike in every run, with their known figures.
 pub(super) struct Kind {
-    alike: Alike,
+    loops: &'static dyn Loops,
+    /// The numbers that determine all runs.
+    alike: Vec<i128>,
     /// How many designs are alike.
     pub count: usize,
     /// The cheapest designs, and their cost.
     pub designs: Vec<Design>,
-    lut4: u32,
+    cost: Cost,
     /// The knowledge on each scene.
     on: Vec<On>,
     /// The worst error of all scenes, once known; infinite as soon as one is above the limit.
     pub error: Option<f64>,
-    /// The number of tries of the climbs and of errors looked up.
-    pub asked: usize,
+    /// The number of verdicts and errors taken from runs.
+    pub answers: usize,
     /// Whether one of its runs failed.
     pub failed: bool,
 }
@@ -70,87 +57,73 @@ impl Kind {
     /// # Errors
     ///
     /// Why no scene can have the design, or which scene cannot.
-    pub fn new(cases: &[Case], design: Design) -> Result<Self, String> {
-        let mut found: Option<Self> = None;
-        for case in cases {
-            let of = |why: String| if cases.len() > 1 { format!("{}: {why}", case.name) } else { why };
-            let scene = design.scene(&case.scene).map_err(of)?;
-            let words = scene.words().map_err(|error| of(error.to_string()))?;
-            let method = &scene.method;
-            let gain = |word: i64, format: Format| Gain::new(word.into(), format.frac().unsigned_abs());
-            let kind = match &mut found {
-                Some(kind) => kind,
-                None => {
-                    // Some widths are refused by the blocks.
-                    HybridLoop::new(words.config).map_err(|error| error.to_string())?;
-                    ConventionalLoop::new(words.config).map_err(|error| error.to_string())?;
-                    let lut4 = estimate(&words.config, method.kind == Loop::Conventional);
-                    found.insert(Self::unknown(&scene, design, lut4))
-                }
-            };
-            let stiffness = method.stiffness_format;
-            kind.alike.damping.push(gain(words.damping, method.damping_format));
-            kind.on.push(On {
-                own: gain(words.stiffness, stiffness),
-                lsb: words.realised.torque_quantum_nm / words.realised.count_rad * stiffness.lsb(),
-                error: None,
-                climb: case.climbs.then(|| Climb::new(words.stiffness.into(), stiffness.max())),
-            });
+    pub fn new(cases: &Cases, design: Design) -> Result<Self, String> {
+        let loops = cases.loops;
+        let (mut alike, mut on, mut cost) = (Vec::new(), Vec::new(), None);
+        for case in &cases.all {
+            let scene = loops.scene(&design, &case.scene).map_err(|why| cases.of(case, why))?;
+            if cost.is_none() {
+                cost = Some(loops.cost(&scene)?);
+            }
+            let standing = loops.standing(design, &scene).map_err(|why| cases.of(case, why))?;
+            let Standing { design, own, climb, alike: numbers } = standing;
+            alike.extend(numbers);
+            on.push(On { design, own, error: None, climb: case.climbs.then_some(climb) });
         }
-        found.ok_or_else(|| "no scene to run it on".into())
+        let (designs, cost) = (vec![design], cost.unwrap_or_default());
+        Ok(Self { loops, alike, count: 1, designs, cost, on, error: None, answers: 0, failed: false })
     }
 
-    fn unknown(scene: &Scene, design: Design, lut4: u32) -> Self {
-        let method = &scene.method;
-        let alike = Alike {
-            pwm: method.pwm.bits,
-            damping: Vec::new(),
-            stiffness: (method.stiffness_format.int(), method.stiffness_format.frac()),
-            depth: (method.position_bits, method.velocity_bits),
-        };
-        Self { alike, count: 1, designs: vec![design], lut4, on: Vec::new(), error: None, asked: 0, failed: false }
+    /// Takes a design that is alike.
+    fn join(&mut self, other: Self) {
+        self.count += 1;
+        match other.cost.cmp(&self.cost) {
+            Ordering::Less => (self.cost, self.designs) = (other.cost, other.designs),
+            Ordering::Equal => self.designs.extend(other.designs),
+            Ordering::Greater => {}
+        }
     }
 
-    fn gains(&self, case: usize, stiffness: Gain) -> Gains {
-        Gains { case, pwm: self.alike.pwm, damping: self.alike.damping[case], stiffness }
+    fn run(&self, case: usize, wall: i128) -> Run {
+        let (design, wall) = self.loops.run(self.on[case].design, wall);
+        Run { case, design, wall }
     }
 
     /// Returns the scene whose climb decides next. The stable stiffness is the least of all scenes, so a climb that is
     /// known to end no lower than another is not continued.
     fn climbing(&self) -> Option<usize> {
-        let lowest = self.on.iter().map(|on| on.between()[1]).fold(f64::INFINITY, f64::min);
-        let open = |on: &On| on.climb.as_ref().is_some_and(|climb| climb.next().is_some()) && on.between()[0] < lowest;
+        let lowest = self.at_best().stiffness;
+        let open = |on: &On| on.climb.as_ref().is_some_and(|climb| climb.is_open()) && on.between()[0] < lowest;
         let open = (0..self.on.len()).filter(|&case| open(&self.on[case]));
         open.min_by(|&a, &b| self.on[a].between()[1].total_cmp(&self.on[b].between()[1]))
     }
 
-    /// Continues the climbs as far as runs are known. Returns the run that they need next, if any.
-    pub fn follow(&mut self, memory: &Memory) -> Option<(Gains, Depth)> {
+    /// Continues the climbs as far as runs are known. Returns the run that they need next, if any. `rivals` is that of
+    /// [`Climb::next`].
+    pub fn follow(&mut self, memory: &Memory, rivals: &dyn Fn() -> f64) -> Option<Run> {
         while let Some(case) = self.climbing() {
-            let word = self.on[case].climb.as_ref().and_then(Climb::next)?;
-            let gains = self.gains(case, Gain::new(word, self.alike.stiffness.1.unsigned_abs()));
-            let Some(ran) = memory.recall(&gains, self.alike.depth) else { return Some((gains, self.alike.depth)) };
+            let wall = self.on[case].climb.as_ref().and_then(|climb| climb.next(rivals))?;
+            let run = self.run(case, wall);
+            let Some(ran) = memory.recall(&run) else { return Some(run) };
             if let Some(climb) = &mut self.on[case].climb {
-                climb.told(ran.settled);
+                climb.told(wall, ran.settled);
             }
-            self.asked += 1;
+            self.answers += 1;
         }
         None
     }
 
     /// Looks up the errors among known runs. Returns the run that is missing, if any. An error above `within` counts as
     /// infinite, and no further scene is asked.
-    pub fn look(&mut self, memory: &Memory, within: f64) -> Option<(Gains, Depth)> {
+    pub fn look(&mut self, memory: &Memory, within: f64) -> Option<Run> {
         let mut worst = 0.0f64;
         for case in 0..self.on.len() {
-            let gains = self.gains(case, self.on[case].own);
             let error = match self.on[case].error {
                 Some(error) => error,
                 None => {
-                    let Some(ran) = memory.recall(&gains, self.alike.depth) else {
-                        return Some((gains, self.alike.depth));
-                    };
-                    self.asked += 1;
+                    let run = self.run(case, self.on[case].own);
+                    let Some(ran) = memory.recall(&run) else { return Some(run) };
+                    self.answers += 1;
                     *self.on[case].error.insert(ran.error)
                 }
             };
@@ -164,11 +137,20 @@ impl Kind {
         None
     }
 
+    fn merit(&self, end: usize) -> Merit {
+        let error = if self.failed { f64::INFINITY } else { self.error.unwrap_or(0.0) };
+        let stiffness = self.on.iter().map(|on| on.between()[end]).fold(f64::INFINITY, f64::min);
+        Merit { cost: self.cost, error, stiffness }
+    }
+
+    /// Returns the figures that the design is known to have at least.
+    pub fn at_worst(&self) -> Merit {
+        self.merit(0)
+    }
+
     /// Returns the best figures that the design can still have.
     pub fn at_best(&self) -> Merit {
-        let error = if self.failed { f64::INFINITY } else { self.error.unwrap_or(0.0) };
-        let stiffness = self.on.iter().map(|on| on.between()[1]).fold(f64::INFINITY, f64::min);
-        Merit { lut4: self.lut4, error, stiffness }
+        self.merit(1)
     }
 
     /// Returns whether its stable stiffness is known.
@@ -179,13 +161,13 @@ impl Kind {
     /// Returns whether its stiffness format holds no stiffer wall than the stable one.
     pub fn is_capped(&self) -> bool {
         let stable = self.at_best().stiffness;
-        self.on.iter().any(|on| on.between()[0] == stable && on.climb.as_ref().is_some_and(Climb::is_capped))
+        self.on.iter().any(|on| on.between()[0] == stable && on.climb.as_ref().is_some_and(|climb| climb.is_capped()))
     }
 
-    /// Returns the stiffness at which one count gives a full command, `2^pwm` PWM counts, in each scene's unit.
-    pub fn full_scales(&self) -> Vec<f64> {
-        let full = f64::from(self.alike.stiffness.1) + f64::from(self.alike.pwm);
-        self.on.iter().map(|on| on.lsb * libm::exp2(full)).collect()
+    /// Returns the number of runs that a search of the whole grid, design by design, takes at least to know as much.
+    pub fn grid_runs(&self) -> usize {
+        let tries = |on: &On| usize::from(on.error.is_some()) + on.climb.as_ref().map_or(0, |climb| climb.tries());
+        self.count * self.on.iter().map(tries).sum::<usize>()
     }
 
     /// Returns the proved ranges of its words on each scene.
@@ -193,10 +175,9 @@ impl Kind {
     /// # Errors
     ///
     /// The scene whose proved range the words do not hold, and why.
-    pub fn held(&self, cases: &[Case], limits: &[Limits]) -> Result<Vec<Held>, String> {
-        let design = self.designs[0];
-        let held = cases.iter().zip(limits).map(|(case, limits)| {
-            let held = design.scene(&case.scene).and_then(|scene| limits.held(&scene));
+    pub fn held(&self, cases: &Cases, limits: &[Limits]) -> Result<Vec<Held>, String> {
+        let held = cases.all.iter().zip(limits).map(|(case, limits)| {
+            let held = self.loops.scene(&self.designs[0], &case.scene).and_then(|scene| limits(&scene));
             held.map_err(|why| format!("{}: {why}", case.name))
         });
         held.collect()
@@ -206,33 +187,30 @@ impl Kind {
 /// Returns the designs of a grid by kind, and the reasons why no scene can have some designs, with their numbers. With
 /// `limits`, designs whose words do not hold the proved ranges are refused too.
 pub(super) fn kinds(
-    cases: &[Case],
+    cases: &Cases,
     knobs: &[Knob],
     designs: usize,
     limits: Option<&[Limits]>,
 ) -> (Vec<Kind>, Vec<(String, usize)>) {
-    let own = Design::of(&cases[0].scene);
-    let mut all: BTreeMap<Alike, Kind> = BTreeMap::new();
+    let own = Design::new(cases.loops.keys(), cases.base());
+    let mut all: BTreeMap<Vec<i128>, Kind> = BTreeMap::new();
     let mut refused: BTreeMap<String, usize> = BTreeMap::new();
     for mut index in 0..designs {
         let mut design = own;
         for knob in knobs {
-            design = design.with(knob.width, knob.from + (index % knob.values()) as i32);
+            design = design.with(knob.key.field, knob.from + (index % knob.values()) as i32);
             index /= knob.values();
         }
-        match Kind::new(cases, design) {
-            Err(why) => *refused.entry(why).or_default() += 1,
-            Ok(kind) => match all.get_mut(&kind.alike) {
-                None => drop(all.insert(kind.alike.clone(), kind)),
-                Some(known) => {
-                    known.count += 1;
-                    match kind.lut4.cmp(&known.lut4) {
-                        std::cmp::Ordering::Less => (known.lut4, known.designs) = (kind.lut4, kind.designs),
-                        std::cmp::Ordering::Equal => known.designs.extend(kind.designs),
-                        std::cmp::Ordering::Greater => {}
-                    }
-                }
-            },
+        let mut kind = match Kind::new(cases, design) {
+            Ok(kind) => kind,
+            Err(why) => {
+                *refused.entry(why).or_default() += 1;
+                continue;
+            }
+        };
+        match all.entry(std::mem::take(&mut kind.alike)) {
+            Entry::Vacant(place) => drop(place.insert(kind)),
+            Entry::Occupied(place) => place.into_mut().join(kind),
         }
     }
     if let Some(limits) = limits {

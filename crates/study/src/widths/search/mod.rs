@@ -30,26 +30,30 @@
 //! The order of the runs depends only on their results. So an interrupted search can be continued from its rows
 //! ([`crate::units`]).
 
+mod axis;
 mod case;
 mod climb;
+mod device;
 mod estimate;
 mod front;
 mod kinds;
 mod knob;
+mod loops;
 mod memory;
-pub mod phantom;
+mod phantom;
+mod phantom_cost;
 mod refused;
 mod runner;
-mod table;
 mod wave;
 
 use hpu_cosim::scene::{OutcomeKind, Output};
 
 pub use estimate::{ESTIMATE_ERROR, estimate};
-pub use front::{Merit, front};
-pub use knob::{Design, Knob, Width};
+pub use front::{Cost, Merit, front};
+pub use knob::{Design, Key, Keys, Knob};
+pub use phantom::{proved, rung};
+pub use phantom_cost::{cells, rams};
 pub use refused::SearchError;
-pub use table::{csv, errors_csv};
 pub use wave::{Ended, Plan, Progress, search};
 
 use super::proof::Held;
@@ -59,7 +63,7 @@ use super::proof::Held;
 pub struct Point {
     /// Its widths.
     pub design: Design,
-    /// Estimated LUT4s, error against the reference, and stable stiffness in the scene's unit.
+    /// Cost, error against the reference, and stable stiffness in the scene's unit.
     pub merit: Merit,
     /// Whether its stiffness format holds no stiffer wall.
     pub capped: bool,
@@ -69,7 +73,7 @@ pub struct Point {
 #[derive(Clone, PartialEq, Debug)]
 pub struct Line {
     /// Which width.
-    pub width: Width,
+    pub key: Key,
     /// Bits and error: infinite where the verdict differs, `None` where no scene can have the design.
     pub errors: Vec<(i32, Option<f64>)>,
 }
@@ -100,12 +104,16 @@ pub struct Found {
     pub proved: Option<Vec<Held>>,
     /// Unit of stiffness.
     pub unit: &'static str,
+    /// The largest relative error of the estimate of logic.
+    pub estimate_error: f64,
     /// All designs of the knobs.
     pub designs: usize,
     /// Designs that no scene can have: the reason and their number, the most frequent first.
     pub refused: Vec<(String, usize)>,
     /// The number of remaining designs; designs that are alike in every run count once.
     pub kinds: usize,
+    /// Designs whose outputs have a larger error than is allowed.
+    pub off: usize,
     /// The cheapest design of every kind whose stiffness was found, cheapest first.
     pub points: Vec<Point>,
     /// Indices of the points that no other point beats, equal ones included.

@@ -7,17 +7,17 @@ use std::sync::atomic::Ordering;
 use hpu_cosim::Control;
 use hpu_cosim::scene::Experiment;
 
-use super::case::{Case, cases};
+use super::case::{Case, Cases};
 use super::front::{Merit, front};
 use super::kinds::{Kind, kinds};
-use super::knob::{Design, Knob, Width};
-use super::memory::{Depth, Gains, Memory, Ran};
-use super::refused::{SearchError, grid};
+use super::knob::{Depth, Design, Key, Knob};
+use super::loops::Limits;
+use super::memory::{Memory, Ran, Run};
+use super::refused::SearchError;
 use super::runner::{Runner, run};
 use super::{Found, Line, On, Point};
 use crate::accuracy::usual;
 use crate::units::{Row, run_some};
-use crate::widths::proof::Limits;
 
 /// The options of a search.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -52,7 +52,7 @@ struct Search<'a, E> {
     done: BTreeMap<usize, Row>,
     keep: &'a mut dyn FnMut(usize, &Row) -> Result<(), E>,
     runs: usize,
-    failed: BTreeMap<(Gains, Depth), String>,
+    failed: BTreeMap<Run, String>,
 }
 
 /// The reason why a search ended early.
@@ -73,14 +73,15 @@ impl<E> From<SearchError> for Ended<E> {
 }
 
 impl<E> Search<'_, E> {
-    /// Does the requested runs. Of each choice of gains it does only the widest: its result may answer for the others.
-    fn wave(&mut self, wanted: Vec<(Gains, Depth)>) -> Result<(), Ended<E>> {
-        let mut widest: BTreeMap<Gains, Depth> = BTreeMap::new();
-        for (gains, depth) in wanted {
-            let known = widest.entry(gains).or_insert(depth);
+    /// Does the requested runs. Of runs that differ in words that only hold their values, it does only the widest: its
+    /// result may answer for the others.
+    fn wave(&mut self, wanted: Vec<Run>) -> Result<(), Ended<E>> {
+        let mut widest: BTreeMap<Run, Depth> = BTreeMap::new();
+        for (run, depth) in wanted.into_iter().map(Run::parted) {
+            let known = widest.entry(run).or_insert(depth);
             *known = depth.max(*known);
         }
-        let units: Vec<(Gains, Depth)> = widest.into_iter().collect();
+        let units: Vec<Run> = widest.into_iter().map(|(run, depth)| run.joined(depth)).collect();
         let mut rows: BTreeMap<usize, Row> = BTreeMap::new();
         let mut left = Vec::new();
         for index in self.runs..self.runs + units.len() {
@@ -91,8 +92,8 @@ impl<E> Search<'_, E> {
         }
         let (first, runners, keep) = (self.runs, &self.runners, &mut self.keep);
         let unit = |index: usize, control: &Control| {
-            let (gains, depth) = units[index - first];
-            let ran = runners[gains.case].run(&gains, depth, control).transpose()?;
+            let run = &units[index - first];
+            let ran = runners[run.case].run(run, control).transpose()?;
             Some(ran.map(|ran| ran.line()))
         };
         run_some(&left, self.jobs, self.control, unit, |index, row| {
@@ -105,39 +106,43 @@ impl<E> Search<'_, E> {
             return Err(Ended::Stopped);
         }
         self.runs += units.len();
-        for ((gains, depth), row) in units.into_iter().zip(rows.into_values()) {
+        for (run, row) in units.into_iter().zip(rows.into_values()) {
             match row.and_then(|line| Ran::read(&line).ok_or_else(|| format!("`{line}` is no row of a search"))) {
-                Ok(ran) => self.memory.keep(gains, depth, ran),
-                Err(why) => drop(self.failed.insert((gains, depth), why)),
+                Ok(ran) => self.memory.keep(run, ran),
+                Err(why) => drop(self.failed.insert(run, why)),
             }
         }
         Ok(())
     }
 
     /// Asks every kind that is picked until none needs a run. `ask` returns the run that a kind needs after everything
-    /// known so far.
+    /// known so far; it may look at the stiffness that rivals of the kind have reached.
     fn settle(
         &mut self,
         kinds: &mut [Kind],
         pick: impl Fn(&[Kind]) -> Vec<usize>,
-        ask: impl Fn(&mut Kind, &Memory) -> Option<(Gains, Depth)>,
+        ask: impl Fn(&mut Kind, &Memory, &dyn Fn() -> f64) -> Option<Run>,
         told: &mut dyn FnMut(Progress),
     ) -> Result<(), Ended<E>> {
         loop {
             let mut wanted = Vec::new();
             let mut asked = false;
             let open = pick(kinds);
-            for &index in &open {
+            let known: Vec<Merit> = open.iter().map(|&index| kinds[index].at_worst()).collect();
+            for (place, &index) in open.iter().enumerate() {
                 let kind = &mut kinds[index];
-                let before = (kind.asked, kind.error.is_some());
-                match ask(kind, &self.memory) {
-                    Some((gains, depth)) if self.failed.contains_key(&(gains, depth)) => {
-                        (kind.failed, asked) = (true, true);
-                    }
+                let rivals = || {
+                    let others = known.iter().enumerate().filter(|&(other, _)| other != place);
+                    let rivals = others.filter(|(_, other)| other.is_no_dearer(&known[place]));
+                    rivals.map(|(_, rival)| rival.stiffness).fold(0.0, f64::max)
+                };
+                let before = (kind.answers, kind.error.is_some());
+                match ask(kind, &self.memory, &rivals) {
+                    Some(run) if self.failed.contains_key(&run) => (kind.failed, asked) = (true, true),
                     Some(run) => wanted.push(run),
                     None => {}
                 }
-                asked |= before != (kind.asked, kind.error.is_some());
+                asked |= before != (kind.answers, kind.error.is_some());
             }
             told(Progress { runs: self.runs, open: open.len() });
             // The best possible figures may have changed, so the kinds are picked and asked again before any run.
@@ -174,26 +179,27 @@ pub fn search<E>(
     mut keep: impl FnMut(usize, &Row) -> Result<(), E>,
     mut told: impl FnMut(Progress),
 ) -> Result<Found, Ended<E>> {
-    let cases = cases(scenes)?;
+    let cases = Cases::new(scenes)?;
+    let loops = cases.loops;
     let limits = plan.proved.then(|| limits(&cases)).transpose()?;
-    let designs = grid(knobs)?;
+    let designs = cases.grid(knobs)?;
     let (mut kinds, refused) = kinds(&cases, knobs, designs, limits.as_deref());
     if kinds.is_empty() {
         return Err(SearchError::AllRefused(designs, refused).into());
     }
 
-    let wide = reference(Design::of(&cases[0].scene), knobs, plan.against).map_err(SearchError::Reference)?;
+    let wide = loops.reference(cases.base(), knobs, plan.against).map_err(SearchError::Reference)?;
     let no_reference = |why: String| SearchError::Reference(format!("the reference, {wide}: {why}"));
     let mut first = Kind::new(&cases, wide).map_err(no_reference)?;
     let (mut runners, mut touches) = (Vec::new(), Vec::new());
-    for (case, full_scale) in cases.iter().zip(first.full_scales()) {
-        let scene = Experiment::Axis(wide.scene(&case.scene).map_err(no_reference)?);
+    for case in &cases.all {
+        let scene = wide.scene(&case.scene).map_err(no_reference)?;
         let Some((reference, summary)) = run(&scene, control).map_err(no_reference)? else {
             return Err(Ended::Stopped);
         };
         touches.push(summary.contact_share != Some(0.0));
         let outputs = case.outputs.clone().unwrap_or_else(|| usual(reference.outcome));
-        runners.push(Runner { scene: &case.scene, reference, outputs, full_scale });
+        runners.push(Runner { loops, scene: &case.scene, reference, outputs });
     }
     let mut search = Search {
         runs: runners.len(),
@@ -216,22 +222,21 @@ pub fn search<E>(
         (0..kinds.len()).filter(|&index| open(&kinds[index])).collect()
     };
     let hopeful = |kinds: &[Kind]| front(&kinds.iter().map(Kind::at_best).collect::<Vec<Merit>>());
-    let look = |within: f64| move |kind: &mut Kind, memory: &Memory| kind.look(memory, within);
+    let look = |within: f64| move |kind: &mut Kind, memory: &Memory, _: &dyn Fn() -> f64| kind.look(memory, within);
     search.settle(one, unfinished, Kind::follow, &mut told)?;
     search.settle(one, unknown, look(f64::INFINITY), &mut told)?;
-    search.settle(&mut around, unknown, look(f64::INFINITY), &mut told)?;
-    search.settle(&mut kinds, unknown, look(plan.within), &mut told)?;
-    search.settle(&mut kinds, hopeful, Kind::follow, &mut told)?;
     let proved = limits.as_deref().and_then(|limits| first.held(&cases, limits).ok());
     let first = point(&first, wide);
     if first.merit.stiffness == 0.0 {
-        let why = format!("settles at no stiffness down to the softest that {} holds", wide.stiffness());
-        return Err(no_reference(why).into());
+        return Err(no_reference(loops.never_stable(&wide)).into());
     }
+    search.settle(&mut around, unknown, look(f64::INFINITY), &mut told)?;
+    search.settle(&mut kinds, unknown, look(plan.within), &mut told)?;
+    search.settle(&mut kinds, hopeful, Kind::follow, &mut told)?;
     let known = kinds.iter().filter(|kind| kind.is_climbed() && kind.at_best().is_some());
     let mut points: Vec<Point> =
         known.flat_map(|kind| kind.designs.iter().map(|&design| point(kind, design))).collect();
-    points.sort_by_key(|point| (point.merit.lut4, point.design.bits()));
+    points.sort_by_key(|point| (point.merit.cost, point.design.bits()));
     let merits: Vec<Merit> = points.iter().map(|point| point.merit).collect();
     let on = |((case, runner), touches): ((&Case, &Runner), bool)| On {
         scene: case.name.clone(),
@@ -239,51 +244,42 @@ pub fn search<E>(
         touches,
         outputs: runner.outputs.clone(),
     };
+    let off = |kind: &&Kind| !kind.failed && kind.error == Some(f64::INFINITY);
     Ok(Found {
         reference: first,
-        on: cases.iter().zip(&search.runners).zip(touches).map(on).collect(),
+        on: cases.all.iter().zip(&search.runners).zip(touches).map(on).collect(),
         proved,
-        unit: cases[0].scene.device.units().stiffness,
+        unit: loops.unit(cases.base()),
+        estimate_error: loops.keys().estimate_error,
         designs,
         refused,
         kinds: kinds.len(),
+        off: kinds.iter().filter(off).map(|kind| kind.count).sum(),
         front: front(&merits),
         points,
         lines: lines_of(lines, &around),
         runs: search.runs,
-        grid_runs: kinds.iter().map(|kind| kind.count * kind.asked).sum(),
+        grid_runs: kinds.iter().map(Kind::grid_runs).sum(),
         failed: search.failed.into_values().collect(),
     })
 }
 
 /// Returns the limits of every motion of each scene.
-fn limits(cases: &[Case]) -> Result<Vec<Limits<'_>>, SearchError> {
+fn limits(cases: &Cases) -> Result<Vec<Limits<'_>>, SearchError> {
     let refused = |case: &Case, why| SearchError::Scene(format!("{}: no range is proved: {why}", case.name));
-    cases.iter().map(|case| Limits::new(&case.scene).map_err(|why| refused(case, why))).collect()
-}
-
-/// Returns the design that errors are measured against: the widest one, or one of `against` bits. The modulator's width
-/// is the scene's, because it sets the period of the modulation.
-fn reference(own: Design, knobs: &[Knob], against: Option<i32>) -> Result<Design, String> {
-    match against {
-        Some(bits) => own.wide(bits),
-        None => Ok(knobs
-            .iter()
-            .filter(|knob| knob.width != Width::Pwm)
-            .fold(own, |wide, knob| wide.with(knob.width, knob.to))),
-    }
+    cases.all.iter().map(|case| cases.loops.limits(&case.scene).map_err(|why| refused(case, why))).collect()
 }
 
 /// Each value of each width, with the index of the kind of the design that has it.
-type Values = Vec<(Width, i32, Option<usize>)>;
+type Values = Vec<(Key, i32, Option<usize>)>;
 
 /// Returns the variants of the reference that differ in one width.
-fn around(cases: &[Case], wide: Design, knobs: &[Knob]) -> (Values, Vec<Kind>) {
+fn around(cases: &Cases, wide: Design, knobs: &[Knob]) -> (Values, Vec<Kind>) {
     let (mut lines, mut kinds) = (Vec::new(), Vec::new());
     for knob in knobs {
         for bits in knob.from..=knob.to {
-            let kind = Kind::new(cases, wide.with(knob.width, bits)).ok();
-            lines.push((knob.width, bits, kind.is_some().then_some(kinds.len())));
+            let kind = Kind::new(cases, wide.with(knob.key.field, bits)).ok();
+            lines.push((knob.key, bits, kind.is_some().then_some(kinds.len())));
             kinds.extend(kind);
         }
     }
@@ -292,9 +288,9 @@ fn around(cases: &[Case], wide: Design, knobs: &[Knob]) -> (Values, Vec<Kind>) {
 
 fn lines_of(values: Values, around: &[Kind]) -> Vec<Line> {
     let mut lines: Vec<Line> = Vec::new();
-    for (width, bits, kind) in values {
-        if lines.last().is_none_or(|line| line.width != width) {
-            lines.push(Line { width, errors: Vec::new() });
+    for (key, bits, kind) in values {
+        if lines.last().is_none_or(|line| line.key != key) {
+            lines.push(Line { key, errors: Vec::new() });
         }
         let error = kind.and_then(|index| around[index].error);
         lines.last_mut().expect("one was pushed").errors.push((bits, error));

@@ -1,15 +1,17 @@
 //! The price of a scene's loop: its cost, the time that its torque takes, whether the loop notices that time, and the
 //! cost of a bit.
 
+mod text;
+
 use std::num::NonZeroUsize;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::Ordering;
 use std::thread;
 
 use hpu_cosim::scene::{Datapath, Experiment, Loop, Scene};
 use hpu_cosim::{Control, Ready, Wired};
-use hpu_rtl::{Cache, Cost, Counts, Hdl, Setup};
+use hpu_rtl::{Cache, Cost, Counts, Hdl, Placed, Setup};
 use hpu_signal::Format;
+use hpu_study::units::on_threads;
 use hpu_study::widths::settling::{Settling, settling};
 
 use crate::cache::or_reason;
@@ -72,11 +74,9 @@ pub fn price(
     let parts = instances.len();
     let changed: Vec<_> = knobs.iter().flat_map(|(_, _, other)| other).map(|(_, scene)| scene).collect();
     let count = parts + changed.len();
-    let found = with_progress(count as u64, "syntheses", control, || {
-        on_all_cores(count, control, |index| match index.checked_sub(parts) {
-            None => part(scene, index, setup, cache),
-            Some(index) => counts(changed[index], setup, cache),
-        })
+    let found = syntheses(count, control, |index| match index.checked_sub(parts) {
+        None => part(scene, index, setup, cache),
+        Some(index) => counts(changed[index], setup, cache),
     });
     let Some(mut found) = found.into_iter().collect::<Option<Vec<_>>>() else { return Ok(None) };
     let changed = found.split_off(parts);
@@ -103,30 +103,19 @@ pub fn price(
     Ok(Some(price))
 }
 
-/// Runs the jobs in order on all cores. Returns `None` for jobs that had not started when it was stopped.
-pub(crate) fn on_all_cores<T: Send>(
+/// Does so many syntheses on all cores; `None` for those that had not begun when they were stopped.
+pub(crate) fn syntheses<T: Send>(
     count: usize,
-    control: &Control,
+    control: &'static Control,
     work: impl Fn(usize) -> T + Sync,
 ) -> Vec<Option<T>> {
-    let (next, found) = (AtomicUsize::new(0), Mutex::new(Vec::from_iter((0..count).map(|_| None))));
-    let worker = || {
-        while !control.stop.load(Ordering::Relaxed) {
-            let index = next.fetch_add(1, Ordering::Relaxed);
-            if index >= count {
-                break;
-            }
-            let done = work(index);
-            control.progress.fetch_add(1, Ordering::Relaxed);
-            found.lock().expect("no worker panics with it")[index] = Some(done);
-        }
+    let cores = thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
+    let counted = |index| {
+        let found = work(index);
+        control.progress.fetch_add(1, Ordering::Relaxed);
+        found
     };
-    thread::scope(|scope| {
-        for _ in 0..thread::available_parallelism().map_or(1, NonZeroUsize::get).min(count) {
-            scope.spawn(worker);
-        }
-    });
-    found.into_inner().expect("no worker panics with it")
+    with_progress(count as u64, "syntheses", control, || on_threads(count, cores, control, counted))
 }
 
 /// Returns the primitives of an instance in the loop of a scene, or the reason why a tool refused it.
@@ -182,6 +171,15 @@ fn knobs(scene: &Scene) -> Vec<Widths> {
 fn one_less(format: Format) -> Option<Format> {
     let (int, frac) = (format.int(), format.frac());
     if frac > 0 { Format::new(false, int, frac - 1).ok() } else { Format::new(false, int - 1, 0).ok() }
+}
+
+/// Returns the clocks of all placements in megahertz; `None` where there was no room or no path.
+pub fn placed(cost: &Cost) -> Vec<Option<f64>> {
+    let mhz = |placed: &Placed| match placed {
+        Placed::Mhz(mhz) => Some(*mhz),
+        Placed::NoRoom | Placed::NoPath => None,
+    };
+    cost.placed.iter().flatten().map(mhz).collect()
 }
 
 impl Price {

@@ -1,24 +1,26 @@
 //! `hpu widths SCENE --search`: finds the effect of the widths.
 
+mod axis;
+mod page;
+mod phantom;
+mod shown;
+
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
 
-use hpu_chart::{error_by_width, stiffness_by_cost};
 use hpu_cosim::scene::{Experiment, Loop};
 use hpu_datapath::{AnyBlock, ConventionalLoop, HybridLoop};
 use hpu_rtl::{Cache, Counts, Setup};
 use hpu_study::map::SceneText;
-use hpu_study::widths::search::{
-    Design, Ended, Found, Knob, Plan, Point, Progress, Width, csv, errors_csv, phantom, search,
-};
+use hpu_study::widths::search::{Design, Ended, Found, Knob, Plan, Point, Progress, SearchError, search};
 
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
-use crate::journal;
 use crate::scene::{self, quoted, set_options};
 use crate::terminal::{print, print_json};
-use crate::{interrupt, pictures, progress, widths_search_phantom, widths_search_text};
+use crate::{interrupt, journal, pictures, progress};
+
+use page::page;
 
 /// What a search takes beside the scene.
 #[derive(clap::Args)]
@@ -30,7 +32,7 @@ pub struct Search {
     /// depth_bits=9..13 or trig.frac=14..22 [default: all but pwm.bits, of a PHANToM tables, tip and forces, from some
     /// bits below the scene's own]
     #[arg(long, value_name = "KEY=FROM..TO", requires = "search")]
-    vary: Vec<Vary>,
+    vary: Vec<Knob>,
     /// Measure against a design of so many bits in position, gains and velocity [default: the widest of the search]
     #[arg(long, value_name = "BITS", requires = "search")]
     against: Option<i32>,
@@ -58,59 +60,10 @@ fn changes(text: &str) -> Result<Changes, String> {
     Ok(Changes { set: set?, said: text.split(';').map(str::trim).collect::<Vec<_>>().join("; ") })
 }
 
-/// A width of an axis or of a PHANToM.
-#[derive(Clone)]
-enum Vary {
-    Axis(Knob),
-    Phantom(phantom::Knob),
-}
-
-impl FromStr for Vary {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let key = text.split('=').next().unwrap_or(text).trim();
-        let bare = key.strip_prefix("method.").unwrap_or(key);
-        if phantom::FIELDS.into_iter().any(|field| phantom::key(field) == bare) {
-            return text.parse().map(Self::Phantom);
-        }
-        let known = Width::ALL.into_iter().any(|width| width.key() == bare);
-        let knob = text.parse::<Knob>();
-        knob.map(Self::Axis).map_err(|why| match known || !text.contains('=') {
-            true => why,
-            false => format!("{why}; of a PHANToM one of {}", phantom::FIELDS.map(phantom::key).join(", ")),
-        })
-    }
-}
-
-impl Search {
-    /// Returns the widths that the command line names for an axis.
-    fn of_an_axis(&self) -> Result<Vec<Knob>, Failure> {
-        let knob = |vary: &Vary| match vary {
-            Vary::Axis(knob) => Ok(*knob),
-            Vary::Phantom(knob) => Err(Failure::usage(format!("--vary {knob}: an axis has no such width"))),
-        };
-        self.vary.iter().map(knob).collect()
-    }
-
-    /// Returns the widths that the command line names for a PHANToM.
-    fn of_a_phantom(&self, scenes: &[String]) -> Result<Vec<phantom::Knob>, Failure> {
-        if scenes.len() > 1 || !self.also.is_empty() || self.proved {
-            let why = "a search over a PHANToM's widths takes one scene, as it is; its page tells what is proved";
-            return Err(Failure::usage(format!("{why}: leave out the other scenes, --also and --proved")));
-        }
-        if self.against.is_some() {
-            return Err(Failure::usage("--against: the reference of a PHANToM is the widest design; widen a range"));
-        }
-        let knob = |vary: &Vary| match vary {
-            Vary::Phantom(knob) => Ok(*knob),
-            Vary::Axis(knob) => Err(Failure::usage(format!(
-                "--vary {knob}: a PHANToM has no such width; write one of {}",
-                phantom::FIELDS.map(phantom::key).join(", ")
-            ))),
-        };
-        self.vary.iter().map(knob).collect()
-    }
+fn share(text: &str) -> Result<f64, String> {
+    let (number, unit) = text.trim().strip_suffix('%').map_or((text, 1.0), |number| (number, 0.01));
+    let share = number.trim().parse::<f64>().ok().map(|number| number * unit);
+    share.filter(|share| (0.0..1.0).contains(share)).ok_or_else(|| "write a share below 1, as in 1% or 0.01".into())
 }
 
 /// A scene that every design runs on, with its name.
@@ -140,56 +93,74 @@ impl Search {
         also.flat_map(|also| scenes.iter().map(move |name| (name, also))).map(|(name, also)| read(name, also)).collect()
     }
 
+    /// Refuses what a search over a PHANToM's widths does not take.
+    fn of_a_phantom(&self, asked: &Asked) -> Result<(), Failure> {
+        if asked.scenes.len() > 1 || !self.also.is_empty() || self.proved {
+            let why = "a search over a PHANToM's widths takes one scene, as it is; its page tells what is proved";
+            return Err(Failure::usage(format!("{why}: leave out the other scenes, --also and --proved")));
+        }
+        if self.against.is_some() {
+            return Err(Failure::usage("--against: the reference of a PHANToM is the widest design; widen a range"));
+        }
+        if asked.prices.is_some() {
+            let why = "Yosys takes minutes for each loop of a PHANToM; leave out --price";
+            return Err(Failure::usage(format!("{}: {why}", asked.scenes[0])));
+        }
+        Ok(())
+    }
+
     /// Returns the command with everything that the rows of a search depend on.
-    fn command(&self, asked: &Asked, named: &[Knob]) -> String {
+    fn command(&self, asked: &Asked) -> String {
         let scenes: Vec<String> = asked.scenes.iter().map(|scene| quoted(scene)).collect();
         let mut command = format!("hpu widths {}{} --search", scenes.join(" "), set_options(asked.set));
         command.extend(self.also.iter().map(|also| format!(" --also {}", quoted(&also.said))));
         command += if self.proved { " --proved" } else { "" };
-        command.extend(named.iter().map(|knob| format!(" --vary {knob}")));
+        command.extend(self.vary.iter().map(|knob| format!(" --vary {knob}")));
         command += &self.against.map_or(String::new(), |bits| format!(" --against {bits}"));
         command + &asked.within.map_or(String::new(), |within| format!(" --within {within}"))
     }
 }
 
-fn share(text: &str) -> Result<f64, String> {
-    let (number, unit) = text.trim().strip_suffix('%').map_or((text, 1.0), |number| (number, 0.01));
-    let share = number.trim().parse::<f64>().ok().map(|number| number * unit);
-    share.filter(|share| (0.0..1.0).contains(share)).ok_or_else(|| "write a share below 1, as in 1% or 0.01".into())
-}
-
 /// A complete search.
-pub struct Searched {
+struct Searched {
     /// The result.
-    pub found: Found,
+    found: Found,
     /// The widths that were varied.
-    pub knobs: Vec<Knob>,
+    knobs: Vec<Knob>,
     /// The largest error of a design's outputs.
-    pub within: f64,
+    within: f64,
     /// The share of stiffness that the smallest design may lose.
-    pub lose: f64,
+    lose: f64,
     /// The command that made the search.
-    pub command: String,
-    /// The first scene, as the command names it, and its overrides.
-    pub scene: String,
+    command: String,
+    /// The first scene, as the command names it, its overrides, and what they make.
+    scene: String,
     set: Vec<(String, String)>,
+    experiment: Experiment,
     /// Whether the words hold the proved range.
-    pub proved: bool,
+    proved: bool,
     /// Prices by Yosys: of the reference, and of the front's designs in their order.
-    pub prices: Option<Prices>,
+    prices: Option<Prices>,
 }
 
 impl Searched {
     /// Returns the command that runs the scene with a design.
-    pub fn replay(&self, point: &Point) -> String {
+    fn replay(&self, point: &Point) -> String {
         let set: Vec<_> = self.set.iter().cloned().chain(point.design.set()).collect();
         format!("hpu run {}{}", quoted(&self.scene), set_options(&set))
     }
 
-    /// Returns Yosys's primitives of a design that is on the front.
-    pub fn price_of(&self, point: &Point) -> Option<Counts> {
-        let place = self.found.best().position(|best| best == point)?;
-        self.prices.as_ref().map(|(_, front)| front[place])
+    /// Returns Yosys's primitives of the reference, or of a design that is on the front.
+    fn price_of(&self, point: &Point) -> Option<Counts> {
+        let (reference, front) = self.prices.as_ref()?;
+        if point.design == self.found.reference.design {
+            return Some(*reference);
+        }
+        self.found.best().position(|best| best == point).map(|place| front[place])
+    }
+
+    fn smallest(&self) -> Option<&Point> {
+        self.found.smallest(self.lose)
     }
 }
 
@@ -216,17 +187,12 @@ pub fn run(args: &Search, asked: &Asked) -> Result<Exit, Failure> {
     let Asked { scenes, set, jobs, out, .. } = *asked;
     let cases = args.cases(scenes, set)?;
     let Case { text, experiment, .. } = cases.first().ok_or_else(|| Failure::usage("--search takes a scene"))?;
-    let name = &scenes[0];
+    if let Experiment::Phantom(_) = experiment {
+        args.of_a_phantom(asked)?;
+    }
     let within = asked.within.unwrap_or(experiment.accuracy.within);
-    if let Experiment::Phantom(base) = experiment {
-        return widths_search_phantom::run((text, base), args.of_a_phantom(scenes)?, within, args.lose, asked);
-    }
-    let named = args.of_an_axis()?;
-    let mut knobs = named.clone();
-    if let (true, Some(axis)) = (knobs.is_empty(), experiment.clone().axis()) {
-        knobs = Knob::usual(&axis);
-    }
-    let mut command = args.command(asked, &named);
+    let knobs = if args.vary.is_empty() { Knob::usual(experiment) } else { args.vary.clone() };
+    let mut command = args.command(asked);
     let folder = out.map(Folder::open).transpose()?;
     let (mut journal, done) = journal::resume(out, usize::MAX, || {
         let parts = cases.iter().flat_map(|Case { text, .. }| {
@@ -247,6 +213,7 @@ pub fn run(args: &Search, asked: &Asked) -> Result<Exit, Failure> {
     progress::note("");
     let found = match ended {
         Ok(found) => found,
+        Err(Ended::Refused(error @ SearchError::OfAnother(_))) => return Err(Failure::usage(error)),
         Err(Ended::Refused(error)) => return Err(Failure::file(format!("{}: {error}", text.name))),
         Err(Ended::Kept(failure)) => return Err(failure),
         Err(Ended::Stopped) => {
@@ -261,9 +228,10 @@ pub fn run(args: &Search, asked: &Asked) -> Result<Exit, Failure> {
         within,
         lose: args.lose,
         command,
-        scene: name.clone(),
-        proved: args.proved,
+        scene: scenes[0].clone(),
         set: set.to_vec(),
+        experiment: experiment.clone(),
+        proved: args.proved,
         prices: None,
     };
     if let Some((cache, setup)) = &asked.prices {
@@ -272,11 +240,13 @@ pub fn run(args: &Search, asked: &Asked) -> Result<Exit, Failure> {
             return Ok(Exit::Interrupted);
         }
     }
-    let files = folder.map(|folder| write(&searched, folder)).transpose()?.unwrap_or_default();
+    let mut page = page(&searched);
+    let files = folder.map(|folder| write(&searched, &page.text(), folder)).transpose()?.unwrap_or_default();
+    page.data("files", serde_json::json!(files));
     if asked.json {
-        print_json(&widths_search_text::object(&searched, &files))?
+        print_json(&page.json())?
     } else {
-        print(&widths_search_text::text(&searched))?
+        print(&page.text())?
     }
     Ok(Exit::Fine)
 }
@@ -307,13 +277,13 @@ fn price(text: &SceneText, searched: &Searched, cache: &Cache, setup: &Setup) ->
     Ok(Some((counts(&searched.found.reference.design)?, front)))
 }
 
-fn write(searched: &Searched, mut folder: Folder) -> Result<Vec<PathBuf>, Failure> {
-    let Searched { found, command, scene, .. } = searched;
-    folder.write("designs.csv", csv(found, command, |point| searched.replay(point)))?;
-    folder.write("error-by-width.csv", errors_csv(found, command))?;
-    folder.write("search.txt", widths_search_text::text(searched))?;
-    let drawn = [error_by_width(scene, found, command), stiffness_by_cost(scene, found, searched.lose, command)];
-    drawn.iter().try_for_each(|picture| pictures::put(picture, &mut folder))?;
+fn write(searched: &Searched, text: &str, mut folder: Folder) -> Result<Vec<PathBuf>, Failure> {
+    folder.write("designs.csv", page::designs(searched))?;
+    folder.write("search.txt", text)?;
+    if let Experiment::Axis(_) = searched.experiment {
+        folder.write("error-by-width.csv", axis::errors(searched))?;
+        axis::pictures(searched).iter().try_for_each(|picture| pictures::put(picture, &mut folder))?;
+    }
     let files = folder.places().map(PathBuf::from).collect();
     folder.commit()?;
     Ok(files)

@@ -7,8 +7,7 @@ use hpu_study::map::outcome_name;
 use hpu_study::widths::settling::Settling;
 use serde_json::{Value, json};
 
-use crate::cost::placed;
-use crate::widths_price::{Knob, Price};
+use super::{Knob, Price, placed};
 
 impl Price {
     /// Returns the price as text of at most 120 columns.

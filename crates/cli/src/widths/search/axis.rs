@@ -1,0 +1,201 @@
+//! The page of a search over the widths of an axis.
+
+use hpu_chart::{Picture, error_by_width, stiffness_by_cost};
+use hpu_cosim::figure;
+use hpu_rtl::Counts;
+use hpu_study::fit::percent;
+use hpu_study::map::outcome_name;
+use hpu_study::page::{Cell, Column, Table};
+use hpu_study::widths::Field;
+use hpu_study::widths::search::{Design, Line, Point};
+use serde_json::{Map, Value, json};
+
+use super::Searched;
+use super::shown::{Shown, cut, filed, said, told};
+
+pub fn shown(searched: &Searched) -> Shown<'_> {
+    let found = &searched.found;
+    let text =
+        |head, least, shown: fn(&Design) -> String| said(head, least).of(move |point: &Point| shown(&point.design));
+    let counted = |counts: Counts| json!({ "lut4": counts.lut4, "ff": counts.ff, "carry": counts.carry });
+    let mut fields = vec![
+        text("position", 8, |design| design.get(Field::Position).to_string()),
+        text("stiffness", 10, stiffness),
+        text("damping", 10, damping),
+        text("velocity", 8, |design| design.get(Field::Velocity).to_string()),
+        text("pwm", 4, |design| design.get(Field::Pwm).to_string()),
+        told("set").of(|point: &Point| {
+            let set: Map<_, _> = point.design.set().into_iter().map(|(key, value)| (key, json!(value))).collect();
+            Value::from(set)
+        }),
+    ];
+    fields.extend(
+        found
+            .reference
+            .design
+            .widths()
+            .map(|(key, _)| filed(&key.name.replace('.', "_")).of(move |point: &Point| point.design.get(key.field))),
+    );
+    fields.extend([
+        Column::integer("lut4_estimated", "LUT4").least(6).of(|point: &Point| point.merit.cost.lut4()),
+        told("counted").of(move |point| searched.price_of(point).map(counted)),
+        said("counted", 8).of(|point| searched.price_of(point).map(|counts| counts.lut4)),
+        Column::number("error", "error")
+            .least(12)
+            .of(|point: &Point| Cell::new(point.merit.error).shown(percent(point.merit.error))),
+        Column::number("stable_stiffness", "stiffness").least(12).of(|Point { merit, capped, .. }: &Point| {
+            Cell::new(merit.stiffness).shown(format!("{:.6}{}", merit.stiffness, if *capped { "+" } else { " " }))
+        }),
+        filed("unit").of(|_| found.unit),
+        Column::flag("capped", "").data().of(|point: &Point| point.capped),
+        told("command").of(|point| searched.replay(point)),
+        filed("front").of(|point: &Point| found.front.iter().any(|&index| found.points[index] == *point)),
+        filed("replay").of(|point| searched.replay(point)),
+    ]);
+    Shown {
+        fields,
+        designs: found.points.iter().collect(),
+        reference: widths(&found.reference.design),
+        lines: lines(searched),
+        smallest: searched.smallest().map(|point| smallest(searched, point)),
+        data: data(searched),
+    }
+}
+
+fn stiffness(design: &Design) -> String {
+    format!("(0,{},{})", design.get(Field::StiffnessInt), design.get(Field::StiffnessFrac))
+}
+
+fn damping(design: &Design) -> String {
+    format!("(0,{},{})", design.get(Field::DampingInt), design.get(Field::DampingFrac))
+}
+
+fn widths(design: &Design) -> String {
+    format!(
+        "position {}, stiffness {}, damping {}, velocity {}, pwm {}",
+        design.get(Field::Position),
+        stiffness(design),
+        damping(design),
+        design.get(Field::Velocity),
+        design.get(Field::Pwm)
+    )
+}
+
+/// Returns the lines on the conditions of the search.
+fn lines(searched: &Searched) -> Vec<(&'static str, String)> {
+    let found = &searched.found;
+    let mut lines = Vec::new();
+    for (index, on) in found.on.iter().enumerate() {
+        let verdict = outcome_name(Some(on.outcome)).replace('_', " ");
+        let warning = if on.touches { "" } else { "; wall not reached: the stable stiffness says nothing of it" };
+        lines.push((if index == 0 { "run on" } else { "" }, format!("{}: {verdict}{warning}", cut(&on.scene, 96))));
+    }
+    for (index, said) in holds_for(searched).into_iter().enumerate() {
+        lines.push((if index == 0 { "holds for" } else { "" }, said));
+    }
+    let outputs: Vec<_> = found.outputs().iter().map(|output| output.name()).collect();
+    let (off, of) = (percent(searched.within), if found.on.len() > 1 { " on any of these" } else { "" });
+    let counted = if searched.prices.is_some() { "; counted: by Yosys for the iCE40" } else { "" };
+    let stiffest = "the stiffest wall that settles";
+    lines.extend([
+        ("error", format!("worst of {}{of} against the reference's, measured; at most {off}", outputs.join(", "))),
+        ("stiffness", format!("{stiffest}, in {}, measured; `+`: the format holds no stiffer one", found.unit)),
+        ("LUT4", format!("estimated, within {}{counted}", percent(found.estimate_error))),
+    ]);
+    lines
+}
+
+/// Returns the lines on the motions for which the designs are valid.
+fn holds_for(searched: &Searched) -> Vec<String> {
+    let found = &searched.found;
+    let motions = match found.on.len() {
+        1 => "error and stiffness: this motion of this scene alone (--also KEY=VALUE, and more SCENEs, add others)"
+            .into(),
+        scenes => format!("error and stiffness: the motions of these {scenes} scenes"),
+    };
+    if !searched.proved {
+        let words =
+            "words: what these motions put into them; another may saturate or wrap them (--proved excludes that)";
+        return vec![motions, words.into()];
+    }
+    let words =
+        "position and velocity: every motion within the device's limits, whose hands keep to their paths' ranges";
+    let range = |(least, most): (i64, i64)| format!("{least}..{most}");
+    let ranges = found.proved.iter().flatten().zip(&found.on).map(|(held, on)| {
+        let (delta, velocity) = (range(held.delta), range(held.velocity));
+        cut(&format!("  delta {delta}, velocity {velocity}, proved: {}", on.scene), 106)
+    });
+    [motions, words.into()].into_iter().chain(ranges).collect()
+}
+
+fn smallest(searched: &Searched, point: &Point) -> String {
+    let Searched { found, lose, .. } = searched;
+    let saved = |ours: u64, theirs: u64| {
+        let saved = 1.0 - ours as f64 / theirs as f64;
+        format!("{ours} LUT4 instead of {theirs}: {} saved ({})", theirs.saturating_sub(ours), percent(saved))
+    };
+    let reference = &found.reference.merit;
+    let mut text = format!("smallest widths that keep the reference's stable stiffness within {}\n", percent(*lose));
+    text += &format!("  {}\n", widths(&point.design));
+    text += &format!(
+        "  {}{} {} instead of {}: {:+.2} %, measured\n",
+        figure(point.merit.stiffness),
+        if point.capped { "+" } else { "" },
+        found.unit,
+        figure(reference.stiffness),
+        100.0 * (point.merit.stiffness / reference.stiffness - 1.0)
+    );
+    text += &format!("  {}, estimated\n", saved(point.merit.cost.lut4().into(), reference.cost.lut4().into()));
+    if let (Some((theirs, _)), Some(ours)) = (&searched.prices, searched.price_of(point)) {
+        text +=
+            &format!("  {}, counted; {} flip-flops instead of {}\n", saved(ours.lut4, theirs.lut4), ours.ff, theirs.ff);
+    }
+    text + &format!("  {}", searched.replay(point))
+}
+
+fn data(searched: &Searched) -> Vec<(&'static str, Value)> {
+    let found = &searched.found;
+    let scenes = found.on.iter().enumerate().map(|(index, on)| {
+        let held = found.proved.as_ref().map(|proved| proved[index]);
+        let ends = |(least, most): (i64, i64)| json!([least, most]);
+        json!({
+            "scene": on.scene,
+            "outcome": outcome_name(Some(on.outcome)),
+            "wall_reached": on.touches,
+            "proved": held.map(|held| json!({ "delta": ends(held.delta), "velocity": ends(held.velocity) })),
+        })
+    });
+    let lines = found.lines.iter().map(|line| {
+        let errors = line.errors.iter().map(|(bits, error)| {
+            let other = error.is_some_and(f64::is_infinite);
+            json!({ "bits": bits, "error": error.filter(|error| error.is_finite()), "other_verdict": other })
+        });
+        json!({ "width": line.key.name, "errors": errors.collect::<Vec<_>>() })
+    });
+    vec![
+        ("scenes", scenes.collect()),
+        ("proved", json!(searched.proved)),
+        ("kinds", json!(found.kinds)),
+        ("errors_by_width", lines.collect()),
+    ]
+}
+
+/// Returns the errors around the reference as CSV: empty where no scene can have the design, `inf` where the verdict
+/// differs.
+pub fn errors(searched: &Searched) -> String {
+    type Row = (&'static str, i32, Option<f64>);
+    let found = &searched.found;
+    let of = |line: &Line| line.errors.iter().map(|(bits, error)| (line.key.name, *bits, *error)).collect::<Vec<_>>();
+    let errors: Vec<Row> = found.lines.iter().flat_map(of).collect();
+    let fields = [
+        Column::text("width", "").of(|(width, ..): &Row| *width),
+        Column::integer("bits", "").of(|(_, bits, _): &Row| *bits),
+        Column::number("error", "").of(|(.., error): &Row| *error),
+    ];
+    Table::of("", &errors, fields).csv(&[&searched.command, &format!("reference: {}", found.reference.design)])
+}
+
+pub fn pictures(searched: &Searched) -> [Picture; 2] {
+    let Searched { found, command, scene, lose, .. } = searched;
+    [error_by_width(scene, found, command), stiffness_by_cost(scene, found, *lose, command)]
+}

@@ -1,0 +1,42 @@
+//! The part of a search's page that depends on the device.
+
+use hpu_study::page::{Column, Field, Place};
+use hpu_study::widths::search::Point;
+use serde_json::Value;
+
+/// The part of a page that depends on the device.
+pub struct Shown<'a> {
+    /// The columns of a design.
+    pub fields: Vec<Field<'a, Point>>,
+    /// The designs of the CSV.
+    pub designs: Vec<&'a Point>,
+    /// The text of the reference.
+    pub reference: String,
+    /// Lines on the conditions, with their labels.
+    pub lines: Vec<(&'static str, String)>,
+    /// Lines on the smallest design, if there is one.
+    pub smallest: Option<String>,
+    /// What the JSON tells of this device alone.
+    pub data: Vec<(&'static str, Value)>,
+}
+
+/// Returns a column of a design's text alone, aligned on the right.
+pub fn said(head: &str, least: usize) -> Column {
+    Column::number("", head).said().least(least)
+}
+
+/// Returns a column of CSV alone.
+pub fn filed(key: &str) -> Column {
+    Column::text(key, "").only(&[Place::File])
+}
+
+/// Returns a column of JSON alone.
+pub fn told(key: &str) -> Column {
+    Column::text(key, "").only(&[Place::Json])
+}
+
+/// Returns a text in one line, cut to so many characters.
+pub fn cut(text: &str, most: usize) -> String {
+    let line = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    if line.chars().count() <= most { line } else { line.chars().take(most - 1).chain(['\u{2026}']).collect() }
+}

@@ -1,0 +1,103 @@
+//! The controllers of linear loops, from position to effort.
+
+use hpu_cosim::method::CouplingMethod;
+use hpu_cosim::scene::{LawMethod, Loop, Scene};
+use hpu_datapath::Estimator;
+
+/// A term of a controller's polynomial: `(constant + by_stiffness K) δ^power z^-lag`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Term {
+    pub lag: u32,
+    pub power: usize,
+    pub constant: f64,
+    pub by_stiffness: f64,
+}
+
+impl Term {
+    const fn new(lag: u32, power: usize, constant: f64, by_stiffness: f64) -> Self {
+        Self { lag, power, constant, by_stiffness }
+    }
+}
+
+/// The wall's damping, as a function of the wall's stiffness.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum Damping {
+    /// The same damping at every stiffness, in SI units.
+    Fixed(f64),
+    /// A damping proportional to the stiffness; the factor is in seconds.
+    PerStiffness(f64),
+}
+
+/// Returns the controller of a scene's method, from position to effort, as numerator and denominator.
+pub(super) fn controller(scene: &Scene, damping: Damping) -> Result<(Vec<Term>, Vec<Term>), String> {
+    let period_s = scene.sample_period_s();
+    let one = || vec![Term::new(0, 0, 1.0, 0.0)];
+    let sampled = f64::from(u8::from(!scene.method.kind.is_live()));
+    let (fixed, per_stiffness) = match damping {
+        Damping::Fixed(damping) => (damping, 0.0),
+        Damping::PerStiffness(seconds) => (0.0, seconds),
+    };
+    // The damping term of a velocity estimate that takes `share` of each sample's difference.
+    let damped = |fixed: f64, share: f64, lag: u32, power: usize| {
+        Term::new(lag, power, share * fixed / period_s, share * per_stiffness / period_s)
+    };
+    let plain = |fixed: f64| vec![Term::new(0, 0, 0.0, sampled), damped(fixed, 1.0, 1, 1)];
+    let nonlinear = |what: &str| Err(format!("no linear loop: {what} is nonlinear"));
+    let law = match scene.method.kind {
+        Loop::Hybrid | Loop::Conventional => return Ok((plain(fixed), one())),
+        Loop::Law(law) => law,
+    };
+    if scene.method.shaper_hz.is_some() {
+        return nonlinear("the input shaper");
+    }
+    match law {
+        LawMethod::SampledWall(wall) => {
+            let fixed = fixed - wall.relief_nm_s_per_rad;
+            if fixed == 0.0 && per_stiffness == 0.0 {
+                return Ok((plain(fixed), one()));
+            }
+            if wall.ratio != 1 {
+                return Err(format!(
+                    "no linear loop of one rate: the velocity is renewed every {} samples",
+                    wall.ratio
+                ));
+            }
+            match wall.estimator {
+                Estimator::Difference => Ok((plain(fixed), one())),
+                // Each sample renews a share of 2^-shift.
+                Estimator::Filtered => {
+                    let share = 0.5f64.powi(wall.shift as i32);
+                    let den = vec![Term::new(0, 0, share, 0.0), Term::new(1, 1, 1.0 - share, 0.0)];
+                    let mut num: Vec<Term> = den
+                        .iter()
+                        .map(|term| Term { constant: 0.0, by_stiffness: sampled * term.constant, ..*term })
+                        .collect();
+                    num.push(damped(fixed, share, 1, 1));
+                    Ok((num, den))
+                }
+                Estimator::Window => {
+                    let share = 1.0 / f64::from(wall.window);
+                    let spring = Term::new(0, 0, 0.0, sampled);
+                    let ends = [damped(fixed, share, 0, 0), damped(fixed, -share, wall.window, 0)];
+                    Ok(([spring].into_iter().chain(ends).collect(), one()))
+                }
+                Estimator::Foaw => nonlinear("an adaptive window"),
+                Estimator::EdgeTimer => nonlinear("a velocity from the time between two counts"),
+            }
+        }
+        // The loop obeys e (K + K_c + B_c (1 - 1/z)/T) = K x, and the force is e (K_c + B_c (1 - 1/z)/T).
+        LawMethod::VirtualCoupling(CouplingMethod { coupling_nm_per_rad, coupling_nm_s_per_rad, rigid }) => {
+            let damper = coupling_nm_s_per_rad / period_s;
+            if rigid {
+                return Err("the coupling's wall is rigid, whatever its stiffness".into());
+            }
+            Ok((
+                vec![Term::new(0, 0, 0.0, coupling_nm_per_rad), Term::new(1, 1, 0.0, damper)],
+                vec![Term::new(0, 0, coupling_nm_per_rad, 1.0), Term::new(1, 1, damper, 0.0)],
+            ))
+        }
+        LawMethod::PassivityController(_) => nonlinear("a passivity controller"),
+        LawMethod::EnergyBounding(_) => nonlinear("energy bounding"),
+        LawMethod::PassiveSpring(_) => nonlinear("an energy-level spring"),
+    }
+}

@@ -1,0 +1,380 @@
+//! The stiffnesses at which a scene settles as written: in fixed-point words, with its quantisation, friction, hand and
+//! contact.
+//!
+//! Settling has no single threshold: a scene may settle, oscillate and settle again from one stiffness word to the
+//! next, and settle at one phase of its contact and not at another. So the scene is run at a grid of words, each at
+//! several phases. Wherever two neighbours of the grid differ, words between them are run too, down to single words.
+
+use std::collections::BTreeMap;
+use std::num::NonZeroUsize;
+use std::time::Duration;
+
+use hpu_cosim::scene::{Datapath, Device, DutScene, Experiment, Hand, OutcomeKind, Realised, Scene};
+use hpu_cosim::{Control, figure, judged_window_s};
+
+use super::unit;
+use super::words::{Group, Seen, WordsSet};
+use crate::map::{Cell, CellLimits, more_events};
+use crate::units::run_some;
+
+/// How finely the stiffnesses of a scene in fixed-point words are examined.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Looks {
+    /// Number of phases of the contact at each stiffness.
+    pub phases: u32,
+    /// Number of words in the first grid, spread evenly over the logarithm of the range.
+    pub coarse: usize,
+    /// Greatest number of words that are run; a range that has no more words than this is run in full.
+    pub most: usize,
+    /// Whether the grid is climbed from its softest word, and left at the first word that settles at no phase above a
+    /// word that settles at every phase. Stiffer walls take the most time to run, and are skipped then.
+    pub climbs: bool,
+    /// Two neighbours that differ have a word between them run unless they are nearer than this, relative to the
+    /// stiffer one; 0 goes down to single words.
+    pub nearest: f64,
+}
+
+impl Looks {
+    /// Coarse settings, for many scenes in turn.
+    pub const BRIEF: Self = Self { phases: 8, coarse: 12, most: 64, climbs: true, nearest: 5e-3 };
+
+    /// Returns the settings for at most `most` words at this many phases: a grid of a quarter of the words, and the
+    /// others where neighbours differ.
+    #[must_use]
+    pub const fn words(most: usize, phases: u32) -> Self {
+        Self { phases, coarse: if most < 8 { 2 } else { most / 4 }, most, climbs: false, nearest: 0.0 }
+    }
+}
+
+impl Default for Looks {
+    fn default() -> Self {
+        Self::words(256, 8)
+    }
+}
+
+/// Number of events after which a run counts as not settled: a wall that is far too stiff chatters through millions of
+/// counts.
+pub const MOST_EVENTS: u64 = 3_000_000;
+
+impl WordsSet {
+    /// Runs a scene's stiffnesses over a range in SI units, in each of some worlds with the same words. The first world
+    /// names the stiffnesses.
+    ///
+    /// # Errors
+    ///
+    /// Returns the reason why there is no set: no words, no free motion, no contact in a judged window, a run that
+    /// cannot be made, or that `control` stopped it.
+    pub fn new(
+        worlds: &[Scene],
+        range: [f64; 2],
+        looks: Looks,
+        jobs: NonZeroUsize,
+        control: &Control,
+    ) -> Result<Self, String> {
+        let scene = worlds.first().ok_or("no world")?;
+        match scene.model.datapath {
+            Datapath::Words => {}
+            Datapath::Linear => return Err("the scene's law is linear: it has no words".into()),
+            Datapath::Law => return Err("the scene's law is computed in floats: it has no words".into()),
+        }
+        match scene.hand {
+            Hand::Prescribed { .. } => return Err("the hand imposes the motion".into()),
+            Hand::Capture { .. } => return Err("a recording stands in the place of the device".into()),
+            _ => {}
+        }
+        let realised = scene.words().map_err(|error| error.to_string())?.realised;
+        let format = scene.method.stiffness_format;
+        let step = word_step(scene, &realised);
+        // The range is rounded to the nearest words.
+        let word = |stiffness: f64| ((stiffness / step).round() as i128).clamp(1, format.max());
+        let (least, most) = (word(range[0]), word(range[1]));
+        let touched = touched(worlds, least, jobs, control)?;
+        let untouched = (worlds.len() - touched.len()) as u32;
+        let phased = |world: &'_ &Scene| {
+            (0..looks.phases).map(|phase| phased(world, realised.count_rad, phase, looks.phases)).collect::<Vec<_>>()
+        };
+        let phases: Vec<Scene> = touched.iter().flat_map(phased).collect();
+        let at = |phase: usize, word: i128| Ok(Experiment::Axis(at_word(&phases[phase], word)));
+        let drops = !scene.method.saturate;
+        let grid = Grid { at: &at, phases: phases.len() as u32, step, unit: unit(scene), drops };
+        let found = grid.look([least, most], looks, jobs, control)?;
+        Ok(Self { worlds: touched.len() as u32, untouched, ..found })
+    }
+
+    /// Runs the values of a generic or constant of a design of the user's own, from the least to the greatest. `at`
+    /// makes the scene for a value. A phase is a share of a millisecond, because the sample times of such a design are
+    /// not known.
+    ///
+    /// # Errors
+    ///
+    /// Returns the reason why there is no set: no free motion, no contact in a judged window, a run that cannot be
+    /// made, or that `control` stopped it.
+    pub fn of_design(
+        at: &(dyn Fn(i128) -> Result<DutScene, String> + Sync),
+        range: [i128; 2],
+        looks: Looks,
+        jobs: NonZeroUsize,
+        control: &Control,
+    ) -> Result<Self, String> {
+        const SPAN_S: f64 = 1e-3;
+        if let Hand::Prescribed { .. } = at(range[0])?.hand {
+            return Err("the hand imposes the motion".into());
+        }
+        let at = |phase: usize, word: i128| {
+            let mut scene = at(word)?;
+            let count_rad = scene.encoder.count_rad();
+            shift((&mut scene.hand, &mut scene.device), (count_rad, SPAN_S), phase as u32, looks.phases);
+            Ok(Experiment::Dut(scene))
+        };
+        Grid { at: &at, phases: looks.phases, step: 1.0, unit: "", drops: false }.look(range, looks, jobs, control)
+    }
+}
+
+/// Returns the middle words between neighbours that differ.
+fn between(seen: &BTreeMap<i128, u32>, phases: u32, looks: Looks) -> Vec<i128> {
+    let neighbours: Vec<(i128, Group)> =
+        seen.iter().map(|(word, settled)| (*word, Group::of(*settled, phases))).collect();
+    let apart = neighbours.windows(2).filter(|pair| {
+        let far = 1.max((looks.nearest * pair[1].0 as f64) as i128);
+        pair[0].1 != pair[1].1 && pair[1].0 - pair[0].0 > far
+    });
+    apart.map(|pair| pair[0].0 + (pair[1].0 - pair[0].0) / 2).collect()
+}
+
+/// Rows of a run that settled, of one that settled although its product wrapped, and of one that was cut short.
+const SETTLED: &str = "settled";
+const WRAPPED: &str = "wrapped";
+const CUT_SHORT: &str = "cut short";
+
+/// Returns `count` words from the least to the greatest, evenly over their logarithm; all words if there are no more.
+fn spread(least: i128, most: i128, count: usize) -> Vec<i128> {
+    if most - least < count as i128 {
+        return (least..=most).collect();
+    }
+    let (low, high) = ((least as f64).ln(), (most as f64).ln());
+    let at = |k: usize| (low + (high - low) * k as f64 / (count - 1) as f64).exp().round() as i128;
+    let mut words: Vec<i128> = (0..count).map(|k| at(k).clamp(least, most)).collect();
+    words.dedup();
+    words
+}
+
+/// Returns a scene with the stiffness of a word.
+fn at_word(scene: &Scene, word: i128) -> Scene {
+    let mut scene = scene.clone();
+    let step = scene.words().map_or(0.0, |words| word_step(&scene, &words.realised));
+    scene.wall.stiffness_nm_per_rad = word as f64 * step;
+    scene
+}
+
+/// Returns the stiffness of a scene's lowest word.
+fn word_step(scene: &Scene, realised: &Realised) -> f64 {
+    realised.torque_quantum_nm / realised.count_rad * scene.method.stiffness_format.lsb()
+}
+
+/// Returns the worlds whose hand is at the wall in the judged window at the softest stiffness; a single world is
+/// returned unchecked.
+fn touched<'s>(
+    worlds: &'s [Scene],
+    softest: i128,
+    jobs: NonZeroUsize,
+    control: &Control,
+) -> Result<Vec<&'s Scene>, String> {
+    if worlds.len() == 1 {
+        return Ok(vec![&worlds[0]]);
+    }
+    let limits = CellLimits { events: MOST_EVENTS, guard: Duration::MAX };
+    let unit = |unit: usize, control: &Control| {
+        let cell = Cell::run(&Experiment::Axis(at_word(&worlds[unit], softest)), limits, control).transpose()?;
+        Some(cell.map(|cell| (cell.contact_share != Some(0.0)).to_string()))
+    };
+    let rows = crate::units::run(worlds.len(), jobs, BTreeMap::new(), control, unit, |_, _| Ok::<_, ()>(()));
+    let rows = rows.unwrap_or_default().ok_or("stopped")?;
+    let touched = worlds.iter().zip(rows).filter(|(_, row)| row.as_ref().is_ok_and(|row| row == "true"));
+    let touched: Vec<&Scene> = touched.map(|(world, _)| world).collect();
+    if touched.is_empty() { Err("not judged: the wall is reached in no world of the box".into()) } else { Ok(touched) }
+}
+
+/// Counts of runs that are reported separately.
+#[derive(Default)]
+struct Apart {
+    cut_short: u32,
+    wrapped: u32,
+}
+
+/// The scenes to run, by phase and word.
+struct Grid<'a> {
+    at: &'a (dyn Fn(usize, i128) -> Result<Experiment, String> + Sync),
+    phases: u32,
+    /// Stiffness of one word, in `unit`.
+    step: f64,
+    unit: &'static str,
+    /// Whether the scene's product drops its upper bits.
+    drops: bool,
+}
+
+impl Grid<'_> {
+    /// Runs the words of a range.
+    fn look(
+        &self,
+        [least, mut most]: [i128; 2],
+        looks: Looks,
+        jobs: NonZeroUsize,
+        control: &Control,
+    ) -> Result<WordsSet, String> {
+        let all = self.phases;
+        let mut seen: BTreeMap<i128, u32> = BTreeMap::new();
+        let is_small = !looks.climbs && most - least < looks.most as i128;
+        let mut wanted = spread(least, most, if is_small { looks.most } else { looks.coarse });
+        let mut apart = Apart::default();
+        if looks.climbs {
+            for step_up in std::mem::take(&mut wanted) {
+                self.settled(&[step_up], jobs, control, (&mut seen, &mut apart))?;
+                if seen[&step_up] == 0 && seen.values().any(|settled| *settled == all) {
+                    most = step_up;
+                    break;
+                }
+            }
+            wanted = between(&seen, all, looks);
+        }
+        while !wanted.is_empty() {
+            self.settled(&wanted, jobs, control, (&mut seen, &mut apart))?;
+            wanted = between(&seen, all, looks);
+            if seen.len() + wanted.len() > looks.most {
+                break;
+            }
+        }
+        let seen: Vec<Seen> = seen
+            .into_iter()
+            .map(|(word, settled)| Seen { word, stiffness: word as f64 * self.step, settled })
+            .collect();
+        let between = |pair: &[Seen]| {
+            let differ = Group::of(pair[0].settled, all) != Group::of(pair[1].settled, all);
+            if differ { pair[1].word - pair[0].word } else { 1 }
+        };
+        let finest = seen.windows(2).map(between).max().unwrap_or(1);
+        let Apart { cut_short, wrapped } = apart;
+        Ok(WordsSet {
+            unit: self.unit,
+            step: self.step,
+            words: most - least + 1,
+            phases: all,
+            worlds: 1,
+            untouched: 0,
+            seen,
+            finest,
+            cut_short,
+            wrapped,
+        })
+    }
+
+    /// Runs these words at every phase, and adds to `seen` the number of phases at which each settles.
+    fn settled(
+        &self,
+        words: &[i128],
+        jobs: NonZeroUsize,
+        control: &Control,
+        (seen, apart): (&mut BTreeMap<i128, u32>, &mut Apart),
+    ) -> Result<(), String> {
+        let limits = CellLimits { events: MOST_EVENTS, guard: Duration::MAX };
+        let too_many = more_events(MOST_EVENTS);
+        let (drops, phases) = (self.drops, self.phases as usize);
+        let units: Vec<usize> = (0..words.len() * phases).collect();
+        let mut failed = None;
+        let run = |unit: usize, control: &Control| {
+            let experiment = match (self.at)(unit % phases, words[unit / phases]) {
+                Ok(experiment) => experiment,
+                Err(why) => return Some(Err(why)),
+            };
+            match Cell::run(&experiment, limits, control) {
+                Ok(None) => None,
+                Ok(Some(cell)) if cell.contact_share == Some(0.0) => Some(Err(untouched(&experiment))),
+                Ok(Some(cell)) if cell.outcome != OutcomeKind::Settled => Some(Ok(String::new())),
+                Ok(Some(cell)) if drops && cell.overflow_share > 0.0 => Some(Ok(WRAPPED.to_string())),
+                Ok(Some(_)) => Some(Ok(SETTLED.to_string())),
+                Err(why) if why == too_many => Some(Ok(CUT_SHORT.to_string())),
+                Err(why) => Some(Err(why)),
+            }
+        };
+        let mut done = 0;
+        let _ = run_some(&units, jobs, control, run, |unit, row| match row {
+            Ok(row) => {
+                *seen.entry(words[unit / phases]).or_default() += u32::from(row == SETTLED || row == WRAPPED);
+                apart.cut_short += u32::from(row == CUT_SHORT);
+                apart.wrapped += u32::from(row == WRAPPED);
+                done += 1;
+                Ok(())
+            }
+            Err(why) => {
+                failed = Some(why);
+                Err(())
+            }
+        });
+        match failed {
+            Some(why) => Err(why),
+            None if done < units.len() => Err("stopped".into()),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Returns the scene with its contact at one of `phases` phases: later within the sample period, and displaced within a
+/// count.
+///
+/// A hand that follows a path starts later by a share of the sample period. A device that moves by itself begins
+/// farther back by the distance that it covers in that time at its initial speed. Both also begin and end at another
+/// place within an encoder count. The shares of the count come in another order than those of the period, so that no
+/// two phases have the same share of both.
+fn phased(scene: &Scene, count_rad: f64, phase: u32, phases: u32) -> Scene {
+    let mut scene = scene.clone();
+    let span_s = scene.sample_period_s();
+    shift((&mut scene.hand, &mut scene.device), (count_rad, span_s), phase, phases);
+    scene
+}
+
+/// Moves the contact to a phase: by a share of a span of time and by a share of a count.
+fn shift((hand, device): (&mut Hand, &mut Device), (count_rad, span_s): (f64, f64), phase: u32, phases: u32) {
+    let share = f64::from(phase) / f64::from(phases);
+    let late_s = share * span_s;
+    // Three has no common divisor with the usual eight.
+    let aside = f64::from(3 * phase % phases) / f64::from(phases) * count_rad;
+    let back = match hand {
+        Hand::SpringDamper { path, .. } => {
+            for knot in path.iter_mut() {
+                knot.time_s += if knot.time_s > 0.0 { late_s } else { 0.0 };
+                knot.angle_rad += aside;
+            }
+            0.0
+        }
+        _ => late_s,
+    };
+    match device {
+        Device::Motor(motor) => motor.initial_angle_rad += aside - back * motor.initial_speed_rad_per_s,
+        Device::Mass(mass) => mass.initial_position_m += aside - back * mass.initial_speed_m_per_s,
+    }
+}
+
+/// Returns why a scene whose hand is not at the wall gives no verdict on the wall, and what to change.
+fn untouched(experiment: &Experiment) -> String {
+    let (hand, device, wall_rad, stiffness) = match experiment {
+        Experiment::Axis(scene) => {
+            let wall = scene.wall;
+            (&scene.hand, &scene.device, wall.position_rad, Some(wall.stiffness_nm_per_rad))
+        }
+        Experiment::Dut(scene) => (&scene.hand, &scene.device, scene.wall_rad, None),
+        Experiment::Phantom(_) => return "limits are those of an axis".into(),
+    };
+    let unit = device.units();
+    let [from, to] = judged_window_s(experiment).map(figure);
+    let at = stiffness.map_or(String::new(), |stiffness| format!("at {} {} ", figure(stiffness), unit.stiffness));
+    let hand = match hand {
+        Hand::SpringDamper { .. } => "let hand.path end beyond the wall",
+        Hand::ConstantTorque { .. } => "let hand.torque press into the wall",
+        _ => "give it a hand that presses into the wall",
+    };
+    format!(
+        "not judged: wall not reached {at}in the judged window, {from} s to {to} s; {hand}, \
+         move wall.position ({} {}), or change run.duration",
+        figure(wall_rad),
+        unit.position
+    )
+}
