@@ -4,7 +4,8 @@ use hpu_cosim::scene::Direction;
 use plotters::style::RGBColor;
 
 use hpu_study::reproduce::ladder::Summary;
-use hpu_study::reproduce::{Agreement, Finding, brief, plus};
+use hpu_study::reproduce::{Agreement, brief, plus};
+use hpu_study::studies::summing::Finding;
 
 use crate::canvas::{Anchor, Canvas, GRID, INK, QUIET, WIDTH};
 use crate::log_panel::{decades, dotted, legend, log_panel, style};

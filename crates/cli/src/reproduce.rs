@@ -1,7 +1,8 @@
 //! `hpu reproduce`: runs a published study again.
 
 use clap::Subcommand;
-use hpu_study::reproduce::{errs, hybrid, lag, scaling, shaper};
+use hpu_study::reproduce::lag;
+use hpu_study::studies::shipped;
 
 use crate::exit::{Exit, Failure};
 use crate::reproduce_drop::{self, Name};
@@ -70,9 +71,9 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         Study::Formats(args) => reproduce_words::formats(args),
         Study::Sines(args) => reproduce_words::sines(args),
         Study::Cost(args) => reproduce_cost::run(args),
-        Study::Hybrid(args) => reproduce_beside::run(&hybrid::comparison(), args),
-        Study::Shaper(args) => reproduce_beside::run(&shaper::comparison(), args),
-        Study::Criteria(args) => reproduce_beside::run(&errs::comparison(), args),
-        Study::Scaling(args) => reproduce_beside::run(&scaling::comparison(), args),
+        Study::Hybrid(args) => reproduce_beside::run(&shipped("hybrid-loop"), args),
+        Study::Shaper(args) => reproduce_beside::run(&shipped("input-shaper"), args),
+        Study::Criteria(args) => reproduce_beside::run(&shipped("criteria"), args),
+        Study::Scaling(args) => reproduce_beside::run(&shipped("power-scaling"), args),
     }
 }

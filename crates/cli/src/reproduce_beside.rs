@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use hpu_study::reproduce::Sum;
-use hpu_study::reproduce::beside::{Comparison, Found, beside_csv, beside_text, sums};
+use hpu_study::studies::comparison::{Comparison, Found, beside_csv, beside_text, sums};
+use hpu_study::studies::summing::Sum;
 use hpu_study::units;
 use serde_json::{Value, json};
 

@@ -3,7 +3,7 @@
 use hpu_datapath::phantom::{PhantomConfig, loop_variants};
 use hpu_rtl::{Cost, Counts, HX8K_BRAM, HX8K_CELLS};
 use hpu_study::reproduce::formats::{STIFFNESS_MAX_N_PER_M, full_scales_nm};
-use hpu_study::reproduce::summing_up;
+use hpu_study::studies::summing::summing_up;
 use hpu_study::widths::proof::bounds;
 use serde_json::{Value, json};
 

@@ -3,10 +3,12 @@
 pub mod accuracy;
 pub mod criteria;
 pub mod fit;
+pub mod formula;
 pub mod limits;
 pub mod map;
 pub mod page;
 pub mod reproduce;
+pub mod studies;
 pub mod trace_table;
 pub mod units;
 pub mod widths;

@@ -8,8 +8,8 @@ use std::ops::Range;
 use hpu_cosim::PASSIVE_RMS_M;
 use hpu_cosim::scene::{Direction, Platform};
 
-use super::summing::Statement;
 use super::table::{Class, Limit, Table};
+use crate::studies::summing::Statement;
 
 /// A claim of the paper, and whether the table confirms it.
 #[derive(Clone, PartialEq, Debug)]

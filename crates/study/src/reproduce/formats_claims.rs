@@ -1,8 +1,8 @@
 //! The paper's claims about the datapath's word formats and its workspace.
 
 use super::formats::{Fate, Formats};
-use super::summing::{Finding, Statement, Sum};
 use super::workspace::Workspace;
+use crate::studies::summing::{Finding, Statement, Sum};
 
 /// Returns the findings on the paper's claims, from the word formats and the workspace.
 #[must_use]

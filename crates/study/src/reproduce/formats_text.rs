@@ -7,9 +7,9 @@ use hpu_signal::Notation;
 use super::formats::{Fate, Formats, Row, full_scales_nm, greatest, stiffness};
 use super::formats_claims::sums;
 use super::postures::Measured;
-use super::summing::summing_up;
 use super::text::quoted;
 use super::workspace::Workspace;
+use crate::studies::summing::summing_up;
 use crate::widths::proof::SignalBound;
 
 /// First line of the CSV; units are in their own columns.

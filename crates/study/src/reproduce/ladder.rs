@@ -5,8 +5,8 @@ use std::fmt::Write;
 use hpu_cosim::scene::Platform;
 
 use super::published::Agreement;
-use super::summing::Finding;
 use super::tables::{Repeated, Tables};
+use crate::studies::summing::Finding;
 
 /// The platforms that an override applies to.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

@@ -6,11 +6,12 @@
 use hpu_cosim::Control;
 use hpu_cosim::scene::{Direction, Platform};
 
-use super::beside::{Claim, Comparison, Found, Line, measure};
 use super::claims::PMOS_1;
-use super::summing::Statement;
 use super::trial::{Verdict, run_trial};
 use super::{Point, Rung, Study, TRIALS};
+use crate::studies::Variables;
+use crate::studies::comparison::{Claim, Comparison, Found, Line, measure};
+use crate::studies::summing::Statement;
 
 /// Lags that are tried, in hundredths of a millisecond: 0 to 0.80 ms in steps of 0.05.
 pub const LAGS_10_US: [u32; 17] = [0, 5, 10, 15, 20, 25, 30, 35, 40, 45, 50, 55, 60, 65, 70, 75, 80];
@@ -51,6 +52,8 @@ pub fn comparison() -> Comparison {
                 what: name.into(),
                 published: "",
                 claims: "a",
+                figures: Vec::new(),
+                vars: Variables::default(),
                 measure: measure(move |control| fitting(joints, axes, stiffness, &LAGS_10_US, control)),
             });
         }
@@ -65,8 +68,8 @@ pub fn comparison() -> Comparison {
         name: "phantom-lag",
         title: "PHANToM: the amplifier's lag that puts PMOS-1 at 750 to 1000 N/m, by the transmission that is assumed",
         lines,
-        claims: vec![Claim { statement, judge: |_| Vec::new() }],
-        notes: &[
+        claims: vec![Claim { statement, holds: Vec::new(), by: None }],
+        notes: vec![
             "The paper publishes neither the lag nor the transmission. The lag is identified together with the \
              transmission that is assumed: the softer the transmission, the longer the lag. The shipped scene takes \
              3.5 kN/m (general knowledge of the device) and 0.4 ms.",

@@ -9,25 +9,16 @@
 //! Other modules examine the word formats of the PHANToM's datapath: [`formats`] proves and measures ranges and errors,
 //! [`workspace`] counts what the tables hold, [`sines`] compares four sources of sine.
 
-pub mod beside;
 mod claims;
-pub mod errs;
 pub mod formats;
 mod formats_claims;
 mod formats_text;
-pub mod hybrid;
 pub mod ladder;
 pub mod lag;
-mod made;
 pub mod postures;
 mod published;
-pub mod scaling;
 mod seeds;
-pub mod shaper;
-mod shaper_claims;
-pub mod shaper_gain;
 pub mod sines;
-mod summing;
 mod table;
 mod tables;
 mod text;
@@ -39,7 +30,6 @@ pub use ladder::{RUNGS, Rung};
 pub use ladder::{brief, plus};
 pub use published::{Agreement, PUBLISHED, Published};
 pub use seeds::Outcomes;
-pub use summing::{Finding, Statement, Sum, summing_up};
 pub use table::{Cell, Class, Limit, Table};
 pub use tables::{Repeated, Share, Span, Tables, Tally};
 pub use text::{CSV_HEADER, csv, table_text};

@@ -6,9 +6,9 @@ use std::fmt;
 use hpu_cosim::scene::{Direction, Platform};
 
 use super::claims::{Claim, claims};
-use super::summing::{Finding, Sum};
 use super::table::{Cell, Class, Table};
 use super::{Outcomes, Study};
+use crate::studies::summing::{Finding, Sum};
 
 /// A number of seeds out of a total.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

@@ -5,11 +5,11 @@ use std::fmt::Write;
 use hpu_cosim::scene::{Direction, Platform};
 
 use super::published::Agreement;
-use super::summing::summing_up;
 use super::table::{Class, Table};
 use super::tables::{Repeated, Tables, Tally};
 use super::trial::{Trial, Verdict};
 use super::{Outcomes, Point, Study};
+use crate::studies::summing::summing_up;
 
 /// First line of a study's CSV; the unit is in the name.
 pub const CSV_HEADER: &str =

@@ -1,13 +1,13 @@
 //! Criteria against the emulator: the lines contain the known figures of the devices.
 
 use hpu_cosim::Control;
-use hpu_study::reproduce::beside::{beside_csv, beside_text};
-use hpu_study::reproduce::errs;
+use hpu_study::studies::comparison::{beside_csv, beside_text};
+use hpu_study::studies::shipped;
 
 #[test]
 #[ignore = "testbench/long.sh runs it"]
 fn the_dropped_mass_has_the_sheets_limits_and_settles_between_what_the_sheet_tried() {
-    let mut comparison = errs::comparison();
+    let mut comparison = shipped("criteria");
     comparison.lines.retain(|line| line.group.starts_with("A PHANToM"));
     let results: Vec<_> =
         comparison.lines.iter().map(|line| (line.measure)(&Control::default()).expect("nobody stops it")).collect();

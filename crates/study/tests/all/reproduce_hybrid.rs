@@ -7,7 +7,11 @@ use std::sync::atomic::Ordering;
 use hpu_cosim::Control;
 use hpu_cosim::scene::{Scene, shipped};
 use hpu_study::SampledLoop;
-use hpu_study::reproduce::hybrid::comparison;
+use hpu_study::studies::comparison::Comparison;
+
+fn comparison() -> Comparison {
+    hpu_study::studies::shipped("hybrid-loop")
+}
 
 /// Returns the text of the line that is measured under this name.
 fn measured(what: &str) -> String {

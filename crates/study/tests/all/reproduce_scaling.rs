@@ -4,11 +4,21 @@
 use std::collections::BTreeSet;
 
 use hpu_cosim::Control;
-use hpu_study::reproduce::scaling::{comparison, equal_impulse_s};
+use hpu_study::studies::comparison::Comparison;
 
 const MASS_KG: f64 = 1.0;
 const DAMPING_N_S_PER_M: f64 = 0.1;
 const USER_N: f64 = 10.0;
+
+fn comparison() -> Comparison {
+    hpu_study::studies::shipped("power-scaling")
+}
+
+/// Returns the length, in s, of a straight ramp of the scale that has the same impulse as the scale `1/beta` while
+/// `beta` goes straight from 1 to `to` in `seconds`.
+fn equal_impulse_s(to: f64, seconds: f64) -> f64 {
+    2.0 * to.ln() / (to - 1.0) * seconds
+}
 
 /// Returns the text that the line of this group and name finds.
 fn found(group: &str, what: &str) -> String {

@@ -5,9 +5,10 @@ use hpu_chart as chart;
 use hpu_cosim::Control;
 use hpu_cosim::scene::{Direction, Platform};
 use hpu_study::reproduce::{
-    Agreement, Class, FIRST_SEED, Finding, Outcomes, Point, Rung, Share, Study, Tables, Trial, Verdict, csv, ladder,
-    run_trial, scene, table_text,
+    Agreement, Class, FIRST_SEED, Outcomes, Point, Rung, Share, Study, Tables, Trial, Verdict, csv, ladder, run_trial,
+    scene, table_text,
 };
+use hpu_study::studies::summing::Finding;
 
 use crate::looks::assert_readable;
 

@@ -2,14 +2,13 @@
 
 use hpu_cosim::Control;
 use hpu_cosim::scene::{Direction, Platform};
-use hpu_study::reproduce::beside::{Comparison, Found, Line, beside_text, sums};
-use hpu_study::reproduce::{
-    Finding, Point, RUNGS, Rung, Study, Sum, Tables, Trial, Verdict, errs, hybrid, ladder, lag, scaling, shaper,
-    summing_up, table_text,
-};
+use hpu_study::reproduce::{Point, RUNGS, Rung, Study, Tables, Trial, Verdict, ladder, lag, table_text};
+use hpu_study::studies::comparison::{Comparison, Found, Line, beside_text, sums};
+use hpu_study::studies::shipped;
+use hpu_study::studies::summing::{Finding, Sum, summing_up};
 
 fn comparisons() -> [Comparison; 4] {
-    [hybrid::comparison(), shaper::comparison(), scaling::comparison(), lag::comparison()]
+    [shipped("hybrid-loop"), shipped("input-shaper"), shipped("power-scaling"), lag::comparison()]
 }
 
 /// Returns the findings if the lines have these figures.
@@ -63,13 +62,13 @@ fn every_claim_has_lines_and_words_and_every_line_that_judges_a_claim_has_one() 
             assert!(number != (!line.claims.is_empty() || line.published == "less at higher rates"), "{}", line.what);
         }
     }
-    assert!(errs::comparison().claims.is_empty(), "no paper's");
+    assert!(shipped("criteria").claims.is_empty(), "no paper's");
 }
 
 #[test]
 fn findings_follow_the_figures() {
     use Finding::{CannotBeTold, Confirmed, NotConfirmed};
-    let hybrid = hybrid::comparison();
+    let hybrid = shipped("hybrid-loop");
     let times = |times: f64| findings(&hybrid, |line| if line.claims == "ab" { vec![times] } else { vec![0.0; 4] });
     let told = [4.5, 5.5, 1.5].map(|ratio| ["a", "b"].map(|letter| of(&times(ratio), letter)));
     assert_eq!(told, [[Confirmed; 2], [Confirmed, NotConfirmed], [NotConfirmed; 2]]);
@@ -83,7 +82,7 @@ fn findings_follow_the_figures() {
     };
     assert_eq!([1.0, 3.0].map(|last| of(&least(last), "c")), [Confirmed, NotConfirmed]);
 
-    let shaper = shaper::comparison();
+    let shaper = shipped("input-shaper");
     let ladder = |line: &Line| if line.claims == "cd" { vec![60.0, 65.0, 130.0] } else { vec![25.0, 30.0, 92.0] };
     let press = |line: &Line| {
         let c1: f64 = line.what.split("c1 = ").nth(1).and_then(|rest| rest.split(' ').next()).unwrap().parse().unwrap();
@@ -103,7 +102,7 @@ fn findings_follow_the_figures() {
     let expected = ["c", "d", "g"].map(|letter| of(&by_form, letter));
     assert_eq!(expected, [NotConfirmed, NotConfirmed, CannotBeTold]);
 
-    let scaling = scaling::comparison();
+    let scaling = shipped("power-scaling");
     let settles = findings(&scaling, |line| vec![f64::from(u8::from(line.claims != "a")), 0.01]);
     assert!(settles.iter().all(|(_, finding)| *finding == Confirmed), "{settles:?}");
     let runs_away = findings(&scaling, |line| vec![if line.claims == "e" { 8e-6 } else { 0.0 }, 341.0]);
@@ -117,7 +116,7 @@ fn findings_follow_the_figures() {
 
 #[test]
 fn a_text_ends_with_the_summing_up_and_what_was_not_measured_is_not_told() {
-    let scaling = scaling::comparison();
+    let scaling = shipped("power-scaling");
     let mut results: Vec<_> = scaling.lines.iter().map(|_| Ok(Found::new("settles".into(), [1.0, 0.01]))).collect();
     results[0] = Err("out of memory".into());
     let text = beside_text(&scaling, &results);
@@ -125,13 +124,13 @@ fn a_text_ends_with_the_summing_up_and_what_was_not_measured_is_not_told() {
     assert_eq!(summed.matches("confirmed").count(), scaling.claims.len() - 1, "{summed}");
     assert!(summed.contains("(a)   cannot be told") && summed.contains("not measured: out of memory"), "{summed}");
     assert!(summed.contains("(b)   confirmed       \"even if the force scaling factor"), "{summed}");
-    assert!(!beside_text(&errs::comparison(), &[]).contains("Summing up"));
+    assert!(!beside_text(&shipped("criteria"), &[]).contains("Summing up"));
     assert_eq!(summing_up(&[]), "");
 }
 
 #[test]
 fn the_rows_of_figure_4_say_that_they_are_ramps_of_equal_impulse() {
-    let scaling = scaling::comparison();
+    let scaling = shipped("power-scaling");
     let printed: Vec<_> = scaling.lines.iter().filter(|line| line.group.starts_with("Fig. 4 as printed")).collect();
     assert_eq!(printed.len(), 4);
     for line in printed {

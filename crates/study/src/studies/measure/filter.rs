@@ -3,16 +3,35 @@
 
 use std::f64::consts::{PI, SQRT_2, TAU};
 
+use hpu_cosim::Control;
 use hpu_cosim::law::high_pass;
 use hpu_datapath::{Biquad, BiquadConfig, Block, biquad};
 use hpu_plant::Shaper;
 use hpu_signal::Format;
+
+use super::super::template::Values;
+use super::{Asked, numbers};
 
 /// Cutoff of the published filter, in Hz.
 pub const CUTOFF_HZ: f64 = 2.5;
 
 /// Sample time of the digital shaper, in s.
 pub const PERIOD_S: f64 = 1e-3;
+
+pub(super) fn gains(asked: &Asked, _: &Control) -> Result<Values, String> {
+    let frequency_hz = asked.number("frequency").ok_or("frequency is missing")?;
+    Ok(numbers([
+        ("exact", exact(frequency_hz)),
+        ("analog", analog(frequency_hz)),
+        ("bilinear", bilinear(frequency_hz)),
+        ("words", digital(frequency_hz)),
+    ]))
+}
+
+pub(super) fn step(_: &Asked, _: &Control) -> Result<Values, String> {
+    let [exact, analog, words] = overshoots();
+    Ok(numbers([("exact", exact), ("analog", analog), ("words", words)]))
+}
 
 /// Returns `|1 - H|` of the Butterworth filter: `(√2 ω_c s + ω_c²) / (s² + √2 ω_c s + ω_c²)`.
 #[must_use]

@@ -1,9 +1,12 @@
 //! A paper's statements beside the emulator's results: one line for each statement, each measured by runs of its own.
 
+use std::collections::BTreeMap;
+
 use hpu_cosim::Control;
-use hpu_cosim::scene::{Experiment, shipped};
 
 use super::summing::{Finding, Statement, Sum, summing_up};
+use super::vary::{Variables, written};
+use crate::formula::Formula;
 
 /// The statements of a paper, in the paper's order.
 pub struct Comparison {
@@ -17,16 +20,18 @@ pub struct Comparison {
     pub claims: Vec<Claim>,
     /// Notes that a reader needs for the whole comparison: assumed parameters, readings of the paper, causes of
     /// differences.
-    pub notes: &'static [&'static str],
+    pub notes: Vec<&'static str>,
 }
 
 /// A published claim, and how the figures of its lines decide it.
 pub struct Claim {
     /// The claim.
     pub statement: Statement,
-    /// Judges the claim from the results of its lines, in their order. Returns, for each case of what the paper leaves
-    /// open, whether the claim holds; no case if the scene's own parameters were inferred from the claim.
-    pub judge: fn(&[&Found]) -> Vec<bool>,
+    /// The conditions on the figures of the claim's lines. Each number that a condition gives is a case of what the
+    /// paper leaves open. There is none if the scene's own parameters were inferred from the claim.
+    pub holds: Vec<Formula>,
+    /// A variable of the lines: neighbouring lines with the same value of it are judged together, apart from the others.
+    pub by: Option<String>,
 }
 
 /// A statement, and how it is measured.
@@ -39,6 +44,10 @@ pub struct Line {
     pub published: &'static str,
     /// Letters of the claims that this line decides, alone or with others.
     pub claims: &'static str,
+    /// Names of the figures that the measurement gives, in their order.
+    pub figures: Vec<String>,
+    /// The variables of the line.
+    pub vars: Variables,
     /// The measurement: returns a number or a verdict, or `None` when stopped.
     pub measure: Measure,
 }
@@ -91,11 +100,13 @@ pub fn measure<F: Into<Found>>(measure: impl Fn(&Control) -> Option<Result<F, St
 /// Returns the findings on all claims, each from the results of its lines.
 #[must_use]
 pub fn sums(comparison: &Comparison, results: &[Result<Found, String>]) -> Vec<Sum> {
-    let sum = |Claim { statement, judge }: &Claim| {
-        let own = comparison.lines.iter().zip(results).filter(|(line, _)| line.claims.contains(statement.letter));
-        let (finding, found) = match own.map(|(_, result)| result.as_ref()).collect::<Result<Vec<_>, _>>() {
-            Ok(found) => {
-                let cases = judge(&found);
+    let sum = |claim: &Claim| {
+        let own = comparison.lines.iter().zip(results).filter(|(line, _)| line.claims.contains(claim.statement.letter));
+        let (lines, results): (Vec<_>, Vec<_>) = own.unzip();
+        let found = results.into_iter().map(Result::as_ref).collect::<Result<Vec<_>, _>>();
+        let cases = found.map_err(String::clone).and_then(|found| claimed(claim, &lines, &found));
+        let (finding, found) = match cases {
+            Ok(cases) => {
                 let so = cases.iter().filter(|so| **so).count();
                 let found = match cases.len() {
                     0 => String::new(),
@@ -106,20 +117,36 @@ pub fn sums(comparison: &Comparison, results: &[Result<Found, String>]) -> Vec<S
             }
             Err(reason) => (Finding::CannotBeTold, format!("not measured: {reason}")),
         };
-        Sum { statement: *statement, finding, found }
+        Sum { statement: claim.statement, finding, found }
     };
     comparison.claims.iter().map(sum).collect()
 }
 
-/// Returns a shipped scene under overrides.
+/// Returns, for each case of what the paper leaves open, whether a claim holds by the results of its lines.
 ///
 /// # Errors
 ///
-/// Returns the scene's reason for refusing the overrides, or that there is no such scene.
-pub fn shipped_scene(name: &str, set: &[(&str, &str)]) -> Result<Experiment, String> {
-    let scene = shipped().iter().find(|scene| scene.name == name).ok_or_else(|| format!("no scene {name}"))?;
-    let set: Vec<_> = set.iter().map(|(key, value)| (key.to_string(), value.to_string())).collect();
-    scene.parse(&set).map_err(|error| error.to_string())
+/// Returns which figure of a condition no line has.
+pub fn claimed(claim: &Claim, lines: &[&Line], found: &[&Found]) -> Result<Vec<bool>, String> {
+    let group = |line: &Line| claim.by.as_ref().map(|by| line.vars.get(by).map(written)).transpose();
+    let groups = lines.iter().map(|line| group(line)).collect::<Result<Vec<_>, _>>()?;
+    let mut cases = Vec::new();
+    let mut rest = 0;
+    while rest < lines.len() {
+        let end = groups[rest..].iter().position(|group| *group != groups[rest]).map_or(lines.len(), |at| rest + at);
+        let mut figures: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
+        for (line, found) in lines[rest..end].iter().zip(&found[rest..end]) {
+            for (name, figure) in line.figures.iter().zip(&found.figures) {
+                figures.entry(name).or_default().push(*figure);
+            }
+        }
+        for formula in &claim.holds {
+            let named = |name: &str| figures.get(name).cloned().ok_or_else(|| format!("no line has the figure {name}"));
+            cases.extend(formula.value(&named)?.into_iter().map(|case| case != 0.0));
+        }
+        rest = end;
+    }
+    Ok(cases)
 }
 
 /// Returns the lines and their results as a table of text, in the order of the lines.
@@ -143,7 +170,7 @@ pub fn beside_text(comparison: &Comparison, results: &[Result<Found, String>]) -
         };
         text += &format!("{:what$}  {}{found}\n", line.what, column(line.published));
     }
-    for note in comparison.notes {
+    for note in &comparison.notes {
         text += &format!("\n{note}\n");
     }
     text + &summing_up(&sums(comparison, results))

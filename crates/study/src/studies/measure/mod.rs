@@ -1,0 +1,258 @@
+//! The measures of a study: each takes a scene under overrides and gives named values.
+
+pub mod filter;
+mod limits;
+mod motion;
+
+use std::collections::BTreeMap;
+
+use hpu_cosim::Control;
+use hpu_cosim::scene::{Experiment, Scene};
+
+use super::template::{Value, Values};
+use crate::criteria;
+
+pub use motion::{slope, told};
+
+/// A kind of measure.
+pub struct Measure {
+    /// Its name in a study's file.
+    pub name: &'static str,
+    /// Whether it takes a scene and overrides.
+    pub is_of_scene: bool,
+    /// The keys that it takes besides.
+    pub keys: &'static [Key],
+    /// The names of the values that it gives.
+    pub gives: &'static [&'static str],
+    run: fn(&Asked, &Control) -> Result<Values, String>,
+}
+
+/// A key of a measure.
+pub struct Key {
+    /// Its name.
+    pub name: &'static str,
+    /// What it takes.
+    pub takes: Takes,
+    /// Whether the measure needs it.
+    pub is_required: bool,
+}
+
+/// What a key of a measure takes.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Takes {
+    /// A number, or a formula in quotes.
+    Number,
+    /// A text.
+    Text,
+    /// `true` or `false`.
+    Flag,
+    /// A list of numbers or of formulas.
+    Numbers,
+    /// Overrides of the scene, as `--set` takes them.
+    Set,
+    /// A table of windows, each a list of two times in s.
+    Windows,
+}
+
+impl Takes {
+    /// Returns the text of a refusal.
+    #[must_use]
+    pub const fn accepted(self) -> &'static str {
+        match self {
+            Self::Number => "write a number, or a formula in quotes, as in \"2*pi/10\"",
+            Self::Text => "write a text in quotes",
+            Self::Flag => "write true or false",
+            Self::Numbers => "write a list of numbers, as in [0.5, \"2*pi\"]",
+            Self::Set => "write a list of overrides, as in ['wall.stiffness=1.5']",
+            Self::Windows => "write a table of windows in s, as in { before = [0, 1], after = [9, 10] }",
+        }
+    }
+}
+
+/// The value of a measure's key.
+#[derive(Clone, PartialEq, Debug)]
+pub enum Taken {
+    /// A number.
+    Number(f64),
+    /// A text.
+    Text(String),
+    /// A flag.
+    Flag(bool),
+    /// A list of numbers.
+    Numbers(Vec<f64>),
+    /// Overrides of the scene.
+    Set(Vec<(String, String)>),
+    /// Windows by name, from one time to another, in s.
+    Windows(Vec<(String, [f64; 2])>),
+}
+
+/// Returns a scene, shipped or of the user's own, under overrides.
+pub type Load = dyn Fn(&str, &[(String, String)]) -> Result<Experiment, String> + Send + Sync;
+
+/// A measure that a study asks for.
+pub struct Asked<'a> {
+    /// Name of the scene.
+    pub scene: &'a str,
+    /// Overrides of the scene.
+    pub set: &'a [(String, String)],
+    /// The values of the measure's own keys.
+    pub options: &'a BTreeMap<&'static str, Taken>,
+    /// Makes the scene.
+    pub load: &'a Load,
+}
+
+impl Asked<'_> {
+    /// Returns the scene under its overrides and further ones.
+    fn experiment(&self, more: &[(String, String)]) -> Result<Experiment, String> {
+        (self.load)(self.scene, &[self.set, more].concat())
+    }
+
+    /// Returns the scene, which must be of an axis.
+    fn axis(&self) -> Result<Scene, String> {
+        self.experiment(&[])?.axis().ok_or_else(|| format!("{} is no scene of an axis", self.scene))
+    }
+
+    fn number(&self, key: &str) -> Option<f64> {
+        match self.options.get(key) {
+            Some(Taken::Number(number)) => Some(*number),
+            _ => None,
+        }
+    }
+
+    fn text(&self, key: &str) -> &str {
+        match self.options.get(key) {
+            Some(Taken::Text(text)) => text,
+            _ => "",
+        }
+    }
+
+    fn numbers(&self, key: &str) -> &[f64] {
+        match self.options.get(key) {
+            Some(Taken::Numbers(numbers)) => numbers,
+            _ => &[],
+        }
+    }
+}
+
+const fn key(name: &'static str, takes: Takes) -> Key {
+    Key { name, takes, is_required: true }
+}
+
+const fn option(name: &'static str, takes: Takes) -> Key {
+    Key { name, takes, is_required: false }
+}
+
+/// The measures.
+pub static MEASURES: [Measure; 11] = [
+    // One run: its verdict, its energies, how it moved. `swing` asks for half of the range of positions in windows,
+    // `press` for the stiffness felt in one, `after` for when the device first leaves the wall after that time.
+    Measure {
+        name: "run",
+        is_of_scene: true,
+        keys: &[option("swing", Takes::Windows), option("press", Takes::Numbers), option("after", Takes::Number)],
+        gives: motion::RUN_GIVES,
+        run: motion::run,
+    },
+    // The greatest distance between the motions of two runs: until one of them leaves the wall, and to the end.
+    Measure {
+        name: "apart",
+        is_of_scene: true,
+        keys: &[key("other", Takes::Set), key("after", Takes::Number)],
+        gives: &["until", "to_the_end", "leaves"],
+        run: motion::apart,
+    },
+    // One run for each value of a key, the least first: up to where the motion settles.
+    Measure {
+        name: "ladder",
+        is_of_scene: true,
+        keys: &[key("key", Takes::Text), key("values", Takes::Numbers), key("unit", Takes::Text)],
+        gives: &["text", "below", "at", "frequency"],
+        run: motion::ladder,
+    },
+    // The numbers that the scene's words and its device have, without a run.
+    Measure { name: "scene", is_of_scene: true, keys: &[], gives: limits::SCENE_GIVES, run: limits::scene },
+    // The stiffness up to which the linear loop settles; with `every`, of the loop whose velocity is that much slower.
+    Measure {
+        name: "linear",
+        is_of_scene: true,
+        keys: &[option("every", Takes::Number)],
+        gives: &["limit"],
+        run: limits::linear,
+    },
+    // The limit by one criterion.
+    Measure {
+        name: "criterion",
+        is_of_scene: true,
+        keys: &[key("name", Takes::Text)],
+        gives: &["limit"],
+        run: limits::criterion,
+    },
+    // The limits by all criteria beside the scene in words, as texts.
+    Measure { name: "limits", is_of_scene: true, keys: &[], gives: &criteria_and_words(), run: limits::limits },
+    // The stable stiffness of the scene in words, over eight phases of its contact; with `felt`, the stiffness that is
+    // felt of the stiffest wall up to which all settle.
+    Measure {
+        name: "stable",
+        is_of_scene: true,
+        keys: &[option("felt", Takes::Flag)],
+        gives: &["all", "some", "failed", "settled", "runs", "felt"],
+        run: limits::stable,
+    },
+    // The least virtual damping with which the wall settles, by the linear loop or by runs in words.
+    Measure {
+        name: "least_damping",
+        is_of_scene: true,
+        keys: &[key("by", Takes::Text)],
+        gives: &["text", "fails", "holds"],
+        run: limits::least_damping,
+    },
+    // The gain of an input shaper without its rectifiers at a frequency.
+    Measure {
+        name: "shaper_gain",
+        is_of_scene: false,
+        keys: &[key("frequency", Takes::Number)],
+        gives: &["exact", "analog", "bilinear", "words"],
+        run: filter::gains,
+    },
+    // The greatest value of such a shaper's answer to a step.
+    Measure {
+        name: "shaper_step",
+        is_of_scene: false,
+        keys: &[],
+        gives: &["exact", "analog", "words"],
+        run: filter::step,
+    },
+];
+
+/// Returns the names of the criteria, and `words`.
+const fn criteria_and_words() -> [&'static str; criteria::NAMES.len() + 1] {
+    let mut names = ["words"; criteria::NAMES.len() + 1];
+    let mut at = 0;
+    while at < criteria::NAMES.len() {
+        names[at] = criteria::NAMES[at];
+        at += 1;
+    }
+    names
+}
+
+impl Measure {
+    /// Returns the values; those of a measure that failed are missing, with its reason.
+    pub fn values(&self, asked: &Asked, control: &Control) -> Values {
+        (self.run)(asked, control).unwrap_or_else(|reason| {
+            let windows = match asked.options.get("swing") {
+                Some(Taken::Windows(windows)) => windows.as_slice(),
+                _ => &[],
+            };
+            let names = self.gives.iter().copied().chain(windows.iter().map(|(name, _)| name.as_str()));
+            names.map(|name| (name.to_string(), Err(reason.clone()))).collect()
+        })
+    }
+}
+
+fn numbers<const N: usize>(values: [(&str, f64); N]) -> Values {
+    values.into_iter().map(|(name, value)| (name.to_string(), Ok(Value::Number(value)))).collect()
+}
+
+fn text(name: &str, text: String) -> (String, Result<Value, String>) {
+    (name.to_string(), Ok(Value::Text(text)))
+}
