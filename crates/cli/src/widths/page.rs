@@ -10,10 +10,10 @@ use hpu_study::widths::{Field, Loss, Needed, Recommended, SignalRow};
 use serde_json::{Value as Json, json};
 
 use crate::notation::triple;
+use crate::price::Price;
 use crate::units::si;
 use crate::widths::Widths;
 use crate::widths::proved::{Proved, how};
-use crate::price::Price;
 
 /// Columns of the page.
 const WIDTH: usize = 120;

@@ -60,8 +60,8 @@ pub fn page(searched: &Searched) -> Page {
     let outputs: Vec<_> = found.outputs().iter().map(|output| output.name()).collect();
     page.data("outputs", json!(outputs)).data("within", searched.within).data("estimate_error", found.estimate_error);
     page.line("reference", reference);
-    lines.into_iter().for_each(|(label, said)| drop(page.line(label, said)));
-    data.into_iter().for_each(|(key, value)| drop(page.data(key, value)));
+    lines.into_iter().for_each(|(label, said)| _ = page.line(label, said));
+    data.into_iter().for_each(|(key, value)| _ = page.data(key, value));
 
     // The reference, the front and the smallest design are objects of the same columns.
     let best: Vec<&Point> = found.best().collect();
