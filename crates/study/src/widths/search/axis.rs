@@ -324,7 +324,7 @@ mod tests {
         assert_eq!(Gain::new(0, 7), Gain::new(0, 0));
         let shipped = hpu_cosim::scene::shipped();
         let scene = shipped.iter().find(|scene| scene.name == "hybrid-wall").expect("a shipped scene");
-        let own = Design::new(&KEYS, &hpu_cosim::scene::Experiment::parse(scene.text).expect("a scene"));
+        let own = Design::new(&KEYS, &scene.parse(&[]).expect("a scene"));
         for (word, frac, format) in [(36, 0, "(0,6,0)"), (19, 4, "(0,1,4)"), (1, 5, "(0,0,5)"), (0, 0, "(0,2,0)")] {
             let design = Gain::new(word, frac).of(own, DAMPING);
             assert_eq!(shown(&design, DAMPING), format);
