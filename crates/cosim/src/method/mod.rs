@@ -8,12 +8,12 @@
 //!
 //! # A new law
 //!
-//! It has two files of its own: its block in `datapath`, which implements `Listed` there, and its file here, which
-//! implements `Published`. The compiler asks for the lines that name it elsewhere:
+//! It has two files of its own: its block in `datapath`, which implements `Listed` and `InLoops` there, and its file
+//! here, which implements `Published`. The compiler asks for the lines that name it elsewhere:
 //!
 //! 1. `datapath/src/lib.rs`: the module, and a line in `laws!`.
 //! 2. `cosim/src/method/mod.rs`: the module, and a line in `laws!`.
-//! 3. `study/src/limits/characteristic.rs`: its linear controller, or the reason why it has none.
+//! 3. `study/src/limits`: its linear controller, or the reason why it has none.
 //! 4. `study/src/widths/proof/laws.rs`: the words that its invariant allows.
 //! 5. `rtl/src/hdl.rs`: its VHDL, which the program carries. Here a test asks, not the compiler.
 //!

@@ -11,8 +11,14 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
+/// Returns the text of a file, or of all files in a folder.
 fn text(path: &str) -> String {
-    fs::read_to_string(root().join(path)).unwrap_or_else(|error| panic!("{path}: {error}"))
+    let whole = root().join(path);
+    if whole.is_dir() {
+        let files = fs::read_dir(&whole).expect("a folder").map(|entry| entry.expect("an entry").path());
+        return files.filter_map(|file| fs::read_to_string(file).ok()).collect();
+    }
+    fs::read_to_string(whole).unwrap_or_else(|error| panic!("{path}: {error}"))
 }
 
 /// Returns the names of all methods of an axis.
