@@ -7,10 +7,9 @@ use crate::phantom::{
 };
 use crate::{
     AnyBlock, AxisFront, Biquad, Block, CommandLimiter, ConfigError, ConventionalLoop, Displacement, EdgeTimer,
-    EnergyBounding, FilteredDifference, Foaw, Generic, HybridLoop, InputShaper, MethodLoop, PassiveSpring,
-    PassivityController, PositionCounter, Pwm, QuadratureDecoder, SampledWall, Saturator, SequentialDivider,
-    SquareRoot, Synchronizer, TorqueSum, TruncatingMultiplier, Unilateral, VelocityRegister, VirtualCoupling,
-    WindowDifference, ZeroOrderHold,
+    FilteredDifference, Foaw, Generic, HybridLoop, InputShaper, MethodLoop, PositionCounter, Pwm, QuadratureDecoder,
+    Saturator, SequentialDivider, SquareRoot, Synchronizer, TorqueSum, TruncatingMultiplier, Unilateral,
+    VelocityRegister, WindowDifference, ZeroOrderHold,
 };
 
 /// Lists every block and wiring once; what is known of all of them follows.
@@ -39,15 +38,20 @@ macro_rules! blocks {
     };
 }
 
-blocks! {
-    Synchronizer, QuadratureDecoder, PositionCounter, Displacement, Unilateral, TruncatingMultiplier, VelocityRegister,
-    ZeroOrderHold, TorqueSum, Saturator, CommandLimiter, Pwm, SequentialDivider, SquareRoot, Biquad, FilteredDifference,
-    WindowDifference, Foaw, EdgeTimer, HybridLoop, ConventionalLoop, AxisFront, InputShaper, SampledWall,
-    VirtualCoupling, PassivityController, EnergyBounding, PassiveSpring, MethodLoop<SampledWall>,
-    MethodLoop<VirtualCoupling>, MethodLoop<PassivityController>, MethodLoop<EnergyBounding>, MethodLoop<PassiveSpring>,
-    TrigTable, TrigQuarter, TrigInterpolated, TrigCordic, SampleRegister, PhantomForward, CubeRoom, PhantomTorque,
-    CommandScaler, CommandRegister, PhantomEngine, PhantomLoop, PhantomSharedLoop, PhantomIo,
+/// The blocks, with the laws and the loops around them in their midst.
+macro_rules! around_laws {
+    ($($module:ident: $Law:ident, $Config:ident;)*) => {
+        blocks! {
+            Synchronizer, QuadratureDecoder, PositionCounter, Displacement, Unilateral, TruncatingMultiplier,
+            VelocityRegister, ZeroOrderHold, TorqueSum, Saturator, CommandLimiter, Pwm, SequentialDivider, SquareRoot,
+            Biquad, FilteredDifference, WindowDifference, Foaw, EdgeTimer, HybridLoop, ConventionalLoop, AxisFront,
+            InputShaper, $(crate::$Law,)* $(MethodLoop<crate::$Law>,)* TrigTable, TrigQuarter, TrigInterpolated,
+            TrigCordic, SampleRegister, PhantomForward, CubeRoom, PhantomTorque, CommandScaler, CommandRegister,
+            PhantomEngine, PhantomLoop, PhantomSharedLoop, PhantomIo,
+        }
+    };
 }
+laws!(around_laws);
 
 /// Returns every block in the configurations for which vectors are written and the VHDL is tested, each with the
 /// variant's label. The configurations of [`registry`] have the label `default`. A label is unique among the variants

@@ -1,5 +1,18 @@
 //! The FPGA: one file for each block, integers only, and the wirings that connect the blocks as the VHDL does.
 
+/// Calls a macro with the list of laws: of each its module, its block, and the block's configuration.
+macro_rules! laws {
+    ($with:ident) => {
+        $with! {
+            sampled_wall: SampledWall, SampledWallConfig;
+            virtual_coupling: VirtualCoupling, CouplingConfig;
+            passivity_controller: PassivityController, PassivityConfig;
+            energy_bounding: EnergyBounding, BoundingConfig;
+            passive_spring: PassiveSpring, SpringConfig;
+        }
+    };
+}
+
 mod axis;
 mod axis_loop;
 mod block;
@@ -62,7 +75,6 @@ pub use config::ConfigError;
 pub use conventional_loop::ConventionalLoop;
 pub use displacement::Displacement;
 pub use edge_timer::EdgeTimer;
-pub use energy_bounding::{BoundingConfig, EnergyBounding};
 pub use estimator::Estimator;
 pub use filtered_difference::{FilteredConfig, FilteredDifference};
 pub use foaw::{Foaw, FoawConfig};
@@ -72,12 +84,9 @@ pub use input_shaper::{InputShaper, InputShaperConfig, Shaping};
 pub use law::{Law, LawIn, LawOut, LawWidths};
 pub use loop_config::LoopConfig;
 pub use method_loop::{MethodLoop, MethodLoopConfig};
-pub use passive_spring::{PassiveSpring, SpringConfig};
-pub use passivity_controller::{PassivityConfig, PassivityController};
 pub use position_counter::PositionCounter;
 pub use pwm::{Pwm, PwmConfig};
 pub use quadrature_decoder::QuadratureDecoder;
-pub use sampled_wall::{SampledWall, SampledWallConfig};
 pub use saturator::Saturator;
 pub use sequential_divider::{DividerConfig, SequentialDivider};
 pub use square_root::SquareRoot;
@@ -87,7 +96,13 @@ pub use torque_sum::TorqueSum;
 pub use truncating_multiplier::TruncatingMultiplier;
 pub use unilateral::Unilateral;
 pub use velocity_register::{VelocityConfig, VelocityRegister};
-pub use virtual_coupling::{CouplingConfig, VirtualCoupling};
 pub use window_difference::WindowDifference;
 pub use wiring::{AxisWiring, Connection, Instance, Loaded, LoopIn, LoopOut, Parts, Repeat, Wiring};
 pub use zero_order_hold::ZeroOrderHold;
+
+macro_rules! exported {
+    ($($module:ident: $Law:ident, $Config:ident;)*) => {
+        $(pub use $module::{$Law, $Config};)*
+    };
+}
+laws!(exported);

@@ -7,25 +7,8 @@ use std::path::{Path, PathBuf};
 
 use crate::ghdl_error::GhdlError;
 
-/// Name and text of every block's VHDL, as `hdl/` had it when the program was built.
-macro_rules! carried {
-    ($($folder:literal: $($name:ident)*;)*) => {
-        &[$($((stringify!($name), include_str!(concat!("../../../", $folder, "/", stringify!($name), ".vhd")))),*),*]
-    };
-}
-
-/// The carried VHDL: name and text of each block.
-static CARRIED: &[(&str, &str)] = carried! {
-    "hdl":
-        axis_front biquad command_limiter command_register command_scaler conventional_loop cube_room displacement
-        edge_timer energy_bounding filtered_difference foaw hybrid_loop input_shaper passive_spring passivity_controller
-        phantom_engine phantom_forward phantom_io phantom_loop phantom_shared_loop phantom_torque position_counter pwm
-        quadrature_decoder sample_register sampled_wall saturator sequential_divider square_root synchronizer torque_sum
-        trig_cordic trig_interpolated trig_quarter trig_table truncating_multiplier unilateral velocity_register
-        virtual_coupling window_difference zero_order_hold;
-    "hdl/generated":
-        energy_bounding_loop passive_spring_loop passivity_controller_loop sampled_wall_loop virtual_coupling_loop;
-};
+/// The carried VHDL: name and text of each block, as `hdl/` had it when the program was built.
+static CARRIED: &[(&str, &str)] = include!(concat!(env!("OUT_DIR"), "/carried.rs"));
 
 /// The source of the blocks' VHDL.
 #[derive(Clone, PartialEq, Eq, Debug)]

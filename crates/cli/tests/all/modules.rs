@@ -11,9 +11,7 @@ use std::path::{Path, PathBuf};
 /// Uses that close a circle today: crate, the module that uses, the module used. Entries may only be removed.
 const STANDING: &[(&str, &str, &str)] = &[
     ("cosim", "columns", "arm_world"),
-    ("cosim", "direct", "rig"),
     ("cosim", "faults", "world"),
-    ("cosim", "method", "session"),
     ("cosim", "scene::quantity", "scene::keys::value"),
     ("cosim", "scene::section", "scene::keys"),
     ("cosim", "scene::section", "scene::keys::value"),

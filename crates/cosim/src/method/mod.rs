@@ -8,18 +8,17 @@
 //!
 //! # A new law
 //!
-//! It has two files of its own: its block in `datapath`, which implements `Listed` there, and its file here, which
-//! implements `Published`. The compiler asks for the lines that name it elsewhere:
+//! It has two files of its own: its block in `datapath`, which implements `Listed` and `InLoops` there, and its file
+//! here, which implements `Published`. The compiler asks for the lines that name it elsewhere:
 //!
 //! 1. `datapath/src/lib.rs`: the module, and a line in `laws!`.
 //! 2. `cosim/src/method/mod.rs`: the module, and a line in `laws!`.
-//! 3. `study/src/limits/characteristic.rs`: its linear controller, or the reason why it has none.
+//! 3. `study/src/limits`: its linear controller, or the reason why it has none.
 //! 4. `study/src/widths/proof/laws.rs`: the words that its invariant allows.
-//! 5. `rtl/src/hdl.rs`: its VHDL, which the program carries. Here a test asks, not the compiler.
 //!
-//! Tests ask for the rest: a scene, vectors and a row in the documentation of [`law`](crate::law)
-//! (`cosim/tests/all/methods.rs`), the least scene that accepts its keys (`cosim/tests/all/keys.rs`), and the error of
-//! its words against its law in floats (`cosim/tests/all/law_words`).
+//! Tests ask for the rest: VHDL (`rtl/src/hdl.rs`), a scene, vectors and a row in the documentation of
+//! [`law`](crate::law) (`cosim/tests/all/methods.rs`), the least scene that accepts its keys
+//! (`cosim/tests/all/keys.rs`), and the error of its words against its law in floats (`cosim/tests/all/law_words`).
 
 /// Calls a macro with the list of laws: of each its `method.kind`, which is the name of its file, its block, its
 /// parameters, and its reference law in floats.
