@@ -1,15 +1,39 @@
 //! Circuits: the blocks of a wiring and the nets between them, described once.
 //!
-//! `circuit!` makes of a description what a loop needs of it: the struct of the blocks, the index of
-//! each net, one clock edge, `quiet` and `skip`, the settling of the combinational nets with the bits lost, and the
-//! instances, from which the VHDL of the method loops is generated.
+//! `circuit!` makes of a description what a loop needs of it: the struct of the blocks, the index of each net, one
+//! clock edge, `quiet` and `skip`, the settling of the combinational nets with the bits lost, and the instances, from
+//! which the VHDL of the method loops is generated.
 
-use hpu_signal::Signal;
+use hpu_signal::{Narrowed, Signal};
 
 use crate::{Block, Connection, Instance, flatten};
 
-/// Whether a net's value was rounded, and whether it overflowed.
-pub type Lost = (bool, bool);
+/// A set of nets, a bit each. No circuit has more than 64.
+pub type Set = u64;
+
+/// The nets whose words were rounded, and those whose words overflowed.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Lost {
+    /// The rounded nets.
+    pub rounded: Set,
+    /// The overflowed nets.
+    pub overflowed: Set,
+}
+
+impl Lost {
+    /// Notes how the word of a net was made.
+    #[inline]
+    pub(crate) fn note(&mut self, net: usize, made: &Narrowed) {
+        let put = |set: Set, lost: bool| set & !(1 << net) | Set::from(lost) << net;
+        *self = Self { rounded: put(self.rounded, made.rounded), overflowed: put(self.overflowed, made.overflowed) };
+    }
+}
+
+/// Puts a word on a net; returns the net if its word has changed.
+#[inline]
+pub(crate) fn put<const N: usize>(words: &mut [i64; N], net: usize, word: i64) -> Set {
+    Set::from(std::mem::replace(&mut words[net], word) != word) << net
+}
 
 /// The blocks of a circuit with at most `N` nets. Its own inputs come first among the nets, then its outputs.
 pub trait Circuit<const N: usize>: Clone {
@@ -17,11 +41,10 @@ pub trait Circuit<const N: usize>: Clone {
     const COUNT: usize;
     /// Applies one edge of reset to every clocked block; their outputs are 0 after it.
     fn reset(&mut self);
-    /// Computes one edge of the clocked blocks: they read `now` and write their outputs to `next`.
-    fn tick(&mut self, now: &[i64; N], next: &mut [i64; N]);
-    /// Lets the nets follow the inputs and registers. Without `before`, the words that were settled before, all
-    /// blocks are computed; else, of those without registers, only those with other inputs.
-    fn follow(&mut self, before: Option<&[i64; N]>, words: &mut [i64; N], lost: &mut [Lost; N]);
+    /// Computes one edge of the clocked blocks, which all read the nets as they stand. Returns the nets that changed.
+    fn tick(&mut self, words: &mut [i64; N]) -> Set;
+    /// Lets the nets follow the inputs and registers, of which these have changed. Returns all nets that changed.
+    fn follow(&mut self, changed: Set, words: &mut [i64; N], lost: &mut Lost) -> Set;
     /// Returns for how many edges all clocked blocks are quiet.
     fn quiet(&self, words: &[i64; N]) -> u64;
     /// Skips that many edges of all clocked blocks.
@@ -32,18 +55,22 @@ pub trait Circuit<const N: usize>: Clone {
     fn instances(&self) -> Vec<Instance>;
 }
 
-/// Defines a circuit: `nets` in their order, then the instances. `port: net` connects a port to a net; a port alone is
-/// at the net of its name. An instance or a net with `if` exists only where the constant is true; elsewhere the net is
-/// the other one that is given. `generics` states the instance's generics that are not the circuit's of the same name.
+/// Defines a circuit: `nets` in their order, then the instances in the order of the signal path. `port: net` connects a
+/// port to a net; a port alone is at the net of its name; `port = word` ties it to a constant. An instance or a net with
+/// `if` exists only where the constant is true, with `unless` only where it is false; elsewhere the net is the other
+/// one that is given. `generics` states the instance's generics that are not the circuit's of the same name.
+///
+/// In brackets stand the circuit's generic parameters, the same without bounds, and the most nets that it has.
 macro_rules! circuit {
     (
         $(#[$meta:meta])*
         pub struct $name:ident[$($declared:tt)*][$($given:tt)*][$most:literal] { $($field:ident: $kind:ty),* }
-        nets { $($net:ident $(if $exists:ident else $other:ident)?),* $(,)? }
+        nets { $($net:ident $(if $exists:ident else $other:ident)? $(unless $missing:ident else $instead:ident)?),* $(,)? }
         $(
             $label:ident: $type:ty = $module:ident
-                { $($in:ident $(: $at:ident)?),* } -> { $($out:ident $(: $to:ident)?),* }
-                $(if $present:ident)? $(generics { $($generics:tt)* })?;
+                { $($in:ident $(: $at:ident)? $(= $tied:literal)?),* $(,)? }
+                -> { $($out:ident $(: $to:ident)?),* $(,)? }
+                $(if $present:ident)? $(unless $absent:ident)? $(generics { $($generics:tt)* })?;
         )*
     ) => {
         $(#[$meta])*
@@ -60,7 +87,7 @@ macro_rules! circuit {
         impl<$($declared)*> $name<$($given)*> {
             const NET: Nets = {
                 let next = 0;
-                $(let ($net, next) = $crate::circuit::circuit!(@place next $(, $exists $other)?);)*
+                $(let ($net, next) = $crate::circuit::circuit!(@place next $(, $exists $other)? $(, !$missing $instead)?);)*
                 Nets { $($net,)* count: next }
             };
         }
@@ -73,42 +100,58 @@ macro_rules! circuit {
             }
 
             #[inline]
-            fn tick(&mut self, now: &[i64; $most], next: &mut [i64; $most]) {
-                $(if <$type as $crate::Block>::CLOCKED $(&& $present)? {
-                    let input = $module::In { $($in: now[$crate::circuit::circuit!(@net $in $($at)?)]),* };
-                    let $module::Out { $($out),* } = self.$label.tick(input);
-                    $(next[$crate::circuit::circuit!(@net $out $($to)?)] = $out;)*
+            fn tick(&mut self, words: &mut [i64; $most]) -> $crate::circuit::Set {
+                $(let $label = (<$type as $crate::Block>::CLOCKED $(&& $present)? $(&& !$absent)?).then(|| {
+                    self.$label.tick($module::In {
+                        $($in: $crate::circuit::circuit!(@read words $in $(: $at)? $(= $tied)?)),*
+                    })
+                });)*
+                // At most edges, no output changes.
+                let mut differs = 0;
+                $(if let Some($module::Out { $($out),* }) = &$label {
+                    $(differs |= words[$crate::circuit::circuit!(@net $out $($to)?)] ^ $out;)*
                 })*
+                if differs == 0 {
+                    return 0;
+                }
+                let mut changed = 0;
+                $(if let Some($module::Out { $($out),* }) = $label {
+                    $(changed |= $crate::circuit::put(words, $crate::circuit::circuit!(@net $out $($to)?), $out);)*
+                })*
+                changed
             }
 
-            #[inline]
+            #[inline(always)]
             fn follow(
                 &mut self,
-                before: Option<&[i64; $most]>,
+                mut changed: $crate::circuit::Set,
                 words: &mut [i64; $most],
-                lost: &mut [$crate::circuit::Lost; $most],
-            ) {
-                $(if true $(&& $present)? {
-                    let input = |words: &[i64; $most]| $module::In {
-                        $($in: words[$crate::circuit::circuit!(@net $in $($at)?)]),*
-                    };
-                    let now = input(words);
-                    if <$type as $crate::Block>::CLOCKED || before.is_none_or(|before| input(before) != now) {
+                lost: &mut $crate::circuit::Lost,
+            ) -> $crate::circuit::Set {
+                $(if <$type as $crate::part::Part>::FOLLOWS $(&& $present)? $(&& !$absent)? {
+                    let at = 0 $(| $crate::circuit::circuit!(@bit $in $(: $at)? $(= $tied)?))*
+                        $(| $crate::circuit::circuit!(@bit $out $(: $to)?))*;
+                    if <$type as $crate::part::Part>::HIDES || changed & at != 0 {
+                        let input = $module::In {
+                            $($in: $crate::circuit::circuit!(@read words $in $(: $at)? $(= $tied)?)),*
+                        };
                         let shown = $module::Out { $($out: words[$crate::circuit::circuit!(@net $out $($to)?)]),* };
-                        let $module::Out { $($out),* } = $crate::part::Part::follow(&mut self.$label, &now, shown);
+                        let $module::Out { $($out),* } = $crate::part::Part::follow(&mut self.$label, &input, shown);
                         $(
-                            words[$crate::circuit::circuit!(@net $out $($to)?)] = $out.word;
-                            lost[$crate::circuit::circuit!(@net $out $($to)?)] = ($out.rounded, $out.overflowed);
+                            let net = $crate::circuit::circuit!(@net $out $($to)?);
+                            changed |= $crate::circuit::put(words, net, $out.word);
+                            lost.note(net, &$out);
                         )*
                     }
                 })*
+                changed
             }
 
             #[inline]
             fn quiet(&self, words: &[i64; $most]) -> u64 {
                 let least = u64::MAX;
-                $(let least = if <$type as $crate::Block>::CLOCKED $(&& $present)? {
-                    let input = $module::In { $($in: words[$crate::circuit::circuit!(@net $in $($at)?)]),* };
+                $(let least = if <$type as $crate::Block>::CLOCKED $(&& $present)? $(&& !$absent)? {
+                    let input = $module::In { $($in: $crate::circuit::circuit!(@read words $in $(: $at)? $(= $tied)?)),* };
                     least.min(self.$label.quiet(&input))
                 } else {
                     least
@@ -118,8 +161,8 @@ macro_rules! circuit {
 
             #[inline]
             fn skip(&mut self, edges: u64, words: &[i64; $most]) {
-                $(if <$type as $crate::Block>::CLOCKED $(&& $present)? {
-                    let input = $module::In { $($in: words[$crate::circuit::circuit!(@net $in $($at)?)]),* };
+                $(if <$type as $crate::Block>::CLOCKED $(&& $present)? $(&& !$absent)? {
+                    let input = $module::In { $($in: $crate::circuit::circuit!(@read words $in $(: $at)? $(= $tied)?)),* };
                     self.$label.skip(edges, &input);
                 })*
             }
@@ -134,12 +177,12 @@ macro_rules! circuit {
 
             fn instances(&self) -> Vec<$crate::Instance> {
                 let mut all = Vec::new();
-                $(if true $(&& $present)? {
-                    let nets = [
-                        $($crate::circuit::circuit!(@net $in $($at)?),)*
-                        $($crate::circuit::circuit!(@net $out $($to)?),)*
+                $(if true $(&& $present)? $(&& !$absent)? {
+                    let wires = [
+                        $($crate::circuit::circuit!(@wire $in $(: $at)? $(= $tied)?),)*
+                        $($crate::circuit::circuit!(@wire $out $(: $to)?),)*
                     ];
-                    let instance = $crate::circuit::instance(stringify!($label), &self.$label, &nets);
+                    let instance = $crate::circuit::connected(stringify!($label), &self.$label, &wires);
                     $(let instance = instance.mapped($($generics)*);)?
                     all.push(instance);
                 })*
@@ -149,19 +192,51 @@ macro_rules! circuit {
     };
     (@place $next:expr) => { ($next, $next + 1) };
     (@place $next:expr, $exists:ident $other:ident) => { if $exists { ($next, $next + 1) } else { ($other, $next) } };
+    (@place $next:expr, !$missing:ident $instead:ident) => {
+        if $missing { ($instead, $next) } else { ($next, $next + 1) }
+    };
+    (@read $words:ident $port:ident $(: $net:ident)?) => {
+        $words[$crate::circuit::circuit!(@net $port $($net)?)]
+    };
+    (@read $words:ident $port:ident = $tied:literal) => { $tied };
+    (@bit $port:ident $(: $net:ident)?) => { 1 << $crate::circuit::circuit!(@net $port $($net)?) };
+    (@bit $port:ident = $tied:literal) => { 0 };
+    (@wire $port:ident $(: $net:ident)?) => { $crate::circuit::Wire::Net($crate::circuit::circuit!(@net $port $($net)?)) };
+    (@wire $port:ident = $tied:literal) => { $crate::circuit::Wire::Tied($tied) };
     (@net $port:ident) => { Self::NET.$port };
     (@net $port:ident $net:ident) => { Self::NET.$net };
 }
 
+/// The other end of a port's connection.
+#[derive(Clone, Copy)]
+pub(crate) enum Wire {
+    /// A net, by its index.
+    Net(usize),
+    /// A constant.
+    Tied(i64),
+}
+
 /// Returns an instance whose ports, inputs first, are connected to these nets.
 pub(crate) fn instance<B: Block + Clone + 'static>(label: &'static str, block: &B, nets: &[usize]) -> Instance {
+    let wires: Vec<_> = nets.iter().copied().map(Wire::Net).collect();
+    connected(label, block, &wires)
+}
+
+/// Returns an instance whose ports, inputs first, are connected to these nets and constants.
+pub(crate) fn connected<B: Block + Clone + 'static>(label: &'static str, block: &B, wires: &[Wire]) -> Instance {
     let mut ports = flatten(&block.inputs());
     ports.extend(flatten(&block.outputs()));
-    debug_assert_eq!(ports.len(), nets.len());
-    let connections = ports.into_iter().zip(nets).map(|(port, &net)| Connection { port, net }).collect();
+    debug_assert_eq!(ports.len(), wires.len());
     let mut model = Box::new(block.clone());
     Block::reset(&mut *model);
-    Instance { label, model, connections, tied: Vec::new(), generics: Vec::new() }
+    let mut instance = Instance { label, model, connections: Vec::new(), tied: Vec::new(), generics: Vec::new() };
+    for (port, wire) in ports.into_iter().zip(wires) {
+        match *wire {
+            Wire::Net(net) => instance.connections.push(Connection { port, net }),
+            Wire::Tied(word) => instance.tied.push((port.name, word)),
+        }
+    }
+    instance
 }
 
 /// Returns nets with these names from `first` on, each as described by the block that drives it.

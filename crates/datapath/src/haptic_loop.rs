@@ -3,24 +3,24 @@
 
 use hpu_signal::{Format, Overflow, Signal};
 
-use crate::axis_loop::{AxisCircuit, AxisLoop};
-use crate::circuit::circuit;
+use crate::circuit::{Set, circuit, put};
+use crate::circuit_loop::{AxisCircuit, CircuitLoop, LoopCircuit};
 use crate::config::{COUNTER, within};
 use crate::listed::{Given, Listed};
 use crate::{
-    Block, CommandLimiter, ConfigError, Displacement, Generic, LoopConfig, LoopIn, PositionCounter, Pwm, PwmConfig,
-    QuadratureDecoder, Synchronizer, TorqueSum, TruncatingMultiplier, Unilateral, VelocityConfig, VelocityRegister,
-    ZeroOrderHold, command_limiter, displacement, position_counter, quadrature_decoder, synchronizer, torque_sum,
-    truncating_multiplier, unilateral, velocity_register, zero_order_hold,
+    Block, CommandLimiter, ConfigError, Displacement, Generic, LoopConfig, LoopIn, LoopOut, PositionCounter, Pwm,
+    PwmConfig, QuadratureDecoder, Synchronizer, TorqueSum, TruncatingMultiplier, Unilateral, VelocityConfig,
+    VelocityRegister, ZeroOrderHold, command_limiter, displacement, position_counter, pwm, quadrature_decoder,
+    synchronizer, torque_sum, truncating_multiplier, unilateral, velocity_register, zero_order_hold,
 };
 
 /// A haptic loop, position counter to H-bridge: [`HybridLoop`](crate::HybridLoop) or
 /// [`ConventionalLoop`](crate::ConventionalLoop).
-pub type HapticLoop<const HELD: bool> = AxisLoop<HapticCircuit<HELD>, 25>;
+pub type HapticLoop<const HELD: bool> = CircuitLoop<HapticCircuit<HELD>, 25>;
 
 circuit! {
     /// The blocks of a haptic loop up to the command.
-    pub struct HapticCircuit[const HELD: bool][HELD][25] { config: LoopConfig }
+    pub struct HapticCircuit[const HELD: bool][HELD][25] { config: LoopConfig, modulator: Pwm }
     nets {
         a_pin, b_pin, reference, stiffness, damping, period, scale, a_high, a_low, b_high, b_low, a, b, step, error,
         position, held if HELD else position, delta, contact, penetration, spring, velocity, drag, torque, command,
@@ -76,8 +76,9 @@ impl<const HELD: bool> HapticLoop<HELD> {
             damping_mult: multiplier(Format::signed(config.velocity_width), config.damping, Format::signed(width + 1))?,
             sum: TorqueSum::new(width, width + 1, width + 2)?,
             limiter: CommandLimiter::new(width + 2, width + 1, (1 << width) - 1, config.settling)?,
+            modulator: Pwm::new(config.pwm)?,
         };
-        Ok(Self::of(circuit, Pwm::new(config.pwm)?))
+        Ok(Self::of(circuit))
     }
 }
 
@@ -87,8 +88,12 @@ impl<const HELD: bool> Default for HapticLoop<HELD> {
     }
 }
 
-impl<const HELD: bool> AxisCircuit<25> for HapticCircuit<HELD> {
+impl<const HELD: bool> LoopCircuit<25> for HapticCircuit<HELD> {
     const NAME: &'static str = if HELD { "conventional_loop" } else { "hybrid_loop" };
+
+    const INPUTS: usize = 7;
+    type In<T> = LoopIn<T>;
+    type Out<T> = LoopOut<T>;
 
     fn inputs(&self) -> LoopIn<Signal> {
         let synchronizer::In { a_pin, b_pin } = self.sync.inputs();
@@ -98,6 +103,11 @@ impl<const HELD: bool> AxisCircuit<25> for HapticCircuit<HELD> {
         let damping =
             Signal::new("damping", self.config.damping, "PWM count/(count/sample)", "Damping inside the wall");
         LoopIn { a_pin, b_pin, reference, stiffness, damping, period, scale }
+    }
+
+    fn outputs(&self) -> LoopOut<Signal> {
+        let pwm::Out { a_high, a_low, b_high, b_low } = self.modulator.outputs();
+        LoopOut { a_high, a_low, b_high, b_low }
     }
 
     fn generics(&self) -> Vec<(&'static str, Generic)> {
@@ -115,8 +125,20 @@ impl<const HELD: bool> AxisCircuit<25> for HapticCircuit<HELD> {
     }
 
     #[inline]
-    fn load(&mut self, position: i64, words: &mut [i64; 25]) {
-        words[Self::NET.position] = self.counter.load(position);
+    fn modulator(&self) -> Option<&Pwm> {
+        Some(&self.modulator)
+    }
+
+    #[inline]
+    fn modulator_mut(&mut self) -> Option<&mut Pwm> {
+        Some(&mut self.modulator)
+    }
+}
+
+impl<const HELD: bool> AxisCircuit<25> for HapticCircuit<HELD> {
+    #[inline]
+    fn load(&mut self, position: i64, words: &mut [i64; 25]) -> Set {
+        put(words, Self::NET.position, self.counter.load(position))
     }
 }
 

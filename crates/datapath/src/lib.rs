@@ -14,10 +14,10 @@ macro_rules! laws {
 }
 
 mod axis;
-mod axis_loop;
 mod block;
 mod catalogue;
 mod circuit;
+mod circuit_loop;
 mod computation;
 mod config;
 mod countdown;
@@ -66,10 +66,10 @@ pub mod window_difference;
 pub mod zero_order_hold;
 
 pub use axis_front::AxisFront;
-pub use axis_loop::{AxisCircuit, AxisLoop};
 pub use biquad::{Biquad, BiquadConfig};
 pub use block::{AnyBlock, Block, Generic, Rom, bundle, flatten};
 pub use catalogue::{block_by_name, configured, registry, variants};
+pub use circuit_loop::{AxisCircuit, CircuitLoop, LoopCircuit};
 pub use command_limiter::CommandLimiter;
 pub use config::ConfigError;
 pub use conventional_loop::ConventionalLoop;

@@ -13,12 +13,12 @@
 
 use hpu_signal::Signal;
 
-use crate::axis_loop::{AxisCircuit, AxisLoop};
-use crate::circuit::circuit;
+use crate::circuit::{Set, circuit};
+use crate::circuit_loop::{AxisCircuit, CircuitLoop, LoopCircuit};
 use crate::wiring::renamed;
 use crate::{
-    AxisFront, Block, ConfigError, Generic, InputShaper, InputShaperConfig, Law, LawIn, LoopIn, Pwm, PwmConfig,
-    Saturator, Shaping, axis_front, input_shaper, saturator,
+    AxisFront, Block, ConfigError, Generic, InputShaper, InputShaperConfig, Law, LawIn, LoopIn, LoopOut, Pwm,
+    PwmConfig, Saturator, Shaping, axis_front, input_shaper, pwm, saturator,
 };
 
 /// The parts of a method loop beside its law.
@@ -46,7 +46,7 @@ const SHAPER: [(&str, &str); 8] = [
 const TORQUE_WIDTH: (&str, &str) = ("TORQUE_WIDTH", "PWM_WIDTH");
 
 /// A haptic loop, position counter to H-bridge, around any law. See the [module](self).
-pub type MethodLoop<L> = AxisLoop<MethodCircuit<L>, 20>;
+pub type MethodLoop<L> = CircuitLoop<MethodCircuit<L>, 20>;
 
 /// The ports of every law.
 mod law {
@@ -55,7 +55,7 @@ mod law {
 
 circuit! {
     /// The blocks of a method loop up to the command.
-    pub struct MethodCircuit[L: Law][L][20] { config: MethodLoopConfig }
+    pub struct MethodCircuit[L: Law][L][20] { config: MethodLoopConfig, modulator: Pwm }
     nets {
         a_pin, b_pin, reference, stiffness, damping, period, scale, a_high, a_low, b_high, b_low,
         position, error, delta, contact, penetration, torque, memory, shaped, command,
@@ -90,8 +90,9 @@ impl<L: Law> MethodLoop<L> {
             shaper: InputShaper::new(shaper)?,
             limiter: Saturator::new(torque_width + 2, torque_width + 1, (1 << torque_width) - 1)?,
             law,
+            modulator: Pwm::new(pwm)?,
         };
-        Ok(Self::of(circuit, Pwm::new(pwm)?))
+        Ok(Self::of(circuit))
     }
 
     /// Returns the law in the middle.
@@ -112,13 +113,22 @@ impl<L: Law + Default> Default for MethodLoop<L> {
     }
 }
 
-impl<L: Law> AxisCircuit<20> for MethodCircuit<L> {
+impl<L: Law> LoopCircuit<20> for MethodCircuit<L> {
     const NAME: &'static str = L::LOOP;
+
+    const INPUTS: usize = 7;
+    type In<T> = LoopIn<T>;
+    type Out<T> = LoopOut<T>;
 
     fn inputs(&self) -> LoopIn<Signal> {
         let axis_front::In { a_pin, b_pin, reference } = self.front.inputs();
         let LawIn { stiffness, damping, period, scale, .. } = self.law.inputs();
         LoopIn { a_pin, b_pin, reference, stiffness, damping, period, scale }
+    }
+
+    fn outputs(&self) -> LoopOut<Signal> {
+        let pwm::Out { a_high, a_low, b_high, b_low } = self.modulator.outputs();
+        LoopOut { a_high, a_low, b_high, b_low }
     }
 
     fn generics(&self) -> Vec<(&'static str, Generic)> {
@@ -138,7 +148,20 @@ impl<L: Law> AxisCircuit<20> for MethodCircuit<L> {
     }
 
     #[inline]
-    fn load(&mut self, position: i64, _: &mut [i64; 20]) {
+    fn modulator(&self) -> Option<&Pwm> {
+        Some(&self.modulator)
+    }
+
+    #[inline]
+    fn modulator_mut(&mut self) -> Option<&mut Pwm> {
+        Some(&mut self.modulator)
+    }
+}
+
+impl<L: Law> AxisCircuit<20> for MethodCircuit<L> {
+    #[inline]
+    fn load(&mut self, position: i64, _: &mut [i64; 20]) -> Set {
         self.front.load(position);
+        1 << Self::NET.position
     }
 }

@@ -10,24 +10,28 @@ use crate::{
 
 /// A block as a part of a circuit. Every block that a `circuit!` contains implements it.
 pub trait Part: Block {
+    /// Whether the outputs follow anything between two edges, or lose bits.
+    const FOLLOWS: bool = true;
+    /// Whether the lost bits may change while inputs and outputs stay.
+    const HIDES: bool = false;
     /// Returns the outputs as they follow from these inputs and from the registers as they stand, with the bits that
     /// they lost. `shown` are the outputs before.
     fn follow(&mut self, input: &Self::In<i64>, shown: Self::Out<i64>) -> Self::Out<Narrowed>;
 }
 
 /// Returns a word that lost no bits.
-#[inline]
-pub(crate) fn exact(word: i64) -> Narrowed {
+pub(crate) const fn exact(word: i64) -> Narrowed {
     Narrowed { word, rounded: false, overflowed: false }
 }
 
 /// Registers: their outputs follow nothing between the edges.
 macro_rules! registers {
     ($($block:ident)*) => {
-        $(impl Part for $block {
+        $(impl $crate::part::Part for $block {
+            const FOLLOWS: bool = false;
             #[inline]
-            fn follow(&mut self, _: &Self::In<i64>, shown: Self::Out<i64>) -> Self::Out<Narrowed> {
-                shown.map(exact)
+            fn follow(&mut self, _: &Self::In<i64>, shown: Self::Out<i64>) -> Self::Out<hpu_signal::Narrowed> {
+                shown.map($crate::part::exact)
             }
         })*
     };
@@ -36,7 +40,7 @@ macro_rules! registers {
 /// Logic that loses no bits.
 macro_rules! logic {
     ($($block:ident)*) => {
-        $(impl Part for $block {
+        $(impl $crate::part::Part for $block {
             #[inline]
             fn follow(&mut self, input: &Self::In<i64>, _: Self::Out<i64>) -> Self::Out<Narrowed> {
                 self.eval(*input).map(exact)
@@ -44,6 +48,8 @@ macro_rules! logic {
         })*
     };
 }
+
+pub(crate) use registers;
 
 registers!(Synchronizer QuadratureDecoder PositionCounter ZeroOrderHold);
 logic!(Displacement Unilateral TorqueSum);
@@ -73,6 +79,8 @@ impl Part for CommandLimiter {
 }
 
 impl Part for VelocityRegister {
+    const HIDES: bool = true;
+
     #[inline]
     fn follow(&mut self, _: &Self::In<i64>, _: Self::Out<i64>) -> Self::Out<Narrowed> {
         velocity_register::Out { velocity: self.latest() }
@@ -87,6 +95,8 @@ impl Part for AxisFront {
 }
 
 impl Part for InputShaper {
+    const HIDES: bool = true;
+
     #[inline]
     fn follow(&mut self, input: &Self::In<i64>, _: Self::Out<i64>) -> Self::Out<Narrowed> {
         self.settle(input.torque);
@@ -95,6 +105,8 @@ impl Part for InputShaper {
 }
 
 impl<L: Law> Part for L {
+    const HIDES: bool = true;
+
     #[inline]
     fn follow(&mut self, input: &Self::In<i64>, shown: Self::Out<i64>) -> Self::Out<Narrowed> {
         let LawOut { torque, memory } = self.settle(input, shown);

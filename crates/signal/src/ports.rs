@@ -83,7 +83,7 @@ macro_rules! ports {
             fn build(mut next: impl FnMut() -> T) -> Self {
                 Self { $($port: next()),* }
             }
-            #[inline]
+            #[inline(always)]
             fn each(&self, mut visit: impl FnMut(&T)) {
                 $(visit(&self.$port);)*
             }

@@ -6,7 +6,8 @@ use super::{
     CommandScaler, CubeRoom, PhantomConfig, PhantomForward, PhantomTorque, command_scaler, cube_room, phantom_forward,
     phantom_torque,
 };
-use crate::ConfigError;
+use crate::circuit::instance;
+use crate::{ConfigError, Instance};
 
 hpu_signal::ports! {
     /// The inputs of the path: the outputs of three sources of sines, and the words of the scene.
@@ -99,4 +100,28 @@ impl ForcePath {
             command3: command(2, torque3),
         }
     }
+}
+
+/// Returns the instances of the path from sines to commands. The arguments are the nets of the sines, of their
+/// validity, of the scene's words without the period, and the nets that the path drives.
+pub(crate) fn path(
+    path: &ForcePath,
+    sines: &[usize],
+    valid: &[usize],
+    scene: &[usize],
+    driven: &[usize],
+) -> Vec<Instance> {
+    let (tip, forces) = (&driven[..4], &driven[4..8]);
+    let (torques, scaled) = (&driven[8..11], &driven[11..]);
+    let pushed = [&[tip[0], tip[2]], &forces[..3], torques].concat();
+    let mut all = vec![
+        instance("forward", &path.forward, &[sines, tip].concat()),
+        instance("room_walls", &path.room_walls, &[&tip[..3], scene, forces].concat()),
+        instance("jacobian", &path.jacobian, &[sines, &pushed].concat()),
+    ];
+    for (joint, label) in ["scale1", "scale2", "scale3"].into_iter().enumerate() {
+        let ports = [&[torques[joint]], valid, &[scaled[joint]]].concat();
+        all.push(instance(label, &path.scale[joint], &ports));
+    }
+    all
 }

@@ -6,9 +6,8 @@
 //! Every narrowing is to the nearest, ties up, and wraps unless a block says otherwise.
 
 mod config;
-mod encoders;
 mod force_path;
-mod phantom_nets;
+mod part;
 mod phantom_wiring;
 mod phase;
 mod trig;
@@ -36,12 +35,11 @@ pub use config::{PhantomConfig, PhantomFormats, Turn};
 pub use cube_room::CubeRoom;
 pub use phantom_engine::PhantomEngine;
 pub use phantom_forward::PhantomForward;
-pub use phantom_io::{PhantomIo, PhantomIoIn, PhantomIoOut};
+pub use phantom_io::{PhantomIo, PhantomIoCircuit, PhantomIoIn, PhantomIoOut};
 pub use phantom_loop::PhantomLoop;
-pub use phantom_nets::{PhantomIn, PhantomOut};
 pub use phantom_shared_loop::PhantomSharedLoop;
 pub use phantom_torque::PhantomTorque;
-pub use phantom_wiring::PhantomWiring;
+pub use phantom_wiring::{PhantomCircuit, PhantomIn, PhantomOut, PhantomWiring};
 pub use phase::Phase;
 pub use sample_register::SampleRegister;
 pub use trig::{Trig, TrigIn, TrigOut, Wave};

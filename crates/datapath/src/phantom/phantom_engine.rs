@@ -23,13 +23,13 @@
 use hpu_signal::{Format, Narrowed, Ports, Signal};
 
 use super::PhantomConfig;
-use super::force_path::{self, ForcePath};
-use super::phantom_nets::path;
+use super::force_path::{self, ForcePath, path};
 use super::variants::paths;
-use super::words::{exact, natural};
+use super::words::natural;
 use crate::config::{COUNTER, within};
 use crate::countdown::{Countdown, edges};
 use crate::listed::{Given, Listed};
+use crate::part::exact;
 use crate::{Block, ConfigError, Generic, Instance};
 
 hpu_signal::ports! {
@@ -90,17 +90,6 @@ impl PhantomEngine {
 }
 
 impl In<i64> {
-    /// Returns the inputs of which a computation captures `captured`.
-    #[inline]
-    pub(crate) fn of(captured: &force_path::In<i64>, period: i64) -> Self {
-        let mut last = Some(period);
-        let mut words = [0; 17];
-        let mut next = words.iter_mut();
-        captured.each(|word| *next.next().expect("17 words") = *word);
-        let mut words = words.iter();
-        Self::build(|| words.next().copied().or_else(|| last.take()).expect("18 words"))
-    }
-
     /// Returns the inputs that a computation captures: all but the period, which comes last.
     #[inline]
     fn captured(&self) -> force_path::In<i64> {

@@ -7,20 +7,24 @@
 //!   (1,COMMAND_WIDTH-1,0) out.
 //! - **Latency**: 4 edges from a pin to its position, 1 from the host to a command.
 //! - **Reset**: all registers 0. **Overflow**: positions wrap.
-//! - **VHDL twin**: `hdl/phantom_io.vhd`; the instances and nets have the names of [`Wiring`]'s. The `period` of `hold`
-//!   is tied to 1 there and connected to no net here.
+//! - **VHDL twin**: `hdl/phantom_io.vhd`, whose instances and nets have these names. The `period` of `hold` is tied to 1
+//!   and connected to no net.
 //! - **Source**: the host platforms that Sevcik et al. 2009 compare with.
 //! - **Differs from the hardware**: the bus between host and FPGA is not in it; the time it takes is a part of the
 //!   host's delay.
 
-use hpu_signal::{Meter, Ports, Signal, SignalUse};
+use hpu_signal::Signal;
 
-use super::encoders::{Encoders, Pins};
+use super::phantom_wiring::{of_joint, pins};
 use super::words::natural;
 use super::{CommandRegister, command_register};
-use crate::circuit::instance;
+use crate::circuit::circuit;
+use crate::circuit_loop::{CircuitLoop, LoopCircuit};
 use crate::listed::{Given, Listed};
-use crate::{Block, ConfigError, Generic, Instance, Parts, Wiring, flatten, synchronizer};
+use crate::{
+    Block, ConfigError, Generic, PositionCounter, QuadratureDecoder, Synchronizer, position_counter,
+    quadrature_decoder, synchronizer,
+};
 
 hpu_signal::ports! {
     /// Inputs of the wiring: the encoders' pins and the host's commands.
@@ -32,23 +36,28 @@ hpu_signal::ports! {
     pub struct PhantomIoOut { position1, position2, position3, command1, command2, command3 }
 }
 
-const HOST: usize = 6;
-const POSITIONS: usize = 9;
-const COMMANDS: usize = POSITIONS + 3;
-const LINES: usize = COMMANDS + 3;
-const NETS: usize = LINES + Encoders::LINES;
-
 /// See the [module](self).
-#[derive(Clone, PartialEq, Eq, Debug)]
-pub struct PhantomIo {
-    position_width: u32,
-    command_width: u32,
-    encoders: Encoders,
-    hold: CommandRegister,
-    /// The inputs that the nets show; `None` since reset.
-    settled: Option<PhantomIoIn<i64>>,
-    words: [i64; NETS],
-    meter: Meter<NETS>,
+pub type PhantomIo = CircuitLoop<PhantomIoCircuit, 27>;
+
+circuit! {
+    /// The blocks of the wiring.
+    pub struct PhantomIoCircuit[][][27] { position_width: u32, command_width: u32 }
+    nets {
+        a_pin1, b_pin1, a_pin2, b_pin2, a_pin3, b_pin3, host1, host2, host3,
+        position1, position2, position3, command1, command2, command3,
+        a1, b1, a2, b2, a3, b3, step1, error1, step2, error2, step3, error3,
+    }
+    sync1: Synchronizer = synchronizer { a_pin: a_pin1, b_pin: b_pin1 } -> { a: a1, b: b1 };
+    sync2: Synchronizer = synchronizer { a_pin: a_pin2, b_pin: b_pin2 } -> { a: a2, b: b2 };
+    sync3: Synchronizer = synchronizer { a_pin: a_pin3, b_pin: b_pin3 } -> { a: a3, b: b3 };
+    decoder1: QuadratureDecoder = quadrature_decoder { a: a1, b: b1 } -> { step: step1, error: error1 };
+    decoder2: QuadratureDecoder = quadrature_decoder { a: a2, b: b2 } -> { step: step2, error: error2 };
+    decoder3: QuadratureDecoder = quadrature_decoder { a: a3, b: b3 } -> { step: step3, error: error3 };
+    counter1: PositionCounter = position_counter { step: step1 } -> { position: position1 };
+    counter2: PositionCounter = position_counter { step: step2 } -> { position: position2 };
+    counter3: PositionCounter = position_counter { step: step3 } -> { position: position3 };
+    hold: CommandRegister = command_register { d1: host1, d2: host2, d3: host3, period = 1 }
+        -> { q1: command1, q2: command2, q3: command3 };
 }
 
 impl PhantomIo {
@@ -58,32 +67,22 @@ impl PhantomIo {
     ///
     /// Returns an error unless both are 2 to 62.
     pub fn new(position_width: u32, command_width: u32) -> Result<Self, ConfigError> {
-        Ok(Self {
+        let counter = PositionCounter::new(position_width)?;
+        Ok(Self::of(PhantomIoCircuit {
             position_width,
             command_width,
-            encoders: Encoders::new(position_width)?,
+            sync1: Synchronizer::new(),
+            sync2: Synchronizer::new(),
+            sync3: Synchronizer::new(),
+            decoder1: QuadratureDecoder::default(),
+            decoder2: QuadratureDecoder::default(),
+            decoder3: QuadratureDecoder::default(),
+            counter1: counter.clone(),
+            counter2: counter.clone(),
+            counter3: counter,
             hold: CommandRegister::new(command_width, 2, 0)?,
-            settled: None,
-            words: [0; NETS],
-            meter: Meter::default(),
-        })
+        }))
     }
-
-    /// Puts the inputs on their nets.
-    #[inline]
-    fn show(&mut self, input: &PhantomIoIn<i64>) {
-        let mut port = self.words.iter_mut();
-        input.each(|&word| *port.next().expect("inputs come first") = word);
-    }
-}
-
-/// Returns the inputs of the clocked blocks at the next edge.
-#[inline]
-fn seen(input: &PhantomIoIn<i64>) -> (Pins, command_register::In<i64>) {
-    let PhantomIoIn { a_pin1, b_pin1, a_pin2, b_pin2, a_pin3, b_pin3, host1, host2, host3 } = *input;
-    let pins = |a_pin, b_pin| synchronizer::In { a_pin, b_pin };
-    let hold = command_register::In { d1: host1, d2: host2, d3: host3, period: 1 };
-    ([pins(a_pin1, b_pin1), pins(a_pin2, b_pin2), pins(a_pin3, b_pin3)], hold)
 }
 
 impl Default for PhantomIo {
@@ -92,14 +91,14 @@ impl Default for PhantomIo {
     }
 }
 
-impl Block for PhantomIo {
+impl LoopCircuit<27> for PhantomIoCircuit {
     const NAME: &'static str = "phantom_io";
-    const CLOCKED: bool = true;
+    const INPUTS: usize = 9;
     type In<T> = PhantomIoIn<T>;
     type Out<T> = PhantomIoOut<T>;
 
     fn inputs(&self) -> PhantomIoIn<Signal> {
-        let [a_pin1, b_pin1, a_pin2, b_pin2, a_pin3, b_pin3] = self.encoders.pins();
+        let [a_pin1, b_pin1, a_pin2, b_pin2, a_pin3, b_pin3] = pins(&self.sync1);
         let command_register::In { d1, d2, d3, .. } = self.hold.inputs();
         let host = |name, doc, d| Signal { name, doc, ..d };
         PhantomIoIn {
@@ -116,7 +115,8 @@ impl Block for PhantomIo {
     }
 
     fn outputs(&self) -> PhantomIoOut<Signal> {
-        let [position1, position2, position3] = self.encoders.outputs();
+        let position = |name| of_joint(Signal { name, ..self.counter1.outputs().position });
+        let [position1, position2, position3] = ["position1", "position2", "position3"].map(position);
         let command_register::Out { q1, q2, q3 } = self.hold.outputs();
         let command = |name, doc, q| Signal { name, doc, ..q };
         PhantomIoOut {
@@ -131,89 +131,6 @@ impl Block for PhantomIo {
 
     fn generics(&self) -> Vec<(&'static str, Generic)> {
         vec![natural("POSITION_WIDTH", self.position_width), natural("COMMAND_WIDTH", self.command_width)]
-    }
-
-    fn parts(&self) -> Option<Parts> {
-        Some(Parts::of(self))
-    }
-
-    fn reset(&mut self) -> PhantomIoOut<i64> {
-        self.encoders.reset();
-        self.hold.reset();
-        self.settled = None;
-        self.words = [0; NETS];
-        self.meter = Meter::default();
-        PhantomIoOut::build(|| 0)
-    }
-
-    #[inline]
-    fn tick(&mut self, input: PhantomIoIn<i64>) -> PhantomIoOut<i64> {
-        let before = self.words;
-        let fresh = self.settled != Some(input);
-        self.show(&input);
-        self.settled = Some(input);
-        let (pins, host) = seen(&input);
-        self.encoders.tick(&pins);
-        let command_register::Out { q1, q2, q3 } = self.hold.tick(host);
-        let [position1, position2, position3] = self.encoders.positions();
-        self.words[POSITIONS..COMMANDS].copy_from_slice(&[position1, position2, position3]);
-        self.words[COMMANDS..LINES].copy_from_slice(&[q1, q2, q3]);
-        self.words[LINES..].copy_from_slice(&self.encoders.lines());
-        if fresh || self.words != before {
-            self.meter.range(&self.words);
-        }
-        PhantomIoOut { position1, position2, position3, command1: q1, command2: q2, command3: q3 }
-    }
-
-    #[inline]
-    fn quiet(&self, input: &PhantomIoIn<i64>) -> u64 {
-        if self.settled != Some(*input) {
-            return 0;
-        }
-        let (pins, host) = seen(input);
-        self.encoders.quiet(&pins).min(self.hold.quiet(&host))
-    }
-
-    #[inline]
-    fn skip(&mut self, edges: u64, input: &PhantomIoIn<i64>) {
-        debug_assert!(edges <= self.quiet(input));
-        let (pins, host) = seen(input);
-        self.encoders.skip(edges, &pins);
-        self.hold.skip(edges, &host);
-    }
-}
-
-impl Wiring for PhantomIo {
-    fn nets(&self) -> Vec<Signal> {
-        let mut all = flatten(&self.inputs());
-        all.extend(flatten(&self.outputs()));
-        all.extend(self.encoders.nets());
-        all
-    }
-
-    fn instances(&self) -> Vec<Instance> {
-        let mut all = self.encoders.instances(LINES, POSITIONS);
-        // The ports in order: d1 d2 d3, period, which is tied, and q1 q2 q3.
-        let ports = [HOST, HOST + 1, HOST + 2, 0, COMMANDS, COMMANDS + 1, COMMANDS + 2];
-        let mut hold = instance("hold", &self.hold, &ports);
-        hold.connections.retain(|connection| connection.port.name != "period");
-        hold.tied.push(("period", 1));
-        all.push(hold);
-        all
-    }
-
-    fn settle(&mut self, input: &PhantomIoIn<i64>) {
-        self.show(input);
-        // The first edge treats its inputs as new ones.
-        self.settled = None;
-    }
-
-    fn words(&self) -> &[i64] {
-        &self.words
-    }
-
-    fn uses(&self) -> Vec<SignalUse> {
-        self.meter.uses().to_vec()
     }
 }
 

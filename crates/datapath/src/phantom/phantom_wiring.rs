@@ -1,284 +1,215 @@
-//! The common wiring of the two PHANToM loops. They share the nets up to the sines and have the same words after them.
-//! With `SHARED`, an engine computes these words one product after another; otherwise they settle as combinational
-//! logic.
+//! The circuits of the two PHANToM loops. They share the nets up to the sines and have the same words after them. With
+//! `SHARED`, an engine computes these words one product after another; otherwise they settle as combinational logic.
 
-use hpu_signal::{Meter, Narrowed, Ports, Signal, SignalUse};
+use hpu_signal::Signal;
 
-use super::encoders::Pins;
-use super::force_path::{self, Out};
-use super::phantom_nets::{
-    Blocks, COMMANDS, COUNTS, LINES, MOST, PERIOD, POSITIONS, PhantomIn, PhantomOut, SCALED, SINES, X, X_LOW,
-};
+use super::force_path::ForcePath;
 use super::variants::loops;
-use super::words::exact;
-use super::{PhantomConfig, TrigIn, TrigOut, command_register, phantom_engine, sample_register};
+use super::{
+    CommandRegister, CommandScaler, CubeRoom, PhantomConfig, PhantomEngine, PhantomForward, PhantomTorque,
+    SampleRegister, TrigTable, command_register, command_scaler, cube_room, phantom_engine, phantom_forward,
+    phantom_torque, sample_register,
+};
+use crate::circuit::circuit;
+use crate::circuit_loop::{CircuitLoop, LoopCircuit};
 use crate::listed::{Given, Listed};
-use crate::{Block, ConfigError, Generic, Instance, Parts, Wiring, flatten, synchronizer};
+use crate::{
+    Block, ConfigError, Generic, PositionCounter, QuadratureDecoder, Synchronizer, flatten, position_counter,
+    quadrature_decoder, synchronizer,
+};
 
-/// A PHANToM loop: [`PhantomLoop`](super::PhantomLoop) or [`PhantomSharedLoop`](super::PhantomSharedLoop).
-///
-/// [`uses`](Wiring::uses) counts the edges during which a position, force, torque or command (in the parallel loop: the
-/// scaled torque before its register) had lost bits; a limited force or command counts as overflowed. Before the first
-/// edge, every least word is above the greatest.
-#[derive(Clone, PartialEq, Eq, Debug)]
-pub struct PhantomWiring<const SHARED: bool> {
-    config: PhantomConfig,
-    blocks: Blocks,
-    /// The inputs with which the nets have settled; `None` since reset.
-    settled: Option<PhantomIn<i64>>,
-    /// The latest inputs of the combinational path; `None` since reset, and always with an engine.
-    seen: Option<force_path::In<i64>>,
-    /// The words on the nets after the sines, and the number of edges with these words that the meter has not counted
-    /// yet.
-    made: Out<Narrowed>,
-    standing: u64,
-    words: [i64; MOST],
-    meter: Meter<MOST>,
+hpu_signal::ports! {
+    /// Inputs of a PHANToM loop: the encoders' pins and the words that the scene sets.
+    pub struct PhantomIn {
+        a_pin1, b_pin1, a_pin2, b_pin2, a_pin3, b_pin3,
+        x_low, x_high, y_low, y_high, z_low, z_high, room, stiffness, period,
+    }
 }
 
-/// The inputs of the clocked blocks after the encoders, by instance label.
-struct Seen {
-    pins: Pins,
-    sample: sample_register::In<i64>,
-    trig: [TrigIn<i64>; 3],
-    hold: command_register::In<i64>,
-    engine: phantom_engine::In<i64>,
+hpu_signal::ports! {
+    /// Outputs of a PHANToM loop: the motors' commands.
+    pub struct PhantomOut { command1, command2, command3 }
+}
+
+/// A PHANToM loop: [`PhantomLoop`](super::PhantomLoop) or [`PhantomSharedLoop`](super::PhantomSharedLoop).
+pub type PhantomWiring<const SHARED: bool> = CircuitLoop<PhantomCircuit<SHARED>, 59>;
+
+/// The ports of a source of sine and cosine.
+mod trig {
+    pub(super) use super::super::{TrigIn as In, TrigOut as Out};
+}
+
+circuit! {
+    /// The blocks of a PHANToM loop.
+    pub struct PhantomCircuit[const SHARED: bool][SHARED][59] { config: PhantomConfig }
+    nets {
+        a_pin1, b_pin1, a_pin2, b_pin2, a_pin3, b_pin3,
+        x_low, x_high, y_low, y_high, z_low, z_high, room, stiffness, period,
+        command1, command2, command3,
+        a1, b1, a2, b2, a3, b3, step1, error1, step2, error2, step3, error3,
+        position1, position2, position3, count1, count2, count3,
+        sine1, cosine1, valid1, sine2, cosine2, valid2, sine3, cosine3, valid3,
+        x, y, z, radius, force_x, force_y, force_z, contact, torque1, torque2, torque3,
+        scaled1 unless SHARED else command1, scaled2 unless SHARED else command2, scaled3 unless SHARED else command3,
+    }
+    sync1: Synchronizer = synchronizer { a_pin: a_pin1, b_pin: b_pin1 } -> { a: a1, b: b1 };
+    sync2: Synchronizer = synchronizer { a_pin: a_pin2, b_pin: b_pin2 } -> { a: a2, b: b2 };
+    sync3: Synchronizer = synchronizer { a_pin: a_pin3, b_pin: b_pin3 } -> { a: a3, b: b3 };
+    decoder1: QuadratureDecoder = quadrature_decoder { a: a1, b: b1 } -> { step: step1, error: error1 };
+    decoder2: QuadratureDecoder = quadrature_decoder { a: a2, b: b2 } -> { step: step2, error: error2 };
+    decoder3: QuadratureDecoder = quadrature_decoder { a: a3, b: b3 } -> { step: step3, error: error3 };
+    counter1: PositionCounter = position_counter { step: step1 } -> { position: position1 };
+    counter2: PositionCounter = position_counter { step: step2 } -> { position: position2 };
+    counter3: PositionCounter = position_counter { step: step3 } -> { position: position3 };
+    sample: SampleRegister = sample_register { position1, position2, position3, period } -> { count1, count2, count3 };
+    trig1: TrigTable = trig { count: count1 } -> { sine: sine1, cosine: cosine1, valid: valid1 };
+    trig2: TrigTable = trig { count: count2 } -> { sine: sine2, cosine: cosine2, valid: valid2 };
+    trig3: TrigTable = trig { count: count3 } -> { sine: sine3, cosine: cosine3, valid: valid3 };
+    engine: PhantomEngine = phantom_engine {
+        sine1, cosine1, sine2, cosine2, sine3, cosine3, valid1, valid2, valid3,
+        x_low, x_high, y_low, y_high, z_low, z_high, room, stiffness, period,
+    } -> {
+        x, y, z, radius, force_x, force_y, force_z, contact, torque1, torque2, torque3, command1, command2, command3,
+    } if SHARED;
+    forward: PhantomForward = phantom_forward { sine1, cosine1, sine2, cosine2, sine3, cosine3 } -> { x, y, z, radius }
+        unless SHARED;
+    room_walls: CubeRoom = cube_room { x, y, z, x_low, x_high, y_low, y_high, z_low, z_high, room, stiffness }
+        -> { force_x, force_y, force_z, contact } unless SHARED;
+    jacobian: PhantomTorque = phantom_torque {
+        sine1, cosine1, sine2, cosine2, sine3, cosine3, x, z, force_x, force_y, force_z,
+    } -> { torque1, torque2, torque3 } unless SHARED;
+    scale1: CommandScaler = command_scaler { torque: torque1, valid1, valid2, valid3 } -> { command: scaled1 }
+        unless SHARED;
+    scale2: CommandScaler = command_scaler { torque: torque2, valid1, valid2, valid3 } -> { command: scaled2 }
+        unless SHARED;
+    scale3: CommandScaler = command_scaler { torque: torque3, valid1, valid2, valid3 } -> { command: scaled3 }
+        unless SHARED;
+    hold: CommandRegister = command_register { d1: scaled1, d2: scaled2, d3: scaled3, period }
+        -> { q1: command1, q2: command2, q3: command3 } unless SHARED;
 }
 
 impl<const SHARED: bool> PhantomWiring<SHARED> {
-    const NETS: usize = if SHARED { SCALED } else { MOST };
-
     /// Returns a loop in its state after reset.
     ///
     /// # Errors
     ///
     /// Returns an error when a block refuses its words.
     pub fn new(config: PhantomConfig) -> Result<Self, ConfigError> {
-        let mut wiring = Self {
+        let PhantomConfig { position_width, period_width, depth_width, turns, formats, .. } = config;
+        let table = |joint: usize| TrigTable::new(position_width, depth_width, turns[joint], formats.trig);
+        let trig2 = table(1)?;
+        let trig3 = if turns[2] == turns[1] { trig2.clone() } else { table(2)? };
+        let counter = PositionCounter::new(position_width)?;
+        let sample = SampleRegister::new(position_width, period_width)?;
+        let trig1 = table(0)?;
+        let ForcePath { forward, room_walls, jacobian, scale: [scale1, scale2, scale3] } = ForcePath::new(&config)?;
+        Ok(Self::of(PhantomCircuit {
             config,
-            blocks: Blocks::new(&config)?,
-            settled: None,
-            seen: None,
-            made: Out::build(|| exact(0)),
-            standing: 0,
-            words: [0; MOST],
-            meter: Meter::default(),
-        };
-        wiring.reset();
-        Ok(wiring)
+            sync1: Synchronizer::new(),
+            sync2: Synchronizer::new(),
+            sync3: Synchronizer::new(),
+            decoder1: QuadratureDecoder::default(),
+            decoder2: QuadratureDecoder::default(),
+            decoder3: QuadratureDecoder::default(),
+            counter1: counter.clone(),
+            counter2: counter.clone(),
+            counter3: counter,
+            sample,
+            trig1,
+            trig2,
+            trig3,
+            engine: PhantomEngine::new(config)?,
+            forward,
+            room_walls,
+            jacobian,
+            scale1,
+            scale2,
+            scale3,
+            hold: CommandRegister::new(config.command_width, period_width, config.delay)?,
+        }))
     }
 
-    /// Returns the inputs of the clocked blocks at the next edge, from the current nets.
-    #[inline]
-    fn seen(&self, input: &PhantomIn<i64>) -> Seen {
-        let (now, period) = (&self.words, input.period);
-        let PhantomIn { a_pin1, b_pin1, a_pin2, b_pin2, a_pin3, b_pin3, .. } = *input;
-        let pins = |a_pin, b_pin| synchronizer::In { a_pin, b_pin };
-        Seen {
-            pins: [pins(a_pin1, b_pin1), pins(a_pin2, b_pin2), pins(a_pin3, b_pin3)],
-            sample: sample_register::In {
-                position1: now[POSITIONS],
-                position2: now[POSITIONS + 1],
-                position3: now[POSITIONS + 2],
-                period,
-            },
-            trig: [0, 1, 2].map(|joint| TrigIn { count: now[COUNTS + joint] }),
-            hold: command_register::In { d1: now[SCALED], d2: now[SCALED + 1], d3: now[SCALED + 2], period },
-            engine: phantom_engine::In::of(&self.path_inputs(), period),
-        }
-    }
-
-    /// Returns the inputs of the path from sines to commands, from the nets.
-    #[inline]
-    fn path_inputs(&self) -> force_path::In<i64> {
-        let (sines, scene) = (&self.words[SINES..X], &self.words[X_LOW..PERIOD]);
-        // On the nets, sine, cosine and validity come joint by joint; on the path's ports, all validities come last.
-        let order = [0, 1, 3, 4, 6, 7, 2, 5, 8].map(|net| sines[net]);
-        let mut words = order.iter().chain(scene);
-        force_path::In::build(|| *words.next().expect("as many nets as ports"))
-    }
-
-    /// Lets the nets after the sines settle with these inputs and the current registers.
-    #[inline]
-    fn let_settle(&mut self, input: &PhantomIn<i64>) {
-        self.settled = Some(*input);
-        let mut port = self.words.iter_mut();
-        input.each(|&word| *port.next().expect("inputs come first") = word);
-        let made = if SHARED {
-            *self.blocks.engine.latest()
-        } else {
-            let seen = Some(self.path_inputs());
-            if seen == self.seen {
-                return;
-            }
-            self.seen = seen;
-            self.blocks.path.eval(&self.path_inputs())
-        };
-        if made != self.made {
-            self.count_lost();
-            self.made = made;
-        }
-        let mut net = self.words[X..].iter_mut();
-        made.each(|narrowed| *net.next().expect("as many nets as outputs") = narrowed.word);
-    }
-
-    /// Brings the meter of lost bits up to date.
-    fn count_lost(&mut self) {
-        let mut index = X;
-        self.made.each(|&Narrowed { rounded, overflowed, .. }| {
-            let net = if SHARED && index >= SCALED { index - SCALED + COMMANDS } else { index };
-            self.meter.lost(net, rounded, overflowed, self.standing);
-            index += 1;
-        });
-        self.standing = 0;
-    }
-}
-
-impl<const SHARED: bool> PhantomWiring<SHARED> {
-    /// Returns a wiring whose delay is that of the shared or of the parallel path.
-    fn of(config: PhantomConfig) -> Result<Self, ConfigError> {
+    /// Returns a loop whose delay is that of the shared or of the parallel path.
+    fn delayed(config: PhantomConfig) -> Result<Self, ConfigError> {
         Self::new(if SHARED { config.shared() } else { config })
     }
 }
 
 impl<const SHARED: bool> Default for PhantomWiring<SHARED> {
     fn default() -> Self {
-        Self::of(PhantomConfig::default()).expect("the data sheet's default")
+        Self::delayed(PhantomConfig::default()).expect("the data sheet's default")
     }
 }
 
-impl<const SHARED: bool> Block for PhantomWiring<SHARED> {
+/// Describes the pins of three encoders.
+pub(super) fn pins(sync: &Synchronizer) -> [Signal; 6] {
+    let synchronizer::In { a_pin, b_pin } = sync.inputs();
+    let a = |name| Signal { name, ..a_pin.clone() };
+    let b = |name| Signal { name, ..b_pin.clone() };
+    [a("a_pin1"), b("b_pin1"), a("a_pin2"), b("b_pin2"), a("a_pin3"), b("b_pin3")]
+}
+
+/// Describes the position of one of three joints by its name.
+pub(super) fn of_joint(net: Signal) -> Signal {
+    let doc = match net.name {
+        "position1" => "Position of joint 1, modulo its width",
+        "position2" => "Position of joint 2, modulo its width",
+        "position3" => "Position of joint 3, modulo its width",
+        _ => net.doc,
+    };
+    Signal { doc, ..net }
+}
+
+impl<const SHARED: bool> LoopCircuit<59> for PhantomCircuit<SHARED> {
     const NAME: &'static str = if SHARED { "phantom_shared_loop" } else { "phantom_loop" };
-    const CLOCKED: bool = true;
+    const INPUTS: usize = 15;
     type In<T> = PhantomIn<T>;
     type Out<T> = PhantomOut<T>;
 
     fn inputs(&self) -> PhantomIn<Signal> {
-        self.blocks.inputs()
+        let [a_pin1, b_pin1, a_pin2, b_pin2, a_pin3, b_pin3] = pins(&self.sync1);
+        let cube_room::In { x_low, x_high, y_low, y_high, z_low, z_high, room, stiffness, .. } =
+            self.room_walls.inputs();
+        let sample_register::In { period, .. } = self.sample.inputs();
+        PhantomIn {
+            a_pin1,
+            b_pin1,
+            a_pin2,
+            b_pin2,
+            a_pin3,
+            b_pin3,
+            x_low,
+            x_high,
+            y_low,
+            y_high,
+            z_low,
+            z_high,
+            room,
+            stiffness,
+            period,
+        }
     }
 
     fn outputs(&self) -> PhantomOut<Signal> {
-        self.blocks.outputs()
+        let phantom_engine::Out { command1, command2, command3, .. } = self.engine.outputs();
+        PhantomOut { command1, command2, command3 }
     }
 
     fn generics(&self) -> Vec<(&'static str, Generic)> {
         self.config.generics()
     }
 
-    fn parts(&self) -> Option<Parts> {
-        Some(Parts::of(self))
-    }
-
-    fn reset(&mut self) -> PhantomOut<i64> {
-        self.blocks.reset();
-        self.words = [0; MOST];
-        self.seen = None;
-        self.let_settle(&PhantomIn::build(|| 0));
-        self.settled = None;
-        self.meter = Meter::default();
-        self.standing = 0;
-        PhantomOut::build(|| 0)
-    }
-
-    #[inline]
-    fn tick(&mut self, input: PhantomIn<i64>) -> PhantomOut<i64> {
-        let fresh = self.settled != Some(input);
-        if fresh {
-            // As in VHDL, the registers see the combinational nets that result from the new inputs.
-            self.let_settle(&input);
-        }
-        let seen = self.seen(&input);
-        let blocks = &mut self.blocks;
-        blocks.encoders.tick(&seen.pins);
-        let sample_register::Out { count1, count2, count3 } = blocks.sample.tick(seen.sample);
-        let mut moved = false;
-        let commands = if SHARED {
-            let phantom_engine::Out { command1, command2, command3, .. } = blocks.engine.tick(seen.engine);
-            moved = *blocks.engine.latest() != self.made;
-            [command1, command2, command3]
-        } else {
-            let command_register::Out { q1, q2, q3 } = blocks.hold.tick(seen.hold);
-            [q1, q2, q3]
+    fn described(&self, net: Signal) -> Signal {
+        let name = net.name;
+        let port = match name {
+            "scaled1" => "command1",
+            "scaled2" => "command2",
+            "scaled3" => "command3",
+            name => name,
         };
-
-        let mut registers = [0; X - COMMANDS];
-        registers[..LINES - COMMANDS].copy_from_slice(&commands);
-        registers[LINES - COMMANDS..POSITIONS - COMMANDS].copy_from_slice(&blocks.encoders.lines());
-        registers[POSITIONS - COMMANDS..COUNTS - COMMANDS].copy_from_slice(&blocks.encoders.positions());
-        registers[COUNTS - COMMANDS..SINES - COMMANDS].copy_from_slice(&[count1, count2, count3]);
-        for (joint, table) in blocks.trig.iter_mut().enumerate() {
-            let TrigOut { sine, cosine, valid } = table.tick(seen.trig[joint]);
-            let at = SINES - COMMANDS + 3 * joint;
-            registers[at..at + 3].copy_from_slice(&[sine, cosine, valid]);
-        }
-        moved |= registers != self.words[COMMANDS..X];
-        if fresh || moved {
-            self.words[COMMANDS..X].copy_from_slice(&registers);
-            self.let_settle(&input);
-            self.meter.range(&self.words);
-        }
-        self.standing += 1;
-        let [command1, command2, command3] = commands;
-        PhantomOut { command1, command2, command3 }
-    }
-
-    #[inline]
-    fn quiet(&self, input: &PhantomIn<i64>) -> u64 {
-        if self.settled != Some(*input) {
-            return 0;
-        }
-        let (blocks, seen) = (&self.blocks, self.seen(input));
-        let last = if SHARED { blocks.engine.quiet(&seen.engine) } else { blocks.hold.quiet(&seen.hold) };
-        let tables = blocks.trig.iter().zip(&seen.trig);
-        tables
-            .fold(last, |least, (table, input)| least.min(table.quiet(input)))
-            .min(blocks.encoders.quiet(&seen.pins))
-            .min(blocks.sample.quiet(&seen.sample))
-    }
-
-    #[inline]
-    fn skip(&mut self, edges: u64, input: &PhantomIn<i64>) {
-        debug_assert!(edges <= self.quiet(input));
-        let seen = self.seen(input);
-        let blocks = &mut self.blocks;
-        blocks.encoders.skip(edges, &seen.pins);
-        blocks.sample.skip(edges, &seen.sample);
-        blocks.trig.iter_mut().zip(&seen.trig).for_each(|(table, input)| table.skip(edges, input));
-        if SHARED {
-            blocks.engine.skip(edges, &seen.engine);
-        } else {
-            blocks.hold.skip(edges, &seen.hold);
-        }
-        self.standing = self.standing.saturating_add(edges);
-    }
-}
-
-impl<const SHARED: bool> Wiring for PhantomWiring<SHARED> {
-    fn nets(&self) -> Vec<Signal> {
-        let mut all = flatten(&self.inputs());
-        all.extend(flatten(&self.outputs()));
-        all.extend(self.blocks.nets(SHARED));
-        all
-    }
-
-    fn instances(&self) -> Vec<Instance> {
-        self.blocks.instances(SHARED)
-    }
-
-    fn settle(&mut self, input: &PhantomIn<i64>) {
-        self.let_settle(input);
-        // The first edge treats its inputs as new ones.
-        self.settled = None;
-    }
-
-    fn words(&self) -> &[i64] {
-        &self.words[..Self::NETS]
-    }
-
-    fn uses(&self) -> Vec<SignalUse> {
-        let mut now = self.clone();
-        now.count_lost();
-        now.meter.uses()[..Self::NETS].to_vec()
+        let ports = [flatten(&self.engine.inputs()), flatten(&self.engine.outputs())].concat();
+        let found = ports.into_iter().find(|known| known.name == port);
+        Signal { name, ..found.unwrap_or_else(|| of_joint(net)) }
     }
 }
 
@@ -288,6 +219,6 @@ impl<const SHARED: bool> Listed for PhantomWiring<SHARED> {
     }
 
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
-        loops().into_iter().map(|(label, config)| Ok((label, Self::of(config)?))).collect()
+        loops().into_iter().map(|(label, config)| Ok((label, Self::delayed(config)?))).collect()
     }
 }

@@ -1,6 +1,6 @@
 //! The rules that the words of the PHANToM's blocks share.
 
-use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding, Word};
+use hpu_signal::{Format, Narrowing, Overflow, Rounding, Word};
 
 use crate::config::within;
 use crate::{ConfigError, Generic};
@@ -17,11 +17,6 @@ pub(crate) fn limited<W: Word>(value: W, drop: i32, [least, most]: [i128; 2]) ->
     let whole = value.round(Rounding::NearestUp, drop);
     let limited = whole.limit(least, most);
     limited.overflowing(!limited.equals(whole))
-}
-
-/// Returns a word that has lost nothing.
-pub(crate) const fn exact(word: i64) -> Narrowed {
-    Narrowed { word, rounded: false, overflowed: false }
 }
 
 /// Returns the sum of two terms with their own fraction bits, and the fraction bits of the sum. Both are aligned, so

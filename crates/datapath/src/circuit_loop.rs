@@ -1,0 +1,310 @@
+//! The driver of every circuit: one clock edge with its nets and their use, from edge to edge and in leaps.
+
+use hpu_signal::{Meter, Ports, Signal, SignalUse};
+
+use crate::circuit::{Circuit, Lost, Set, driven, instance, put};
+use crate::{AxisWiring, Block, Generic, Instance, Loaded, LoopIn, LoopOut, Parts, Pwm, Repeat, Wiring, flatten, pwm};
+
+/// The circuit of a loop. Its inputs are those of the loop, then come the loop's outputs.
+pub trait LoopCircuit<const N: usize>: Circuit<N> {
+    /// Name of the loop, which is that of its VHDL entity.
+    const NAME: &'static str;
+    /// The number of inputs.
+    const INPUTS: usize;
+    /// Input ports.
+    type In<T>: Ports<T>;
+    /// Output ports.
+    type Out<T>: Ports<T>;
+    /// Describes the inputs.
+    fn inputs(&self) -> Self::In<Signal>;
+    /// Describes the outputs.
+    fn outputs(&self) -> Self::Out<Signal>;
+    /// Returns the VHDL generics, in the order of the entity.
+    fn generics(&self) -> Vec<(&'static str, Generic)>;
+    /// Returns a net inside as the loop describes it, given its driver's description.
+    fn described(&self, net: Signal) -> Signal {
+        net
+    }
+    /// Returns the modulator, if there is one. It reads the last net and drives the outputs, four gates.
+    fn modulator(&self) -> Option<&Pwm> {
+        None
+    }
+    /// Returns the modulator to be ticked.
+    fn modulator_mut(&mut self) -> Option<&mut Pwm> {
+        None
+    }
+}
+
+/// The circuit of an axis, up to the command of its modulator.
+pub trait AxisCircuit<const N: usize>: LoopCircuit<N, In<i64> = LoopIn<i64>, Out<i64> = LoopOut<i64>> {
+    /// Sets the counter to a position, and its net to the counter's word unless the front that contains both does that.
+    /// Returns the net, if it may change.
+    fn load(&mut self, position: i64, words: &mut [i64; N]) -> Set;
+}
+
+/// A circuit with its words.
+///
+/// [`uses`](Wiring::uses) counts the edges during which a net had lost bits; a limited command counts as overflowed
+/// from the edge at which it is limited, even if it is shown later. Before the first edge, every least word is above
+/// the greatest.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct CircuitLoop<C, const N: usize> {
+    pub(crate) circuit: C,
+    /// Whether the nets have settled with the inputs that they show.
+    settled: bool,
+    words: [i64; N],
+    meter: Meter<N>,
+    /// The nets whose ranges do not contain their words yet.
+    changed: Set,
+    /// The losses of the nets, and the number of edges with these losses that the meter has not counted yet.
+    lost: Lost,
+    standing: u64,
+}
+
+impl<C: LoopCircuit<N>, const N: usize> CircuitLoop<C, N> {
+    /// Returns a loop in its state after reset.
+    pub(crate) fn of(circuit: C) -> Self {
+        let (meter, lost) = (Meter::default(), Lost::default());
+        let mut wiring = Self { circuit, settled: false, words: [0; N], meter, changed: 0, lost, standing: 0 };
+        wiring.reset();
+        wiring
+    }
+
+    /// Returns whether the nets have settled with these inputs.
+    #[inline]
+    fn has_settled(&self, input: &C::In<i64>) -> bool {
+        let (mut differs, mut net) = (0, 0);
+        input.each(|word| {
+            differs |= self.words[net] ^ word;
+            net += 1;
+        });
+        self.settled && differs == 0
+    }
+
+    #[inline]
+    fn at_modulator(&self) -> pwm::In<i64> {
+        pwm::In { command: self.words[C::COUNT - 1] }
+    }
+
+    /// Lets the nets follow the circuit's inputs and registers, of which these have changed.
+    #[inline(always)]
+    fn follow(&mut self, changed: Set) {
+        let mut lost = self.lost;
+        self.changed |= self.circuit.follow(changed, &mut self.words, &mut lost);
+        if lost != self.lost {
+            self.count_lost();
+            self.lost = lost;
+        }
+    }
+
+    /// Lets the nets follow these inputs, and whatever else has changed.
+    #[inline]
+    fn take_in(&mut self, input: &C::In<i64>, mut changed: Set) {
+        self.settled = true;
+        let mut net = 0;
+        input.each(|&word| {
+            changed |= put(&mut self.words, net, word);
+            net += 1;
+        });
+        self.follow(changed);
+    }
+
+    /// Brings the meter of lost bits up to date.
+    fn count_lost(&mut self) {
+        let Lost { rounded, overflowed } = self.lost;
+        for net in members(rounded | overflowed) {
+            self.meter.lost(net, rounded >> net & 1 == 1, overflowed >> net & 1 == 1, self.standing);
+        }
+        self.standing = 0;
+    }
+
+    /// Puts words of the modulator on the outputs' nets.
+    #[inline]
+    fn switch(&mut self, gates: &pwm::Out<i64>) {
+        let pwm::Out { a_high, a_low, b_high, b_low } = *gates;
+        let gates = [a_high, a_low, b_high, b_low];
+        if self.words[C::INPUTS..C::INPUTS + GATES] != gates {
+            for (net, gate) in (C::INPUTS..).zip(gates) {
+                self.changed |= put(&mut self.words, net, gate);
+            }
+        }
+    }
+
+    /// Extends the ranges of the changed nets by their words.
+    #[inline]
+    fn range(&mut self) {
+        for net in members(self.changed) {
+            self.meter.range_from(net, &[self.words[net]]);
+        }
+        self.changed = 0;
+    }
+}
+
+/// Returns the members of a set.
+#[inline]
+fn members(mut set: Set) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let next = set.trailing_zeros() as usize;
+        set &= set.wrapping_sub(1);
+        (next < 64).then_some(next)
+    })
+}
+
+/// The number of gates that a modulator drives.
+const GATES: usize = 4;
+
+/// Returns a bundle of the words from the first on.
+#[inline]
+fn bundle<P: Ports<i64>>(words: &[i64]) -> P {
+    let mut next = words.iter();
+    P::build(|| *next.next().expect("one word a port"))
+}
+
+impl<C: LoopCircuit<N>, const N: usize> Block for CircuitLoop<C, N> {
+    const NAME: &'static str = C::NAME;
+    const CLOCKED: bool = true;
+    type In<T> = C::In<T>;
+    type Out<T> = C::Out<T>;
+
+    fn inputs(&self) -> C::In<Signal> {
+        self.circuit.inputs()
+    }
+
+    fn outputs(&self) -> C::Out<Signal> {
+        self.circuit.outputs()
+    }
+
+    fn generics(&self) -> Vec<(&'static str, Generic)> {
+        self.circuit.generics()
+    }
+
+    fn parts(&self) -> Option<Parts> {
+        Some(Parts::of(self))
+    }
+
+    fn reset(&mut self) -> C::Out<i64> {
+        self.circuit.reset();
+        if let Some(modulator) = self.circuit.modulator_mut() {
+            modulator.reset();
+        }
+        self.words = [0; N];
+        self.follow(Set::MAX);
+        self.changed = Set::MAX >> (64 - C::COUNT);
+        self.settled = false;
+        self.meter = Meter::default();
+        self.standing = 0;
+        C::Out::build(|| 0)
+    }
+
+    #[inline]
+    fn tick(&mut self, input: C::In<i64>) -> C::Out<i64> {
+        if !self.has_settled(&input) {
+            // As in VHDL, the registers see the combinational nets that result from the new inputs.
+            self.take_in(&input, 0);
+        }
+        let command = self.at_modulator();
+        let changed = self.circuit.tick(&mut self.words);
+        self.follow(changed);
+        if let Some(modulator) = self.circuit.modulator_mut() {
+            let gates = modulator.tick(command);
+            self.switch(&gates);
+        }
+        self.range();
+        self.standing += 1;
+        bundle(&self.words[C::INPUTS..])
+    }
+
+    #[inline]
+    fn quiet(&self, input: &C::In<i64>) -> u64 {
+        if !self.has_settled(input) {
+            return 0;
+        }
+        let modulator = self.circuit.modulator().map_or(u64::MAX, |modulator| modulator.quiet(&self.at_modulator()));
+        self.circuit.quiet(&self.words).min(modulator)
+    }
+
+    #[inline]
+    fn skip(&mut self, edges: u64, input: &C::In<i64>) {
+        debug_assert!(edges <= self.quiet(input));
+        let command = self.at_modulator();
+        self.circuit.skip(edges, &self.words);
+        if let Some(modulator) = self.circuit.modulator_mut() {
+            modulator.skip(edges, &command);
+        }
+        self.standing = self.standing.saturating_add(edges);
+    }
+}
+
+impl<C: AxisCircuit<N>, const N: usize> AxisWiring for CircuitLoop<C, N> {
+    const COMMAND: usize = C::COUNT - 1;
+}
+
+impl<C: AxisCircuit<N>, const N: usize> Loaded for CircuitLoop<C, N> {
+    #[inline]
+    fn load(&mut self, position: i64, input: &LoopIn<i64>) {
+        let changed = self.circuit.load(position, &mut self.words);
+        self.take_in(input, changed);
+    }
+}
+
+impl<C: LoopCircuit<N>, const N: usize> Wiring for CircuitLoop<C, N> {
+    fn nets(&self) -> Vec<Signal> {
+        let mut all = flatten(&self.inputs());
+        all.extend(flatten(&self.outputs()));
+        let inside = driven(&C::names(), all.len(), &self.circuit.instances());
+        all.extend(inside.into_iter().map(|net| self.circuit.described(net)));
+        all
+    }
+
+    fn instances(&self) -> Vec<Instance> {
+        let mut all = self.circuit.instances();
+        if let Some(modulator) = self.circuit.modulator() {
+            let nets: Vec<_> = [C::COUNT - 1].into_iter().chain(C::INPUTS..C::INPUTS + GATES).collect();
+            all.push(instance("modulator", modulator, &nets).mapped(&[("WIDTH", "PWM_WIDTH")]));
+        }
+        all
+    }
+
+    fn settle(&mut self, input: &C::In<i64>) {
+        self.take_in(input, 0);
+        // The first edge treats its inputs as new ones.
+        self.settled = false;
+    }
+
+    fn words(&self) -> &[i64] {
+        &self.words[..C::COUNT]
+    }
+
+    fn rest_modulator(&mut self) {
+        if let Some(modulator) = self.circuit.modulator_mut() {
+            modulator.rest();
+        }
+    }
+
+    #[inline]
+    fn repeats(&self, input: &C::In<i64>) -> Option<Repeat<C::Out<i64>>> {
+        let Repeat { period, first, others, .. } = self.circuit.modulator()?.repeats(&self.at_modulator())?;
+        let pwm::Out { a_high, a_low, b_high, b_low } = others;
+        let edges = if self.has_settled(input) { self.circuit.quiet(&self.words) } else { 0 };
+        Some(Repeat { period, first, others: bundle(&[a_high, a_low, b_high, b_low]), edges })
+    }
+
+    #[inline]
+    fn skip_repeats(&mut self, edges: u64, _: &C::In<i64>) {
+        self.circuit.skip(edges, &self.words);
+        let modulator = self.circuit.modulator_mut().expect("only a modulator repeats");
+        let (between, last) = (modulator.pause(), modulator.skip_repeats(edges));
+        self.switch(&between);
+        self.range();
+        self.switch(&last);
+        // The range contains these words: a period has begun with them.
+        self.changed = 0;
+        self.standing = self.standing.saturating_add(edges);
+    }
+
+    fn uses(&self) -> Vec<SignalUse> {
+        let mut now = self.clone();
+        now.count_lost();
+        now.meter.uses()[..C::COUNT].to_vec()
+    }
+}
