@@ -1,4 +1,4 @@
-//! The arm of a PHANToM's world: flowed by its series, or stepped.
+//! An arm in motion: flowed by its series, or stepped.
 
 use hpu_plant::arm::{Arm, ArmEnergy, ArmMotion, ArmState, SteppedArm};
 use hpu_plant::{Band, Measured, Method, Pace};

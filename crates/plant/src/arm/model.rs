@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use super::kinematics;
+
 /// A flexible transmission between a motor and its link.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Transmission {
@@ -227,6 +229,12 @@ impl Arm {
     #[must_use]
     pub fn model(&self) -> &ArmModel {
         &self.model
+    }
+
+    /// Returns the tip's position.
+    #[must_use]
+    pub fn tip_m(&self, angles_rad: [f64; 3]) -> [f64; 3] {
+        kinematics::tip_m(self.model.lengths_m, angles_rad)
     }
 
     /// Returns the inertias that the rotors of rigid joints add to `M11`, and `M22` and `M33` with their rotors.
