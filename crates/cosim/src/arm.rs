@@ -1,7 +1,7 @@
 //! An arm with three encoders, and motors behind DACs, at one clock edge. The world of a device joins it to the ports of
 //! the device's loop.
 
-use hpu_plant::arm::{Arm, ArmState as MotionState};
+use hpu_plant::arm::{Arm, ArmModel, ArmState as MotionState, Links};
 use hpu_plant::{Band, Method, Pace};
 
 use crate::arm_body::ArmBody;
@@ -14,8 +14,8 @@ use crate::summary::EnergyAudit;
 pub(crate) type Stops = Box<dyn Fn([i64; 3]) -> Option<&'static str> + Send + Sync>;
 
 /// The immutable laws of an arm's world.
-pub struct ArmPlant {
-    pub(crate) arm: Arm,
+pub struct ArmPlant<L = ArmModel> {
+    pub(crate) arm: Arm<L>,
     /// The method and the clock edges of a step, if the arm is stepped.
     pub(crate) stepping: Option<(Method, u64)>,
     /// Angle of one count of each joint, in rad.
@@ -29,7 +29,7 @@ pub struct ArmPlant {
     pub(crate) stops: Stops,
 }
 
-impl ArmPlant {
+impl<L: Links> ArmPlant<L> {
     /// Returns the joints' angles at these counts.
     fn angles_rad(&self, counts: [i64; 3]) -> [f64; 3] {
         [0, 1, 2].map(|joint| counts[joint] as f64 * self.count_rad[joint])
@@ -43,9 +43,9 @@ impl ArmPlant {
 
 /// The arm and its encoders, at one clock edge.
 #[derive(Clone)]
-pub(crate) struct ArmState<'p> {
-    pub(crate) plant: &'p ArmPlant,
-    pub(crate) motion: ArmBody<'p>,
+pub(crate) struct ArmState<'p, L: Links = ArmModel> {
+    pub(crate) plant: &'p ArmPlant<L>,
+    pub(crate) motion: ArmBody<'p, L>,
     encoders: [Encoder; 3],
     pub(crate) edge: u64,
     /// The edge of the motion's next event if the drive does not change before it.
@@ -56,8 +56,8 @@ pub(crate) struct ArmState<'p> {
     pub(crate) over: Option<&'static str>,
 }
 
-impl<'p> ArmState<'p> {
-    pub(crate) fn new(plant: &'p ArmPlant) -> Self {
+impl<'p, L: Links> ArmState<'p, L> {
+    pub(crate) fn new(plant: &'p ArmPlant<L>) -> Self {
         let encoder = |i: usize| Encoder::new(plant.count_rad[i], plant.start_rad[i]);
         Self {
             plant,

@@ -2,6 +2,8 @@
 
 mod direct;
 mod host;
+#[cfg(test)]
+mod tests;
 mod world;
 
 use direct::ArmDirect;
@@ -34,8 +36,8 @@ const MOTOR_FULL_SCALE_NM: f64 = 0.17;
 const FORCE_LIMIT_N: f64 = 8.5;
 
 /// The immutable laws of a PHANToM's world.
-pub struct PhantomPlant {
-    arm: ArmPlant,
+pub struct PhantomPlant<L = ArmModel> {
+    arm: ArmPlant<L>,
     /// The axis of a drop test.
     axis: usize,
     /// The host, if one computes the force.

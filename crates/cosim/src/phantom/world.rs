@@ -1,6 +1,7 @@
 //! The worlds of a PHANToM: the arm around an FPGA that computes the force, or around one that counts for a host.
 
 use hpu_datapath::phantom::{PhantomIn, PhantomIoIn, PhantomIoOut, PhantomOut};
+use hpu_plant::arm::{ArmModel, Links};
 use hpu_signal::Real;
 
 use super::PhantomPlant;
@@ -12,19 +13,19 @@ use crate::world::World;
 
 /// The arm around an FPGA that computes the force.
 #[derive(Clone)]
-pub struct FpgaWorld<'p> {
-    state: ArmState<'p>,
+pub struct FpgaWorld<'p, L: Links = ArmModel> {
+    state: ArmState<'p, L>,
 }
 
-impl<'p> FpgaWorld<'p> {
+impl<'p, L: Links> FpgaWorld<'p, L> {
     /// Creates the world at edge 0.
     #[must_use]
-    pub fn new(plant: &'p PhantomPlant) -> Self {
+    pub fn new(plant: &'p PhantomPlant<L>) -> Self {
         Self { state: ArmState::new(&plant.arm) }
     }
 }
 
-impl World for FpgaWorld<'_> {
+impl<L: Links> World for FpgaWorld<'_, L> {
     type In = PhantomIn<i64>;
     type Out = PhantomOut<i64>;
     type Row = [f64; 9];
