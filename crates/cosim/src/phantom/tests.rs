@@ -24,7 +24,7 @@ impl Observe for Changes {
 
 /// Runs a loop to an edge. Returns the changes of its nets, the changes of friction, and the energies.
 fn run<'p, L: Links + 'p>(session: &PhantomSession, plant: &'p PhantomPlant<L>, end: u64) -> (Changes, u64, [f64; 4]) {
-    let TheLoop::Phantom(wiring) = &session.wiring else { panic!("a loop of its own logic") };
+    let ArmLoop::Phantom(wiring) = &session.wiring else { panic!("a loop of its own logic") };
     let mut changes = Changes::default();
     let mut run = ClosedLoop::new(wiring.clone(), FpgaWorld::new(plant), session.input(), end);
     assert!(run.run(Driver::Events, end, &mut changes, &Control::default()));
