@@ -1,21 +1,9 @@
 //! The joints that friction holds: the one consistent state of the coupled joints, found by trying all combinations.
 
-use super::Arm;
 use super::kinematics::Sines;
-use super::links::Links;
+use super::links::{Arm, Links};
 use super::pose::Pose;
-use super::series::Start;
-
-/// The state of a joint's motor under friction.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub enum Hold {
-    /// Locked: it never moves.
-    Locked,
-    /// Stuck: friction holds it.
-    Stuck,
-    /// Slipping: it moves, or is about to, in this direction; 0 without Coulomb friction.
-    Slip(f64),
-}
+use super::series::{Hold, Start};
 
 impl<L: Links> Arm<L> {
     /// Returns the state of each joint from a start on. `broke` names a joint that friction has just ceased to hold,

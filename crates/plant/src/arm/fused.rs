@@ -2,13 +2,13 @@
 //! motion is one loop over lanes, and products that vanish are left out. A test compares it with the series that
 //! [`Recorded`](super::Recorded) makes of the same links' [`Dynamics`](super::Dynamics).
 
-use super::friction::Hold;
+use super::joints::{ArmError, positive};
 use super::kinematics::{self, Sines};
-use super::links::Links;
+use super::links::{Arm, Links};
+use super::model::ArmModel;
 use super::polynomial::{Coefficients, Lanes};
 use super::pose::Pose;
-use super::series::{Series, Start, ZERO, moves, onward};
-use super::{Arm, ArmModel};
+use super::series::{Hold, Series, Start, ZERO, moves, onward};
 
 /// Intermediate series.
 #[derive(Clone)]
@@ -130,7 +130,7 @@ impl Links for ArmModel {
     fn extend(arm: &Arm, series: &mut Series, work: &mut Work, x: &Start, holds: &[Hold; 3], powers: usize) {
         let (model, joints) = (&arm.links, &arm.joints);
         let flexible = joints.transmission;
-        let moves = [0, 1, 2].map(|i| moves(arm, holds, i));
+        let moves = [0, 1, 2].map(|i| moves(joints, holds, i));
         let done = std::mem::replace(&mut series.powers, powers);
         let (g, [a, b]) = (model.gravity_m_per_s2, model.moments_kg_m);
         let heavy = (a != 0.0 || b != 0.0) && g != [0.0; 3];
@@ -268,5 +268,42 @@ impl Links for ArmModel {
     fn ease(arm: &Arm<Self>, work: &Work) -> [f64; 3] {
         let [_, m22, m33] = arm.diagonal_kg_m2();
         [1.0 / work.mass[0][0], m33 / work.determinant, m22 / work.determinant]
+    }
+}
+
+impl Arm {
+    /// Creates the arm of a PHANToM on a clock of this period.
+    ///
+    /// # Errors
+    /// An impossible parameter, or a free joint without inertia.
+    pub fn new(model: ArmModel, edge_s: f64) -> Result<Self, ArmError> {
+        let check = |fine: bool, name| if fine { Ok(()) } else { Err(ArmError::Impossible(name)) };
+        check(model.lengths_m.iter().all(|&v| positive(v)), "length")?;
+        check(model.gravity_m_per_s2.iter().chain(&model.moments_kg_m).all(|v| v.is_finite()), "gravity")?;
+        model.joints().check(edge_s)?;
+        let arm = Self::with(model, model.joints(), edge_s);
+        let [m1, m2, m3] = arm.diagonal_kg_m2();
+        let ([a0, a2, a3], p) = (model.turning_kg_m2, model.coupling_kg_m2);
+        // A point mass has no inertia in a few poses, in which the arm cannot move; its inertia is never negative.
+        let rounding = 1e-12 * (a0.abs() + m1);
+        let definite = model.turning_kg_m2.iter().chain(&[p]).all(|v| v.is_finite())
+            && model.least_turning_kg_m2() + m1 >= -rounding
+            && a0 + a2 + a3 + m1 > rounding
+            && positive(m2)
+            && positive(m3)
+            && m2 * m3 * (1.0 + 1e-12) >= 0.25 * p * p;
+        if definite { Ok(arm) } else { Err(ArmError::Massless) }
+    }
+
+    /// Returns the parameters.
+    #[must_use]
+    pub fn model(&self) -> &ArmModel {
+        &self.links
+    }
+
+    /// Returns the inertias that the rotors of rigid joints add to `M11`, and `M22` and `M33` with their rotors.
+    pub(super) fn diagonal_kg_m2(&self) -> [f64; 3] {
+        let ([m2, m3], rotors) = (self.links.swinging_kg_m2, self.rotors_kg_m2);
+        [rotors[0], m2 + rotors[1], m3 + rotors[2]]
     }
 }

@@ -1,39 +1,7 @@
-//! The parameters of an arm, and an arm whose parameters have been checked.
-
-use std::fmt;
+//! The parameters of a PHANToM's arm, and its dynamics.
 
 use super::dynamics::{Dynamics, Scalar};
-use super::kinematics::Sines;
-use super::links::Links;
-use super::pose::Pose;
-use super::recorded::Recorded;
-
-/// A flexible transmission between a motor and its link.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Transmission {
-    /// Stiffness at the joint in N·m/rad.
-    pub stiffness_nm_per_rad: f64,
-    /// Damping at the joint in N·m·s/rad.
-    pub damping_nm_s_per_rad: f64,
-}
-
-/// The joints of an arm, whatever its links are: friction, motors and transmissions. A joint's motor is reflected to the
-/// joint.
-#[derive(Clone, Copy, PartialEq, Debug, Default)]
-pub struct Joints {
-    /// Viscous friction of each joint in N·m·s/rad.
-    pub viscous_nm_s_per_rad: [f64; 3],
-    /// Coulomb friction of each joint in N·m.
-    pub coulomb_nm: [f64; 3],
-    /// Inertia of each rotor in kg·m².
-    pub rotor_kg_m2: [f64; 3],
-    /// The transmission of each joint; `None` is rigid.
-    pub transmission: [Option<Transmission>; 3],
-    /// Time constant of the current amplifiers in s; 0: no lag.
-    pub amplifier_s: f64,
-    /// Joints that move; the others are locked at their angles.
-    pub free: [bool; 3],
-}
+use super::joints::{Joints, Transmission};
 
 /// The parameters of a PHANToM's arm. Those of a joint's motor are reflected to the joint.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -184,7 +152,7 @@ impl ArmModel {
 
 impl ArmModel {
     /// Returns the least `M11` of the links over all poses.
-    fn least_turning_kg_m2(&self) -> f64 {
+    pub(super) fn least_turning_kg_m2(&self) -> f64 {
         let ([a0, a2, a3], p) = (self.turning_kg_m2, self.coupling_kg_m2);
         // A quadratic form of x = cos θ2 and y = sin θ3 on a square has its least value in the middle, on a side or in
         // a corner.
@@ -223,152 +191,5 @@ impl Dynamics for ArmModel {
         let [upper, fore] = self.lengths_m.map(T::from);
         let radius = upper.clone() * c2 + fore.clone() * s3;
         [s1 * radius.clone(), fore.clone() - fore * c3 + upper.clone() * s2, c1 * radius - upper]
-    }
-}
-
-/// The reason why an arm was refused.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum ArmError {
-    /// This parameter is not a number, negative, or 0 where it must not be.
-    Impossible(&'static str),
-    /// A free joint has zero inertia in all poses, or negative inertia in some pose.
-    Massless,
-}
-
-impl fmt::Display for ArmError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Impossible(name) => write!(f, "the arm's {name} is not possible"),
-            Self::Massless => f.write_str("the arm's inertia is not positive in every pose"),
-        }
-    }
-}
-
-impl std::error::Error for ArmError {}
-
-/// An arm that can move, on a clock.
-#[derive(Clone, PartialEq, Debug)]
-pub struct Arm<L = ArmModel> {
-    pub(super) links: L,
-    pub(super) joints: Joints,
-    /// The inertias that the rotors of rigid joints add to the diagonal of the links' mass matrix.
-    pub(super) rotors_kg_m2: [f64; 3],
-    pub(super) edge_s: f64,
-    pub(super) tolerance: f64,
-}
-
-impl Joints {
-    /// Checks the joints, and the period of the clock of their arm.
-    fn check(&self, edge_s: f64) -> Result<(), ArmError> {
-        let check = |fine: bool, name| if fine { Ok(()) } else { Err(ArmError::Impossible(name)) };
-        check(positive(edge_s), "clock period")?;
-        check(self.viscous_nm_s_per_rad.iter().all(|&v| not_negative(v)), "viscous friction")?;
-        check(self.coulomb_nm.iter().all(|&v| not_negative(v)), "Coulomb friction")?;
-        check(self.rotor_kg_m2.iter().all(|&v| not_negative(v)), "rotor")?;
-        check(not_negative(self.amplifier_s), "amplifier's time constant")?;
-        for (transmission, rotor_kg_m2) in self.transmission.iter().zip(self.rotor_kg_m2) {
-            let Some(flexible) = transmission else { continue };
-            check(positive(flexible.stiffness_nm_per_rad), "transmission's stiffness")?;
-            check(not_negative(flexible.damping_nm_s_per_rad), "transmission's damping")?;
-            check(rotor_kg_m2 > 0.0, "rotor behind a flexible transmission")?;
-        }
-        Ok(())
-    }
-}
-
-fn positive(value: f64) -> bool {
-    value > 0.0 && value.is_finite()
-}
-
-fn not_negative(value: f64) -> bool {
-    value >= 0.0 && value.is_finite()
-}
-
-impl Arm<Recorded> {
-    /// Creates an arm whose links have these dynamics, on a clock of this period. The masses must be positive definite
-    /// in every pose that the motion reaches.
-    ///
-    /// # Errors
-    /// An impossible parameter of the joints.
-    pub fn of(dynamics: &impl Dynamics, joints: Joints, edge_s: f64) -> Result<Self, ArmError> {
-        joints.check(edge_s)?;
-        Ok(Self::with(Recorded::of(dynamics), joints, edge_s))
-    }
-}
-
-impl<L: Links> Arm<L> {
-    fn with(links: L, joints: Joints, edge_s: f64) -> Self {
-        let rigid = |i: usize| if joints.transmission[i].is_none() { joints.rotor_kg_m2[i] } else { 0.0 };
-        Self { links, joints, rotors_kg_m2: std::array::from_fn(rigid), edge_s, tolerance: 1e-16 }
-    }
-
-    /// Returns the arm, integrated so that the last terms of a series stay below this (rad/s, N·m); the default is
-    /// 1e-16.
-    #[must_use]
-    pub fn with_tolerance(self, tolerance: f64) -> Self {
-        Self { tolerance, ..self }
-    }
-
-    /// Returns the tip's position.
-    #[must_use]
-    pub fn tip_m(&self, angles_rad: [f64; 3]) -> [f64; 3] {
-        self.links.tip_m(angles_rad)
-    }
-
-    /// Returns the equations' terms in a pose: those of the links, and the rotors of rigid joints.
-    #[inline]
-    pub(super) fn pose(&self, near: &Sines, q: [f64; 3], v: [f64; 3]) -> Pose {
-        let mut pose = self.links.pose(near, q, v);
-        for (i, rotor_kg_m2) in self.rotors_kg_m2.iter().enumerate() {
-            pose.mass_kg_m2[i][i] += rotor_kg_m2;
-        }
-        pose
-    }
-
-    /// Returns the acceleration of each joint's motor per torque, at the start of a series.
-    pub(super) fn ease(&self, work: &L::Work) -> [f64; 3] {
-        let (rigid, joints) = (L::ease(self, work), &self.joints);
-        [0, 1, 2].map(|i| match (joints.free[i], joints.transmission[i]) {
-            (false, _) => 0.0,
-            (true, None) => rigid[i],
-            (true, Some(_)) => 1.0 / joints.rotor_kg_m2[i],
-        })
-    }
-}
-
-impl Arm {
-    /// Creates the arm of a PHANToM on a clock of this period.
-    ///
-    /// # Errors
-    /// An impossible parameter, or a free joint without inertia.
-    pub fn new(model: ArmModel, edge_s: f64) -> Result<Self, ArmError> {
-        let check = |fine: bool, name| if fine { Ok(()) } else { Err(ArmError::Impossible(name)) };
-        check(model.lengths_m.iter().all(|&v| positive(v)), "length")?;
-        check(model.gravity_m_per_s2.iter().chain(&model.moments_kg_m).all(|v| v.is_finite()), "gravity")?;
-        model.joints().check(edge_s)?;
-        let arm = Self::with(model, model.joints(), edge_s);
-        let [m1, m2, m3] = arm.diagonal_kg_m2();
-        let ([a0, a2, a3], p) = (model.turning_kg_m2, model.coupling_kg_m2);
-        // A point mass has no inertia in a few poses, in which the arm cannot move; its inertia is never negative.
-        let rounding = 1e-12 * (a0.abs() + m1);
-        let definite = model.turning_kg_m2.iter().chain(&[p]).all(|v| v.is_finite())
-            && model.least_turning_kg_m2() + m1 >= -rounding
-            && a0 + a2 + a3 + m1 > rounding
-            && positive(m2)
-            && positive(m3)
-            && m2 * m3 * (1.0 + 1e-12) >= 0.25 * p * p;
-        if definite { Ok(arm) } else { Err(ArmError::Massless) }
-    }
-
-    /// Returns the parameters.
-    #[must_use]
-    pub fn model(&self) -> &ArmModel {
-        &self.links
-    }
-
-    /// Returns the inertias that the rotors of rigid joints add to `M11`, and `M22` and `M33` with their rotors.
-    pub(super) fn diagonal_kg_m2(&self) -> [f64; 3] {
-        let ([m2, m3], rotors) = (self.links.swinging_kg_m2, self.rotors_kg_m2);
-        [rotors[0], m2 + rotors[1], m3 + rotors[2]]
     }
 }

@@ -1,9 +1,8 @@
 //! An arm in motion: its anchor, the end of each segment, and its state at a clock edge.
 
-use super::friction::Hold;
 use super::links::Links;
 use super::polynomial::{Bounds, Coefficients, Lanes, ORDER, Polynomial, Reach, derivatives, value};
-use super::series::{Series, Start};
+use super::series::{Hold, Series, Start};
 use super::{Arm, ArmEnergy, ArmModel};
 use crate::Band;
 use crate::gauge::{Extent, Gauge, Measured, Pace, Stretch};
@@ -385,7 +384,7 @@ impl<'a, L: Links> ArmMotion<'a, L> {
         let holds = self.arm.holds(&x, broke);
         self.mode_changes += holds.iter().zip(&self.holds).filter(|(now, before)| now != before).count() as u64;
         self.holds = holds;
-        self.series.write(self.arm, &mut self.work, &x, &self.holds);
+        self.arm.write(&mut self.series, &mut self.work, &x, &self.holds);
         self.look_ahead(0.0);
     }
 

@@ -16,14 +16,13 @@ use std::cell::RefCell;
 use std::ops::{Add, Mul, Neg, Range, Sub};
 use std::rc::Rc;
 
-use super::Arm;
 use super::dynamics::{Dual, Dynamics, Scalar};
-use super::friction::Hold;
+use super::joints::{ArmError, Joints};
 use super::kinematics::Sines;
-use super::links::Links;
+use super::links::{Arm, Links};
 use super::polynomial::{Coefficients, ORDER};
 use super::pose::{Factors, Pose};
-use super::series::{Series, Start, moves, onward};
+use super::series::{Hold, Series, Start, moves, onward};
 
 /// What a node computes from nodes before it. A cosine stands behind the sine of its angle.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -307,7 +306,7 @@ impl Links for Recorded {
 
     fn extend(arm: &Arm<Self>, series: &mut Series, work: &mut Work, x: &Start, holds: &[Hold; 3], powers: usize) {
         let (links, joints) = (&arm.links, &arm.joints);
-        let moves = [0, 1, 2].map(|i| moves(arm, holds, i));
+        let moves = [0, 1, 2].map(|i| moves(joints, holds, i));
         let done = std::mem::replace(&mut series.powers, powers);
         for k in done..powers {
             let share = 1.0 / (k + 1) as f64;
@@ -361,5 +360,17 @@ impl Links for Recorded {
     fn ease(_: &Arm<Self>, work: &Work) -> [f64; 3] {
         let all = Factors::of(&work.masses, [true; 3]);
         std::array::from_fn(|i| all.solve(std::array::from_fn(|j| f64::from(u8::from(i == j))))[i])
+    }
+}
+
+impl Arm<Recorded> {
+    /// Creates an arm whose links have these dynamics, on a clock of this period. The masses must be positive definite
+    /// in every pose that the motion reaches.
+    ///
+    /// # Errors
+    /// An impossible parameter of the joints.
+    pub fn of(dynamics: &impl Dynamics, joints: Joints, edge_s: f64) -> Result<Self, ArmError> {
+        joints.check(edge_s)?;
+        Ok(Self::with(Recorded::of(dynamics), joints, edge_s))
     }
 }

@@ -1,9 +1,18 @@
 //! The Taylor series of the arm's motion from one start, term by term.
 
-use super::friction::Hold;
-use super::links::Links;
+use super::joints::Joints;
 use super::polynomial::{Coefficients, Lanes, ORDER};
-use super::{Arm, Joints};
+
+/// The state of a joint's motor under friction.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum Hold {
+    /// Locked: it never moves.
+    Locked,
+    /// Stuck: friction holds it.
+    Stuck,
+    /// Slipping: it moves, or is about to, in this direction; 0 without Coulomb friction.
+    Slip(f64),
+}
 
 /// The start of a series, and the command at the start.
 #[derive(Clone, Copy, Debug, Default)]
@@ -23,9 +32,9 @@ pub struct Start {
 
 /// Number of powers that most segments need, because a command or friction cuts them short; the others are written only
 /// if the motion reaches them.
-const FIRST: usize = 6;
+pub(super) const FIRST: usize = 6;
 /// If the first powers are good for less than this time, all powers are written at once.
-const FIRST_LASTS_S: f64 = 2e-5;
+pub(super) const FIRST_LASTS_S: f64 = 2e-5;
 
 pub(super) const ZERO: Coefficients = [[0.0; 4]; ORDER + 1];
 
@@ -45,8 +54,8 @@ pub struct Series {
 }
 
 /// Returns whether a joint's link moves.
-pub(super) fn moves<L: Links>(arm: &Arm<L>, holds: &[Hold; 3], i: usize) -> bool {
-    let held = holds[i] == Hold::Stuck && arm.joints.transmission[i].is_none();
+pub(super) fn moves(joints: &Joints, holds: &[Hold; 3], i: usize) -> bool {
+    let held = holds[i] == Hold::Stuck && joints.transmission[i].is_none();
     holds[i] != Hold::Locked && !held
 }
 
@@ -60,21 +69,6 @@ impl Start {
 impl Series {
     pub(super) fn new() -> Self {
         Self { q: ZERO, v: ZERO, p: ZERO, w: ZERO, lag: ZERO, hold: ZERO, powers: 0, good_s: 0.0 }
-    }
-
-    /// Writes the series from `x` on for joints in the states `holds`: the first powers if these suffice, else all.
-    pub(super) fn write<L: Links>(&mut self, arm: &Arm<L>, work: &mut L::Work, x: &Start, holds: &[Hold; 3]) {
-        let rests = |i: usize| !matches!(holds[i], Hold::Slip(_));
-        (self.q[0], self.v[0], self.p[0], self.w[0], self.lag[0]) = (x.q, x.v, x.p, x.w, x.lag);
-        self.powers = 0;
-        if !(0..3).any(|i| moves(arm, holds, i)) && x.lag == [0.0; 4] && (0..3).all(rests) {
-            self.good_s = f64::INFINITY;
-            return;
-        }
-        L::extend(arm, self, work, x, holds, FIRST);
-        if self.good_s < FIRST_LASTS_S {
-            L::extend(arm, self, work, x, holds, ORDER);
-        }
     }
 
     /// Writes power `k + 1` of the angles, and of motors, transmissions and amplifiers, from power `k` of the speeds.

@@ -14,10 +14,9 @@
 //! implicit midpoint is found by iteration, which converges for steps below the shortest time constant. Energies are
 //! summed by the trapezoid rule, so the residual of the balance measures the error of the method.
 
-use super::friction::Hold;
 use super::kinematics::Sines;
 use super::links::Links;
-use super::series::Start;
+use super::series::{Hold, Start};
 use super::{Arm, ArmEnergy, ArmModel, ArmState};
 use crate::gauge::{Chord, Gauge, Measured, Pace};
 use crate::{Band, Method};
