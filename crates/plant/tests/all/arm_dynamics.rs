@@ -223,8 +223,8 @@ fn duals_differentiate() {
         let (mass, potential) = (Dynamics::mass_kg_m2(&model, &along), model.potential_j(&along));
         for axis in 0..3 {
             assert!((tip[axis].value - place[axis]).abs() < 1e-16);
-            for joint in 0..3 {
-                assert!((tip[axis].slopes[joint] - rows[axis][joint]).abs() < 1e-16, "{pose:?}");
+            for (slope, expected) in tip[axis].slopes.iter().zip(rows[axis]) {
+                assert!((slope - expected).abs() < 1e-16, "{pose:?}");
             }
         }
         for joint in 0..3 {

@@ -11,7 +11,7 @@ use hpu_cosim::{AnyRig, Control, Driver, Ready, Rig, Summary, Trace, Verdict, Wi
 use super::unseen::unseen_contact;
 use crate::watch::limited;
 
-/// The result of a cell; positions in rad, of a mass or a PHANToM in m.
+/// The result of a cell; positions in rad, of a mass or an arm in m.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Cell {
     /// The outcome of the motion.
