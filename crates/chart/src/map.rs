@@ -237,7 +237,7 @@ fn bar_name(map: &Map, quantity: &Quantity) -> String {
         LENGTH => match map.experiment(map.point(map.layer() / 2)) {
             Ok(Experiment::Axis(scene)) => format!("m{}", scene.device.units().position),
             Ok(Experiment::Dut(scene)) => format!("m{}", scene.device.units().position),
-            Ok(Experiment::Phantom(_)) | Err(_) => "thousandths of its unit".into(),
+            _ => "thousandths of its unit".into(),
         },
         unit => dotted(unit),
     };

@@ -66,19 +66,10 @@ pub fn missed(Miss { error, format }: &Miss, key: Option<&str>) -> String {
     format!("stiffness misses what is asked for by {}; {remedy}", error_percent(*error))
 }
 
-/// Returns the miss of a scene's stiffness, if its word is far from it.
-pub fn stiffness_miss(experiment: &Experiment) -> Option<Miss> {
-    match experiment {
-        Experiment::Axis(scene) => scene.words().ok()?.realised.stiffness_miss,
-        Experiment::Phantom(scene) => scene.words().ok()?.stiffness_miss,
-        Experiment::Dut(_) => None,
-    }
-}
-
 /// Returns the message that a scene's stiffness word misses the stiffness, with the format that would hold it.
 pub fn stiffness_missed(experiment: &Experiment) -> Option<String> {
-    let key = matches!(experiment, Experiment::Axis(_)).then_some("method.stiffness_format");
-    stiffness_miss(experiment).map(|miss| missed(&miss, key))
+    let setup = experiment.setup();
+    setup.stiffness_miss().map(|miss| missed(&miss, setup.stiffness_format()))
 }
 
 /// Returns a miss as JSON.

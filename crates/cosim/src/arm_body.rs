@@ -1,6 +1,6 @@
-//! The arm of a PHANToM's world: flowed by its series, or stepped.
+//! An arm in motion: flowed by its series, or stepped.
 
-use hpu_plant::arm::{Arm, ArmEnergy, ArmMotion, ArmState, SteppedArm};
+use hpu_plant::arm::{Arm, ArmEnergy, ArmModel, ArmMotion, ArmState, Links, SteppedArm};
 use hpu_plant::{Band, Measured, Method, Pace};
 
 use crate::stepped::DIVERGED;
@@ -8,11 +8,11 @@ use crate::stepped::DIVERGED;
 /// An arm in motion. Both kinds have the same functions.
 #[derive(Clone)]
 #[allow(clippy::large_enum_variant, reason = "one of them exists a run, and the larger is the usual one")]
-pub(crate) enum ArmBody<'p> {
+pub(crate) enum ArmBody<'p, L: Links = ArmModel> {
     /// Flowed by its Taylor series.
-    Exact(ArmMotion<'p>),
+    Exact(ArmMotion<'p, L>),
     /// In fixed steps.
-    Stepped(SteppedArm<'p>),
+    Stepped(SteppedArm<'p, L>),
 }
 
 macro_rules! forward {
@@ -24,11 +24,11 @@ macro_rules! forward {
     };
 }
 
-impl<'p> ArmBody<'p> {
+impl<'p, L: Links> ArmBody<'p, L> {
     /// Creates an arm at edge 0: stepped by `(method, clock edges of a step)` if these are given, else flowed by its
     /// series.
     pub(crate) fn new(
-        arm: &'p Arm,
+        arm: &'p Arm<L>,
         stepping: Option<(Method, u64)>,
         angles_rad: [f64; 3],
         speeds_rad_per_s: [f64; 3],

@@ -2,13 +2,11 @@
 //!
 //! Every torque and force is positive along the positive direction of the position that it acts on, so a wall at a
 //! positive position pushes back with a negative one. A row of an axis has the outputs at its instant, then mean, least
-//! and greatest current, speed and torque (see [`hpu_plant::Gauge`]), then the hand's angle and torque. A row of a
-//! PHANToM has its outputs, then mean, least and greatest torque of each motor.
+//! and greatest current, speed and torque (see [`hpu_plant::Gauge`]), then the hand's angle and torque. A row of an
+//! arm has its outputs, then mean, least and greatest torque of each motor.
 
 use hpu_plant::{Axis, Measured, REALS};
 use hpu_signal::Real;
-
-use crate::arm_world::ARM_REALS;
 
 /// The convention of signs, as traces, waveforms and summaries state it.
 pub const SIGNS: &str = "torques and forces are positive along the positive direction of the position that they act on; \
@@ -68,7 +66,20 @@ pub(crate) const CURRENTS: [usize; 4] = [0, 4, 5, 6];
 /// Indices of the mean, least and greatest torque or force in a row of an axis.
 pub const TORQUE_BETWEEN: [usize; 3] = [10, 11, 12];
 
-/// Columns of a PHANToM's row.
+/// The continuous outputs of an arm.
+pub const ARM_REALS: [Real; 9] = [
+    Real { name: "tip_x_m", doc: "Position of the tip" },
+    Real { name: "tip_y_m", doc: "Position of the tip" },
+    Real { name: "tip_z_m", doc: "Position of the tip" },
+    Real { name: "logged_x_m", doc: "Position of the tip, as the encoders' counts tell it" },
+    Real { name: "logged_y_m", doc: "Position of the tip, as the encoders' counts tell it" },
+    Real { name: "logged_z_m", doc: "Position of the tip, as the encoders' counts tell it" },
+    Real { name: "torque1_nm", doc: "Torque of the motor on joint 1, positive along its positive angle" },
+    Real { name: "torque2_nm", doc: "Torque of the motor on joint 2, positive along its positive angle" },
+    Real { name: "torque3_nm", doc: "Torque of the motor on joint 3, positive along its positive angle" },
+];
+
+/// Columns of an arm's row.
 pub const ARM_ROW: [Real; 18] = [
     ARM_REALS[0],
     ARM_REALS[1],

@@ -21,7 +21,6 @@ use hpu_plant::{Axis, Chord, Device, Drive, Gauge, Method, Pace, REALS, State};
 use hpu_signal::{Cycle, Observe};
 
 use crate::actuator::{Actuator, Latch, Shaping};
-use crate::arm_direct::ArmDirect;
 use crate::columns::tell;
 use crate::contact::share_beyond;
 use crate::controller::{Asked, Controller, FloatsLaw, LoadedLoop, Reading};
@@ -31,37 +30,11 @@ use crate::law_loop::LawConfig;
 use crate::method::AxisLoop;
 use crate::mover::Mover;
 use crate::plant::{Kind, Plant};
+use crate::rig::Direct;
 use crate::schedule::Schedule;
 use crate::stepped::{DIVERGED, FAR};
 use crate::summary::{EnergyAudit, Summary};
 use crate::trace::{Lines, Trace};
-
-/// A scene's loop without wiring and clock.
-#[allow(clippy::large_enum_variant, reason = "one of them exists a run")]
-pub enum Direct<'p> {
-    /// The loop of an axis.
-    Axis(AxisDirect<'p>),
-    /// The loop of a PHANToM.
-    Arm(ArmDirect<'p>),
-}
-
-impl Direct<'_> {
-    /// Runs to the edge at which the window ends, until stopped, or until the device cannot go on. Returns the edges of
-    /// contact in the window, and why the device cannot go on.
-    pub(crate) fn run(
-        &self,
-        window: (u64, u64),
-        stride: u64,
-        trace: &mut Trace,
-        observer: &mut dyn Observe,
-        control: &Control,
-    ) -> (Summary, f64, Option<&'static str>) {
-        match self {
-            Self::Axis(direct) => direct.run(window, stride, trace, observer, control),
-            Self::Arm(direct) => direct.run(window, stride, trace, observer, control),
-        }
-    }
-}
 
 /// The law that an [`AxisDirect`] closes its loop with.
 pub(crate) enum Computed<'p> {
@@ -111,8 +84,7 @@ struct Course<'d, 'p, C> {
     sums: [f64; 2],
 }
 
-impl AxisDirect<'_> {
-    /// Runs to the edge at which the window ends, until stopped, or until the steps diverge.
+impl Direct for AxisDirect<'_> {
     fn run(
         &self,
         window: (u64, u64),
@@ -131,7 +103,9 @@ impl AxisDirect<'_> {
             }),
         }
     }
+}
 
+impl AxisDirect<'_> {
     /// Returns the edges of contact in a step that ends in the window, on a straight line between two angles.
     #[inline(always)]
     fn contact(&self, (edge, next): (u64, u64), from: u64, (before_rad, after_rad): (f64, f64)) -> f64 {

@@ -2,10 +2,9 @@
 
 use hpu_signal::{Clock, Observe, Real, Signal};
 
-use crate::direct::Direct;
 use crate::engine::{Comparison, Control, Driver};
-use crate::phantom_session::PhantomSession;
-use crate::rig::{Rig, TheLoop, Visit, Wired};
+use crate::phantom::PhantomSession;
+use crate::rig::{Direct, Rig, TheLoop, Visit, Wired};
 use crate::scene::{Experiment, Record};
 use crate::session::Session;
 use crate::session_error::SessionError;
@@ -128,7 +127,7 @@ impl Wired for Ready<'_> {
         forward!(self, rig => rig.compare(edges))
     }
 
-    fn direct(&self) -> Option<Direct<'_>> {
+    fn direct(&self) -> Option<Box<dyn Direct + '_>> {
         forward!(self, rig => rig.direct())
     }
 

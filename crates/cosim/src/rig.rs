@@ -8,7 +8,6 @@ use hpu_signal::{Clock, Cycle, Observe, Real, Signal, UNKNOWN};
 
 use crate::arm_loop::ArmLoop;
 use crate::contact::{Contact, stride, window_start};
-use crate::direct::Direct;
 use crate::engine::{ClosedLoop, Comparison, Control, Driver, compare};
 use crate::law_loop::LawLoop;
 use crate::method::AxisLoop;
@@ -158,7 +157,7 @@ pub trait Wired: Rig {
     fn driver(&self) -> Driver;
     /// Returns the scene's loop without wiring and clock, if its model asks for that; [`run`](Self::run) then ignores
     /// the driver.
-    fn direct(&self) -> Option<Direct<'_>> {
+    fn direct(&self) -> Option<Box<dyn Direct + '_>> {
         None
     }
 
@@ -176,6 +175,20 @@ pub trait Wired: Rig {
 
     /// Runs `events` against `clock` over this many edges, comparing every net and state at every edge.
     fn compare(&self, edges: u64) -> Comparison;
+}
+
+/// A scene's loop without wiring and clock. Implemented for each kind of device that a model in steps can move.
+pub trait Direct {
+    /// Runs to the edge at which the window ends, until stopped, or until the device cannot go on. Returns the edges of
+    /// contact in the window, and why the device cannot go on.
+    fn run(
+        &self,
+        window: (u64, u64),
+        stride: u64,
+        trace: &mut Trace,
+        observer: &mut dyn Observe,
+        control: &Control,
+    ) -> (Summary, f64, Option<&'static str>);
 }
 
 /// Implements [`Wired::run`] for any rig.

@@ -7,11 +7,11 @@ use crate::actuator::Actuator;
 use crate::axis_world::AxisWorld;
 use crate::closed::Closed;
 use crate::columns::{AXIS_ROW, CURRENTS, RAIL_ROW, TORQUE_BETWEEN};
-use crate::direct::{AxisDirect, Computed, Direct};
+use crate::direct::{AxisDirect, Computed};
 use crate::engine::{Comparison, Control, Driver};
 use crate::method::AxisLoop;
 use crate::plant::Plant;
-use crate::rig::{self, Compare, Rig, TheLoop, Visit, Wired};
+use crate::rig::{self, Compare, Direct, Rig, TheLoop, Visit, Wired};
 use crate::scene::{Device, EncoderModel, LoopWords, Record, Scene, Solver};
 use crate::session_error::SessionError;
 use crate::summary::{Abort, Summary};
@@ -196,7 +196,7 @@ impl Wired for Session<'_> {
         self.scene.model.solver.into()
     }
 
-    fn direct(&self) -> Option<Direct<'_>> {
+    fn direct(&self) -> Option<Box<dyn Direct + '_>> {
         let stepping = self.plant.stepping?;
         let model = self.scene.model;
         let computed = match &self.closed {
@@ -211,7 +211,7 @@ impl Wired for Session<'_> {
         };
         let ideal = model.encoder == EncoderModel::Ideal;
         let realised = &self.words.realised;
-        Some(Direct::Axis(AxisDirect {
+        Some(Box::new(AxisDirect {
             touched_rad: if ideal {
                 self.scene.wall.position_rad
             } else {

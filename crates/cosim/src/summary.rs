@@ -153,11 +153,6 @@ impl Summary {
 /// Returns a number that a scene may expect, from summary and trace of a run; `None` if it has no meaning.
 #[must_use]
 pub fn metric(metric: Metric, experiment: &Experiment, summary: &Summary, trace: &Trace) -> Option<f64> {
-    let wall_rad = match experiment {
-        Experiment::Axis(scene) => scene.wall.position_rad,
-        Experiment::Phantom(_) => 0.0,
-        Experiment::Dut(scene) => scene.wall_rad,
-    };
     // A recording has no motion, but its edges and its words are counted.
     if !matches!(metric, Metric::EncoderEdges | Metric::SpringOverflowShare) {
         summary.verdict?;
@@ -165,7 +160,7 @@ pub fn metric(metric: Metric, experiment: &Experiment, summary: &Summary, trace:
     Some(match metric {
         Metric::FinalAngle => trace.last(ANGLE)?,
         Metric::PeakAngle => trace.greatest(ANGLE),
-        Metric::PeakPenetration => (trace.greatest(ANGLE) - wall_rad).max(0.0),
+        Metric::PeakPenetration => (trace.greatest(ANGLE) - experiment.setup().wall_position()).max(0.0),
         Metric::Amplitude => match summary.verdict? {
             Verdict::LimitCycle { amplitude_rad, .. } | Verdict::Diverged { amplitude_rad, .. } => amplitude_rad,
             _ => 0.0,

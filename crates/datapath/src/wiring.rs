@@ -100,7 +100,7 @@ pub trait Loaded: AxisWiring {
 ///
 /// A wiring is a block whose ports are the FPGA's pins and the words that the scene sets. Its *nets* are its inputs,
 /// its outputs and the architecture signals of its VHDL twin, in that order. Waveforms, traces and the closed-loop
-/// check are made of the nets. The haptic loops, the method loops, the PHANToM's wirings and the loop of a reference
+/// check are made of the nets. The haptic loops, the method loops, the arm's wirings and the loop of a reference
 /// law in `cosim` implement it, and `cosim::ClosedLoop` joins any of them to a world.
 pub trait Wiring: Block {
     /// Returns all nets: inputs, outputs, then architecture signals.

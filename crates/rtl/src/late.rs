@@ -5,7 +5,7 @@
 //! The comparison starts there from the state of the world: the motion of the device, its encoders, the path of the
 //! hand, the ramps of words. The FPGA, in VHDL and in the emulator alike, comes out of reset at that edge. It counts
 //! positions from its reset, as in every scene. The `reference` of an axis is therefore the wall's position less the
-//! counts passed until then. A PHANToM's FPGA needs angles. Its encoders are turned, a count a clock, from the counts
+//! counts passed until then. An arm's FPGA needs angles. Its encoders are turned, a count a clock, from the counts
 //! at the scene's start to those of the arm, and the arm stands still until they get there.
 
 use hpu_cosim::scene::{Experiment, Loop};

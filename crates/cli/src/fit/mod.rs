@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 
 use crate::exit::{Exit, Failure};
 use crate::page::show;
-use crate::parameters::{missed_object, stiffness_miss, stiffness_missed};
+use crate::parameters::{missed_object, stiffness_missed};
 use crate::scene::{self, Source, set_options};
 use crate::terminal::{print, print_json, verdict};
 use crate::units::si;
@@ -62,7 +62,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     };
     let experiment = source.parse(&args.set.set)?;
     let mut page = page(name, &found, &command(name, args, &found));
-    page.data("stiffness_missed", stiffness_miss(&experiment).as_ref().map(missed_object));
+    page.data("stiffness_missed", experiment.setup().stiffness_miss().as_ref().map(missed_object));
     if let Some(said) = stiffness_missed(&experiment) {
         page.line("warning", said);
     }

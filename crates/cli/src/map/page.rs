@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use hpu_cosim::number;
-use hpu_cosim::scene::{Experiment, Miss, OutcomeKind};
+use hpu_cosim::scene::{Miss, OutcomeKind};
 use hpu_study::map::{
     Axis, Cell, Class, Curve, Curves, Edge, Found, Map, class, class_name, classes, fields, is_late, unseen, wrapped,
 };
@@ -80,13 +80,8 @@ impl Mapped {
         let far = |cell: &Cell| cell.stiffness_error.is_some_and(|error| error.abs() > Miss::FLAGGED);
         let far = |index: &usize| matches!(&self.found[*index], Found::Run(Ok(cell)) if far(cell));
         let missing = self.layer(method).filter(far).filter_map(|index| {
-            Some(match self.map.experiment(self.map.point(index)).ok()? {
-                Experiment::Axis(scene) => {
-                    (scene.words().ok()?.realised.stiffness_miss?, Some("method.stiffness_format"))
-                }
-                Experiment::Phantom(scene) => (scene.words().ok()?.stiffness_miss?, None),
-                Experiment::Dut(_) => return None,
-            })
+            let experiment = self.map.experiment(self.map.point(index)).ok()?;
+            Some((experiment.setup().stiffness_miss()?, experiment.setup().stiffness_format()))
         });
         let missing: Vec<(Miss, Option<&str>)> = missing.collect();
         let error = missing.iter().map(|(miss, _)| miss.error).max_by(|a, b| a.abs().total_cmp(&b.abs()))?;

@@ -68,7 +68,7 @@ pub fn price(
         given: None,
         notices: None,
     };
-    // A PHANToM's parts take minutes each, and its loop has no clock to compare with the scene's unless it fits.
+    // An arm's parts take minutes each, and its loop has no clock to compare with the scene's unless it fits.
     let Experiment::Axis(scene) = experiment else { return Ok(Some(price)) };
     let (instances, knobs) = (wiring.instances(), knobs(scene));
     let parts = instances.len();

@@ -377,7 +377,7 @@ fn simulate<'s>(
         // The world that the VHDL drives is the one that advances.
         Some(DriverArg::Rtl) => (Driver::Clock, "rtl"),
         None => match session {
-            AnyRig::Ours(ours) if ours.direct().is_some() => (ours.driver(), solver(scene)),
+            AnyRig::Ours(ours) if ours.direct().is_some() => (ours.driver(), scene.setup().solver().name()),
             AnyRig::Ours(ours) if ours.driver() == Driver::Clock => (Driver::Clock, "clock"),
             AnyRig::Ours(_) => (Driver::Events, "events"),
             AnyRig::Dut(_) => (Driver::Clock, "dut"),
@@ -441,7 +441,7 @@ fn simulate<'s>(
     });
     Ok(Ran {
         driver: name,
-        solver: solver(scene),
+        solver: scene.setup().solver().name(),
         session,
         unjudged,
         outcome_met: outcome.map(|outcome| (outcome, summary.outcome() == Some(outcome))),
@@ -456,15 +456,6 @@ fn simulate<'s>(
         notation: args.notation.get(),
         files: Vec::new(),
     })
-}
-
-/// Returns `model.solver`.
-fn solver(scene: &Experiment) -> &'static str {
-    match scene {
-        Experiment::Axis(scene) => scene.model.solver.name(),
-        Experiment::Phantom(scene) => scene.model.solver.name(),
-        Experiment::Dut(scene) => scene.model.solver.name(),
-    }
 }
 
 fn interrupted(ran: &Ran, as_json: bool) -> Result<Exit, Failure> {

@@ -5,7 +5,6 @@ pub mod verify;
 use std::path::PathBuf;
 
 use clap::ValueEnum;
-use hpu_cosim::scene::Experiment;
 use hpu_cosim::{Ready, Wired};
 use hpu_datapath::{AnyBlock, registry, variants};
 use hpu_rtl::{Memory, Origin, Source, Vectors, scene_vectors, stimuli, write_committed};
@@ -248,11 +247,7 @@ fn of_scene(args: &Args, scene: &str) -> Result<Vec<Named>, Failure> {
     let wanted = |name: &str| {
         if of_loop { name == wiring } else { args.blocks.is_empty() || args.blocks.iter().any(|block| block == name) }
     };
-    let seed = match &loaded.scene {
-        Experiment::Axis(scene) => scene.run.seed,
-        Experiment::Phantom(scene) => scene.run.seed,
-        Experiment::Dut(scene) => scene.run.seed,
-    };
+    let seed = loaded.scene.run.seed;
     let settings: Vec<_> = args.set.set.iter().map(|(key, value)| format!("{key}={value}")).collect();
     let source = Source::Scene { scene: scene.to_string(), settings, seed };
     let sets: Vec<_> = scene_vectors(&session, args.count.unwrap_or(10_000))

@@ -10,7 +10,6 @@ use std::path::{Path, PathBuf};
 
 /// Uses that close a circle today: crate, the module that uses, the module used. Entries may only be removed.
 const STANDING: &[(&str, &str, &str)] = &[
-    ("cosim", "columns", "arm_world"),
     ("cosim", "faults", "world"),
     ("cosim", "scene::quantity", "scene::keys::value"),
     ("cosim", "scene::section", "scene::keys"),
@@ -21,7 +20,6 @@ const STANDING: &[(&str, &str, &str)] = &[
     ("datapath", "block", "wiring"),
     ("datapath", "phantom::phantom_nets", "phantom::phantom_engine"),
     ("datapath", "torque_path", "loop_config"),
-    ("plant", "arm::friction", "arm::series"),
     ("study", "criteria", "limits"),
     ("study", "limits::hands", "limits::unknown"),
     ("study", "reproduce::formats", "reproduce::formats_claims"),

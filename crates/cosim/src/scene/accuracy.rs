@@ -39,8 +39,6 @@ impl Output {
         Self::Energy,
         Self::Verdict,
     ];
-    /// The outputs of a PHANToM.
-    pub const OF_A_PHANTOM: [Self; 3] = [Self::Trace, Self::Rms, Self::Verdict];
 
     /// Returns its name in a scene.
     #[must_use]

@@ -78,10 +78,10 @@ mod read_faults;
 mod read_hand;
 mod read_method;
 mod read_model;
-mod read_phantom;
 pub mod replay;
 mod resolved;
 pub(crate) mod section;
+mod setup;
 mod shipped;
 pub(crate) mod source;
 mod words;
@@ -102,6 +102,7 @@ pub use phantom::{
     Premium, Room,
 };
 pub use resolved::{Resolved, ValueSource, as_scene, resolved};
+pub use setup::Setup;
 pub use shipped::{Shipped, shipped, shipped_file};
 pub use source::SceneError;
 pub use words::{COMMAND_BITS, LoopWords, Miss, Realised};
@@ -152,7 +153,7 @@ impl Experiment {
 
     fn of(name: &str, source: &Source, load: Load, buildable: Buildable) -> Result<Self, SceneError> {
         if source.root().section("device")?.read(&keys::device::kind)? == DeviceKind::Phantom {
-            return read_phantom::phantom_scene(name, source).map(Self::Phantom);
+            return phantom::scene(name, source).map(Self::Phantom);
         }
         if source.root().has("dut") {
             return read_dut::dut_scene(name, source, load).map(Self::Dut);

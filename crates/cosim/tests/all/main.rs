@@ -17,6 +17,7 @@ mod laws;
 mod less_model;
 mod loaded;
 mod methods;
+mod parser;
 mod phantom_host;
 mod phantom_physics;
 mod phantom_refusals;

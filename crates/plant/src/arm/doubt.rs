@@ -5,13 +5,14 @@
 //! (`tests/all/arm_certified.rs`).
 
 use super::ArmMotion;
+use super::links::Links;
 use super::polynomial::{Lanes, derivatives};
 use super::series::Series;
 
 /// Rounding of a term, as a share of the greatest number in its sum.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
-impl ArmMotion<'_> {
+impl<L: Links> ArmMotion<'_, L> {
     /// Returns a bound on the errors of the angles at an edge, in rad: the truncation and rounding of each segment,
     /// summed as independent errors are. It is an estimate, for it ignores that the motion itself amplifies or damps
     /// errors.
@@ -47,8 +48,8 @@ impl ArmMotion<'_> {
         }
         let most = |lanes: [&Lanes; 2]| lanes.into_iter().flatten().fold(0.0, |most: f64, x| most.max(x.abs()));
         let mut acceleration = most([&v[1], &w[1]]);
-        for (i, ease) in series.ease(arm).into_iter().enumerate() {
-            acceleration = acceleration.max(ease * (x.u[i].abs() + x.lag[i].abs() + arm.model.coulomb_nm[i]));
+        for (i, ease) in arm.ease(&self.work).into_iter().enumerate() {
+            acceleration = acceleration.max(ease * (x.u[i].abs() + x.lag[i].abs() + arm.joints.coulomb_nm[i]));
         }
         // The truncation: the terms beyond the last ones, which stay below the tolerance while the series is good.
         let mut tail = arm.tolerance;

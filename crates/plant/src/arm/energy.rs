@@ -1,8 +1,9 @@
 //! The energy audit of an arm: every flow integrated in its own right, from the series of the motion.
 
+use super::links::Links;
 use super::polynomial::{Coefficients, Lanes, ORDER, value};
 use super::series::{Series, Start};
-use super::{Arm, ArmModel};
+use super::{Arm, Joints};
 
 /// Energy flows since the start, in J.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
@@ -38,26 +39,26 @@ impl ArmEnergy {
     }
 
     /// Adds the energies of the first `t` seconds of a series.
-    pub(super) fn take(&mut self, model: &ArmModel, x: &Start, series: &Series, t: f64) {
+    pub(super) fn take(&mut self, joints: &Joints, x: &Start, series: &Series, t: f64) {
         if series.powers == 0 {
             return;
         }
         let turned = value(&series.p[1..=series.powers], t).map(|rate| rate * t);
         let mut flows = [0.0; 4];
         flows[0] = turned.iter().zip(&x.u).map(|(turned, torque)| torque * turned).sum();
-        flows[2] = turned.iter().zip(&model.coulomb_nm).map(|(turned, torque)| torque * turned.abs()).sum();
-        if model.viscous_nm_s_per_rad != [0.0; 3] {
+        flows[2] = turned.iter().zip(&joints.coulomb_nm).map(|(turned, torque)| torque * turned.abs()).sum();
+        if joints.viscous_nm_s_per_rad != [0.0; 3] {
             let squares = integral(&series.w, &series.w, series.powers, t);
-            flows[1] = squares.iter().zip(&model.viscous_nm_s_per_rad).map(|(square, rate)| rate * square).sum();
+            flows[1] = squares.iter().zip(&joints.viscous_nm_s_per_rad).map(|(square, rate)| rate * square).sum();
         }
         if x.lag != [0.0; 4] {
             flows[0] += integral(&series.lag, &series.w, series.powers, t).iter().sum::<f64>();
         }
-        if model.transmission.iter().any(Option::is_some) {
+        if joints.transmission.iter().any(Option::is_some) {
             let slips = std::array::from_fn(|k| std::array::from_fn(|i| series.w[k][i] - series.v[k][i]));
             let squares = integral(&slips, &slips, series.powers, t);
             let rates =
-                model.transmission.map(|flexible| flexible.map_or(0.0, |flexible| flexible.damping_nm_s_per_rad));
+                joints.transmission.map(|flexible| flexible.map_or(0.0, |flexible| flexible.damping_nm_s_per_rad));
             flows[3] = squares.iter().zip(rates).map(|(square, rate)| rate * square).sum();
         }
         self.source_j += flows[0];
@@ -85,18 +86,18 @@ fn integral(a: &Coefficients, b: &Coefficients, powers: usize, t: f64) -> Lanes 
     value(&sums[..powers], t).map(|x| x * t)
 }
 
-impl Arm {
+impl<L: Links> Arm<L> {
     /// Returns the energy, in J, of the motion, in gravity (0 with the joints' first moments at the axis) and in the
     /// transmissions.
     pub(super) fn stored_j(&self, x: &Start) -> f64 {
-        let model = &self.model;
+        let (links, joints) = (&self.links, &self.joints);
         let (q, v) = ([x.q[0], x.q[1], x.q[2]], [x.v[0], x.v[1], x.v[2]]);
-        let mass = model.mass_kg_m2(q);
-        let mut stored_j = model.gravity_j(q);
+        let mass = links.mass_kg_m2(q);
+        let mut stored_j = links.potential_j(q);
         for i in 0..3 {
             stored_j += 0.5 * v[i] * (0..3).map(|j| mass[i][j] * v[j]).sum::<f64>();
-            stored_j += 0.5 * model.rotor_kg_m2[i] * x.w[i] * x.w[i];
-            if let Some(flexible) = model.transmission[i] {
+            stored_j += 0.5 * joints.rotor_kg_m2[i] * x.w[i] * x.w[i];
+            if let Some(flexible) = joints.transmission[i] {
                 let twist_rad = x.twist_rad(i);
                 stored_j += 0.5 * flexible.stiffness_nm_per_rad * twist_rad * twist_rad;
             }

@@ -25,16 +25,26 @@
 //! Crossings that are nearer to a clock edge than the run's error are counted.
 
 mod doubt;
+mod dynamics;
 mod energy;
 mod friction;
+mod fused;
+mod joints;
 pub mod kinematics;
+mod links;
 mod model;
 mod motion;
 mod polynomial;
+mod pose;
+mod recorded;
 mod series;
 mod stepper;
 
+pub use dynamics::{Dual, Dynamics, Scalar};
 pub use energy::ArmEnergy;
-pub use model::{Arm, ArmError, ArmModel, Transmission};
+pub use joints::{ArmError, Joints, Transmission};
+pub use links::{Arm, Links};
+pub use model::ArmModel;
 pub use motion::{ArmMotion, ArmState};
+pub use recorded::Recorded;
 pub use stepper::SteppedArm;

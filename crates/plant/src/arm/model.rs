@@ -1,17 +1,9 @@
-//! The parameters of an arm, and an arm whose parameters have been checked.
+//! The parameters of a PHANToM's arm, and its dynamics.
 
-use std::fmt;
+use super::dynamics::{Dynamics, Scalar};
+use super::joints::{Joints, Transmission};
 
-/// A flexible transmission between a motor and its link.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Transmission {
-    /// Stiffness at the joint in N·m/rad.
-    pub stiffness_nm_per_rad: f64,
-    /// Damping at the joint in N·m·s/rad.
-    pub damping_nm_s_per_rad: f64,
-}
-
-/// The parameters of an arm. Those of a joint's motor are reflected to the joint.
+/// The parameters of a PHANToM's arm. Those of a joint's motor are reflected to the joint.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct ArmModel {
     /// Lengths of upper link and forearm in m.
@@ -135,110 +127,33 @@ impl ArmModel {
     /// Returns the links' mass matrix in kg·m², without rotors.
     #[must_use]
     pub fn mass_kg_m2(&self, angles_rad: [f64; 3]) -> [[f64; 3]; 3] {
-        let [_, t2, t3] = angles_rad;
-        let ([a0, a2, a3], p, [m22, m33]) = (self.turning_kg_m2, self.coupling_kg_m2, self.swinging_kg_m2);
-        let m11 = a0 + a2 * libm::cos(2.0 * t2) + a3 * libm::cos(2.0 * t3) + p * libm::cos(t2) * libm::sin(t3);
-        let m23 = -0.5 * p * libm::sin(t2 - t3);
-        [[m11, 0.0, 0.0], [0.0, m22, m23], [0.0, m23, m33]]
+        Dynamics::mass_kg_m2(self, &angles_rad)
     }
 
     /// Returns the potential energy in gravity, in J.
     #[must_use]
     pub fn gravity_j(&self, angles_rad: [f64; 3]) -> f64 {
-        let [(s1, c1), (s2, c2), (s3, c3)] = angles_rad.map(libm::sincos);
-        let ([a, b], g) = (self.moments_kg_m, self.gravity_m_per_s2);
-        let radius = a * c2 + b * s3;
-        -(g[0] * s1 * radius + g[1] * (a * s2 - b * c3) + g[2] * c1 * radius)
+        Dynamics::potential_j(self, &angles_rad)
     }
-}
 
-/// The reason why an arm was refused.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum ArmError {
-    /// This parameter is not a number, negative, or 0 where it must not be.
-    Impossible(&'static str),
-    /// A free joint has zero inertia in all poses, or negative inertia in some pose.
-    Massless,
-}
-
-impl fmt::Display for ArmError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Impossible(name) => write!(f, "the arm's {name} is not possible"),
-            Self::Massless => f.write_str("the arm's inertia is not positive in every pose"),
+    /// Returns the joints, without the links.
+    #[must_use]
+    pub fn joints(&self) -> Joints {
+        Joints {
+            viscous_nm_s_per_rad: self.viscous_nm_s_per_rad,
+            coulomb_nm: self.coulomb_nm,
+            rotor_kg_m2: self.rotor_kg_m2,
+            transmission: self.transmission,
+            amplifier_s: self.amplifier_s,
+            free: self.free,
         }
     }
 }
 
-impl std::error::Error for ArmError {}
-
-/// An arm that can move, on a clock.
-#[derive(Clone, PartialEq, Debug)]
-pub struct Arm {
-    pub(super) model: ArmModel,
-    pub(super) edge_s: f64,
-    pub(super) tolerance: f64,
-}
-
-impl Arm {
-    /// Creates an arm on a clock of this period.
-    ///
-    /// # Errors
-    /// An impossible parameter, or a free joint without inertia.
-    pub fn new(model: ArmModel, edge_s: f64) -> Result<Self, ArmError> {
-        let positive = |value: f64| value > 0.0 && value.is_finite();
-        let not_negative = |value: f64| value >= 0.0 && value.is_finite();
-        let check = |fine: bool, name| if fine { Ok(()) } else { Err(ArmError::Impossible(name)) };
-        check(positive(edge_s), "clock period")?;
-        check(model.lengths_m.iter().all(|&v| positive(v)), "length")?;
-        check(model.viscous_nm_s_per_rad.iter().all(|&v| not_negative(v)), "viscous friction")?;
-        check(model.coulomb_nm.iter().all(|&v| not_negative(v)), "Coulomb friction")?;
-        check(model.rotor_kg_m2.iter().all(|&v| not_negative(v)), "rotor")?;
-        check(not_negative(model.amplifier_s), "amplifier's time constant")?;
-        check(model.gravity_m_per_s2.iter().chain(&model.moments_kg_m).all(|v| v.is_finite()), "gravity")?;
-        for (transmission, rotor_kg_m2) in model.transmission.iter().zip(model.rotor_kg_m2) {
-            let Some(flexible) = transmission else { continue };
-            check(positive(flexible.stiffness_nm_per_rad), "transmission's stiffness")?;
-            check(not_negative(flexible.damping_nm_s_per_rad), "transmission's damping")?;
-            check(rotor_kg_m2 > 0.0, "rotor behind a flexible transmission")?;
-        }
-        let arm = Self { model, edge_s, tolerance: 1e-16 };
-        let [m1, m2, m3] = arm.diagonal_kg_m2();
-        let ([a0, a2, a3], p) = (model.turning_kg_m2, model.coupling_kg_m2);
-        // A point mass has no inertia in a few poses, in which the arm cannot move; its inertia is never negative.
-        let rounding = 1e-12 * (a0.abs() + m1);
-        let definite = model.turning_kg_m2.iter().chain(&[p]).all(|v| v.is_finite())
-            && arm.least_turning_kg_m2() + m1 >= -rounding
-            && a0 + a2 + a3 + m1 > rounding
-            && positive(m2)
-            && positive(m3)
-            && m2 * m3 * (1.0 + 1e-12) >= 0.25 * p * p;
-        if definite { Ok(arm) } else { Err(ArmError::Massless) }
-    }
-
-    /// Returns the arm, integrated so that the last terms of a series stay below this (rad/s, N·m); the default is
-    /// 1e-16.
-    #[must_use]
-    pub fn with_tolerance(self, tolerance: f64) -> Self {
-        Self { tolerance, ..self }
-    }
-
-    /// Returns the parameters.
-    #[must_use]
-    pub fn model(&self) -> &ArmModel {
-        &self.model
-    }
-
-    /// Returns the inertias that the rotors of rigid joints add to `M11`, and `M22` and `M33` with their rotors.
-    pub(super) fn diagonal_kg_m2(&self) -> [f64; 3] {
-        let model = &self.model;
-        let links = [0.0, model.swinging_kg_m2[0], model.swinging_kg_m2[1]];
-        std::array::from_fn(|i| links[i] + if model.transmission[i].is_none() { model.rotor_kg_m2[i] } else { 0.0 })
-    }
-
+impl ArmModel {
     /// Returns the least `M11` of the links over all poses.
-    fn least_turning_kg_m2(&self) -> f64 {
-        let ([a0, a2, a3], p) = (self.model.turning_kg_m2, self.model.coupling_kg_m2);
+    pub(super) fn least_turning_kg_m2(&self) -> f64 {
+        let ([a0, a2, a3], p) = (self.turning_kg_m2, self.coupling_kg_m2);
         // A quadratic form of x = cos θ2 and y = sin θ3 on a square has its least value in the middle, on a side or in
         // a corner.
         let value = |x: f64, y: f64| a0 - a2 + a3 + 2.0 * a2 * x * x - 2.0 * a3 * y * y + p * x * y;
@@ -247,5 +162,34 @@ impl Arm {
         [value(0.0, 0.0), value(1.0, 1.0), value(1.0, -1.0), value(x, 1.0), value(1.0, y)]
             .into_iter()
             .fold(f64::INFINITY, f64::min)
+    }
+}
+
+impl Dynamics for ArmModel {
+    fn mass_kg_m2<T: Scalar>(&self, [_, t2, t3]: &[T; 3]) -> [[T; 3]; 3] {
+        let ([a0, a2, a3], p, [m22, m33]) = (self.turning_kg_m2, self.coupling_kg_m2, self.swinging_kg_m2);
+        let number = |value: f64| T::from(value);
+        let (_, twice2) = (number(2.0) * t2.clone()).sin_cos();
+        let (_, twice3) = (number(2.0) * t3.clone()).sin_cos();
+        let ((_, c2), (s3, _), (apart, _)) = (t2.sin_cos(), t3.sin_cos(), (t2.clone() - t3.clone()).sin_cos());
+        let m11 = number(a0) + number(a2) * twice2 + number(a3) * twice3 + number(p) * c2 * s3;
+        let m23 = number(-0.5 * p) * apart;
+        let zero = || number(0.0);
+        [[m11, zero(), zero()], [zero(), number(m22), m23.clone()], [zero(), m23, number(m33)]]
+    }
+
+    fn potential_j<T: Scalar>(&self, angles_rad: &[T; 3]) -> T {
+        let [(s1, c1), (s2, c2), (s3, c3)] = angles_rad.each_ref().map(T::sin_cos);
+        let ([a, b], g) = (self.moments_kg_m.map(T::from), self.gravity_m_per_s2.map(T::from));
+        let radius = a.clone() * c2 + b.clone() * s3;
+        let [x, y, z] = g;
+        -(x * s1 * radius.clone() + y * (a * s2 - b * c3) + z * c1 * radius)
+    }
+
+    fn tip_m<T: Scalar>(&self, angles_rad: &[T; 3]) -> [T; 3] {
+        let [(s1, c1), (s2, c2), (s3, c3)] = angles_rad.each_ref().map(T::sin_cos);
+        let [upper, fore] = self.lengths_m.map(T::from);
+        let radius = upper.clone() * c2 + fore.clone() * s3;
+        [s1 * radius.clone(), fore.clone() - fore * c3 + upper.clone() * s2, c1 * radius - upper]
     }
 }

@@ -1,9 +1,9 @@
 //! An arm in motion: its anchor, the end of each segment, and its state at a clock edge.
 
-use super::friction::Hold;
+use super::links::Links;
 use super::polynomial::{Bounds, Coefficients, Lanes, ORDER, Polynomial, Reach, derivatives, value};
-use super::series::{Series, Start};
-use super::{Arm, ArmEnergy};
+use super::series::{Hold, Series, Start};
+use super::{Arm, ArmEnergy, ArmModel};
 use crate::Band;
 use crate::gauge::{Extent, Gauge, Measured, Pace, Stretch};
 
@@ -48,14 +48,15 @@ enum End {
 
 /// An arm in motion.
 #[derive(Clone)]
-pub struct ArmMotion<'a> {
-    pub(super) arm: &'a Arm,
+pub struct ArmMotion<'a, L: Links = ArmModel> {
+    pub(super) arm: &'a Arm<L>,
     /// The anchor: the first edge at or after it, and the time from the anchor to that edge.
     anchor: u64,
     offset_s: f64,
     pub(super) start: Start,
     holds: [Hold; 3],
     pub(super) series: Series,
+    pub(super) work: L::Work,
     /// End of the segment as a time after the anchor, its reason, and the first edge that the segment does not reach.
     end_s: f64,
     end: End,
@@ -72,9 +73,9 @@ pub struct ArmMotion<'a> {
 
 /// The motors' torques along a segment. They follow their commands through a first-order lag and have no turning
 /// points: `lag' = -lag / T`, so `∫ lag = T (lag(0) - lag(t))`.
-struct Torques<'m, 'a>(&'m ArmMotion<'a>);
+struct Torques<'m, 'a, L: Links>(&'m ArmMotion<'a, L>);
 
-impl Torques<'_, '_> {
+impl<L: Links> Torques<'_, '_, L> {
     fn between(&self, from: Option<u64>, to: Option<u64>) -> [(f64, Lanes); 2] {
         let motion = self.0;
         let times = [from.map_or(0.0, |edge| motion.time_s(edge)), to.map_or(motion.end_s, |edge| motion.time_s(edge))];
@@ -82,10 +83,10 @@ impl Torques<'_, '_> {
     }
 }
 
-impl Stretch<3> for Torques<'_, '_> {
+impl<L: Links> Stretch<3> for Torques<'_, '_, L> {
     fn integral(&self, from: Option<u64>, to: Option<u64>) -> [f64; 3] {
         let [(start_s, early), (end_s, late)] = self.between(from, to);
-        let lag_s = self.0.arm.model.amplifier_s;
+        let lag_s = self.0.arm.joints.amplifier_s;
         std::array::from_fn(|i| self.0.start.u[i] * (end_s - start_s) + lag_s * (early[i] - late[i]))
     }
 
@@ -107,13 +108,13 @@ fn joints([a, b, c, _]: [f64; 4]) -> [f64; 3] {
     [a, b, c]
 }
 
-impl<'a> ArmMotion<'a> {
+impl<'a, L: Links> ArmMotion<'a, L> {
     /// Creates an arm at edge 0, without torque. Transmissions are relaxed, and locked joints do not move, whatever
     /// their speed.
     #[must_use]
-    pub fn new(arm: &'a Arm, angles_rad: [f64; 3], speeds_rad_per_s: [f64; 3]) -> Self {
+    pub fn new(arm: &'a Arm<L>, angles_rad: [f64; 3], speeds_rad_per_s: [f64; 3]) -> Self {
         let q = lanes(angles_rad);
-        let v = lanes(std::array::from_fn(|i| if arm.model.free[i] { speeds_rad_per_s[i] } else { 0.0 }));
+        let v = lanes(std::array::from_fn(|i| if arm.joints.free[i] { speeds_rad_per_s[i] } else { 0.0 }));
         let start = Start { q, v, p: q, w: v, ..Start::default() };
         let mut motion = Self {
             arm,
@@ -122,6 +123,7 @@ impl<'a> ArmMotion<'a> {
             start,
             holds: [Hold::Locked; 3],
             series: Series::new(),
+            work: arm.links.work(),
             end_s: 0.0,
             end: End::Worn,
             end_edge: 0,
@@ -244,14 +246,14 @@ impl<'a> ArmMotion<'a> {
 
     /// Commands torques from `edge` on; the motion has already come to that edge.
     pub fn drive(&mut self, edge: u64, torques_nm: [f64; 3]) {
-        let u = lanes(std::array::from_fn(|i| if self.arm.model.free[i] { torques_nm[i] } else { 0.0 }));
+        let u = lanes(std::array::from_fn(|i| if self.arm.joints.free[i] { torques_nm[i] } else { 0.0 }));
         if u == self.start.u {
             return;
         }
         let t = self.time_s(edge);
         self.pass(edge, Some(edge));
         let mut x = self.account(t);
-        if self.arm.model.amplifier_s > 0.0 {
+        if self.arm.joints.amplifier_s > 0.0 {
             x.lag = std::array::from_fn(|i| x.lag[i] + (x.u[i] - u[i]));
         }
         x.u = u;
@@ -304,7 +306,7 @@ impl<'a> ArmMotion<'a> {
     #[must_use]
     pub fn energy(&self, edge: u64) -> ArmEnergy {
         let mut energy = self.energy;
-        energy.take(&self.arm.model, &self.start, &self.series, self.time_s(edge));
+        energy.take(&self.arm.joints, &self.start, &self.series, self.time_s(edge));
         energy
     }
 
@@ -342,7 +344,7 @@ impl<'a> ArmMotion<'a> {
 
     /// Accounts for the energy of the first `t` after the anchor and returns the state there.
     fn account(&mut self, t: f64) -> Start {
-        self.energy.take(&self.arm.model, &self.start, &self.series, t);
+        self.energy.take(&self.arm.joints, &self.start, &self.series, t);
         self.error = self.error(t);
         self.at(t)
     }
@@ -351,8 +353,8 @@ impl<'a> ArmMotion<'a> {
     #[cold]
     fn follow(&mut self) {
         if self.end == End::Short {
-            let Self { arm, start, holds, series, .. } = self;
-            series.extend(arm, start, holds, ORDER);
+            let Self { arm, start, holds, series, work, .. } = self;
+            L::extend(arm, series, work, start, holds, ORDER);
             return self.look_ahead(self.end_s);
         }
         self.pass(self.end_edge, None);
@@ -362,7 +364,7 @@ impl<'a> ArmMotion<'a> {
             End::Short | End::Worn => {}
             End::Stop(joint) => {
                 (x.w[joint], x.low[3][joint]) = (0.0, 0.0);
-                if self.arm.model.transmission[joint].is_none() {
+                if self.arm.joints.transmission[joint].is_none() {
                     (x.v[joint], x.low[1][joint]) = (0.0, 0.0);
                 }
             }
@@ -382,7 +384,7 @@ impl<'a> ArmMotion<'a> {
         let holds = self.arm.holds(&x, broke);
         self.mode_changes += holds.iter().zip(&self.holds).filter(|(now, before)| now != before).count() as u64;
         self.holds = holds;
-        self.series.write(self.arm, &x, &self.holds);
+        self.arm.write(&mut self.series, &mut self.work, &x, &self.holds);
         self.look_ahead(0.0);
     }
 
@@ -421,7 +423,7 @@ impl<'a> ArmMotion<'a> {
                 // Rounding may have put the torque beyond its limit already; the joint then breaks away when the torque
                 // grows further.
                 let beyond_nm = torque.start().abs() * (1.0 + 4.0 * f64::EPSILON);
-                let limit_nm = self.arm.model.coulomb_nm[joint].max(beyond_nm);
+                let limit_nm = self.arm.joints.coulomb_nm[joint].max(beyond_nm);
                 for direction in [1.0, -1.0] {
                     self.shorten(torque.keeps(limit_nm, -direction, from), End::Break(joint, direction));
                 }

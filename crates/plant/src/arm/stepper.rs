@@ -14,10 +14,10 @@
 //! implicit midpoint is found by iteration, which converges for steps below the shortest time constant. Energies are
 //! summed by the trapezoid rule, so the residual of the balance measures the error of the method.
 
-use super::friction::{Hold, Pose};
 use super::kinematics::Sines;
-use super::series::Start;
-use super::{Arm, ArmEnergy, ArmState};
+use super::links::Links;
+use super::series::{Hold, Start};
+use super::{Arm, ArmEnergy, ArmModel, ArmState};
 use crate::gauge::{Chord, Gauge, Measured, Pace};
 use crate::{Band, Method};
 
@@ -66,10 +66,9 @@ struct Step {
 
 /// An arm that moves in fixed steps, with the same functions as [`ArmMotion`](super::ArmMotion).
 #[derive(Clone)]
-pub struct SteppedArm<'a> {
-    arm: &'a Arm,
+pub struct SteppedArm<'a, L: Links = ArmModel> {
+    arm: &'a Arm<L>,
     method: Method,
-    diagonal_kg_m2: [f64; 3],
     /// Clock edges of a step.
     edges: u64,
     u: [f64; 3],
@@ -107,16 +106,20 @@ fn differences(before: &[Rub; 3], after: &[Rub; 3]) -> u64 {
     before.iter().zip(after).filter(|(before, after)| before != after).count() as u64
 }
 
-impl<'a> SteppedArm<'a> {
+/// Returns commands that are held whatever the arm does.
+fn held(u: [f64; 3]) -> impl Command {
+    move |_: &[f64; 3], _: &[f64; 3]| u
+}
+
+impl<'a, L: Links> SteppedArm<'a, L> {
     /// Creates an arm at edge 0, without torque, with steps of this number of clock edges, at least one.
     #[must_use]
-    pub fn new(arm: &'a Arm, method: Method, edges: u64, angles_rad: [f64; 3], speeds_rad_per_s: [f64; 3]) -> Self {
-        let speeds = std::array::from_fn(|i| if arm.model.free[i] { speeds_rad_per_s[i] } else { 0.0 });
+    pub fn new(arm: &'a Arm<L>, method: Method, edges: u64, angles_rad: [f64; 3], speeds_rad_per_s: [f64; 3]) -> Self {
+        let speeds = std::array::from_fn(|i| if arm.joints.free[i] { speeds_rad_per_s[i] } else { 0.0 });
         let from = [angles_rad, speeds, angles_rad, speeds, [0.0; 3]];
         let mut stepped = Self {
             arm,
             method,
-            diagonal_kg_m2: arm.diagonal_kg_m2(),
             edges: edges.max(1),
             u: [0.0; 3],
             start: 0,
@@ -215,14 +218,14 @@ impl<'a> SteppedArm<'a> {
     /// are commanded to give `torques_nm`; at every state at which the method asks for slopes, `command` returns the
     /// torques for the motors' angles and speeds. Joints turn where their speeds are 0, to the last bits.
     pub fn plan(&mut self, edges: u64, torques_nm: [f64; 3], command: impl Fn(&[f64; 3], &[f64; 3]) -> [f64; 3]) {
-        let free = self.arm.model.free;
+        let free = self.arm.joints.free;
         let command = |p: &[f64; 3], w: &[f64; 3]| {
             let torques_nm = command(p, w);
             std::array::from_fn(|i| if free[i] { torques_nm[i] } else { 0.0 })
         };
         self.edges = edges.max(1);
         self.drive(torques_nm);
-        if self.arm.model.amplifier_s == 0.0 {
+        if self.arm.joints.amplifier_s == 0.0 {
             self.from[TORQUE] = self.u;
         }
         let step = self.next(&command, true);
@@ -231,7 +234,7 @@ impl<'a> SteppedArm<'a> {
 
     /// Commands torques for the next step; a step that has begun does not change.
     pub fn drive(&mut self, torques_nm: [f64; 3]) {
-        self.u = std::array::from_fn(|i| if self.arm.model.free[i] { torques_nm[i] } else { 0.0 });
+        self.u = std::array::from_fn(|i| if self.arm.joints.free[i] { torques_nm[i] } else { 0.0 });
     }
 
     /// Returns the state at an edge of the present step.
@@ -298,7 +301,7 @@ impl<'a> SteppedArm<'a> {
         let step = match &self.step {
             Some(step) => step,
             None => {
-                begun = self.next(&self.held(), false);
+                begun = self.next(&held(self.u), false);
                 &begun
             }
         };
@@ -313,7 +316,7 @@ impl<'a> SteppedArm<'a> {
 
     fn begin(&mut self) {
         if self.step.is_none() {
-            let step = self.next(&self.held(), false);
+            let step = self.next(&held(self.u), false);
             self.keep(step);
         }
     }
@@ -322,12 +325,6 @@ impl<'a> SteppedArm<'a> {
         // NaN is not near.
         self.lost |= !step.to[Q].iter().chain(&step.to[P]).all(|angle| angle.abs() < FAR_RAD);
         self.step = Some(if self.lost { Step { to: self.from, ..step } } else { step });
-    }
-
-    /// Returns the present commands, held whatever the arm does.
-    fn held(&self) -> impl Command + use<> {
-        let u = self.u;
-        move |_: &[f64; 3], _: &[f64; 3]| u
     }
 
     /// Returns the effect of friction on each joint from a state on, under these commands.
@@ -341,7 +338,7 @@ impl<'a> SteppedArm<'a> {
     /// Returns the torque of a flexible transmission on its link; `None` if it is rigid.
     #[inline(always)]
     fn spring_nm(&self, x: &State, i: usize) -> Option<f64> {
-        self.arm.model.transmission[i].map(|flexible| {
+        self.arm.joints.transmission[i].map(|flexible| {
             flexible.stiffness_nm_per_rad * (x[P][i] - x[Q][i]) + flexible.damping_nm_s_per_rad * (x[W][i] - x[V][i])
         })
     }
@@ -349,44 +346,34 @@ impl<'a> SteppedArm<'a> {
     /// Returns the rates of the torques of amplifiers that lag behind their commands; 0 for amplifiers without lag.
     #[inline(always)]
     fn lag(&self, x: &State, u: &[f64; 3]) -> [f64; 3] {
-        let lag_s = self.arm.model.amplifier_s;
+        let lag_s = self.arm.joints.amplifier_s;
         std::array::from_fn(|i| if lag_s > 0.0 { (u[i] - x[TORQUE][i]) / lag_s } else { 0.0 })
     }
 
     /// Returns the slopes of a state, with all torques taken from that state.
     fn slope(&self, x: &State, near: &Sines, rub: &[Rub; 3], u: [f64; 3]) -> State {
-        let model = &self.arm.model;
-        let pose = Pose::of(self.arm, near.near(x[Q]), x[V]);
-        let [m1, m22, m33] = self.diagonal_kg_m2;
-        let given_nm = if model.amplifier_s > 0.0 { x[TORQUE] } else { u };
-        let (mut force_nm, mut moves) = (pose.bias_nm, model.free);
+        let joints = &self.arm.joints;
+        let pose = self.arm.pose(near, x[Q], x[V]);
+        let given_nm = if joints.amplifier_s > 0.0 { x[TORQUE] } else { u };
+        let (mut force_nm, mut moves) = (pose.bias_nm, joints.free);
         let mut motor = [0.0; 3];
         for i in 0..3 {
             let friction_nm = match rub[i] {
                 Rub::Held => 0.0,
-                Rub::Slips(sign) => sign * model.coulomb_nm[i],
+                Rub::Slips(sign) => sign * joints.coulomb_nm[i],
             };
-            let torque_nm = given_nm[i] - model.viscous_nm_s_per_rad[i] * x[W][i] - friction_nm;
+            let torque_nm = given_nm[i] - joints.viscous_nm_s_per_rad[i] * x[W][i] - friction_nm;
             let held = rub[i] == Rub::Held;
             if let Some(spring_nm) = self.spring_nm(x, i) {
-                motor[i] = if held { 0.0 } else { (torque_nm - spring_nm) / model.rotor_kg_m2[i] };
+                motor[i] = if held { 0.0 } else { (torque_nm - spring_nm) / joints.rotor_kg_m2[i] };
                 force_nm[i] += spring_nm;
             } else {
                 force_nm[i] += torque_nm;
                 moves[i] &= !held;
             }
         }
-        let m23 = pose.m23;
-        let (two, three) = match (moves[1], moves[2]) {
-            (true, true) => {
-                let determinant = m22 * m33 - m23 * m23;
-                let [_, f2, f3] = force_nm;
-                ((m33 * f2 - m23 * f3) / determinant, (m22 * f3 - m23 * f2) / determinant)
-            }
-            (two, three) => (if two { force_nm[1] / m22 } else { 0.0 }, if three { force_nm[2] / m33 } else { 0.0 }),
-        };
-        let link = [if moves[0] { force_nm[0] / (pose.m11 + m1) } else { 0.0 }, two, three];
-        let motor = std::array::from_fn(|i| if model.transmission[i].is_some() { motor[i] } else { link[i] });
+        let link = pose.accelerations(force_nm, moves);
+        let motor = std::array::from_fn(|i| if joints.transmission[i].is_some() { motor[i] } else { link[i] });
         [x[V], link, x[W], motor, self.lag(x, &u)]
     }
 
@@ -394,7 +381,7 @@ impl<'a> SteppedArm<'a> {
     /// step's end.
     fn next(&self, command: &impl Command, located: bool) -> Step {
         let mut x = self.from;
-        if self.arm.model.amplifier_s == 0.0 {
+        if self.arm.joints.amplifier_s == 0.0 {
             x[TORQUE] = self.u;
         }
         let (mut left_s, mut rub) = (self.edges as f64 * self.arm.edge_s, self.rubs(&x, self.u));
@@ -416,7 +403,7 @@ impl<'a> SteppedArm<'a> {
                 to = self.stopped(to, joint);
             }
         }
-        if self.arm.model.amplifier_s == 0.0 {
+        if self.arm.joints.amplifier_s == 0.0 {
             to[TORQUE] = command(&to[P], &to[W]);
         }
         energy = energy.plus(&self.exchanged(&x, &to, left_s), 1.0);
@@ -467,7 +454,7 @@ impl<'a> SteppedArm<'a> {
     /// Returns a state with a joint's motor at rest.
     fn stopped(&self, mut x: State, joint: usize) -> State {
         x[W][joint] = 0.0;
-        if self.arm.model.transmission[joint].is_none() {
+        if self.arm.joints.transmission[joint].is_none() {
             x[V][joint] = 0.0;
         }
         x
@@ -476,7 +463,7 @@ impl<'a> SteppedArm<'a> {
     /// Returns the state after `h` seconds of the method, from a state in which the motors are commanded to give `u`.
     fn moved(&self, from: &State, u: [f64; 3], rub: &[Rub; 3], h: f64, command: &impl Command) -> State {
         // If nothing moves, the commands stay, and only the amplifiers follow.
-        let still = (0..3).all(|i| rub[i] == Rub::Held && self.arm.model.transmission[i].is_none());
+        let still = (0..3).all(|i| rub[i] == Rub::Held && self.arm.joints.transmission[i].is_none());
         let at_rest = |x: &State| [[0.0; 3], [0.0; 3], [0.0; 3], [0.0; 3], self.lag(x, &u)];
         let near = Sines::of(from[Q]);
         let slope = |x: &State| {
@@ -518,15 +505,15 @@ impl<'a> SteppedArm<'a> {
 
     /// Returns the energies of a step, by the trapezoid rule.
     fn exchanged(&self, from: &State, to: &State, h: f64) -> ArmEnergy {
-        let model = &self.arm.model;
+        let joints = &self.arm.joints;
         let mut flows = [0.0; 4];
         for x in [from, to] {
             for (i, &w) in x[W].iter().enumerate() {
                 let half = 0.5 * h;
                 flows[0] += half * x[TORQUE][i] * w;
-                flows[1] += half * model.viscous_nm_s_per_rad[i] * w * w;
-                flows[2] += half * model.coulomb_nm[i] * w.abs();
-                if let Some(flexible) = model.transmission[i] {
+                flows[1] += half * joints.viscous_nm_s_per_rad[i] * w * w;
+                flows[2] += half * joints.coulomb_nm[i] * w.abs();
+                if let Some(flexible) = joints.transmission[i] {
                     let slip = w - x[V][i];
                     flows[3] += half * flexible.damping_nm_s_per_rad * slip * slip;
                 }
@@ -550,7 +537,7 @@ impl<'a> SteppedArm<'a> {
         let lanes = |[a, b, c]: [f64; 3]| [a, b, c, 0.0];
         let [q, v, p, w, torque] = x.map(lanes);
         let u = lanes(u);
-        let lag = std::array::from_fn(|i| if self.arm.model.amplifier_s > 0.0 { torque[i] - u[i] } else { 0.0 });
+        let lag = std::array::from_fn(|i| if self.arm.joints.amplifier_s > 0.0 { torque[i] - u[i] } else { 0.0 });
         Start { q, v, p, w, u, lag, ..Start::default() }
     }
 }

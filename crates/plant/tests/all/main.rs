@@ -2,6 +2,7 @@
 
 mod amplifier;
 mod arm_certified;
+mod arm_dynamics;
 mod arm_edges;
 mod arm_flexible;
 mod arm_friction;

@@ -19,10 +19,10 @@ use hpu_signal::{Cycle, Observe};
 /// Greatest number of rows of a recording that a run may hold.
 const MOST_ROWS: u64 = 20_000_000;
 
-/// The outputs of a run. Positions are in rad, of a mass or a PHANToM in m.
+/// The outputs of a run. Positions are in rad, of a mass or an arm in m.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Outputs {
-    /// The motion at the plant's rate: the angle of an axis, or the tip of a PHANToM along the direction under test.
+    /// The motion at the plant's rate: the angle of an axis, or the tip of an arm along the direction under test.
     pub trace: Vec<f64>,
     /// The deepest point in the wall.
     pub peak_penetration: f64,

@@ -18,8 +18,5 @@ pub fn grade_name(grade: Grade) -> &'static str {
 /// Returns the outputs that may have an error in a scene.
 #[must_use]
 pub fn outputs_of(experiment: &Experiment) -> &'static [Output] {
-    match experiment {
-        Experiment::Axis(_) | Experiment::Dut(_) => &Output::OF_AN_AXIS,
-        Experiment::Phantom(_) => &Output::OF_A_PHANTOM,
-    }
+    experiment.setup().outputs()
 }

@@ -3,7 +3,7 @@
 //! A scene says which outputs it is about (`[accuracy] outputs`) and how exact they have to be. A fit leaves out what
 //! these outputs do not need, one simplification at a time ([`simplifications`]): the bridge's switching, the winding's
 //! inductance, friction or its sticking, the fixed-point words, everything that happens between samples or within a
-//! fixed step, the encoder's counts; of a PHANToM its transmission, its amplifiers, its joints.
+//! fixed step, the encoder's counts; of an arm its transmission, its amplifiers, its joints.
 //!
 //! The models are tried from the cheapest up, by an estimate. Once one will do, models that should be nearly as cheap
 //! are tried too, and the fastest by measurement is taken. A model will do if

@@ -361,7 +361,7 @@ fn untouched(experiment: &Experiment) -> String {
             (&scene.hand, &scene.device, wall.position_rad, Some(wall.stiffness_nm_per_rad))
         }
         Experiment::Dut(scene) => (&scene.hand, &scene.device, scene.wall_rad, None),
-        Experiment::Phantom(_) => return "limits are those of an axis".into(),
+        _ => return "limits are those of an axis".into(),
     };
     let unit = device.units();
     let [from, to] = judged_window_s(experiment).map(figure);

@@ -98,9 +98,7 @@ impl World<'_> {
         };
         match self.text.parse(&set).map_err(|error| error.to_string())? {
             Experiment::Axis(scene) => scene.with_words_of(self.nominal).map_err(|why| format!("{}: {why}", place())),
-            Experiment::Phantom(_) | Experiment::Dut(_) => {
-                Err("limits over a box are those of an axis with a [method]".into())
-            }
+            _ => Err("limits over a box are those of an axis with a [method]".into()),
         }
     }
 

@@ -11,7 +11,7 @@ use hpu_cosim::{AnyRig, Control, Driver, Ready, Rig, Summary, Trace, Verdict, Wi
 use super::unseen::unseen_contact;
 use crate::watch::limited;
 
-/// The result of a cell; positions in rad, of a mass or a PHANToM in m.
+/// The result of a cell; positions in rad, of a mass or an arm in m.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Cell {
     /// The outcome of the motion.
@@ -198,7 +198,7 @@ impl Cell {
         };
         let words = match experiment {
             Experiment::Axis(scene) => scene.words().ok().map(|words| (scene, words.realised)),
-            Experiment::Phantom(_) | Experiment::Dut(_) => None,
+            _ => None,
         };
         let wraps = words.and_then(|(scene, realised)| product_wraps(scene, &realised, &trace, &summary));
         let unseen = words.and_then(|(scene, realised)| unseen_contact(scene, &realised, &trace, &summary));
@@ -249,13 +249,7 @@ fn numbers(verdict: Verdict) -> (Option<f64>, Option<f64>, Option<f64>) {
 /// Returns the relative error of the stiffness that the fixed-point words realise; `None` for a scene without such
 /// words.
 fn stiffness_error(experiment: &Experiment) -> Option<f64> {
-    match experiment {
-        Experiment::Axis(scene) if scene.wall.stiffness_nm_per_rad > 0.0 => {
-            scene.words().ok().map(|words| words.realised.stiffness_error)
-        }
-        Experiment::Axis(_) | Experiment::Dut(_) => None,
-        Experiment::Phantom(scene) => scene.words().ok().and_then(|words| words.stiffness_miss).map(|miss| miss.error),
-    }
+    experiment.setup().stiffness_error()
 }
 
 /// Returns how often the spring's product had wrapped when the motion came to rest in the wall; `None` if it had not,

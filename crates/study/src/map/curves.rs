@@ -92,8 +92,8 @@ fn scene(map: &Map, method: usize, over_x: bool, cell: usize) -> Result<(Scene, 
                 return Ok((scene, stiffness.values()[at]));
             }
             Ok(Experiment::Axis(_)) => {}
-            Ok(Experiment::Phantom(_)) => return Err("the criteria speak of an axis, not of a PHANToM".into()),
             Ok(Experiment::Dut(_)) => return Err("the criteria speak of known laws, not of a design of yours".into()),
+            Ok(_) => return Err("the criteria speak of an axis, which this is not".into()),
             Err(error) => why = error.to_string(),
         }
     }

@@ -3,7 +3,6 @@
 use std::io::{self, Write};
 use std::num::NonZeroU32;
 
-use hpu_cosim::scene::Experiment;
 use parquet::errors::ParquetError;
 
 use super::{Cell, Found, Map, is_late, outcome, outcome_name};
@@ -14,9 +13,7 @@ use crate::page::{Column, Field, Place, Value, write_csv, write_parquet};
 pub fn units_of(map: &Map) -> Vec<(String, String)> {
     let middle = map.point(map.layer() / 2);
     let (position, stiffness) = match map.experiment(middle) {
-        Ok(Experiment::Axis(scene)) => (scene.device.units().position, scene.device.units().stiffness),
-        Ok(Experiment::Dut(scene)) => (scene.device.units().position, scene.device.units().stiffness),
-        Ok(Experiment::Phantom(_)) => ("m", "N/m"),
+        Ok(experiment) => (experiment.setup().units().position, experiment.setup().units().stiffness),
         Err(_) => ("as the device's positions", "as the device's stiffnesses"),
     };
     let axis = |axis: &super::Axis| {

@@ -5,6 +5,7 @@ use super::value::Expected;
 use super::{Choice, Flag, Group, Key, Own, Quantity, Takes, Text, Whole, keys};
 use crate::scene::accuracy::{OfOutputs, Output};
 use crate::scene::expect::OutcomeKind;
+use crate::scene::phantom;
 use crate::scene::quantity as q;
 use crate::scene::quantity::Sense::{Any, NotNegative, Positive, Within};
 
@@ -154,7 +155,7 @@ keys! { accuracy: "accuracy" of ["axis", "dut"];
 
 keys! { accuracy_phantom: "accuracy" of ["phantom"];
     /// Outputs that must agree.
-    outputs: OfOutputs = OfOutputs(&Output::OF_A_PHANTOM);
+    outputs: OfOutputs = OfOutputs(&phantom::OUTPUTS);
 }
 
 keys! { accuracy_all: "accuracy" of [];

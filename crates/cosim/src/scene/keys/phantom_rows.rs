@@ -4,10 +4,9 @@ use super::Otherwise::{Is, Required, Said};
 use super::{Choice, Flag, Group, Key, Quantity, Text, Whole, keys, named};
 use crate::message::number;
 use crate::scene::model::Solver;
-use crate::scene::phantom::{Direction, PhantomLaw, Platform, Premium};
+use crate::scene::phantom::{Direction, PhantomLaw, Platform, Premium, Words};
 use crate::scene::quantity as q;
 use crate::scene::quantity::Sense::{NotNegative, Positive, UpTo, Within};
-use crate::scene::read_phantom::Words;
 
 /// The length of one of the arm's links.
 const LINK: Quantity = Quantity::new(&q::LENGTH, Within(0.02, 0.5), Said("140 mm of a premium_1.0, else the arm's"))

@@ -1,18 +1,25 @@
-//! A scene of a PHANToM, made ready.
+//! A PHANToM: its scene made ready, its worlds, the host of its operating-system platforms, and its law without a clock.
+
+mod direct;
+mod host;
+#[cfg(test)]
+mod tests;
+mod world;
+
+use direct::ArmDirect;
+use host::{COUNTING, Host};
+pub use world::{FpgaWorld, HostWorld};
 
 use hpu_datapath::phantom::{PhantomIn, PhantomIo, PhantomIoIn, PhantomLoop, PhantomSharedLoop};
-use hpu_plant::arm::{Arm, ArmModel, Transmission};
+use hpu_plant::arm::{Arm, ArmModel, Transmission, kinematics};
 use hpu_signal::{Clock, Format, Observe, Ports, Real, Signal};
 
-use crate::arm_direct::ArmDirect;
+use crate::arm::{ArmPlant, Stops};
 use crate::arm_loop::ArmLoop;
-use crate::arm_world::{ARM_REALS, ArmPlant, FpgaWorld, HostWorld};
-use crate::columns::ARM_ROW;
-use crate::direct::Direct;
+use crate::columns::{ARM_REALS, ARM_ROW};
 use crate::engine::{Comparison, Control, Driver};
-use crate::host::{COUNTING, Host};
 use crate::random::SplitMix64;
-use crate::rig::{self, Compare, Rig, TheLoop, Visit, Wired};
+use crate::rig::{self, Compare, Direct, Rig, TheLoop, Visit, Wired};
 use crate::scene::{PhantomLaw, PhantomScene, PhantomWords, Platform, Premium, Record};
 use crate::session_error::SessionError;
 use crate::summary::{Abort, Summary};
@@ -28,10 +35,19 @@ const MOTOR_FULL_SCALE_NM: f64 = 0.17;
 /// Greatest force that the device renders (the maker's figure).
 const FORCE_LIMIT_N: f64 = 8.5;
 
+/// The immutable laws of a PHANToM's world.
+pub struct PhantomPlant<L = ArmModel> {
+    arm: ArmPlant<L>,
+    /// The axis of a drop test.
+    axis: usize,
+    /// The host, if one computes the force.
+    host: Option<Host>,
+}
+
 /// A scene of a PHANToM made ready: its words, its wiring, its plant.
 pub struct PhantomSession<'s> {
     scene: &'s PhantomScene,
-    plant: ArmPlant,
+    plant: PhantomPlant,
     words: PhantomWords,
     wiring: ArmLoop,
 }
@@ -71,7 +87,7 @@ impl<'s> PhantomSession<'s> {
     /// Returns the angle of one count of each joint.
     #[must_use]
     pub fn count_rad(&self) -> [f64; 3] {
-        self.plant.count_rad
+        self.plant.arm.count_rad
     }
 
     /// Returns the apparent mass at the tip, if the model has one in place of its links' inertias.
@@ -149,7 +165,7 @@ fn model(scene: &PhantomScene) -> ArmModel {
     model
 }
 
-fn plant(scene: &PhantomScene) -> Result<ArmPlant, SessionError> {
+fn plant(scene: &PhantomScene) -> Result<PhantomPlant, SessionError> {
     let model = model(scene);
     let config = &scene.method.config;
     let count_rad = config.turns.map(|turn| 2.0 * std::f64::consts::PI * f64::from(turn.num) / f64::from(turn.den));
@@ -201,19 +217,32 @@ fn plant(scene: &PhantomScene) -> Result<ArmPlant, SessionError> {
         seed: random.next_u64(),
     });
     let arm = Arm::new(model, scene.clock.period_s()).map_err(|error| SessionError::Arm(error.to_string()))?;
-    Ok(ArmPlant {
-        arm,
-        stepping: scene.model.solver.method().map(|method| (method, scene.step_clocks())),
-        count_rad,
-        command_nm,
-        start_rad,
-        start_rad_per_s,
-        limited: scene.drop.premium == Premium::OneFive,
-        half: 1 << (config.depth_width - 1),
-        axis,
-        // A thrown tip may reach the opposite wall; a released tip may not.
-        opposite_m: if scene.drop.speed_m_per_s == 0.0 { scene.room.distance_m } else { f64::INFINITY },
-        host,
+    let stops = stops(scene, model.lengths_m, count_rad);
+    let stepping = scene.model.solver.method().map(|method| (method, scene.step_clocks()));
+    let arm = ArmPlant { arm, stepping, count_rad, command_nm, start_rad, start_rad_per_s, stops };
+    Ok(PhantomPlant { arm, axis, host })
+}
+
+/// Returns the reasons for aborting a drop test, as a function of the counts.
+fn stops(scene: &PhantomScene, lengths_m: [f64; 2], count_rad: [f64; 3]) -> Stops {
+    let half = 1i64 << (scene.method.config.depth_width - 1);
+    let limited = scene.drop.premium == Premium::OneFive;
+    let axis = scene.drop.axis.index();
+    // A thrown tip may reach the opposite wall; a released tip may not.
+    let opposite_m = if scene.drop.speed_m_per_s == 0.0 { scene.room.distance_m } else { f64::INFINITY };
+    Box::new(move |counts| {
+        let angles_rad: [f64; 3] = [0, 1, 2].map(|joint| counts[joint] as f64 * count_rad[joint]);
+        if counts.iter().any(|count| !(-half..half).contains(count)) {
+            Some("a joint left the tables of sines: the datapath says invalid, torques are zero")
+        } else if limited && !kinematics::within_limits_1_5(angles_rad) {
+            Some("a joint left its limits")
+        } else if kinematics::is_singular(lengths_m, angles_rad) {
+            Some("the arm is nearly singular")
+        } else if kinematics::tip_m(lengths_m, angles_rad)[axis] > opposite_m {
+            Some("the tip reached the opposite wall")
+        } else {
+            None
+        }
     })
 }
 
@@ -246,7 +275,7 @@ impl Rig for PhantomSession<'_> {
     }
 
     fn commands(&self) -> Vec<(&'static str, &'static str, f64)> {
-        let [first, second, third] = self.plant.command_nm;
+        let [first, second, third] = self.plant.arm.command_nm;
         vec![
             ("command1", "wall_torque1_nm", first),
             ("command2", "wall_torque2_nm", second),
@@ -301,16 +330,16 @@ impl Wired for PhantomSession<'_> {
         self.scene.model.solver.into()
     }
 
-    fn direct(&self) -> Option<Direct<'_>> {
+    fn direct(&self) -> Option<Box<dyn Direct + '_>> {
         if self.scene.model.law == PhantomLaw::Words {
             return None;
         }
-        let (_, step) = self.plant.stepping?;
+        let (_, step) = self.plant.arm.stepping?;
         let (period, edge_s) = (self.scene.period_clocks(), self.scene.clock.period_s());
         // A command is held for a period once it is there. In the ideal law it is there at once.
         let late = if self.scene.model.law == PhantomLaw::Ideal { 0 } else { COUNTING + latency(self.scene) };
         let age_s = (late as f64 + 0.5 * period as f64) * edge_s;
         let follows = (!self.scene.platform.is_host() && step > period).then_some(age_s);
-        Some(Direct::Arm(ArmDirect { plant: &self.plant, step, edge_s, follows }))
+        Some(Box::new(ArmDirect { plant: &self.plant, step, edge_s, follows }))
     }
 }

@@ -1,6 +1,6 @@
 //! A PHANToM's law in floats, closed around the arm in steps: no words, no wiring and no clock.
 //!
-//! The law is that of the [host](crate::host), also where an FPGA computes it. At its sample instants it reads the
+//! The law is that of the [host](super::host), also where an FPGA computes it. At its sample instants it reads the
 //! counts, or the true angles. Its commands are as late, and the counters' values as old, as they are with a clock. A
 //! step ends at an instant of the host that would fall inside it.
 //!
@@ -19,10 +19,13 @@ use std::time::Instant;
 use hpu_plant::arm::kinematics::{Pose, Sines};
 use hpu_signal::{Cycle, Observe};
 
+use super::PhantomPlant;
+use super::host::{COUNTING, HostState};
+use crate::arm::{ArmPlant, ArmState};
 use crate::arm_body::ArmBody;
-use crate::arm_world::{ARM_REALS, ArmPlant, ArmState};
+use crate::columns::ARM_REALS;
 use crate::engine::{Control, TURN};
-use crate::host::{COUNTING, HostState};
+use crate::rig::Direct;
 use crate::summary::Summary;
 use crate::trace::Trace;
 
@@ -31,13 +34,13 @@ use crate::trace::Trace;
 const NETS: usize = 27;
 
 /// A PHANToM's law in floats, closed around the arm in steps.
-pub struct ArmDirect<'p> {
-    pub(crate) plant: &'p ArmPlant,
+pub(super) struct ArmDirect<'p> {
+    pub(super) plant: &'p PhantomPlant,
     /// Clock edges per step.
-    pub(crate) step: u64,
-    pub(crate) edge_s: f64,
+    pub(super) step: u64,
+    pub(super) edge_s: f64,
     /// Mean age, in seconds, of the angles behind a command, where the law follows the arm and has no sample instants.
-    pub(crate) follows: Option<f64>,
+    pub(super) follows: Option<f64>,
 }
 
 /// The state of one run of an [`ArmDirect`].
@@ -50,10 +53,8 @@ struct Course<'d, 'p> {
     measures: bool,
 }
 
-impl ArmDirect<'_> {
-    /// Runs to the edge at which the window ends, until stopped, or until the arm cannot go on. Returns the edges of
-    /// contact in the window, and why the arm cannot go on.
-    pub(crate) fn run(
+impl Direct for ArmDirect<'_> {
+    fn run(
         &self,
         (from, end): (u64, u64),
         stride: u64,
@@ -119,7 +120,7 @@ impl<'d, 'p> Course<'d, 'p> {
         let host = direct.plant.host.as_ref().expect("a law in floats is a host's");
         Self {
             direct,
-            state: ArmState::new(direct.plant),
+            state: ArmState::new(&direct.plant.arm),
             host: HostState::new(host),
             output_changes: 0,
             measures: false,
@@ -136,7 +137,7 @@ impl<'d, 'p> Course<'d, 'p> {
         if follows.is_none() {
             while host.due() <= edge {
                 let (angles_rad, speeds) = (*arm.motor_angles_rad(), *arm.motor_speeds_rad_per_s());
-                host.act(edge, || plant.counted_rad(earlier(&angles_rad, &speeds, counting_s)), || angles_rad);
+                host.act(edge, || counted_rad(&plant.arm, earlier(&angles_rad, &speeds, counting_s)), || angles_rad);
             }
             state.command = host.command();
         }
@@ -146,7 +147,7 @@ impl<'d, 'p> Course<'d, 'p> {
             let lower = if law.ideal { 0.0 } else { 0.5 };
             let read = |p: &[f64; 3], w: &[f64; 3]| {
                 let old_rad = earlier(p, w, age_s);
-                [0, 1, 2].map(|i| old_rad[i] - lower * plant.count_rad[i])
+                [0, 1, 2].map(|i| old_rad[i] - lower * plant.arm.count_rad[i])
             };
             let near = Sines::of(read(arm.motor_angles_rad(), arm.motor_speeds_rad_per_s()));
             let followed = |p: &[f64; 3], w: &[f64; 3]| {
@@ -156,7 +157,7 @@ impl<'d, 'p> Course<'d, 'p> {
             state.command = law.words(torques_nm);
             arm.plan(next - edge, torques_nm, followed);
         } else {
-            let torques_nm = [0, 1, 2].map(|i| state.command[i] as f64 * plant.command_nm[i]);
+            let torques_nm = [0, 1, 2].map(|i| state.command[i] as f64 * plant.arm.command_nm[i]);
             arm.plan(next - edge, torques_nm, |_, _| torques_nm);
         }
         *output_changes += u64::from(state.command != before);
@@ -194,4 +195,9 @@ impl<'d, 'p> Course<'d, 'p> {
 /// Returns the motor angles of `age_s` ago, extrapolated by the present speeds.
 fn earlier(angles_rad: &[f64; 3], speeds_rad_per_s: &[f64; 3], age_s: f64) -> [f64; 3] {
     [0, 1, 2].map(|i| angles_rad[i] - speeds_rad_per_s[i] * age_s)
+}
+
+/// Returns angles rounded down to whole counts, as counters read them.
+fn counted_rad(arm: &ArmPlant, angles_rad: [f64; 3]) -> [f64; 3] {
+    [0, 1, 2].map(|joint| (angles_rad[joint] / arm.count_rad[joint]).floor() * arm.count_rad[joint])
 }

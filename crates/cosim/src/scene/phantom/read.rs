@@ -3,19 +3,16 @@
 use hpu_datapath::phantom::PhantomConfig;
 use hpu_plant::arm::{ArmModel, kinematics};
 
+use super::super::expect::{Expect, Metric};
+use super::super::head::{Own, about};
+use super::super::keys;
+use super::super::parameter::Origin;
+use super::super::read::{clock, expect};
+use super::super::read_model::step;
+use super::super::section::Section;
+use super::super::source::{SceneError, Source};
+use super::{Direction, Drop, Irregularity, PhantomMethod, PhantomModel, PhantomScene, Platform, Premium, Room};
 use crate::message::number;
-
-use super::expect::{Expect, Metric};
-use super::head::{Own, about};
-use super::keys;
-use super::parameter::Origin;
-use super::phantom::{
-    Direction, Drop, Irregularity, PhantomMethod, PhantomModel, PhantomScene, Platform, Premium, Room,
-};
-use super::read::{clock, expect};
-use super::read_model::step;
-use super::section::Section;
-use super::source::{SceneError, Source};
 
 /// The head of a scene of a PHANToM.
 const OWN: Own = Own {
@@ -25,7 +22,7 @@ const OWN: Own = Own {
     outputs: &keys::accuracy_phantom::outputs,
 };
 
-pub(super) fn phantom_scene(file: &str, source: &Source) -> Result<PhantomScene, SceneError> {
+pub(crate) fn scene(file: &str, source: &Source) -> Result<PhantomScene, SceneError> {
     let root = source.root();
     root.accept(&["phantom"])?;
     let about = about(&root)?;

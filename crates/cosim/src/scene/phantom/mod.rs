@@ -1,11 +1,21 @@
 //! A scene of a PHANToM: the drop test of Sevcik et al. 2009, its platforms and its models.
 
+mod read;
+
+pub(super) use read::{Words, scene};
+
 use hpu_datapath::phantom::PhantomConfig;
 
+use super::accuracy::Output;
 use super::head::{Head, has_head};
 use super::model::Solver;
+use super::parts::Units;
+use super::setup::Setup;
 use super::source::SceneError;
 use super::words::Miss;
+
+/// The outputs by which models of a PHANToM are compared.
+pub(super) const OUTPUTS: [Output; 3] = [Output::Trace, Output::Rms, Output::Verdict];
 
 /// The platform: the computer or FPGA that computes the wall's force, and its rate.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -308,5 +318,31 @@ impl PhantomScene {
             stiffness_miss: if by_words { Miss::of(asked, formats.stiffness) } else { None },
             period: self.period_clocks() as i64,
         })
+    }
+}
+
+impl Setup for PhantomScene {
+    fn solver(&self) -> Solver {
+        self.model.solver
+    }
+
+    fn units(&self) -> Units {
+        Units { position: "m", effort: "N", stiffness: "N/m", damping: "N.s/m" }
+    }
+
+    fn outputs(&self) -> &'static [Output] {
+        &OUTPUTS
+    }
+
+    fn wall_position(&self) -> f64 {
+        0.0
+    }
+
+    fn stiffness_error(&self) -> Option<f64> {
+        self.stiffness_miss().map(|miss| miss.error)
+    }
+
+    fn stiffness_miss(&self) -> Option<Miss> {
+        self.words().ok()?.stiffness_miss
     }
 }

@@ -1,0 +1,72 @@
+//! Tests that the arm moves alike by the recursion written out by hand and by its recorded dynamics.
+
+use hpu_plant::arm::{Links, Recorded};
+use hpu_signal::Cycle;
+
+use super::*;
+use crate::engine::ClosedLoop;
+use crate::scene::{Experiment, shipped};
+use crate::world::World;
+
+/// The words of all nets, from each edge at which one of them changed.
+#[derive(Default)]
+struct Changes(Vec<(u64, Vec<i64>)>);
+
+impl Observe for Changes {
+    fn nets(&mut self, cycle: Cycle, words: &[i64]) {
+        if self.0.last().is_none_or(|(_, last)| last != words) {
+            self.0.push((cycle.0, words.to_vec()));
+        }
+    }
+
+    fn reals(&mut self, _: Cycle, _: &[f64]) {}
+}
+
+/// Runs a loop to an edge. Returns the changes of its nets, the changes of friction, and the energies.
+fn run<'p, L: Links + 'p>(session: &PhantomSession, plant: &'p PhantomPlant<L>, end: u64) -> (Changes, u64, [f64; 4]) {
+    let ArmLoop::Phantom(wiring) = &session.wiring else { panic!("a loop of its own logic") };
+    let mut changes = Changes::default();
+    let mut run = ClosedLoop::new(wiring.clone(), FpgaWorld::new(plant), session.input(), end);
+    assert!(run.run(Driver::Events, end, &mut changes, &Control::default()));
+    let energy = run.world.audit();
+    let energies = [energy.source_j, energy.stored_j, energy.dissipated_j, energy.residual_j];
+    (changes, run.world.mode_changes(), energies)
+}
+
+/// The arm of the plant, with its links given by their dynamics alone.
+fn recorded(plant: &ArmPlant, edge_s: f64) -> Arm<Recorded> {
+    let model = plant.arm.model();
+    Arm::of(model, model.joints(), edge_s).expect("the joints of an arm that moves")
+}
+
+#[test]
+fn an_arm_known_by_its_dynamics_alone_has_the_same_events_on_the_same_edges() {
+    for (name, seconds) in [("phantom-drop", 4.0), ("phantom-flexible", 0.5), ("phantom-thrown", 2.0)] {
+        let scene = shipped().iter().find(|scene| scene.name == name).expect(name).parse(&[]).expect(name);
+        let Experiment::Phantom(scene) = &scene else { panic!("{name} is no PHANToM") };
+        let session = PhantomSession::new(scene).expect(name);
+        let plant = &session.plant;
+        let other = PhantomPlant {
+            arm: ArmPlant {
+                arm: recorded(&plant.arm, scene.clock.period_s()),
+                stepping: plant.arm.stepping,
+                count_rad: plant.arm.count_rad,
+                command_nm: plant.arm.command_nm,
+                start_rad: plant.arm.start_rad,
+                start_rad_per_s: plant.arm.start_rad_per_s,
+                stops: Box::new(|_| None),
+            },
+            axis: plant.axis,
+            host: None,
+        };
+        let end = scene.clock.edges(seconds);
+        let (fused, general) = (run(&session, plant, end), run(&session, &other, end));
+        assert!(fused.0.0.len() > 1000, "{name}: {} changes", fused.0.0.len());
+        let differs = fused.0.0.iter().zip(&general.0.0).find(|(one, other)| one != other);
+        assert_eq!(differs, None, "{name}");
+        assert_eq!((fused.0.0.len(), fused.1), (general.0.0.len(), general.1), "{name}");
+        for (one, other) in fused.2.iter().zip(general.2) {
+            assert!((one - other).abs() < 1e-12 * one.abs().max(1.0), "{name}: {:?} and {:?}", fused.2, general.2);
+        }
+    }
+}

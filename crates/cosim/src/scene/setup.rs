@@ -1,0 +1,93 @@
+//! The questions that every kind of scene answers about its device.
+
+use super::accuracy::Output;
+use super::model::Solver;
+use super::parts::Units;
+use super::words::Miss;
+use super::{DutScene, Experiment, Scene};
+
+/// A `Setup` is a scene of one kind, asked without knowing the kind: summaries, maps and messages read it. Implemented
+/// by the scene of each kind of device. [`Experiment::setup`] returns it.
+pub trait Setup {
+    /// Returns the solver of the device's motion.
+    fn solver(&self) -> Solver;
+    /// Returns the units of the device's motion.
+    fn units(&self) -> Units;
+    /// Returns the outputs by which models of the scene can be compared.
+    fn outputs(&self) -> &'static [Output];
+    /// Returns the position of the wall from which penetration is measured; 0 where nothing is measured from it.
+    fn wall_position(&self) -> f64;
+    /// Returns the relative error of the stiffness that the words realise; `None` without such words.
+    fn stiffness_error(&self) -> Option<f64> {
+        None
+    }
+    /// Returns the miss of the stiffness, if its word is far from it.
+    fn stiffness_miss(&self) -> Option<Miss> {
+        None
+    }
+    /// Returns the key that sets the format of the stiffness, if a scene can set it.
+    fn stiffness_format(&self) -> Option<&'static str> {
+        None
+    }
+}
+
+impl Experiment {
+    /// Returns the scene as one of any kind.
+    #[must_use]
+    pub fn setup(&self) -> &dyn Setup {
+        match self {
+            Self::Axis(scene) => scene,
+            Self::Phantom(scene) => scene,
+            Self::Dut(scene) => scene,
+        }
+    }
+}
+
+impl Setup for Scene {
+    fn solver(&self) -> Solver {
+        self.model.solver
+    }
+
+    fn units(&self) -> Units {
+        self.device.units()
+    }
+
+    fn outputs(&self) -> &'static [Output] {
+        &Output::OF_AN_AXIS
+    }
+
+    fn wall_position(&self) -> f64 {
+        self.wall.position_rad
+    }
+
+    fn stiffness_error(&self) -> Option<f64> {
+        let words = if self.wall.stiffness_nm_per_rad > 0.0 { self.words().ok()? } else { return None };
+        Some(words.realised.stiffness_error)
+    }
+
+    fn stiffness_miss(&self) -> Option<Miss> {
+        self.words().ok()?.realised.stiffness_miss
+    }
+
+    fn stiffness_format(&self) -> Option<&'static str> {
+        Some("method.stiffness_format")
+    }
+}
+
+impl Setup for DutScene {
+    fn solver(&self) -> Solver {
+        self.model.solver
+    }
+
+    fn units(&self) -> Units {
+        self.device.units()
+    }
+
+    fn outputs(&self) -> &'static [Output] {
+        &Output::OF_AN_AXIS
+    }
+
+    fn wall_position(&self) -> f64 {
+        self.wall_rad
+    }
+}

@@ -1,0 +1,99 @@
+//! An arm, and the interface between its motion and the equations of its links.
+
+use super::joints::Joints;
+use super::kinematics::Sines;
+use super::model::ArmModel;
+use super::polynomial::ORDER;
+use super::pose::Pose;
+use super::series::{FIRST, FIRST_LASTS_S, Hold, Series, Start, moves};
+
+/// `Links` are the moving parts of an arm, as its motion needs them: [`ArmMotion`](super::ArmMotion) flows by their
+/// series, [`SteppedArm`](super::SteppedArm) moves by their terms in a pose. Implemented by
+/// [`Recorded`](super::Recorded) for any [`Dynamics`](super::Dynamics), and by [`ArmModel`](super::ArmModel), whose
+/// series are written out by hand because they are most of a run's time.
+pub trait Links: Clone {
+    /// The memory of the recursion.
+    type Work: Clone;
+
+    /// Returns a memory to begin with.
+    fn work(&self) -> Self::Work;
+    /// Returns the tip's position.
+    fn tip_m(&self, angles_rad: [f64; 3]) -> [f64; 3];
+    /// Returns the mass matrix without rotors.
+    fn mass_kg_m2(&self, angles_rad: [f64; 3]) -> [[f64; 3]; 3];
+    /// Returns the potential energy.
+    fn potential_j(&self, angles_rad: [f64; 3]) -> f64;
+    /// Returns the terms of the equations of motion at angles `q` and speeds `v`, without rotors. `near` has the sines
+    /// of angles nearby.
+    fn pose(&self, near: &Sines, q: [f64; 3], v: [f64; 3]) -> Pose;
+    /// Extends the series of a motion to a higher power.
+    fn extend(arm: &Arm<Self>, series: &mut Series, work: &mut Self::Work, x: &Start, holds: &[Hold; 3], powers: usize);
+    /// Returns the acceleration of each rigid joint per torque, at the start of the series.
+    fn ease(arm: &Arm<Self>, work: &Self::Work) -> [f64; 3];
+}
+
+/// An arm that can move, on a clock.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Arm<L = ArmModel> {
+    pub(super) links: L,
+    pub(super) joints: Joints,
+    /// The inertias that the rotors of rigid joints add to the diagonal of the links' mass matrix.
+    pub(super) rotors_kg_m2: [f64; 3],
+    pub(super) edge_s: f64,
+    pub(super) tolerance: f64,
+}
+
+impl<L: Links> Arm<L> {
+    pub(super) fn with(links: L, joints: Joints, edge_s: f64) -> Self {
+        let rigid = |i: usize| if joints.transmission[i].is_none() { joints.rotor_kg_m2[i] } else { 0.0 };
+        Self { links, joints, rotors_kg_m2: std::array::from_fn(rigid), edge_s, tolerance: 1e-16 }
+    }
+
+    /// Returns the arm, integrated so that the last terms of a series stay below this (rad/s, N·m); the default is
+    /// 1e-16.
+    #[must_use]
+    pub fn with_tolerance(self, tolerance: f64) -> Self {
+        Self { tolerance, ..self }
+    }
+
+    /// Returns the tip's position.
+    #[must_use]
+    pub fn tip_m(&self, angles_rad: [f64; 3]) -> [f64; 3] {
+        self.links.tip_m(angles_rad)
+    }
+
+    /// Returns the equations' terms in a pose: those of the links, and the rotors of rigid joints.
+    #[inline]
+    pub(super) fn pose(&self, near: &Sines, q: [f64; 3], v: [f64; 3]) -> Pose {
+        let mut pose = self.links.pose(near, q, v);
+        for (i, rotor_kg_m2) in self.rotors_kg_m2.iter().enumerate() {
+            pose.mass_kg_m2[i][i] += rotor_kg_m2;
+        }
+        pose
+    }
+
+    /// Returns the acceleration of each joint's motor per torque, at the start of a series.
+    pub(super) fn ease(&self, work: &L::Work) -> [f64; 3] {
+        let (rigid, joints) = (L::ease(self, work), &self.joints);
+        [0, 1, 2].map(|i| match (joints.free[i], joints.transmission[i]) {
+            (false, _) => 0.0,
+            (true, None) => rigid[i],
+            (true, Some(_)) => 1.0 / joints.rotor_kg_m2[i],
+        })
+    }
+
+    /// Writes the series from `x` on for joints in the states `holds`: the first powers if these suffice, else all.
+    pub(super) fn write(&self, series: &mut Series, work: &mut L::Work, x: &Start, holds: &[Hold; 3]) {
+        let rests = |i: usize| !matches!(holds[i], Hold::Slip(_));
+        (series.q[0], series.v[0], series.p[0], series.w[0], series.lag[0]) = (x.q, x.v, x.p, x.w, x.lag);
+        series.powers = 0;
+        if !(0..3).any(|i| moves(&self.joints, holds, i)) && x.lag == [0.0; 4] && (0..3).all(rests) {
+            series.good_s = f64::INFINITY;
+            return;
+        }
+        L::extend(self, series, work, x, holds, FIRST);
+        if series.good_s < FIRST_LASTS_S {
+            L::extend(self, series, work, x, holds, ORDER);
+        }
+    }
+}
