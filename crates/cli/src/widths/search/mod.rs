@@ -16,8 +16,9 @@ use hpu_study::widths::search::{Design, Ended, Found, Knob, Plan, Point, Progres
 
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
+use crate::page::show;
 use crate::scene::{self, quoted, set_options};
-use crate::terminal::{print, print_json};
+use crate::terminal::print;
 use crate::{interrupt, journal, pictures, progress};
 
 use page::page;
@@ -243,11 +244,7 @@ pub fn run(args: &Search, asked: &Asked) -> Result<Exit, Failure> {
     let mut page = page(&searched);
     let files = folder.map(|folder| write(&searched, &page.text(), folder)).transpose()?.unwrap_or_default();
     page.data("files", serde_json::json!(files));
-    if asked.json {
-        print_json(&page.json())?
-    } else {
-        print(&page.text())?
-    }
+    show(&page, asked.json)?;
     Ok(Exit::Fine)
 }
 

@@ -162,9 +162,9 @@ impl Loops for Phantom {
         }
         let own = Design::new(&KEYS, base);
         let wide = knobs.iter().fold(own, |wide, knob| wide.with(knob.key.field, knob.to));
-        let depths = knobs.iter().filter(|knob| knob.key.field == Field::Depth).flat_map(|knob| knob.from..=knob.to);
+        let mut depths = knobs.iter().filter(|knob| knob.key.field == Field::Depth).flat_map(|knob| knob.from..=knob.to);
         let holds = |&depth: &i32| self.scene(&own.with(Field::Depth, depth), base).is_ok();
-        Ok(wide.with(Field::Depth, depths.filter(holds).last().unwrap_or(wide.get(Field::Depth))))
+        Ok(wide.with(Field::Depth, depths.rfind(holds).unwrap_or(wide.get(Field::Depth))))
     }
 
     fn never_stable(&self, _reference: &Design) -> String {
