@@ -17,6 +17,7 @@ mod keys;
 mod limits;
 mod manual;
 mod map;
+mod new;
 mod notation;
 mod page;
 mod parameters;
@@ -68,6 +69,7 @@ enum Verb {
     Run(run::Args),
     Scenes(scene::ListArgs),
     Scene(show::Args),
+    New(new::Args),
     Keys(keys::Args),
     Block(block::Args),
     Vectors(vectors::Args),
@@ -97,6 +99,7 @@ fn main() -> ExitCode {
         Verb::Run(args) => run::run(&args),
         Verb::Scenes(args) => scene::scenes(&args),
         Verb::Scene(args) => show::run(&args),
+        Verb::New(args) => new::run(&args),
         Verb::Keys(args) => keys::run(&args),
         Verb::Block(args) => block::run(&args),
         Verb::Vectors(args) => vectors::run(&args),

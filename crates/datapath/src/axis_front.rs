@@ -13,11 +13,12 @@
 //! - **Differs from the hardware**: as in synchronizer, quadrature_decoder, position_counter, displacement and
 //!   unilateral.
 
-use hpu_signal::Signal;
+use hpu_signal::{Narrowed, Signal};
 
 use crate::axis::Axis;
 use crate::circuit::instance;
 use crate::listed::{Given, Listed};
+use crate::part::{Part, exact};
 use crate::{
     Block, ConfigError, Displacement, Generic, Instance, Parts, Unilateral, displacement, flatten, synchronizer,
     unilateral,
@@ -163,5 +164,12 @@ impl Listed for AxisFront {
 
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
         Ok(vec![("8_bit", Self::new(8)?), ("32_bit", Self::new(32)?)])
+    }
+}
+
+impl Part for AxisFront {
+    #[inline]
+    fn follow(&mut self, input: &Self::In<i64>, _: Self::Out<i64>) -> Self::Out<Narrowed> {
+        self.settle(input.reference).map(exact)
     }
 }

@@ -3,9 +3,9 @@
 use hpu_signal::Narrowed;
 
 use crate::{
-    AxisFront, Block, CommandLimiter, Displacement, InputShaper, Law, LawOut, PositionCounter, QuadratureDecoder,
-    Saturator, Synchronizer, TorqueSum, TruncatingMultiplier, Unilateral, VelocityRegister, ZeroOrderHold,
-    input_shaper, saturator, truncating_multiplier, velocity_register,
+    Block, CommandLimiter, Displacement, InputShaper, Law, LawOut, PositionCounter, QuadratureDecoder, Saturator,
+    Synchronizer, TorqueSum, TruncatingMultiplier, Unilateral, VelocityRegister, ZeroOrderHold, input_shaper,
+    saturator, truncating_multiplier, velocity_register,
 };
 
 /// A block as a part of a circuit. Every block that a `circuit!` contains implements it.
@@ -84,13 +84,6 @@ impl Part for VelocityRegister {
     #[inline]
     fn follow(&mut self, _: &Self::In<i64>, _: Self::Out<i64>) -> Self::Out<Narrowed> {
         velocity_register::Out { velocity: self.latest() }
-    }
-}
-
-impl Part for AxisFront {
-    #[inline]
-    fn follow(&mut self, input: &Self::In<i64>, _: Self::Out<i64>) -> Self::Out<Narrowed> {
-        self.settle(input.reference).map(exact)
     }
 }
 

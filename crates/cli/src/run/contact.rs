@@ -5,8 +5,10 @@ use hpu_cosim::{AnyRig, Ready, Session, Verdict};
 use hpu_study::map::{Unseen, displayed_stiffness, product_wraps, unseen_contact};
 
 use crate::run::Ran;
-use crate::run::page::ANGLE;
 use crate::units::si;
+
+/// The index of an axis's angle among its outputs.
+pub const ANGLE: usize = 2;
 
 /// Returns a warning beside the verdict when the wall was not reached, or when its product wrapped; otherwise an empty
 /// text.

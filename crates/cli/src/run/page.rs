@@ -12,14 +12,12 @@ use hpu_study::widths::idle_bits;
 use serde_json::{Value, json};
 
 use crate::notation::triple;
-use crate::run::contact::{self, displayed, unseen, wraps};
+use crate::run::contact::{self, ANGLE, displayed, unseen, wraps};
 use crate::run::{Ran, phantom, rows, table};
 use crate::terminal::verdict;
 use crate::units::{error_percent, percent, rounded_up, si};
 use crate::{fit, page as pages, parameters};
 
-/// The index of an axis's angle among its outputs.
-pub const ANGLE: usize = 2;
 /// The index of the torque or force of its actuator.
 const TORQUE: usize = 3;
 

@@ -1,6 +1,7 @@
 //! `hpu widths`: the bits that every signal of a scene needs, and the effect of each bit.
 
 mod cost;
+mod digits;
 mod gappa;
 mod page;
 mod proved;

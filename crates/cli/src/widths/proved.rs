@@ -8,7 +8,7 @@ use hpu_study::widths::Measured;
 use hpu_study::widths::proof::{Bound, How, Limit, Proof, WrapsAt, axis_bounds, exhausted, phantom_bounds};
 use serde_json::{Value, json};
 
-use crate::widths::page::digits;
+use crate::widths::digits::digits;
 
 /// The most inputs of a block for which a page tries all of them.
 const MOST_INPUTS: u128 = 1 << 24;

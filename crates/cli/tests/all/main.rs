@@ -17,6 +17,7 @@ mod keys;
 mod manual;
 mod map;
 mod modules;
+mod new;
 mod on_disk;
 mod phantom;
 mod price;

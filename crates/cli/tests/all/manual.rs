@@ -22,7 +22,7 @@ fn verbs() -> Vec<Vec<String>> {
     };
     let mut all = Vec::new();
     for verb in listed(&[]) {
-        for study in if verb == "reproduce" { listed(&["reproduce"]) } else { Vec::new() } {
+        for study in if ["reproduce", "scene"].contains(&verb.as_str()) { listed(&[&verb]) } else { Vec::new() } {
             all.push(vec![verb.clone(), study]);
         }
         all.push(vec![verb]);

@@ -178,7 +178,7 @@ fn quoted(key: &str) -> String {
 const COLUMNS: usize = 118;
 
 /// Returns a text as lines of comments.
-pub fn comment(text: &str) -> String {
+fn comment(text: &str) -> String {
     let (mut all, mut line) = (String::new(), String::from("#"));
     for word in text.split_whitespace() {
         if line.len() + 1 + word.len() > COLUMNS {

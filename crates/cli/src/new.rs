@@ -1,0 +1,253 @@
+//! `hpu new`: a scene to begin with.
+
+use std::path::Path;
+
+use clap::ValueEnum;
+use clap::builder::PossibleValuesParser;
+use hpu_cosim::scene::keys::{Takes, rows};
+use hpu_cosim::scene::{Experiment, Resolved, ValueSource, as_scene, resolved};
+
+use crate::exit::{Exit, Failure};
+use crate::files::Folder;
+use crate::scene::quoted;
+use crate::terminal::print;
+
+/// Write a scene to begin with
+///
+/// Writes NAME.toml: a wall that runs and settles. Above each key stands its meaning. Lines that begin with `#` are keys
+/// with their defaults: to change one, remove the `#`. `hpu keys` lists all keys. With --dut the wall is a design of your
+/// own: NAME.vhd, which is written too, is a small one to begin with. Existing files are never overwritten.
+#[derive(clap::Args)]
+pub struct Args {
+    /// Name of the scene, also with folders in front
+    name: String,
+    /// Device that the hand holds
+    #[arg(long, value_enum, default_value_t = Device::Motor)]
+    device: Device,
+    /// Counts of the encoder: of a revolution of a motor, four a line, or of a metre of a mass [default: 4096, or 50000]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(16..=1_000_000))]
+    counts: Option<u32>,
+    /// Clock of the FPGA
+    #[arg(long, value_name = "FREQUENCY", default_value = "50 MHz")]
+    clock: String,
+    /// Control law of a motor or a mass [default: hybrid]
+    #[arg(long, value_parser = PossibleValuesParser::new(methods()), conflicts_with = "dut")]
+    method: Option<String>,
+    /// Close the loop by a design of your own, in the place of a method
+    #[arg(long)]
+    dut: bool,
+}
+
+/// A device, by `device.kind`.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Device {
+    /// A motor with a wheel
+    Motor,
+    /// A mass on a rail
+    Mass,
+    /// The arm of a PHANToM
+    Phantom,
+}
+
+/// The design to begin with; its entity has this name.
+const DESIGN: &str = include_str!("../../../testbench/dut/begin.vhd");
+const ENTITY: &str = "begin_wall";
+
+/// Returns the methods, by the row of `method.kind`.
+fn methods() -> Vec<&'static str> {
+    match rows().find(|row| (row.section, row.key) == ("method", "kind")).map(|row| row.takes) {
+        Some(Takes::Choice(names)) => names,
+        _ => Vec::new(),
+    }
+}
+
+/// Keys and their values.
+type Given = Vec<(String, String)>;
+
+/// Runs `hpu new`.
+pub fn run(args: &Args) -> Result<Exit, Failure> {
+    let name = args.name.strip_suffix(".toml").unwrap_or(&args.name);
+    let stem = Path::new(name).file_name().and_then(|stem| stem.to_str()).unwrap_or_default();
+    if stem.is_empty() {
+        return Err(Failure::usage(format!("`{}` is no name of a scene", args.name)));
+    }
+    if args.device == Device::Phantom && (args.method.is_some() || args.counts.is_some()) {
+        return Err(Failure::usage("a PHANToM has its own law and encoders; leave --method and --counts out"));
+    }
+    if args.device != Device::Motor && args.dut {
+        return Err(Failure::usage("the design to begin with drives a motor; leave --device out"));
+    }
+    let design = format!("{stem}.vhd");
+    let (all, _) = begin(args, &design)?;
+    let text = format!("# A scene of hpu: `{}`. Run it: `hpu run {name}.toml -o out`\n", command(args))
+        + &as_scene(&all, line);
+    let mut files = vec![(format!("{stem}.toml"), text)];
+    if args.dut {
+        files.push((design, DESIGN.to_string()));
+    }
+    let dir = Path::new(name).parent().filter(|dir| !dir.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let mut folder = Folder::open(dir)?;
+    let mut said = String::new();
+    for (file, text) in files {
+        let place = folder.place(&file);
+        if place.exists() {
+            return Err(Failure::usage(format!("{} is there already; choose another name", place.display())));
+        }
+        folder.write(&file, text)?;
+        said += &format!("wrote {}\n", place.display());
+    }
+    folder.commit()?;
+    print(&said)?;
+    Ok(Exit::Fine)
+}
+
+fn command(args: &Args) -> String {
+    let device = args.device.to_possible_value().map_or(String::new(), |value| value.get_name().to_string());
+    let mut command = format!("hpu new {} --device {device} --clock {}", quoted(&args.name), quoted(&args.clock));
+    if let Some(counts) = args.counts {
+        command += &format!(" --counts {counts}");
+    }
+    if let Some(method) = &args.method {
+        command += &format!(" --method {method}");
+    }
+    command + if args.dut { " --dut" } else { "" }
+}
+
+/// Returns the line of a key: what the scene gives as it is, all else as a comment.
+fn line(key: &Resolved, pair: Option<&str>) -> Option<String> {
+    Some(match (&key.source, pair) {
+        (ValueSource::Given(_), Some(pair)) => pair.to_string(),
+        (_, Some(pair)) => format!("# {pair}"),
+        (_, None) => format!("# {} = ...  # without it: {}", key.key, key.value),
+    })
+}
+
+/// Returns the keys of the scene, and the scene. Gains get the narrowest formats that hold them.
+fn begin(args: &Args, design: &str) -> Result<(Vec<Resolved>, Experiment), Failure> {
+    let given = given(args, design);
+    let parse = |formats: Given| {
+        let given: Given = given.iter().cloned().chain(formats).collect();
+        let mut load = |_: &str| Ok(DESIGN.as_bytes().to_vec());
+        let scene = Experiment::parse(&args.name, "", &given, &mut load)?;
+        Ok((resolved(&scene, &args.name, "", &given)?, scene))
+    };
+    let mut refused = None;
+    for formats in formats(args) {
+        match parse(formats) {
+            Ok((all, scene)) if crate::parameters::stiffness_miss(&scene).is_none() => return Ok((all, scene)),
+            Ok(_) => {}
+            Err(error) => refused = refused.or(Some(error)),
+        }
+    }
+    let why = refused
+        .map_or("no format of 32 bits holds the gains".to_string(), |error: hpu_cosim::scene::SceneError| {
+            error.to_string()
+        });
+    Err(Failure::usage(why))
+}
+
+/// Returns formats of the gains to try, from narrow to wide; none for devices whose scenes have no such keys.
+fn formats(args: &Args) -> Vec<Given> {
+    if args.dut || args.device == Device::Phantom {
+        return vec![Vec::new()];
+    }
+    let bounded = args.method.as_deref() == Some("energy_bounding");
+    let keys = ["stiffness_format", "damping_format", "bound_format"];
+    let of = |(int, frac): (u32, u32)| {
+        let format = format!("(0,{int},{frac})");
+        let keys = keys.iter().take(if bounded { 3 } else { 2 });
+        keys.map(|key| (format!("method.{key}"), format.clone())).collect()
+    };
+    let sizes = (12..=20).step_by(2).flat_map(|int| (0..=12).step_by(2).map(move |frac| (int, frac)));
+    sizes.filter(|(int, frac)| int + frac <= 32).map(of).collect()
+}
+
+/// Returns the keys that the scene gives.
+fn given(args: &Args, design: &str) -> Given {
+    let method = args.method.as_deref().unwrap_or("hybrid");
+    let counts = args.counts.unwrap_or(if args.device == Device::Mass { 50_000 } else { 4096 });
+    let clock = args.clock.as_str();
+    let text = |key: &str, value: &str| (key.to_string(), value.to_string());
+    let about = text("about", "A wall to begin with. Say here what to look for.");
+    let mut all = vec![about, text("clock.frequency", clock)];
+    let mut give = |pairs: &[(&str, &str)]| all.extend(pairs.iter().map(|(key, value)| text(key, value)));
+    match args.device {
+        Device::Phantom => {
+            give(&[
+                ("device.kind", "phantom"),
+                ("drop.axis", "y"),
+                ("platform.kind", "FPGA-400"),
+                ("room.distance", "2 cm"),
+                ("room.stiffness", "1 kN/m"),
+                ("model.amplifier_lag", "0.4 ms"),
+                ("model.transmission_stiffness", "3.5 kN/m"),
+                ("run.duration", "4 s"),
+                ("expect.outcome", "passive"),
+            ]);
+            return all;
+        }
+        Device::Motor => give(&[
+            ("device.kind", "motor"),
+            ("device.motor", "vasudevan_2007"),
+            ("device.wheel_ratio", "7"),
+            ("encoder.lines", &counts.div_ceil(4).to_string()),
+            ("wall.position", "1.5 rad"),
+            ("hand.kind", "spring_damper"),
+            ("hand.stiffness", "0.3 N.m/rad"),
+            ("hand.damping", "0.5 mN.m.s/rad"),
+            ("hand.path", "[[\"0 s\", 0], [\"150 ms\", 1.4], [\"250 ms\", 1.9]]"),
+        ]),
+        Device::Mass => give(&[
+            ("device.kind", "mass"),
+            ("device.mass", "90 g"),
+            ("device.damping", "0.5 N.s/m"),
+            ("encoder.resolution", &format!("{:?}", 1.0 / f64::from(counts))),
+            ("amplifier.full_scale", "10 N"),
+            ("method.pwm.bits", "16"),
+            ("wall.position", "2 cm"),
+            ("hand.kind", "spring_damper"),
+            ("hand.stiffness", "200 N/m"),
+            ("hand.damping", "3 N.s/m"),
+            ("hand.path", "[[\"0 s\", 0], [\"150 ms\", \"18 mm\"], [\"250 ms\", \"25 mm\"]]"),
+        ]),
+    }
+    give(&[("run.duration", "1 s"), ("expect.outcome", "settled")]);
+    if args.dut {
+        // PWM counts of 1/16 for an encoder count: 0.5 N.m/rad of the motor's 0.265 N.m at 1024 counts.
+        let gain = 16.0 * 0.5 * std::f64::consts::TAU / f64::from(counts) / 0.265 * 1024.0;
+        give(&[
+            ("dut.files", &format!("[{design:?}]")),
+            ("dut.top", ENTITY),
+            ("dut.clock", "clk"),
+            ("dut.reset.port", "rst"),
+            ("dut.ports.enc_a", "encoder.a"),
+            ("dut.ports.enc_b", "encoder.b"),
+            ("dut.ports.wall_at", "wall.count"),
+            ("dut.ports.gain", &format!("{:.0}", gain.max(1.0))),
+            ("dut.ports.pwm", "bridge.pwm"),
+            ("dut.ports.dir", "bridge.direction"),
+            ("wall.varies", "dut.ports.gain"),
+        ]);
+        return all;
+    }
+    let is_mass = args.device == Device::Mass;
+    let [stiffness, damping] = if is_mass { ["500 N/m", "1 N.s/m"] } else { ["0.5 N.m/rad", "0.1 mN.m.s/rad"] };
+    // Laws that have a damper of their own, or none.
+    let damped = !matches!(method, "virtual_coupling" | "passive_spring");
+    // Counts of the way that the hand goes: less than a revolution, or 6 cm.
+    let way = if is_mass { counts.div_ceil(16) } else { counts };
+    let bits = way.next_power_of_two().ilog2().max(12);
+    give(&[
+        ("method.kind", method),
+        ("method.sample_rate", "10 kHz"),
+        ("method.position_bits", &bits.to_string()),
+        ("wall.stiffness", stiffness),
+        ("wall.damping", if damped { damping } else { "0" }),
+    ]);
+    match method {
+        "virtual_coupling" => give(&[("method.coupling_stiffness", if is_mass { stiffness } else { "0.3 N.m/rad" })]),
+        "energy_bounding" => give(&[("method.c1", if is_mass { stiffness } else { "0.28 N.m/rad" })]),
+        _ => {}
+    }
+    all
+}

@@ -1,0 +1,155 @@
+//! `hpu new` and `hpu scene show`: every combination of flags gives a scene that runs and settles, with its keys
+//! explained; shown scenes run again; existing files stay.
+
+use std::fs;
+use std::path::Path;
+
+use serde_json::Value;
+
+use crate::common::{assert_refused, code, json, run, scratch, stderr, stdout, text};
+
+/// Returns the keys of a scene, as `hpu scene show` lists them.
+fn keys(scene: &str) -> Vec<Value> {
+    json(&run(&["scene", "show", scene, "--json"]))["keys"].as_array().expect("keys").clone()
+}
+
+fn value(keys: &[Value], section: &str, key: &str) -> Value {
+    let found = keys.iter().find(|found| found["section"] == section && found["key"] == key);
+    found.unwrap_or_else(|| panic!("no {section}.{key}"))["value"].clone()
+}
+
+/// Writes a scene with these flags, and runs it to the outcome that it expects.
+fn settles(dir: &Path, name: &str, flags: &[&str]) -> Vec<Value> {
+    let place = dir.join(name);
+    let made = run(&[&["new", text(&place)], flags].concat());
+    assert_eq!((code(&made), stderr(&made)), (0, String::new()), "{flags:?}");
+    let scene = format!("{}.toml", text(&place));
+    assert!(stdout(&made).contains(&format!("wrote {scene}\n")), "{}", stdout(&made));
+    let ran = run(&["run", &scene, "--json"]);
+    assert_eq!(code(&ran), 0, "{flags:?}: {}", stderr(&ran));
+    let summary = json(&ran);
+    let outcome = summary["outcome"].as_str().expect("an outcome");
+    assert!(["settled", "passive"].contains(&outcome), "{flags:?}: {outcome}");
+    keys(&scene)
+}
+
+#[test]
+fn every_combination_of_flags_gives_a_scene_that_runs_and_settles() {
+    let dir = scratch("new-all");
+    let listed = json(&run(&["keys", "method", "--json"]))["keys"].as_array().expect("keys").clone();
+    let kind = listed.iter().find(|key| key["key"] == "kind").expect("a kind");
+    let methods: Vec<_> = kind["options"].as_array().expect("options").iter().filter_map(Value::as_str).collect();
+    assert!(methods.len() >= 7, "{methods:?}");
+    let devices = [("motor", ["400", "4096", "20000"]), ("mass", ["20000", "50000", "200000"])];
+    let clocks = [("25 MHz", 25e6), ("50 MHz", 50e6), ("100 MHz", 100e6)];
+    for (device, counts) in devices {
+        for method in &methods {
+            for (counts, (clock, clock_hz)) in counts.into_iter().zip(clocks) {
+                let flags = ["--device", device, "--method", method, "--counts", counts, "--clock", clock];
+                let keys = settles(&dir, &format!("{device}-{method}-{counts}"), &flags);
+                assert_eq!(value(&keys, "method", "kind"), **method);
+                assert_eq!(value(&keys, "device", "kind"), device);
+                assert_eq!(value(&keys, "clock", "frequency"), clock_hz);
+                let counts: f64 = counts.parse().expect("a number");
+                let (key, expected) =
+                    if device == "motor" { ("lines", counts / 4.0) } else { ("resolution", 1.0 / counts) };
+                assert_eq!(value(&keys, "encoder", key).as_f64(), Some(expected));
+            }
+        }
+    }
+    settles(&dir, "plain", &[]);
+    for clock in ["25 MHz", "100 MHz"] {
+        settles(&dir, &format!("arm-{}", &clock[..2]), &["--device", "phantom", "--clock", clock]);
+    }
+}
+
+#[test]
+fn a_design_to_begin_with_settles_with_any_encoder() {
+    let dir = scratch("new-dut");
+    settles(&dir, "mine", &["--dut", "--clock", "10 MHz"]);
+    settles(&dir, "fine", &["--dut", "--clock", "20 MHz", "--counts", "20000"]);
+    assert!(dir.join("mine.vhd").exists());
+}
+
+#[test]
+fn every_key_stands_below_its_meaning_and_defaults_can_be_made_keys() {
+    let dir = scratch("new-text");
+    let scene = dir.join("wall.toml");
+    assert_eq!(code(&run(&["new", text(&dir.join("wall"))])), 0);
+    let written = fs::read_to_string(&scene).expect("a scene");
+    assert!(written.lines().all(|line| line.len() <= 120), "{written}");
+    let all = keys(text(&scene));
+    for key in &all {
+        let [name, meaning] = ["key", "meaning"].map(|of| key[of].as_str().expect("a text"));
+        let lines = written.lines().filter(|line| line.trim_start_matches("# ").starts_with(&format!("{name} = ")));
+        assert!(lines.count() > 0, "{name} is not in {written}");
+        let first = meaning.split_whitespace().take(5).collect::<Vec<_>>().join(" ");
+        assert!(written.contains(&format!("# {first}")), "{name}: {meaning}");
+    }
+    // A default without its `#` is the same scene.
+    let open: String = written
+        .lines()
+        .map(|line| match line.strip_prefix("# ") {
+            Some(pair)
+                if pair
+                    .split_once(" = ")
+                    .is_some_and(|(key, value)| !key.contains(' ') && !value.starts_with("...")) =>
+            {
+                format!("{pair}\n")
+            }
+            _ => format!("{line}\n"),
+        })
+        .collect();
+    assert!(open.matches("\nsupply = ").count() == 1, "{open}");
+    fs::write(dir.join("open.toml"), &open).expect("a scene");
+    let values = |all: &[Value]| {
+        let plain = |key: &Value| (key["section"].clone(), key["key"].clone(), key["value"].clone());
+        all.iter().map(plain).collect::<Vec<_>>()
+    };
+    assert_eq!(values(&keys(text(&dir.join("open.toml")))), values(&all));
+}
+
+#[test]
+fn a_shown_scene_runs_to_the_same_summary() {
+    let dir = scratch("scene-show");
+    for (scene, set) in [("hybrid-wall", "wall.stiffness=2 N.m/rad"), ("phantom-thrown", "room.stiffness=4 kN/m")] {
+        let shown = stdout(&run(&["scene", "show", scene, "--set", set]));
+        assert!(shown.contains(&format!("# --set {set}")), "{shown}");
+        assert!(
+            shown.contains(&format!("# testbench/scenes/{scene}.toml:")) && shown.contains("  # default"),
+            "{shown}"
+        );
+        let again = dir.join(format!("{scene}.toml"));
+        fs::write(&again, shown).expect("a scene");
+        let figures = |arguments: &[&str]| {
+            let summary = json(&run(&[&["run"], arguments, &["--json"]].concat()));
+            ["outcome", "edges", "energy", "activity", "metrics", "motion"].map(|key| summary[key].clone())
+        };
+        let own = figures(&[scene, "--set", set]);
+        assert!(own.iter().any(Value::is_object), "{own:?}");
+        assert_eq!(figures(&[text(&again)]), own);
+    }
+}
+
+#[test]
+fn what_would_overwrite_or_makes_no_scene_is_refused() {
+    let dir = scratch("new-refused");
+    let place = dir.join("wall");
+    assert_eq!(code(&run(&["new", text(&place)])), 0);
+    let before = fs::read_to_string(dir.join("wall.toml")).expect("a scene");
+    assert_refused(&run(&["new", text(&place)]), 2, &["wall.toml is there already", "choose another name"]);
+    fs::write(dir.join("mine.vhd"), "mine").expect("a file");
+    assert_refused(&run(&["new", text(&dir.join("mine")), "--dut"]), 2, &["mine.vhd is there already"]);
+    assert!(!dir.join("mine.toml").exists());
+    assert_eq!(fs::read_to_string(dir.join("wall.toml")).expect("a scene"), before);
+    for (flags, words) in [
+        (&["--clock", "fast"][..], "clock.frequency"),
+        (&["--device", "phantom", "--counts", "400"], "has its own law and encoders"),
+        (&["--device", "mass", "--dut"], "drives a motor"),
+        (&["--dut", "--method", "hybrid"], "cannot be used with"),
+        (&["--method", "hybrit"], "hybrid"),
+    ] {
+        assert_refused(&run(&[&["new", text(&dir.join("other"))], flags].concat()), 2, &[words]);
+        assert!(!dir.join("other.toml").exists());
+    }
+}
