@@ -16,6 +16,11 @@ fn number(text: &str) -> Result<NonZeroUsize, String> {
 }
 
 impl Jobs {
+    /// Returns the number if it was asked for.
+    pub fn given(&self) -> Option<NonZeroUsize> {
+        self.jobs
+    }
+
     /// Returns the number that was asked for, or the number of the machine's cores.
     pub fn get(&self) -> NonZeroUsize {
         self.jobs.or(thread::available_parallelism().ok()).unwrap_or(NonZeroUsize::MIN)

@@ -1,5 +1,5 @@
-//! The journal of a set of runs, a file in the set's folder. A line is added for each unit when the unit is done, so
-//! that an interrupted set can be continued.
+//! The journal of a set of runs, a file in the set's folder: of a map, a width search, a chart over a map, a study. A line
+//! is added for each unit when the unit is done, so that an interrupted set can be continued. No other place writes one.
 
 use std::collections::BTreeMap;
 use std::env;
@@ -13,41 +13,48 @@ use hpu_study::units::{self, JournalError, Row};
 use crate::exit::Failure;
 use crate::terminal;
 
-/// A journal that only this process writes to.
-pub struct Journal {
+/// A journal that only this process writes to; without a folder, rows are not kept.
+pub struct Journal(Option<Kept>);
+
+struct Kept {
     path: PathBuf,
     header: String,
     file: File,
 }
 
-/// Returns a set's journal and the rows in it; without a folder there is no journal and no row. `header` is called only
-/// if there is a journal, because it reads the whole program.
-pub fn resume(
+/// Returns a set's journal and the rows in it; without a folder no row. The journal is bound to its kind, the command,
+/// everything else that the rows depend on (`parts`), and this program.
+pub fn resume<'a>(
     dir: Option<&Path>,
     count: usize,
-    header: impl FnOnce() -> Result<String, Failure>,
-) -> Result<(Option<Journal>, BTreeMap<usize, Row>), Failure> {
-    let Some(dir) = dir else { return Ok(Default::default()) };
-    let (journal, rows) = Journal::open(dir, &header()?, count)?;
-    Ok((Some(journal), rows))
-}
-
-/// Returns the header of a set's journal: a hash of everything that its rows depend on, including this program, and the
-/// command.
-pub fn header<'a>(kind: &str, parts: impl IntoIterator<Item = &'a [u8]>, command: &str) -> Result<String, Failure> {
+    (kind, command): (&str, &str),
+    parts: impl IntoIterator<Item = &'a [u8]>,
+) -> Result<(Journal, BTreeMap<usize, Row>), Failure> {
+    let Some(dir) = dir else { return Ok((Journal(None), BTreeMap::new())) };
     let program = env::current_exe().and_then(fs::read);
     let program = program.map_err(|error| Failure::file(format!("this program cannot read itself: {error}")))?;
     let mut all = vec![program.as_slice()];
     for part in parts {
         all.push(part);
     }
-    Ok(format!("{kind} {} of {command}", units::fingerprint(all)))
+    let print = units::fingerprint(all);
+    let (kept, rows) = Kept::open(dir, &format!("{kind} {print} of {command}"), count)?;
+    Ok((Journal(Some(kept)), rows))
 }
 
 /// The name of the file.
 pub const NAME: &str = "journal.txt";
 
 impl Journal {
+    /// Adds a row.
+    pub fn add(&mut self, index: usize, row: &Row) -> Result<(), Failure> {
+        let Some(Kept { path, header, file }) = &mut self.0 else { return Ok(()) };
+        let line = units::Journal::line(header, index, row);
+        file.write_all(line.as_bytes()).map_err(|error| Failure::at(path, error))
+    }
+}
+
+impl Kept {
     /// Opens or begins the journal of the set with this header, and returns its rows. Damaged rows are counted on
     /// stderr and removed, and their units are run again.
     fn open(dir: &Path, header: &str, count: usize) -> Result<(Self, BTreeMap<usize, Row>), Failure> {
@@ -98,11 +105,5 @@ impl Journal {
             journal.file.write_all(units::Journal::head(header).as_bytes()).map_err(at)?;
         }
         Ok((journal, read.rows))
-    }
-
-    /// Adds a row.
-    pub fn add(&mut self, index: usize, row: &Row) -> Result<(), Failure> {
-        let line = units::Journal::line(&self.header, index, row);
-        self.file.write_all(line.as_bytes()).map_err(|error| Failure::at(&self.path, error))
     }
 }

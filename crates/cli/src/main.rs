@@ -25,16 +25,10 @@ mod pictures;
 mod price;
 mod progress;
 mod reproduce;
-mod reproduce_beside;
-mod reproduce_cost;
-mod reproduce_cost_claims;
-mod reproduce_cost_text;
-mod reproduce_drop;
-mod reproduce_drop_json;
-mod reproduce_words;
 mod run;
 mod scene;
 mod show;
+mod study;
 mod terminal;
 mod units;
 mod vectors;
@@ -80,6 +74,7 @@ enum Verb {
     Fit(fit::Args),
     Widths(widths::Args),
     Cost(cost::Args),
+    Study(study::Args),
     Reproduce(reproduce::Args),
     Completions(manual::CompletionArgs),
     Man(manual::ManArgs),
@@ -95,26 +90,38 @@ fn main() -> ExitCode {
     if !command.quiet {
         progress::begin(&named(env::args_os().skip(1)));
     }
-    let done = interrupt::listen().and_then(|()| match command.verb {
-        Verb::Run(args) => run::run(&args),
-        Verb::Scenes(args) => scene::scenes(&args),
-        Verb::Scene(args) => show::run(&args),
-        Verb::New(args) => new::run(&args),
-        Verb::Keys(args) => keys::run(&args),
-        Verb::Block(args) => block::run(&args),
-        Verb::Vectors(args) => vectors::run(&args),
-        Verb::Check(args) => check::run(&args),
-        Verb::Limits(args) => limits::run(&args),
-        Verb::Map(args) => map::run(&args),
-        Verb::Chart(args) => chart::run(&args),
-        Verb::Fit(args) => fit::run(&args),
-        Verb::Widths(args) => widths::run(&args),
-        Verb::Cost(args) => cost::run(&args),
-        Verb::Reproduce(args) => reproduce::run(&args),
-        Verb::Completions(args) => manual::completions(&args, Command::command()),
-        Verb::Man(args) => manual::man(&args, Command::command()),
-    });
-    ended(done)
+    ended(interrupt::listen().and_then(|()| command.verb.call()))
+}
+
+impl Verb {
+    fn call(self) -> Result<Exit, Failure> {
+        match self {
+            Self::Run(args) => run::run(&args),
+            Self::Scenes(args) => scene::scenes(&args),
+            Self::Scene(args) => show::run(&args),
+            Self::New(args) => new::run(&args),
+            Self::Keys(args) => keys::run(&args),
+            Self::Block(args) => block::run(&args),
+            Self::Vectors(args) => vectors::run(&args),
+            Self::Check(args) => check::run(&args),
+            Self::Limits(args) => limits::run(&args),
+            Self::Map(args) => map::run(&args),
+            Self::Chart(args) => chart::run(&args),
+            Self::Fit(args) => fit::run(&args),
+            Self::Widths(args) => widths::run(&args),
+            Self::Cost(args) => cost::run(&args),
+            Self::Study(args) => study::run(&args, &Command::command(), again),
+            Self::Reproduce(args) => reproduce::run(&args),
+            Self::Completions(args) => manual::completions(&args, Command::command()),
+            Self::Man(args) => manual::man(&args, Command::command()),
+        }
+    }
+}
+
+/// Reads a command that a study's file makes, to be called later.
+fn again(words: &[String]) -> Result<study::Call, clap::Error> {
+    let command = Command::try_parse_from(words)?;
+    Ok(Box::new(|| command.verb.call()))
 }
 
 fn ended(done: Result<Exit, Failure>) -> ExitCode {

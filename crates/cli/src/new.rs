@@ -134,7 +134,7 @@ fn begin(args: &Args, design: &str) -> Result<(Vec<Resolved>, Experiment), Failu
     let mut refused = None;
     for formats in formats(args) {
         match parse(formats) {
-            Ok((all, scene)) if crate::parameters::stiffness_miss(&scene).is_none() => return Ok((all, scene)),
+            Ok((all, scene)) if scene.setup().stiffness_miss().is_none() => return Ok((all, scene)),
             Ok(_) => {}
             Err(error) => refused = refused.or(Some(error)),
         }

@@ -29,15 +29,14 @@ pub fn run(args: &Args, source: &Source, race: Race, axes: (Axis, Axis)) -> Resu
     let files = tour.map.scene.files.iter().flat_map(|(name, bytes)| [name.as_bytes(), bytes]);
     let parts = [tour.map.scene.text.as_bytes()].into_iter().chain(files);
     let folder = args.out.as_deref().map(Folder::open).transpose()?;
-    let (mut journal, done) =
-        journal::resume(args.out.as_deref(), tour.units(), || journal::header("chart", parts, &command))?;
+    let (mut journal, done) = journal::resume(args.out.as_deref(), tour.units(), ("chart", &command), parts)?;
 
     let control = interrupt::heed();
     let mut kept = done.len();
     let shares = with_progress((tour.units() - done.len()) as u64, "cells", control, || {
         tour.run(Plan::usual(args.jobs.get()), done, control, |index, row| {
             kept += 1;
-            journal.as_mut().map_or(Ok(()), |journal| journal.add(index, row))
+            journal.add(index, row)
         })
     })?;
     let Some(shares) = shares else {

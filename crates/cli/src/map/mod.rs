@@ -179,8 +179,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let files = map.scene.files.iter().flat_map(|(name, bytes)| [name.as_bytes(), bytes]);
     let parts = [map.scene.text.as_bytes(), events.as_bytes()].into_iter().chain(files);
     let folder = args.out.as_deref().map(Folder::open).transpose()?;
-    let (mut journal, done) =
-        journal::resume(args.out.as_deref(), map.len(), || journal::header("map", parts, &command))?;
+    let (mut journal, done) = journal::resume(args.out.as_deref(), map.len(), ("map", &command), parts)?;
 
     let jobs = args.jobs.get();
     let plan =
@@ -193,7 +192,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         let found = with_progress((map.len() - done.len()) as u64, "cells", control, || {
             map.run(plan, done, control, |index, row| {
                 kept += 1;
-                journal.as_mut().map_or(Ok(()), |journal| journal.add(index, row))
+                journal.add(index, row)
             })
         });
         if let Ok(None) = found {

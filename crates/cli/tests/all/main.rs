@@ -29,5 +29,6 @@ mod rtl_motion;
 mod run;
 mod signals;
 mod snapshots;
+mod study;
 mod tools;
 mod widths;

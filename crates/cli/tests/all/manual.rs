@@ -67,6 +67,7 @@ fn options_of_many_verbs_are_the_same_in_all_of_them() {
         "chart",
         "widths",
         "cost",
+        "study",
         "reproduce phantom-table-2",
         "reproduce phantom-ladder",
         "reproduce phantom-cost",

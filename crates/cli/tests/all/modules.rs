@@ -25,8 +25,6 @@ const STANDING: &[(&str, &str, &str)] = &[
     ("study", "reproduce::formats", "reproduce::formats_text"),
     ("study", "reproduce::seeds", "reproduce::table"),
     ("study", "widths::proof::laws", "widths::proof::haptic"),
-    ("cli", "reproduce_cost_claims", "reproduce_cost_text"),
-    ("cli", "reproduce_drop_json", "reproduce_drop"),
 ];
 
 /// A path in a source, as in `crate::wall::Wall`.

@@ -142,14 +142,30 @@ pub fn claimed(claim: &Claim, lines: &[&Line], found: &[&Found]) -> Result<Vec<b
         }
         for formula in &claim.holds {
             let named = |name: &str| figures.get(name).cloned().ok_or_else(|| format!("no line has the figure {name}"));
-            cases.extend(formula.value(&named)?.into_iter().map(|case| case != 0.0));
+            cases.extend(formula.value(&named)?.into_iter().map(|case| case != 0.0 && !case.is_nan()));
         }
         rest = end;
     }
     Ok(cases)
 }
 
-/// Returns the lines and their results as a table of text, in the order of the lines.
+/// Returns the lines with their results, by their groups.
+fn groups<'a>(
+    comparison: &'a Comparison,
+    results: &'a [Result<Found, String>],
+) -> Vec<(&'static str, Vec<(&'a Line, &'a Result<Found, String>)>)> {
+    let mut groups: Vec<(&str, Vec<_>)> = Vec::new();
+    for (line, result) in comparison.lines.iter().zip(results) {
+        match groups.last_mut() {
+            Some((group, lines)) if *group == line.group => lines.push((line, result)),
+            _ => groups.push((line.group, vec![(line, result)])),
+        }
+    }
+    groups
+}
+
+/// Returns the lines and their results as a table of text, in the order of the lines. Tabs divide a result into
+/// columns, which are aligned within a group.
 #[must_use]
 pub fn beside_text(comparison: &Comparison, results: &[Result<Found, String>]) -> String {
     let width = |texts: &mut dyn Iterator<Item = usize>| texts.max().unwrap_or(0);
@@ -158,17 +174,24 @@ pub fn beside_text(comparison: &Comparison, results: &[Result<Found, String>]) -
     let is_paper = comparison.lines.iter().any(|line| !line.published.is_empty());
     let column = |text: &str| if is_paper { format!("{text:published$}  ") } else { String::new() };
     let mut text = format!("{:what$}  {}emulated\n", "", column("published"));
-    let mut group = "";
-    for (line, result) in comparison.lines.iter().zip(results) {
-        if line.group != group {
-            group = line.group;
-            text += &format!("\n{group}\n");
-        }
-        let found = match result {
-            Ok(found) => found.text.clone(),
-            Err(reason) => format!("not measured: {reason}"),
+    for (group, lines) in groups(comparison, results) {
+        text += &format!("\n{group}\n");
+        let cells = |result: &Result<Found, String>| match result {
+            Ok(found) => found.text.split('\t').map(String::from).collect(),
+            Err(reason) => vec![format!("not measured: {reason}")],
         };
-        text += &format!("{:what$}  {}{found}\n", line.what, column(line.published));
+        let rows: Vec<(&Line, Vec<String>)> = lines.iter().map(|(line, result)| (*line, cells(result))).collect();
+        for (line, cells) in &rows {
+            let size = |at: usize| {
+                width(&mut rows.iter().filter(|row| row.1.len() > at + 1).map(|row| row.1[at].chars().count()))
+            };
+            let last = cells.len() - 1;
+            let found = cells.iter().enumerate().map(|(at, cell)| match at == last {
+                true => cell.clone(),
+                false => format!("{cell:0$}  ", size(at)),
+            });
+            text += &format!("{:what$}  {}{}\n", line.what, column(line.published), found.collect::<String>());
+        }
     }
     for note in &comparison.notes {
         text += &format!("\n{note}\n");

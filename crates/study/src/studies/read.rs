@@ -1,6 +1,6 @@
 //! Reads a study's file: its groups of lines, its claims, its sections of verbs.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -12,7 +12,7 @@ use super::file::{At, File, FileErrors, join, start};
 use super::measure::{Asked, Load, MEASURES, Measure, Taken, Takes};
 use super::summing::Statement;
 use super::template::{Template, Values, figure};
-use super::vary::{Variables, written};
+use super::vary::{Variables, whole, written};
 use crate::formula::Formula;
 
 /// A study's file, read.
@@ -35,7 +35,7 @@ pub struct Section {
 }
 
 /// Keys of a study beside the verbs.
-const KEYS: [&str; 7] = ["name", "title", "notes", "let", "group", "claim", "about"];
+const KEYS: [&str; 6] = ["name", "title", "notes", "let", "group", "claim"];
 
 /// Reads a study. `verbs` are the sections that call other verbs, `load` makes a scene.
 ///
@@ -50,14 +50,14 @@ pub fn read(name: &str, bytes: &[u8], verbs: &[&str], load: Arc<Load>) -> Result
     for (given, _) in file.tables(top, "", "let") {
         for (name, item) in given.iter() {
             let at = At { key: &join("let", name), byte: start(item.span()) };
-            match item.as_value().ok_or_else(|| "write a value".to_string()).and_then(|value| vars.value(value)) {
+            match whole(item).and_then(|value| vars.value(&value)) {
                 Ok(value) => vars = vars.with(name, value),
                 Err(error) => file.refuse(at, error),
             }
         }
     }
     let root = At { key: "", byte: 0 };
-    let mut reader = Lines { file: &mut file, load, known: Arc::default(), lines: Vec::new() };
+    let mut reader = Lines { file: &mut file, load, known: Arc::default(), made: HashSet::new(), lines: Vec::new() };
     for (group, byte) in reader.file.tables(top, "", "group") {
         reader.group(group, byte, &vars);
     }
@@ -134,6 +134,8 @@ struct Lines<'f, 'a> {
     file: &'f mut File<'a>,
     load: Arc<Load>,
     known: Known,
+    /// Scenes under overrides that were made once, to see that they can be.
+    made: HashSet<String>,
     lines: Vec<Line>,
 }
 
@@ -248,6 +250,7 @@ impl Lines<'_, '_> {
         let options = options.collect();
         if measure.is_of_scene
             && !scene.is_empty()
+            && self.made.insert(format!("{scene} {set:?}"))
             && let Err(error) = (self.load)(&scene, &set)
         {
             self.file.refuse(at, error);
@@ -365,8 +368,7 @@ fn sections(file: &mut File, top: &dyn TableLike, verbs: &[&str], vars: &Variabl
             let mut options = Vec::new();
             for (key, item) in table.iter() {
                 let at = At { key: &join(verb, key), byte: start(item.span()) };
-                let value = item.as_value().ok_or_else(|| "write a value".to_string());
-                match value.and_then(|value| vars.value(value)) {
+                match whole(item).and_then(|value| vars.value(&value)) {
                     Ok(Value::Boolean(flag)) if !*flag.value() => {}
                     Ok(Value::Boolean(_)) => options.push((key.to_string(), file.place(at.byte), Vec::new())),
                     Ok(Value::Array(list)) => {

@@ -72,7 +72,7 @@ impl Variables {
     /// As [`replace`](Self::replace).
     pub fn value(&self, value: &Value) -> Result<Value, String> {
         Ok(match value {
-            Value::String(text) => match self.whole(text.value()) {
+            Value::String(text) => match self.alone(text.value()) {
                 Some(value) => value?.clone(),
                 None => self.replace(text.value())?.into(),
             },
@@ -96,7 +96,7 @@ impl Variables {
     }
 
     /// Returns the variable that a text consists of, if it is a list or a table.
-    fn whole(&self, text: &str) -> Option<Result<&Value, String>> {
+    fn alone(&self, text: &str) -> Option<Result<&Value, String>> {
         let name = text.strip_prefix('$').filter(|name| path(name) == *name)?;
         match self.get(name) {
             Ok(Value::Array(_) | Value::InlineTable(_)) | Err(_) => Some(self.get(name)),
@@ -114,10 +114,10 @@ impl Variables {
         let table = item.as_table_like().ok_or("write a table of lists, as in { rate = [\"1 kHz\", \"2 kHz\"] }")?;
         let mut cases = vec![self.clone()];
         for (name, item) in table.iter() {
-            let value = item.as_value().ok_or_else(|| format!("{name}: write a list"))?;
+            let value = whole(item)?;
             let mut next = Vec::new();
             for case in cases {
-                next.extend(case.cases(value, load)?.into_iter().map(|value| case.with(name, value)));
+                next.extend(case.cases(&value, load)?.into_iter().map(|value| case.with(name, value)));
             }
             cases = next;
         }
@@ -157,6 +157,11 @@ pub(super) fn written(value: &Value) -> String {
         Value::String(text) => text.value().clone(),
         other => other.clone().decorated("", "").to_string(),
     }
+}
+
+/// Returns an item as one value: a section as a table in line, an array of sections as a list.
+pub(super) fn whole(item: &Item) -> Result<Value, String> {
+    item.clone().into_value().map_err(|_| "write a value".into())
 }
 
 /// Returns a number as a value, without decimals where it has none.

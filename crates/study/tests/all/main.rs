@@ -21,6 +21,7 @@ mod reproduce_scaling;
 mod reproduce_seeds;
 mod reproduce_shaper;
 mod reproduce_summing;
+mod studies;
 mod trace_table;
 mod units;
 mod width_price;

@@ -195,19 +195,17 @@ pub fn run(args: &Search, asked: &Asked) -> Result<Exit, Failure> {
     let knobs = if args.vary.is_empty() { Knob::usual(experiment) } else { args.vary.clone() };
     let mut command = args.command(asked);
     let folder = out.map(Folder::open).transpose()?;
-    let (mut journal, done) = journal::resume(out, usize::MAX, || {
-        let parts = cases.iter().flat_map(|Case { text, .. }| {
-            let files = text.files.iter().flat_map(|(name, bytes)| [name.as_bytes(), bytes]);
-            [text.text.as_bytes()].into_iter().chain(files)
-        });
-        journal::header("widths", parts, &command)
-    })?;
+    let parts = cases.iter().flat_map(|Case { text, .. }| {
+        let files = text.files.iter().flat_map(|(name, bytes)| [name.as_bytes(), bytes]);
+        [text.text.as_bytes()].into_iter().chain(files)
+    });
+    let (mut journal, done) = journal::resume(out, usize::MAX, ("widths", &command), parts)?;
     if args.lose != 0.01 {
         command += &format!(" --lose {}", args.lose);
     }
     let plan = Plan { against: args.against, within, proved: args.proved, jobs };
     let named_scenes: Vec<_> = cases.iter().map(|case| (case.name.clone(), case.experiment.clone())).collect();
-    let keep = |index, row: &_| journal.as_mut().map_or(Ok(()), |journal| journal.add(index, row));
+    let keep = |index, row: &_| journal.add(index, row);
     let ended = search(&named_scenes, &knobs, plan, done, interrupt::heed(), keep, |Progress { runs, open }| {
         progress::note(format!("{runs} runs; {open} kinds of designs are open"));
     });

@@ -18,6 +18,8 @@ pub use motion::{slope, told};
 pub struct Measure {
     /// Its name in a study's file.
     pub name: &'static str,
+    /// What it measures, and what its keys ask for.
+    pub about: &'static str,
     /// Whether it takes a scene and overrides.
     pub is_of_scene: bool,
     /// The keys that it takes besides.
@@ -144,79 +146,94 @@ const fn option(name: &'static str, takes: Takes) -> Key {
 
 /// The measures.
 pub static MEASURES: [Measure; 11] = [
-    // One run: its verdict, its energies, how it moved. `swing` asks for half of the range of positions in windows,
-    // `press` for the stiffness felt in one, `after` for when the device first leaves the wall after that time.
     Measure {
         name: "run",
+        about: "One run: its verdict, its energies, how it moved. `swing` asks for half of the range of \
+                positions in windows, `press` for the stiffness felt in one, `after` for when the device first \
+                leaves the wall after that time.",
         is_of_scene: true,
         keys: &[option("swing", Takes::Windows), option("press", Takes::Numbers), option("after", Takes::Number)],
         gives: motion::RUN_GIVES,
         run: motion::run,
     },
-    // The greatest distance between the motions of two runs: until one of them leaves the wall, and to the end.
     Measure {
         name: "apart",
+        about: "The greatest distance between the motions of two runs: until one of them leaves the wall, and to \
+                the end.",
         is_of_scene: true,
         keys: &[key("other", Takes::Set), key("after", Takes::Number)],
         gives: &["until", "to_the_end", "leaves"],
         run: motion::apart,
     },
-    // One run for each value of a key, the least first: up to where the motion settles.
     Measure {
         name: "ladder",
+        about: "One run for each value of a key, the least first: up to where the motion settles.",
         is_of_scene: true,
         keys: &[key("key", Takes::Text), key("values", Takes::Numbers), key("unit", Takes::Text)],
         gives: &["text", "below", "at", "frequency"],
         run: motion::ladder,
     },
-    // The numbers that the scene's words and its device have, without a run.
-    Measure { name: "scene", is_of_scene: true, keys: &[], gives: limits::SCENE_GIVES, run: limits::scene },
-    // The stiffness up to which the linear loop settles; with `every`, of the loop whose velocity is that much slower.
+    Measure {
+        name: "scene",
+        about: "The numbers that the scene's words and its device have, without a run.",
+        is_of_scene: true,
+        keys: &[],
+        gives: limits::SCENE_GIVES,
+        run: limits::scene,
+    },
     Measure {
         name: "linear",
+        about: "The stiffness up to which the linear loop settles; with `every`, of the loop whose velocity is \
+                that much slower.",
         is_of_scene: true,
         keys: &[option("every", Takes::Number)],
         gives: &["limit"],
         run: limits::linear,
     },
-    // The limit by one criterion.
     Measure {
         name: "criterion",
+        about: "The limit by one criterion.",
         is_of_scene: true,
         keys: &[key("name", Takes::Text)],
         gives: &["limit"],
         run: limits::criterion,
     },
-    // The limits by all criteria beside the scene in words, as texts.
-    Measure { name: "limits", is_of_scene: true, keys: &[], gives: &criteria_and_words(), run: limits::limits },
-    // The stable stiffness of the scene in words, over eight phases of its contact; with `felt`, the stiffness that is
-    // felt of the stiffest wall up to which all settle.
+    Measure {
+        name: "limits",
+        about: "The limits by all criteria beside the scene in words, as texts.",
+        is_of_scene: true,
+        keys: &[],
+        gives: &criteria_and_words(),
+        run: limits::limits,
+    },
     Measure {
         name: "stable",
+        about: "The stable stiffness of the scene in words, over eight phases of its contact; with `felt`, the \
+                stiffness that is felt of the stiffest wall up to which all settle.",
         is_of_scene: true,
         keys: &[option("felt", Takes::Flag)],
         gives: &["all", "some", "failed", "settled", "runs", "felt"],
         run: limits::stable,
     },
-    // The least virtual damping with which the wall settles, by the linear loop or by runs in words.
     Measure {
         name: "least_damping",
+        about: "The least virtual damping with which the wall settles, by the linear loop or by runs in words.",
         is_of_scene: true,
         keys: &[key("by", Takes::Text)],
         gives: &["text", "fails", "holds"],
         run: limits::least_damping,
     },
-    // The gain of an input shaper without its rectifiers at a frequency.
     Measure {
         name: "shaper_gain",
+        about: "The gain of an input shaper without its rectifiers at a frequency.",
         is_of_scene: false,
         keys: &[key("frequency", Takes::Number)],
         gives: &["exact", "analog", "bilinear", "words"],
         run: filter::gains,
     },
-    // The greatest value of such a shaper's answer to a step.
     Measure {
         name: "shaper_step",
+        about: "The greatest value of such a shaper's answer to a step.",
         is_of_scene: false,
         keys: &[],
         gives: &["exact", "analog", "words"],

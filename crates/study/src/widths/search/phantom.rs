@@ -162,7 +162,8 @@ impl Loops for Phantom {
         }
         let own = Design::new(&KEYS, base);
         let wide = knobs.iter().fold(own, |wide, knob| wide.with(knob.key.field, knob.to));
-        let mut depths = knobs.iter().filter(|knob| knob.key.field == Field::Depth).flat_map(|knob| knob.from..=knob.to);
+        let mut depths =
+            knobs.iter().filter(|knob| knob.key.field == Field::Depth).flat_map(|knob| knob.from..=knob.to);
         let holds = |&depth: &i32| self.scene(&own.with(Field::Depth, depth), base).is_ok();
         Ok(wide.with(Field::Depth, depths.rfind(holds).unwrap_or(wide.get(Field::Depth))))
     }

@@ -1,5 +1,9 @@
 //! `hpu reproduce phantom-cost`: the cost of the PHANToM's blocks and loops in an FPGA, and the cost of a bit.
 
+mod claims;
+mod row;
+mod text;
+
 use std::path::PathBuf;
 
 use hpu_rtl::{Cost, cost, tool_versions, vhdl};
@@ -10,11 +14,12 @@ use crate::block::find;
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
 use crate::jobs::Jobs;
-use crate::reproduce_beside::claim;
-use crate::reproduce_cost_claims::sums;
-use crate::reproduce_cost_text::{Proof, Row, csv, object, text};
+use crate::reproduce::beside::claim;
 use crate::terminal::{print, print_json, with_progress};
 use crate::{hdl, interrupt, journal};
+use claims::sums;
+use row::{Proof, Row};
+use text::{csv, object, text};
 
 /// Blocks and loops, each with the label of its configuration: the cheap ones first, full tables last.
 const PLAN: [(&str, &str); 20] = [
@@ -77,8 +82,8 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let sources = plan.iter().map(|(name, _)| vhdl(name, &setup.hdl)).collect::<Result<Vec<_>, _>>()?;
     let rows: Vec<String> = plan.iter().map(|(name, label)| format!("{name} {label}")).collect();
     let parts = versions.iter().chain(&sources).chain(&rows).map(String::as_bytes);
-    let header = || Ok(format!("study {} of hpu reproduce phantom-cost by seed", units::fingerprint(parts)));
-    let (mut journal, done) = journal::resume(args.out.as_deref(), plan.len(), header)?;
+    let (mut journal, done) =
+        journal::resume(args.out.as_deref(), plan.len(), ("study", "hpu reproduce phantom-cost"), parts)?;
 
     let control = interrupt::heed();
     let left = (plan.len() - done.len()) as u64;
@@ -90,9 +95,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
             let made = cost(&*block, &setup);
             (!interrupt::pressed()).then(|| made.map(|cost| cost.line()).map_err(|error| error.to_string()))
         };
-        units::run(plan.len(), args.jobs.get(), done, control, unit, |index, row| {
-            journal.as_mut().map_or(Ok(()), |journal| journal.add(index, row))
-        })
+        units::run(plan.len(), args.jobs.get(), done, control, unit, |index, row| journal.add(index, row))
     })?;
     let Some(rows) = rows else {
         return Ok(Exit::Interrupted);

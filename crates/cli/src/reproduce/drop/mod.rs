@@ -1,5 +1,7 @@
 //! `hpu reproduce phantom-table-2` and `phantom-ladder`: run the published drop test again.
 
+mod json;
+
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
@@ -13,10 +15,10 @@ use crate::exit::{Exit, Failure};
 use crate::files::Folder;
 use crate::jobs::Jobs;
 use crate::journal;
-use crate::reproduce_drop_json::{self, Interrupted};
 use crate::scene::{self, set_options};
 use crate::terminal::{print, print_json, with_progress};
 use crate::{interrupt, pictures};
+use json::Interrupted;
 
 /// Which trials of the drop test.
 #[derive(clap::Args)]
@@ -155,12 +157,14 @@ pub fn run(name: Name, args: &Args) -> Result<Exit, Failure> {
     let points = study.points();
     let mut command = args.command(name, &study);
     let mut folder = args.out.as_deref().map(Folder::open).transpose()?;
-    let (mut journal, done) = journal::resume(args.out.as_deref(), points.len(), || header(&study, &points, &command))?;
+    // A seed changes nothing but itself, and the command has the seeds.
+    let first = points.iter().filter(|point| point.seed == study.first_seed);
+    let overrides: Vec<String> = first.map(|point| format!("{:?}", study.overrides(point))).collect();
+    let parts = overrides.iter().map(String::as_bytes);
+    let (mut journal, done) = journal::resume(args.out.as_deref(), points.len(), ("study", &command), parts)?;
     let mut outcomes: Outcomes = done.into_iter().map(|(place, row)| (place, read(row))).collect();
     let control = interrupt::heed();
-    fill(&study, &points, args, &mut outcomes, control, |place, row| {
-        journal.as_mut().map_or(Ok(()), |journal| journal.add(place, row))
-    })?;
+    fill(&study, &points, args, &mut outcomes, control, |place, row| journal.add(place, row))?;
     let left = study.wanted(&outcomes).len();
     if left > 0 {
         let stopped = Interrupted { study: name.text(), done: outcomes.len(), left, out: args.out.clone() };
@@ -182,7 +186,7 @@ pub fn run(name: Name, args: &Args) -> Result<Exit, Failure> {
         folder.commit()?;
     }
     if args.json {
-        print_json(&reproduce_drop_json::object(&result, &places))?;
+        print_json(&json::object(&result, &places))?;
     } else {
         let files: String = places.iter().map(|place| format!("file       {}\n", place.display())).collect();
         print(&format!("{text}{files}"))?;
@@ -223,15 +227,6 @@ fn fill(
 /// Reads a trial from a row of the journal.
 fn read(row: Row) -> Result<Trial, String> {
     row.and_then(|line| Trial::read(&line).ok_or_else(|| format!("`{line}` in the journal is no trial")))
-}
-
-/// Returns the header of a study's journal: a hash of everything that its rows depend on, including this program, and
-/// the command.
-fn header(study: &Study, points: &[Point], command: &str) -> Result<String, Failure> {
-    // A seed changes nothing but itself, and the command has the seeds.
-    let first = points.iter().filter(|point| point.seed == study.first_seed);
-    let overrides: Vec<String> = first.map(|point| format!("{:?}", study.overrides(point))).collect();
-    journal::header("study", overrides.iter().map(String::as_bytes), command)
 }
 
 /// A complete study.

@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use hpu_study::reproduce::{Agreement, Class, Repeated, Tables};
 use serde_json::{Value, json};
 
+use super::Outcome;
 use crate::exit::{Exit, Failure};
-use crate::reproduce_beside::claim;
-use crate::reproduce_drop::Outcome;
+use crate::reproduce::beside::claim;
 use crate::terminal::{print, print_json};
 
 /// A study that was stopped.

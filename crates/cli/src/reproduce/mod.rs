@@ -1,12 +1,16 @@
 //! `hpu reproduce`: runs a published study again.
 
+pub mod beside;
+mod cost;
+mod drop;
+mod words;
+
 use clap::Subcommand;
 use hpu_study::reproduce::lag;
 use hpu_study::studies::shipped;
 
 use crate::exit::{Exit, Failure};
-use crate::reproduce_drop::{self, Name};
-use crate::{reproduce_beside, reproduce_cost, reproduce_words};
+use drop::Name;
 
 /// Run a published study again and hold it against what was printed
 ///
@@ -32,48 +36,48 @@ pub struct Args {
 enum Study {
     /// Table 2 of Sevcik et al. (2009)
     #[command(name = "phantom-table-2")]
-    Table2(reproduce_drop::Args),
+    Table2(drop::Args),
     /// The same by models of ever more physics
     #[command(name = "phantom-ladder")]
-    Ladder(reproduce_drop::Args),
+    Ladder(drop::Args),
     /// Which lags of the amplifier put PMOS-1 where it was seen, by the transmission that is assumed
     #[command(name = "phantom-lag")]
-    Lag(reproduce_beside::Args),
+    Lag(beside::Args),
     /// What is proved and measured of the words, and what (1,9,22) everywhere cannot hold
     #[command(name = "phantom-formats")]
-    Formats(reproduce_words::Args),
+    Formats(words::Args),
     /// Four sources of sine: errors and bits of ROM
     #[command(name = "phantom-sines")]
-    Sines(reproduce_words::Args),
+    Sines(words::Args),
     /// What blocks and loops cost in an FPGA, and what a bit costs
     #[command(name = "phantom-cost")]
-    Cost(reproduce_cost::Args),
+    Cost(cost::Args),
     /// The hybrid loop against the conventional one (Vasudevan et al. 2007)
     #[command(name = "hybrid-loop")]
-    Hybrid(reproduce_beside::Args),
+    Hybrid(beside::Args),
     /// Stable stiffness with the analog input shaper and with energy bounding
     #[command(name = "input-shaper")]
-    Shaper(reproduce_beside::Args),
+    Shaper(beside::Args),
     /// On which side each criterion of stability errs, for five devices
     #[command(name = "criteria")]
-    Criteria(reproduce_beside::Args),
+    Criteria(beside::Args),
     /// Two figures of a power-scaled spring, by both readings of its law
     #[command(name = "power-scaling")]
-    Scaling(reproduce_beside::Args),
+    Scaling(beside::Args),
 }
 
 /// Runs `hpu reproduce`.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
     match &args.study {
-        Study::Table2(args) => reproduce_drop::run(Name::Table2, args),
-        Study::Ladder(args) => reproduce_drop::run(Name::Ladder, args),
-        Study::Lag(args) => reproduce_beside::run(&lag::comparison(), args),
-        Study::Formats(args) => reproduce_words::formats(args),
-        Study::Sines(args) => reproduce_words::sines(args),
-        Study::Cost(args) => reproduce_cost::run(args),
-        Study::Hybrid(args) => reproduce_beside::run(&shipped("hybrid-loop"), args),
-        Study::Shaper(args) => reproduce_beside::run(&shipped("input-shaper"), args),
-        Study::Criteria(args) => reproduce_beside::run(&shipped("criteria"), args),
-        Study::Scaling(args) => reproduce_beside::run(&shipped("power-scaling"), args),
+        Study::Table2(args) => drop::run(Name::Table2, args),
+        Study::Ladder(args) => drop::run(Name::Ladder, args),
+        Study::Lag(args) => beside::reproduce(&lag::comparison(), args),
+        Study::Formats(args) => words::formats(args),
+        Study::Sines(args) => words::sines(args),
+        Study::Cost(args) => cost::run(args),
+        Study::Hybrid(args) => beside::reproduce(&shipped("hybrid-loop"), args),
+        Study::Shaper(args) => beside::reproduce(&shipped("input-shaper"), args),
+        Study::Criteria(args) => beside::reproduce(&shipped("criteria"), args),
+        Study::Scaling(args) => beside::reproduce(&shipped("power-scaling"), args),
     }
 }

@@ -14,7 +14,7 @@ use crate::files::Folder;
 use crate::notation::Written;
 use crate::notation::triple;
 use crate::pictures;
-use crate::reproduce_beside::claim;
+use crate::reproduce::beside::claim;
 use crate::terminal::{print, print_json};
 
 /// Where to.

@@ -3,7 +3,7 @@
 use hpu_rtl::{Cost, HX8K_BRAM, HX8K_CELLS};
 use hpu_study::studies::summing::{Finding, Statement, Sum};
 
-use crate::reproduce_cost_text::Row;
+use super::row::Row;
 
 /// Clocks of the sample period in which the shared loop shows a result: one more than its engine takes.
 const CLOCKS: f64 = 33.0;

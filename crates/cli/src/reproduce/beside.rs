@@ -19,31 +19,33 @@ use crate::terminal::{print, print_json, with_progress};
 pub struct Args {
     /// Write text and CSV into this folder, and go on there after an interruption
     #[arg(short, long, value_name = "DIR")]
-    out: Option<PathBuf>,
+    pub out: Option<PathBuf>,
     #[command(flatten)]
-    jobs: Jobs,
+    pub jobs: Jobs,
     /// One JSON object
     #[arg(long)]
-    json: bool,
+    pub json: bool,
 }
 
-/// Measures every line, and prints the results beside the published ones.
-pub fn run(comparison: &Comparison, args: &Args) -> Result<Exit, Failure> {
-    let command = format!("hpu reproduce {}", comparison.name);
+/// Runs a study that comes with the program.
+pub fn reproduce(comparison: &Comparison, args: &Args) -> Result<Exit, Failure> {
+    run(comparison, &format!("hpu reproduce {}", comparison.name), &[], args)
+}
+
+/// Measures every line, and prints the results beside the published ones. `files` are those that the lines depend on.
+pub fn run(comparison: &Comparison, command: &str, files: &[Vec<u8>], args: &Args) -> Result<Exit, Failure> {
     let lines = comparison.lines.len();
     let parts: Vec<String> = comparison.lines.iter().map(|line| format!("{}/{}", line.group, line.what)).collect();
-    let header = || journal::header("study", parts.iter().map(String::as_bytes), &command);
+    let parts = parts.iter().map(String::as_bytes).chain(files.iter().map(Vec::as_slice));
     let mut folder = args.out.as_deref().map(Folder::open).transpose()?;
-    let (mut journal, done) = journal::resume(args.out.as_deref(), lines, header)?;
+    let (mut journal, done) = journal::resume(args.out.as_deref(), lines, ("study", command), parts)?;
     let control = interrupt::heed();
     let left = (lines - done.len()) as u64;
     let rows = with_progress(left, "lines", control, || {
         let unit = |index: usize, control: &_| {
             (comparison.lines[index].measure)(control).map(|found| found.map(|found| found.line()))
         };
-        units::run(lines, args.jobs.get(), done, control, unit, |index, row| {
-            journal.as_mut().map_or(Ok(()), |journal| journal.add(index, row))
-        })
+        units::run(lines, args.jobs.get(), done, control, unit, |index, row| journal.add(index, row))
     })?;
     let Some(rows) = rows else {
         let rest = match &args.out {
@@ -61,7 +63,7 @@ pub fn run(comparison: &Comparison, args: &Args) -> Result<Exit, Failure> {
     let mut places = Vec::new();
     if let Some(mut folder) = folder.take() {
         folder.write(&format!("{}.txt", comparison.name), &text)?;
-        folder.write(&format!("{}.csv", comparison.name), beside_csv(comparison, &rows, &command))?;
+        folder.write(&format!("{}.csv", comparison.name), beside_csv(comparison, &rows, command))?;
         places = folder.places().map(PathBuf::from).collect();
         folder.commit()?;
     }

@@ -1,0 +1,131 @@
+//! `hpu study`: runs a study of the user's own.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use clap::{Arg, Command};
+use hpu_cosim::did_you_mean;
+use hpu_study::map::SceneText;
+use hpu_study::studies::{Section, read};
+
+use crate::exit::{Exit, Failure};
+use crate::input::read_text;
+use crate::reproduce::beside;
+use crate::scene::{self, quoted};
+
+/// Run a study: a TOML file that says what is varied, what is measured, and what a paper claims
+///
+/// A [[group]] has lines, and each [[group.line]] measures scenes under overrides; `vary` repeats it for every member of
+/// a list, a range, or every method. A [[claim]] is a condition on their figures: confirmed, not confirmed, or cannot be
+/// told. Sections such as [map], [limits] or [widths] run that verb with their keys as its options; their files come
+/// into a folder of their own. All measures and their values stand in testbench/studies/README.md. With a folder, the
+/// same command goes on after an interruption.
+#[derive(clap::Args)]
+pub struct Args {
+    /// The study's file
+    file: PathBuf,
+    #[command(flatten)]
+    to: beside::Args,
+}
+
+/// A command that was read and can be called.
+pub type Call = Box<dyn FnOnce() -> Result<Exit, Failure>>;
+
+/// Reads the words of a command.
+type Again = fn(&[String]) -> Result<Call, clap::Error>;
+
+/// The verbs that a study may call.
+const VERBS: [&str; 8] = ["run", "check", "limits", "map", "chart", "fit", "widths", "cost"];
+
+/// Runs `hpu study`. `command` describes the whole command, `again` reads one.
+pub fn run(args: &Args, command: &Command, again: Again) -> Result<Exit, Failure> {
+    let text = read_text(&args.file)?;
+    let file = args.file.display().to_string();
+    let used: Arc<Mutex<BTreeMap<String, Vec<u8>>>> = Arc::default();
+    let keep = Arc::clone(&used);
+    let load = move |name: &str, set: &[(String, String)]| {
+        let source = scene::source(name).map_err(|failure| failure.to_string())?;
+        let read = SceneText::read((&source.name, &source.text), set, &mut |file: &str| source.load(file));
+        let (text, experiment) = read.map_err(|error| error.to_string())?;
+        let mut used = keep.lock().unwrap_or_else(PoisonError::into_inner);
+        used.insert(source.name, text.text.into_bytes());
+        used.extend(text.files);
+        Ok(experiment)
+    };
+    let study = read(&file, text.as_bytes(), &VERBS, Arc::new(load)).map_err(Failure::file)?;
+    // Every section is read before the first is run.
+    let mut wrong = Vec::new();
+    let mut calls = Vec::new();
+    for (index, section) in study.sections.iter().enumerate() {
+        let before = study.sections[..index].iter().filter(|other| other.verb == section.verb).count();
+        let folder = if before == 0 { section.verb.clone() } else { format!("{}-{}", section.verb, before + 1) };
+        match words(section, command, args, &folder) {
+            Ok(words) => match again(&words) {
+                Ok(call) => calls.push(call),
+                Err(error) => wrong.push(format!("{}: {}", section.place, first_part(&error.to_string()))),
+            },
+            Err(errors) => wrong.extend(errors),
+        }
+    }
+    if !wrong.is_empty() {
+        return Err(Failure::file(wrong.join("\n")));
+    }
+    let mut exit = Exit::Fine;
+    if !study.comparison.lines.is_empty() {
+        let used = used.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        let files: Vec<_> = [text.into_bytes()].into_iter().chain(used.into_values()).collect();
+        exit = beside::run(&study.comparison, &format!("hpu study {}", quoted(&file)), &files, &args.to)?;
+    }
+    for call in calls {
+        if exit == Exit::Interrupted {
+            break;
+        }
+        let done = call()?;
+        exit = if done == Exit::Fine { exit } else { done };
+    }
+    Ok(exit)
+}
+
+/// Returns the words of a section's command, or what is wrong with its keys.
+fn words(section: &Section, command: &Command, args: &Args, folder: &str) -> Result<Vec<String>, Vec<String>> {
+    let verb = command.find_subcommand(&section.verb).expect("the verbs of a study are verbs of the command");
+    let own: Vec<&Arg> = verb.get_arguments().collect();
+    let key = |arg: &Arg| arg.get_id().as_str().to_string();
+    let given = ["out", "json", "jobs"];
+    let keys: Vec<String> = own.iter().map(|arg| key(arg)).filter(|key| !given.contains(&key.as_str())).collect();
+    let (mut placed, mut options, mut errors) = (Vec::new(), Vec::new(), Vec::new());
+    for (name, place, values) in &section.options {
+        match own.iter().find(|arg| key(arg) == *name && keys.contains(name)) {
+            Some(arg) if arg.is_positional() => placed.extend(values.iter().cloned()),
+            Some(arg) => {
+                let long = arg.get_long().unwrap_or(name);
+                options.extend(values.iter().map(|value| format!("--{long}={value}")));
+                options.extend(values.is_empty().then(|| format!("--{long}")));
+            }
+            None => {
+                let names: Vec<&str> = keys.iter().map(String::as_str).collect();
+                let accepted = names.join(", ");
+                let near = did_you_mean(name, &names);
+                errors.push(format!("{place}: {}.{name}: unknown key; accepted here: {accepted}{near}", section.verb));
+            }
+        }
+    }
+    let takes = |name: &str| own.iter().any(|arg| key(arg) == name);
+    if let (Some(out), true) = (&args.to.out, takes("out")) {
+        options.push(format!("--out={}", out.join(folder).display()));
+    }
+    if let (Some(jobs), true) = (args.to.jobs.given(), takes("jobs")) {
+        options.push(format!("--jobs={jobs}"));
+    }
+    options.extend((args.to.json && takes("json")).then(|| "--json".to_string()));
+    let head = ["hpu".to_string(), section.verb.clone()];
+    let words = head.into_iter().chain(options).chain(["--".to_string()]).chain(placed).collect();
+    if errors.is_empty() { Ok(words) } else { Err(errors) }
+}
+
+/// Returns the reason of an error of the command line, without the usage below it.
+fn first_part(error: &str) -> String {
+    let reason = error.split("\n\n").next().unwrap_or(error);
+    reason.trim_start_matches("error: ").split_whitespace().collect::<Vec<_>>().join(" ")
+}
