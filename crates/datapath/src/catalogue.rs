@@ -7,9 +7,9 @@ use crate::phantom::{
 };
 use crate::{
     AnyBlock, AxisFront, Biquad, Block, CommandLimiter, ConfigError, ConventionalLoop, Displacement, EdgeTimer,
-    FilteredDifference, Foaw, Generic, HybridLoop, InputShaper, MethodLoop, PositionCounter, Pwm, QuadratureDecoder,
-    Saturator, SequentialDivider, SquareRoot, Synchronizer, TorqueSum, TruncatingMultiplier, Unilateral,
-    VelocityRegister, WindowDifference, ZeroOrderHold,
+    FilteredDifference, Foaw, Generic, HybridLoop, InputShaper, LevantDifferentiator, MethodLoop, PositionCounter, Pwm,
+    QuadratureDecoder, Saturator, SequentialDivider, SquareRoot, Synchronizer, TorqueSum, TruncatingMultiplier,
+    Unilateral, VelocityRegister, WindowDifference, ZeroOrderHold,
 };
 
 /// Lists every block and wiring once; what is known of all of them follows.
@@ -44,7 +44,7 @@ macro_rules! around_laws {
         blocks! {
             Synchronizer, QuadratureDecoder, PositionCounter, Displacement, Unilateral, TruncatingMultiplier,
             VelocityRegister, ZeroOrderHold, TorqueSum, Saturator, CommandLimiter, Pwm, SequentialDivider, SquareRoot,
-            Biquad, FilteredDifference, WindowDifference, Foaw, EdgeTimer, HybridLoop, ConventionalLoop, AxisFront,
+            Biquad, FilteredDifference, WindowDifference, Foaw, EdgeTimer, LevantDifferentiator, HybridLoop, ConventionalLoop, AxisFront,
             InputShaper, $(crate::$Law,)* $(MethodLoop<crate::$Law>,)* TrigTable, TrigQuarter, TrigInterpolated,
             TrigCordic, SampleRegister, PhantomForward, CubeRoom, PhantomTorque, CommandScaler, CommandRegister,
             PhantomEngine, PhantomLoop, PhantomSharedLoop, PhantomIo,

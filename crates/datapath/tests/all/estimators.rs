@@ -3,8 +3,10 @@
 
 use crate::cases::cases;
 use crate::oracle::{filtered_model, foaw_model, timer_model, window_model};
-use hpu_datapath::{AnyBlock, EdgeTimer, FilteredConfig, FilteredDifference, Foaw, FoawConfig, WindowDifference};
-use hpu_datapath::{Block, edge_timer, foaw};
+use hpu_datapath::{
+    AnyBlock, Block, EdgeTimer, FilteredConfig, FilteredDifference, Foaw, FoawConfig, LevantConfig,
+    LevantDifferentiator, WindowDifference, edge_timer, foaw, levant_differentiator,
+};
 use proptest::prelude::*;
 
 /// The velocity after all positions sampled so far, the latest last.
@@ -124,6 +126,69 @@ proptest! {
             let lost = slope(n) * period_s / count_m * 4096.0 - velocity as f64;
             prop_assert!((-1e-6..1.0 + 1e-6).contains(&lost), "window {}, lost {}", n, lost);
         }
+    }
+}
+
+/// The super-twisting recursion in whole numbers: a count is `2^out_frac` of them, and the root is searched bit by bit.
+struct Twisting {
+    config: LevantConfig,
+    estimate: i128,
+    velocity: i128,
+}
+
+impl Twisting {
+    fn sample(&mut self, position: i64) -> i64 {
+        let LevantConfig { width, out_frac, root_gain, slew, .. } = self.config;
+        let (turn, half) = (1i128 << (width + out_frac), 1i128 << (width + out_frac - 1));
+        let error = (self.estimate - (i128::from(position) << out_frac) + half).rem_euclid(turn) - half;
+        let under = error.abs() << out_frac;
+        let bits = (0..40).rev();
+        let root =
+            bits.fold(0i128, |root, bit| if (root + (1 << bit)).pow(2) <= under { root + (1 << bit) } else { root });
+        let step = i128::from(root_gain) * root / 256;
+        self.estimate = (self.estimate + self.velocity - error.signum() * step).rem_euclid(turn);
+        self.velocity = (self.velocity - error.signum() * i128::from(slew)).clamp(-half, half - 1);
+        i64::try_from(self.velocity).unwrap()
+    }
+}
+
+/// Runs every position as a sample. The velocity of the sample before stands until the edge of the load; the position
+/// between samples does not matter.
+fn twists_like(config: LevantConfig, positions: &[i64]) {
+    let mut block = LevantDifferentiator::new(config).unwrap();
+    let latency = (config.width + 2 * config.out_frac).div_ceil(2) + 2;
+    let mut model = Twisting { config, estimate: 0, velocity: 0 };
+    let (period, mut shown) = (i64::from(latency) + 1, Block::reset(&mut block).velocity);
+    for &position in positions {
+        let mut at = |position| Block::tick(&mut block, levant_differentiator::In { position, period }).velocity;
+        assert_eq!(at(position), shown);
+        for _ in 1..latency {
+            assert_eq!(at(position ^ 1), shown, "{positions:?}");
+        }
+        shown = model.sample(position);
+        assert_eq!(at(position ^ 1), shown, "{positions:?}");
+    }
+}
+
+#[test]
+fn levant_answers_every_short_history_as_the_recursion_says() {
+    for (out_frac, root_gain, slew) in [(0, 0, 1), (0, 300, 1), (1, 90, 1), (2, 256, 9), (3, 1000, 40)] {
+        let config = LevantConfig { width: 4, period_width: 6, out_frac, root_gain, slew };
+        for history in 0..1i64 << 16 {
+            let positions = [0, 4, 8, 12].map(|low| history >> low & 15);
+            twists_like(config, &positions);
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(cases(256))]
+
+    #[test]
+    fn levant_follows_the_recursion(
+        positions in walk(20, 60), out_frac in 0u32..21, root_gain in 0u32..1 << 20, slew in 0u32..1 << 20
+    ) {
+        twists_like(LevantConfig { width: 20, period_width: 8, out_frac, root_gain, slew }, &positions);
     }
 }
 
