@@ -19,6 +19,8 @@
 --           2  window_difference over WINDOW    counts per window
 --           3  foaw by WINDOW and NOISE         counts per sample
 --           4  edge_timer and a division        counts per sample
+--           5  levant_differentiator by ROOT_GAIN and SLEW
+--                                               counts per sample
 -- For 4, at a sample edge of the velocity: its period p (here 0 stays 0) and the
 -- interval, forward and stopped of edge_timer, of TIME_WIDTH = PERIOD_WIDTH, are
 -- captured as they stood before that edge. PERIOD_WIDTH+3+V edges later:
@@ -41,6 +43,7 @@
 --          VELOCITY_FRAC                    fraction bits of the velocity, V
 --          RELIEF                           gain of the relief, a word of
 --                                           DAMPING_FRAC fraction bits
+--          ROOT_GAIN, SLEW                  see levant_differentiator
 -- in       position    (0,W,0)
 --          delta       (1,W-1,0)            ignored
 --          contact     (0,1,0)
@@ -54,7 +57,8 @@
 -- out      torque      (1,P+1,0)            positive resists penetration
 --          memory      (1,W-1,V)            the velocity v
 -- latency  all from the sample edge: 0 to a held spring and to the velocity, which
---          that very edge writes; PERIOD_WIDTH+3+V to the velocity of ESTIMATOR 4.
+--          that very edge writes; PERIOD_WIDTH+3+V to the velocity of ESTIMATOR 4,
+--          that of its block to the velocity of ESTIMATOR 5.
 --          Not SPRING_HELD: contact and penetration act at once, combinational
 -- reset    velocity 0, nothing held; the first edge after it is a sample edge
 -- overflow products clamp, and so does the torque; the period of the velocity,
@@ -81,13 +85,15 @@ entity sampled_wall is
     SCALE_FRAC      : natural  := 8;
     TORQUE_WIDTH    : positive := 12;
     SPRING_HELD     : boolean  := true;
-    ESTIMATOR       : natural range 0 to 4 := 0;
+    ESTIMATOR       : natural range 0 to 5 := 0;
     RATIO           : positive := 1;
     SHIFT           : natural  := 3;
     WINDOW          : positive := 8;
     NOISE           : natural  := 1;
     VELOCITY_FRAC   : natural  := 8;
-    RELIEF          : natural  := 0
+    RELIEF          : natural  := 0;
+    ROOT_GAIN       : natural  := 96;
+    SLEW            : natural  := 18
   );
   port (
     clk         : in  std_logic;
@@ -317,6 +323,24 @@ begin
         end if;
       end if;
     end process;
+  end generate;
+
+  g_levant : if ESTIMATOR = 5 generate
+    estimate : entity work.levant_differentiator
+      generic map (
+        WIDTH        => WIDTH,
+        PERIOD_WIDTH => PERIOD_WIDTH,
+        OUT_FRAC     => VELOCITY_FRAC,
+        ROOT_GAIN    => ROOT_GAIN,
+        SLEW         => SLEW
+      )
+      port map (
+        clk      => clk,
+        rst      => rst,
+        position => position,
+        period   => velocity_period,
+        velocity => velocity
+      );
   end generate;
 
   spring_mult : entity work.truncating_multiplier

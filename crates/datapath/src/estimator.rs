@@ -4,8 +4,9 @@ use hpu_signal::{Narrowed, Word};
 
 use crate::timed_velocity::TimedVelocity;
 use crate::{
-    Block, ConfigError, FilteredConfig, FilteredDifference, Foaw, FoawConfig, Register, Step, VelocityConfig,
-    VelocityRegister, WindowDifference, filtered_difference, foaw, velocity_register, window_difference,
+    Block, ConfigError, FilteredConfig, FilteredDifference, Foaw, FoawConfig, LevantConfig, LevantDifferentiator,
+    Register, Step, VelocityConfig, VelocityRegister, WindowDifference, filtered_difference, foaw,
+    levant_differentiator, velocity_register, window_difference,
 };
 
 /// The method by which a law estimates a velocity, in the order of the generic `ESTIMATOR`.
@@ -21,11 +22,14 @@ pub enum Estimator {
     Foaw,
     /// The sample period divided by the time between two counts, in counts per sample.
     EdgeTimer,
+    /// Levant's differentiator, in counts per sample.
+    Levant,
 }
 
 impl Estimator {
     /// Every estimator, in the order of the generic.
-    pub const ALL: [Self; 5] = [Self::Difference, Self::Filtered, Self::Window, Self::Foaw, Self::EdgeTimer];
+    pub const ALL: [Self; 6] =
+        [Self::Difference, Self::Filtered, Self::Window, Self::Foaw, Self::EdgeTimer, Self::Levant];
 
     /// Returns the value of the generic `ESTIMATOR`.
     pub(crate) fn index(self) -> i64 {
@@ -42,6 +46,8 @@ pub(crate) struct EstimatorConfig {
     pub(crate) shift: u32,
     pub(crate) window: u32,
     pub(crate) noise: u32,
+    pub(crate) root_gain: u32,
+    pub(crate) slew: u32,
 }
 
 /// The block that estimates the velocity.
@@ -52,6 +58,7 @@ pub(crate) enum Velocity {
     Window(WindowDifference, Whole),
     Foaw(Foaw),
     EdgeTimer(TimedVelocity),
+    Levant(LevantDifferentiator),
 }
 
 /// A velocity in whole counts, as a word with fraction bits.
@@ -84,7 +91,7 @@ impl Whole {
 
 impl Velocity {
     pub(crate) fn new(estimator: Estimator, config: EstimatorConfig) -> Result<Self, ConfigError> {
-        let EstimatorConfig { width, period_width, frac: out_frac, shift, window, noise } = config;
+        let EstimatorConfig { width, period_width, frac: out_frac, shift, window, noise, root_gain, slew } = config;
         Ok(match estimator {
             Estimator::Difference => {
                 let config = VelocityConfig { width, period_width, out_width: width, ..VelocityConfig::default() };
@@ -98,6 +105,10 @@ impl Velocity {
             }
             Estimator::Foaw => Self::Foaw(Foaw::new(FoawConfig { width, period_width, window, noise, out_frac })?),
             Estimator::EdgeTimer => Self::EdgeTimer(TimedVelocity::new(width, period_width, out_frac)?),
+            Estimator::Levant => {
+                let config = LevantConfig { width, period_width, out_frac, root_gain, slew };
+                Self::Levant(LevantDifferentiator::new(config)?)
+            }
         })
     }
 
@@ -107,7 +118,7 @@ impl Velocity {
             Self::Difference(block, _) => Some(block),
             Self::Filtered(block) => Some(block),
             Self::Window(block, _) => Some(block),
-            Self::Foaw(_) | Self::EdgeTimer(_) => None,
+            Self::Foaw(_) | Self::EdgeTimer(_) | Self::Levant(_) => None,
         }
     }
 
@@ -119,6 +130,7 @@ impl Velocity {
             Self::Filtered(block) => block.latest(),
             Self::Foaw(block) => block.latest(),
             Self::EdgeTimer(block) => block.latest(),
+            Self::Levant(block) => block.latest(),
         }
     }
 
@@ -135,6 +147,12 @@ impl Velocity {
             Self::Window(block, _) => Register::inside("g_window_estimate", block).collect(),
             Self::Foaw(block) => Register::inside("g_adaptive_estimate", block).collect(),
             Self::EdgeTimer(block) => block.registers(),
+            Self::Levant(block) => {
+                let place =
+                    |inner: Option<&str>| inner.map_or("g_levant_estimate", |_| "g_levant_estimate.root_of_error");
+                let all = Step::registers(block).into_iter();
+                all.map(|register| Register { instance: Some(place(register.instance)), ..register }).collect()
+            }
         }
     }
 
@@ -159,6 +177,10 @@ impl Velocity {
                 (next, shown.velocity)
             }
             Self::EdgeTimer(block) => block.step(registers, position, period),
+            Self::Levant(block) => {
+                let (next, shown) = block.step(registers, levant_differentiator::In { position, period });
+                (next, shown.velocity)
+            }
         }
     }
 
@@ -169,6 +191,7 @@ impl Velocity {
             Self::Window(block, whole) => whole.take(block.reset().velocity),
             Self::Foaw(block) => _ = block.reset(),
             Self::EdgeTimer(block) => block.reset(),
+            Self::Levant(block) => _ = block.reset(),
         }
     }
 
@@ -184,6 +207,7 @@ impl Velocity {
             }
             Self::Foaw(block) => _ = block.tick(foaw::In { position, period }),
             Self::EdgeTimer(block) => block.tick(position, period),
+            Self::Levant(block) => _ = block.tick(levant_differentiator::In { position, period }),
         }
     }
 
@@ -195,6 +219,7 @@ impl Velocity {
             Self::Window(block, _) => block.quiet(&window_difference::In { position, period }),
             Self::Foaw(block) => block.quiet(&foaw::In { position, period }),
             Self::EdgeTimer(block) => block.quiet(position),
+            Self::Levant(block) => block.quiet(&levant_differentiator::In { position, period }),
         }
     }
 
@@ -206,6 +231,7 @@ impl Velocity {
             Self::Window(block, _) => block.skip(edges, &window_difference::In { position, period }),
             Self::Foaw(block) => block.skip(edges, &foaw::In { position, period }),
             Self::EdgeTimer(block) => block.skip(edges, position, period),
+            Self::Levant(block) => block.skip(edges, &levant_differentiator::In { position, period }),
         }
     }
 }

@@ -5,14 +5,16 @@
 //!   `-2^TORQUE_WIDTH .. 2^TORQUE_WIDTH - 1`, the sum fits. `top = 2^TORQUE_WIDTH - 1`.
 //! - **Ports**: those of every law, of which `delta` and `scale` are ignored, in; `torque` (1,TORQUE_WIDTH+1,0) and
 //!   `memory`, the velocity `v` (1,WIDTH-1,VELOCITY_FRAC), out.
-//! - **Latency**: 1 edge after a sample edge to `v`, with `EDGE_TIMER` that of the division; `torque` is combinational.
+//! - **Latency**: 1 edge after a sample edge to `v`, with 4 and 5 that of the division or root; `torque` is
+//!   combinational.
 //! - **Edge**: with `SPRING_HELD`, contact and penetration go through a `zero_order_hold`, sampled with `period`;
 //!   otherwise they act at once. The estimator samples with `period * RATIO`, modulo `2^PERIOD_WIDTH`. `ESTIMATOR`:
 //!   - 0 `velocity_register` [count/sample], 1 `filtered_difference` [count/sample], 2 `window_difference`
 //!     [count/window], 3 `foaw` [count/sample];
 //!   - 4 an `edge_timer` whose interval a `sequential_divider` divides the velocity's period by [count/sample]: a
 //!     sample edge captures both, the next edge starts the division, and the edge that sees its quotient ready loads
-//!     `v`, positive if the captured motion was forward, 0 if it had stopped. Sample edges until then are passed over.
+//!     `v`, positive if the captured motion was forward, 0 if it had stopped. Sample edges until then are passed over;
+//!   - 5 `levant_differentiator` [count/sample].
 //! - **Reset**: every register 0.
 //! - **Overflow**: saturates.
 //! - **VHDL twin**: `hdl/sampled_wall.vhd`.
@@ -55,6 +57,10 @@ pub struct SampledWallConfig {
     pub velocity_frac: u32,
     /// Gain of negative damping, in units of the damping's LSB.
     pub relief: u32,
+    /// Slope for an error of one count, for [`Estimator::Levant`], as in its block.
+    pub root_gain: u32,
+    /// Velocity added in a sample, for [`Estimator::Levant`], as in its block.
+    pub slew: u32,
 }
 
 impl Default for SampledWallConfig {
@@ -69,6 +75,8 @@ impl Default for SampledWallConfig {
             noise: 1,
             velocity_frac: 8,
             relief: 0,
+            root_gain: 96,
+            slew: 18,
         }
     }
 }
@@ -104,16 +112,20 @@ impl SampledWall {
     /// error unless the velocity has 2 to 62 bits, 0 to 30 of them fraction bits (16 from an edge timer), `ratio` is a
     /// VHDL `positive`, and the other numbers are `natural`.
     pub fn new(config: SampledWallConfig) -> Result<Self, ConfigError> {
-        let SampledWallConfig { widths, ratio, shift, window, noise, velocity_frac: frac, relief, .. } = config;
+        let SampledWallConfig { widths, ratio, shift, window, noise, relief, root_gain, slew, .. } = config;
+        let frac = config.velocity_frac;
         widths.check(Self::NAME)?;
         let LawWidths { width, period_width, .. } = widths;
         within(Self::NAME, "RATIO", ratio, 1..=NATURAL)?;
-        for (generic, value) in [("SHIFT", shift), ("WINDOW", window), ("NOISE", noise), ("RELIEF", relief)] {
+        let gains = [("ROOT_GAIN", root_gain), ("SLEW", slew)];
+        for (generic, value) in
+            [("SHIFT", shift), ("WINDOW", window), ("NOISE", noise), ("RELIEF", relief)].into_iter().chain(gains)
+        {
             within(Self::NAME, generic, value, 0..=NATURAL)?;
         }
         within(Self::NAME, "VELOCITY_FRAC", frac, 0..=30)?;
         within(Self::NAME, "WIDTH + VELOCITY_FRAC", width + frac, WORD)?;
-        let estimator = EstimatorConfig { width, period_width, frac, shift, window, noise };
+        let estimator = EstimatorConfig { width, period_width, frac, shift, window, noise, root_gain, slew };
         let mut block = Self {
             config,
             wanted: Wanted::new(&widths),
@@ -248,8 +260,9 @@ impl Step for SampledWall {
     fn lemmas(&self) -> Vec<Lemma<'_>> {
         let registers = Step::registers(self);
         let of = |path: &str| registers.iter().position(|register| register.path() == path);
-        let inside = of("g_timer_start").zip(of("g_timer_divider.remaining"));
-        inside.map(|(start, own)| loads_before_it_reads(self, own, start)).into_iter().collect()
+        let divides = of("g_timer_start").zip(of("g_timer_divider.remaining"));
+        let roots = of("g_levant_estimate.start").zip(of("g_levant_estimate.root_of_error.remaining"));
+        divides.or(roots).map(|(start, own)| loads_before_it_reads(self, own, start)).into_iter().collect()
     }
 }
 
@@ -267,7 +280,7 @@ impl Law for SampledWall {
     }
 
     fn own_generics(&self) -> Vec<(&'static str, Generic)> {
-        let SampledWallConfig { ratio, shift, window, noise, velocity_frac, relief, .. } = self.config;
+        let SampledWallConfig { ratio, shift, window, noise, velocity_frac, relief, root_gain, slew, .. } = self.config;
         let natural = |value: u32| Generic::Integer(value.into());
         vec![
             ("SPRING_HELD", Generic::Boolean(self.config.spring_held)),
@@ -278,6 +291,8 @@ impl Law for SampledWall {
             ("NOISE", natural(noise)),
             ("VELOCITY_FRAC", natural(velocity_frac)),
             ("RELIEF", natural(relief)),
+            ("ROOT_GAIN", natural(root_gain)),
+            ("SLEW", natural(slew)),
         ]
     }
 
@@ -377,6 +392,8 @@ impl Listed for SampledWall {
             noise: given.natural("NOISE")?,
             velocity_frac: given.natural("VELOCITY_FRAC")?,
             relief: given.natural("RELIEF")?,
+            root_gain: given.natural("ROOT_GAIN")?,
+            slew: given.natural("SLEW")?,
         })
     }
 
@@ -390,6 +407,7 @@ impl Listed for SampledWall {
             ("filtered", SampledWallConfig { estimator: Estimator::Filtered, shift: 2, relief: 5, ..small }),
             ("window", SampledWallConfig { estimator: Estimator::Window, window: 3, ratio: 3, ..small }),
             ("foaw", SampledWallConfig { estimator: Estimator::Foaw, spring_held: false, relief: 90, ..small }),
+            ("levant", SampledWallConfig { estimator: Estimator::Levant, root_gain: 300, slew: 9, relief: 7, ..small }),
             ("edge_timer", timed),
             ("edge_timer_live", SampledWallConfig { spring_held: false, ratio: 3, relief: 3, ..timed }),
             ("edge_timer_wide", SampledWallConfig { estimator: Estimator::EdgeTimer, ..SampledWallConfig::default() }),
@@ -413,6 +431,8 @@ impl InLoops for SampledWall {
             noise: 14,
             velocity_frac: 6,
             relief: 15,
+            root_gain: 333,
+            slew: 17,
             ..SampledWallConfig::default()
         };
         let foaw = SampledWallConfig { estimator: Estimator::Foaw, window: 6, noise: 2, ratio: 1, ..filtered };

@@ -5,9 +5,9 @@ use hpu_datapath::{Estimator, SampledWallConfig};
 use super::published::{Features, Layer, Published};
 use super::setting::{Setting, Unmade};
 use super::wall::Wall;
-use crate::scene::keys::Otherwise::Is;
+use crate::scene::keys::Otherwise::{self, Is};
 use crate::scene::keys::{Choice, Group, Key, Quantity, Whole, keys};
-use crate::scene::quantity::Sense::NotNegative;
+use crate::scene::quantity::Sense::{self, NotNegative};
 use crate::scene::section::Section;
 use crate::scene::source::SceneError;
 
@@ -15,13 +15,14 @@ keys! { sampled_wall: "method" of ["sampled_wall"];
     /// Whether the spring reads the sampled position or the position at once.
     spring: Choice<bool> = Choice::new(|| vec![("held", false), ("live", true)], Is(false));
     /// How the velocity is estimated: difference of two samples, low-pass filter, difference over a window, first-order
-    /// adaptive window, or time between encoder edges.
+    /// adaptive window, time between encoder edges, or Levant's differentiator.
     estimator: Choice<Estimator> = Choice::new(|| vec![
         ("difference", Estimator::Difference),
         ("filtered", Estimator::Filtered),
         ("window", Estimator::Window),
         ("foaw", Estimator::Foaw),
         ("edge_timer", Estimator::EdgeTimer),
+        ("levant", Estimator::Levant),
     ], Is(Estimator::Difference));
     /// Samples of the spring for one sample of the velocity.
     velocity_every: Whole<u32> = Whole::new(1, 1 << 20, Is(1));
@@ -31,6 +32,9 @@ keys! { sampled_wall: "method" of ["sampled_wall"];
     window: Whole<u32> = Whole::new(1, 64, Is(8));
     /// Noise of the position that `foaw` assumes, in counts.
     noise: Whole<u32> = Whole::new(0, 15, Is(1));
+    /// Greatest acceleration that `levant` follows; its gains are those of Levant for it.
+    acceleration: Quantity =
+        Quantity::along(|axis| axis.acceleration, Sense::Positive, Otherwise::Said("none; `levant` needs it"));
     /// Fraction bits of the velocity.
     velocity_frac: Whole<u32> = Whole::new(0, 16, Is(8));
     /// Negative damping, inside the wall and outside.
@@ -52,10 +56,33 @@ pub struct SampledWallMethod {
     pub window: u32,
     /// Noise bound of the adaptive window, in counts.
     pub noise: u32,
+    /// Greatest acceleration that Levant's differentiator follows, in rad/s2; 0 with other estimators.
+    pub acceleration_rad_per_s2: f64,
     /// Fraction bits of the velocity.
     pub velocity_frac: u32,
     /// Negative damping, inside the wall and outside.
     pub relief_nm_s_per_rad: f64,
+}
+
+impl SampledWallMethod {
+    /// Returns the words of Levant's gains, `1.5 sqrt(L)` and `1.1 L`, for an acceleration of `L` counts per sample
+    /// squared.
+    fn levant(&self, setting: &Setting) -> Result<(u32, u32), SceneError> {
+        let period_s = f64::from(self.ratio) * setting.period_s;
+        let bound = self.acceleration_rad_per_s2 * period_s * period_s / setting.count_m;
+        let (root_gain, slew) = (1.5 * bound.sqrt() * 256.0, 1.1 * bound * f64::from(1u32 << self.velocity_frac));
+        let word = |gain: f64| (gain.round() < f64::from(1u32 << 20)).then_some(gain.round() as u32);
+        let (Some(root_gain), Some(slew)) = (word(root_gain), word(slew)) else {
+            let reason = "too great: in a sample it is more than a word of 20 bits; write less, or sample more often";
+            return Err(setting.places.error("method.acceleration", reason));
+        };
+        if slew == 0 && self.estimator == Estimator::Levant {
+            let reason = "too small: a sample adds less than half of the velocity's last bit; write more, or give \
+                          velocity_frac more bits";
+            return Err(setting.places.error("method.acceleration", reason));
+        }
+        Ok((root_gain, slew))
+    }
 }
 
 /// Returns the keys of estimators that this one does not take.
@@ -64,6 +91,7 @@ fn foreign(estimator: Estimator) -> impl Iterator<Item = &'static str> {
         ("method.filter_shift", &[Estimator::Filtered][..]),
         ("method.window", &[Estimator::Window, Estimator::Foaw]),
         ("method.noise", &[Estimator::Foaw]),
+        ("method.acceleration", &[Estimator::Levant]),
     ];
     owners.into_iter().filter(move |(_, owners)| !owners.contains(&estimator)).map(|(key, _)| key)
 }
@@ -93,16 +121,25 @@ impl Published for SampledWallMethod {
             shift: s.read(&key::filter_shift)?,
             window: s.read(&key::window)?,
             noise: s.read(&key::noise)?,
+            acceleration_rad_per_s2: match s.given(&key::acceleration)? {
+                Some(acceleration) => acceleration,
+                None if estimator == Estimator::Levant => {
+                    let reason = "missing; levant needs the greatest acceleration that it follows, as \"2000 rad/s2\"";
+                    return Err(s.error("acceleration", reason));
+                }
+                None => 0.0,
+            },
             velocity_frac: s.read(&key::velocity_frac)?,
             relief_nm_s_per_rad: s.read(&key::negative_damping)?,
         })
     }
 
     fn block(&self, setting: &Setting) -> Result<Self::Block, Unmade> {
-        let Self { live, estimator, ratio, shift, window, noise, velocity_frac, relief_nm_s_per_rad } = *self;
+        let Self { live, estimator, ratio, shift, window, noise, velocity_frac, relief_nm_s_per_rad, .. } = *self;
         let unit = setting.stiffness_unit() * (self.features().velocity_samples * setting.period_s);
         let widths = setting.widths;
         let relief = setting.word("method.negative_damping", relief_nm_s_per_rad, unit, "", widths.damping)?;
+        let (root_gain, slew) = self.levant(setting)?;
         Ok(Self::Block::new(SampledWallConfig {
             widths,
             spring_held: !live,
@@ -113,6 +150,8 @@ impl Published for SampledWallMethod {
             noise,
             velocity_frac,
             relief,
+            root_gain,
+            slew,
         })?)
     }
 

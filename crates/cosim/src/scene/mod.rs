@@ -38,6 +38,7 @@
 //! | a frequency | 1e-6 | 1e10 | Hz |
 //! | an angle | 1e-12 | 1e6 | rad |
 //! | an angular speed | 1e-9 | 1e5 | rad/s |
+//! | an angular acceleration | 1e-6 | 1e9 | rad/s2 |
 //! | a torque | 1e-12 | 1e4 | N.m |
 //! | a torsional stiffness | 1e-12 | 1e6 | N.m/rad |
 //! | a torsional damping | 1e-15 | 1e3 | N.m.s/rad |
@@ -49,6 +50,7 @@
 //! | a torque constant | 1e-6 | 1e3 | N.m/A |
 //! | a length | 1e-12 | 1e4 | m |
 //! | a speed | 1e-9 | 1e4 | m/s |
+//! | an acceleration | 1e-6 | 1e9 | m/s2 |
 //! | a force | 1e-9 | 1e6 | N |
 //! | a stiffness | 1e-6 | 1e9 | N/m |
 //! | a damping | 1e-9 | 1e6 | N.s/m |

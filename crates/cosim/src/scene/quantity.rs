@@ -58,6 +58,7 @@ dimensions! {
     ANGLE = "an angle", "rad", 1e-12 to 1e6, [si("rad"), unit("deg", PI / 180.0, 0), unit("rev", 2.0 * PI, 0)];
     ANGULAR_SPEED = "an angular speed", "rad/s", 1e-9 to 1e5,
         [si("rad/s"), unit("deg/s", PI / 180.0, 0), unit("rpm", PI / 30.0, 0), unit("rev/s", 2.0 * PI, 0)];
+    ANGULAR_ACCELERATION = "an angular acceleration", "rad/s2", 1e-6 to 1e9, [si("rad/s2"), unit("deg/s2", PI / 180.0, 0)];
     TORQUE = "a torque", "N.m", 1e-12 to 1e4, [si("N.m")];
     TORSIONAL_STIFFNESS = "a torsional stiffness", "N.m/rad", 1e-12 to 1e6, [si("N.m/rad"), unit("N.m/deg", 180.0 / PI, 0)];
     TORSIONAL_DAMPING = "a torsional damping", "N.m.s/rad", 1e-15 to 1e3, [si("N.m.s/rad")];
@@ -69,6 +70,7 @@ dimensions! {
     TORQUE_CONSTANT = "a torque constant", "N.m/A", 1e-6 to 1e3, [si("N.m/A"), si("V.s/rad"), si("V.s")];
     LENGTH = "a length", "m", 1e-12 to 1e4, [si("m"), unit("cm", 1.0, -2)];
     SPEED = "a speed", "m/s", 1e-9 to 1e4, [si("m/s")];
+    ACCELERATION = "an acceleration", "m/s2", 1e-6 to 1e9, [si("m/s2")];
     FORCE = "a force", "N", 1e-9 to 1e6, [si("N")];
     STIFFNESS = "a stiffness", "N/m", 1e-6 to 1e9, [si("N/m"), unit("N/mm", 1.0, 3)];
     DAMPING = "a damping", "N.s/m", 1e-9 to 1e6, [si("N.s/m")];
@@ -81,6 +83,7 @@ dimensions! {
 pub(crate) struct Axis {
     pub position: &'static Dimension,
     pub speed: &'static Dimension,
+    pub acceleration: &'static Dimension,
     pub effort: &'static Dimension,
     pub stiffness: &'static Dimension,
     pub damping: &'static Dimension,
@@ -90,14 +93,21 @@ pub(crate) struct Axis {
 pub(crate) static SHAFT: Axis = Axis {
     position: &ANGLE,
     speed: &ANGULAR_SPEED,
+    acceleration: &ANGULAR_ACCELERATION,
     effort: &TORQUE,
     stiffness: &TORSIONAL_STIFFNESS,
     damping: &TORSIONAL_DAMPING,
 };
 
 /// Those of a mass on a rail.
-pub(crate) static RAIL: Axis =
-    Axis { position: &LENGTH, speed: &SPEED, effort: &FORCE, stiffness: &STIFFNESS, damping: &DAMPING };
+pub(crate) static RAIL: Axis = Axis {
+    position: &LENGTH,
+    speed: &SPEED,
+    acceleration: &ACCELERATION,
+    effort: &FORCE,
+    stiffness: &STIFFNESS,
+    damping: &DAMPING,
+};
 
 /// The accepted values of a quantity. Sizes are those of the [`Dimension`], or the key's own.
 #[derive(Clone, Copy)]

@@ -2,7 +2,7 @@
 //! compared with the published algorithm in SI units.
 
 use crate::cases::cases;
-use crate::oracle::{filtered_model, foaw_model, timer_model, window_model};
+use crate::oracle::{Twisting, filtered_model, foaw_model, timer_model, window_model};
 use hpu_datapath::{
     AnyBlock, Block, EdgeTimer, FilteredConfig, FilteredDifference, Foaw, FoawConfig, LevantConfig,
     LevantDifferentiator, WindowDifference, edge_timer, foaw, levant_differentiator,
@@ -129,35 +129,12 @@ proptest! {
     }
 }
 
-/// The super-twisting recursion in whole numbers: a count is `2^out_frac` of them, and the root is searched bit by bit.
-struct Twisting {
-    config: LevantConfig,
-    estimate: i128,
-    velocity: i128,
-}
-
-impl Twisting {
-    fn sample(&mut self, position: i64) -> i64 {
-        let LevantConfig { width, out_frac, root_gain, slew, .. } = self.config;
-        let (turn, half) = (1i128 << (width + out_frac), 1i128 << (width + out_frac - 1));
-        let error = (self.estimate - (i128::from(position) << out_frac) + half).rem_euclid(turn) - half;
-        let under = error.abs() << out_frac;
-        let bits = (0..40).rev();
-        let root =
-            bits.fold(0i128, |root, bit| if (root + (1 << bit)).pow(2) <= under { root + (1 << bit) } else { root });
-        let step = i128::from(root_gain) * root / 256;
-        self.estimate = (self.estimate + self.velocity - error.signum() * step).rem_euclid(turn);
-        self.velocity = (self.velocity - error.signum() * i128::from(slew)).clamp(-half, half - 1);
-        i64::try_from(self.velocity).unwrap()
-    }
-}
-
 /// Runs every position as a sample. The velocity of the sample before stands until the edge of the load; the position
 /// between samples does not matter.
 fn twists_like(config: LevantConfig, positions: &[i64]) {
     let mut block = LevantDifferentiator::new(config).unwrap();
     let latency = (config.width + 2 * config.out_frac).div_ceil(2) + 2;
-    let mut model = Twisting { config, estimate: 0, velocity: 0 };
+    let mut model = Twisting::new(config);
     let (period, mut shown) = (i64::from(latency) + 1, Block::reset(&mut block).velocity);
     for &position in positions {
         let mut at = |position| Block::tick(&mut block, levant_differentiator::In { position, period }).velocity;

@@ -1,8 +1,8 @@
 //! The sampled wall compared with its equations on whole histories, in plain integers.
 
 use crate::cases::cases;
-use crate::oracle::{filtered_model, foaw_model, timer_model, window_model};
-use hpu_datapath::{Block, Estimator, FilteredConfig, FoawConfig, LawIn, LawOut, LawWidths};
+use crate::oracle::{Twisting, filtered_model, foaw_model, timer_model, window_model};
+use hpu_datapath::{Block, Estimator, FilteredConfig, FoawConfig, LawIn, LawOut, LawWidths, LevantConfig};
 use hpu_datapath::{SampledWall, SampledWallConfig};
 use hpu_signal::Format;
 use proptest::prelude::*;
@@ -48,6 +48,24 @@ fn timed(
     velocity
 }
 
+/// Returns the velocity of Levant's differentiator, which passes over the samples while it takes a root.
+fn twisted(config: &SampledWallConfig, history: &[LawIn<i64>], samples: &[usize]) -> i64 {
+    let (width, out_frac) = (config.widths.width, config.velocity_frac);
+    let SampledWallConfig { root_gain, slew, .. } = *config;
+    let mut model =
+        Twisting::new(LevantConfig { width, period_width: config.widths.period_width, out_frac, root_gain, slew });
+    // One edge begins the root, one edge each computes a bit, and one edge loads.
+    let latency = ((width + 2 * out_frac).div_ceil(2) + 2) as usize;
+    let (mut velocity, mut free) = (0, 0);
+    for &edge in samples.iter().filter(|&&edge| edge + latency < history.len()) {
+        if edge >= free {
+            free = edge + latency + 1;
+            velocity = model.sample(history[edge].position);
+        }
+    }
+    velocity
+}
+
 /// Returns torque and memory after the last edge of a history.
 fn expected(config: &SampledWallConfig, history: &[LawIn<i64>]) -> LawOut<i64> {
     let LawWidths { width, stiffness, damping, period_width, torque_width, .. } = config.widths;
@@ -66,6 +84,7 @@ fn expected(config: &SampledWallConfig, history: &[LawIn<i64>]) -> LawOut<i64> {
             foaw_model(FoawConfig { width, period_width, window, noise: config.noise, out_frac: frac })(&seen)
         }
         Estimator::EdgeTimer => timed(config, history, &at, &vp),
+        Estimator::Levant => twisted(config, history, &at),
     };
     let now = history.last().unwrap();
     let wall = if config.spring_held { &history[*samples(history, |edge| edge.period).last().unwrap()] } else { now };
@@ -198,6 +217,8 @@ fn words_that_an_estimator_cannot_take_are_refused() {
         SampledWallConfig { estimator: Estimator::EdgeTimer, widths: wide, ..default },
         SampledWallConfig { estimator: Estimator::Foaw, window: 17, ..default },
         SampledWallConfig { estimator: Estimator::Filtered, shift: 17, ..default },
+        SampledWallConfig { estimator: Estimator::Levant, root_gain: 1 << 20, ..default },
+        SampledWallConfig { estimator: Estimator::Levant, velocity_frac: 26, ..default },
     ] {
         assert!(SampledWall::new(config).is_err(), "{config:?}");
     }

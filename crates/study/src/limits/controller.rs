@@ -82,6 +82,7 @@ pub(super) fn controller(scene: &Scene, damping: Damping) -> Result<(Vec<Term>, 
                     Ok(([spring].into_iter().chain(ends).collect(), one()))
                 }
                 Estimator::Foaw => nonlinear("an adaptive window"),
+                Estimator::Levant => nonlinear("a sliding mode"),
                 Estimator::EdgeTimer => nonlinear("a velocity from the time between two counts"),
             }
         }

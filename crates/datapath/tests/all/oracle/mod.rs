@@ -1,6 +1,6 @@
 //! The velocity estimators as functions of all positions sampled so far, in plain integers.
 
-use hpu_datapath::{FilteredConfig, FoawConfig};
+use hpu_datapath::{FilteredConfig, FoawConfig, LevantConfig};
 
 /// Returns the difference of two counter words as a motion of less than half a turn.
 pub fn motion(to: i64, from: i64, turn: i64) -> i64 {
@@ -65,5 +65,33 @@ pub fn timer_model(positions: &[i64], width: u32, time_width: u32) -> [i64; 3] {
     match between {
         Some(between) if since < longest => [between.max(since), i64::from(forward), 0],
         _ => [longest, i64::from(forward), 1],
+    }
+}
+
+/// The super-twisting recursion in whole numbers: a count is `2^out_frac` of them, and the root is searched bit by bit.
+pub struct Twisting {
+    config: LevantConfig,
+    estimate: i128,
+    velocity: i128,
+}
+
+impl Twisting {
+    pub fn new(config: LevantConfig) -> Self {
+        Self { config, estimate: 0, velocity: 0 }
+    }
+
+    /// Returns the velocity after a sample of that position.
+    pub fn sample(&mut self, position: i64) -> i64 {
+        let LevantConfig { width, out_frac, root_gain, slew, .. } = self.config;
+        let (turn, half) = (1i128 << (width + out_frac), 1i128 << (width + out_frac - 1));
+        let error = (self.estimate - (i128::from(position) << out_frac) + half).rem_euclid(turn) - half;
+        let under = error.abs() << out_frac;
+        let bits = (0..40).rev();
+        let root =
+            bits.fold(0i128, |root, bit| if (root + (1 << bit)).pow(2) <= under { root + (1 << bit) } else { root });
+        let step = i128::from(root_gain) * root / 256;
+        self.estimate = (self.estimate + self.velocity - error.signum() * step).rem_euclid(turn);
+        self.velocity = (self.velocity - error.signum() * i128::from(slew)).clamp(-half, half - 1);
+        i64::try_from(self.velocity).unwrap()
     }
 }

@@ -136,7 +136,9 @@ impl Seen<'_> {
                 let error = whole.exact.map(|_| (Span::new(-1, 0), 0));
                 Affine::put(|symbols| symbols.replaced(still, error, sample.fits && whole.fits))
             }
-            _ => {
+            // The velocity may swing beyond that of the motion, up to where its word clamps.
+            (Estimator::Levant, _) => Affine::put(|symbols| symbols.any(Format::signed(self.widths.width + frac))),
+            (Estimator::EdgeTimer, _) | (_, None) => {
                 // Two counts in the same direction are no closer in time than the fastest shaft makes them.
                 let apart = (1.0 / self.travel.fastest()).floor().max(1.0);
                 let most = (clocks / apart * f64::from(1u32 << frac)).next_up().ceil();
