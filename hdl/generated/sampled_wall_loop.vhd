@@ -18,7 +18,7 @@
 --          SHAPER_B0, SHAPER_B1, SHAPER_B2,
 --          SHAPER_A1, SHAPER_A2             see input_shaper
 --          SPRING_HELD, ESTIMATOR, RATIO, SHIFT, WINDOW, NOISE, VELOCITY_FRAC,
---          RELIEF: see sampled_wall
+--          RELIEF, ROOT_GAIN, SLEW: see sampled_wall
 -- in       a_pin       (0,1,0)        encoder line A, asynchronous
 --          b_pin       (0,1,0)        encoder line B, asynchronous
 --          reference   (0,POSITION_WIDTH,0)  where the wall begins
@@ -33,8 +33,9 @@
 --          when enabled, waits for its sample edge, and the modulator for its
 --          period. Between, the law, with the names of sampled_wall: all from the
 --          sample edge: 0 to a held spring and to the velocity, which that very
---          edge writes; PERIOD_WIDTH+3+V to the velocity of ESTIMATOR 4. Not
---          SPRING_HELD: contact and penetration act at once, combinational
+--          edge writes; PERIOD_WIDTH+3+V to the velocity of ESTIMATOR 4, that of
+--          its block to the velocity of ESTIMATOR 5. Not SPRING_HELD: contact and
+--          penetration act at once, combinational
 -- reset    synchronous, to every clocked block
 -- overflow as in sampled_wall; the command clamps to +-(2^PWM_WIDTH - 1)
 -- source   Vasudevan et al. 2007, Eqs. (1) to (8); the relief is the negative
@@ -69,13 +70,15 @@ entity sampled_wall_loop is
     SHAPER_A1       : integer  := 0;
     SHAPER_A2       : integer  := 0;
     SPRING_HELD     : boolean  := true;
-    ESTIMATOR       : natural range 0 to 4 := 0;
+    ESTIMATOR       : natural range 0 to 5 := 0;
     RATIO           : positive := 1;
     SHIFT           : natural  := 3;
     WINDOW          : positive := 8;
     NOISE           : natural  := 1;
     VELOCITY_FRAC   : natural  := 8;
-    RELIEF          : natural  := 0
+    RELIEF          : natural  := 0;
+    ROOT_GAIN       : natural  := 96;
+    SLEW            : natural  := 18
   );
   port (
     clk       : in  std_logic;
@@ -143,7 +146,9 @@ begin
       WINDOW          => WINDOW,
       NOISE           => NOISE,
       VELOCITY_FRAC   => VELOCITY_FRAC,
-      RELIEF          => RELIEF
+      RELIEF          => RELIEF,
+      ROOT_GAIN       => ROOT_GAIN,
+      SLEW            => SLEW
     )
     port map (
       clk         => clk,

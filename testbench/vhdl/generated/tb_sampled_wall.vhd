@@ -26,6 +26,8 @@ entity tb_sampled_wall is
     NOISE : integer := work.sampled_wall_pkg.NOISE;
     VELOCITY_FRAC : integer := work.sampled_wall_pkg.VELOCITY_FRAC;
     RELIEF : integer := work.sampled_wall_pkg.RELIEF;
+    ROOT_GAIN : integer := work.sampled_wall_pkg.ROOT_GAIN;
+    SLEW : integer := work.sampled_wall_pkg.SLEW;
     FORMAT : string := work.sampled_wall_pkg.FORMAT;
     VECTORS : string := "vectors/sampled_wall/default-directed.txt"
   );
@@ -47,7 +49,7 @@ architecture test of tb_sampled_wall is
 begin
 
   dut : entity work.sampled_wall
-    generic map (WIDTH => WIDTH, STIFFNESS_WIDTH => STIFFNESS_WIDTH, STIFFNESS_FRAC => STIFFNESS_FRAC, DAMPING_WIDTH => DAMPING_WIDTH, DAMPING_FRAC => DAMPING_FRAC, PERIOD_WIDTH => PERIOD_WIDTH, SCALE_WIDTH => SCALE_WIDTH, SCALE_FRAC => SCALE_FRAC, TORQUE_WIDTH => TORQUE_WIDTH, SPRING_HELD => SPRING_HELD, ESTIMATOR => ESTIMATOR, RATIO => RATIO, SHIFT => SHIFT, WINDOW => WINDOW, NOISE => NOISE, VELOCITY_FRAC => VELOCITY_FRAC, RELIEF => RELIEF)
+    generic map (WIDTH => WIDTH, STIFFNESS_WIDTH => STIFFNESS_WIDTH, STIFFNESS_FRAC => STIFFNESS_FRAC, DAMPING_WIDTH => DAMPING_WIDTH, DAMPING_FRAC => DAMPING_FRAC, PERIOD_WIDTH => PERIOD_WIDTH, SCALE_WIDTH => SCALE_WIDTH, SCALE_FRAC => SCALE_FRAC, TORQUE_WIDTH => TORQUE_WIDTH, SPRING_HELD => SPRING_HELD, ESTIMATOR => ESTIMATOR, RATIO => RATIO, SHIFT => SHIFT, WINDOW => WINDOW, NOISE => NOISE, VELOCITY_FRAC => VELOCITY_FRAC, RELIEF => RELIEF, ROOT_GAIN => ROOT_GAIN, SLEW => SLEW)
     port map (clk => clk, rst => rst, position => position, delta => delta, contact => contact, penetration => penetration, stiffness => stiffness, damping => damping, period => period, scale => scale, torque => torque, memory => memory);
 
   process

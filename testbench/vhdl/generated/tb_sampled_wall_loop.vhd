@@ -37,6 +37,8 @@ entity tb_sampled_wall_loop is
     NOISE : integer := work.sampled_wall_loop_pkg.NOISE;
     VELOCITY_FRAC : integer := work.sampled_wall_loop_pkg.VELOCITY_FRAC;
     RELIEF : integer := work.sampled_wall_loop_pkg.RELIEF;
+    ROOT_GAIN : integer := work.sampled_wall_loop_pkg.ROOT_GAIN;
+    SLEW : integer := work.sampled_wall_loop_pkg.SLEW;
     FORMAT : string := work.sampled_wall_loop_pkg.FORMAT;
     VECTORS : string := "vectors/sampled_wall_loop/default-directed.txt"
   );
@@ -59,7 +61,7 @@ architecture test of tb_sampled_wall_loop is
 begin
 
   dut : entity work.sampled_wall_loop
-    generic map (POSITION_WIDTH => POSITION_WIDTH, STIFFNESS_WIDTH => STIFFNESS_WIDTH, STIFFNESS_FRAC => STIFFNESS_FRAC, DAMPING_WIDTH => DAMPING_WIDTH, DAMPING_FRAC => DAMPING_FRAC, PERIOD_WIDTH => PERIOD_WIDTH, SCALE_WIDTH => SCALE_WIDTH, SCALE_FRAC => SCALE_FRAC, PWM_WIDTH => PWM_WIDTH, ANTIPHASE => ANTIPHASE, LATCHED => LATCHED, FLOATING => FLOATING, DEAD_TIME => DEAD_TIME, SHAPER_ENABLED => SHAPER_ENABLED, SHAPER_PHASE => SHAPER_PHASE, SHAPER_B0 => SHAPER_B0, SHAPER_B1 => SHAPER_B1, SHAPER_B2 => SHAPER_B2, SHAPER_A1 => SHAPER_A1, SHAPER_A2 => SHAPER_A2, SPRING_HELD => SPRING_HELD, ESTIMATOR => ESTIMATOR, RATIO => RATIO, SHIFT => SHIFT, WINDOW => WINDOW, NOISE => NOISE, VELOCITY_FRAC => VELOCITY_FRAC, RELIEF => RELIEF)
+    generic map (POSITION_WIDTH => POSITION_WIDTH, STIFFNESS_WIDTH => STIFFNESS_WIDTH, STIFFNESS_FRAC => STIFFNESS_FRAC, DAMPING_WIDTH => DAMPING_WIDTH, DAMPING_FRAC => DAMPING_FRAC, PERIOD_WIDTH => PERIOD_WIDTH, SCALE_WIDTH => SCALE_WIDTH, SCALE_FRAC => SCALE_FRAC, PWM_WIDTH => PWM_WIDTH, ANTIPHASE => ANTIPHASE, LATCHED => LATCHED, FLOATING => FLOATING, DEAD_TIME => DEAD_TIME, SHAPER_ENABLED => SHAPER_ENABLED, SHAPER_PHASE => SHAPER_PHASE, SHAPER_B0 => SHAPER_B0, SHAPER_B1 => SHAPER_B1, SHAPER_B2 => SHAPER_B2, SHAPER_A1 => SHAPER_A1, SHAPER_A2 => SHAPER_A2, SPRING_HELD => SPRING_HELD, ESTIMATOR => ESTIMATOR, RATIO => RATIO, SHIFT => SHIFT, WINDOW => WINDOW, NOISE => NOISE, VELOCITY_FRAC => VELOCITY_FRAC, RELIEF => RELIEF, ROOT_GAIN => ROOT_GAIN, SLEW => SLEW)
     port map (clk => clk, rst => rst, a_pin => a_pin, b_pin => b_pin, reference => reference, stiffness => stiffness, damping => damping, period => period, scale => scale, a_high => a_high, a_low => a_low, b_high => b_high, b_low => b_low);
 
   process
