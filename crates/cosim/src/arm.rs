@@ -1,5 +1,5 @@
-//! An arm with three encoders, and motors behind DACs, at one clock edge. The world of a device joins it to the ports of
-//! the device's loop.
+//! An arm with three encoders, and motors behind DACs, at one clock edge. The world of a device joins it to the ports
+//! of the device's loop.
 
 use hpu_plant::arm::{Arm, ArmModel, ArmState as MotionState, Links};
 use hpu_plant::{Band, Method, Pace};

@@ -1,4 +1,5 @@
-//! A PHANToM: its scene made ready, its worlds, the host of its operating-system platforms, and its law without a clock.
+//! A PHANToM: its scene made ready, its worlds, the host of its operating-system platforms, and its law without a
+//! clock.
 
 mod direct;
 mod host;

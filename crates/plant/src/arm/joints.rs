@@ -11,8 +11,8 @@ pub struct Transmission {
     pub damping_nm_s_per_rad: f64,
 }
 
-/// The joints of an arm, whatever its links are: friction, motors and transmissions. A joint's motor is reflected to the
-/// joint.
+/// The joints of an arm, whatever its links are: friction, motors and transmissions. A joint's motor is reflected to
+/// the joint.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct Joints {
     /// Viscous friction of each joint in N·m·s/rad.

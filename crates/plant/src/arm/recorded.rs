@@ -1,7 +1,7 @@
 //! The equations of motion of any [`Dynamics`], recorded once and read as numbers and as Taylor series.
 //!
-//! An [`Arm`] writes its dynamics down in expressions: the masses, and by derivatives of masses and potential the forces
-//! of Lagrange's equations,
+//! An [`Arm`] writes its dynamics down in expressions: the masses, and by derivatives of masses and potential the
+//! forces of Lagrange's equations,
 //!
 //! | equation | |
 //! |---|---|
