@@ -16,6 +16,7 @@ use crate::terminal::{print, print_json, with_progress};
 
 /// Where to.
 #[derive(clap::Args)]
+#[group(skip)]
 pub struct Args {
     /// Write text and CSV into this folder, and go on there after an interruption
     #[arg(short, long, value_name = "DIR")]

@@ -15,7 +15,7 @@ fn the_example_measures_judges_and_calls_other_verbs() {
     assert_eq!(code(&output), 0, "{}", stderr(&output));
     let told = stdout(&output);
     // The limits of the linear loop at 1 kHz: as `hpu reproduce hybrid-loop` has it.
-    assert!(told.contains("conventional, 1 kHz     0.497 N.m/rad\n"), "{told}");
+    assert!(told.contains("conventional, 1 kHz  0.497 N.m/rad\n"), "{told}");
     assert!(told.contains("(a)   confirmed       \"higher rates allow stiffer walls\" (general knowledge)"), "{told}");
     let method = told.lines().find(|line| line.starts_with("hybrid ")).expect("a line of a method");
     assert!(method.contains("settles") && method.ends_with(" uJ"), "{method}");
