@@ -79,7 +79,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     }
     let design = format!("{stem}.vhd");
     let (all, _) = begin(args, &design)?;
-    let text = format!("# A scene of hpu: `{}`. Run it: `hpu run {name}.toml -o out`\n", command(args))
+    let text = format!("# Written by `{}`.\n# Run it: `hpu run {stem}.toml -o out`\n", command(args, stem))
         + &as_scene(&all, line);
     let mut files = vec![(format!("{stem}.toml"), text)];
     if args.dut {
@@ -101,9 +101,9 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     Ok(Exit::Fine)
 }
 
-fn command(args: &Args) -> String {
+fn command(args: &Args, stem: &str) -> String {
     let device = args.device.to_possible_value().map_or(String::new(), |value| value.get_name().to_string());
-    let mut command = format!("hpu new {} --device {device} --clock {}", quoted(&args.name), quoted(&args.clock));
+    let mut command = format!("hpu new {} --device {device} --clock {}", quoted(stem), quoted(&args.clock));
     if let Some(counts) = args.counts {
         command += &format!(" --counts {counts}");
     }

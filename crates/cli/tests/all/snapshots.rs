@@ -66,13 +66,14 @@ fn paths(value: &Value, at: &str, found: &mut BTreeSet<String>) {
 
 /// Commands for the forms of JSON, as short as possible. Commands that take a minute are left out: `cost --scene`, and
 /// the studies of papers but two.
-const COMMANDS: [(&str, &str); 22] = [
+const COMMANDS: [(&str, &str); 23] = [
     ("run", "run hybrid-wall --edges 100000 --json"),
     ("run-compare", "run hybrid-wall --edges 100000 --compare --json"),
     ("run-phantom", "run phantom-drop --set run.duration=20ms --json"),
     ("run-dut", "run testbench/dut/knee.toml --edges 20000 --json"),
     ("scenes", "scenes --json"),
     ("keys", "keys --json"),
+    ("scene-show", "scene show hybrid-wall --json"),
     ("blocks", "block --json"),
     ("block", "block truncating_multiplier --json"),
     ("check", "check displacement --rows 20 --scene hybrid-wall --edges 2000 --json"),
