@@ -5,6 +5,7 @@ mod cache;
 mod chart;
 mod check;
 mod cost;
+mod diff;
 mod exit;
 mod files;
 mod fit;
@@ -72,6 +73,7 @@ enum Verb {
     Map(map::Args),
     Chart(chart::Args),
     Fit(fit::Args),
+    Diff(diff::Args),
     Widths(widths::Args),
     Cost(cost::Args),
     Study(study::Args),
@@ -108,6 +110,7 @@ impl Verb {
             Self::Map(args) => map::run(&args),
             Self::Chart(args) => chart::run(&args),
             Self::Fit(args) => fit::run(&args),
+            Self::Diff(args) => diff::run(&args),
             Self::Widths(args) => widths::run(&args),
             Self::Cost(args) => cost::run(&args),
             Self::Study(args) => study::run(&args, &Command::command(), again),

@@ -80,14 +80,14 @@ pub fn labels(name: &str) -> Vec<String> {
 fn list(as_json: bool) -> Result<Exit, Failure> {
     let blocks = registry();
     let names = |ports: Vec<Signal>| ports.iter().map(|port| port.name).collect::<Vec<_>>().join(", ");
-    let fields = [
-        Column::text("", "").least(22).of(|block: &Box<dyn AnyBlock>| block.name()),
-        Column::text("", "")
-            .of(|block: &Box<dyn AnyBlock>| format!("{} -> {}", names(block.inputs()), names(block.outputs()))),
-    ];
+    let mut table = Table::new("", [Column::text("", "").least(22), Column::text("", "")]).gap(1);
+    for block in &blocks {
+        let ports = format!("{} -> {}", names(block.inputs()), names(block.outputs()));
+        table.add([block.name().into(), ports.into()]);
+    }
     let all = blocks.iter().map(|block| described(&**block, Notation::Triple).json());
     let mut page = Page::default();
-    page.data("blocks", Value::Array(all.collect())).table(Table::of("", &blocks, fields).gap(1));
+    page.data("blocks", Value::Array(all.collect())).table(table);
     show(&page, as_json)?;
     Ok(Exit::Fine)
 }
@@ -104,7 +104,7 @@ fn described(block: &dyn AnyBlock, notation: Notation) -> Page {
     };
     let fields = [
         Column::text("direction", "").of(|(direction, _): &Port| *direction),
-        Column::text("name", "port").of(|(_, port): &Port| port.name),
+        Column::text("name", "port").least(11).of(|(_, port): &Port| port.name),
         Column::text("format", "format")
             .of(move |(_, port): &Port| Cell::new(json!(triple(port.format))).shown(notation.of(port.format))),
         Column::text("notations", "").data().of(notations),

@@ -1,6 +1,7 @@
 //! `hpu run`: runs a scene, and writes its summary and its files.
 
 mod contact;
+mod device;
 mod junit;
 mod nets;
 mod page;
@@ -11,7 +12,7 @@ mod rows;
 use std::fs;
 use std::path::PathBuf;
 
-use clap::ValueEnum;
+use clap::{Args as _, FromArgMatches, ValueEnum};
 use hpu_chart::{self as chart, PHANTOM_NETS};
 use hpu_cosim::scene::{Datapath, Expectation, Experiment, OutcomeKind};
 use hpu_cosim::{AnyRig, Comparison, Driver, Ready, Rig, Summary, Trace, Wired, judged_window_s, metric};
@@ -191,6 +192,37 @@ impl Ran<'_> {
     }
 }
 
+/// Reads a scene, and chooses its model if it leaves the model open; `None` when interrupted.
+fn load(name: &str, set: &[(String, String)], edges: Option<u64>) -> Result<Option<(Loaded, Option<Fit>)>, Failure> {
+    let mut loaded = Loaded::new(name, set, edges)?;
+    let mut fitted = None;
+    if loaded.scene.auto {
+        let Some(found) = fit::least(&scene::source(name)?, set, None, interrupt::heed())? else { return Ok(None) };
+        let set: Vec<_> = set.iter().chain(&found.set).cloned().collect();
+        loaded = Loaded::new(name, &set, edges)?;
+        fitted = Some(found);
+    }
+    if let Experiment::Axis(scene) = &loaded.scene
+        && scene.model.datapath == Datapath::Linear
+    {
+        let error = scene.error("model.datapath", "\"linear\" is a law without a datapath to run; see hpu limits");
+        return Err(if error.is_override() { Failure::usage(error) } else { Failure::file(error) });
+    }
+    Ok(Some((loaded, fitted)))
+}
+
+/// Runs a scene as it is written, and returns its summary as `hpu run --json` prints it; `None` when interrupted.
+pub fn summary(name: &str) -> Result<Option<Value>, Failure> {
+    let matches = Args::augment_args(clap::Command::new("run")).try_get_matches_from(["run", "--", name]);
+    let args = Args::from_arg_matches(&matches.map_err(Failure::usage)?).map_err(Failure::usage)?;
+    let Some((loaded, fitted)) = load(name, &[], None)? else { return Ok(None) };
+    let session = AnyRig::new(&loaded.scene, &args.hdl.simulators()?, false)?;
+    let mut ran = simulate(&loaded.scene, &session, &args, None, None, None)?;
+    ran.parameters = parameters::of(&loaded.scene, fitted.as_ref(), false);
+    ran.fitted = fitted;
+    Ok((!interrupt::pressed()).then(|| page::page(&ran).json()))
+}
+
 /// Runs `hpu run`.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
     let Some(name) = &args.scene else {
@@ -204,22 +236,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     }
     let set = args.changes()?;
     let junit_file = args.junit.as_deref().map(Single::open).transpose()?;
-    let mut loaded = Loaded::new(name, &set, args.edges)?;
-    let mut fitted = None;
-    if loaded.scene.auto {
-        let Some(found) = fit::least(&scene::source(name)?, &set, None, interrupt::heed())? else {
-            return Ok(Exit::Interrupted);
-        };
-        let set: Vec<_> = set.iter().chain(&found.set).cloned().collect();
-        loaded = Loaded::new(name, &set, args.edges)?;
-        fitted = Some(found);
-    }
-    if let Experiment::Axis(scene) = &loaded.scene
-        && scene.model.datapath == Datapath::Linear
-    {
-        let error = scene.error("model.datapath", "\"linear\" is a law without a datapath to run; see hpu limits");
-        return Err(if error.is_override() { Failure::usage(error) } else { Failure::file(error) });
-    }
+    let Some((loaded, fitted)) = load(name, &set, args.edges)? else { return Ok(Exit::Interrupted) };
     let session = AnyRig::new(&loaded.scene, &args.hdl.simulators()?, args.out.is_some())?;
     let other = args.beside.as_ref().map(|other| Loaded::new(other, &[], args.edges)).transpose()?;
     let drivers = args.compare.as_ref().is_some_and(Vec::is_empty);

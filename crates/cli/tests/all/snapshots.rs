@@ -1,4 +1,5 @@
-//! Snapshots of the command's surface: every page of help, and the keys of every verb's JSON.
+//! Snapshots of the command's surface: every page of help, the keys of every verb's JSON, its page of text, and the
+//! messages of refusals.
 //!
 //! A script that reads `--json` breaks when a key goes; a snapshot shows the change first. After an intended change,
 //! look at `git diff` and accept: `INSTA_UPDATE=always cargo test -p hpu --test all -- snapshots`.
@@ -116,6 +117,94 @@ fn the_keys_of_every_verbs_json() {
             insta::assert_snapshot!(format!("json-{name}"), found.join("\n"));
         }
     });
+}
+
+/// Commands whose page of text is the same on every machine, once wall times are filtered: charts and fits choose and
+/// mark by wall times, proofs come in the order in which they end, and lists of scenes and keys are tested elsewhere.
+const PAGES: [&str; 12] = [
+    "run",
+    "run-compare",
+    "run-phantom",
+    "run-dut",
+    "block",
+    "check",
+    "check-entity",
+    "limits",
+    "map",
+    "widths",
+    "widths-phantom",
+    "cost",
+];
+
+/// Returns a page without its wall times: the time and speed of a run, and the seconds of a check.
+fn without_wall_times(name: &str, page: &str) -> String {
+    let line = |line: &str| {
+        if let (Some((before, _)), true) = (line.split_once(") in "), line.contains("edges/s")) {
+            return format!("{before}) in TIME\n");
+        }
+        let is_seconds = |word: &str| word.split_once('.').is_some_and(|(_, decimals)| decimals.len() == 2);
+        let last = line.split_whitespace().find(|word| word.parse::<f64>().is_ok() && is_seconds(word));
+        match last.filter(|_| name.starts_with("check")).and_then(|seconds| line.split_once(seconds)) {
+            Some((before, after)) => format!("{} TIME{after}\n", before.trim_end()),
+            None => format!("{line}\n"),
+        }
+    };
+    page.lines().map(line).collect()
+}
+
+#[test]
+fn the_page_of_text_of_every_verb() {
+    settings().bind(|| {
+        for name in PAGES {
+            let command = COMMANDS.iter().find(|(other, _)| *other == name).expect("a command").1;
+            let command = command.trim_end_matches(" --json");
+            let output = hpu().args(command.split_whitespace()).output().expect("starts");
+            assert_eq!(code(&output), 0, "{command}: {}", stderr(&output));
+            let page = without_wall_times(name, &stdout(&output));
+            assert!(!page.contains("edges/s"), "{page}");
+            insta::assert_snapshot!(format!("text-{name}"), format!("$ hpu {command}\n{page}"));
+        }
+    });
+}
+
+/// Commands that are refused, with their exit codes.
+const REFUSED: [(i32, &str); 25] = [
+    (2, "nonsense"),
+    (2, "run hybrid-wall --set wall.stiffness"),
+    (4, "run hybrid-wall --set wall.stifness=1"),
+    (4, "run hybrid-wall --set wall.stiffness=1kg"),
+    (4, "run Cargo.toml"),
+    (2, "run hybrid-wall -o /dev/null/x"),
+    (2, "run hybrid-wall --vcd"),
+    (2, "run hybrid-wall --compare a=b"),
+    (2, "block pwm --variant none"),
+    (2, "block --notation q"),
+    (2, "cost"),
+    (2, "cost pwm --set a=1"),
+    (2, "limits phantom-drop"),
+    (2, "limits hybrid-wall --range 3..1"),
+    (2, "limits hybrid-wall --range soft"),
+    (4, "map hybrid-wall --x wall.nokey=1..2:2 --y wall.damping=0..1:2"),
+    (2, "map hybrid-wall --x wall.damping=1..2:2"),
+    (2, "chart hybrid-wall --contestants nope"),
+    (2, "fit hybrid-wall --within 200%"),
+    (2, "widths --gappa hybrid-wall phantom-drop"),
+    (4, "widths testbench/dut/knee.toml"),
+    (2, "vectors --table x"),
+    (4, "vectors --verify Cargo.toml"),
+    (4, "diff hybrid-wall Cargo.toml.json"),
+    (2, "diff hybrid-wall"),
+];
+
+#[test]
+fn the_message_of_every_refusal() {
+    let told = |(expected, command): &(i32, &str)| {
+        let output = hpu().args(command.split_whitespace()).env("COLUMNS", "100").output().expect("starts");
+        assert_eq!(code(&output), *expected, "{command}: {}", stderr(&output));
+        assert_eq!(stdout(&output), "", "{command}");
+        format!("$ hpu {command}\n{}exit code {expected}\n\n", stderr(&output))
+    };
+    settings().bind(|| insta::assert_snapshot!("refusals", REFUSED.iter().map(told).collect::<String>()));
 }
 
 #[test]

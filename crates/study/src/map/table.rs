@@ -89,7 +89,7 @@ pub fn fields<'a>(map: &'a Map, found: &'a [Found], replay: impl Fn(usize) -> St
         figure("contact_share", |cell| cell.contact_share.into()),
         of(Column::integer("product_wraps", ""), |cell| cell.product_wraps.map(NonZeroU32::get).into()),
         of(Column::flag("contact_unseen", "").only(&in_json), |cell| cell.contact_unseen.into()),
-        of(Column::integer("contact_unseen", "").only(&in_file), |cell| i32::from(cell.contact_unseen).into()),
+        of(Column::number("contact_unseen", "").only(&in_file), |cell| f64::from(u8::from(cell.contact_unseen)).into()),
         figure("stiffness_error", |cell| cell.stiffness_error.into()),
         figure("overflow_share", |cell| cell.overflow_share.into()),
         of(Column::integer("edges", ""), |cell| cell.edges.into()),
@@ -115,7 +115,11 @@ pub fn csv(
     replay: impl Fn(usize) -> String,
 ) -> io::Result<()> {
     let units = units_of(map).into_iter().map(|(key, value)| format!("{key}: {value}"));
-    write_csv(out, [command.to_string()].into_iter().chain(units), &fields(map, found, replay), 0..found.len())
+    let mut fields = fields(map, found, replay);
+    // The places of a map are written as the command line has them, without a power of ten.
+    fields[3] = Column::text("x", "").of(|index: &usize| map.x.values()[map.point(*index).ix].to_string());
+    fields[4] = Column::text("y", "").of(|index: &usize| map.y.values()[map.point(*index).iy].to_string());
+    write_csv(out, [command.to_string()].into_iter().chain(units), &fields, 0..found.len())
 }
 
 /// Writes the map as Parquet, with the same columns; units and command are in the file's metadata.

@@ -10,7 +10,7 @@
 //! struct Run { method: &'static str, rms_m: Option<f64>, edges: u64, settled: bool }
 //! let runs = [
 //!     Run { method: "hybrid", rms_m: Some(2.5e-6), edges: 1200, settled: true },
-//!     Run { method: "sampled wall", rms_m: None, edges: 80, settled: false },
+//!     Run { method: "sampled, held", rms_m: None, edges: 80, settled: false },
 //! ];
 //! let table = Table::of("runs", &runs, [
 //!     Column::text("method", "method").of(|run: &Run| run.method),
@@ -27,22 +27,21 @@
 //! assert_eq!(page.text(), "\
 //! scene      wall at 50 MHz
 //!
-//! method        rms um  edges
-//! hybrid           2.5   1200
-//! sampled wall       -     80
+//! method         rms um  edges
+//! hybrid            2.5   1200
+//! sampled, held       -     80
 //! ");
-//! assert_eq!(page.tables().next().unwrap().csv(&["hpu example"]), "\
-//! ## hpu example
+//! assert_eq!(page.tables().next().unwrap().csv(&["hpu example"]), r#"## hpu example
 //! method,rms_m,edges,settled
 //! hybrid,2.5e-6,1200,true
-//! sampled wall,,80,false
-//! ".replace("##", "#"));
+//! "sampled, held",,80,false
+//! "#.replace("##", "#"));
 //! assert_eq!(page.json(), serde_json::json!({
 //!     "scene": "wall",
 //!     "seed": 7,
 //!     "runs": [
 //!         { "method": "hybrid", "rms_m": 2.5e-6, "work": { "edges": 1200 }, "settled": true },
-//!         { "method": "sampled wall", "rms_m": null, "work": { "edges": 80 }, "settled": false },
+//!         { "method": "sampled, held", "rms_m": null, "work": { "edges": 80 }, "settled": false },
 //!     ],
 //! }));
 //! ```
