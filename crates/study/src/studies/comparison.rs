@@ -149,11 +149,11 @@ pub fn claimed(claim: &Claim, lines: &[&Line], found: &[&Found]) -> Result<Vec<b
     Ok(cases)
 }
 
+/// The name of a group, and its lines with their results.
+type Grouped<'a> = (&'static str, Vec<(&'a Line, &'a Result<Found, String>)>);
+
 /// Returns the lines with their results, by their groups.
-fn groups<'a>(
-    comparison: &'a Comparison,
-    results: &'a [Result<Found, String>],
-) -> Vec<(&'static str, Vec<(&'a Line, &'a Result<Found, String>)>)> {
+fn groups<'a>(comparison: &'a Comparison, results: &'a [Result<Found, String>]) -> Vec<Grouped<'a>> {
     let mut groups: Vec<(&str, Vec<_>)> = Vec::new();
     for (line, result) in comparison.lines.iter().zip(results) {
         match groups.last_mut() {
