@@ -16,9 +16,9 @@ use crate::scene::{self, quoted};
 
 /// Run a study: a TOML file that says what is varied, what is measured, and what a paper claims
 ///
-/// A [[group]] has lines, and each [[group.line]] measures scenes under overrides; `vary` repeats it for every member of
-/// a list, a range, or every method. A [[claim]] is a condition on their figures: confirmed, not confirmed, or cannot be
-/// told. Sections such as [map], [limits] or [widths] run that verb with their keys as its options; their files come
+/// A `group` has lines, and each `group.line` measures scenes under overrides; `vary` repeats it for every member of
+/// a list, a range, or every method. A `claim` is a condition on their figures: confirmed, not confirmed, or cannot be
+/// told. Sections such as `map`, `limits` or `widths` run that verb with their keys as its options; their files come
 /// into a folder of their own. All measures and their values stand in testbench/studies/README.md. With a folder, the
 /// same command goes on after an interruption.
 #[derive(clap::Args)]

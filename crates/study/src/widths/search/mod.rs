@@ -1,6 +1,6 @@
 //! Searches the widths of a loop: returns the front of stable stiffness, error of the outputs, and lookup tables.
 //!
-//! A design is a choice of widths ([`Width`]) for the loop of a scene. The search finds three figures of it:
+//! A design is a choice of widths for the loop of a scene. The search finds three figures of it:
 //!
 //! - the *stable stiffness*, the stiffest wall that settles (by the rule of `climb`);
 //! - the *error* of the scene's outputs, with the wall as written, against the outputs of a reference of wide words
