@@ -65,11 +65,12 @@ architecture rtl of levant_differentiator is
 
   subtype sum_word is signed(SUM_WIDTH - 1 downto 0);
 
-  signal start    : std_logic;
-  signal radicand : std_logic_vector(ROOT_WIDTH - 1 downto 0);
-  signal root     : std_logic_vector(ROOT_WIDTH / 2 - 1 downto 0);
-  signal rooting  : std_logic;
-  signal ready    : std_logic;
+  signal start     : std_logic;
+  signal radicand  : std_logic_vector(ROOT_WIDTH - 1 downto 0);
+  signal root      : std_logic_vector(ROOT_WIDTH / 2 - 1 downto 0);
+  signal rooting   : std_logic;
+  signal ready     : std_logic;
+  signal slope     : signed(OUT_WIDTH - 1 downto 0);
   signal corrected : unsigned(ROOT_WIDTH / 2 + 20 - 1 downto 0);
 
   -- The sum minus the step, plus it or itself: by the sign of the error.
@@ -88,8 +89,29 @@ architecture rtl of levant_differentiator is
     return sum - step;
   end function;
 
+  -- Its size. Not abs: GHDL 2.0 writes that into a Verilog netlist as in VHDL.
+  function size_of(value : signed(OUT_WIDTH - 1 downto 0)) return unsigned is
+  begin
+    if value(value'high) = '1' then
+      return unsigned(-value);
+    end if;
+    return unsigned(value);
+  end function;
+
+  -- The nearest velocity.
+  function clamped(value : sum_word) return signed is
+  begin
+    if value > MOST then
+      return MOST(OUT_WIDTH - 1 downto 0);
+    elsif value < -MOST - 1 then
+      return not MOST(OUT_WIDTH - 1 downto 0);
+    end if;
+    return value(OUT_WIDTH - 1 downto 0);
+  end function;
+
 begin
 
+  velocity  <= std_logic_vector(slope);
   corrected <= to_unsigned(ROOT_GAIN, 20) * unsigned(root);
 
   root_of_error : entity work.square_root
@@ -110,7 +132,6 @@ begin
     -- 2^PERIOD_WIDTH - 2, written to stay inside an integer for 31 bits.
     variable countdown : natural range 0 to 2 * (2**(PERIOD_WIDTH - 1) - 1);
     variable estimate  : unsigned(OUT_WIDTH - 1 downto 0);
-    variable slope     : signed(OUT_WIDTH - 1 downto 0);
     variable negative  : std_logic;
     variable zero      : std_logic;
     variable e         : signed(OUT_WIDTH - 1 downto 0);
@@ -127,7 +148,7 @@ begin
           if e = 0 then
             zero := '1';
           end if;
-          radicand <= std_logic_vector(shift_left(resize(unsigned(abs e), ROOT_WIDTH), OUT_FRAC));
+          radicand <= std_logic_vector(shift_left(resize(size_of(e), ROOT_WIDTH), OUT_FRAC));
           start    <= '1';
         end if;
         countdown := maximum(to_integer(unsigned(period)), 1) - 1;
@@ -140,19 +161,17 @@ begin
         sum      := corrected_by(resize(slope, SUM_WIDTH), sum, negative, zero);
         estimate := estimate + unsigned(sum(OUT_WIDTH - 1 downto 0));
         sum      := corrected_by(resize(slope, SUM_WIDTH), to_signed(SLEW, SUM_WIDTH), negative, zero);
-        slope    := minimum(maximum(sum, -MOST - 1), MOST)(OUT_WIDTH - 1 downto 0);
-        velocity <= std_logic_vector(slope);
+        slope    <= clamped(sum);
       end if;
 
       if rst = '1' then
         countdown := 0;
         estimate  := (others => '0');
-        slope     := (others => '0');
+        slope     <= (others => '0');
         negative  := '0';
         zero      := '0';
         start     <= '0';
         radicand  <= (others => '0');
-        velocity  <= (others => '0');
       end if;
     end if;
   end process;

@@ -193,7 +193,7 @@ impl Step for LevantDifferentiator {
             Register::new("zero", Format::BIT),
             Register::new("start", Format::BIT),
             Register::new("radicand", Format::unsigned(self.root_width)),
-            Register::new("velocity", self.slope.to),
+            Register::new("slope", self.slope.to),
         ];
         all.extend(Register::inside("root_of_error", &self.root));
         all

@@ -39,6 +39,8 @@ static SCENES: &[Shipped] = scenes![
     "coupled-wall",
     "observed-wall",
     "dual-rate-wall",
+    "levant-wall",
+    "levant-chatter",
     "energy-level-wall",
     "shaped-wall",
     "stiff-hybrid",
