@@ -27,6 +27,12 @@ impl Lost {
         let put = |set: Set, lost: bool| set & !(1 << net) | Set::from(lost) << net;
         *self = Self { rounded: put(self.rounded, made.rounded), overflowed: put(self.overflowed, made.overflowed) };
     }
+
+    /// Returns whether the word of a net was rounded, and whether it overflowed.
+    #[inline]
+    pub(crate) fn of(&self, net: usize) -> (bool, bool) {
+        (self.rounded >> net & 1 == 1, self.overflowed >> net & 1 == 1)
+    }
 }
 
 /// Puts a word on a net; returns the net if its word has changed.
@@ -43,6 +49,8 @@ pub trait Circuit<const N: usize>: Clone {
     fn reset(&mut self);
     /// Computes one edge of the clocked blocks, which all read the nets as they stand. Returns the nets that changed.
     fn tick(&mut self, words: &mut [i64; N]) -> Set;
+    /// Returns whether a clocked block has lost other bits than these, which its outputs need not show.
+    fn hides(&self, lost: &Lost) -> bool;
     /// Lets the nets follow the inputs and registers, of which these have changed. Returns all nets that changed.
     fn follow(&mut self, changed: Set, words: &mut [i64; N], lost: &mut Lost) -> Set;
     /// Returns for how many edges all clocked blocks are quiet.
@@ -121,6 +129,16 @@ macro_rules! circuit {
                 changed
             }
 
+            #[inline]
+            fn hides(&self, lost: &$crate::circuit::Lost) -> bool {
+                let differs = false;
+                $(let differs = differs || true $(&& $present)? $(&& !$absent)?
+                    && $crate::part::Part::hidden(&self.$label).is_some_and(|$module::Out { $($out),* }| {
+                        false $(|| lost.of($crate::circuit::circuit!(@net $out $($to)?)) != ($out.rounded, $out.overflowed))*
+                    });)*
+                differs
+            }
+
             #[inline(always)]
             fn follow(
                 &mut self,
@@ -131,7 +149,7 @@ macro_rules! circuit {
                 $(if <$type as $crate::part::Part>::FOLLOWS $(&& $present)? $(&& !$absent)? {
                     let at = 0 $(| $crate::circuit::circuit!(@bit $in $(: $at)? $(= $tied)?))*
                         $(| $crate::circuit::circuit!(@bit $out $(: $to)?))*;
-                    if <$type as $crate::part::Part>::HIDES || changed & at != 0 {
+                    if changed & at != 0 || $crate::part::Part::hidden(&self.$label).is_some() {
                         let input = $module::In {
                             $($in: $crate::circuit::circuit!(@read words $in $(: $at)? $(= $tied)?)),*
                         };

@@ -113,7 +113,8 @@ impl<C: LoopCircuit<N>, const N: usize> CircuitLoop<C, N> {
     fn count_lost(&mut self) {
         let Lost { rounded, overflowed } = self.lost;
         for net in members(rounded | overflowed) {
-            self.meter.lost(net, rounded >> net & 1 == 1, overflowed >> net & 1 == 1, self.standing);
+            let (rounded, overflowed) = self.lost.of(net);
+            self.meter.lost(net, rounded, overflowed, self.standing);
         }
         self.standing = 0;
     }
@@ -123,7 +124,8 @@ impl<C: LoopCircuit<N>, const N: usize> CircuitLoop<C, N> {
     fn switch(&mut self, gates: &pwm::Out<i64>) {
         let pwm::Out { a_high, a_low, b_high, b_low } = *gates;
         let gates = [a_high, a_low, b_high, b_low];
-        if self.words[C::INPUTS..C::INPUTS + GATES] != gates {
+        let differs = (C::INPUTS..).zip(gates).fold(0, |differs, (net, gate)| differs | self.words[net] ^ gate);
+        if differs != 0 {
             for (net, gate) in (C::INPUTS..).zip(gates) {
                 self.changed |= put(&mut self.words, net, gate);
             }
@@ -204,7 +206,9 @@ impl<C: LoopCircuit<N>, const N: usize> Block for CircuitLoop<C, N> {
         }
         let command = self.at_modulator();
         let changed = self.circuit.tick(&mut self.words);
-        self.follow(changed);
+        if changed != 0 || self.circuit.hides(&self.lost) {
+            self.follow(changed);
+        }
         if let Some(modulator) = self.circuit.modulator_mut() {
             let gates = modulator.tick(command);
             self.switch(&gates);

@@ -12,11 +12,15 @@ use crate::{
 pub trait Part: Block {
     /// Whether the outputs follow anything between two edges, or lose bits.
     const FOLLOWS: bool = true;
-    /// Whether the lost bits may change while inputs and outputs stay.
-    const HIDES: bool = false;
     /// Returns the outputs as they follow from these inputs and from the registers as they stand, with the bits that
     /// they lost. `shown` are the outputs before.
     fn follow(&mut self, input: &Self::In<i64>, shown: Self::Out<i64>) -> Self::Out<Narrowed>;
+    /// Returns the bits that the outputs have lost, if these may change at an edge while the outputs stay. The words do
+    /// not count.
+    #[inline]
+    fn hidden(&self) -> Option<Self::Out<Narrowed>> {
+        None
+    }
 }
 
 /// Returns a word that lost no bits.
@@ -79,32 +83,42 @@ impl Part for CommandLimiter {
 }
 
 impl Part for VelocityRegister {
-    const HIDES: bool = true;
-
     #[inline]
     fn follow(&mut self, _: &Self::In<i64>, _: Self::Out<i64>) -> Self::Out<Narrowed> {
         velocity_register::Out { velocity: self.latest() }
     }
+
+    #[inline]
+    fn hidden(&self) -> Option<Self::Out<Narrowed>> {
+        Some(velocity_register::Out { velocity: self.latest() })
+    }
 }
 
 impl Part for InputShaper {
-    const HIDES: bool = true;
-
     #[inline]
     fn follow(&mut self, input: &Self::In<i64>, _: Self::Out<i64>) -> Self::Out<Narrowed> {
         self.settle(input.torque);
         input_shaper::Out { shaped: self.latest() }
     }
+
+    #[inline]
+    fn hidden(&self) -> Option<Self::Out<Narrowed>> {
+        Some(input_shaper::Out { shaped: self.latest() })
+    }
 }
 
 impl<L: Law> Part for L {
-    const HIDES: bool = true;
-
     #[inline]
     fn follow(&mut self, input: &Self::In<i64>, shown: Self::Out<i64>) -> Self::Out<Narrowed> {
         let LawOut { torque, memory } = self.settle(input, shown);
         let with = |word, (rounded, overflowed)| Narrowed { word, rounded, overflowed };
         let [of_torque, of_memory] = self.lost();
         LawOut { torque: with(torque, of_torque), memory: with(memory, of_memory) }
+    }
+
+    #[inline]
+    fn hidden(&self) -> Option<Self::Out<Narrowed>> {
+        let [torque, memory] = self.lost().map(|(rounded, overflowed)| Narrowed { word: 0, rounded, overflowed });
+        Some(LawOut { torque, memory })
     }
 }

@@ -23,10 +23,13 @@ macro_rules! logic {
 logic!(PhantomForward CubeRoom PhantomTorque CommandScaler);
 
 impl Part for PhantomEngine {
-    const HIDES: bool = true;
-
     #[inline]
     fn follow(&mut self, _: &Self::In<i64>, _: Self::Out<i64>) -> Self::Out<Narrowed> {
         *self.latest()
+    }
+
+    #[inline]
+    fn hidden(&self) -> Option<Self::Out<Narrowed>> {
+        Some(*self.latest())
     }
 }
