@@ -18,7 +18,6 @@ const STANDING: &[(&str, &str, &str)] = &[
     ("cosim", "verdict", "summary"),
     ("datapath", "block", "step"),
     ("datapath", "block", "wiring"),
-    ("datapath", "phantom::phantom_nets", "phantom::phantom_engine"),
     ("study", "criteria", "limits"),
     ("study", "limits::hands", "limits::unknown"),
     ("study", "reproduce::formats", "reproduce::formats_claims"),
