@@ -76,7 +76,9 @@ impl Series {
     #[inline(always)]
     pub(super) fn motors(&mut self, joints: &Joints, x: &Start, holds: &[Hold; 3], k: usize, v: [f64; 3]) -> [f64; 3] {
         let share = 1.0 / (k + 1) as f64;
-        std::array::from_fn(|i| {
+        // A loop is compiled into its caller, a closure over an array is not.
+        let mut torques_nm = [0.0; 3];
+        for i in 0..3 {
             let flexible = joints.transmission[i];
             let (w, lag) = (if flexible.is_some() { self.w[k][i] } else { v[i] }, self.lag[k][i]);
             let mut torque_nm = lag;
@@ -102,8 +104,9 @@ impl Series {
                 self.p[k + 1][i] = v[i] * share;
             }
             self.q[k + 1][i] = v[i] * share;
-            torque_nm
-        })
+            torques_nm[i] = torque_nm;
+        }
+        torques_nm
     }
 
     /// Clears the highest power of those quantities that follow only from the next power, and finds how long the
