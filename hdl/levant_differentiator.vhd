@@ -5,7 +5,7 @@
 --   r := floor(sqrt(|e| * 2^V))
 -- WIDTH/2 + V + 2 edges later, rounded up, with W the velocity and s the sign of e:
 --   z := (z + W - s * floor(ROOT_GAIN * r / 2^8)) mod 2^(WIDTH+V)
---   W := clamp(W - s * SLEW)
+--   W := clamp(W - s * SLEW, -2^(WIDTH+V-1), 2^(WIDTH+V-1) - 1)
 -- with V = OUT_FRAC. z follows the position with a slope of which W is the part
 -- without jumps: where the acceleration stays below SLEW / 1.1, W follows the
 -- velocity in finite time and without the lag of a low pass.
@@ -26,10 +26,10 @@
 -- overflow the error wraps with the counter; the velocity clamps
 -- source   Levant 1998, with the gains 1.5 sqrt(L) and 1.1 L; as a velocity
 --          estimator of haptic devices Chawda, Celik and O'Malley 2011
--- differs from the hardware: the papers step in floats, once a sample. The
---          emulator computes the root at the sample edge and shows the velocity
---          when it is loaded: the ports are exact at every edge, the registers of
---          the root are not modelled.
+-- differs from the hardware: the papers step in floats. The emulator computes
+--          the root at the sample edge and shows the velocity at the load: the
+--          ports are exact at every edge, the registers of the root are not
+--          modelled.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -40,8 +40,8 @@ entity levant_differentiator is
     WIDTH        : positive := 12;
     PERIOD_WIDTH : positive range 2 to 30 := 24;
     OUT_FRAC     : natural  := 8;
-    ROOT_GAIN    : natural  := 96;
-    SLEW         : natural  := 18
+    ROOT_GAIN    : natural  := 94;
+    SLEW         : natural  := 17
   );
   port (
     clk      : in  std_logic;

@@ -92,8 +92,8 @@ entity sampled_wall is
     NOISE           : natural  := 1;
     VELOCITY_FRAC   : natural  := 8;
     RELIEF          : natural  := 0;
-    ROOT_GAIN       : natural  := 96;
-    SLEW            : natural  := 18
+    ROOT_GAIN       : natural  := 94;
+    SLEW            : natural  := 17
   );
   port (
     clk         : in  std_logic;

@@ -5,12 +5,12 @@
 
 package levant_differentiator_pkg is
 
-  constant FORMAT : string := "# levant_differentiator in rst(0,1,0) position(0,12,0) period(0,24,0) out velocity(1,11,8) generics WIDTH=12 PERIOD_WIDTH=24 OUT_FRAC=8 ROOT_GAIN=96 SLEW=18";
+  constant FORMAT : string := "# levant_differentiator in rst(0,1,0) position(0,12,0) period(0,24,0) out velocity(1,11,8) generics WIDTH=12 PERIOD_WIDTH=24 OUT_FRAC=8 ROOT_GAIN=94 SLEW=17";
   constant WIDTH : integer := 12;
   constant PERIOD_WIDTH : integer := 24;
   constant OUT_FRAC : integer := 8;
-  constant ROOT_GAIN : integer := 96;
-  constant SLEW : integer := 18;
+  constant ROOT_GAIN : integer := 94;
+  constant SLEW : integer := 17;
 
   -- position (0,12,0) [count] Position, modulo its width
   constant POSITION_BITS : positive := 12;

@@ -5,7 +5,7 @@
 
 package sampled_wall_loop_pkg is
 
-  constant FORMAT : string := "# sampled_wall_loop in rst(0,1,0) a_pin(0,1,0) b_pin(0,1,0) reference(0,12,0) stiffness(0,12,0) damping(0,12,0) period(0,24,0) scale(0,8,8) out a_high(0,1,0) a_low(0,1,0) b_high(0,1,0) b_low(0,1,0) generics POSITION_WIDTH=12 STIFFNESS_WIDTH=12 STIFFNESS_FRAC=0 DAMPING_WIDTH=12 DAMPING_FRAC=0 PERIOD_WIDTH=24 SCALE_WIDTH=16 SCALE_FRAC=8 PWM_WIDTH=12 ANTIPHASE=false LATCHED=true FLOATING=false DEAD_TIME=0 SHAPER_ENABLED=false SHAPER_PHASE=0 SHAPER_B0=0 SHAPER_B1=0 SHAPER_B2=0 SHAPER_A1=0 SHAPER_A2=0 SPRING_HELD=true ESTIMATOR=0 RATIO=1 SHIFT=3 WINDOW=8 NOISE=1 VELOCITY_FRAC=8 RELIEF=0 ROOT_GAIN=96 SLEW=18";
+  constant FORMAT : string := "# sampled_wall_loop in rst(0,1,0) a_pin(0,1,0) b_pin(0,1,0) reference(0,12,0) stiffness(0,12,0) damping(0,12,0) period(0,24,0) scale(0,8,8) out a_high(0,1,0) a_low(0,1,0) b_high(0,1,0) b_low(0,1,0) generics POSITION_WIDTH=12 STIFFNESS_WIDTH=12 STIFFNESS_FRAC=0 DAMPING_WIDTH=12 DAMPING_FRAC=0 PERIOD_WIDTH=24 SCALE_WIDTH=16 SCALE_FRAC=8 PWM_WIDTH=12 ANTIPHASE=false LATCHED=true FLOATING=false DEAD_TIME=0 SHAPER_ENABLED=false SHAPER_PHASE=0 SHAPER_B0=0 SHAPER_B1=0 SHAPER_B2=0 SHAPER_A1=0 SHAPER_A2=0 SPRING_HELD=true ESTIMATOR=0 RATIO=1 SHIFT=3 WINDOW=8 NOISE=1 VELOCITY_FRAC=8 RELIEF=0 ROOT_GAIN=94 SLEW=17";
   constant POSITION_WIDTH : integer := 12;
   constant STIFFNESS_WIDTH : integer := 12;
   constant STIFFNESS_FRAC : integer := 0;
@@ -34,8 +34,8 @@ package sampled_wall_loop_pkg is
   constant NOISE : integer := 1;
   constant VELOCITY_FRAC : integer := 8;
   constant RELIEF : integer := 0;
-  constant ROOT_GAIN : integer := 96;
-  constant SLEW : integer := 18;
+  constant ROOT_GAIN : integer := 94;
+  constant SLEW : integer := 17;
 
   -- a_pin (0,1,0) [1] Encoder line A as it arrives at the FPGA
   constant A_PIN_BITS : positive := 1;

@@ -11,9 +11,11 @@
 //! | [`PassivityController`] | `passivity_controller` | time-domain passivity observer and controller |
 //! | [`EnergyBounding`] | `energy_bounding` | both published forms |
 //! | [`PassiveSpring`] | `passive_spring` | energy-level spring, power scaling |
+//! | [`BrakingPulse`] | `braking_pulse` | takes the momentum out at the wall's entry |
 //! | [`MidpointSpring`] | none: it needs the next position | lossless, for simulation |
 //! | [`InputShaper`] | `input_shaper` | the digital twin of the analog shaper |
 
+pub use crate::method::braking_pulse::BrakingPulse;
 pub use crate::method::energy_bounding::{BoundingForm, EnergyBounding};
 pub use crate::method::passive_spring::{MidpointSpring, PassiveSpring};
 pub use crate::method::passivity_controller::{Observer, PassivityController};

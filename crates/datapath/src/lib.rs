@@ -9,6 +9,7 @@ macro_rules! laws {
             passivity_controller: PassivityController, PassivityConfig;
             energy_bounding: EnergyBounding, BoundingConfig;
             passive_spring: PassiveSpring, SpringConfig;
+            braking_pulse: BrakingPulse, PulseConfig;
         }
     };
 }
@@ -35,6 +36,7 @@ mod wiring;
 
 pub mod axis_front;
 pub mod biquad;
+pub mod braking_pulse;
 pub mod command_limiter;
 pub mod conventional_loop;
 pub mod displacement;

@@ -75,8 +75,8 @@ impl Default for SampledWallConfig {
             noise: 1,
             velocity_frac: 8,
             relief: 0,
-            root_gain: 96,
-            slew: 18,
+            root_gain: 94,
+            slew: 17,
         }
     }
 }

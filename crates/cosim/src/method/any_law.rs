@@ -1,5 +1,6 @@
 //! Any of the reference laws in floats, by value.
 
+use super::braking_pulse::BrakingPulse;
 use super::energy_bounding::EnergyBounding;
 use super::passive_spring::PassiveSpring;
 use super::passivity_controller::PassivityController;

@@ -31,10 +31,12 @@ macro_rules! laws {
             passivity_controller: PassivityController, PassivityMethod, PassivityController;
             energy_bounding: EnergyBounding, BoundingMethod, EnergyBounding;
             passive_spring: PassiveSpring, SpringMethod, PassiveSpring;
+            braking_pulse: BrakingPulse, PulseMethod, BrakingPulse;
         }
     };
 }
 
+pub mod braking_pulse;
 pub mod energy_bounding;
 pub mod passive_spring;
 pub mod passivity_controller;

@@ -49,6 +49,8 @@ pub(crate) struct Setting<'a> {
     pub(crate) damping_n_s_per_m: f64,
     /// The wall's stiffness as the scene asks for it.
     pub(crate) wall_n_per_m: f64,
+    /// The device's mass, or its moment of inertia at the shaft.
+    pub(crate) mass_kg: f64,
     /// The sample period, also in clocks.
     pub(crate) period_s: f64,
     pub(crate) period: i64,

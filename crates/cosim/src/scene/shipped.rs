@@ -41,6 +41,7 @@ static SCENES: &[Shipped] = scenes![
     "dual-rate-wall",
     "levant-wall",
     "levant-chatter",
+    "braking-pulse",
     "energy-level-wall",
     "shaped-wall",
     "stiff-hybrid",

@@ -302,6 +302,10 @@ impl Scene {
             stiffness_n_per_m,
             damping_n_s_per_m,
             wall_n_per_m: self.wall.stiffness_nm_per_rad,
+            mass_kg: match &self.device {
+                Device::Motor(motor) => motor.inertia_kg_m2(),
+                Device::Mass(mass) => mass.mass_kg,
+            },
             period_s: self.sample_period_s(),
             period: words.period,
             clock_hz: self.clock.frequency_hz(),

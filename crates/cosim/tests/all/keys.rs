@@ -60,6 +60,7 @@ fn bases() -> Vec<Base> {
         axis("motor", "passivity_controller", "none", &[]),
         axis("motor", "energy_bounding", "none", &[("method.c1", "1")]),
         axis("motor", "passive_spring", "none", &[]),
+        axis("motor", "braking_pulse", "none", &[]),
         axis("motor", "hybrid", "none", &[("model.datapath", "linear")]),
         axis("motor", "hybrid", "constant_torque", &[("hand.torque", "0")]),
         axis(
@@ -212,10 +213,11 @@ fn every_default_is_the_value_of_a_scene_without_the_key() {
 }
 
 /// Keys that are read only beside another.
-const BESIDE: [(&str, &str, &str); 12] = [
+const BESIDE: [(&str, &str, &str); 13] = [
     ("method.filter_shift", "method.estimator", "filtered"),
     ("method.window", "method.estimator", "window"),
     ("method.noise", "method.estimator", "foaw"),
+    ("method.acceleration", "method.estimator", "levant"),
     ("method.reference_rate", "method.rescaled", "true"),
     ("model.step", "model.solver", "rk4"),
     ("model.friction_speed", "model.friction", "smoothed"),

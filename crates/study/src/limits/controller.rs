@@ -100,5 +100,6 @@ pub(super) fn controller(scene: &Scene, damping: Damping) -> Result<(Vec<Term>, 
         LawMethod::PassivityController(_) => nonlinear("a passivity controller"),
         LawMethod::EnergyBounding(_) => nonlinear("energy bounding"),
         LawMethod::PassiveSpring(_) => nonlinear("an energy-level spring"),
+        LawMethod::BrakingPulse(_) => nonlinear("a braking pulse"),
     }
 }

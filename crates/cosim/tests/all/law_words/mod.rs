@@ -8,7 +8,7 @@
 mod recorded;
 
 use hpu_cosim::law::{
-    BoundingForm, EnergyBounding, InputShaper, Observer, PassiveSpring, PassivityController, SampledLaw,
+    BoundingForm, BrakingPulse, EnergyBounding, InputShaper, Observer, PassiveSpring, PassivityController, SampledLaw,
     VirtualCoupling, Wall, high_pass,
 };
 
@@ -339,4 +339,31 @@ fn a_shaper_is_within_the_words_of_its_filter() {
         }
     }
     tally.done("input_shaper");
+}
+
+#[test]
+fn a_braking_pulse_is_within_the_floors_of_pulse_and_drag() {
+    let push = Push {
+        method: "kind = \"braking_pulse\"\ndamping_format = \"(0,8,4)\"\nmomentum = 0.3",
+        wall: "stiffness = \"0.4 N.m/rad\"\ndamping = \"0.1 mN.m.s/rad\"",
+        rate_hz: 2_000,
+        samples: 2_000,
+    };
+    let (mut tally, mut pulses) = (Tally::default(), 0);
+    for seed in 0..50 {
+        let run = push.run(seed);
+        let pulse = run.generic("PULSE") / 16.0;
+        let mut law = BrakingPulse::new([run.stiffness, run.damping, pulse], 1.0, TOP, run.start);
+        for sample in &run.samples {
+            // The spring is exact; the floors of the drag and of the pulse lose less than 1 each. A pulse that the
+            // bridge can show ends with its sample in both.
+            let force = law.sample(sample.delta);
+            assert!(force.abs() < TOP);
+            pulses += usize::from(law.pulse_n() > 0.0);
+            tally.hold(sample, sample.torque, force, 2.0);
+            assert!((law.pulse_n() - sample.memory).abs() < 1.0, "{} for {}", sample.memory, law.pulse_n());
+        }
+    }
+    assert!(pulses > 100, "{pulses} pulses");
+    tally.done("braking_pulse");
 }

@@ -287,7 +287,7 @@ fn a_dead_time_longer_than_half_a_pwm_period_is_refused() {
 #[test]
 fn a_choice_that_is_none_is_refused_with_the_choices() {
     let choices = "\"hybrid\", \"conventional\", \"sampled_wall\", \"virtual_coupling\", \"passivity_controller\", \
-                   \"energy_bounding\", \"passive_spring\"";
+                   \"energy_bounding\", \"passive_spring\", \"braking_pulse\"";
     says(
         refused("\"hybrid\"", "\"hybird\""),
         &format!("7:8: method.kind: `hybird` is none of {choices}; did you mean hybrid?"),

@@ -7,6 +7,7 @@
 //! | `passivity_controller` | the torque's limit; the energy is a sum without a limit, unless there is a credit |
 //! | `energy_bounding` | the torque stays in the range of wanted torques and 0; the energy is a sum without a limit |
 //! | `passive_spring` | with `alpha = 1` the extension never exceeds the penetration; the torque |
+//! | `braking_pulse` | the pulse of the fastest motion; the torque is between that of the wall and full scale |
 //! | input shaper | its output is between 0 and the torque; the overflow of its filter is not proved |
 //!
 //! Errors against real numbers are proved for the sampled wall. The errors of the other laws circulate through their
@@ -14,7 +15,7 @@
 
 use hpu_cosim::AxisLoop;
 use hpu_datapath::{
-    AnyBlock, EnergyBounding, Estimator, Law, LawIn, LawOut, LawWidths, PassiveSpring, PassivityConfig,
+    AnyBlock, BrakingPulse, EnergyBounding, Estimator, Law, LawIn, LawOut, LawWidths, PassiveSpring, PassivityConfig,
     PassivityController, SampledWall, SampledWallConfig, SpringConfig, VirtualCoupling, sampled_wall,
 };
 use hpu_signal::{Format, Word as _};
@@ -78,6 +79,7 @@ pub(super) fn stated(
         AxisLoop::PassivityController(wiring) => of!(wiring, Seen::passivity),
         AxisLoop::EnergyBounding(wiring) => of!(wiring, Seen::energy_bounding),
         AxisLoop::PassiveSpring(wiring) => of!(wiring, Seen::passive_spring),
+        AxisLoop::BrakingPulse(wiring) => of!(wiring, Seen::braking_pulse),
     }
 }
 
@@ -209,6 +211,17 @@ impl Seen<'_> {
         let torque = wanted.with(|word, _| Word { exact: None, fits: false, ..word });
         let energy = Span::of(Format::unsigned(law.config().energy_width));
         ((torque, Some("a sum of energies without a limit of its own")), within(energy, false))
+    }
+
+    fn braking_pulse(&self, law: &BrakingPulse) -> Made {
+        let motion = self.moved(self.settings.period as f64);
+        let most = (i128::from(law.config().pulse) * motion.known().span.max.max(0)) >> self.widths.damping.frac();
+        let format = Format::signed(self.widths.torque_width + 9);
+        // A pulse only adds to the torque that the wall asks for, up to what the bridge can show.
+        let wanted = self.widths.wanted(&self.input, motion).known().span;
+        let torque = Span::new(wanted.min, wanted.max.max(self.widths.top().into()));
+        let fits = most <= format.max();
+        ((within(torque, false), None), within(Span::new(0, most.min(format.max())), fits))
     }
 
     fn passive_spring(&self, law: &PassiveSpring) -> Made {
