@@ -27,7 +27,8 @@ pub struct Vhdl {
 /// The simulators of a design of the user's own.
 #[derive(clap::Args)]
 pub struct Simulated {
-    /// Kill a simulator of the scene's own design that runs longer without an answer [default: 20; 1800 for its compilation]
+    /// Kill a simulator of the scene's own design that runs longer without an answer [default: 20; 1800 for its
+    /// compilation]
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     tool_timeout: Option<Duration>,
 }

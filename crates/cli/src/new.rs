@@ -14,9 +14,9 @@ use crate::terminal::print;
 
 /// Write a scene to begin with
 ///
-/// Writes NAME.toml: a wall that runs and settles. Above each key stands its meaning. Lines that begin with `#` are keys
-/// with their defaults: to change one, remove the `#`. `hpu keys` lists all keys. With --dut the wall is a design of your
-/// own: NAME.vhd, which is written too, is a small one to begin with. Existing files are never overwritten.
+/// Writes NAME.toml: a wall that runs and settles. Above each key stands its meaning. Lines that begin with `#` are
+/// keys with their defaults: to change one, remove the `#`. `hpu keys` lists all keys. With --dut the wall is a design
+/// of your own: NAME.vhd, which is written too, is a small one to begin with. Existing files are never overwritten.
 #[derive(clap::Args)]
 pub struct Args {
     /// Name of the scene, also with folders in front
@@ -24,7 +24,8 @@ pub struct Args {
     /// Device that the hand holds
     #[arg(long, value_enum, default_value_t = Device::Motor)]
     device: Device,
-    /// Counts of the encoder: of a revolution of a motor, four a line, or of a metre of a mass [default: 4096, or 50000]
+    /// Counts of the encoder: of a revolution of a motor, four a line, or of a metre of a mass [default: 4096, or
+    /// 50000]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(16..=1_000_000))]
     counts: Option<u32>,
     /// Clock of the FPGA

@@ -19,8 +19,8 @@ pub struct ListArgs {
     /// One JSON object
     #[arg(long)]
     pub json: bool,
-    /// Print what a design of your own begins with, to be filled in: its scene, or the steps that check it in continuous
-    /// integration
+    /// Print what a design of your own begins with, to be filled in: its scene, or the steps that check it in
+    /// continuous integration
     #[arg(long, value_enum, num_args = 0..=1, default_missing_value = "scene", conflicts_with = "json")]
     pub template: Option<Template>,
 }

@@ -22,9 +22,9 @@ enum Verb {
 
 /// Print every key of a scene: value, unit, source and meaning
 ///
-/// The text is a scene in TOML that runs like the one shown, with every default written out: save it to keep a run as it
-/// is when a default changes. Behind each value stands its source: the line of the file, `--set`, or `default`. Lines
-/// that begin with `#` are keys that a named motor or arm brings, and keys that the scene does without.
+/// The text is a scene in TOML that runs like the one shown, with every default written out: save it to keep a run as
+/// it is when a default changes. Behind each value stands its source: the line of the file, `--set`, or `default`.
+/// Lines that begin with `#` are keys that a named motor or arm brings, and keys that the scene does without.
 #[derive(clap::Args)]
 struct ShowArgs {
     /// File, or name of a shipped scene

@@ -56,8 +56,8 @@ pub fn excerpt(text: &str) -> String {
     }
 }
 
-/// Returns the end of a message about an unknown name, as `; did you mean stiffness?`; empty if no accepted name is near.
-/// A name is near if at most two letters are added, left out or changed, or two neighbours swapped.
+/// Returns the end of a message about an unknown name, as `; did you mean stiffness?`; empty if no accepted name is
+/// near. A name is near if at most two letters are added, left out or changed, or two neighbours swapped.
 #[must_use]
 pub fn did_you_mean(name: &str, names: &[&str]) -> String {
     let near = names.iter().map(|other| (letters_apart(name, other), *other));

@@ -1,10 +1,10 @@
 //! A wall that takes the momentum out at its entry: one braking pulse, then spring and damper.
 //!
 //! - **Equation**: at a sample edge, with `d` the motion since the last one and `wanted` the torque of spring and drag:
-//!   `brake' = sat(floor(PULSE d / 2^DAMPING_FRAC))` if `contact` is set, `d > 0`, and either the last sample was not in
-//!   contact or a pulse goes on; else 0. `torque' = clamp(wanted + brake')`. A pulse goes on while it asks for more than
-//!   the bridge can show: `wanted + brake' > top` with `top = 2^TORQUE_WIDTH - 1`. `wanted = clamp(spring + drag)` as
-//!   every law has it: `spring = min(floor(penetration * stiffness), top)` and `drag = floor(damping * d)`, within
+//!   `brake' = sat(floor(PULSE d / 2^DAMPING_FRAC))` if `contact` is set, `d > 0`, and either the last sample was not
+//!   in contact or a pulse goes on; else 0. `torque' = clamp(wanted + brake')`. A pulse goes on while it asks for more
+//!   than the bridge can show: `wanted + brake' > top` with `top = 2^TORQUE_WIDTH - 1`. `wanted = clamp(spring + drag)`
+//!   as every law has it: `spring = min(floor(penetration * stiffness), top)` and `drag = floor(damping * d)`, within
 //!   `-top - 1 .. top`, inside the wall, 0 outside.
 //! - **Ports**: those of every law; `scale` and `delta` are ignored. `memory` (1,TORQUE_WIDTH+8,0): the pulse `brake`.
 //! - **Latency**: 1 edge: the sample edge loads torque and memory.

@@ -64,9 +64,9 @@ pub trait Circuit<const N: usize>: Clone {
 }
 
 /// Defines a circuit: `nets` in their order, then the instances in the order of the signal path. `port: net` connects a
-/// port to a net; a port alone is at the net of its name; `port = word` ties it to a constant. An instance or a net with
-/// `if` exists only where the constant is true, with `unless` only where it is false; elsewhere the net is the other
-/// one that is given. `generics` states the instance's generics that are not the circuit's of the same name.
+/// port to a net; a port alone is at the net of its name; `port = word` ties it to a constant. An instance or a net
+/// with `if` exists only where the constant is true, with `unless` only where it is false; elsewhere the net is the
+/// other one that is given. `generics` states the instance's generics that are not the circuit's of the same name.
 ///
 /// In brackets stand the circuit's generic parameters, the same without bounds, and the most nets that it has.
 macro_rules! circuit {

@@ -14,8 +14,9 @@
 //! - **Source**: Levant 1998 with the gains `1.5 sqrt(L)` and `1.1 L`, `L` a bound of the acceleration; as a velocity
 //!   estimator of haptic devices Chawda, Celik and O'Malley 2011. The velocity is the part of `z`'s slope that does not
 //!   jump.
-//! - **Known failures**: above an acceleration of `L` the estimate loses the motion, and finds it again late. Well below
-//!   it the velocity chatters by about `SLEW`, also at rest, and so the block is never quiet for longer than a sample.
+//! - **Known failures**: above an acceleration of `L` the estimate loses the motion, and finds it again late. Well
+//!   below it the velocity chatters by about `SLEW`, also at rest, and so the block is never quiet for longer than a
+//!   sample.
 //! - **Differs from the hardware**: the papers step in floats. The emulator computes the root at the sample edge and
 //!   shows the velocity at the load: the ports are exact at every edge, the registers of the root are not modelled.
 

@@ -1,4 +1,5 @@
-//! Blocks that the catalogue lists: built from the generics of their entities, and in the configurations of their tests.
+//! Blocks that the catalogue lists: built from the generics of their entities, and in the configurations of their
+//! tests.
 
 use hpu_signal::Format;
 

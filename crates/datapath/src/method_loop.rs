@@ -6,7 +6,8 @@
 //!   `shaped`, `command`.
 //! - **Latency**: pin to wall 4 edges; then the law's, the shaper's and the modulator's.
 //! - **Reset**: every register as its block says. **Overflow**: the command is limited to full scale.
-//! - **VHDL twin**: `hdl/generated/<law>_loop.vhd`, made of this wiring and the law's VHDL; instances `front`, `law`, `shaper`, `limiter`, `modulator`.
+//! - **VHDL twin**: `hdl/generated/<law>_loop.vhd`, made of this wiring and the law's VHDL; instances `front`, `law`,
+//!   `shaper`, `limiter`, `modulator`.
 //! - **Source**: that of the law.
 //! - **Differs from the hardware**: as in the law and the blocks around it; combinational paths settle within the clock
 //!   they change in, whatever their length.

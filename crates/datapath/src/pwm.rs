@@ -6,8 +6,8 @@
 //! - **Latency**: 1 edge, when `LATCHED` up to a period: a command takes effect at phase 0.
 //! - **Edge**, in this order:
 //!   1. unless `LATCHED`, or at phase 0, the command is taken;
-//!   2. each leg's state is chosen: on and positive A high, B low; on and negative A low, B high; off both low (brake), or
-//!      both off when `FLOATING`; in antiphase on A high, B low, off A low, B high;
+//!   2. each leg's state is chosen: on and positive A high, B low; on and negative A low, B high; off both low (brake),
+//!      or both off when `FLOATING`; in antiphase on A high, B low, off A low, B high;
 //!   3. a leg that changes its state waits `DEAD_TIME` edges with both gates off;
 //!   4. the phase advances.
 //! - **Reset**: phase 0, command 0, legs off, all gates 0. **Overflow**: none; `-2^WIDTH` is 100 %.

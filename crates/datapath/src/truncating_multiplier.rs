@@ -200,8 +200,8 @@ impl Block for TruncatingMultiplier {
 
 impl Listed for TruncatingMultiplier {
     fn of_generics(given: &Given) -> Result<Self, ConfigError> {
-        // The entity tells no fraction bits but only how many lower bits are dropped. That many fraction bits are given to
-        // the factors, to `a` first; if the factors have room for all of them, the product is a whole number.
+        // The entity tells no fraction bits but only how many lower bits are dropped. That many fraction bits are given
+        // to the factors, to `a` first; if the factors have room for all of them, the product is a whole number.
         let dropped = given.word("DROP_LOWER")?;
         let factor = |width: &str, sign: &str, fraction: i32| {
             let (width, signed) = (given.word(width)?, given.is(sign));

@@ -17,7 +17,7 @@ pub(crate) fn around_a_law(block: &dyn AnyBlock) -> Option<String> {
     Some(text)
 }
 
-/// What the VHDL of an instance's block declares, in the words of the wiring around it.
+/// The declarations of an instance's block in VHDL, in the words of the wiring around it.
 struct Entity {
     header: String,
     /// The wiring's generic to which a generic is connected, and how it is declared.

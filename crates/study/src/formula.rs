@@ -1,8 +1,8 @@
 //! Formulas of a study's file, as in `abs(saturate - 0.265) < 0.265e-3`: arithmetic, comparisons and a few functions of
 //! lists of numbers.
 //!
-//! Every value is a list; a number is a list of one. Operators work member by member, and a number goes with each member
-//! of a list. A comparison is 1 where it holds, else 0.
+//! Every value is a list; a number is a list of one. Operators work member by member, and a number goes with each
+//! member of a list. A comparison is 1 where it holds, else 0.
 
 use hpu_cosim::did_you_mean;
 

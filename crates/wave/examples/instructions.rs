@@ -12,7 +12,7 @@ use hpu_cosim::{Control, Driver, LinearLoop, Ready, Rig, Summary, Wired};
 use hpu_signal::{Clock, Cycle, Observe};
 use hpu_wave::{Fst, Layout, Vcd};
 
-/// What is counted: callgrind collects while it is in here.
+/// Callgrind counts while a run is in here.
 #[inline(never)]
 fn counted(work: &mut dyn FnMut()) {
     work();

@@ -74,8 +74,8 @@ impl<'s> Visit<'s> for Laying {
 /// The name of the net that is 1 once the VHDL has differed.
 pub(crate) const DIFFERS: &str = "differs";
 
-/// Returns the net that a run of VHDL (`hpu run --driver rtl`) shows after those of the wiring: it is 1 from the first edge
-/// at which a net differed from the emulator's.
+/// Returns the net that a run of VHDL (`hpu run --driver rtl`) shows after those of the wiring: it is 1 from the first
+/// edge at which a net differed from the emulator's.
 #[must_use]
 pub fn differs() -> Signal {
     Signal::bit(DIFFERS, "A net has differed from the emulator's")
@@ -199,8 +199,8 @@ impl Layout {
         self
     }
 
-    /// Adds the net that a run of VHDL (`hpu run --driver rtl`) has beyond those of the wiring, in a scope `comparison`: it
-    /// is 1 from the first edge at which a net differed from the emulator's.
+    /// Adds the net that a run of VHDL (`hpu run --driver rtl`) has beyond those of the wiring, in a scope
+    /// `comparison`: it is 1 from the first edge at which a net differed from the emulator's.
     #[must_use]
     pub fn with_comparison(mut self) -> Self {
         let var = Var::new(DIFFERS, Format::BIT, Source::Net(self.nets.len()));

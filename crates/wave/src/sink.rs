@@ -2,8 +2,9 @@
 
 use std::io;
 
-/// A file format that takes value changes. The writers of VCD and FST implement it, so that [`Recording`](crate::Recording) is written
-/// once. Variables are numbered by source: nets, reals, clock, reset, constants.
+/// A file format that takes value changes. The writers of VCD and FST implement it, so that
+/// [`Recording`](crate::Recording) is written once. Variables are numbered by source: nets, reals, clock, reset,
+/// constants.
 pub trait Sink {
     /// The writer, which is returned at the end.
     type Out;

@@ -33,8 +33,8 @@ pub struct Args {
     scene: String,
     #[command(flatten)]
     set: scene::Set,
-    /// Stiffnesses to look at, as in '0.1..3 N.m/rad' [default: from one word to the greatest of the format]; of a design
-    /// of your own values of its wall.varies, as in 1..600
+    /// Stiffnesses to look at, as in '0.1..3 N.m/rad' [default: from one word to the greatest of the format]; of a
+    /// design of your own values of its wall.varies, as in 1..600
     #[arg(long, value_name = "A..B")]
     range: Option<String>,
     /// What is not known of device, hand or supply; several times for a box of several sides

@@ -20,12 +20,12 @@ use drop::Name;
 /// summing-up: each claim in the paper's words, and whether it is confirmed, not confirmed, or cannot be told. A claim
 /// that is not confirmed is a result and no failure; a trial that cannot be run is one.
 ///
-/// In phantom-table-2 and phantom-ladder a cell near a boundary of stability is run at several seeds (--seeds), where one
-/// draw does not decide it: a claim may then be met in k of n seeds. All other cells are run at one.
+/// In phantom-table-2 and phantom-ladder a cell near a boundary of stability is run at several seeds (--seeds), where
+/// one draw does not decide it: a claim may then be met in k of n seeds. All other cells are run at one.
 ///
-/// phantom-table-2 takes about three minutes on two cores, and so does phantom-ladder with `--axes y --trials 1`; with all
-/// axes and trials it takes many times that. phantom-lag takes one or two, phantom-cost many: each synthesis takes up to
-/// a few, a core and up to a gigabyte.
+/// phantom-table-2 takes about three minutes on two cores, and so does phantom-ladder with `--axes y --trials 1`; with
+/// all axes and trials it takes many times that. phantom-lag takes one or two, phantom-cost many: each synthesis takes
+/// up to a few, a core and up to a gigabyte.
 #[derive(clap::Args)]
 pub struct Args {
     #[command(subcommand)]

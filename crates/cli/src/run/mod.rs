@@ -52,8 +52,8 @@ pub struct Args {
     /// Run (or compare) so many clock edges instead of the scene's duration; its expectations are not judged then
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     edges: Option<u64>,
-    /// Run `events` against `clock` and compare every net and plant state at every edge; with PORT=NET, hold ports of the
-    /// scene's own design against nets of the scene that --beside names
+    /// Run `events` against `clock` and compare every net and plant state at every edge; with PORT=NET, hold ports of
+    /// the scene's own design against nets of the scene that --beside names
     #[arg(long, num_args = 0.., value_name = "PORT=NET", value_parser = scene::port_and_net)]
     compare: Option<Vec<(String, String)>>,
     /// Write wave.fst with its GTKWave save file, trace.csv (row by row, as the run goes), pictures and summary.json
@@ -87,7 +87,7 @@ pub struct Args {
     json: bool,
 }
 
-/// What advances a run.
+/// The driver of a run.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum DriverArg {
     /// From event to event

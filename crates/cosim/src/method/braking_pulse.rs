@@ -1,7 +1,7 @@
 //! A wall that takes the momentum out at its entry by one pulse of braking, then a spring and a damper.
 //!
-//! At the first sample inside the wall the force is `K x + B v + m v / T`: held over the sample, the last term takes out
-//! the momentum `m v` that the device enters with. Where the actuator cannot show it, the pulse goes on at the next
+//! At the first sample inside the wall the force is `K x + B v + m v / T`: held over the sample, the last term takes
+//! out the momentum `m v` that the device enters with. Where the actuator cannot show it, the pulse goes on at the next
 //! sample with the speed that is left. `v = (x(k) - x(k-1)) / T`, and only a device that moves into the wall is braked.
 //!
 //! **Source**: Salcudean and Vlaar 1997, whose pulse has one sample and is cut off at the actuator's greatest force.

@@ -12,7 +12,7 @@
 //! here, which implements `Published`. The compiler asks for the lines that name it elsewhere:
 //!
 //! 1. `datapath/src/lib.rs`: the module, and a line in `laws!`.
-//! 2. `cosim/src/method/mod.rs`: the module, and a line in `laws!`.
+//! 2. `cosim/src/method/mod.rs`: the module, and a line in `laws!`; in `any_law.rs`, the use of its law in floats.
 //! 3. `study/src/limits`: its linear controller, or the reason why it has none.
 //! 4. `study/src/widths/proof/laws.rs`: the words that its invariant allows.
 //!

@@ -44,7 +44,7 @@ pub(crate) trait Published: Copy + PartialEq + fmt::Debug {
     }
 }
 
-/// What distinguishes a method from a plain sampled wall, which is the default.
+/// The features that distinguish a method from a plain sampled wall, which is the default.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Features {
     /// Whether the spring reads the position at once.

@@ -58,8 +58,8 @@ pub(crate) struct NamedMotor {
 
 /// The motors that a scene can name.
 pub(super) static MOTORS: &[NamedMotor] = &[
-    // Assumed values of the 22 W motor of Vasudevan et al. 2007. Its published stall torque at 24 V is 265 mN·m; no data
-    // sheet of that winding was available.
+    // Assumed values of the 22 W motor of Vasudevan et al. 2007. Its published stall torque at 24 V is 265 mN·m; no
+    // data sheet of that winding was available.
     NamedMotor {
         name: "vasudevan_2007",
         resistance_ohm: 25.9e-3 * 24.0 / 0.265,

@@ -7,8 +7,8 @@
 //!   (1,COMMAND_WIDTH-1,0) out.
 //! - **Latency**: 4 edges from a pin to its position, 1 from the host to a command.
 //! - **Reset**: all registers 0. **Overflow**: positions wrap.
-//! - **VHDL twin**: `hdl/phantom_io.vhd`, whose instances and nets have these names. The `period` of `hold` is tied to 1
-//!   and connected to no net.
+//! - **VHDL twin**: `hdl/phantom_io.vhd`, whose instances and nets have these names. The `period` of `hold` is tied to
+//!   1 and connected to no net.
 //! - **Source**: the host platforms that Sevcik et al. 2009 compare with.
 //! - **Differs from the hardware**: the bus between host and FPGA is not in it; the time it takes is a part of the
 //!   host's delay.

@@ -24,7 +24,7 @@ use super::polynomial::{Coefficients, ORDER};
 use super::pose::{Factors, Pose};
 use super::series::{Hold, Series, Start, moves, onward};
 
-/// What a node computes from nodes before it. A cosine stands behind the sine of its angle.
+/// The operation of a node on nodes before it. A cosine stands behind the sine of its angle.
 #[derive(Clone, Copy, PartialEq, Debug)]
 enum Op {
     Angle(usize),

@@ -15,8 +15,8 @@ const HDL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../hdl");
 /// The time that a solver has for a question.
 const LIMIT: Duration = Duration::from_secs(60);
 
-/// Returns whether the proof of a configuration takes too long for the test command: most of them 5 to 30 s. For tables, GHDL
-/// tries all counts; for the others, a solver or Yosys takes so long.
+/// Returns whether the proof of a configuration takes too long for the test command: most of them 5 to 30 s. For
+/// tables, GHDL tries all counts; for the others, a solver or Yosys takes so long.
 fn is_long(name: &str, label: &str) -> bool {
     match name {
         "biquad" => ["high_pass", "extreme"].contains(&label),

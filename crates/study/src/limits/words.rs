@@ -42,7 +42,8 @@ pub struct WordsSet {
     /// Greatest distance, in words, between two neighbours that differ; 1 if every word between such neighbours was
     /// run.
     pub finest: i128,
-    /// Number of runs that exceeded the limit of events ([`MOST_EVENTS`](super::MOST_EVENTS)); they count as not settled.
+    /// Number of runs that exceeded the limit of events ([`MOST_EVENTS`](super::MOST_EVENTS)); they count as not
+    /// settled.
     pub cut_short: u32,
     /// Number of runs that settled although a product without its upper bits wrapped on the way: their hand may have
     /// come to rest beyond the wall.

@@ -30,7 +30,8 @@ pub struct Claim {
     /// The conditions on the figures of the claim's lines. Each number that a condition gives is a case of what the
     /// paper leaves open. There is none if the scene's own parameters were inferred from the claim.
     pub holds: Vec<Formula>,
-    /// A variable of the lines: neighbouring lines with the same value of it are judged together, apart from the others.
+    /// A variable of the lines: neighbouring lines with the same value of it are judged together, apart from the
+    /// others.
     pub by: Option<String>,
 }
 

@@ -97,7 +97,7 @@ fn texts(file: &mut File, table: &dyn TableLike, name: &str, vars: &Variables) -
     texts.unwrap_or_else(|error: String| file.refused(At { key: name, byte: start(item.span()) }, error))
 }
 
-/// What was measured, by what was asked for; lines that ask for the same share it.
+/// The results of the measures, by their questions; lines with the same question share a result.
 type Known = Arc<Mutex<HashMap<String, Arc<Mutex<Option<Values>>>>>>;
 
 /// One measure of a line.

@@ -1,8 +1,8 @@
 //! Texts with values in them, as in `{hybrid.limit:.5 N.m/rad}[, {times:.3} times]`.
 //!
-//! Braces hold a formula and, after a colon, how it is written: `+` for a sign, `.3` for three decimals, then a unit; or
-//! `length`. With a question mark before the colon, a value that is missing is replaced by the reason; else the whole
-//! text is missing. A part in square brackets is left out if a value in it is missing or not finite.
+//! Braces hold a formula and, after a colon, how it is written: `+` for a sign, `.3` for three decimals, then a unit;
+//! or `length`. With a question mark before the colon, a value that is missing is replaced by the reason; else the
+//! whole text is missing. A part in square brackets is left out if a value in it is missing or not finite.
 
 use std::collections::BTreeMap;
 

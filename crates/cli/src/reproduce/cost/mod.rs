@@ -45,7 +45,7 @@ const PLAN: [(&str, &str); 20] = [
     ("phantom_loop", "default"),
 ];
 
-/// What to synthesise.
+/// The syntheses to run.
 #[derive(clap::Args)]
 pub struct Args {
     /// These blocks alone, as in phantom_forward,phantom_loop

@@ -23,7 +23,7 @@ use crate::{interrupt, journal, pictures, progress};
 
 use page::page;
 
-/// What a search takes beside the scene.
+/// The options of a search beside the scene.
 #[derive(clap::Args)]
 pub struct Search {
     /// Search the widths of the loop for the front of stable stiffness, error of the outputs, and lookup tables

@@ -16,7 +16,7 @@ pub struct Shown<'a> {
     pub lines: Vec<(&'static str, String)>,
     /// Lines on the smallest design, if there is one.
     pub smallest: Option<String>,
-    /// What the JSON tells of this device alone.
+    /// The keys of the JSON that this device alone has.
     pub data: Vec<(&'static str, Value)>,
 }
 

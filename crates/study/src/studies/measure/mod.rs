@@ -18,7 +18,7 @@ pub use motion::{slope, told};
 pub struct Measure {
     /// Its name in a study's file.
     pub name: &'static str,
-    /// What it measures, and what its keys ask for.
+    /// The things that it measures, and those that its keys ask for.
     pub about: &'static str,
     /// Whether it takes a scene and overrides.
     pub is_of_scene: bool,
@@ -33,13 +33,13 @@ pub struct Measure {
 pub struct Key {
     /// Its name.
     pub name: &'static str,
-    /// What it takes.
+    /// The kind of value that it takes.
     pub takes: Takes,
     /// Whether the measure needs it.
     pub is_required: bool,
 }
 
-/// What a key of a measure takes.
+/// The kind of value that a key of a measure takes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Takes {
     /// A number, or a formula in quotes.
