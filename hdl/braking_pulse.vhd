@@ -6,9 +6,9 @@
 --   torque'  := clamp(wanted + brake', -(2^P - 1), 2^P - 1)
 --   goes on  := brake' > 0 and wanted + brake' > 2^P - 1
 -- with the torque of spring and drag, in contact only,
---   wanted = clamp(min(floor(penetration * stiffness / 2^STIFFNESS_FRAC), 2^P - 1)
---                  + clamp(floor(damping * d / 2^DAMPING_FRAC), -2^P, 2^P - 1),
---                  -(2^P - 1), 2^P - 1)
+--   wanted = clamp(spring + drag, -(2^P - 1), 2^P - 1)
+--   spring = min(floor(penetration * stiffness / 2^STIFFNESS_FRAC), 2^P - 1)
+--   drag   = clamp(floor(damping * d / 2^DAMPING_FRAC), -2^P, 2^P - 1)
 -- and P = TORQUE_WIDTH.
 --
 -- generics WIDTH                            bits of the position
@@ -54,7 +54,7 @@ entity braking_pulse is
     SCALE_WIDTH     : positive := 16;
     SCALE_FRAC      : natural  := 8;
     TORQUE_WIDTH    : positive := 12;
-    PULSE           : natural  := 200
+    PULSE           : natural  := 257
   );
   port (
     clk         : in  std_logic;

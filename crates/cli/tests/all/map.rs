@@ -299,7 +299,7 @@ fn all_methods_are_layers_of_their_own_each_with_its_edge() {
     coarse[5] = "method.sample_rate=1..5 kHz:2";
     let result = json(&run(&[&coarse[..], &["--json", "--all-methods", "--full"]].concat()));
     let layers = result["methods"].as_array().expect("layers");
-    assert_eq!(layers.len(), 11);
+    assert_eq!(layers.len(), 12);
     for layer in layers {
         assert_eq!(layer["outcomes"]["failed"], 0, "{layer}");
         assert_eq!(layer["run"], 6);

@@ -204,6 +204,7 @@ fn every_wiring_equals_its_vhdl_in_every_listed_configuration() {
         false,
         [
             "axis_front",
+            "braking_pulse_loop",
             "conventional_loop",
             "energy_bounding_loop",
             "hybrid_loop",
