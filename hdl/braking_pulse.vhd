@@ -54,7 +54,7 @@ entity braking_pulse is
     SCALE_WIDTH     : positive := 16;
     SCALE_FRAC      : natural  := 8;
     TORQUE_WIDTH    : positive := 12;
-    PULSE           : natural  := 257
+    PULSE           : natural  := 1025
   );
   port (
     clk         : in  std_logic;

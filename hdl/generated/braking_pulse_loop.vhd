@@ -66,7 +66,7 @@ entity braking_pulse_loop is
     SHAPER_B2       : integer  := 0;
     SHAPER_A1       : integer  := 0;
     SHAPER_A2       : integer  := 0;
-    PULSE           : natural  := 257
+    PULSE           : natural  := 1025
   );
   port (
     clk       : in  std_logic;

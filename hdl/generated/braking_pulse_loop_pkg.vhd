@@ -5,7 +5,7 @@
 
 package braking_pulse_loop_pkg is
 
-  constant FORMAT : string := "# braking_pulse_loop in rst(0,1,0) a_pin(0,1,0) b_pin(0,1,0) reference(0,12,0) stiffness(0,12,0) damping(0,12,0) period(0,24,0) scale(0,8,8) out a_high(0,1,0) a_low(0,1,0) b_high(0,1,0) b_low(0,1,0) generics POSITION_WIDTH=12 STIFFNESS_WIDTH=12 STIFFNESS_FRAC=0 DAMPING_WIDTH=12 DAMPING_FRAC=0 PERIOD_WIDTH=24 SCALE_WIDTH=16 SCALE_FRAC=8 PWM_WIDTH=12 ANTIPHASE=false LATCHED=true FLOATING=false DEAD_TIME=0 SHAPER_ENABLED=false SHAPER_PHASE=0 SHAPER_B0=0 SHAPER_B1=0 SHAPER_B2=0 SHAPER_A1=0 SHAPER_A2=0 PULSE=257";
+  constant FORMAT : string := "# braking_pulse_loop in rst(0,1,0) a_pin(0,1,0) b_pin(0,1,0) reference(0,12,0) stiffness(0,12,0) damping(0,12,0) period(0,24,0) scale(0,8,8) out a_high(0,1,0) a_low(0,1,0) b_high(0,1,0) b_low(0,1,0) generics POSITION_WIDTH=12 STIFFNESS_WIDTH=12 STIFFNESS_FRAC=0 DAMPING_WIDTH=12 DAMPING_FRAC=0 PERIOD_WIDTH=24 SCALE_WIDTH=16 SCALE_FRAC=8 PWM_WIDTH=12 ANTIPHASE=false LATCHED=true FLOATING=false DEAD_TIME=0 SHAPER_ENABLED=false SHAPER_PHASE=0 SHAPER_B0=0 SHAPER_B1=0 SHAPER_B2=0 SHAPER_A1=0 SHAPER_A2=0 PULSE=1025";
   constant POSITION_WIDTH : integer := 12;
   constant STIFFNESS_WIDTH : integer := 12;
   constant STIFFNESS_FRAC : integer := 0;
@@ -26,7 +26,7 @@ package braking_pulse_loop_pkg is
   constant SHAPER_B2 : integer := 0;
   constant SHAPER_A1 : integer := 0;
   constant SHAPER_A2 : integer := 0;
-  constant PULSE : integer := 257;
+  constant PULSE : integer := 1025;
 
   -- a_pin (0,1,0) [1] Encoder line A as it arrives at the FPGA
   constant A_PIN_BITS : positive := 1;

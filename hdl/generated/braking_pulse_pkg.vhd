@@ -5,7 +5,7 @@
 
 package braking_pulse_pkg is
 
-  constant FORMAT : string := "# braking_pulse in rst(0,1,0) position(0,12,0) delta(1,11,0) contact(0,1,0) penetration(0,12,0) stiffness(0,12,0) damping(0,12,0) period(0,24,0) scale(0,8,8) out torque(1,13,0) memory(1,20,0) generics WIDTH=12 STIFFNESS_WIDTH=12 STIFFNESS_FRAC=0 DAMPING_WIDTH=12 DAMPING_FRAC=0 PERIOD_WIDTH=24 SCALE_WIDTH=16 SCALE_FRAC=8 TORQUE_WIDTH=12 PULSE=257";
+  constant FORMAT : string := "# braking_pulse in rst(0,1,0) position(0,12,0) delta(1,11,0) contact(0,1,0) penetration(0,12,0) stiffness(0,12,0) damping(0,12,0) period(0,24,0) scale(0,8,8) out torque(1,13,0) memory(1,20,0) generics WIDTH=12 STIFFNESS_WIDTH=12 STIFFNESS_FRAC=0 DAMPING_WIDTH=12 DAMPING_FRAC=0 PERIOD_WIDTH=24 SCALE_WIDTH=16 SCALE_FRAC=8 TORQUE_WIDTH=12 PULSE=1025";
   constant WIDTH : integer := 12;
   constant STIFFNESS_WIDTH : integer := 12;
   constant STIFFNESS_FRAC : integer := 0;
@@ -15,7 +15,7 @@ package braking_pulse_pkg is
   constant SCALE_WIDTH : integer := 16;
   constant SCALE_FRAC : integer := 8;
   constant TORQUE_WIDTH : integer := 12;
-  constant PULSE : integer := 257;
+  constant PULSE : integer := 1025;
 
   -- position (0,12,0) [count] Position, modulo its width
   constant POSITION_BITS : positive := 12;

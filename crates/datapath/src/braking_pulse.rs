@@ -40,7 +40,7 @@ pub struct PulseConfig {
 
 impl Default for PulseConfig {
     fn default() -> Self {
-        Self { widths: LawWidths::default(), pulse: 257 }
+        Self { widths: LawWidths::default(), pulse: 1025 }
     }
 }
 
@@ -256,7 +256,7 @@ impl Listed for BrakingPulse {
 
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
         let narrow = |pulse| Self::new(PulseConfig { widths: short(), pulse });
-        Ok(vec![("8_bit", narrow(1037)?), ("long", narrow(70_000)?)])
+        Ok(vec![("8_bit", narrow(2345)?), ("long", narrow(70_000)?)])
     }
 }
 

@@ -99,8 +99,8 @@ fn the_stimuli_of_every_configuration_move_every_output_bit_that_can_move() {
     let pushing = |entry: &str| match entry.split(' ').collect::<Vec<_>>()[..] {
         ["virtual_coupling" | "passive_spring", _, "torque", bits] => bits == "3000" || bits == "c0",
         ["virtual_coupling_loop" | "passive_spring_loop", "default" | "distinct", "b_high", _] => true,
-        // A pulse is never negative, and no motion of the stimuli is long enough for its highest bit.
-        ["braking_pulse", _, "memory", bits] => ["180000", "6000", "4000"].contains(&bits),
+        // A pulse is never negative.
+        ["braking_pulse", _, "memory", bits] => bits == "100000" || bits == "4000",
         ["input_shaper", _, "shaped", bits] => bits == "2000" || bits == "80",
         // These loops have a shaper.
         [name, label, "b_high", _] if label.ends_with("8_bit") => name.ends_with("_loop"),
