@@ -44,10 +44,10 @@ macro_rules! around_laws {
         blocks! {
             Synchronizer, QuadratureDecoder, PositionCounter, Displacement, Unilateral, TruncatingMultiplier,
             VelocityRegister, ZeroOrderHold, TorqueSum, Saturator, CommandLimiter, Pwm, SequentialDivider, SquareRoot,
-            Biquad, FilteredDifference, WindowDifference, Foaw, EdgeTimer, LevantDifferentiator, HybridLoop, ConventionalLoop, AxisFront,
-            InputShaper, $(crate::$Law,)* $(MethodLoop<crate::$Law>,)* TrigTable, TrigQuarter, TrigInterpolated,
-            TrigCordic, SampleRegister, PhantomForward, CubeRoom, PhantomTorque, CommandScaler, CommandRegister,
-            PhantomEngine, PhantomLoop, PhantomSharedLoop, PhantomIo,
+            Biquad, FilteredDifference, WindowDifference, Foaw, EdgeTimer, LevantDifferentiator, HybridLoop,
+            ConventionalLoop, AxisFront, InputShaper, $(crate::$Law,)* $(MethodLoop<crate::$Law>,)* TrigTable,
+            TrigQuarter, TrigInterpolated, TrigCordic, SampleRegister, PhantomForward, CubeRoom, PhantomTorque,
+            CommandScaler, CommandRegister, PhantomEngine, PhantomLoop, PhantomSharedLoop, PhantomIo,
         }
     };
 }

@@ -73,7 +73,9 @@ macro_rules! circuit {
     (
         $(#[$meta:meta])*
         pub struct $name:ident[$($declared:tt)*][$($given:tt)*][$most:literal] { $($field:ident: $kind:ty),* }
-        nets { $($net:ident $(if $exists:ident else $other:ident)? $(unless $missing:ident else $instead:ident)?),* $(,)? }
+        nets {
+            $($net:ident $(if $exists:ident else $other:ident)? $(unless $missing:ident else $instead:ident)?),* $(,)?
+        }
         $(
             $label:ident: $type:ty = $module:ident
                 { $($in:ident $(: $at:ident)? $(= $tied:literal)?),* $(,)? }
@@ -95,7 +97,8 @@ macro_rules! circuit {
         impl<$($declared)*> $name<$($given)*> {
             const NET: Nets = {
                 let next = 0;
-                $(let ($net, next) = $crate::circuit::circuit!(@place next $(, $exists $other)? $(, !$missing $instead)?);)*
+                $(let ($net, next) =
+                    $crate::circuit::circuit!(@place next $(, $exists $other)? $(, !$missing $instead)?);)*
                 Nets { $($net,)* count: next }
             };
         }
@@ -134,7 +137,8 @@ macro_rules! circuit {
                 let differs = false;
                 $(let differs = differs || true $(&& $present)? $(&& !$absent)?
                     && $crate::part::Part::hidden(&self.$label).is_some_and(|$module::Out { $($out),* }| {
-                        false $(|| lost.of($crate::circuit::circuit!(@net $out $($to)?)) != ($out.rounded, $out.overflowed))*
+                        false $(||
+                            lost.of($crate::circuit::circuit!(@net $out $($to)?)) != ($out.rounded, $out.overflowed))*
                     });)*
                 differs
             }
@@ -169,7 +173,9 @@ macro_rules! circuit {
             fn quiet(&self, words: &[i64; $most]) -> u64 {
                 let least = u64::MAX;
                 $(let least = if <$type as $crate::Block>::CLOCKED $(&& $present)? $(&& !$absent)? {
-                    let input = $module::In { $($in: $crate::circuit::circuit!(@read words $in $(: $at)? $(= $tied)?)),* };
+                    let input = $module::In {
+                        $($in: $crate::circuit::circuit!(@read words $in $(: $at)? $(= $tied)?)),*
+                    };
                     least.min(self.$label.quiet(&input))
                 } else {
                     least
@@ -180,7 +186,9 @@ macro_rules! circuit {
             #[inline]
             fn skip(&mut self, edges: u64, words: &[i64; $most]) {
                 $(if <$type as $crate::Block>::CLOCKED $(&& $present)? $(&& !$absent)? {
-                    let input = $module::In { $($in: $crate::circuit::circuit!(@read words $in $(: $at)? $(= $tied)?)),* };
+                    let input = $module::In {
+                        $($in: $crate::circuit::circuit!(@read words $in $(: $at)? $(= $tied)?)),*
+                    };
                     self.$label.skip(edges, &input);
                 })*
             }
@@ -219,7 +227,9 @@ macro_rules! circuit {
     (@read $words:ident $port:ident = $tied:literal) => { $tied };
     (@bit $port:ident $(: $net:ident)?) => { 1 << $crate::circuit::circuit!(@net $port $($net)?) };
     (@bit $port:ident = $tied:literal) => { 0 };
-    (@wire $port:ident $(: $net:ident)?) => { $crate::circuit::Wire::Net($crate::circuit::circuit!(@net $port $($net)?)) };
+    (@wire $port:ident $(: $net:ident)?) => {
+        $crate::circuit::Wire::Net($crate::circuit::circuit!(@net $port $($net)?))
+    };
     (@wire $port:ident = $tied:literal) => { $crate::circuit::Wire::Tied($tied) };
     (@net $port:ident) => { Self::NET.$port };
     (@net $port:ident $net:ident) => { Self::NET.$net };

@@ -24,7 +24,7 @@ pub struct Args {
     /// A JSON file, or a scene: a file, or the name of a shipped scene
     #[arg(value_name = "A")]
     first: String,
-    /// Another
+    /// The result to compare it with, likewise
     #[arg(value_name = "B")]
     second: String,
     /// Take numbers for equal whose difference is at most this share of the greater one, as in 1% [default: 0]

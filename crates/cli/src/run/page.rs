@@ -190,7 +190,8 @@ fn work(page: &mut Page, ran: &Ran) {
         page.line(
             "activity",
             format!(
-                "{} of the edges: {ticks} ticks, {} encoder edges, {} output changes, {} mode changes; {} decided again",
+                "{} of the edges: {ticks} ticks, {} encoder edges, {} output changes, {} mode changes; \
+                 {} decided again",
                 percent(ticks, edges),
                 summary.encoder_edges,
                 summary.output_changes,

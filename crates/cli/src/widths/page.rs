@@ -264,13 +264,14 @@ fn one_more(of: &Widths, field: Field) -> Cell {
 fn notes(page: &mut Page, of: &Widths) {
     page.note(
         "rounded, overflowed: share of the edges, worst case in the signal's unit, first time; measured\n\
-         SQNR: measured, against the same law in f64 on the same encoder counts, gains as asked; idle: unused upper bits",
+         SQNR: measured, against the same law in f64 on the same encoder counts, gains as asked; idle: unused upper \
+         bits",
     );
     match &of.proved {
         Ok(proved) => {
             page.note(
-                "proved: for every motion within the device's limits; x exhausted: every input within these ranges; ! may \
-                 overflow",
+                "proved: for every motion within the device's limits; x exhausted: every input within these ranges; \
+                 ! may overflow",
             );
             // An assumption about a few signals only is in the JSON.
             let mut said: Vec<(&str, usize)> = Vec::new();
@@ -341,5 +342,6 @@ fn tables(tables: &Tables) -> Json {
             "how": "exhausted",
         })
     });
-    json!({ "depth_bits": tables.depth_width, "depths": depths.collect::<Vec<_>>(), "sources": sources.collect::<Vec<_>>() })
+    let (depths, sources) = (depths.collect::<Vec<_>>(), sources.collect::<Vec<_>>());
+    json!({ "depth_bits": tables.depth_width, "depths": depths, "sources": sources })
 }

@@ -61,8 +61,9 @@ fn all_errors_of_a_file_are_told_before_anything_runs() {
     let dir = scratch("study-bad");
     let file = dir.join("bad.toml");
     let head = "name = \"bad\"\ntitle = \"Bad\"\n";
-    fs::write(&file, format!("{head}[map]\nscene = \"hybrid-wall\"\nxx = 1\nfull = true\n[limits]\nscene = \"hybrid-wall\"\nphases = \"many\"\n"))
-        .expect("a file");
+    let map = "[map]\nscene = \"hybrid-wall\"\nxx = 1\nfull = true\n";
+    let limits = "[limits]\nscene = \"hybrid-wall\"\nphases = \"many\"\n";
+    fs::write(&file, format!("{head}{map}{limits}")).expect("a file");
     let out = dir.join("out");
     let output = run(&["study", text(&file), "-o", text(&out)]);
     let words = ["bad.toml:5:6: map.xx: unknown key; accepted here: scene, x, y", "bad.toml:7:1: invalid value 'many'"];

@@ -16,7 +16,7 @@
 //! 3. `study/src/limits`: its linear controller, or the reason why it has none.
 //! 4. `study/src/widths/proof/laws.rs`: the words that its invariant allows.
 //!
-//! Tests ask for the rest: VHDL (`rtl/src/hdl.rs`), a scene, vectors and a row in the documentation of
+//! Tests ask for the rest: VHDL, a scene, vectors and a row in the documentation of
 //! [`law`](crate::law) (`cosim/tests/all/methods.rs`), the least scene that accepts its keys
 //! (`cosim/tests/all/keys.rs`), and the error of its words against its law in floats (`cosim/tests/all/law_words`).
 

@@ -58,7 +58,8 @@ dimensions! {
     ANGLE = "an angle", "rad", 1e-12 to 1e6, [si("rad"), unit("deg", PI / 180.0, 0), unit("rev", 2.0 * PI, 0)];
     ANGULAR_SPEED = "an angular speed", "rad/s", 1e-9 to 1e5,
         [si("rad/s"), unit("deg/s", PI / 180.0, 0), unit("rpm", PI / 30.0, 0), unit("rev/s", 2.0 * PI, 0)];
-    ANGULAR_ACCELERATION = "an angular acceleration", "rad/s2", 1e-6 to 1e9, [si("rad/s2"), unit("deg/s2", PI / 180.0, 0)];
+    ANGULAR_ACCELERATION = "an angular acceleration", "rad/s2", 1e-6 to 1e9,
+        [si("rad/s2"), unit("deg/s2", PI / 180.0, 0)];
     TORQUE = "a torque", "N.m", 1e-12 to 1e4, [si("N.m")];
     TORSIONAL_STIFFNESS = "a torsional stiffness", "N.m/rad", 1e-12 to 1e6, [si("N.m/rad"), unit("N.m/deg", 180.0 / PI, 0)];
     TORSIONAL_DAMPING = "a torsional damping", "N.m.s/rad", 1e-15 to 1e3, [si("N.m.s/rad")];

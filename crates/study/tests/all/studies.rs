@@ -263,8 +263,8 @@ fn a_bad_file_tells_all_of_its_errors_with_line_and_key() {
 #[test]
 fn sections_of_verbs_stand_in_the_order_of_the_file() {
     let study = study(
-        "name = \"own\"\ntitle = \"Own\"\n[let]\nk = 3\n[[map]]\nscene = \"hybrid-wall\"\nset = [\"a=$k\", \"b=2\"]\nfull = true\n\
-         json = false\n[[map]]\ncells = 7\n",
+        "name = \"own\"\ntitle = \"Own\"\n[let]\nk = 3\n[[map]]\nscene = \"hybrid-wall\"\nset = [\"a=$k\", \"b=2\"]\n\
+         full = true\njson = false\n[[map]]\ncells = 7\n",
     );
     let options: Vec<_> = study.sections.iter().map(|section| &section.options[..]).collect();
     let option = |key: &str, place: &str, values: &[&str]| {

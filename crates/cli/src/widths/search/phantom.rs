@@ -96,15 +96,16 @@ fn lines(searched: &Searched) -> Vec<(&'static str, String)> {
         (
             "stiffness",
             format!(
-                "the stiffest wall up to which all are passive, in steps of 2^(1/16) from {own} N/m; measured; `+`: none is \
-                 stiffer"
+                "the stiffest wall up to which all are passive, in steps of 2^(1/16) from {own} N/m; measured; `+`: \
+                 none is stiffer"
             ),
         ),
         ("block RAM", "of the tables of three joints, on the iCE40; computed from the words".into()),
         (
             "cells",
             format!(
-                "of an iCE40 HX8K, estimated from the words: within {estimate_error} on the blocks and loops that were counted"
+                "of an iCE40 HX8K, estimated from the words: within {estimate_error} on the blocks and loops \
+                 that were counted"
             ),
         ),
         (
@@ -118,7 +119,8 @@ fn lines(searched: &Searched) -> Vec<(&'static str, String)> {
 fn smallest(searched: &Searched, point: &Point) -> String {
     let (ours, theirs) = (point.merit.cost, searched.found.reference.merit.cost);
     let mut text = format!(
-        "the least block RAM that keeps the reference's stable stiffness within {}\n  {}\n  {} block RAMs instead of {}",
+        "the least block RAM that keeps the reference's stable stiffness within {}\n  {}\n  {} block RAMs \
+         instead of {}",
         percent(searched.lose),
         point.design,
         ours.rams,
