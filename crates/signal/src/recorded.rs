@@ -102,8 +102,16 @@ impl Equations {
     /// Returns the results, computed from the given words. Both sides of every branch are read.
     #[must_use]
     pub fn read<W: Word>(&self, given: &[W]) -> Vec<W> {
-        let mut words: Vec<W> = Vec::with_capacity(self.operations.len());
-        let mut bits: Vec<W::Bit> = Vec::with_capacity(self.operations.len());
+        let mut reading = Reading::default();
+        self.read_in(&mut reading, given);
+        reading.results
+    }
+
+    /// Returns the same, in memory that is kept from reading to reading.
+    pub fn read_in<'r, W: Word>(&self, reading: &'r mut Reading<W>, given: &[W]) -> &'r [W] {
+        let Reading { words, bits, results } = reading;
+        words.clear();
+        bits.clear();
         for operation in &self.operations {
             let made = match *operation {
                 Operation::Given(index) => given[index],
@@ -148,7 +156,23 @@ impl Equations {
             };
             words.push(made);
         }
-        self.results.iter().map(|&result| words[result]).collect()
+        results.clear();
+        results.extend(self.results.iter().map(|&result| words[result]));
+        results
+    }
+}
+
+/// The memory of a reading of [`Equations`]. A reader that reads often keeps it, so that nothing is allocated.
+#[derive(Clone, Debug)]
+pub struct Reading<W: Word> {
+    words: Vec<W>,
+    bits: Vec<W::Bit>,
+    results: Vec<W>,
+}
+
+impl<W: Word> Default for Reading<W> {
+    fn default() -> Self {
+        Self { words: Vec::new(), bits: Vec::new(), results: Vec::new() }
     }
 }
 
