@@ -60,6 +60,8 @@ struct Stage {
     read: (Vec<Real>, Vec<i128>),
     /// Whether the latest load changed no register but the countdown.
     rests: bool,
+    /// Whether a load changed the words since their losses were told.
+    stepped: bool,
     reads_law: Reader<Real>,
     reads_words: Reader<Exact>,
 }
@@ -124,6 +126,7 @@ impl Stage {
             registers,
             read: (Vec::new(), Vec::new()),
             rests: false,
+            stepped: true,
             reads_law: Reader::default(),
             reads_words: Reader::default(),
         })
@@ -294,6 +297,7 @@ impl Part {
                 let next = stage.read_words().0.to_vec();
                 stage.words.clear();
                 stage.words.extend(next.iter().map(|word| word.word()));
+                stage.stepped = true;
                 let (registers, inputs) = (stage.law.iter().copied(), stage.read.0.iter().copied());
                 let (_, shown) = stage.reads_law.step(&stage.equations, countdown, registers, inputs);
                 for (&(net, format), value) in stage.outputs.iter().zip(shown) {
@@ -315,15 +319,17 @@ impl Part {
     pub fn tell(&mut self, words: &[i64], lost: &mut [[f64; 2]]) {
         let is_clocked = self.clock.is_some() && !self.computes();
         for stage in &mut self.stages {
+            let is_other = stage.take_words(words);
+            stage.rests &= !is_other;
+            if !is_other && !std::mem::take(&mut stage.stepped) {
+                continue;
+            }
+            let exact = |&word: &i128| Exact::of(word);
+            let (registers, inputs) = (stage.words.iter().map(exact), stage.read.1.iter().map(exact));
+            let (next, shown) = stage.reads_words.step(&stage.equations, stage.countdown, registers, inputs);
             if is_clocked {
-                let inputs = stage.inputs.iter().map(|port| Exact::of(port.word(words)));
-                let registers = stage.words.iter().map(|&word| Exact::of(word));
-                let (next, _) = stage.reads_words.step(&stage.equations, stage.countdown, registers, inputs);
                 Stage::tell(&stage.outputs, next, lost);
-            } else if stage.take_words(words) {
-                let exact = |&word: &i128| Exact::of(word);
-                let (registers, inputs) = (stage.words.iter().map(exact), stage.read.1.iter().map(exact));
-                let (_, shown) = stage.reads_words.step(&stage.equations, stage.countdown, registers, inputs);
+            } else {
                 stage.outputs.iter().zip(shown).for_each(|(&(net, _), word)| lost[net] = word.lost());
             }
         }
