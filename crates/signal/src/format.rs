@@ -199,7 +199,7 @@ impl Format {
     /// Returns the value of a word as a float, which is exact up to 53 significant bits.
     #[must_use]
     pub fn to_f64(self, word: i64) -> f64 {
-        self.value(word) as f64 * self.lsb()
+        (if self.signed { word as f64 } else { word as u64 as f64 }) * self.lsb()
     }
 
     /// Returns the format of the full product: integer and fraction bits add, and it is signed if either factor is.

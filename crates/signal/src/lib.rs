@@ -23,6 +23,6 @@ pub use narrow::{Narrowed, Narrowing, Overflow, Rounding};
 pub use notation::Notation;
 pub use ports::{Meter, Observe, Ports, Real, Signal, SignalUse};
 pub use reach::Reach;
-pub use recorded::{Equations, Recorded, RecordedBit};
+pub use recorded::{Equations, Reading, Recorded, RecordedBit};
 pub use term::{Bit, Defined, Term};
 pub use word::{Sine, Truth, Word};

@@ -102,10 +102,23 @@ impl Equations {
     /// Returns the results, computed from the given words. Both sides of every branch are read.
     #[must_use]
     pub fn read<W: Word>(&self, given: &[W]) -> Vec<W> {
-        let mut words: Vec<W> = Vec::with_capacity(self.operations.len());
-        let mut bits: Vec<W::Bit> = Vec::with_capacity(self.operations.len());
+        let mut reading = Reading::default();
+        self.read_in(&mut reading, given);
+        reading.results
+    }
+
+    /// Returns the same, in memory that is kept from reading to reading of these equations alone.
+    pub fn read_in<'r, W: Word>(&self, reading: &'r mut Reading<W>, given: &[W]) -> &'r [W] {
+        let Reading { words, bits, results } = reading;
+        // Constants stay from the reading before.
+        let is_first = words.is_empty();
+        let (mut next_word, mut next_bit) = (0, 0);
         for operation in &self.operations {
             let made = match *operation {
+                Operation::Int(_) if !is_first => {
+                    next_word += 1;
+                    continue;
+                }
                 Operation::Given(index) => given[index],
                 Operation::Int(value) => W::int(value),
                 Operation::OfBit(bit) => W::of_bit(bits[bit]),
@@ -142,13 +155,39 @@ impl Equations {
                         Operation::Or(a, b) => bits[a] | bits[b],
                         _ => unreachable!("an operation that gives a bit"),
                     };
-                    bits.push(bit);
+                    keep(bits, next_bit, bit);
+                    next_bit += 1;
                     continue;
                 }
             };
-            words.push(made);
+            keep(words, next_word, made);
+            next_word += 1;
         }
-        self.results.iter().map(|&result| words[result]).collect()
+        results.clear();
+        results.extend(self.results.iter().map(|&result| words[result]));
+        results
+    }
+}
+
+/// Writes a value to its place, which is the first one beyond the end at most.
+fn keep<T>(values: &mut Vec<T>, place: usize, value: T) {
+    match values.get_mut(place) {
+        Some(kept) => *kept = value,
+        None => values.push(value),
+    }
+}
+
+/// The memory of a reading of [`Equations`]. A reader that reads often keeps it, so that nothing is allocated.
+#[derive(Clone, Debug)]
+pub struct Reading<W: Word> {
+    words: Vec<W>,
+    bits: Vec<W::Bit>,
+    results: Vec<W>,
+}
+
+impl<W: Word> Default for Reading<W> {
+    fn default() -> Self {
+        Self { words: Vec::new(), bits: Vec::new(), results: Vec::new() }
     }
 }
 

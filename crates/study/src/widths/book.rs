@@ -60,7 +60,8 @@ impl Book {
 
     /// Notes the word, the law's value and the block's losses, which hold from an edge on.
     pub fn enter(&mut self, edge: u64, word: i64, law: f64, lost: [f64; 2]) {
-        if (word, law, lost) != (self.word, self.law, self.lost) {
+        let is_same = word == self.word && law == self.law && lost[0] == self.lost[0] && lost[1] == self.lost[1];
+        if !is_same {
             self.close(edge);
             (self.word, self.law, self.lost, self.since) = (word, law, lost, edge);
         }

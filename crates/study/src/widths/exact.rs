@@ -4,6 +4,8 @@
 
 use hpu_signal::{Format, Narrowing, Overflow, Rounding, Word};
 
+use super::real::float;
+
 /// A word, beside its value without losses.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Exact {
@@ -45,7 +47,7 @@ const NONE: Losses = Losses { rounded: 0.0, beyond: 0.0, narrows: false, wraps: 
 impl Exact {
     /// Makes a word whose losses start from zero: losses of the words it was computed from do not count.
     pub fn of(word: i128) -> Self {
-        Self { word, whole: word, exact: word as f64, losses: NONE }
+        Self { word, whole: word, exact: float(word), losses: NONE }
     }
 
     /// Returns the word itself.
@@ -55,7 +57,7 @@ impl Exact {
 
     /// Returns the loss by rounding, and how far the word was beyond its limits, in units of the least significant bit.
     pub fn lost(self) -> [f64; 2] {
-        [(self.exact - self.whole as f64).abs(), self.losses.beyond]
+        [(self.exact - float(self.whole)).abs(), self.losses.beyond]
     }
 
     /// Returns all losses. A value beyond its limits counts as limited, not as rounded.
@@ -79,7 +81,7 @@ impl Exact {
 
     /// Fits the word into these bounds and notes how far it was beyond them. `fit` computes the word in that case.
     fn within(self, least: i128, most: i128, fit: impl Fn(i128) -> i128) -> Self {
-        let beyond = (self.word - most).max(least - self.word).max(0) as f64;
+        let beyond = float((self.word - most).max(least - self.word).max(0));
         let word = fit(self.word);
         let wraps = beyond > 0.0 && word != self.word.clamp(least, most);
         let losses = self.losses.worse(Losses { beyond, narrows: true, wraps, ..NONE });
@@ -126,7 +128,7 @@ impl Word for Exact {
     /// A count modulo its width loses nothing: its exact value wraps with it.
     fn wrap(self, to: Format) -> Self {
         let turns = to.value(to.wrap(self.word)) - self.word;
-        self.each(|word| word + turns, |exact| exact + turns as f64)
+        self.each(|word| word + turns, |exact| exact + float(turns))
     }
     fn at_least(self, other: Self) -> bool {
         self.word >= other.word

@@ -45,6 +45,8 @@ pub struct Beside {
     driven: Vec<bool>,
     /// Nets that the law reads or drives, or that a narrowing drives.
     watched: Vec<usize>,
+    /// Whether each part's losses are told at this edge.
+    told: Vec<bool>,
 }
 
 impl Beside {
@@ -87,6 +89,7 @@ impl Beside {
             spans: all.counters.iter().map(|&net| (net, (0.0, 0.0))).collect(),
             driven,
             watched,
+            told: Vec::new(),
             all,
             inputs,
             asked,
@@ -157,7 +160,7 @@ impl Beside {
     fn due(&self) -> u64 {
         let clocks = self.all.parts.iter().filter_map(|part| part.clock).filter(|clock| !clock.idle);
         let method = self.all.method.as_ref().map(Method::due);
-        clocks.map(|clock| clock.next).chain(method).min().unwrap_or(u64::MAX)
+        clocks.map(|clock| clock.next).fold(method.unwrap_or(u64::MAX), u64::min)
     }
 
     /// Loads the registers that are due at an edge. Returns whether anything changed.
@@ -213,8 +216,10 @@ impl Observe for Beside {
         }
         self.load_before(edge);
         if self.take_inputs(words) {
-            self.settle();
             self.wake(edge);
+        }
+        if self.due() == edge {
+            self.settle();
         }
         while self.due() == edge {
             self.load(edge);
@@ -226,7 +231,9 @@ impl Observe for Beside {
             (*least, *most) = (least.min(self.law[*net]), most.max(self.law[*net]));
         }
         let computed = |part: &Part| part.outputs().any(|net| self.words[net] != words[net]);
-        let computed: Vec<_> = self.all.parts.iter().map(|part| part.computes() && computed(part)).collect();
+        let mut told = std::mem::take(&mut self.told);
+        told.clear();
+        told.extend(self.all.parts.iter().map(|part| part.tells_at_once() || part.computes() && computed(part)));
         for (net, &word) in words.iter().enumerate() {
             if self.words[net] != word {
                 self.words[net] = word;
@@ -237,11 +244,10 @@ impl Observe for Beside {
                 }
             }
         }
-        for (part, computed) in self.all.parts.iter_mut().zip(computed) {
-            if part.tells_at_once() || computed {
-                part.tell(&self.words, &mut self.lost);
-            }
+        for (part, _) in self.all.parts.iter_mut().zip(&told).filter(|(_, told)| **told) {
+            part.tell(&self.words, &mut self.lost);
         }
+        self.told = told;
         self.settle();
         self.wake(edge + 1);
         self.book(edge);

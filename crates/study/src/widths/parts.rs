@@ -1,8 +1,10 @@
 //! Reads the equations of a wiring's blocks, in the order in which the blocks settle.
 
+use std::fmt;
+
 use hpu_cosim::LawConfig;
 use hpu_datapath::{AnyBlock, Connection, Instance, Register};
-use hpu_signal::{Equations, Format, Signal, Word};
+use hpu_signal::{Equations, Format, Reading, Signal, Word};
 
 use super::exact::Exact;
 use super::is_on_the_way;
@@ -47,6 +49,8 @@ impl Port {
 struct Stage {
     equations: Equations,
     registers: Vec<Register>,
+    /// Index of the register that counts down to the next sample edge.
+    countdown: Option<usize>,
     law: Vec<Real>,
     words: Vec<i128>,
     inputs: Vec<Port>,
@@ -56,6 +60,49 @@ struct Stage {
     read: (Vec<Real>, Vec<i128>),
     /// Whether the latest load changed no register but the countdown.
     rests: bool,
+    /// Whether a load changed the words since their losses were told.
+    stepped: bool,
+    reads_law: Reader<Real>,
+    reads_words: Reader<Exact>,
+}
+
+/// The memory of the readings of one kind.
+#[derive(Clone)]
+struct Reader<W: Word> {
+    given: Vec<W>,
+    reading: Reading<W>,
+}
+
+impl<W: Word> fmt::Debug for Reader<W> {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.debug_struct("Reader").finish_non_exhaustive()
+    }
+}
+
+impl<W: Word> Default for Reader<W> {
+    fn default() -> Self {
+        Self { given: Vec::new(), reading: Reading::default() }
+    }
+}
+
+impl<W: Word> Reader<W> {
+    /// Returns the registers after an edge at which the countdown is 0, and the outputs before that edge.
+    fn step(
+        &mut self,
+        equations: &Equations,
+        countdown: Option<usize>,
+        registers: impl ExactSizeIterator<Item = W>,
+        inputs: impl Iterator<Item = W>,
+    ) -> (&[W], &[W]) {
+        let count = registers.len();
+        self.given.clear();
+        self.given.extend(registers);
+        if let Some(countdown) = countdown {
+            self.given[countdown] = W::int(0);
+        }
+        self.given.extend(inputs);
+        equations.read_in(&mut self.reading, &self.given).split_at(count)
+    }
 }
 
 impl Stage {
@@ -75,9 +122,13 @@ impl Stage {
             words: reset().map(i128::from).collect(),
             inputs: model.inputs().into_iter().map(input).collect(),
             outputs: model.outputs().iter().filter_map(|port| Some((net(port.name)?, port.format))).collect(),
+            countdown: registers.iter().position(|register| register.name == Register::COUNTDOWN),
             registers,
             read: (Vec::new(), Vec::new()),
             rests: false,
+            stepped: true,
+            reads_law: Reader::default(),
+            reads_words: Reader::default(),
         })
     }
 
@@ -85,7 +136,8 @@ impl Stage {
     fn take_law(&mut self, nets: &[f64]) -> bool {
         let is_same = self.read.0.iter().copied().eq(self.inputs.iter().map(|port| port.law(nets)));
         if !is_same {
-            self.read.0 = self.inputs.iter().map(|port| port.law(nets)).collect();
+            self.read.0.clear();
+            self.read.0.extend(self.inputs.iter().map(|port| port.law(nets)));
         }
         !is_same
     }
@@ -94,43 +146,30 @@ impl Stage {
     fn take_words(&mut self, words: &[i64]) -> bool {
         let is_same = self.read.1.iter().copied().eq(self.inputs.iter().map(|port| port.word(words)));
         if !is_same {
-            self.read.1 = self.inputs.iter().map(|port| port.word(words)).collect();
+            self.read.1.clear();
+            self.read.1.extend(self.inputs.iter().map(|port| port.word(words)));
         }
         !is_same
     }
 
-    /// Returns the index of the register that counts down to the next sample edge.
-    fn countdown(&self) -> Option<usize> {
-        self.registers.iter().position(|register| register.name == Register::COUNTDOWN)
-    }
-
-    /// Returns the registers after an edge at which the countdown is 0, and the outputs before that edge.
-    fn step<W: Word>(&self, mut registers: Vec<W>, inputs: impl Iterator<Item = W>) -> (Vec<W>, Vec<W>) {
-        if let Some(countdown) = self.countdown() {
-            registers[countdown] = W::int(0);
-        }
-        let count = registers.len();
-        registers.extend(inputs);
-        let mut next = self.equations.read(&registers);
-        let shown = next.split_off(count);
-        (next, shown)
-    }
-
-    /// Returns the law's registers after such an edge and its outputs before it, from the inputs that were read.
-    fn read_law(&self) -> (Vec<Real>, Vec<Real>) {
-        self.step(self.law.clone(), self.read.0.iter().copied())
+    /// Returns the law's registers after an edge at which the countdown is 0, and its outputs before that edge, from the
+    /// inputs that were read.
+    fn read_law(&mut self) -> (&[Real], &[Real]) {
+        let (registers, inputs) = (self.law.iter().copied(), self.read.0.iter().copied());
+        self.reads_law.step(&self.equations, self.countdown, registers, inputs)
     }
 
     /// Returns the same in words.
-    fn read_words(&self) -> (Vec<Exact>, Vec<Exact>) {
-        let registers = self.words.iter().map(|&word| Exact::of(word)).collect();
-        self.step(registers, self.read.1.iter().map(|&word| Exact::of(word)))
+    fn read_words(&mut self) -> (&[Exact], &[Exact]) {
+        let exact = |&word: &i128| Exact::of(word);
+        let (registers, inputs) = (self.words.iter().map(exact), self.read.1.iter().map(exact));
+        self.reads_words.step(&self.equations, self.countdown, registers, inputs)
     }
 
     /// Reports the losses of the words that are about to be loaded.
-    fn tell(&self, next: &[Exact], lost: &mut [[f64; 2]]) {
+    fn tell(outputs: &[(usize, Format)], next: &[Exact], lost: &mut [[f64; 2]]) {
         let worst = next.iter().map(|word| word.lost()).fold([0.0; 2], |[a, b], [c, d]| [f64::max(a, c), b.max(d)]);
-        self.outputs.iter().for_each(|&(net, _)| lost[net] = worst);
+        outputs.iter().for_each(|&(net, _)| lost[net] = worst);
     }
 
     /// Finds outputs that only hand on an input, held or at once. Returns each with the net of that input. Compares two
@@ -138,9 +177,14 @@ impl Stage {
     fn handed_on(&self) -> Vec<(usize, usize)> {
         let input = |index: usize| Real(1e3 + libm::sqrt(2.0 + index as f64));
         let inputs = || (0..self.inputs.len()).map(input);
-        let (first, _) = self.step(self.law.clone(), inputs());
-        let (second, _) = self.step(first, inputs());
-        let (_, shown) = self.step(second, inputs());
+        let mut reader = Reader::default();
+        let mut step = |registers: Vec<Real>| {
+            let (next, shown) = reader.step(&self.equations, self.countdown, registers.into_iter(), inputs());
+            (next.to_vec(), shown.to_vec())
+        };
+        let (first, _) = step(self.law.clone());
+        let (second, _) = step(first);
+        let (_, shown) = step(second);
         let from = |&value: &Real| (0..self.inputs.len()).find(|&index| input(index) == value);
         let pairs = self.outputs.iter().zip(&shown).filter_map(|(&(net, _), value)| {
             let Source::Net(source) = self.inputs[from(value)?].source else { return None };
@@ -184,7 +228,7 @@ pub(super) struct Part {
 impl Part {
     /// Makes a part of a block with equations; it is clocked if it has registers.
     fn of(stage: Stage) -> Self {
-        let first = stage.countdown().map_or(0, |countdown| stage.words[countdown] as u64);
+        let first = stage.countdown.map_or(0, |countdown| stage.words[countdown] as u64);
         let is_clocked = !stage.registers.is_empty();
         let clock = is_clocked.then_some(Clock { next: 1 + first, every: 1, idle: false });
         Self { stages: vec![stage], clock, period: None }
@@ -213,7 +257,7 @@ impl Part {
 
     /// Returns whether its losses are reported at once: it has no registers, or they load at every edge.
     pub fn tells_at_once(&self) -> bool {
-        self.clock.is_none() || self.stages.iter().all(|stage| stage.countdown().is_none()) && !self.computes()
+        self.clock.is_none() || self.stages.iter().all(|stage| stage.countdown.is_none()) && !self.computes()
     }
 
     /// Lets the outputs of combinational blocks settle.
@@ -222,7 +266,8 @@ impl Part {
             if !stage.take_law(nets) {
                 continue;
             }
-            let (_, shown) = stage.read_law();
+            let (registers, inputs) = (stage.law.iter().copied(), stage.read.0.iter().copied());
+            let (_, shown) = stage.reads_law.step(&stage.equations, stage.countdown, registers, inputs);
             stage.outputs.iter().zip(shown).for_each(|(&(net, format), Real(value))| nets[net] = value * format.lsb());
         }
     }
@@ -243,20 +288,23 @@ impl Part {
             let stage = &mut self.stages[0];
             let (other, others) = (stage.take_law(law), stage.take_words(words));
             if other || others || !stage.rests {
-                let (next, _) = stage.read_law();
-                let countdown = stage.countdown();
+                let countdown = stage.countdown;
+                let next = stage.read_law().0.to_vec();
                 let still = |(index, (old, new)): (usize, (&Real, &Real))| Some(index) == countdown || old == new;
                 stage.rests = stage.law.iter().zip(&next).enumerate().all(still);
                 clock.every = 1 + countdown.map_or(0, |countdown| next[countdown].0.max(0.0) as u64);
                 stage.law = next;
-                let (next, _) = stage.read_words();
-                stage.words = next.iter().map(|word| word.word()).collect();
-                let (_, shown) = stage.read_law();
+                let next = stage.read_words().0.to_vec();
+                stage.words.clear();
+                stage.words.extend(next.iter().map(|word| word.word()));
+                stage.stepped = true;
+                let (registers, inputs) = (stage.law.iter().copied(), stage.read.0.iter().copied());
+                let (_, shown) = stage.reads_law.step(&stage.equations, countdown, registers, inputs);
                 for (&(net, format), value) in stage.outputs.iter().zip(shown) {
                     loaded.push((net, value.0 * format.lsb()));
                 }
                 if countdown.is_some() {
-                    stage.tell(&next, lost);
+                    Stage::tell(&stage.outputs, &next, lost);
                 }
             }
             clock.idle = stage.rests;
@@ -271,13 +319,17 @@ impl Part {
     pub fn tell(&mut self, words: &[i64], lost: &mut [[f64; 2]]) {
         let is_clocked = self.clock.is_some() && !self.computes();
         for stage in &mut self.stages {
+            let is_other = stage.take_words(words);
+            stage.rests &= !is_other;
+            if !is_other && !std::mem::take(&mut stage.stepped) {
+                continue;
+            }
+            let exact = |&word: &i128| Exact::of(word);
+            let (registers, inputs) = (stage.words.iter().map(exact), stage.read.1.iter().map(exact));
+            let (next, shown) = stage.reads_words.step(&stage.equations, stage.countdown, registers, inputs);
             if is_clocked {
-                let inputs = stage.inputs.iter().map(|port| Exact::of(port.word(words)));
-                let registers = stage.words.iter().map(|&word| Exact::of(word)).collect();
-                let (next, _) = stage.step(registers, inputs);
-                stage.tell(&next, lost);
-            } else if stage.take_words(words) {
-                let (_, shown) = stage.read_words();
+                Stage::tell(&stage.outputs, next, lost);
+            } else {
                 stage.outputs.iter().zip(shown).for_each(|(&(net, _), word)| lost[net] = word.lost());
             }
         }

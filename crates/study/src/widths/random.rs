@@ -186,7 +186,7 @@ impl<'s> Visit<'s> for Drive<'_> {
         let (mut edge, mut input) = (0, with_pins(&mut words, &encoders));
         while edge < self.end {
             let quiet = wiring.quiet(&input);
-            let moves = encoders.iter().map(Encoder::next).min().unwrap_or(u64::MAX);
+            let moves = encoders.iter().map(Encoder::next).fold(u64::MAX, u64::min);
             let next = moves.max(edge + 1).min(edge.saturating_add(quiet).saturating_add(1)).min(self.end);
             wiring.skip(next - 1 - edge, &input);
             edge = next;

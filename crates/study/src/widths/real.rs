@@ -18,13 +18,24 @@ impl Real {
     }
 }
 
+/// Returns a word as a number.
+pub(super) fn float(word: i128) -> f64 {
+    /// The conversion from 128 bits is slow; few words need it.
+    #[cold]
+    #[inline(never)]
+    fn wide(word: i128) -> f64 {
+        word as f64
+    }
+    i64::try_from(word).map_or_else(|_| wide(word), |word| word as f64)
+}
+
 hpu_signal::operators!(Real, |a, b| [Self(a.0 + b.0), Self(a.0 - b.0), Self(a.0 * b.0)], Self(-a.0));
 
 impl Word for Real {
     type Bit = bool;
 
     fn int(value: i128) -> Self {
-        Self(value as f64)
+        Self(float(value))
     }
     fn of_bit(bit: bool) -> Self {
         Self(f64::from(u8::from(bit)))
@@ -66,7 +77,7 @@ impl Word for Real {
         (self.0 as i64) >> place & 1 == 1
     }
     fn limit(self, least: i128, most: i128) -> Self {
-        Self(self.0.clamp(least as f64, most as f64))
+        Self(self.0.clamp(float(least), float(most)))
     }
 }
 
