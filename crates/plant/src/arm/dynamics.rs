@@ -12,17 +12,31 @@ pub trait Scalar:
     /// Returns sine and cosine.
     #[must_use]
     fn sin_cos(&self) -> (Self, Self);
+    /// Returns the square root of a positive number.
+    #[must_use]
+    fn sqrt(&self) -> Self;
+    /// Returns 1 divided by a number other than 0.
+    #[must_use]
+    fn recip(&self) -> Self;
 }
 
 impl Scalar for f64 {
     fn sin_cos(&self) -> (Self, Self) {
         libm::sincos(*self)
     }
+
+    fn sqrt(&self) -> Self {
+        libm::sqrt(*self)
+    }
+
+    fn recip(&self) -> Self {
+        1.0 / self
+    }
 }
 
 /// `Dynamics` describe the links of an arm with three joints, each with a motor. A mechanism that implements this trait
 /// moves: [`Arm::of`](super::Arm::of) makes it flow by its Taylor series and move in steps, with the friction, motors
-/// and transmissions of its [`Joints`](super::Joints). Implemented by [`ArmModel`](super::ArmModel).
+/// and transmissions of its [`Joints`](super::Joints). Implemented by [`ArmModel`](super::ArmModel) and [`Gimbal`](super::Gimbal).
 ///
 /// A pendulum about joint 1, whose other joints turn wheels:
 ///
@@ -56,6 +70,11 @@ pub trait Dynamics {
     fn potential_j<T: Scalar>(&self, angles_rad: &[T; 3]) -> T;
     /// Returns the tip's position in m.
     fn tip_m<T: Scalar>(&self, angles_rad: &[T; 3]) -> [T; 3];
+    /// Returns the height in m of the surface on which a finger can press; `None` where no finger can. The finger's
+    /// force is opposite to growing heights; see [`Arm::with_finger`](super::Arm::with_finger).
+    fn surface_m<T: Scalar>(&self, _angles_rad: &[T; 3]) -> Option<T> {
+        None
+    }
 }
 
 /// A value and its slopes by the angles of the three joints.
@@ -129,5 +148,15 @@ impl<T: Scalar> Scalar for Dual<T> {
     fn sin_cos(&self) -> (Self, Self) {
         let (sine, cosine) = self.value.sin_cos();
         (Self::chain(sine.clone(), &cosine, self), Self::chain(cosine, &-sine, self))
+    }
+
+    fn sqrt(&self) -> Self {
+        let root = self.value.sqrt();
+        Self::chain(root.clone(), &(T::from(0.5) * root.recip()), self)
+    }
+
+    fn recip(&self) -> Self {
+        let recip = self.value.recip();
+        Self::chain(recip.clone(), &-(recip.clone() * recip), self)
     }
 }

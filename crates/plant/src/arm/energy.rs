@@ -1,5 +1,6 @@
 //! The energy audit of an arm: every flow integrated in its own right, from the series of the motion.
 
+use super::finger::{FORCE, SPEED, Touch};
 use super::links::Links;
 use super::polynomial::{Coefficients, Lanes, ORDER, value};
 use super::series::{Series, Start};
@@ -10,6 +11,8 @@ use super::{Arm, Joints};
 pub struct ArmEnergy {
     /// Work of the motors' torques.
     pub source_j: f64,
+    /// Work of the finger.
+    pub finger_j: f64,
     /// Heat of viscous friction.
     pub viscous_j: f64,
     /// Heat of Coulomb friction.
@@ -31,6 +34,7 @@ impl ArmEnergy {
     pub(super) fn plus(&self, other: &Self, share: f64) -> Self {
         Self {
             source_j: self.source_j + share * other.source_j,
+            finger_j: self.finger_j + share * other.finger_j,
             viscous_j: self.viscous_j + share * other.viscous_j,
             coulomb_j: self.coulomb_j + share * other.coulomb_j,
             transmission_j: self.transmission_j + share * other.transmission_j,
@@ -44,7 +48,7 @@ impl ArmEnergy {
             return;
         }
         let turned = value(&series.p[1..=series.powers], t).map(|rate| rate * t);
-        let mut flows = [0.0; 4];
+        let mut flows = [0.0; 5];
         flows[0] = turned.iter().zip(&x.u).map(|(turned, torque)| torque * turned).sum();
         flows[2] = turned.iter().zip(&joints.coulomb_nm).map(|(turned, torque)| torque * turned.abs()).sum();
         if joints.viscous_nm_s_per_rad != [0.0; 3] {
@@ -61,10 +65,15 @@ impl ArmEnergy {
                 joints.transmission.map(|flexible| flexible.map_or(0.0, |flexible| flexible.damping_nm_s_per_rad));
             flows[3] = squares.iter().zip(rates).map(|(square, rate)| rate * square).sum();
         }
+        if x.press.touch == Touch::Pressed {
+            let lane = |lane: usize| std::array::from_fn(|k| [series.touch[k][lane], 0.0, 0.0, 0.0]);
+            flows[4] = -integral(&lane(FORCE), &lane(SPEED), series.powers, t)[0];
+        }
         self.source_j += flows[0];
         self.viscous_j += flows[1];
         self.coulomb_j += flows[2];
         self.transmission_j += flows[3];
+        self.finger_j += flows[4];
         self.exchanged_j += flows.iter().map(|flow| flow.abs()).sum::<f64>();
     }
 }

@@ -1,5 +1,6 @@
 //! An arm, and the interface between its motion and the equations of its links.
 
+use super::finger::{Finger, Press, Touch};
 use super::joints::Joints;
 use super::kinematics::Sines;
 use super::model::ArmModel;
@@ -26,6 +27,11 @@ pub trait Links: Clone {
     /// Returns the terms of the equations of motion at angles `q` and speeds `v`, without rotors. `near` has the sines
     /// of angles nearby.
     fn pose(&self, near: &Sines, q: [f64; 3], v: [f64; 3]) -> Pose;
+    /// Returns height and speed of the surface on which a finger presses, and the height's slopes by the joints' angles;
+    /// `None` without a surface.
+    fn surface(&self, _q: [f64; 3], _v: [f64; 3]) -> Option<(f64, f64, [f64; 3])> {
+        None
+    }
     /// Extends the series of a motion to a higher power.
     fn extend(arm: &Arm<Self>, series: &mut Series, work: &mut Self::Work, x: &Start, holds: &[Hold; 3], powers: usize);
     /// Returns the acceleration of each rigid joint per torque, at the start of the series.
@@ -37,6 +43,8 @@ pub trait Links: Clone {
 pub struct Arm<L = ArmModel> {
     pub(super) links: L,
     pub(super) joints: Joints,
+    /// The finger that presses on the surface, if one does.
+    pub(super) finger: Option<Finger>,
     /// The inertias that the rotors of rigid joints add to the diagonal of the links' mass matrix.
     pub(super) rotors_kg_m2: [f64; 3],
     pub(super) edge_s: f64,
@@ -46,7 +54,7 @@ pub struct Arm<L = ArmModel> {
 impl<L: Links> Arm<L> {
     pub(super) fn with(links: L, joints: Joints, edge_s: f64) -> Self {
         let rigid = |i: usize| if joints.transmission[i].is_none() { joints.rotor_kg_m2[i] } else { 0.0 };
-        Self { links, joints, rotors_kg_m2: std::array::from_fn(rigid), edge_s, tolerance: 1e-16 }
+        Self { links, joints, finger: None, rotors_kg_m2: std::array::from_fn(rigid), edge_s, tolerance: 1e-16 }
     }
 
     /// Returns the arm, integrated so that the last terms of a series stay below this (rad/s, N·m); the default is
@@ -72,6 +80,20 @@ impl<L: Links> Arm<L> {
         pose
     }
 
+    /// Returns the situation of the finger in a pose, its force, and the torques of that force; it is apart without a
+    /// finger.
+    pub(super) fn pushed(&self, q: [f64; 3], v: [f64; 3], press: &Press) -> (Touch, f64, [f64; 3]) {
+        let (Some(finger), Some((height_m, rising, slopes))) = (&self.finger, self.links.surface(q, v)) else {
+            return (Touch::Apart, 0.0, [0.0; 3]);
+        };
+        let depth_m = height_m - press.target_m;
+        let force_n = finger.force_n(depth_m, rising - press.speed_m_per_s);
+        match Finger::touch(depth_m, force_n) {
+            Touch::Pressed => (Touch::Pressed, force_n, slopes.map(|slope| -force_n * slope)),
+            touch => (touch, 0.0, [0.0; 3]),
+        }
+    }
+
     /// Returns the acceleration of each joint's motor per torque, at the start of a series.
     pub(super) fn ease(&self, work: &L::Work) -> [f64; 3] {
         let (rigid, joints) = (L::ease(self, work), &self.joints);
@@ -87,7 +109,8 @@ impl<L: Links> Arm<L> {
         let rests = |i: usize| !matches!(holds[i], Hold::Slip(_));
         (series.q[0], series.v[0], series.p[0], series.w[0], series.lag[0]) = (x.q, x.v, x.p, x.w, x.lag);
         series.powers = 0;
-        if !(0..3).any(|i| moves(&self.joints, holds, i)) && x.lag == [0.0; 4] && (0..3).all(rests) {
+        let is_still = !(0..3).any(|i| moves(&self.joints, holds, i)) && x.lag == [0.0; 4] && (0..3).all(rests);
+        if is_still && self.finger.is_none() {
             series.good_s = f64::INFINITY;
             return;
         }

@@ -27,8 +27,10 @@
 mod doubt;
 mod dynamics;
 mod energy;
+mod finger;
 mod friction;
 mod fused;
+mod gimbal;
 mod joints;
 pub mod kinematics;
 mod links;
@@ -42,6 +44,8 @@ mod stepper;
 
 pub use dynamics::{Dual, Dynamics, Scalar};
 pub use energy::ArmEnergy;
+pub use finger::{Finger, Touch};
+pub use gimbal::{Form, Gimbal};
 pub use joints::{ArmError, Joints, Transmission};
 pub use links::{Arm, Links};
 pub use model::ArmModel;

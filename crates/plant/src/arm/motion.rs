@@ -1,5 +1,6 @@
 //! An arm in motion: its anchor, the end of each segment, and its state at a clock edge.
 
+use super::finger::{DEPTH, FORCE, Finger, Press, Touch};
 use super::links::Links;
 use super::polynomial::{Bounds, Coefficients, Lanes, ORDER, Polynomial, Reach, derivatives, value};
 use super::series::{Hold, Series, Start};
@@ -31,6 +32,8 @@ pub struct ArmState {
     pub torques_nm: [f64; 3],
     /// Whether friction holds a motor.
     pub stuck: [bool; 3],
+    /// Force of the finger on the surface; 0 without a finger.
+    pub finger_n: f64,
 }
 
 /// The reason for the end of a segment.
@@ -44,6 +47,8 @@ enum End {
     Stop(usize),
     /// Friction does not hold this joint any longer; it moves in this direction.
     Break(usize, f64),
+    /// This lane of the touch passes 0, and the finger's situation becomes this one.
+    Touch(usize, Touch),
 }
 
 /// An arm in motion.
@@ -55,6 +60,10 @@ pub struct ArmMotion<'a, L: Links = ArmModel> {
     offset_s: f64,
     pub(super) start: Start,
     holds: [Hold; 3],
+    /// The target of the finger: an edge, its height there, and its speed from there on.
+    target: (u64, f64, f64),
+    /// The lane of the touch that is 0 at the anchor, because the segment begins where it passes 0.
+    zero: Option<usize>,
     pub(super) series: Series,
     pub(super) work: L::Work,
     /// End of the segment as a time after the anchor, its reason, and the first edge that the segment does not reach.
@@ -122,6 +131,8 @@ impl<'a, L: Links> ArmMotion<'a, L> {
             offset_s: 0.0,
             start,
             holds: [Hold::Locked; 3],
+            target: (0, f64::INFINITY, 0.0),
+            zero: None,
             series: Series::new(),
             work: arm.links.work(),
             end_s: 0.0,
@@ -260,10 +271,28 @@ impl<'a, L: Links> ArmMotion<'a, L> {
         self.begin(edge, 0.0, x, None);
     }
 
+    /// Tells the finger from `edge` on where its target is and how fast it moves; the motion has already come to that
+    /// edge. A finger that was never told is apart.
+    pub fn press(&mut self, edge: u64, target_m: f64, speed_m_per_s: f64) {
+        let told = (edge, target_m, speed_m_per_s);
+        if told == self.target {
+            return;
+        }
+        let t = self.time_s(edge);
+        self.pass(edge, Some(edge));
+        let mut x = self.account(t);
+        self.target = told;
+        x.press = Press { target_m, speed_m_per_s, touch: Touch::Apart };
+        x.press.touch = self.arm.pushed(joints(x.q), joints(x.v), &x.press).0;
+        self.begin(edge, 0.0, x, None);
+    }
+
     /// Returns the state at an edge at which the motion is, or before the next event.
     #[must_use]
     pub fn state(&self, edge: u64) -> ArmState {
-        let x = self.at(self.time_s(edge));
+        let t = self.time_s(edge);
+        let x = self.at(t);
+        let is_pressed = x.press.touch == Touch::Pressed;
         ArmState {
             angles_rad: joints(x.q),
             speeds_rad_per_s: joints(x.v),
@@ -271,6 +300,7 @@ impl<'a, L: Links> ArmMotion<'a, L> {
             motor_speeds_rad_per_s: joints(x.w),
             torques_nm: std::array::from_fn(|i| x.u[i] + x.lag[i]),
             stuck: self.holds.map(|hold| hold == Hold::Stuck),
+            finger_n: if is_pressed { value(&self.series.touch[..=self.series.powers], t)[FORCE] } else { 0.0 },
         }
     }
 
@@ -339,7 +369,16 @@ impl<'a, L: Links> ArmMotion<'a, L> {
         let Series { q, v, p, w, lag, powers, .. } = &self.series;
         let (q, v, p, w) = (self.sum(q, 0, t), self.sum(v, 1, t), self.sum(p, 2, t), self.sum(w, 3, t));
         let lag = value(&lag[..=*powers], t);
-        Start { q: q.0, v: v.0, p: p.0, w: w.0, u: self.start.u, lag, low: [q.1, v.1, p.1, w.1] }
+        Start {
+            q: q.0,
+            v: v.0,
+            p: p.0,
+            w: w.0,
+            u: self.start.u,
+            lag,
+            press: self.start.press,
+            low: [q.1, v.1, p.1, w.1],
+        }
     }
 
     /// Accounts for the energy of the first `t` after the anchor and returns the state there.
@@ -359,7 +398,7 @@ impl<'a, L: Links> ArmMotion<'a, L> {
         }
         self.pass(self.end_edge, None);
         let mut x = self.account(self.end_s);
-        let mut broke = None;
+        let (mut broke, mut zero) = (None, None);
         match self.end {
             End::Short | End::Worn => {}
             End::Stop(joint) => {
@@ -369,15 +408,28 @@ impl<'a, L: Links> ArmMotion<'a, L> {
                 }
             }
             End::Break(joint, direction) => broke = Some((joint, direction)),
+            End::Touch(lane, next) => {
+                let depth_m = value(&self.series.touch[..=self.series.powers], self.end_s)[DEPTH];
+                // A pad without damping ends to press where it ends to be deep.
+                x.press.touch = if next == Touch::Relaxing && depth_m <= 0.0 { Touch::Apart } else { next };
+                self.mode_changes += 1;
+                zero = Some(lane);
+            }
         }
         let offset_s = (self.time_s(self.end_edge) - self.end_s).max(0.0);
+        self.zero = zero;
         self.begin(self.end_edge, offset_s, x, broke);
+        self.zero = None;
     }
 
     /// Sets the anchor at `x`, `offset_s` before `edge`.
     fn begin(&mut self, edge: u64, offset_s: f64, mut x: Start, broke: Option<(usize, f64)>) {
         if x.lag.iter().all(|lag| lag.abs() < SETTLED * self.arm.tolerance) {
             x.lag = [0.0; 4];
+        }
+        if self.arm.finger.is_some() {
+            let (told, target_m, speed_m_per_s) = self.target;
+            x.press.target_m = target_m + speed_m_per_s * ((edge - told) as f64 * self.arm.edge_s - offset_s);
         }
         self.segments += 1;
         (self.anchor, self.offset_s, self.start) = (edge, offset_s, x);
@@ -400,6 +452,12 @@ impl<'a, L: Links> ArmMotion<'a, L> {
         self.end = if powers < ORDER { End::Short } else { End::Worn };
         for joint in 0..3 {
             self.watch(joint, from);
+        }
+        if let Some(finger) = &self.arm.finger {
+            for (lane, sign, next) in Finger::ends(self.start.press.touch) {
+                let watched = finger.watched(&self.series, (*lane, *sign), self.zero, self.end_s);
+                self.shorten(watched.keeps(0.0, 1.0, from), End::Touch(*lane, *next));
+            }
         }
         let edges = ((self.end_s - self.offset_s) / self.arm.edge_s) as u64;
         self.end_edge = self.anchor + edges.saturating_sub(1);

@@ -17,6 +17,7 @@ use std::ops::{Add, Mul, Neg, Range, Sub};
 use std::rc::Rc;
 
 use super::dynamics::{Dual, Dynamics, Scalar};
+use super::finger::{FORCE, Finger, Touch};
 use super::joints::{ArmError, Joints};
 use super::kinematics::Sines;
 use super::links::{Arm, Links};
@@ -36,6 +37,8 @@ enum Op {
     Multiply(usize, usize),
     Sine(usize),
     Cosine(usize),
+    Root(usize),
+    Reciprocal(usize),
 }
 
 /// An expression under record: a number, or a node of the tape.
@@ -140,6 +143,20 @@ impl Scalar for Expr {
             Self::Node(tape, index) => (Self::node(tape, Op::Sine(*index)), Self::node(tape, Op::Cosine(*index))),
         }
     }
+
+    fn sqrt(&self) -> Self {
+        match self {
+            Self::Number(number) => Self::Number(number.sqrt()),
+            Self::Node(tape, index) => Self::node(tape, Op::Root(*index)),
+        }
+    }
+
+    fn recip(&self) -> Self {
+        match self {
+            Self::Number(number) => Self::Number(number.recip()),
+            Self::Node(tape, index) => Self::node(tape, Op::Reciprocal(*index)),
+        }
+    }
 }
 
 /// Where a recorded quantity is found.
@@ -187,6 +204,15 @@ pub struct Recorded {
     bias: [Place; 3],
     potential: Place,
     tip: [Place; 3],
+    surface: Option<Surface>,
+}
+
+/// The surface on which a finger presses: its height, its speed, the height's slopes by the joints' angles.
+#[derive(Clone, PartialEq, Debug)]
+struct Surface {
+    height: Place,
+    rising: Place,
+    slopes: [Place; 3],
 }
 
 /// The memory of the recursion: the terms of all nodes, the factored masses at the start, the next term of the momenta,
@@ -224,8 +250,17 @@ impl Recorded {
         });
         let (forces, bias) = (forces.map(|force| force.place()), bias.map(|bias| bias.place()));
         let (potential, tip) = (potential.value.place(), dynamics.tip_m(&angles).map(|tip| tip.place()));
+        let surface = dynamics.surface_m(&along).map(|height| {
+            let rising = (0..3).fold(zero(), |sum, i| sum + height.slopes[i].clone() * speeds[i].clone());
+            let slopes = height.slopes.map(|slope| slope.place());
+            Surface { height: height.value.place(), rising: rising.place(), slopes }
+        });
         let ops = tape.borrow().clone();
-        Self { ops, of_masses, masses, forces, bias, potential, tip }
+        Self { ops, of_masses, masses, forces, bias, potential, tip, surface }
+    }
+
+    pub(super) fn has_surface(&self) -> bool {
+        self.surface.is_some()
     }
 
     /// Returns the values of all nodes at angles and speeds.
@@ -242,6 +277,8 @@ impl Recorded {
                 Op::Multiply(one, two) => values[one] * values[two],
                 Op::Sine(of) => libm::sin(values[of]),
                 Op::Cosine(of) => libm::cos(values[of]),
+                Op::Root(of) => libm::sqrt(values[of]),
+                Op::Reciprocal(of) => 1.0 / values[of],
             });
         }
         values
@@ -266,7 +303,44 @@ impl Recorded {
                 Op::Cosine(of) if k == 0 => libm::cos(terms[of][0]),
                 Op::Sine(of) => turned(of, node + 1),
                 Op::Cosine(of) => -turned(of, node - 1),
+                Op::Root(of) if k == 0 => libm::sqrt(terms[of][0]),
+                Op::Root(of) => {
+                    let inner: f64 = (1..k).map(|j| terms[node][j] * terms[node][k - j]).sum();
+                    (terms[of][k] - inner) / (2.0 * terms[node][0])
+                }
+                Op::Reciprocal(of) if k == 0 => 1.0 / terms[of][0],
+                Op::Reciprocal(of) => {
+                    let sum: f64 = (1..=k).map(|j| terms[of][j] * terms[node][k - j]).sum();
+                    -sum / terms[of][0]
+                }
             };
+        }
+    }
+}
+
+impl Surface {
+    /// Writes power `k` of the touch, and adds that of the finger's torques to the forces if it presses.
+    fn press(
+        &self,
+        finger: &Finger,
+        x: &Start,
+        k: usize,
+        terms: &[Terms],
+        touch: &mut Coefficients,
+        force: &mut [f64; 3],
+    ) {
+        let [target, speed] = match k {
+            0 => [x.press.target_m, x.press.speed_m_per_s],
+            1 => [x.press.speed_m_per_s, 0.0],
+            _ => [0.0; 2],
+        };
+        let rising = self.rising.term(terms, k);
+        let depth = self.height.term(terms, k) - target;
+        touch[k] = [depth, finger.force_n(depth, rising - speed), rising, 0.0];
+        if x.press.touch == Touch::Pressed {
+            for (i, slope) in self.slopes.iter().enumerate() {
+                force[i] -= (0..=k).map(|j| touch[j][FORCE] * slope.term(terms, k - j)).sum::<f64>();
+            }
         }
     }
 }
@@ -302,6 +376,13 @@ impl Links for Recorded {
         let values = self.values(q, v);
         let mass_kg_m2 = self.masses.map(|row| row.map(|mass| mass.value(&values)));
         Pose { mass_kg_m2, bias_nm: self.bias.map(|bias| bias.value(&values)) }
+    }
+
+    fn surface(&self, q: [f64; 3], v: [f64; 3]) -> Option<(f64, f64, [f64; 3])> {
+        let surface = self.surface.as_ref()?;
+        let values = self.values(q, v);
+        let slopes = surface.slopes.map(|slope| slope.value(&values));
+        Some((surface.height.value(&values), surface.rising.value(&values), slopes))
     }
 
     fn extend(arm: &Arm<Self>, series: &mut Series, work: &mut Work, x: &Start, holds: &[Hold; 3], powers: usize) {
@@ -347,6 +428,9 @@ impl Links for Recorded {
             }
             links.write(links.of_masses..links.ops.len(), k, &mut work.terms, q, v);
             let mut force = links.forces.map(|force| force.term(&work.terms, k));
+            if let (Some(finger), Some(surface)) = (&arm.finger, &links.surface) {
+                surface.press(finger, x, k, &work.terms, &mut series.touch, &mut force);
+            }
             let torque_nm = series.motors(joints, x, holds, k, speeds);
             for i in 0..3 {
                 force[i] += torque_nm[i];

@@ -1,5 +1,6 @@
 //! The Taylor series of the arm's motion from one start, term by term.
 
+use super::finger::Press;
 use super::joints::Joints;
 use super::polynomial::{Coefficients, Lanes, ORDER};
 
@@ -26,6 +27,8 @@ pub struct Start {
     /// Commanded torques, and the actual torques minus these.
     pub(super) u: Lanes,
     pub(super) lag: Lanes,
+    /// The finger.
+    pub(super) press: Press,
     /// The parts of `q`, `v`, `p` and `w` lost by rounding, kept so that no anchor adds to the error.
     pub(super) low: [Lanes; 4],
 }
@@ -47,6 +50,8 @@ pub struct Series {
     pub(super) w: Coefficients,
     pub(super) lag: Coefficients,
     pub(super) hold: Coefficients,
+    /// Depth and force of the finger's pad, as if it pressed, and the speed of the surface.
+    pub(super) touch: Coefficients,
     /// Powers in use: 0 where all is at rest.
     pub(super) powers: usize,
     /// Time for which the series are good.
@@ -68,7 +73,7 @@ impl Start {
 
 impl Series {
     pub(super) fn new() -> Self {
-        Self { q: ZERO, v: ZERO, p: ZERO, w: ZERO, lag: ZERO, hold: ZERO, powers: 0, good_s: 0.0 }
+        Self { q: ZERO, v: ZERO, p: ZERO, w: ZERO, lag: ZERO, hold: ZERO, touch: ZERO, powers: 0, good_s: 0.0 }
     }
 
     /// Writes power `k + 1` of the angles, and of motors, transmissions and amplifiers, from power `k` of the speeds.
@@ -115,6 +120,7 @@ impl Series {
         let powers = self.powers;
         self.v[powers] = [0.0; 4];
         self.hold[powers] = [0.0; 4];
+        self.touch[powers] = [0.0; 4];
         for i in (0..3).filter(|&i| joints.transmission[i].is_none()) {
             self.w[powers][i] = 0.0;
             self.hold[powers - 1][i] = 0.0;

@@ -14,6 +14,7 @@
 //! implicit midpoint is found by iteration, which converges for steps below the shortest time constant. Energies are
 //! summed by the trapezoid rule, so the residual of the balance measures the error of the method.
 
+use super::finger::Press;
 use super::kinematics::Sines;
 use super::links::Links;
 use super::series::{Hold, Start};
@@ -72,6 +73,8 @@ pub struct SteppedArm<'a, L: Links = ArmModel> {
     /// Clock edges of a step.
     edges: u64,
     u: [f64; 3],
+    /// The finger's target: an edge, its height there, and its speed from there on.
+    target: (u64, f64, f64),
     /// The present step: its first edge, the state there, and the step itself once it has begun.
     start: u64,
     from: State,
@@ -122,6 +125,7 @@ impl<'a, L: Links> SteppedArm<'a, L> {
             method,
             edges: edges.max(1),
             u: [0.0; 3],
+            target: (0, f64::INFINITY, 0.0),
             start: 0,
             from,
             step: None,
@@ -237,12 +241,26 @@ impl<'a, L: Links> SteppedArm<'a, L> {
         self.u = std::array::from_fn(|i| if self.arm.joints.free[i] { torques_nm[i] } else { 0.0 });
     }
 
+    /// Tells the finger from `edge` on where its target is and how fast it moves. Over a step the target's height is
+    /// that of the step's start; a step that has begun does not change.
+    pub fn press(&mut self, edge: u64, target_m: f64, speed_m_per_s: f64) {
+        self.target = (edge, target_m, speed_m_per_s);
+    }
+
+    /// Returns the finger as it stands over the present step.
+    fn held_finger(&self) -> Press {
+        let (told, target_m, speed_m_per_s) = self.target;
+        let since_s = (self.start as f64 - told as f64) * self.arm.edge_s;
+        Press { target_m: target_m + speed_m_per_s * since_s, speed_m_per_s, ..Press::default() }
+    }
+
     /// Returns the state at an edge of the present step.
     #[must_use]
     pub fn state(&self, edge: u64) -> ArmState {
         let [angles_rad, speeds_rad_per_s, motor_angles_rad, motor_speeds_rad_per_s, torques_nm] = self.now(edge);
         let stuck = self.rub.map(|rub| rub == Rub::Held);
-        ArmState { angles_rad, speeds_rad_per_s, motor_angles_rad, motor_speeds_rad_per_s, torques_nm, stuck }
+        let finger_n = self.arm.pushed(angles_rad, speeds_rad_per_s, &self.held_finger()).1;
+        ArmState { angles_rad, speeds_rad_per_s, motor_angles_rad, motor_speeds_rad_per_s, torques_nm, stuck, finger_n }
     }
 
     /// Returns the angles of the motors at the end of the last step.
@@ -371,6 +389,10 @@ impl<'a, L: Links> SteppedArm<'a, L> {
                 force_nm[i] += torque_nm;
                 moves[i] &= !held;
             }
+        }
+        if self.arm.finger.is_some() {
+            let pushed_nm = self.arm.pushed(x[Q], x[V], &self.held_finger()).2;
+            force_nm = std::array::from_fn(|i| force_nm[i] + pushed_nm[i]);
         }
         let link = pose.accelerations(force_nm, moves);
         let motor = std::array::from_fn(|i| if joints.transmission[i].is_some() { motor[i] } else { link[i] });
@@ -506,13 +528,15 @@ impl<'a, L: Links> SteppedArm<'a, L> {
     /// Returns the energies of a step, by the trapezoid rule.
     fn exchanged(&self, from: &State, to: &State, h: f64) -> ArmEnergy {
         let joints = &self.arm.joints;
-        let mut flows = [0.0; 4];
+        let mut flows = [0.0; 5];
         for x in [from, to] {
+            let pushed_nm = self.arm.pushed(x[Q], x[V], &self.held_finger()).2;
             for (i, &w) in x[W].iter().enumerate() {
                 let half = 0.5 * h;
                 flows[0] += half * x[TORQUE][i] * w;
                 flows[1] += half * joints.viscous_nm_s_per_rad[i] * w * w;
                 flows[2] += half * joints.coulomb_nm[i] * w.abs();
+                flows[4] += half * pushed_nm[i] * x[V][i];
                 if let Some(flexible) = joints.transmission[i] {
                     let slip = w - x[V][i];
                     flows[3] += half * flexible.damping_nm_s_per_rad * slip * slip;
@@ -524,6 +548,7 @@ impl<'a, L: Links> SteppedArm<'a, L> {
             viscous_j: flows[1],
             coulomb_j: flows[2],
             transmission_j: flows[3],
+            finger_j: flows[4],
             exchanged_j: flows.iter().map(|flow| flow.abs()).sum(),
         }
     }
