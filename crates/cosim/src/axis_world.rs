@@ -10,13 +10,13 @@ use hpu_signal::Real;
 use crate::actuator::{Actuator, Latch, Shaping};
 use crate::body::Body;
 use crate::columns::{AXIS_ROW, tell};
-use crate::encoder::Encoder;
+use crate::encoder::{Encoder, Pins};
 use crate::faults::{FaultState, Mark};
 use crate::plant::{Kind, Plant};
 use crate::schedule::Schedule;
 use crate::stepped::Stepped;
 use crate::summary::EnergyAudit;
-use crate::world::{Pins, World};
+use crate::world::World;
 
 /// Steps passed at a time: enough that the leaps between them cost little, few enough that a run can be stopped.
 const GLIDES: u32 = 64;

@@ -12,9 +12,9 @@ use crate::engine::{ClosedLoop, Comparison, Control, Driver, compare};
 use crate::law_loop::LawLoop;
 use crate::method::AxisLoop;
 use crate::scene::Record;
-use crate::summary::{Abort, NetUse, Summary};
+use crate::summary::{NetUse, Summary};
 use crate::trace::Trace;
-use crate::verdict::Verdict;
+use crate::verdict::{Abort, Verdict};
 use crate::world::World;
 
 /// The wiring of a scene, to read.

@@ -6,7 +6,7 @@ use hpu_signal::{Signal, SignalUse};
 use crate::faults::Mark;
 use crate::scene::{Experiment, Metric, OutcomeKind};
 use crate::trace::{ANGLE, TORQUE, Trace};
-use crate::verdict::Verdict;
+use crate::verdict::{Abort, Verdict};
 
 /// The energies supplied, stored and dissipated, in J.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
@@ -66,15 +66,6 @@ pub struct NetUse {
     pub usage: SignalUse,
     /// Whether lost bits were seen. Of VHDL that differs from the emulator only the words are known, not the lost bits.
     pub losses_seen: bool,
-}
-
-/// A run that the world ended early.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Abort {
-    /// The time of the end.
-    pub at_s: f64,
-    /// The reason.
-    pub why: &'static str,
 }
 
 /// The summary of a run.

@@ -23,9 +23,9 @@ use crate::random::SplitMix64;
 use crate::rig::{self, Compare, Direct, Rig, TheLoop, Visit, Wired};
 use crate::scene::{PhantomLaw, PhantomScene, PhantomWords, Platform, Premium, Record};
 use crate::session_error::SessionError;
-use crate::summary::{Abort, Summary};
+use crate::summary::Summary;
 use crate::trace::Trace;
-use crate::verdict::{Verdict, judge_drop};
+use crate::verdict::{Abort, Verdict, judge_drop};
 
 /// Gravity.
 const GRAVITY_M_PER_S2: f64 = 9.81;
