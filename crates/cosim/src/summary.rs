@@ -69,7 +69,7 @@ pub struct NetUse {
 }
 
 /// The summary of a run.
-#[derive(Clone, PartialEq, Debug)]
+#[derive(Clone, PartialEq, Debug, Default)]
 pub struct Summary {
     /// The verdict on the motion; `None` for a recording, which has no device.
     pub verdict: Option<Verdict>,
