@@ -6,9 +6,8 @@ use crate::dut::{Designs, DutSession, Fault};
 use crate::ready::Ready;
 use crate::rig::Rig;
 use crate::scene::{Experiment, Record};
-use crate::summary::Abort;
 use crate::trace::Trace;
-use crate::verdict::Verdict;
+use crate::verdict::{Abort, Verdict};
 
 /// Any scene made ready.
 #[allow(clippy::large_enum_variant, reason = "one of them exists a run")]

@@ -8,13 +8,13 @@ use crate::arm_body::ArmBody;
 use crate::columns::three;
 use crate::encoder::Encoder;
 use crate::scene::MOST_EDGES;
-use crate::summary::EnergyAudit;
+use crate::summary::{EnergyAudit, Summary};
 
 /// Returns why a run must be aborted at these counts, or `None`.
 pub(crate) type Stops = Box<dyn Fn([i64; 3]) -> Option<&'static str> + Send + Sync>;
 
 /// The immutable laws of an arm's world.
-pub struct ArmPlant<L = ArmModel> {
+pub(crate) struct ArmPlant<L = ArmModel> {
     pub(crate) arm: Arm<L>,
     /// The method and the clock edges of a step, if the arm is stepped.
     pub(crate) stepping: Option<(Method, u64)>,
@@ -52,7 +52,8 @@ pub(crate) struct ArmState<'p, L: Links = ArmModel> {
     ahead: Option<u64>,
     pub(crate) command: [i64; 3],
     /// Crossings too near a clock edge to be decided in plain `f64`.
-    pub(crate) redecided: u64,
+    redecided: u64,
+    /// Why the run cannot go on, if it cannot.
     pub(crate) over: Option<&'static str>,
 }
 
@@ -176,11 +177,12 @@ impl<'p, L: Links> ArmState<'p, L> {
         [tip[0], tip[1], tip[2], logged[0], logged[1], logged[2], t1, t2, t3]
     }
 
-    pub(crate) fn audit(&self) -> EnergyAudit {
+    /// Returns the arm's part of a run's summary.
+    pub(crate) fn summary(&self) -> Summary {
         let energy = self.motion.energy(self.edge);
         let stored_j = self.motion.stored_j(self.edge);
         let dissipated_j = energy.viscous_j + energy.coulomb_j + energy.transmission_j;
-        EnergyAudit {
+        let energy = EnergyAudit {
             source_j: energy.source_j,
             supplied_j: energy.source_j,
             stored_j,
@@ -191,15 +193,14 @@ impl<'p, L: Links> ArmState<'p, L> {
             exchanged_j: energy.exchanged_j,
             residual_j: energy.source_j - stored_j - dissipated_j,
             ..EnergyAudit::default()
+        };
+        Summary {
+            encoder_edges: self.encoders.iter().map(|encoder| encoder.edges).sum(),
+            mode_changes: self.motion.mode_changes(),
+            steps: self.motion.steps(),
+            redecided: self.redecided,
+            energy,
+            ..Summary::default()
         }
-    }
-
-    /// Returns why the motion cannot go on, or `None` if it can.
-    pub(crate) fn over(&self) -> Option<&'static str> {
-        self.over
-    }
-
-    pub(crate) fn encoder_edges(&self) -> u64 {
-        self.encoders.iter().map(|encoder| encoder.edges).sum()
     }
 }

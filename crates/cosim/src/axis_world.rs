@@ -10,13 +10,13 @@ use hpu_signal::Real;
 use crate::actuator::{Actuator, Latch, Shaping};
 use crate::body::Body;
 use crate::columns::{AXIS_ROW, tell};
-use crate::encoder::Encoder;
-use crate::faults::{FaultState, Mark};
+use crate::encoder::{Encoder, Pins};
+use crate::faults::FaultState;
 use crate::plant::{Kind, Plant};
 use crate::schedule::Schedule;
 use crate::stepped::Stepped;
-use crate::summary::EnergyAudit;
-use crate::world::{Pins, World};
+use crate::summary::{EnergyAudit, Summary};
+use crate::world::World;
 
 /// Steps passed at a time: enough that the leaps between them cost little, few enough that a run can be stopped.
 const GLIDES: u32 = 64;
@@ -416,37 +416,23 @@ impl World for AxisWorld<'_> {
         [axis.torque_constant_nm_per_a() * current, angle]
     }
 
-    fn audit(&self) -> EnergyAudit {
-        let Some(device) = &self.device else {
-            return EnergyAudit::default();
-        };
-        EnergyAudit::of(&device.energy(self.edge), device.stored_j(self.edge))
+    fn summary(&self) -> Summary {
+        let (device, faults) = (self.device.as_ref(), self.faults.as_ref());
+        let audit = |device: &Body| EnergyAudit::of(&device.energy(self.edge), device.stored_j(self.edge));
+        Summary {
+            encoder_edges: self.encoder.edges + self.recorded,
+            mode_changes: device.map_or(0, Body::mode_changes),
+            steps: device.map_or(0, Body::steps),
+            redecided: device.map_or(0, Body::redecided),
+            energy: device.map_or_else(EnergyAudit::default, audit),
+            faults: faults.map_or_else(Vec::new, |faults| faults.marks().to_vec()),
+            faults_waiting: faults.map_or(0, |faults| faults.waiting()),
+            ..Summary::default()
+        }
     }
 
-    fn encoder_edges(&self) -> u64 {
-        self.encoder.edges + self.recorded
-    }
-
-    fn mode_changes(&self) -> u64 {
-        self.device.as_ref().map_or(0, Body::mode_changes)
-    }
-    fn steps(&self) -> u64 {
-        self.device.as_ref().map_or(0, Body::steps)
-    }
     #[inline]
     fn over(&self) -> Option<&'static str> {
         self.over.or_else(|| self.device.as_ref().and_then(Body::over))
-    }
-
-    fn marks(&self) -> &[Mark] {
-        self.faults.as_ref().map_or(&[], |faults| faults.marks())
-    }
-
-    fn waiting(&self) -> u64 {
-        self.faults.as_ref().map_or(0, |faults| faults.waiting())
-    }
-
-    fn redecided(&self) -> u64 {
-        self.device.as_ref().map_or(0, Body::redecided)
     }
 }

@@ -3,10 +3,10 @@
 
 use hpu_datapath::{Loaded, LoopIn};
 
+use crate::encoder::Pins;
 use crate::law_loop::{COMMAND, LawConfig, NETS, PENETRATION, POSITION};
 use crate::method::{AnyLaw, SampledLaw};
 use crate::schedule::Schedule;
-use crate::world::Pins;
 
 /// A position, as counts and as the true angle; a controller reads one of the two.
 #[derive(Clone, Copy, Debug)]

@@ -201,12 +201,8 @@ impl AxisDirect<'_> {
         let stored_j = course.axis.stored_j(&course.x) - initial_j;
         let (energy, mode_changes, redecided) = course.mover.audit(edge);
         let summary = Summary {
-            verdict: None,
-            contact_share: None,
-            aborted: None,
             complete,
             edges: edge,
-            motion_s: 0.0,
             wall_s: clock.elapsed().as_secs_f64(),
             ticks: steps,
             steps,
@@ -214,11 +210,9 @@ impl AxisDirect<'_> {
             output_changes: course.output_changes,
             mode_changes,
             redecided,
-            faults: Vec::new(),
-            faults_waiting: 0,
             energy: EnergyAudit::of(&energy, stored_j),
             averages: course.averages(edge, from),
-            nets: Vec::new(),
+            ..Summary::default()
         };
         (summary, contact, over)
     }

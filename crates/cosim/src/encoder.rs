@@ -2,7 +2,23 @@
 
 use hpu_plant::Band;
 
-use crate::world::Pins;
+/// The levels of the two encoder lines.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Pins {
+    /// Line A, 0 or 1.
+    pub a: i64,
+    /// Line B, 0 or 1.
+    pub b: i64,
+}
+
+impl Pins {
+    /// Returns the lines at a count: forward they run 00, 01, 11, 10.
+    #[must_use]
+    pub fn at(count: i64) -> Self {
+        let phase = count & 3;
+        Self { a: phase >> 1, b: (phase >> 1) ^ (phase & 1) }
+    }
+}
 
 /// The state of an encoder on a shaft.
 #[derive(Clone, PartialEq, Debug)]

@@ -408,7 +408,7 @@ where
             }
         }
     }
-    let (leapt, stepped) = (events.world.audit(), clock.world.audit());
+    let (leapt, stepped) = (events.world.summary().energy, clock.world.summary().energy);
     // Compared as text, where NaN equals itself: an arm that passed a singular pose has no energy.
     if format!("{leapt:?}") != format!("{stepped:?}") {
         note(edges, "energy_j", leapt.exchanged_j, stepped.exchanged_j);

@@ -14,9 +14,9 @@ use std::collections::BTreeMap;
 use hpu_datapath::LoopOut;
 use hpu_signal::Clock;
 
+use crate::encoder::Pins;
 use crate::random::SplitMix64;
 use crate::scene::{EncoderLine, Faults, Run, Stuck, Switch, Times};
-use crate::world::Pins;
 
 /// A fault that has happened.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

@@ -6,10 +6,10 @@ use hpu_plant::{Axis, Bridge, Hand, Motor, Push};
 use hpu_signal::Clock;
 
 use crate::actuator::{Actuator, Latch, Shaping};
+use crate::encoder::Pins;
 use crate::faults::FaultPlan;
 use crate::scene::{self, BridgeModel, COMMAND_BITS, Datapath, Friction, PathPoint, Scene, Winding};
 use crate::stepped::Stepping;
-use crate::world::Pins;
 
 /// The reason why a scene has no plant of this kind.
 #[derive(Clone, PartialEq, Debug)]

@@ -8,9 +8,9 @@ use crate::rig::{Direct, Rig, TheLoop, Visit, Wired};
 use crate::scene::{Experiment, Record};
 use crate::session::Session;
 use crate::session_error::SessionError;
-use crate::summary::{Abort, Summary};
+use crate::summary::Summary;
 use crate::trace::Trace;
-use crate::verdict::Verdict;
+use crate::verdict::{Abort, Verdict};
 
 /// Any scene, made ready.
 #[allow(clippy::large_enum_variant, reason = "one of them exists a run")]

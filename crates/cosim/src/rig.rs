@@ -12,9 +12,9 @@ use crate::engine::{ClosedLoop, Comparison, Control, Driver, compare};
 use crate::law_loop::LawLoop;
 use crate::method::AxisLoop;
 use crate::scene::Record;
-use crate::summary::{Abort, NetUse, Summary};
+use crate::summary::{NetUse, Summary};
 use crate::trace::Trace;
-use crate::verdict::Verdict;
+use crate::verdict::{Abort, Verdict};
 use crate::world::World;
 
 /// The wiring of a scene, to read.
@@ -356,24 +356,14 @@ impl<'s> Visit<'s> for Run<'_> {
         let complete = run.run(self.driver, end, &mut self.observer, self.control);
         let nets = run.wiring.nets().into_iter().zip(run.wiring.uses());
         let summary = Summary {
-            verdict: None,
-            contact_share: None,
-            aborted: None,
             complete,
             edges: run.edge(),
-            motion_s: 0.0,
             wall_s: start.elapsed().as_secs_f64(),
             ticks: run.ticks(),
-            encoder_edges: run.world.encoder_edges(),
             output_changes: run.output_changes(),
-            mode_changes: run.world.mode_changes(),
-            steps: run.world.steps(),
-            redecided: run.world.redecided(),
-            faults: run.world.marks().to_vec(),
-            faults_waiting: run.world.waiting(),
-            energy: run.world.audit(),
             averages: if complete { run.averages(self.edge_s) } else { None },
             nets: nets.map(|(signal, usage)| NetUse { signal, usage, losses_seen: true }).collect(),
+            ..run.world.summary()
         };
         (summary, self.observer.contact.edges(run.edge()) as f64, run.world.over())
     }

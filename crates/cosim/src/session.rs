@@ -14,9 +14,9 @@ use crate::plant::Plant;
 use crate::rig::{self, Compare, Direct, Rig, TheLoop, Visit, Wired};
 use crate::scene::{Device, EncoderModel, LoopWords, Record, Scene, Solver};
 use crate::session_error::SessionError;
-use crate::summary::{Abort, Summary};
+use crate::summary::Summary;
 use crate::trace::{ANGLE, TORQUE, Trace};
-use crate::verdict::{Verdict, judge};
+use crate::verdict::{Abort, Verdict, judge};
 use crate::world::World;
 
 /// A scene made ready: its words, its wiring, its plant.

@@ -6,7 +6,7 @@ use hpu_signal::{Signal, SignalUse};
 use crate::faults::Mark;
 use crate::scene::{Experiment, Metric, OutcomeKind};
 use crate::trace::{ANGLE, TORQUE, Trace};
-use crate::verdict::Verdict;
+use crate::verdict::{Abort, Verdict};
 
 /// The energies supplied, stored and dissipated, in J.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
@@ -68,17 +68,8 @@ pub struct NetUse {
     pub losses_seen: bool,
 }
 
-/// A run that the world ended early.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Abort {
-    /// The time of the end.
-    pub at_s: f64,
-    /// The reason.
-    pub why: &'static str,
-}
-
 /// The summary of a run.
-#[derive(Clone, PartialEq, Debug)]
+#[derive(Clone, PartialEq, Debug, Default)]
 pub struct Summary {
     /// The verdict on the motion; `None` for a recording, which has no device.
     pub verdict: Option<Verdict>,

@@ -28,7 +28,6 @@
 //! aborted when the tip leaves the tables or reaches the opposite wall; it can reach that wall only with energy that
 //! the loop has generated.
 
-use crate::summary::Abort;
 use crate::trace::{ANGLE, Trace};
 use crate::window::{Streamed, passage, quarter, window};
 
@@ -71,6 +70,15 @@ pub enum Verdict {
         /// The time of the abort.
         at_s: f64,
     },
+}
+
+/// A run that the world ended early.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Abort {
+    /// The time of the end.
+    pub at_s: f64,
+    /// The reason.
+    pub why: &'static str,
 }
 
 /// Returns the least and the greatest of numbers, all of which are finite.

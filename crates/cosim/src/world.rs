@@ -6,12 +6,11 @@
 use hpu_datapath::Repeat;
 use hpu_signal::{Ports, Real};
 
-use crate::faults::Mark;
-use crate::summary::EnergyAudit;
+use crate::summary::Summary;
 
 /// A `World` is the state of everything outside the FPGA: plant, encoders, hand, on some platforms a host. The engine
-/// and the VHDL's lockstep drive it through this trait. Implemented by [`AxisWorld`](crate::AxisWorld),
-/// [`FpgaWorld`](crate::FpgaWorld) and [`HostWorld`](crate::HostWorld).
+/// and the VHDL's lockstep drive it through this trait. Implemented by [`AxisWorld`](crate::AxisWorld) and by the world
+/// of an arm.
 ///
 /// Asking edge by edge ([`sense`](World::sense)) or leaping from change to change ([`advance`](World::advance)) must
 /// give the same states to the bit at every edge.
@@ -64,50 +63,12 @@ pub trait World: Clone {
     fn torque_and_angle(&self, _edge: u64) -> [f64; 2] {
         [0.0; 2]
     }
-    /// Returns the energies exchanged until the present edge.
-    fn audit(&self) -> EnergyAudit;
-    /// Returns the changes of encoders' counts so far (edges of their lines).
-    fn encoder_edges(&self) -> u64;
-    /// Returns the changes of the plant's mode so far: stick and slip, diodes.
-    fn mode_changes(&self) -> u64;
-    /// Returns the steps so far of a device that moves in steps.
-    fn steps(&self) -> u64 {
-        0
-    }
-    /// Returns the number of decisions for which `f64` was not exact enough and which were made again in higher
-    /// precision.
-    fn redecided(&self) -> u64 {
-        0
-    }
-    /// Returns the faults so far, among those that the scene asks for.
-    fn marks(&self) -> &[Mark] {
-        &[]
-    }
-    /// Returns the number of faults that still wait for an edge of the encoder.
-    fn waiting(&self) -> u64 {
-        0
-    }
+    /// Returns the world's part of a run's summary, at the present edge: encoder edges, changes of mode, steps, decisions
+    /// made again, energies and faults.
+    fn summary(&self) -> Summary;
     /// Returns why the run cannot go on, or `None` if it can: the device has left the modelled range, or the range that
     /// its test allows.
     fn over(&self) -> Option<&'static str> {
         None
-    }
-}
-
-/// The levels of the two encoder lines.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-pub struct Pins {
-    /// Line A, 0 or 1.
-    pub a: i64,
-    /// Line B, 0 or 1.
-    pub b: i64,
-}
-
-impl Pins {
-    /// Returns the lines at a count: forward they run 00, 01, 11, 10.
-    #[must_use]
-    pub fn at(count: i64) -> Self {
-        let phase = count & 3;
-        Self { a: phase >> 1, b: (phase >> 1) ^ (phase & 1) }
     }
 }

@@ -22,7 +22,6 @@ use crate::hdl::Setup;
 use crate::library::place_library;
 use crate::lockstep::{Lockstep, Played};
 use crate::report::{CheckRow, Tally};
-use crate::side::Totals;
 use crate::sources::sources;
 use crate::tool::{Fault, Tool, ToolError};
 use crate::vector::literal;
@@ -88,42 +87,21 @@ pub fn run_vhdl(
         lockstep.show(observer, rig.stride());
         let tally = job.close(&loops, &mut lockstep, control)?;
         row.add(Ok(tally), true, start.elapsed().as_secs_f64());
-        let Played { totals, ranges } = lockstep.played();
-        Ok::<_, GhdlError>(sum_up(rig, totals, &ranges, &row))
+        Ok::<_, GhdlError>(sum_up(rig, lockstep.played(), &row))
     })?;
     Ok((summary, row))
 }
 
 /// Returns the summary of the motion that was run, and the reason if it ended early.
-fn sum_up(rig: &impl Wired, totals: Totals, ranges: &[(i64, i64)], row: &CheckRow) -> (Summary, Option<&'static str>) {
+fn sum_up(rig: &impl Wired, played: Played, row: &CheckRow) -> (Summary, Option<&'static str>) {
+    let Played { summary, over, uses, ranges } = played;
     let losses_seen = row.mismatches == 0;
-    let nets = rig.nets().into_iter().zip(&totals.uses).zip(ranges);
-    let nets = nets.map(|((signal, &usage), &(min, max))| {
+    let nets = rig.nets().into_iter().zip(uses).zip(ranges);
+    let nets = nets.map(|((signal, usage), (min, max))| {
         let usage = if losses_seen { usage } else { SignalUse { min, max, rounded: 0, overflowed: 0 } };
         NetUse { signal, usage, losses_seen }
     });
-    let summary = Summary {
-        verdict: None,
-        contact_share: None,
-        aborted: None,
-        complete: true,
-        edges: totals.edges,
-        motion_s: 0.0,
-        wall_s: row.seconds,
-        ticks: totals.edges,
-        encoder_edges: totals.encoder_edges,
-        output_changes: totals.output_changes,
-        mode_changes: totals.mode_changes,
-        steps: totals.steps,
-        redecided: totals.redecided,
-        faults: totals.faults,
-        faults_waiting: totals.faults_waiting,
-        energy: totals.energy,
-        averages: None,
-        nets: nets.collect(),
-    };
-    // A program does this once, so leaking the text of the reason costs nothing.
-    (summary, totals.over.map(|why| &*why.leak()))
+    (Summary { complete: true, wall_s: row.seconds, nets: nets.collect(), ..summary }, over)
 }
 
 /// A scene whose wiring is known, ready to be run.

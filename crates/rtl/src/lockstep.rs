@@ -9,15 +9,15 @@ use std::collections::VecDeque;
 use std::sync::atomic::Ordering;
 
 use hpu_cosim::dut::{Change, Simulation};
-use hpu_cosim::{Control, Wired};
-use hpu_signal::{Cycle, Format, Observe, Signal, UNKNOWN};
+use hpu_cosim::{Control, Summary, Wired};
+use hpu_signal::{Cycle, Format, Observe, Signal, SignalUse, UNKNOWN};
 use hpu_wave::{Around, Row};
 
 use crate::around::{AFTER, BEFORE};
 use crate::dut::DutError;
 use crate::late::{Late, touching};
 use crate::report::{Contact, Mismatch, Tally};
-use crate::side::{Pair, Pairing, Sides, Totals};
+use crate::side::{Pair, Pairing, Sides};
 use crate::tool::{Fault, Tool, ToolError};
 use crate::vector::{digits, hex};
 
@@ -55,7 +55,12 @@ struct Shown<'s> {
 
 /// The result of a motion that was shown to its end.
 pub(crate) struct Played {
-    pub(crate) totals: Totals,
+    /// The summary of the VHDL's world, with the edges done.
+    pub(crate) summary: Summary,
+    /// Why the world ended the run, if it did.
+    pub(crate) over: Option<&'static str>,
+    /// The emulator's use of its words.
+    pub(crate) uses: Vec<SignalUse>,
     /// The least and the greatest word of each net from the first edge on, without unknown words.
     pub(crate) ranges: Vec<(i64, i64)>,
 }
@@ -312,8 +317,9 @@ impl<'s> Lockstep<'s> {
 
     /// Returns the result of a motion that was shown.
     pub(crate) fn played(self) -> Played {
-        let totals = Totals { edges: self.edge, ..self.pair.totals() };
-        Played { totals, ranges: self.shown.map(|shown| shown.ranges).unwrap_or_default() }
+        let summary = Summary { edges: self.edge, ticks: self.edge, ..self.pair.summary() };
+        let (over, uses) = (self.pair.over(), self.pair.uses());
+        Played { summary, over, uses, ranges: self.shown.map(|shown| shown.ranges).unwrap_or_default() }
     }
 
     /// Returns an edge of the history as a row: the words of every net in the emulator, and in the VHDL, in hex.

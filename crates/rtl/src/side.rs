@@ -2,31 +2,11 @@
 
 use std::collections::VecDeque;
 
-use hpu_cosim::{EnergyAudit, Mark, Visit, World};
+use hpu_cosim::{Summary, Visit, World};
 use hpu_datapath::{Repeat, Wiring, flatten};
 use hpu_signal::{Ports, Signal, SignalUse};
 
 use crate::late::{Begin, Homing, Late};
-
-/// The totals of a run of the VHDL's world.
-#[derive(Clone, PartialEq, Debug, Default)]
-pub(crate) struct Totals {
-    /// Clock edges done.
-    pub(crate) edges: u64,
-    /// Edges at which an output of the VHDL changed.
-    pub(crate) output_changes: u64,
-    pub(crate) encoder_edges: u64,
-    pub(crate) mode_changes: u64,
-    pub(crate) steps: u64,
-    pub(crate) redecided: u64,
-    pub(crate) energy: EnergyAudit,
-    pub(crate) faults: Vec<Mark>,
-    pub(crate) faults_waiting: u64,
-    /// The emulator's use of its words. It is also the VHDL's, as long as both agree.
-    pub(crate) uses: Vec<SignalUse>,
-    /// Why the world ended the run, if it did.
-    pub(crate) over: Option<String>,
-}
 
 /// Both sides of a comparison, without their types: `Lockstep` drives any wiring and world through this trait. `Both`
 /// implements it.
@@ -47,8 +27,10 @@ pub(crate) trait Pair {
     fn reals(&self, edge: u64, values: &mut Vec<f64>);
     /// Returns the reason why the VHDL's world cannot go on, if it cannot.
     fn over(&self) -> Option<&'static str>;
-    /// Returns the totals of the VHDL's world. The caller adds the number of edges.
-    fn totals(&self) -> Totals;
+    /// Returns the summary of the VHDL's world, with the changes of the VHDL's outputs.
+    fn summary(&self) -> Summary;
+    /// Returns the emulator's use of its words. It is also the VHDL's, as long as both agree.
+    fn uses(&self) -> Vec<SignalUse>;
 }
 
 /// A world, and the outputs that drive it.
@@ -150,21 +132,12 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> Pair for Both<W, E
         self.vhdl.world.over()
     }
 
-    fn totals(&self) -> Totals {
-        let Driven { world, output_changes, .. } = &self.vhdl;
-        Totals {
-            edges: 0,
-            output_changes: *output_changes,
-            encoder_edges: world.encoder_edges(),
-            mode_changes: world.mode_changes(),
-            steps: world.steps(),
-            redecided: world.redecided(),
-            energy: world.audit(),
-            faults: world.marks().to_vec(),
-            faults_waiting: world.waiting(),
-            uses: self.wiring.uses(),
-            over: world.over().map(str::to_string),
-        }
+    fn summary(&self) -> Summary {
+        Summary { output_changes: self.vhdl.output_changes, ..self.vhdl.world.summary() }
+    }
+
+    fn uses(&self) -> Vec<SignalUse> {
+        self.wiring.uses()
     }
 }
 

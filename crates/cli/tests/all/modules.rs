@@ -10,12 +10,6 @@ use std::path::{Path, PathBuf};
 
 /// Uses that close a circle today: crate, the module that uses, the module used. Entries may only be removed.
 const STANDING: &[(&str, &str, &str)] = &[
-    ("cosim", "faults", "world"),
-    ("cosim", "scene::quantity", "scene::keys::value"),
-    ("cosim", "scene::section", "scene::keys"),
-    ("cosim", "scene::section", "scene::keys::value"),
-    ("cosim", "scene::source", "scene::section"),
-    ("cosim", "verdict", "summary"),
     ("datapath", "block", "step"),
     ("datapath", "block", "wiring"),
     ("study", "criteria", "limits"),

@@ -87,24 +87,14 @@ impl DutSession<'_> {
         let contact = seen.contact.edges(edge) as f64;
         let nets = self.wires.nets.iter().cloned().zip(&closed.uses).filter(|_| watched);
         let summary = Summary {
-            verdict: None,
-            contact_share: None,
-            aborted: None,
             complete,
             edges: edge,
-            motion_s: 0.0,
             wall_s: began.elapsed().as_secs_f64(),
             ticks: edge,
-            encoder_edges: world.encoder_edges(),
             output_changes: closed.output_changes,
-            mode_changes: world.mode_changes(),
-            steps: 0,
-            redecided: world.redecided(),
-            faults: world.marks().to_vec(),
-            faults_waiting: world.waiting(),
-            energy: world.audit(),
             averages: if complete { rows.averages(world, edge, self.clock().period_s()) } else { None },
             nets: nets.map(|(signal, &usage)| NetUse { signal, usage, losses_seen: false }).collect(),
+            ..world.summary()
         };
         let over = world.over();
         Ok(judged(self, seen.trace, summary, contact, over))

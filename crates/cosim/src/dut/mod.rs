@@ -23,9 +23,8 @@ use crate::faults::FaultPlan;
 use crate::plant::{Around, Plant};
 use crate::rig::Rig;
 use crate::scene::{Connection, Device, Driving, DutScene, Record, SceneError};
-use crate::summary::Abort;
 use crate::trace::{ANGLE, TORQUE, Trace};
-use crate::verdict::{Verdict, judge};
+use crate::verdict::{Abort, Verdict, judge};
 use crate::world::World;
 use connect::Wires;
 

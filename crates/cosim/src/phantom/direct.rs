@@ -69,7 +69,7 @@ impl Direct for ArmDirect<'_> {
         if course.measures {
             course.state.measure(stride);
         }
-        while course.state.edge < end && course.state.over().is_none() {
+        while course.state.edge < end && course.state.over.is_none() {
             let edge = course.state.edge;
             let next = course.begin(end);
             if course.state.command[self.plant.axis] != 0 {
@@ -92,26 +92,15 @@ impl Direct for ArmDirect<'_> {
         let state = &course.state;
         control.progress.store(state.edge, Ordering::Relaxed);
         let summary = Summary {
-            verdict: None,
-            contact_share: None,
-            aborted: None,
             complete,
             edges: state.edge,
-            motion_s: 0.0,
             wall_s: clock.elapsed().as_secs_f64(),
             ticks: steps,
             steps,
-            encoder_edges: state.encoder_edges(),
             output_changes: course.output_changes,
-            mode_changes: state.motion.mode_changes(),
-            redecided: 0,
-            faults: Vec::new(),
-            faults_waiting: 0,
-            energy: state.audit(),
-            averages: None,
-            nets: Vec::new(),
+            ..state.summary()
         };
-        (summary, contact as f64, state.over())
+        (summary, contact as f64, state.over)
     }
 }
 

@@ -3,13 +3,13 @@
 
 mod direct;
 mod host;
+mod sides;
 #[cfg(test)]
 mod tests;
-mod world;
 
 use direct::ArmDirect;
 use host::{COUNTING, Host};
-pub use world::{FpgaWorld, HostWorld};
+use sides::{FpgaSide, HostSide};
 
 use hpu_datapath::phantom::{PhantomIn, PhantomIo, PhantomIoIn, PhantomLoop, PhantomSharedLoop};
 use hpu_plant::arm::{Arm, ArmModel, Transmission, kinematics};
@@ -17,15 +17,16 @@ use hpu_signal::{Clock, Format, Observe, Ports, Real, Signal};
 
 use crate::arm::{ArmPlant, Stops};
 use crate::arm_loop::ArmLoop;
+use crate::arm_world::ArmWorld;
 use crate::columns::{ARM_REALS, ARM_ROW};
 use crate::engine::{Comparison, Control, Driver};
 use crate::random::SplitMix64;
 use crate::rig::{self, Compare, Direct, Rig, TheLoop, Visit, Wired};
 use crate::scene::{PhantomLaw, PhantomScene, PhantomWords, Platform, Premium, Record};
 use crate::session_error::SessionError;
-use crate::summary::{Abort, Summary};
+use crate::summary::Summary;
 use crate::trace::Trace;
-use crate::verdict::{Verdict, judge_drop};
+use crate::verdict::{Abort, Verdict, judge_drop};
 
 /// Gravity.
 const GRAVITY_M_PER_S2: f64 = 9.81;
@@ -37,8 +38,8 @@ const MOTOR_FULL_SCALE_NM: f64 = 0.17;
 const FORCE_LIMIT_N: f64 = 8.5;
 
 /// The immutable laws of a PHANToM's world.
-pub struct PhantomPlant<L = ArmModel> {
-    arm: ArmPlant<L>,
+struct PhantomPlant {
+    arm: ArmPlant,
     /// The axis of a drop test.
     axis: usize,
     /// The host, if one computes the force.
@@ -312,10 +313,14 @@ impl Wired for PhantomSession<'_> {
     }
 
     fn visit<'v, V: Visit<'v>>(&'v self, visit: V) -> V::Out {
+        let arm = &self.plant.arm;
         match &self.wiring {
-            ArmLoop::Phantom(wiring) => visit.visit(wiring, FpgaWorld::new(&self.plant), self.input()),
-            ArmLoop::PhantomShared(wiring) => visit.visit(wiring, FpgaWorld::new(&self.plant), self.input()),
-            ArmLoop::PhantomIo(wiring) => visit.visit(wiring, HostWorld::new(&self.plant), PhantomIoIn::build(|| 0)),
+            ArmLoop::Phantom(wiring) => visit.visit(wiring, ArmWorld::new(arm, FpgaSide), self.input()),
+            ArmLoop::PhantomShared(wiring) => visit.visit(wiring, ArmWorld::new(arm, FpgaSide), self.input()),
+            ArmLoop::PhantomIo(wiring) => {
+                let host = self.plant.host.as_ref().expect("a wiring around a host");
+                visit.visit(wiring, ArmWorld::new(arm, HostSide::new(host)), PhantomIoIn::build(|| 0))
+            }
         }
     }
 

@@ -23,14 +23,14 @@ impl Observe for Changes {
 }
 
 /// Runs a loop to an edge. Returns the changes of its nets, the changes of friction, and the energies.
-fn run<'p, L: Links + 'p>(session: &PhantomSession, plant: &'p PhantomPlant<L>, end: u64) -> (Changes, u64, [f64; 4]) {
+fn run<'p, L: Links + 'p>(session: &PhantomSession, plant: &'p ArmPlant<L>, end: u64) -> (Changes, u64, [f64; 4]) {
     let ArmLoop::Phantom(wiring) = &session.wiring else { panic!("a loop of its own logic") };
     let mut changes = Changes::default();
-    let mut run = ClosedLoop::new(wiring.clone(), FpgaWorld::new(plant), session.input(), end);
+    let mut run = ClosedLoop::new(wiring.clone(), ArmWorld::new(plant, FpgaSide), session.input(), end);
     assert!(run.run(Driver::Events, end, &mut changes, &Control::default()));
-    let energy = run.world.audit();
+    let Summary { energy, mode_changes, .. } = run.world.summary();
     let energies = [energy.source_j, energy.stored_j, energy.dissipated_j, energy.residual_j];
-    (changes, run.world.mode_changes(), energies)
+    (changes, mode_changes, energies)
 }
 
 /// The arm of the plant, with its links given by their dynamics alone.
@@ -45,19 +45,15 @@ fn an_arm_known_by_its_dynamics_alone_has_the_same_events_on_the_same_edges() {
         let scene = shipped().iter().find(|scene| scene.name == name).expect(name).parse(&[]).expect(name);
         let Experiment::Phantom(scene) = &scene else { panic!("{name} is no PHANToM") };
         let session = PhantomSession::new(scene).expect(name);
-        let plant = &session.plant;
-        let other = PhantomPlant {
-            arm: ArmPlant {
-                arm: recorded(&plant.arm, scene.clock.period_s()),
-                stepping: plant.arm.stepping,
-                count_rad: plant.arm.count_rad,
-                command_nm: plant.arm.command_nm,
-                start_rad: plant.arm.start_rad,
-                start_rad_per_s: plant.arm.start_rad_per_s,
-                stops: Box::new(|_| None),
-            },
-            axis: plant.axis,
-            host: None,
+        let plant = &session.plant.arm;
+        let other = ArmPlant {
+            arm: recorded(plant, scene.clock.period_s()),
+            stepping: plant.stepping,
+            count_rad: plant.count_rad,
+            command_nm: plant.command_nm,
+            start_rad: plant.start_rad,
+            start_rad_per_s: plant.start_rad_per_s,
+            stops: Box::new(|_| None),
         };
         let end = scene.clock.edges(seconds);
         let (fused, general) = (run(&session, plant, end), run(&session, &other, end));

@@ -10,7 +10,7 @@ use super::source::{SceneError, Source};
 
 /// Returns the first error of a scene with all others that its keys have, each by itself.
 pub(super) fn with_others(source: &Source, first: SceneError) -> SceneError {
-    let root = source.root();
+    let root = Section::root(source);
     let Some((scene, device, axis)) = kinds(&root) else { return first };
     let mut audit = Audit { scene, device, errors: Vec::new() };
     audit.section(&root.along(axis), "", true);

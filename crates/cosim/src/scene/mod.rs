@@ -114,6 +114,7 @@ pub use crate::method::{LawMethod, Loop, SampledWallMethod};
 use head::has_head;
 use read_device::DeviceKind;
 use read_hand::Load;
+use section::Section;
 use source::Source;
 
 /// The most clock edges that a run may last; a [`hpu_signal::Cycle`] holds them with room to spare.
@@ -154,10 +155,10 @@ impl Experiment {
     }
 
     fn of(name: &str, source: &Source, load: Load, buildable: Buildable) -> Result<Self, SceneError> {
-        if source.root().section("device")?.read(&keys::device::kind)? == DeviceKind::Phantom {
+        if Section::root(source).section("device")?.read(&keys::device::kind)? == DeviceKind::Phantom {
             return phantom::scene(name, source).map(Self::Phantom);
         }
-        if source.root().has("dut") {
+        if Section::root(source).has("dut") {
             return read_dut::dut_scene(name, source, load).map(Self::Dut);
         }
         read::scene(name, source, load, buildable).map(Self::Axis)

@@ -6,7 +6,6 @@
 
 use std::f64::consts::PI;
 
-use super::keys::Sizes;
 use crate::message::number;
 
 /// A physical dimension, the sizes it may have, and the units it may be written in.
@@ -109,6 +108,21 @@ pub(crate) static RAIL: Axis = Axis {
     stiffness: &STIFFNESS,
     damping: &DAMPING,
 };
+
+/// The sizes of a quantity.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Sizes {
+    /// The quantity's name in messages, with its article.
+    pub name: &'static str,
+    /// Its SI unit; empty for a plain number.
+    pub unit: &'static str,
+    /// Whether 0 is accepted.
+    pub zero: bool,
+    /// The least value other than 0; negative where either sign is accepted.
+    pub least: f64,
+    /// The greatest value.
+    pub most: f64,
+}
 
 /// The accepted values of a quantity. Sizes are those of the [`Dimension`], or the key's own.
 #[derive(Clone, Copy)]

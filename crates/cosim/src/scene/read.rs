@@ -23,7 +23,7 @@ const OWN: Own =
     Own { kind: "axis", plant_rate: &keys::record::plant_rate, expect: axis_expect, outputs: &keys::accuracy::outputs };
 
 pub(super) fn scene(file: &str, source: &Source, load: Load, buildable: Buildable) -> Result<Scene, SceneError> {
-    let root = source.root();
+    let root = Section::root(source);
     if root.has("pwm") {
         let asked = root.section("pwm").is_ok_and(|pwm| pwm.has("frequency"));
         return Err(root.unknown("pwm", if asked { PWM_FREQUENCY } else { "the PWM's keys stand in [method.pwm]" }));

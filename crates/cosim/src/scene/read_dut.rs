@@ -22,7 +22,7 @@ const OWN: Own =
     Own { kind: "dut", plant_rate: &keys::record::plant_rate, expect: axis_expect, outputs: &keys::accuracy::outputs };
 
 pub(super) fn dut_scene(file: &str, source: &Source, load: Load) -> Result<DutScene, SceneError> {
-    let root = source.root();
+    let root = Section::root(source);
     if root.has("method") {
         let reason = "a scene has a [method] of hpu's own blocks or a [dut] of yours; leave one out";
         return Err(root.error("method", reason));

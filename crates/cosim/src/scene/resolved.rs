@@ -67,7 +67,7 @@ pub fn resolved(
     overrides: &[(String, String)],
 ) -> Result<Vec<Resolved>, SceneError> {
     let source = Source::parse(name, text, overrides)?;
-    let root = source.root();
+    let root = Section::root(&source);
     let Some((of, device, _)) = kinds(&root) else {
         return Err(root.error("device.kind", "no kind"));
     };

@@ -1,12 +1,11 @@
-//! Reads one section of a scene. Each reader knows its key's default, range and unit, and names them when it refuses.
+//! One section of a scene: its items, their places, and the errors at them. `keys/reading.rs` reads keys by their rows.
 
 use toml_edit::{Item, TableLike, Value};
 
-use super::keys::{self, Key, Otherwise, Quantity, Read};
 use super::parameter::{Origin, Parameter, ParameterValue, Parameters};
 use super::quantity::{Axis, Dimension, SHAFT, Sense};
-use super::source::{Places, SceneError, join};
-use crate::message::{did_you_mean, excerpt};
+use super::source::{Places, SceneError, Source, join};
+use crate::message::excerpt;
 
 /// One table of the scene. A missing table reads as an empty one.
 pub(crate) struct Section<'a> {
@@ -18,8 +17,9 @@ pub(crate) struct Section<'a> {
 }
 
 impl<'a> Section<'a> {
-    pub fn root(places: &'a Places, parameters: &'a Parameters, table: &'a dyn TableLike) -> Self {
-        Self { places, parameters, axis: &SHAFT, path: String::new(), table: Some(table) }
+    pub(super) fn root(source: &'a Source) -> Self {
+        let Source { places, parameters, .. } = source;
+        Self { places, parameters, axis: &SHAFT, path: String::new(), table: Some(source.table()) }
     }
 
     /// Returns the section with its quantities of the device's motion in the dimensions of an axis.
@@ -30,6 +30,11 @@ impl<'a> Section<'a> {
     /// The dimensions of the device's motion.
     pub fn axis(&self) -> &'static Axis {
         self.axis
+    }
+
+    /// The section's name; empty for the scene itself.
+    pub fn path(&self) -> &str {
+        &self.path
     }
 
     pub fn key(&self, key: &str) -> String {
@@ -69,58 +74,14 @@ impl<'a> Section<'a> {
         self.get(key).is_some()
     }
 
+    /// Returns an error about the key itself, not its value.
+    pub fn key_error(&self, key: &str, reason: impl Into<String>) -> SceneError {
+        self.places.key_error(&self.key(key), reason)
+    }
+
     /// Returns the error for an unknown key, with the text to write instead.
     pub fn unknown(&self, key: &str, instead: &str) -> SceneError {
-        self.places.key_error(&self.key(key), format!("unknown key; {instead}"))
-    }
-
-    /// Refuses every key that these kinds of the section do not take.
-    pub fn accept(&self, kinds: &[&str]) -> Result<(), SceneError> {
-        self.accept_as(&self.path, kinds)
-    }
-
-    /// Does the same by the rows of another section, for sections whose own name is free.
-    pub fn accept_as(&self, section: &str, kinds: &[&str]) -> Result<(), SceneError> {
-        let refused = self.unknown_keys(section, kinds).into_iter().chain(self.alone(section, kinds)).next();
-        refused.map_or(Ok(()), Err)
-    }
-
-    /// Returns the refusals of keys that these kinds of a section do not take.
-    pub fn unknown_keys(&self, section: &str, kinds: &[&str]) -> Vec<SceneError> {
-        let names: Vec<_> = keys::accepted(section, kinds).map(|key| key.name()).collect();
-        let kind = self.get("kind").and_then(|item| item.as_str());
-        let kind = kind.map_or(String::new(), |kind| format!(" for kind \"{kind}\""));
-        let refused = |unknown: &str| {
-            let near = did_you_mean(unknown, &names);
-            let reason = format!("unknown key{kind}; accepted here: {}{near}", names.join(", "));
-            self.places.key_error(&self.key(unknown), reason)
-        };
-        self.keys().filter(|key| !names.contains(key)).map(refused).collect()
-    }
-
-    /// Returns the refusals of keys that say nothing without another, which is missing.
-    pub fn alone(&self, section: &str, kinds: &[&str]) -> Vec<SceneError> {
-        let present = keys::accepted(section, kinds).filter(|key| self.has(key.name()));
-        let alone = present.filter_map(|key| {
-            let of = key.beside().filter(|of| !self.has(of))?;
-            Some(self.error(key.name(), format!("without {of} it says nothing; write {of} too, or leave this out")))
-        });
-        alone.collect()
-    }
-
-    /// Returns the value of a key, or its default.
-    pub fn read<V: Read>(&self, key: &Key<V>) -> Result<V::Value, SceneError> {
-        key.value.read(self, key.name)
-    }
-
-    /// Returns the value of a key if it is present.
-    pub fn given<V: Read>(&self, key: &Key<V>) -> Result<Option<V::Value>, SceneError> {
-        if self.has(key.name) { self.read(key).map(Some) } else { Ok(None) }
-    }
-
-    /// Returns a quantity whose default another part of the scene decides.
-    pub fn read_or(&self, key: &Key<Quantity>, otherwise: f64, by: Origin) -> Result<f64, SceneError> {
-        key.value.read_or(self, key.name, Otherwise::Is(otherwise), by)
+        self.key_error(key, format!("unknown key; {instead}"))
     }
 
     /// Notes a parameter's value: with the origin of its key if the key is present, else with `otherwise`.

@@ -6,7 +6,6 @@ use std::fmt;
 use toml_edit::{Document, DocumentMut, InlineTable, Item, Key, TableLike, Value};
 
 use super::parameter::{Origin, Parameters};
-use super::section::Section;
 use crate::message::excerpt;
 
 /// The reason why a scene was refused: place, key, and what is accepted instead.
@@ -201,8 +200,9 @@ impl Source {
         Ok(())
     }
 
-    pub fn root(&self) -> Section<'_> {
-        Section::root(&self.places, &self.parameters, self.document.as_table())
+    /// Returns the scene as a table.
+    pub fn table(&self) -> &dyn TableLike {
+        self.document.as_table()
     }
 }
 

@@ -1,7 +1,7 @@
 //! Leaps over whole periods of the modulator give the same registers as gates switched one by one.
 
 use hpu_cosim::scene::{Experiment, shipped};
-use hpu_cosim::{ClosedLoop, Control, Driver, EnergyAudit, Ready, Rig, Visit, Wired, World};
+use hpu_cosim::{ClosedLoop, Control, Driver, EnergyAudit, Ready, Rig, Summary, Visit, Wired, World};
 use hpu_datapath::{Repeat, Wiring};
 use hpu_signal::{Cycle, Observe, Real, SignalUse};
 
@@ -46,14 +46,8 @@ impl<E: World> World for Permitted<E> {
     fn reals(&self, edge: u64) -> E::Row {
         self.world.reals(edge)
     }
-    fn audit(&self) -> EnergyAudit {
-        self.world.audit()
-    }
-    fn encoder_edges(&self) -> u64 {
-        self.world.encoder_edges()
-    }
-    fn mode_changes(&self) -> u64 {
-        self.world.mode_changes()
+    fn summary(&self) -> Summary {
+        self.world.summary()
     }
     fn over(&self) -> Option<&'static str> {
         self.world.over()
@@ -110,14 +104,15 @@ impl<'s, O: Observe> Visit<'s> for Run<'_, O> {
         let world = Permitted { world, may: self.may, cruises: 0 };
         let mut run = ClosedLoop::new(wiring.clone(), world, input, self.stride);
         assert!(run.run(self.driver, self.end, self.observer, &Control::default()));
+        let Summary { encoder_edges, mode_changes, energy, .. } = run.world.summary();
         let left = Left {
             words: run.wiring.words().to_vec(),
             uses: run.wiring.uses(),
             ticks: run.ticks(),
             output_changes: run.output_changes(),
-            encoder_edges: run.world.encoder_edges(),
-            mode_changes: run.world.mode_changes(),
-            energy: run.world.audit(),
+            encoder_edges,
+            mode_changes,
+            energy,
         };
         (left, run.world.cruises)
     }

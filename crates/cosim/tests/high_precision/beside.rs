@@ -116,9 +116,9 @@ where
         }
     }
     outcome.ticks = expected.ticks();
-    outcome.crossings = expected.world.encoder_edges();
-    outcome.mode_changes = expected.world.mode_changes();
-    let changes = [outcome.mode_changes, other.world.mode_changes()];
+    let summary = expected.world.summary();
+    (outcome.crossings, outcome.mode_changes) = (summary.encoder_edges, summary.mode_changes);
+    let changes = [outcome.mode_changes, other.world.summary().mode_changes];
     if outcome.difference.is_none() && changes[0] != changes[1] {
         let net = Some(("the number of modes", changes.map(u64::cast_signed)));
         outcome.difference = Some(Difference { edges: [expected.edge(); 2], net, gap_rad: 0.0 });

@@ -69,7 +69,7 @@ fn follow(throw: &Throw, mut world: impl World<In = LoopIn<i64>>) {
             crossings += now.abs_diff(count);
             count = now;
             assert_eq!(shown(&|input| world.place(input)), Pins::at(count), "at edge {edge}");
-            assert_eq!(world.encoder_edges(), crossings, "at edge {edge}");
+            assert_eq!(world.summary().encoder_edges, crossings, "at edge {edge}");
         }
     }
     assert!(crossings > 2000, "{crossings}");

@@ -31,7 +31,7 @@ fn brake(world: &mut impl World<In = LoopIn<i64>, Out = LoopOut<i64>>) {
 /// Returns the edge of the first crossing.
 fn first_crossing(mut world: impl World<In = LoopIn<i64>, Out = LoopOut<i64>>) -> u64 {
     brake(&mut world);
-    while world.encoder_edges() == 0 {
+    while world.summary().encoder_edges == 0 {
         world.advance(50_000_000, |_, _| {});
     }
     world.edge()

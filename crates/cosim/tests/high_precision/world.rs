@@ -5,7 +5,7 @@
 //! as that exact number. The state is stepped from event to event; at this precision the length of a step has no
 //! effect.
 
-use hpu_cosim::{EnergyAudit, Schedule, World};
+use hpu_cosim::{Schedule, Summary, World};
 use hpu_datapath::{LoopIn, LoopOut};
 use hpu_signal::Real;
 
@@ -390,15 +390,7 @@ impl<const N: usize> World for PreciseWorld<'_, N> {
         [x[CURRENT], x[SPEED], x[ANGLE] + intent].map(Fixed::float)
     }
 
-    fn audit(&self) -> EnergyAudit {
-        EnergyAudit::default()
-    }
-
-    fn encoder_edges(&self) -> u64 {
-        self.crossings
-    }
-
-    fn mode_changes(&self) -> u64 {
-        self.mode_changes
+    fn summary(&self) -> Summary {
+        Summary { encoder_edges: self.crossings, mode_changes: self.mode_changes, ..Summary::default() }
     }
 }

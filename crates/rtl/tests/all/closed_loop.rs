@@ -167,7 +167,7 @@ fn vectors_recorded_from_a_scene_are_the_runs_pins_and_gates_edge_by_edge() {
         let [a_high, a_low, b_high, b_low] = row[8..] else { panic!("four gates") };
         world.drive(hpu_datapath::LoopOut { a_high, a_low, b_high, b_low }, row);
     }
-    assert!(world.encoder_edges() > 100);
+    assert!(world.summary().encoder_edges > 100);
 }
 
 #[test]

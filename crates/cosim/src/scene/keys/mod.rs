@@ -13,6 +13,7 @@ mod groups;
 mod markdown;
 mod method_rows;
 mod phantom_rows;
+mod reading;
 mod told;
 mod value;
 
@@ -21,8 +22,9 @@ use super::section::Section;
 use super::source::SceneError;
 use groups::groups;
 
+pub use super::quantity::Sizes;
 pub use markdown::{grouped, markdown};
-pub use value::{Otherwise, Shape, Sizes, Takes};
+pub use value::{Otherwise, Shape, Takes};
 
 pub(crate) use choice::{Choice, Flag, GainFormat, Own, Text, named, none_of, quoted};
 pub(crate) use value::{Expected, Quantity, Read, Whole};

@@ -3,7 +3,7 @@
 use std::marker::PhantomData;
 
 use crate::scene::parameter::{Origin, ParameterValue};
-use crate::scene::quantity::{Axis, Dimension, RAIL, SHAFT, Sense};
+use crate::scene::quantity::{Axis, Dimension, RAIL, SHAFT, Sense, Sizes};
 use crate::scene::section::{Section, shown};
 use crate::scene::source::SceneError;
 
@@ -16,21 +16,6 @@ pub enum Otherwise<T> {
     Is(T),
     /// A value that another part of the scene decides; the text describes it.
     Said(&'static str),
-}
-
-/// The sizes of a quantity.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Sizes {
-    /// The quantity's name in messages, with its article.
-    pub name: &'static str,
-    /// Its SI unit; empty for a plain number.
-    pub unit: &'static str,
-    /// Whether 0 is accepted.
-    pub zero: bool,
-    /// The least value other than 0; negative where either sign is accepted.
-    pub least: f64,
-    /// The greatest value.
-    pub most: f64,
 }
 
 /// The form of a value that only the key's own reader understands.

@@ -23,7 +23,7 @@ const OWN: Own = Own {
 };
 
 pub(crate) fn scene(file: &str, source: &Source) -> Result<PhantomScene, SceneError> {
-    let root = source.root();
+    let root = Section::root(source);
     root.accept(&["phantom"])?;
     let about = about(&root)?;
     let clock = clock(&root.section("clock")?)?;

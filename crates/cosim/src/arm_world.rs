@@ -1,0 +1,101 @@
+//! The world of an arm: the same whatever computes the force, and joined by its [`Side`] to the ports of a loop.
+
+use hpu_plant::arm::{ArmModel, Links};
+use hpu_signal::{Ports, Real};
+
+use crate::arm::{ArmPlant, ArmState};
+use crate::columns::ARM_REALS;
+use crate::summary::Summary;
+use crate::world::World;
+
+/// A `Side` joins an arm to the ports of its loop, and acts between the two where something stands there, such as a
+/// host. Implemented once for each set of ports that an arm's loop can have.
+pub(crate) trait Side: Clone {
+    /// Inputs of the wirings that the arm is joined to.
+    type In: Ports<i64> + Copy + PartialEq;
+    /// Their outputs.
+    type Out: Ports<i64> + Copy + PartialEq;
+
+    /// Returns the next edge at which the side acts by itself.
+    #[inline]
+    fn due(&self) -> u64 {
+        u64::MAX
+    }
+    /// Does all that is due at the arm's present edge.
+    #[inline]
+    fn act<L: Links>(&mut self, _: &ArmState<L>) {}
+    /// Writes the levels of the encoders' lines, and the side's own words, into a wiring's inputs.
+    fn place(&self, pins: [i64; 6], input: &mut Self::In);
+    /// Takes the outputs of the wiring. Returns the words of the three DACs.
+    fn drive(&mut self, out: Self::Out) -> [i64; 3];
+}
+
+/// An arm, and the side that joins it to the ports of its loop.
+#[derive(Clone)]
+pub(crate) struct ArmWorld<'p, S, L: Links = ArmModel> {
+    state: ArmState<'p, L>,
+    side: S,
+}
+
+impl<'p, S: Side, L: Links> ArmWorld<'p, S, L> {
+    /// Creates the world at edge 0.
+    pub(crate) fn new(plant: &'p ArmPlant<L>, side: S) -> Self {
+        Self { state: ArmState::new(plant), side }
+    }
+
+    #[inline]
+    fn go(&mut self, edge: u64) {
+        self.state.go(edge);
+        self.side.act(&self.state);
+    }
+}
+
+impl<S: Side, L: Links> World for ArmWorld<'_, S, L> {
+    type In = S::In;
+    type Out = S::Out;
+    type Row = [f64; 9];
+    const REALS: &'static [Real] = &ARM_REALS;
+
+    fn edge(&self) -> u64 {
+        self.state.edge
+    }
+
+    #[inline]
+    fn place(&self, input: &mut S::In) {
+        self.side.place(self.state.pins(), input);
+    }
+
+    fn sense(&mut self) {
+        self.go(self.state.edge + 1);
+    }
+
+    fn advance(&mut self, limit: u64, before: impl FnOnce(&Self, u64)) {
+        let edge = self.state.next(limit.min(self.side.due()));
+        before(self, edge);
+        self.go(edge);
+    }
+
+    fn drive(&mut self, out: S::Out, _: &[i64]) {
+        self.state.drive(self.side.drive(out));
+    }
+
+    fn reals(&self, edge: u64) -> Self::Row {
+        self.state.reals(edge)
+    }
+
+    fn measure(&mut self, stride: u64) {
+        self.state.measure(stride);
+    }
+
+    fn measured(&self, edge: u64, row: &mut Vec<f64>) {
+        self.state.measured(edge, row);
+    }
+
+    fn summary(&self) -> Summary {
+        self.state.summary()
+    }
+
+    fn over(&self) -> Option<&'static str> {
+        self.state.over
+    }
+}
