@@ -18,16 +18,16 @@ const BOTTOM: i32 = HEIGHT - 160;
 /// Height of the bands for errors that have no logarithm, in pixels.
 const BAND: i32 = 120;
 
-const fn style(width: Field) -> Style {
-    match width {
-        Field::Position => BLUE,
-        Field::StiffnessInt => RUST,
-        Field::StiffnessFrac => ORANGE,
-        Field::DampingInt => LILAC,
-        Field::DampingFrac => PURPLE,
-        Field::Velocity => GREEN,
-        _ => BLACK,
-    }
+fn style(width: Field) -> Style {
+    let styles = [
+        (Field::POSITION, BLUE),
+        (Field::STIFFNESS_INT, RUST),
+        (Field::STIFFNESS_FRAC, ORANGE),
+        (Field::DAMPING_INT, LILAC),
+        (Field::DAMPING_FRAC, PURPLE),
+        (Field::VELOCITY, GREEN),
+    ];
+    styles.into_iter().find(|(field, _)| *field == width).map_or(BLACK, |(_, style)| style)
 }
 
 /// Returns the picture of a search's errors: bits across, error up. All other widths are those of the reference.

@@ -58,9 +58,8 @@ pub fn nets(scene: &Scene) -> &'static [&'static str] {
     }
 }
 
-/// The nets that the pictures of a PHANToM use; an FPGA beside a host has only the commands.
-pub const PHANTOM_NETS: [&str; 9] =
-    ["command1", "command2", "command3", "x", "y", "z", "force_x", "force_y", "force_z"];
+/// The nets that the pictures of a drop test use; an FPGA beside a host has only the commands.
+pub const DROP_NETS: [&str; 9] = ["command1", "command2", "command3", "x", "y", "z", "force_x", "force_y", "force_z"];
 
 /// A finished run, with everything that its pictures need.
 #[derive(Clone, Copy)]

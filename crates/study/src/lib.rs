@@ -7,14 +7,20 @@ pub mod formula;
 pub mod limits;
 pub mod map;
 pub mod page;
-pub mod reproduce;
+pub mod phantom;
 pub mod studies;
 pub mod trace_table;
 pub mod units;
 pub mod widths;
 
+mod axis;
+mod device;
+mod devices;
 mod interval;
 mod sampled;
 mod watch;
 
+pub use device::{Device, Reach};
+pub use devices::device;
+pub use phantom::{reproduce, tables};
 pub use sampled::SampledLoop;

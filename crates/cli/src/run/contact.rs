@@ -1,10 +1,11 @@
 //! The contact with the wall, as the summary reports it beside the verdict.
 
 use hpu_cosim::scene::Units;
-use hpu_cosim::{AnyRig, Ready, Session, Verdict};
+use hpu_cosim::{Session, Verdict};
 use hpu_study::map::{Unseen, displayed_stiffness, product_wraps, unseen_contact};
 
 use crate::run::Ran;
+use crate::run::device::shown;
 use crate::units::si;
 
 /// The index of an axis's angle among its outputs.
@@ -60,28 +61,21 @@ fn was_touched(ran: &Ran) -> bool {
 /// stiffness that was asked for.
 pub fn displayed(ran: &Ran) -> Option<(Units, f64, f64, Option<f64>)> {
     let Some(Verdict::Settled { .. }) = ran.summary.verdict else { return None };
-    let (units, wall_rad, asked) = match ran.session {
-        AnyRig::Ours(Ready::Axis(session)) => {
-            let scene = session.scene();
-            (scene.device.units(), scene.wall.position_rad, scene.wall.stiffness_nm_per_rad)
-        }
-        AnyRig::Ours(Ready::Phantom(_)) => return None,
-        // The stiffness that a design asks for is known only to the design.
-        AnyRig::Dut(session) => (session.scene().device.units(), session.scene().wall_rad, 0.0),
-    };
-    let (displayed, ratio) = displayed_stiffness((wall_rad, asked), &ran.trace, ran.summary.averages)?;
-    Some((units, ran.trace.last(ANGLE)? - wall_rad, displayed, ratio))
+    let device = shown(ran.session);
+    let wall = device.wall()?;
+    let (displayed, ratio) = displayed_stiffness(wall, &ran.trace, ran.summary.averages)?;
+    Some((device.units()?, ran.trace.last(ANGLE)? - wall.0, displayed, ratio))
 }
 
 /// Returns how far the device of an axis was past the wall while the datapath saw no contact.
 pub fn unseen<'r>(ran: &'r Ran) -> Option<(&'r Session<'r>, Unseen)> {
-    let AnyRig::Ours(Ready::Axis(session)) = ran.session else { return None };
+    let session = shown(ran.session).axis()?;
     let seen = unseen_contact(session.scene(), &session.words().realised, &ran.trace, &ran.summary);
     seen.map(|unseen| (session, unseen))
 }
 
 /// Returns how often the spring's product wrapped, if it did and the motion came to rest in the wall.
 pub fn wraps(ran: &Ran) -> Option<u64> {
-    let AnyRig::Ours(Ready::Axis(session)) = ran.session else { return None };
+    let session = shown(ran.session).axis()?;
     product_wraps(session.scene(), &session.words().realised, &ran.trace, &ran.summary)
 }

@@ -5,7 +5,6 @@ mod device;
 mod junit;
 mod nets;
 mod page;
-mod phantom;
 mod pictures;
 mod rows;
 
@@ -13,7 +12,6 @@ use std::fs;
 use std::path::PathBuf;
 
 use clap::{Args as _, FromArgMatches, ValueEnum};
-use hpu_chart::{self as chart, PHANTOM_NETS};
 use hpu_cosim::scene::{Datapath, Expectation, Experiment, OutcomeKind};
 use hpu_cosim::{AnyRig, Comparison, Driver, Ready, Rig, Summary, Trace, Wired, judged_window_s, metric};
 use hpu_rtl::{CheckRow, Hdl, LoopScene, Setup, run_vhdl};
@@ -33,6 +31,7 @@ use crate::terminal::{verdict, with_progress};
 use crate::waves::Waves;
 use crate::{fit, hdl, interrupt};
 
+use device::shown;
 use nets::{Held, Pairs};
 use rows::{Estimate, Rows};
 
@@ -326,21 +325,9 @@ fn write(
     folder.write("summary.json", format!("{:#}\n", page::page(ran).json()))
 }
 
-/// Returns the nets that are drawn, and written to the table.
-pub fn nets(session: &AnyRig) -> Vec<Signal> {
-    let names = match session {
-        AnyRig::Ours(Ready::Axis(session)) => chart::nets(session.scene()),
-        AnyRig::Ours(Ready::Phantom(_)) => &PHANTOM_NETS,
-        // The inner signals of a design are only in the waveform.
-        AnyRig::Dut(session) => return chart::dut_nets(session),
-    };
-    let all = session.nets();
-    names.iter().filter_map(|name| all.iter().find(|net| net.name == *name).cloned()).collect()
-}
-
 /// Returns the nets of the table: those that are drawn and, for VHDL, whether any net has differed.
 pub fn table(session: &AnyRig, of_vhdl: bool) -> Vec<Signal> {
-    let mut nets = nets(session);
+    let mut nets = shown(session).nets();
     nets.extend(of_vhdl.then(differs));
     nets
 }
@@ -403,7 +390,7 @@ fn simulate<'s>(
     let control = interrupt::heed();
     // Without pictures the trace needs only the columns for the verdict. The length of the run does not change the
     // memory.
-    let drawn: Vec<&str> = nets(session).iter().map(|net| net.name).collect();
+    let drawn: Vec<&str> = shown(session).nets().iter().map(|net| net.name).collect();
     let trace = if args.out.is_some() && !args.no_plot { session.drawn_trace(&drawn) } else { session.brief_trace() };
     let mut trace = trace.bounded(Trace::USUAL, &session.judged());
     let mut advance = |trace: &mut Trace, observer: &mut dyn Observe| -> Result<_, Failure> {

@@ -2,7 +2,7 @@
 //! Numbers are in SI units.
 
 use hpu_cosim::scene::{Metric, Units};
-use hpu_cosim::{AnyRig, Mark, NetUse, Ready, Rig, SIGNS, Verdict, unseen_growth_per_s};
+use hpu_cosim::{AnyRig, Mark, NetUse, Rig, SIGNS, Verdict, unseen_growth_per_s};
 use hpu_rtl::{CheckRow, Hdl, Mismatch};
 use hpu_signal::{Clock, Cycle};
 use hpu_study::map::outcome_name;
@@ -12,7 +12,8 @@ use serde_json::{Value, json};
 
 use crate::notation::triple;
 use crate::run::contact::{self, displayed, unseen, wraps};
-use crate::run::{Ran, device, rows, table};
+use crate::run::device::shown;
+use crate::run::{Ran, rows, table};
 use crate::terminal::verdict;
 use crate::units::{percent, rounded_up, si};
 use crate::{fit, page as pages, parameters};
@@ -40,8 +41,9 @@ pub fn page(ran: &Ran) -> Page {
     if let Some(abort) = summary.aborted {
         page.line("aborted", format!("at {}: {}", si(abort.at_s, "s"), abort.why));
     }
-    page.data("realised", device::realised(session)).data("dut", device::dut(session));
-    device::of_device(&mut page, ran);
+    let device = shown(session);
+    page.data("realised", device.realised()).data("dut", device.design());
+    device.lines(&mut page, ran);
     energy(&mut page, ran);
     faults(&mut page, ran);
     work(&mut page, ran);
@@ -153,17 +155,7 @@ fn energy(page: &mut Page, ran: &Ran) {
     let said =
         format!("supplied {supplied} (source {source}, hand {hand}) = stored {stored} + dissipated {dissipated}");
     page.line("energy", said);
-    let [copper, diodes, viscous] = [energy.copper_j, energy.diodes_j, energy.viscous_j].map(j);
-    let [coulomb, transmission] = [energy.coulomb_j, energy.transmission_j].map(j);
-    let said = match ran.session {
-        AnyRig::Ours(Ready::Axis(_)) | AnyRig::Dut(_) => {
-            format!("copper {copper}, diodes {diodes}, viscous friction {viscous}, Coulomb friction {coulomb}")
-        }
-        AnyRig::Ours(Ready::Phantom(_)) => {
-            format!("viscous friction {viscous}, Coulomb friction {coulomb}, the transmission {transmission}")
-        }
-    };
-    page.line("energy", format!("dissipated in {said}"));
+    page.line("energy", format!("dissipated in {}", shown(ran.session).dissipated(energy)));
     let residual = energy.residual_j.abs() / energy.exchanged_j;
     page.line("energy", format!("residual {residual:.1e} of the {exchanged} exchanged"));
 }
@@ -334,11 +326,7 @@ fn position(ran: &Ran) -> &'static str {
 }
 
 fn axis_units(ran: &Ran) -> Option<Units> {
-    match ran.session {
-        AnyRig::Ours(Ready::Axis(session)) => Some(session.scene().device.units()),
-        AnyRig::Ours(Ready::Phantom(_)) => None,
-        AnyRig::Dut(session) => Some(session.scene().device.units()),
-    }
+    shown(ran.session).units()
 }
 
 fn unit(ran: &Ran, metric: Metric) -> &'static str {

@@ -3,6 +3,7 @@
 use hpu_cosim::scene::Experiment;
 use hpu_cosim::{Ready, Wired};
 use hpu_rtl::{Cache, Counts, Setup};
+use hpu_study::device;
 use hpu_study::widths::Field;
 
 use crate::cache::or_reason;
@@ -21,7 +22,7 @@ pub fn one_more(
 ) -> Result<Option<Vec<(Field, OneMore)>>, Failure> {
     let ready = Ready::new(experiment).map_err(Failure::file)?;
     let now = cache.counts(ready.wiring().block(), setup)?;
-    let fields = Field::all(experiment);
+    let fields = device(experiment).fields();
     let counts = |field: Field| -> Result<Result<Counts, String>, Failure> {
         let more = match field.with(experiment, field.bits(experiment) + 1) {
             Ok(more) => more,

@@ -13,7 +13,8 @@ use hpu_chart::ranges;
 use hpu_cosim::scene::Experiment;
 use hpu_rtl::{Cache, Setup};
 use hpu_signal::Notation;
-use hpu_study::widths::tables::{Tables, tables};
+use hpu_study::device;
+use hpu_study::tables::Tables;
 use hpu_study::widths::{Field, Measured, Recommended, by_range, measured, random, recommend, together};
 
 use crate::cache::Remember;
@@ -73,7 +74,7 @@ pub struct Args {
     hdl: hdl::Vhdl,
     #[command(flatten)]
     remember: Remember,
-    /// Add the tables of sines of a PHANToM: other depths, other words and what could stand in their place
+    /// Add the tables of sines of an arm: other depths, other words and what could stand in their place
     #[arg(long)]
     tables: bool,
     /// Print the straight-line parts of the proof as a script for Gappa, and nothing else; with --out as SCENE.g
@@ -114,7 +115,7 @@ pub struct Widths {
     pub recommended: Result<Recommended, String>,
     /// LUT4 and flip-flops that one more bit of each width costs, or the reason why this is unknown.
     pub one_more: Result<Vec<(Field, OneMore)>, String>,
-    /// The tables of sines of a PHANToM, if they are asked for.
+    /// The tables of sines of an arm, if they are asked for.
     pub tables: Option<Tables>,
     /// The cost of the loop as it is.
     pub price: Option<Price>,
@@ -150,7 +151,15 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     for name in &args.scenes {
         experiments.push(scene::source(name)?.parse(&args.set.set)?);
     }
-    let tables = if args.tables { Some(tables_of(&experiments[0])?) } else { None };
+    let tables = if args.tables {
+        Some(
+            device(&experiments[0])
+                .tables()
+                .map_err(|why| Failure::usage(format!("{}: {why}", experiments[0].name)))?,
+        )
+    } else {
+        None
+    };
     let Some(mut found) = measure(args, &experiments)? else { return Ok(Exit::Interrupted) };
     found.tables = tables;
     if let Some(cache) = &cache
@@ -231,26 +240,12 @@ fn measure(args: &Args, experiments: &[Experiment]) -> Result<Option<Widths>, Fa
     }))
 }
 
-/// The message of a verb about our own words, for a design of the user's own.
-pub const OF_YOURS: &str = "the words of a design of yours are its own; write a scene with a [method]";
-
-/// Returns the tables of sines of a scene.
-fn tables_of(experiment: &Experiment) -> Result<Tables, Failure> {
-    match experiment {
-        Experiment::Phantom(scene) => tables(&scene.method.config).map_err(Failure::file),
-        Experiment::Axis(scene) => {
-            Err(Failure::usage(format!("{}: an axis has no tables of sines; write the scene of a PHANToM", scene.name)))
-        }
-        Experiment::Dut(scene) => Err(Failure::usage(format!("{}: {OF_YOURS}", scene.name))),
-    }
-}
-
 /// Puts prices on the page: of one more bit, and of the loop as it is. Returns false when interrupted.
 fn price(page: &mut Widths, experiment: &Experiment, setup: &Setup, cache: &Cache) -> Result<bool, Failure> {
     let Some(price) = price::price(experiment, setup, cache, interrupt::heed())? else { return Ok(false) };
     page.price = Some(price);
-    if let Experiment::Phantom(_) = experiment {
-        page.one_more = Err("not priced; Yosys takes minutes for each loop of a PHANToM".into());
+    if let Err(why) = device(experiment).priced() {
+        page.one_more = Err(format!("not priced; {why}"));
         return Ok(true);
     }
     if page.recommended.is_err() {

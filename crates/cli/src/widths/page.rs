@@ -4,8 +4,8 @@ use hpu_signal::{Clock, Notation};
 use hpu_study::fit::percent;
 use hpu_study::map::outcome_name;
 use hpu_study::page::{Cell, Column, Page, Place, Table, Value};
+use hpu_study::tables::Tables;
 use hpu_study::widths::proof::{Bound, How};
-use hpu_study::widths::tables::Tables;
 use hpu_study::widths::{Field, Loss, Needed, Recommended, SignalRow};
 use serde_json::{Value as Json, json};
 
@@ -219,8 +219,8 @@ fn span(min: f64, max: f64) -> String {
 fn widths(page: &mut Page, of: &Widths, found: &Recommended) {
     type Row<'a> = (&'a Needed, &'a i32);
     let fields = [
-        Column::text("name", "width").least(19).of(|(needed, _): &Row| needed.field.name()),
-        Column::text("signal", "").data().of(|(needed, _): &Row| needed.field.shown_at()),
+        Column::text("name", "width").least(19).of(|(needed, _): &Row| needed.field.name),
+        Column::text("signal", "").data().of(|(needed, _): &Row| needed.field.shown_at),
         Column::integer("bits", "bits").of(|(needed, _): &Row| needed.bits),
         Column::integer("needs", "needs").least(5).of(|(needed, _): &Row| needed.least),
         Column::integer("together", "together").of(|(_, together): &Row| **together),

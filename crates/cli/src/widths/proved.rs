@@ -4,14 +4,13 @@
 use std::fmt::Write as _;
 
 use hpu_cosim::scene::Experiment;
+use hpu_study::device;
 use hpu_study::widths::Measured;
-use hpu_study::widths::proof::{Bound, How, Limit, Proof, WrapsAt, axis_bounds, exhausted, phantom_bounds};
+use hpu_study::widths::proof::{Bound, How, Limit, WrapsAt};
 use serde_json::{Value, json};
 
 use crate::widths::digits::digits;
 
-/// The most inputs of a block for which a page tries all of them.
-const MOST_INPUTS: u128 = 1 << 24;
 /// The most scenes whose limits fit on a page.
 const MOST_SCENES: usize = 2;
 
@@ -47,7 +46,7 @@ struct Overflow {
 pub fn proved(experiments: &[Experiment], runs: &[Measured]) -> Result<Proved, String> {
     let mut all = Proved { bounds: Vec::new(), scenes: Vec::new() };
     for (experiment, run) in experiments.iter().zip(runs) {
-        let proof = of(experiment)?;
+        let proof = device(experiment).bounds()?;
         for bound in proof.bounds {
             match all.bounds.iter_mut().find(|other| other.name == bound.name) {
                 None => all.bounds.push(bound),
@@ -58,22 +57,6 @@ pub fn proved(experiments: &[Experiment], runs: &[Measured]) -> Result<Proved, S
         all.scenes.push(OfScene { name: experiment.name.clone(), limits: proof.limits, overflow });
     }
     if all.bounds.is_empty() { Err("nothing is proved of this wiring".into()) } else { Ok(all) }
-}
-
-/// Returns the proof of a scene. Where a block has few inputs, the result of trying all of them replaces the bound.
-fn of(experiment: &Experiment) -> Result<Proof, String> {
-    let scene = match experiment {
-        Experiment::Axis(scene) => scene,
-        Experiment::Phantom(scene) => return phantom_bounds(scene),
-        Experiment::Dut(_) => return Err(crate::widths::OF_YOURS.to_string()),
-    };
-    let mut proof = axis_bounds(scene)?;
-    for tried in exhausted(scene, &proof, MOST_INPUTS)? {
-        if let Some(bound) = proof.bounds.iter_mut().find(|bound| bound.name == tried.name) {
-            *bound = tried;
-        }
-    }
-    Ok(proof)
 }
 
 /// Widens a bound to include the bound of another scene.

@@ -18,7 +18,8 @@ mod profile;
 mod race;
 mod table;
 
-pub use contestants::{Contestant, EVENTS, SOLVERS, contestants, named, time};
+pub use contestants::{Contestant, EVENTS, SOLVERS, named, time};
+pub(crate) use contestants::{Variant, rungs};
 pub use found::{Chart, Entry, Grade, Row, Speed};
 pub use front::front;
 pub(crate) use outputs::ready;
@@ -26,3 +27,24 @@ pub use outputs::{Outputs, driver, usual, worst};
 pub use over_map::{SHORTEST_STEP_S, Share, Tour, front_of_shares};
 pub use race::{Plan, Race, RaceError};
 pub use table::{grade_name, outputs_of};
+
+use hpu_cosim::scene::Experiment;
+
+use crate::criteria;
+use crate::devices::device;
+use contestants::CLOCK;
+
+/// Returns every way to run a scene that differs from the scene as written, with `events` first.
+///
+/// A combination that the scene refuses is reported only when it is tried.
+#[must_use]
+pub fn contestants(experiment: &Experiment) -> Vec<Contestant> {
+    let as_written = Variant::new("", &[]);
+    let mut all = vec![Contestant::new(EVENTS, &[]), Contestant::solver(CLOCK, None, &as_written)];
+    all.extend(device(experiment).contestants());
+    if let Experiment::Axis(scene) = experiment {
+        let speaking = criteria::all(scene).into_iter().flatten().filter(|criterion| criterion.speaks);
+        all.extend(speaking.map(|criterion| Contestant::criterion(criterion.name)));
+    }
+    all
+}

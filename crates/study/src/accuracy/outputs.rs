@@ -16,6 +16,8 @@ use hpu_cosim::scene::{Datapath, Experiment, Metric, OutcomeKind, Output};
 use hpu_cosim::{Control, Driver, PASSIVE_RMS_M, Ready, Rig, Summary, Trace, Wired, metric};
 use hpu_signal::{Cycle, Observe};
 
+use crate::devices::device;
+
 /// Greatest number of rows of a recording that a run may hold.
 const MOST_ROWS: u64 = 20_000_000;
 
@@ -149,13 +151,10 @@ impl Outputs {
     pub(crate) fn new(experiment: &Experiment, summary: &Summary, trace: &Trace) -> Result<Self, String> {
         let outcome = summary.outcome().ok_or("a recording has no verdict")?;
         let number = |which| metric(which, experiment, summary, trace);
-        let (motion, of_axis) = match experiment {
-            Experiment::Axis(_) | Experiment::Dut(_) => (trace.angles_rad(), true),
-            Experiment::Phantom(scene) => (trace.real(scene.drop.axis.index()), false),
-        };
+        let of_axis = experiment.setup().outputs().contains(&Output::PeakPenetration);
         let of_axis = |which| if of_axis { number(which).unwrap_or(0.0) } else { 0.0 };
         Ok(Self {
-            trace: motion.to_vec(),
+            trace: device(experiment).motion(trace).to_vec(),
             peak_penetration: of_axis(Metric::PeakPenetration),
             amplitude: of_axis(Metric::Amplitude),
             frequency_hz: of_axis(Metric::Frequency),

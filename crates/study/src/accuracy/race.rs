@@ -13,7 +13,8 @@ use std::time::{Duration, Instant};
 use hpu_cosim::scene::{Experiment, OutcomeKind, Output, SceneError};
 use hpu_cosim::{Control, Driver, Rig, Wired};
 
-use super::contestants::{Contestant, contestants, named};
+use super::contestants;
+use super::contestants::{Contestant, named};
 use super::found::{Chart, Entry, Grade, Row, Speed};
 use super::outputs::{Outputs, driver, ready, usual, worst};
 use super::profile::Profile;

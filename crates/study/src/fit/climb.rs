@@ -9,11 +9,12 @@ use std::time::{Duration, Instant};
 use hpu_cosim::Control;
 use hpu_cosim::scene::{Experiment, Output};
 
-use super::around::around;
 use super::found::{Fit, FitError, percent};
-use super::knobs::{Simplification, models, on_its_own, overrides, simplifications, worth};
+use super::knobs::{Simplification, models, on_its_own, overrides, worth};
 use super::measured::Measured;
+use super::simplifications;
 use crate::accuracy::usual;
+use crate::devices::device;
 use crate::map::SceneText;
 use crate::watch::watched;
 
@@ -53,7 +54,7 @@ pub fn fit(scene: &SceneText, set: &Set, within: f64, control: &Control) -> Resu
         control,
         all: &all,
         outputs: Vec::new(),
-        around: around(&experiment).into_iter().map(|change| Neighbour { change, reference: None }).collect(),
+        around: neighbours(&experiment),
         seen: BTreeMap::new(),
         seen_around: BTreeMap::new(),
         patience: Duration::MAX,
@@ -131,6 +132,13 @@ struct Climb<'a> {
     /// How long a run of a model may take. A run that diverges can take thousands of times as long as the scene.
     patience: Duration,
     runs: usize,
+}
+
+/// Returns the neighbouring scenes of the scene as written.
+fn neighbours(experiment: &Experiment) -> Vec<Neighbour> {
+    let around = device(experiment).around().into_iter();
+    let changes = around.map(|(key, value)| vec![(key.to_string(), format!("{value:?}"))]);
+    changes.map(|change| Neighbour { change, reference: None }).collect()
 }
 
 /// A neighbouring scene: the scene as written with its wall changed slightly.

@@ -25,7 +25,6 @@
 //! out one thing less shows what this thing costs in accuracy and whether leaving it out saves time. A model that
 //! leaves out one thing more shows why this thing has to stay. Every figure compares one run with another.
 
-mod around;
 mod climb;
 mod found;
 mod knobs;
@@ -33,4 +32,14 @@ mod measured;
 
 pub use climb::fit;
 pub use found::{Fit, FitError, Kept, LeftOut, percent};
-pub use knobs::{Simplification, models, overrides, simplifications};
+pub use knobs::{Simplification, Simplifications, models, overrides};
+
+use hpu_cosim::scene::Experiment;
+
+use crate::devices::device;
+
+/// Returns the simplifications of an experiment.
+#[must_use]
+pub fn simplifications(experiment: &Experiment) -> Vec<Simplification> {
+    device(experiment).simplifications().all()
+}

@@ -1,198 +1,28 @@
-//! The widths of a scene one by one; integer bits and fraction bits are separate.
+//! The widths of a scene's words; integer bits and fraction bits are separate. Each device lists its own.
 
-use hpu_cosim::scene::{Experiment, Loop, PhantomLaw};
-use hpu_signal::{Format, Rounding};
+use std::fmt;
 
-/// A width of a scene's datapath.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Field {
-    /// `method.position_bits`.
-    Position,
-    /// Integer bits of `method.stiffness_format`, or of a PHANToM's.
-    StiffnessInt,
-    /// Fraction bits of the same format.
-    StiffnessFrac,
-    /// Integer bits of `method.damping_format`.
-    DampingInt,
-    /// Fraction bits of `method.damping_format`.
-    DampingFrac,
-    /// `method.velocity_bits`.
-    Velocity,
-    /// `method.period_bits`, or a PHANToM's.
-    Period,
-    /// Integer bits of `method.scale_format`.
-    ScaleInt,
-    /// Fraction bits of `method.scale_format`.
-    ScaleFrac,
-    /// `method.pwm.bits`.
-    Pwm,
-    /// `method.depth_bits` of a PHANToM's tables.
-    Depth,
-    /// Integer bits of a PHANToM's sines.
-    TrigInt,
-    /// Fraction bits of a PHANToM's sines.
-    TrigFrac,
-    /// Fraction bits of a PHANToM's lengths.
-    Length,
-    /// Fraction bits of the position of a PHANToM's tip.
-    Tip,
-    /// Fraction bits of a PHANToM's forces.
-    Force,
-    /// Integer bits of a PHANToM's torques.
-    TorqueInt,
-    /// Fraction bits of a PHANToM's torques.
-    TorqueFrac,
+use hpu_cosim::scene::Experiment;
+use hpu_signal::Format;
+
+/// A width of a scene's datapath. Each device defines its own as constants of this type (`fields!`).
+#[derive(Clone, Copy)]
+pub struct Field {
+    /// Its name, unique in its device: the scene's key where there is one.
+    pub name: &'static str,
+    /// The nets whose range tells how many bits of the width are idle: without these bits no word changes.
+    pub nets: &'static [&'static str],
+    /// The net that stands for the width on a page; a review shows the field at it.
+    pub shown_at: &'static str,
+    pub(crate) get: fn(&Experiment) -> i32,
+    pub(crate) set: fn(&mut Experiment, i32) -> Result<(), String>,
 }
 
 impl Field {
-    const OF_AN_AXIS: [Self; 10] = [
-        Self::Position,
-        Self::StiffnessInt,
-        Self::StiffnessFrac,
-        Self::DampingInt,
-        Self::DampingFrac,
-        Self::Velocity,
-        Self::Period,
-        Self::ScaleInt,
-        Self::ScaleFrac,
-        Self::Pwm,
-    ];
-    const OF_A_PHANTOM: [Self; 11] = [
-        Self::Depth,
-        Self::TrigInt,
-        Self::TrigFrac,
-        Self::Length,
-        Self::Tip,
-        Self::StiffnessInt,
-        Self::StiffnessFrac,
-        Self::Force,
-        Self::TorqueInt,
-        Self::TorqueFrac,
-        Self::Period,
-    ];
-
-    /// Returns the widths that a scene has.
-    #[must_use]
-    pub fn all(experiment: &Experiment) -> Vec<Self> {
-        match experiment {
-            Experiment::Axis(scene) => {
-                let law = matches!(scene.method.kind, Loop::Law(_));
-                let scaled = scene.method.kind.scale().is_some() || scene.method.reference_rate_hz.is_some();
-                let has = |field: &Self| match field {
-                    // A law's velocity is as wide as its position.
-                    Self::Velocity => !law,
-                    Self::ScaleInt | Self::ScaleFrac => scaled,
-                    _ => true,
-                };
-                Self::OF_AN_AXIS.into_iter().filter(has).collect()
-            }
-            Experiment::Phantom(scene) if scene.platform.is_host() || scene.model.law != PhantomLaw::Words => {
-                Vec::new()
-            }
-            Experiment::Phantom(_) => Self::OF_A_PHANTOM.to_vec(),
-            Experiment::Dut(_) => Vec::new(),
-        }
-    }
-
-    /// Returns its name: the scene's key where there is one.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Position => "position_bits",
-            Self::StiffnessInt => "stiffness, integer",
-            Self::StiffnessFrac => "stiffness, fraction",
-            Self::DampingInt => "damping, integer",
-            Self::DampingFrac => "damping, fraction",
-            Self::Velocity => "velocity_bits",
-            Self::Period => "period_bits",
-            Self::ScaleInt => "scale, integer",
-            Self::ScaleFrac => "scale, fraction",
-            Self::Pwm => "pwm.bits",
-            Self::Depth => "depth_bits",
-            Self::TrigInt => "sines, integer",
-            Self::TrigFrac => "sines, fraction",
-            Self::Length => "lengths, fraction",
-            Self::Tip => "tip, fraction",
-            Self::Force => "forces, fraction",
-            Self::TorqueInt => "torques, integer",
-            Self::TorqueFrac => "torques, fraction",
-        }
-    }
-
-    /// Returns the nets whose range tells how many bits of the width are idle: without these bits no word changes.
-    #[must_use]
-    pub const fn nets(self) -> &'static [&'static str] {
-        match self {
-            Self::Position => &["position", "delta", "penetration"],
-            Self::StiffnessInt => &["stiffness"],
-            Self::DampingInt => &["damping"],
-            Self::Velocity => &["velocity"],
-            Self::Period => &["period"],
-            Self::ScaleInt => &["scale"],
-            Self::TrigInt => &["sine1", "cosine1", "sine2", "cosine2", "sine3", "cosine3"],
-            Self::TorqueInt => &["torque1", "torque2", "torque3"],
-            _ => &[],
-        }
-    }
-
-    /// Returns the nets at which a review shows the field; one of them stands for it on a page.
-    #[must_use]
-    pub const fn shown_at(self) -> &'static str {
-        match self {
-            Self::Position => "position",
-            Self::StiffnessInt | Self::StiffnessFrac => "stiffness",
-            Self::DampingInt | Self::DampingFrac => "damping",
-            Self::Velocity => "velocity",
-            Self::Period => "period",
-            Self::ScaleInt | Self::ScaleFrac => "scale",
-            Self::Pwm => "command",
-            Self::Depth => "count1",
-            Self::TrigInt | Self::TrigFrac => "sine1",
-            Self::Length => "radius",
-            Self::Tip => "x",
-            Self::Force => "force_x",
-            Self::TorqueInt | Self::TorqueFrac => "torque1",
-        }
-    }
-
-    /// Returns the bits of this width in a scene.
+    /// Returns the bits of this width in a scene; 0 for the scene of another device.
     #[must_use]
     pub fn bits(self, experiment: &Experiment) -> i32 {
-        let width = |bits: u32| bits.cast_signed();
-        match experiment {
-            Experiment::Axis(scene) => {
-                let method = &scene.method;
-                match self {
-                    Self::Position => width(method.position_bits),
-                    Self::StiffnessInt => method.stiffness_format.int(),
-                    Self::StiffnessFrac => method.stiffness_format.frac(),
-                    Self::DampingInt => method.damping_format.int(),
-                    Self::DampingFrac => method.damping_format.frac(),
-                    Self::Velocity => width(method.velocity_bits),
-                    Self::Period => width(method.period_bits),
-                    Self::ScaleInt => method.scale_format.int(),
-                    Self::ScaleFrac => method.scale_format.frac(),
-                    _ => width(method.pwm.bits),
-                }
-            }
-            Experiment::Phantom(scene) => {
-                let (config, formats) = (&scene.method.config, &scene.method.config.formats);
-                match self {
-                    Self::Depth => width(config.depth_width),
-                    Self::TrigInt => formats.trig.int(),
-                    Self::TrigFrac => formats.trig.frac(),
-                    Self::Length => width(formats.length_frac),
-                    Self::Tip => formats.position.frac(),
-                    Self::StiffnessInt => formats.stiffness.int(),
-                    Self::StiffnessFrac => formats.stiffness.frac(),
-                    Self::Force => formats.force.frac(),
-                    Self::TorqueInt => formats.torque.int(),
-                    Self::TorqueFrac => formats.torque.frac(),
-                    _ => width(config.period_width),
-                }
-            }
-            Experiment::Dut(_) => 0,
-        }
+        (self.get)(experiment)
     }
 
     /// Returns the scene with another number of bits.
@@ -202,71 +32,94 @@ impl Field {
     /// When no word has that many.
     pub fn with(self, experiment: &Experiment, bits: i32) -> Result<Experiment, String> {
         let mut other = experiment.clone();
-        let width = || u32::try_from(bits).ok().filter(|bits| *bits >= 2).ok_or(format!("{bits} bits are no word"));
-        let int =
-            |format: Format| Format::new(format.is_signed(), bits, format.frac()).map_err(|error| error.to_string());
-        let frac =
-            |format: Format| Format::new(format.is_signed(), format.int(), bits).map_err(|error| error.to_string());
-        match &mut other {
-            Experiment::Dut(_) => return Err("the words of a design of yours are its own".into()),
-            Experiment::Axis(scene) => {
-                let method = &mut scene.method;
-                match self {
-                    Self::Position => {
-                        method.position_bits = width()?;
-                        if matches!(method.kind, Loop::Law(_)) {
-                            method.velocity_bits = width()?;
-                        }
-                    }
-                    Self::StiffnessInt => method.stiffness_format = int(method.stiffness_format)?,
-                    Self::StiffnessFrac => method.stiffness_format = frac(method.stiffness_format)?,
-                    Self::DampingInt => method.damping_format = int(method.damping_format)?,
-                    Self::DampingFrac => method.damping_format = frac(method.damping_format)?,
-                    Self::Velocity => method.velocity_bits = width()?,
-                    Self::Period => method.period_bits = width()?,
-                    Self::ScaleInt => method.scale_format = int(method.scale_format)?,
-                    Self::ScaleFrac => method.scale_format = frac(method.scale_format)?,
-                    _ => method.pwm.bits = width()?,
-                }
-            }
-            Experiment::Phantom(scene) => {
-                let config = &mut scene.method.config;
-                let formats = &mut config.formats;
-                match self {
-                    Self::Depth => config.depth_width = width()?,
-                    Self::TrigInt => formats.trig = int(formats.trig)?,
-                    Self::TrigFrac => formats.trig = frac(formats.trig)?,
-                    Self::Length => {
-                        config.lengths =
-                            config.lengths.map(|word| rescaled(word, formats.length_frac.cast_signed() - bits));
-                        formats.length_frac = u32::try_from(bits).map_err(|_| format!("{bits} bits are none"))?;
-                    }
-                    Self::Tip => formats.position = frac(formats.position)?,
-                    Self::StiffnessInt => formats.stiffness = int(formats.stiffness)?,
-                    Self::StiffnessFrac => formats.stiffness = frac(formats.stiffness)?,
-                    Self::Force => {
-                        config.force_limit = rescaled(config.force_limit, formats.force.frac() - bits);
-                        formats.force = frac(formats.force)?;
-                    }
-                    Self::TorqueInt => formats.torque = int(formats.torque)?,
-                    Self::TorqueFrac => formats.torque = frac(formats.torque)?,
-                    _ => {
-                        let (bits, period) = (width()?, scene.period_clocks());
-                        if period >> bits.min(63) > 0 {
-                            return Err(format!("a period of {period} clocks does not fit {bits} bits"));
-                        }
-                        scene.method.config.period_width = bits;
-                    }
-                }
-            }
-        }
+        (self.set)(&mut other, bits)?;
         Ok(other)
     }
 }
 
-/// Returns a constant with `less` fewer fraction bits, rounded to the nearest.
-fn rescaled(word: u32, less: i32) -> u32 {
-    let drop = u32::try_from(less).unwrap_or(0);
-    let more = u32::try_from(-less).unwrap_or(0);
-    u32::try_from(Rounding::NearestUp.shift(i128::from(word) << more, drop)).unwrap_or(u32::MAX)
+impl PartialEq for Field {
+    fn eq(&self, other: &Self) -> bool {
+        self.name == other.name
+    }
 }
+
+impl Eq for Field {}
+
+impl fmt::Debug for Field {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(self.name)
+    }
+}
+
+/// The bits of a word that has at least two.
+pub(crate) mod width {
+    pub fn get(word: &u32) -> i32 {
+        word.cast_signed()
+    }
+
+    pub fn set(word: &mut u32, bits: i32) -> Result<(), String> {
+        let width = u32::try_from(bits).ok().filter(|bits| *bits >= 2);
+        *word = width.ok_or(format!("{bits} bits are no word"))?;
+        Ok(())
+    }
+}
+
+/// The integer bits of a format.
+pub(crate) mod int {
+    use super::{Format, changed};
+
+    pub fn get(format: &Format) -> i32 {
+        format.int()
+    }
+
+    pub fn set(format: &mut Format, bits: i32) -> Result<(), String> {
+        changed(format, (bits, format.frac()))
+    }
+}
+
+/// The fraction bits of a format.
+pub(crate) mod frac {
+    use super::{Format, changed};
+
+    pub fn get(format: &Format) -> i32 {
+        format.frac()
+    }
+
+    pub fn set(format: &mut Format, bits: i32) -> Result<(), String> {
+        changed(format, (format.int(), bits))
+    }
+}
+
+fn changed(format: &mut Format, (int, frac): (i32, i32)) -> Result<(), String> {
+    *format = Format::new(format.is_signed(), int, frac).map_err(|error| error.to_string())?;
+    Ok(())
+}
+
+/// Defines the widths of a device: name, nets, net of the page, then the part of the scene's words and its place in
+/// the scene. A function behind `then` gets the scene, the old and the new bits, and changes what depends on them.
+macro_rules! fields {
+    ($Kind:ident: $($(#[$doc:meta])* $NAME:ident = $name:literal, $nets:expr, $at:literal,
+        $part:ident $($path:ident).+ $(then $then:expr)?;)*) => {
+        impl $crate::widths::Field {
+            $($(#[$doc])* pub const $NAME: Self = Self {
+                name: $name,
+                nets: &$nets,
+                shown_at: $at,
+                get: |experiment| match experiment {
+                    Experiment::$Kind(scene) => $part::get(&scene.$($path).+),
+                    _ => 0,
+                },
+                set: |experiment, bits| {
+                    let Experiment::$Kind(scene) = experiment else {
+                        return Err("this is a scene of another device".into());
+                    };
+                    let _old = $part::get(&scene.$($path).+);
+                    $part::set(&mut scene.$($path).+, bits)?;
+                    $($then(scene, _old, bits)?;)?
+                    Ok(())
+                },
+            };)*
+        }
+    };
+}
+pub(crate) use fields;

@@ -1,14 +1,13 @@
 //! Measures ranges and losses of every signal of a scene: in one run, in a set of scenes, in random motion.
 
-use hpu_cosim::scene::{Datapath, Experiment, Loop, OutcomeKind, Scene};
-use hpu_cosim::{
-    ClosedLoop, Control, Driver, LawConfig, NetUse, Ready, Rig, TheLoop, Visit, Wired, World, law_as_asked,
-};
+use hpu_cosim::scene::{Experiment, OutcomeKind};
+use hpu_cosim::{ClosedLoop, Control, Driver, NetUse, Ready, Rig, Visit, Wired, World};
 use hpu_datapath::Wiring;
 use hpu_signal::{Cycle, Format, Signal, SignalUse};
 
-use super::noise::{Asked, Beside};
+use super::noise::Beside;
 use super::{Loss, SignalRow};
+use crate::devices::device;
 
 /// Ranges and losses of every signal.
 #[derive(Clone, PartialEq, Debug)]
@@ -33,12 +32,7 @@ pub struct Measured {
 ///
 /// Why the scene cannot be run, or that its loop is not in words.
 pub(super) fn ready(experiment: &Experiment) -> Result<Ready<'_>, String> {
-    if let Experiment::Axis(scene) = experiment
-        && scene.model.datapath != Datapath::Words
-    {
-        let name = if scene.model.datapath == Datapath::Law { "law" } else { "linear" };
-        return Err(format!("model.datapath = \"{name}\" has no words; write \"words\""));
-    }
+    device(experiment).in_words()?;
     Ready::new(experiment).map_err(|error| error.to_string())
 }
 
@@ -73,45 +67,8 @@ pub fn measured(experiment: &Experiment, control: &Control) -> Result<Option<Mea
 #[must_use]
 pub fn beside(experiment: &Experiment, ready: &Ready) -> Beside {
     let wiring = ready.wiring();
-    let mut asked: Vec<(&str, Asked)> = Vec::new();
-    match experiment {
-        Experiment::Axis(scene) => {
-            if let Ok(words) = scene.words() {
-                let count_rad = words.realised.count_rad;
-                let surface = (scene.wall.position_rad / count_rad).round();
-                asked.push(("reference", Asked::Is(surface - (scene.initial_angle_rad() / count_rad).floor())));
-                asked.push(("stiffness", Asked::Share(1.0 / (1.0 + words.realised.stiffness_error))));
-                asked.push(("damping", Asked::Share(1.0 / (1.0 + words.realised.damping_error))));
-            }
-        }
-        Experiment::Phantom(scene) => {
-            let formats = scene.method.config.formats;
-            if let Ok(words) = scene.words() {
-                let share = |asked: f64, word: i64, format: Format| match word {
-                    0 => 1.0,
-                    word => asked / format.to_f64(word),
-                };
-                let wall = share(scene.room.distance_m, words.high, formats.position);
-                asked
-                    .extend(["x_low", "x_high", "y_low", "y_high", "z_low", "z_high"].map(|n| (n, Asked::Share(wall))));
-                let stiffness = share(scene.room.stiffness_n_per_m, words.stiffness, formats.stiffness);
-                asked.push(("stiffness", Asked::Share(stiffness)));
-            }
-        }
-        Experiment::Dut(_) => {}
-    }
-    let inputs = wiring.block().inputs().len();
-    let law = match (experiment, wiring) {
-        (Experiment::Axis(scene), TheLoop::Axis(axis_loop)) => law_of(scene).map(|law| (law, axis_loop.latency())),
-        _ => None,
-    };
-    Beside::new(&wiring.nets(), inputs, &wiring.instances(), &asked, law)
-}
-
-/// Returns the reference law in floats; `None` if the scene's method has none.
-fn law_of(scene: &Scene) -> Option<LawConfig> {
-    let Loop::Law(_) = scene.method.kind else { return None };
-    law_as_asked(scene).ok()
+    let (device, inputs) = (device(experiment), wiring.block().inputs().len());
+    Beside::new(&wiring.nets(), inputs, &wiring.instances(), &device.asked(), device.law(&wiring))
 }
 
 /// Returns one row for each net of a wiring.

@@ -5,11 +5,10 @@
 pub mod proof;
 pub mod search;
 pub mod settling;
-pub mod tables;
 
 mod book;
 mod exact;
-mod field;
+pub(crate) mod field;
 mod measured;
 mod method;
 mod noise;

@@ -3,12 +3,14 @@
 //! The loop is open: the encoders follow a random, band-limited motion, whatever the gates do. A walk is a sum of sines
 //! of up to [`BAND_HZ`]. It is reflected at both ends of its range, so that it reaches every count in the range.
 
-use hpu_cosim::scene::{Device, Experiment, Hand};
+use hpu_cosim::scene::Experiment;
 use hpu_cosim::{Control, Rig, SplitMix64, Visit, Wired, World};
 use hpu_datapath::{Wiring, flatten};
-use hpu_signal::{Cycle, Format, Observe, Ports, Signal, SignalUse};
+use hpu_signal::{Cycle, Observe, Ports, Signal, SignalUse};
 
 use super::measured::{Measured, beside, ready, rows};
+use crate::device::Reach;
+use crate::devices::device;
 
 /// The highest frequency of a walk, in hertz: a hand can follow it.
 const BAND_HZ: f64 = 10.0;
@@ -62,19 +64,17 @@ impl Walk {
 /// Turns the encoders of a scene at random for `seconds` and returns the ranges and losses of every signal; `None` when
 /// `control` stopped it.
 ///
-/// An axis moves as far from the wall, on either side, as its counter can tell, and no faster than its motor without
-/// load. Each joint of a PHANToM passes through all counts that its tables hold.
+/// Each encoder moves within its [`reach`](crate::Device::reaches).
 ///
 /// # Errors
 ///
 /// Why the scene cannot be run, or that its loop is not in words or no device could move.
 pub fn random(experiment: &Experiment, seconds: f64, seed: u64, control: &Control) -> Result<Option<Measured>, String> {
-    if matches!(experiment, Experiment::Axis(scene) if matches!(scene.hand, Hand::Capture { .. })) {
-        return Err("a recording has no device that could move at random".into());
-    }
     let ready = ready(experiment)?;
     let mut random = SplitMix64::new(seed);
-    let walks = walks(experiment, &mut random)?;
+    let slowest = ready.clock().frequency_hz() as f64 / 8.0;
+    let walk = |Reach { counts, most_per_s }| Walk::new(&mut random, counts, most_per_s.min(slowest));
+    let walks = device(experiment).reaches()?.into_iter().map(walk).collect();
     let mut beside = beside(experiment, &ready);
     let end = ready.clock().edges(seconds);
     let drive = Drive { walks, clock_s: ready.clock().period_s(), end, beside: &mut beside, control };
@@ -89,30 +89,6 @@ pub fn random(experiment: &Experiment, seconds: f64, seed: u64, control: &Contro
         outcomes: Vec::new(),
         contact_shares: Vec::new(),
     }))
-}
-
-fn walks(experiment: &Experiment, random: &mut SplitMix64) -> Result<Vec<Walk>, String> {
-    match experiment {
-        Experiment::Axis(scene) => {
-            let words = scene.words().map_err(|error| error.to_string())?;
-            let half = f64::from(scene.method.position_bits - 1).exp2() - 1.0;
-            let surface = Format::signed(scene.method.position_bits).wrap(words.reference.into()) as f64;
-            let most_per_s = match &scene.device {
-                Device::Motor(motor) => {
-                    scene.bridge.supply_v / motor.torque_constant_nm_per_a / words.realised.count_rad
-                }
-                Device::Mass(_) => f64::INFINITY,
-            };
-            let slowest = scene.clock.frequency_hz() as f64 / 8.0;
-            Ok(vec![Walk::new(random, [surface - half, surface + half], most_per_s.min(slowest))])
-        }
-        Experiment::Phantom(scene) => {
-            let half = f64::from(scene.method.config.depth_width - 1).exp2() - 1.0;
-            let most_per_s = scene.clock.frequency_hz() as f64 / 8.0;
-            Ok((0..3).map(|_| Walk::new(random, [-half, half], most_per_s)).collect())
-        }
-        Experiment::Dut(_) => Err("a design of yours has words of its own".into()),
-    }
 }
 
 /// An encoder that follows a walk along straight pieces.

@@ -11,6 +11,7 @@ use hpu_signal::Format;
 use super::field::Field;
 use super::measured::{Measured, ready};
 use crate::accuracy::{Outputs, driver, usual, worst};
+use crate::devices::device;
 use crate::fit::percent;
 use crate::map::outcome_name;
 use crate::units::on_threads;
@@ -70,7 +71,7 @@ pub fn recommend(
     if !made.has_device() {
         return Err("a recording has no outputs that a width could break".into());
     }
-    let fields = Field::all(experiment);
+    let fields = device(experiment).fields();
     if fields.is_empty() {
         return Err("a host computes its force: there are no widths to choose".into());
     }
@@ -124,7 +125,7 @@ impl Trial<'_> {
     /// Returns the least bits of a field; `None` when stopped.
     fn least(&self, field: Field, measured: &Measured) -> Option<Needed> {
         let bits = field.bits(self.experiment);
-        let idle = field.nets().iter().filter_map(|net| measured.row(net)).map(|row| row.headroom_bits).min();
+        let idle = field.nets.iter().filter_map(|net| measured.row(net)).map(|row| row.headroom_bits).min();
         let run = |bits: i32| self.run(field.with(self.experiment, bits));
         let (mut least, mut error) = (bits, 0.0);
         let (mut low, mut breaks) = (-1, "there is nothing less".to_string());

@@ -4,7 +4,8 @@ use std::io::Write;
 use std::process::{Command, Stdio};
 
 use crate::proofs_common::{axis, experiment};
-use hpu_study::widths::proof::{axis_bounds, gappa, gappa_phantom};
+use hpu_study::Device;
+use hpu_study::widths::proof::{axis_bounds, gappa};
 
 /// Returns whether Gappa proves all of a script, and its output.
 fn proves(script: &str) -> (bool, String) {
@@ -41,7 +42,7 @@ fn gappa_proves_the_script_and_refuses_a_tighter_one() {
 fn gappa_proves_the_kinematics_and_the_torques_of_the_phantom_and_no_smaller_error() {
     for words in ["\"fitted\"", "\"narrow\""] {
         let scene = experiment("phantom-drop", &[("method.words", words)]).phantom().unwrap();
-        let script = gappa_phantom(&scene).unwrap();
+        let script = scene.gappa().unwrap();
         let (proved, said) = proves(&script);
         assert!(proved, "{script}\n{said}");
         // Gappa must refuse a hundredth of the error of x.

@@ -7,7 +7,7 @@ use hpu_datapath::phantom::{
     CommandScaler, CubeRoom, PhantomForward, PhantomTorque, TrigTable, command_scaler, cube_room, phantom_forward,
     phantom_torque,
 };
-use hpu_study::widths::proof::phantom_bounds;
+use hpu_study::Device;
 
 fn scene() -> PhantomScene {
     experiment("phantom-drop", &[("room.stiffness", "40000"), ("room.walls", "\"xyz\"")]).phantom().unwrap()
@@ -32,7 +32,7 @@ impl Seen {
 #[test]
 fn ten_million_postures_stay_inside_the_bounds_and_come_within_two_bits_of_them() {
     let scene = scene();
-    let proof = phantom_bounds(&scene).unwrap();
+    let proof = scene.bounds().unwrap();
     let config = scene.method.config;
     let formats = config.formats;
     let tables =
@@ -128,7 +128,7 @@ fn ten_million_postures_stay_inside_the_bounds_and_come_within_two_bits_of_them(
 #[test]
 fn a_run_stays_inside_its_bounds() {
     let scene = experiment("phantom-drop", &[]).phantom().unwrap();
-    let proof = phantom_bounds(&scene).unwrap();
+    let proof = scene.bounds().unwrap();
     let session = PhantomSession::new(&scene).unwrap();
     let mut trace = session.trace(&[]);
     let start = std::time::Instant::now();

@@ -8,11 +8,10 @@ use hpu_cosim::scene::{Experiment, OutcomeKind, PhantomScene, shipped};
 use hpu_cosim::{Control, Driver};
 use hpu_study::accuracy::{Outputs, worst};
 use hpu_study::map::SceneText;
+use hpu_study::phantom::{cells, proved, rams, rung};
 use hpu_study::units::Row;
 use hpu_study::widths::Field;
-use hpu_study::widths::search::{
-    Cost, Design, Ended, Found, Knob, Merit, Plan, Point, SearchError, cells, proved, rams, rung, search,
-};
+use hpu_study::widths::search::{Cost, Design, Ended, Found, Knob, Merit, Plan, Point, SearchError, search};
 
 type Set = Vec<(String, String)>;
 
@@ -88,7 +87,7 @@ fn holds_to_the_grid(set: &Set, texts: &[&str], within: f64) {
     assert_eq!(found.designs, designs.len());
     let (mut grid, mut refused, mut off, mut runs) = (Vec::new(), 0, 0, 0);
     for design in designs {
-        let depth = ("method.depth_bits".to_string(), design.get(Field::Depth).to_string());
+        let depth = ("method.depth_bits".to_string(), design.get(Field::DEPTH).to_string());
         if text("phantom-drop").parse(&[&set[..], &[depth]].concat()).is_err() {
             refused += 1;
             continue;

@@ -70,12 +70,12 @@ fn so_it_is_where_words_have_to_hold_the_proved_range() {
             |(least, most): (i64, i64)| (1..).find(|bits| -(1i64 << (bits - 1)) <= least && most < 1 << (bits - 1));
         let [position, velocity] = [held.delta, held.velocity].map(|ends| bits(ends).expect("some"));
         for point in &found.points {
-            assert!(point.design.get(Field::Position) >= position && point.design.get(Field::Velocity) >= velocity);
+            assert!(point.design.get(Field::POSITION) >= position && point.design.get(Field::VELOCITY) >= velocity);
         }
     }
     let least = |width| found.points.iter().map(|point| point.design.get(width)).min();
     assert!(
-        least(Field::Position) > Some(10) && least(Field::Velocity) > Some(7),
+        least(Field::POSITION) > Some(10) && least(Field::VELOCITY) > Some(7),
         "the range asks for more than the grid's least"
     );
 }
@@ -83,10 +83,11 @@ fn so_it_is_where_words_have_to_hold_the_proved_range() {
 /// Returns the widths that a search on `hybrid-wall` alone finds: they saturate the velocity at 2 bits.
 fn of_one_motion() -> Design {
     let base = scene("hybrid-wall", &Set::new()).1;
-    let widths = [(Field::Position, 11), (Field::StiffnessInt, 7), (Field::StiffnessFrac, 1), (Field::DampingInt, 2)];
+    let widths =
+        [(Field::POSITION, 11), (Field::STIFFNESS_INT, 7), (Field::STIFFNESS_FRAC, 1), (Field::DAMPING_INT, 2)];
     let own =
         widths.into_iter().fold(Design::of(&base).expect("an axis"), |design, (width, bits)| design.with(width, bits));
-    own.with(Field::DampingFrac, 0).with(Field::Velocity, 2)
+    own.with(Field::DAMPING_FRAC, 0).with(Field::VELOCITY, 2)
 }
 
 /// Returns the worst error of a design on `hybrid-wall` at a stiffness, against the design of 24 bits.

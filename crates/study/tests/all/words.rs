@@ -3,12 +3,12 @@
 use hpu_datapath::phantom::{PhantomConfig, TrigCordic, TrigInterpolated, TrigQuarter, TrigTable, loop_variants};
 use hpu_datapath::{Block, Generic};
 use hpu_signal::Notation;
+use hpu_study::phantom::bounds;
 use hpu_study::reproduce::formats::{
     FORMATS_CSV_HEADER, Fate, Formats, POSTURES, formats_csv, formats_text, full_scales_nm, plain, words,
 };
 use hpu_study::reproduce::sines::{SINES_CSV_HEADER, Sine, Source, sines, sines_csv, sines_text};
 use hpu_study::reproduce::workspace::{CELLS, NOMINAL_MM, Workspace};
-use hpu_study::widths::proof::bounds;
 
 fn all(postures: usize) -> Vec<Formats> {
     words().into_iter().map(|words| Formats::new(words, postures).unwrap()).collect()

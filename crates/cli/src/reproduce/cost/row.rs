@@ -2,8 +2,8 @@
 
 use hpu_datapath::phantom::{PhantomConfig, loop_variants};
 use hpu_rtl::Cost;
+use hpu_study::phantom::bounds;
 use hpu_study::reproduce::formats::{STIFFNESS_MAX_N_PER_M, full_scales_nm};
-use hpu_study::widths::proof::bounds;
 
 /// A block or loop with its result.
 pub struct Row {

@@ -1,15 +1,13 @@
 //! `hpu widths SCENE --search`: finds the effect of the widths.
 
-mod axis;
+mod device;
 mod page;
-mod phantom;
 mod shown;
 
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
-use hpu_cosim::scene::{Experiment, Loop};
-use hpu_datapath::{AnyBlock, ConventionalLoop, HybridLoop};
+use hpu_cosim::scene::Experiment;
 use hpu_rtl::{Cache, Counts, Setup};
 use hpu_study::map::SceneText;
 use hpu_study::widths::search::{Design, Ended, Found, Knob, Plan, Point, Progress, SearchError, search};
@@ -29,8 +27,8 @@ pub struct Search {
     /// Search the widths of the loop for the front of stable stiffness, error of the outputs, and lookup tables
     #[arg(long)]
     pub search: bool,
-    /// A width and its values, as in position_bits=8..16 or stiffness_format.frac=0..4, of a PHANToM as in
-    /// depth_bits=9..13 or trig.frac=14..22 [default: all but pwm.bits, of a PHANToM tables, tip and forces, from some
+    /// A width and its values, as in position_bits=8..16 or stiffness_format.frac=0..4, of an arm as in
+    /// depth_bits=9..13 or trig.frac=14..22 [default: all but pwm.bits, of an arm tables, tip and forces, from some
     /// bits below the scene's own]
     #[arg(long, value_name = "KEY=FROM..TO", requires = "search")]
     vary: Vec<Knob>,
@@ -92,22 +90,6 @@ impl Search {
         };
         let also = [None].into_iter().chain(self.also.iter().map(Some));
         also.flat_map(|also| scenes.iter().map(move |name| (name, also))).map(|(name, also)| read(name, also)).collect()
-    }
-
-    /// Refuses what a search over a PHANToM's widths does not take.
-    fn of_a_phantom(&self, asked: &Asked) -> Result<(), Failure> {
-        if asked.scenes.len() > 1 || !self.also.is_empty() || self.proved {
-            let why = "a search over a PHANToM's widths takes one scene, as it is; its page tells what is proved";
-            return Err(Failure::usage(format!("{why}: leave out the other scenes, --also and --proved")));
-        }
-        if self.against.is_some() {
-            return Err(Failure::usage("--against: the reference of a PHANToM is the widest design; widen a range"));
-        }
-        if asked.prices.is_some() {
-            let why = "Yosys takes minutes for each loop of a PHANToM; leave out --price";
-            return Err(Failure::usage(format!("{}: {why}", asked.scenes[0])));
-        }
-        Ok(())
     }
 
     /// Returns the command with everything that the rows of a search depend on.
@@ -188,8 +170,10 @@ pub fn run(args: &Search, asked: &Asked) -> Result<Exit, Failure> {
     let Asked { scenes, set, jobs, out, .. } = *asked;
     let cases = args.cases(scenes, set)?;
     let Case { text, experiment, .. } = cases.first().ok_or_else(|| Failure::usage("--search takes a scene"))?;
-    if let Experiment::Phantom(_) = experiment {
-        args.of_a_phantom(asked)?;
+    device::device(experiment).accepts(args, asked)?;
+    if asked.prices.is_some() {
+        let priced = hpu_study::device(experiment).priced();
+        priced.map_err(|why| Failure::usage(format!("{}: {why}; leave out --price", scenes[0])))?;
     }
     let within = asked.within.unwrap_or(experiment.accuracy.within);
     let knobs = if args.vary.is_empty() { Knob::usual(experiment) } else { args.vary.clone() };
@@ -254,12 +238,7 @@ fn price(text: &SceneText, searched: &Searched, cache: &Cache, setup: &Setup) ->
     let counts = |design: &Design| -> Result<Counts, Failure> {
         let set: Vec<_> = searched.set.iter().cloned().chain(design.set()).collect();
         let experiment = text.parse(&set).map_err(Failure::file)?;
-        let scene = experiment.axis().ok_or_else(|| Failure::file("a PHANToM has no loop of these widths"))?;
-        let config = scene.words().map_err(Failure::file)?.config;
-        let block: Box<dyn AnyBlock> = match scene.method.kind {
-            Loop::Conventional => Box::new(ConventionalLoop::new(config).map_err(Failure::file)?),
-            _ => Box::new(HybridLoop::new(config).map_err(Failure::file)?),
-        };
+        let block = device::device(&experiment).block(experiment)?;
         Ok(cache.counts(&*block, setup)?)
     };
     let mut front = Vec::new();
@@ -275,9 +254,9 @@ fn price(text: &SceneText, searched: &Searched, cache: &Cache, setup: &Setup) ->
 fn write(searched: &Searched, text: &str, mut folder: Folder) -> Result<Vec<PathBuf>, Failure> {
     folder.write("designs.csv", page::designs(searched))?;
     folder.write("search.txt", text)?;
-    if let Experiment::Axis(_) = searched.experiment {
-        folder.write("error-by-width.csv", axis::errors(searched))?;
-        axis::pictures(searched).iter().try_for_each(|picture| pictures::put(picture, &mut folder))?;
+    if let Some((errors, drawn)) = device::device(&searched.experiment).files(searched) {
+        folder.write("error-by-width.csv", errors)?;
+        drawn.iter().try_for_each(|picture| pictures::put(picture, &mut folder))?;
     }
     let files = folder.places().map(PathBuf::from).collect();
     folder.commit()?;

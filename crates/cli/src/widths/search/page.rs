@@ -1,22 +1,19 @@
 //! The result of a search over widths as a page. Each device adds its columns and its lines.
 
-use hpu_cosim::scene::Experiment;
 use hpu_study::fit::percent;
 use hpu_study::page::{Column, Field, Page, Table};
 use hpu_study::widths::search::Point;
 use serde_json::{Value, json};
 
+use super::Searched;
+use super::device::device;
 use super::shown::{Shown, cut};
-use super::{Searched, axis, phantom};
 
 /// Rows of the front in the text.
 const ROWS: usize = 40;
 
 fn shown(searched: &Searched) -> Shown<'_> {
-    match &searched.experiment {
-        Experiment::Phantom(_) => phantom::shown(searched),
-        _ => axis::shown(searched),
-    }
+    device(&searched.experiment).shown(searched)
 }
 
 /// Returns the designs as CSV, cheapest first. Errors and stiffness are measured, logic estimated.

@@ -20,7 +20,7 @@ pub struct Held {
 }
 
 /// A scene's device and hand, for proofs of loops that differ only in widths.
-pub(in crate::widths) struct Limits<'s> {
+pub(crate) struct Limits<'s> {
     shaft: Shaft<'s>,
 }
 

@@ -7,30 +7,27 @@
 //!
 //! So a bound holds for stable and unstable loops alike, and for every gain that the scene's words could be set to
 //! within the commands they lead to. Both steps are tight. The worst command drives a shaft to within a hundredth of
-//! its limits. Motion within the limits brings every signal of the haptic loops and of a PHANToM's to within two bits
+//! its limits. Motion within the limits brings every signal of the haptic loops and of an arm's to within two bits
 //! of its bound. A scene's own run may stay far below: `hybrid-wall` itself goes 44 counts deep and 8 counts a sample
 //! fast. A command that pumps the shaft against the hand's spring could reach 819 and 367.
 //!
 //! A device that no hand holds has no limit of its travel; its words are bounded by their formats. Among the memories
 //! of the methods, energies are sums without a limit.
 
-mod affine;
+pub(crate) mod affine;
 mod device;
 mod exhaust;
 mod gappa;
-mod gappa_phantom;
 mod haptic;
 mod holds;
 mod laws;
-mod phantom;
-mod posture;
 mod response;
-mod span;
+pub(crate) mod span;
 mod system;
-mod text;
+pub(crate) mod text;
 mod travel;
-mod walk;
-mod word;
+pub(crate) mod walk;
+pub(crate) mod word;
 mod wrap;
 
 use hpu_cosim::scene::{Datapath, LoopWords, Scene};
@@ -40,12 +37,9 @@ use hpu_signal::Format;
 use device::{Motion, Shaft};
 pub use exhaust::{MOST_INPUTS, exhausted};
 pub use gappa::gappa;
-pub use gappa_phantom::gappa_phantom;
 use haptic::{Rows, Settings};
 pub use holds::Held;
-pub(super) use holds::Limits;
-pub use phantom::phantom_bounds;
-pub use posture::{SIGNALS, SignalBound, bounds};
+pub(crate) use holds::Limits;
 use span::Span;
 pub(crate) use system::System;
 use travel::Travel;

@@ -4,7 +4,7 @@
 //! `hpu limits` shows the others. After each try, the place lies in a known interval, which the search uses.
 
 /// A climb to the stable stiffness of a design on a scene.
-pub(super) trait Climb {
+pub trait Climb {
     /// Returns the wall to try next; `None` when the climb is over. `rivals` returns the greatest stiffness that is
     /// known of a design that costs no more and has no larger error. A design that does not exceed it is on no front,
     /// or only as an equal.
@@ -39,7 +39,7 @@ pub(super) trait Climb {
 /// The place is the same for all formats: a format with more fraction bits tries the same stiffnesses as one with
 /// fewer, and then more digits. So it is never less stiff, and stiffer by less than the last digit of the other.
 #[derive(Clone, PartialEq, Debug)]
-pub(super) struct Digits {
+pub(crate) struct Digits {
     /// The word to begin at, a power of two.
     start: i128,
     /// The greatest word.
@@ -106,7 +106,7 @@ impl Climb for Digits {
 ///
 /// A design that does not settle at the first rung above its rivals, or at one below, is none better than they are. So
 /// that rung is tried first.
-pub(super) struct Rungs {
+pub(crate) struct Rungs {
     /// The stiffness of each rung that the format holds, rung 0 first.
     rungs: Vec<f64>,
     /// The number of rungs from 0 on that are known to settle.

@@ -1,24 +1,17 @@
-//! The devices whose loops a search takes.
+//! The loops of a scene's device, asked through its designs and knobs.
 
 use std::str::FromStr;
 
 use hpu_cosim::scene::Experiment;
 
-use super::axis::Axis;
 use super::knob::{Design, Knob, SYNTAX};
 use super::loops::Loops;
-use super::phantom::Phantom;
 use super::refused::SearchError;
-
-const ALL: [&dyn Loops; 2] = [&Axis, &Phantom];
+use crate::devices::{LOOPS, device};
 
 /// Returns the loops of a scene's device.
 pub(super) fn loops(scene: &Experiment) -> Result<&'static dyn Loops, SearchError> {
-    match scene {
-        Experiment::Axis(_) => Ok(ALL[0]),
-        Experiment::Phantom(_) => Ok(ALL[1]),
-        Experiment::Dut(_) => Err(SearchError::Scene("the words of a design of yours are its own".into())),
-    }
+    device(scene).loops().map_err(SearchError::Scene)
 }
 
 impl Knob {
@@ -37,8 +30,8 @@ impl FromStr for Knob {
         let (name, range) = text.split_once('=').ok_or(SYNTAX)?;
         let name = name.trim();
         let bare = name.strip_prefix("method.").unwrap_or(name);
-        let key = ALL.iter().flat_map(|loops| loops.keys().all).find(|key| key.name == bare).ok_or_else(|| {
-            let [first, others @ ..] = ALL;
+        let key = LOOPS.iter().flat_map(|loops| loops.keys().all).find(|key| key.name == bare).ok_or_else(|| {
+            let [first, others @ ..] = LOOPS;
             let others =
                 others.map(|loops| format!("; of {} one of {}", loops.keys().device, loops.keys().names())).concat();
             format!("{name} is no width that a search varies; write one of {}{others}", first.keys().names())

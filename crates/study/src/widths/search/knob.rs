@@ -21,11 +21,11 @@ pub struct Key {
 }
 
 impl Key {
-    pub(super) const fn new(field: Field, name: &'static str, accepted: (i32, i32)) -> Self {
+    pub(crate) const fn new(field: Field, name: &'static str, accepted: (i32, i32)) -> Self {
         Self { field, name, accepted, holds: false }
     }
 
-    pub(super) const fn that_holds(self) -> Self {
+    pub(crate) const fn that_holds(self) -> Self {
         Self { holds: true, ..self }
     }
 }
@@ -34,17 +34,17 @@ impl Key {
 #[derive(Debug)]
 pub struct Keys {
     /// The device with its article.
-    pub(super) device: &'static str,
+    pub(crate) device: &'static str,
     /// The widths, in the order in which designs name them.
     pub all: &'static [Key],
     /// Returns the text of a design.
-    pub(super) text: fn(&Design) -> String,
+    pub(crate) text: fn(&Design) -> String,
     /// The most designs that a search may have.
-    pub(super) most_designs: u128,
+    pub(crate) most_designs: u128,
     /// The largest relative error of the estimate of logic.
-    pub(super) estimate_error: f64,
+    pub(crate) estimate_error: f64,
     /// The verdict of a run at a stable wall.
-    pub(super) stable: OutcomeKind,
+    pub(crate) stable: OutcomeKind,
 }
 
 impl Keys {
@@ -74,7 +74,7 @@ impl Knob {
     }
 
     /// Reads the values of a key, `FROM..TO`; the key must accept each of them. `name` is the key as it is written.
-    pub(super) fn read(key: Key, name: &str, range: &str) -> Result<Self, String> {
+    pub(crate) fn read(key: Key, name: &str, range: &str) -> Result<Self, String> {
         let bits = |text: &str| text.trim().parse::<i32>().ok();
         let Some((from, to)) = range.split_once("..") else {
             return Err(match bits(range) {
@@ -98,7 +98,7 @@ impl Knob {
 }
 
 /// The form of a knob on the command line.
-pub(super) const SYNTAX: &str = "write KEY=FROM..TO, as in position_bits=8..16";
+pub(crate) const SYNTAX: &str = "write KEY=FROM..TO, as in position_bits=8..16";
 
 impl fmt::Display for Knob {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
@@ -118,7 +118,7 @@ pub struct Design {
 
 impl Design {
     /// Returns the widths of a scene whose device has these keys.
-    pub(super) fn new(keys: &'static Keys, scene: &Experiment) -> Self {
+    pub(crate) fn new(keys: &'static Keys, scene: &Experiment) -> Self {
         let mut bits = [0; MOST];
         bits.iter_mut().zip(keys.all).for_each(|(bits, key)| *bits = key.field.bits(scene));
         Self { bits, keys }
@@ -130,7 +130,7 @@ impl Design {
     }
 
     /// Returns the knob of one width; `None` where the device does not have it.
-    pub(super) fn knob(&self, field: Field, from: i32, to: i32) -> Option<Knob> {
+    pub(crate) fn knob(&self, field: Field, from: i32, to: i32) -> Option<Knob> {
         self.place(field).map(|place| Knob { key: self.keys.all[place], from, to })
     }
 
@@ -160,7 +160,7 @@ impl Design {
     }
 
     /// Returns this design without the widths whose words only have to hold a run's values, and these widths.
-    pub(super) fn parted(mut self) -> (Self, Depth) {
+    pub(crate) fn parted(mut self) -> (Self, Depth) {
         let mut depth = Depth::default();
         let holding = self.bits.iter_mut().zip(self.keys.all).filter(|(_, key)| key.holds);
         depth.iter_mut().zip(holding).for_each(|(depth, (bits, _))| *depth = std::mem::take(bits));
@@ -168,7 +168,7 @@ impl Design {
     }
 
     /// Returns the design of which [`parted`](Self::parted) made this one.
-    pub(super) fn joined(mut self, depth: Depth) -> Self {
+    pub(crate) fn joined(mut self, depth: Depth) -> Self {
         let holding = self.bits.iter_mut().zip(self.keys.all).filter(|(_, key)| key.holds);
         holding.zip(depth).for_each(|((bits, _), depth)| *bits = depth);
         self
@@ -176,7 +176,7 @@ impl Design {
 }
 
 /// The bits of the widths whose words only have to hold a run's values, at most two; 0 where there is none.
-pub(super) type Depth = [i32; 2];
+pub type Depth = [i32; 2];
 
 impl PartialEq for Design {
     fn eq(&self, other: &Self) -> bool {

@@ -10,7 +10,7 @@ use crate::widths::Field;
 use crate::widths::proof::Held;
 
 /// The place of a design on one scene.
-pub(super) struct Standing {
+pub struct Standing {
     /// The design that stands for all designs with the same runs, up to the format of the stiffness.
     pub design: Design,
     /// The scene's own wall, as a climb counts walls.
@@ -26,7 +26,7 @@ pub(super) struct Standing {
 ///
 /// A search counts walls by whole numbers. Their meaning is the device's own: words of the stiffness, rungs of a
 /// ladder.
-pub(super) trait Loops: Sync {
+pub trait Loops: Sync {
     /// Returns the widths that a search may vary.
     fn keys(&self) -> &'static Keys;
 
@@ -88,16 +88,16 @@ pub(super) trait Loops: Sync {
 }
 
 /// Checks the words of a scene against proved ranges.
-pub(super) type Limits<'s> = Box<dyn Fn(&Experiment) -> Result<Held, String> + 's>;
+pub type Limits<'s> = Box<dyn Fn(&Experiment) -> Result<Held, String> + 's>;
 
 /// Returns the knob of a width from so many bits below a scene's own up to it, but from `least` on.
-pub(super) fn below(own: &Design, field: Field, bits: i32, least: i32) -> Option<Knob> {
+pub(crate) fn below(own: &Design, field: Field, bits: i32, least: i32) -> Option<Knob> {
     let to = own.get(field);
     own.knob(field, (to - bits).max(least).min(to - 1), to)
 }
 
 /// Returns the bits of the narrowest signed word that holds a range.
-pub(super) fn signed_bits((least, most): (i64, i64)) -> i32 {
+pub(crate) fn signed_bits((least, most): (i64, i64)) -> i32 {
     let bits = |value: i64| 65 - (value ^ (value >> 63)).leading_zeros().cast_signed();
     bits(least).max(bits(most))
 }

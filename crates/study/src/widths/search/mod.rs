@@ -30,18 +30,15 @@
 //! The order of the runs depends only on their results. So an interrupted search can be continued from its rows
 //! ([`crate::units`]).
 
-mod axis;
 mod case;
-mod climb;
+pub(crate) mod climb;
 mod device;
-mod estimate;
+pub(crate) mod estimate;
 mod front;
 mod kinds;
-mod knob;
-mod loops;
+pub(crate) mod knob;
+pub(crate) mod loops;
 mod memory;
-mod phantom;
-mod phantom_cost;
 mod refused;
 mod runner;
 mod wave;
@@ -51,8 +48,7 @@ use hpu_cosim::scene::{OutcomeKind, Output};
 pub use estimate::{ESTIMATE_ERROR, estimate};
 pub use front::{Cost, Merit, front};
 pub use knob::{Design, Key, Keys, Knob};
-pub use phantom::{proved, rung};
-pub use phantom_cost::{cells, rams};
+pub use loops::Loops;
 pub use refused::SearchError;
 pub use wave::{Ended, Plan, Progress, search};
 

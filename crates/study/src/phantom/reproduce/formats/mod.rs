@@ -1,15 +1,17 @@
-//! The word formats of a PHANToM: the range of every signal, proved for every posture, and measured over a million
+//! The word formats of an arm: the range of every signal, proved for every posture, and measured over a million
 //! postures.
 
+mod claims;
+mod text;
+
 use hpu_datapath::ConfigError;
-use hpu_datapath::phantom::PhantomConfig;
 use hpu_signal::Format;
 
 use super::postures::{Measured, measure};
-use crate::widths::proof::{SIGNALS, SignalBound, bounds};
+use super::{Config, SIGNALS, SignalBound, bounds};
 
-pub use super::formats_claims::sums;
-pub use super::formats_text::{FORMATS_CSV_HEADER, formats_csv, formats_text, plain};
+pub use claims::sums;
+pub use text::{FORMATS_CSV_HEADER, formats_csv, formats_text, plain};
 
 /// Number of random postures of each configuration, beside every count of the tables and every combination of their
 /// ends.
@@ -25,7 +27,7 @@ pub struct Words {
     /// Description of the configuration.
     pub about: &'static str,
     /// The datapath's configuration.
-    pub config: PhantomConfig,
+    pub config: Config,
     /// Stiffness of the stiffest wall, in N/m.
     pub stiffness_max_n_per_m: f64,
 }
@@ -33,8 +35,8 @@ pub struct Words {
 /// Returns the configurations that are compared.
 #[must_use]
 pub fn words() -> Vec<Words> {
-    let fitted = PhantomConfig::default();
-    let plain = PhantomConfig::plain_q22();
+    let fitted = Config::default();
+    let plain = Config::plain_q22();
     let of = |name, about, config| Words { name, about, config, stiffness_max_n_per_m: STIFFNESS_MAX_N_PER_M };
     let soft = Words {
         stiffness_max_n_per_m: greatest(plain.formats.stiffness),
@@ -43,7 +45,7 @@ pub fn words() -> Vec<Words> {
     vec![
         of("fitted", "Premium 1.0, each word as its signal needs it, sines (1,9,22)", fitted),
         of("narrow", "the same with sines of (1,1,22)", fitted.narrow()),
-        of("premium_1_5", "Premium 1.5 in the fitted words", PhantomConfig::premium_1_5()),
+        of("premium_1_5", "Premium 1.5 in the fitted words", Config::premium_1_5()),
         of("plain_q22", "Premium 1.0, (1,9,22) everywhere", plain),
         soft,
     ]
@@ -155,7 +157,7 @@ impl Formats {
 
 /// Returns the torques of the joints, in N.m, at the full scale of their DACs: 0.17 N.m of the motor times the ratio.
 #[must_use]
-pub fn full_scales_nm(config: &PhantomConfig) -> [f64; 3] {
+pub fn full_scales_nm(config: &Config) -> [f64; 3] {
     let full = f64::from(1u32 << (config.command_width - 1)) * f64::from(1u32 << config.gain_frac);
     config.gains.map(|gain| full / f64::from(gain))
 }

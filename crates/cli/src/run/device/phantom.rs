@@ -1,13 +1,56 @@
-//! The lines about a PHANToM in the summary of a run.
+//! The arm of a PHANToM.
 
+use hpu_chart::{self as chart, Picture};
 use hpu_cosim::scene::{PhantomLaw, PhantomScene};
-use hpu_cosim::{PhantomSession, Rig, Trace};
-use hpu_signal::Notation;
+use hpu_cosim::{EnergyAudit, PhantomSession, Rig, Trace};
+use hpu_signal::{Notation, Signal};
+use hpu_study::page::Page;
+use serde_json::{Value, json};
 
+use super::{Shown, named, of_words};
+use crate::parameters;
+use crate::run::Ran;
 use crate::units::si;
 
+impl Shown for PhantomSession<'_> {
+    fn lines(&self, page: &mut Page, ran: &Ran) {
+        page.line("platform", platform(self.scene()));
+        page.line("motion", motion(self.scene(), &ran.trace));
+        let missed = self.words().stiffness_miss.as_ref().map(|miss| parameters::missed(miss, None));
+        of_words(page, words(self, ran.notation), missed);
+    }
+
+    fn realised(&self) -> Value {
+        let (scene, words) = (self.scene(), self.words());
+        let formats = &scene.method.config.formats;
+        json!({
+            "wall_position_m": formats.position.to_f64(words.high),
+            "stiffness_n_per_m": formats.stiffness.to_f64(words.stiffness),
+            "stiffness_missed": words.stiffness_miss.as_ref().map(parameters::missed_object),
+            "sample_rate_hz": scene.clock.frequency_hz() as f64 / words.period as f64,
+            "count_rad": self.count_rad(),
+            "torque_quantum_nm": self.commands().iter().map(|command| command.2).collect::<Vec<_>>(),
+            "apparent_mass_kg": self.apparent_kg(),
+        })
+    }
+
+    fn nets(&self) -> Vec<Signal> {
+        named(Rig::nets(self), &chart::DROP_NETS)
+    }
+
+    fn pictures(&self, ran: &Ran, command: &str) -> Vec<Picture> {
+        chart::drop_pictures(self, &ran.trace, &ran.summary, command)
+    }
+
+    fn dissipated(&self, energy: &EnergyAudit) -> String {
+        let [viscous, coulomb, transmission] =
+            [energy.viscous_j, energy.coulomb_j, energy.transmission_j].map(|joules| si(joules, "J"));
+        format!("viscous friction {viscous}, Coulomb friction {coulomb}, the transmission {transmission}")
+    }
+}
+
 /// Returns the platform that computes the force, with its rate.
-pub fn platform(scene: &PhantomScene) -> String {
+fn platform(scene: &PhantomScene) -> String {
     let (name, period) = (scene.platform.name(), scene.period_clocks());
     let rate = si(scene.clock.frequency_hz() as f64 / period as f64, "Hz");
     let how = if scene.model.law == PhantomLaw::Ideal {
@@ -27,7 +70,7 @@ pub fn platform(scene: &PhantomScene) -> String {
 }
 
 /// Returns the final and the deepest position of the tip.
-pub fn motion(scene: &PhantomScene, trace: &Trace) -> String {
+fn motion(scene: &PhantomScene, trace: &Trace) -> String {
     let axis = scene.drop.axis;
     format!(
         "tip ends at {} = {}, deepest {} beyond the wall",
@@ -38,7 +81,7 @@ pub fn motion(scene: &PhantomScene, trace: &Trace) -> String {
 }
 
 /// Returns the stiffness and the walls that the words realise.
-pub fn words(session: &PhantomSession, notation: Notation) -> [String; 3] {
+fn words(session: &PhantomSession, notation: Notation) -> [String; 3] {
     let (scene, words) = (session.scene(), session.words());
     let formats = &scene.method.config.formats;
     [

@@ -23,13 +23,12 @@ use hpu_cosim::scene::{Datapath, Experiment, Hand, Loop, OutcomeKind, Scene};
 use hpu_datapath::{ConventionalLoop, HybridLoop};
 use hpu_signal::{Format, SignalUse};
 
-use super::climb::Digits;
-use super::estimate::{ESTIMATE_ERROR, estimate};
-use super::front::Cost;
-use super::knob::{Depth, Design, Key, Keys, Knob};
-use super::loops::{Limits, Loops, Standing, below, signed_bits};
 use crate::widths::Field;
 use crate::widths::proof;
+use crate::widths::search::climb::Digits;
+use crate::widths::search::knob::{Depth, Key};
+use crate::widths::search::loops::{Limits, Loops, Standing, below, signed_bits};
+use crate::widths::search::{Cost, Design, ESTIMATE_ERROR, Keys, Knob, estimate};
 
 /// Position, formats of stiffness and damping, velocity, and the modulator: a period of it is two to the power of its
 /// width in clock cycles.
@@ -39,17 +38,17 @@ static KEYS: Keys = Keys {
     estimate_error: ESTIMATE_ERROR,
     stable: OutcomeKind::Settled,
     all: &[
-        Key::new(Field::Position, "position_bits", (2, 32)).that_holds(),
-        Key::new(Field::StiffnessInt, "stiffness_format.int", (0, 32)),
-        Key::new(Field::StiffnessFrac, "stiffness_format.frac", (0, 32)),
-        Key::new(Field::DampingInt, "damping_format.int", (0, 32)),
-        Key::new(Field::DampingFrac, "damping_format.frac", (0, 32)),
-        Key::new(Field::Velocity, "velocity_bits", (2, 32)).that_holds(),
-        Key::new(Field::Pwm, "pwm.bits", (2, 24)),
+        Key::new(Field::POSITION, "position_bits", (2, 32)).that_holds(),
+        Key::new(Field::STIFFNESS_INT, "stiffness_format.int", (0, 32)),
+        Key::new(Field::STIFFNESS_FRAC, "stiffness_format.frac", (0, 32)),
+        Key::new(Field::DAMPING_INT, "damping_format.int", (0, 32)),
+        Key::new(Field::DAMPING_FRAC, "damping_format.frac", (0, 32)),
+        Key::new(Field::VELOCITY, "velocity_bits", (2, 32)).that_holds(),
+        Key::new(Field::PWM, "pwm.bits", (2, 24)),
     ],
     text: |design| {
         let [stiffness, damping] = GAINS.map(|(_, gain)| shown(design, gain));
-        let [position, velocity, pwm] = [Field::Position, Field::Velocity, Field::Pwm].map(|field| design.get(field));
+        let [position, velocity, pwm] = [Field::POSITION, Field::VELOCITY, Field::PWM].map(|field| design.get(field));
         format!("{position:>2} {stiffness} {damping} {velocity:>2} {pwm:>2}")
     },
 };
@@ -57,8 +56,8 @@ static KEYS: Keys = Keys {
 /// Integer and fraction bits of a gain.
 type GainBits = (Field, Field);
 
-const STIFFNESS: GainBits = (Field::StiffnessInt, Field::StiffnessFrac);
-const DAMPING: GainBits = (Field::DampingInt, Field::DampingFrac);
+const STIFFNESS: GainBits = (Field::STIFFNESS_INT, Field::STIFFNESS_FRAC);
+const DAMPING: GainBits = (Field::DAMPING_INT, Field::DAMPING_FRAC);
 const GAINS: [(&str, GainBits); 2] = [("stiffness_format", STIFFNESS), ("damping_format", DAMPING)];
 
 fn shown(design: &Design, (int, frac): GainBits) -> String {
@@ -103,13 +102,13 @@ fn with(design: &Design, mut scene: Scene) -> Result<Scene, String> {
     };
     let method = &mut scene.method;
     let [position, velocity, pwm] =
-        [Field::Position, Field::Velocity, Field::Pwm].map(|field| design.get(field).unsigned_abs());
+        [Field::POSITION, Field::VELOCITY, Field::PWM].map(|field| design.get(field).unsigned_abs());
     (method.position_bits, method.velocity_bits, method.pwm.bits) = (position, velocity, pwm);
     (method.stiffness_format, method.damping_format) = (gain(GAINS[0])?, gain(GAINS[1])?);
     Ok(scene)
 }
 
-pub(super) struct Axis;
+pub struct Axis;
 
 impl Loops for Axis {
     fn keys(&self) -> &'static Keys {
@@ -122,12 +121,12 @@ impl Loops for Axis {
         let own = Design::new(&KEYS, scene);
         let frac = |field: Field, to: i32| own.knob(field, 0, to);
         let all = [
-            below(&own, Field::Position, 4, 2),
-            below(&own, Field::StiffnessInt, 6, 2),
-            frac(Field::StiffnessFrac, own.get(Field::StiffnessFrac) + 4),
-            below(&own, Field::DampingInt, 6, 2),
-            frac(Field::DampingFrac, own.get(Field::DampingFrac).max(1)),
-            below(&own, Field::Velocity, 10, 2),
+            below(&own, Field::POSITION, 4, 2),
+            below(&own, Field::STIFFNESS_INT, 6, 2),
+            frac(Field::STIFFNESS_FRAC, own.get(Field::STIFFNESS_FRAC) + 4),
+            below(&own, Field::DAMPING_INT, 6, 2),
+            frac(Field::DAMPING_FRAC, own.get(Field::DAMPING_FRAC).max(1)),
+            below(&own, Field::VELOCITY, 10, 2),
         ];
         all.into_iter().flatten().collect()
     }
@@ -216,9 +215,9 @@ impl Loops for Axis {
         let (stiffness, own) = (scene.method.stiffness_format, words.stiffness.into());
         let unit = words.realised.torque_quantum_nm / words.realised.count_rad;
         // The scene's damping rounds to the same value in the same word with fewer fraction bits.
-        let damping = Gain::new(words.damping.into(), design.get(Field::DampingFrac));
-        let widths = [Field::StiffnessInt, Field::StiffnessFrac, Field::Position, Field::Velocity];
-        let gain = [design.get(Field::Pwm).into(), damping.word, damping.frac.into()];
+        let damping = Gain::new(words.damping.into(), design.get(Field::DAMPING_FRAC));
+        let widths = [Field::STIFFNESS_INT, Field::STIFFNESS_FRAC, Field::POSITION, Field::VELOCITY];
+        let gain = [design.get(Field::PWM).into(), damping.word, damping.frac.into()];
         Ok(Standing {
             design: damping.of(design, DAMPING),
             own,
@@ -229,7 +228,7 @@ impl Loops for Axis {
 
     /// The wall is a word of the design's stiffness.
     fn run(&self, design: Design, wall: i128) -> (Design, i128) {
-        let gain = Gain::new(wall, design.get(Field::StiffnessFrac));
+        let gain = Gain::new(wall, design.get(Field::STIFFNESS_FRAC));
         (gain.of(design, STIFFNESS), gain.word)
     }
 
@@ -259,7 +258,7 @@ impl Loops for Axis {
         if let Some(bits) = bits {
             return own.wide(bits);
         }
-        let knobs = knobs.iter().filter(|knob| knob.key.field != Field::Pwm);
+        let knobs = knobs.iter().filter(|knob| knob.key.field != Field::PWM);
         Ok(knobs.fold(own, |wide, knob| wide.with(knob.key.field, knob.to)))
     }
 
@@ -298,7 +297,7 @@ impl Design {
             }
             self = self.with(frac, bits - self.get(int));
         }
-        Ok(self.with(Field::Position, bits).with(Field::Velocity, bits))
+        Ok(self.with(Field::POSITION, bits).with(Field::VELOCITY, bits))
     }
 
     /// Returns the keys that give the scene of an axis this loop.
@@ -307,7 +306,7 @@ impl Design {
         let bits = |field| self.get(field).to_string();
         let [stiffness, damping] = GAINS.map(|(key, gain)| (key, shown(self, gain)));
         let [position, velocity, pwm] =
-            [("position_bits", Field::Position), ("velocity_bits", Field::Velocity), ("pwm.bits", Field::Pwm)]
+            [("position_bits", Field::POSITION), ("velocity_bits", Field::VELOCITY), ("pwm.bits", Field::PWM)]
                 .map(|(key, field)| (key, bits(field)));
         [position, stiffness, damping, velocity, pwm].map(|(key, value)| (format!("method.{key}"), value)).into()
     }

@@ -4,11 +4,10 @@ use std::f64::consts::TAU;
 use std::fmt::Write;
 
 use hpu_datapath::ConfigError;
-use hpu_datapath::phantom::{
-    PhantomConfig, Phase, Trig, TrigCordic, TrigInterpolated, TrigOut, TrigQuarter, TrigTable, Turn, Wave,
-};
+use hpu_datapath::phantom::{Phase, Trig, TrigCordic, TrigInterpolated, TrigOut, TrigQuarter, TrigTable, Turn, Wave};
 use hpu_signal::{Format, Notation};
 
+use super::Config;
 use super::text::quoted;
 
 /// A source of sine and cosine.
@@ -114,7 +113,7 @@ impl Sine {
 }
 
 /// Returns the turns of the joints that differ: the first joint, and the second, which is like the third.
-fn turns(config: &PhantomConfig) -> [Turn; 2] {
+fn turns(config: &Config) -> [Turn; 2] {
     let [first, second, _] = config.turns;
     [first, second]
 }
@@ -126,7 +125,7 @@ fn turns(config: &PhantomConfig) -> [Turn; 2] {
 ///
 /// Returns an error if a block refuses a size; no block does.
 pub fn sines() -> Result<Vec<Sine>, ConfigError> {
-    sines_of(&PhantomConfig::default())
+    sines_of(&Config::default())
 }
 
 /// Like [`sines`], for another design: its joints, and the counts that its tables hold.
@@ -134,9 +133,9 @@ pub fn sines() -> Result<Vec<Sine>, ConfigError> {
 /// # Errors
 ///
 /// Returns an error if a block refuses a size.
-pub fn sines_of(config: &PhantomConfig) -> Result<Vec<Sine>, ConfigError> {
-    let PhantomConfig { position_width, depth_width, .. } = *config;
-    let (plain, phase) = (PhantomConfig::default().formats.trig, Phase::default());
+pub fn sines_of(config: &Config) -> Result<Vec<Sine>, ConfigError> {
+    let Config { position_width, depth_width, .. } = *config;
+    let (plain, phase) = (Config::default().formats.trig, Phase::default());
     let counts = Counts { turns: turns(config), reach: 1 << (depth_width - 1) };
     let stored = plain.frac().unsigned_abs();
     let mut all = Vec::new();
@@ -237,13 +236,12 @@ pub fn sines_csv(all: &[Sine]) -> String {
 #[must_use]
 pub fn sines_text(all: &[Sine], notation: Notation) -> String {
     let wide = all.iter().map(|sine| notation.of(sine.format).len()).fold(9, usize::max);
-    let [first, second] =
-        turns(&PhantomConfig::default()).map(|turn| 1e6 * TAU * f64::from(turn.num) / f64::from(turn.den));
+    let [first, second] = turns(&Config::default()).map(|turn| 1e6 * TAU * f64::from(turn.num) / f64::from(turn.den));
     let mut text = format!(
         "Exhausted over the {} counts of joint 1 and of joint 2 that the default tables hold, sine and cosine. Latency: 1 \
          edge, all of them.\nOne count is {first:.1} urad of joint 1 and {second:.1} urad of joints 2 and 3. * is the \
          default.\n\n{:<18} {:<30} {:<wide$}{:>18}{:>9}{:>12}{:>12}{:>14}\n",
-        1u64 << PhantomConfig::default().depth_width,
+        1u64 << Config::default().depth_width,
         "source",
         "size",
         "format",

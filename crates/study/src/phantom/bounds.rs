@@ -1,18 +1,18 @@
-//! The words of a PHANToM: turns the [`bounds`] of its postures into rows of a scene.
+//! The words of an arm: turns the [`bounds`] of its postures into rows of a scene.
 
-use hpu_cosim::scene::PhantomScene;
-use hpu_cosim::{PhantomSession, Rig};
+use hpu_cosim::Rig;
 use hpu_signal::{Format, Signal};
 
-use super::{Bound, How, Proof, SignalBound, bounds};
+use super::{Scene, Session, SignalBound, bounds};
+use crate::widths::proof::{Bound, How, Proof};
 
-/// Proves the bounds of a PHANToM's scene for every posture that its tables hold; each joint may be anywhere.
+/// Proves the bounds of a scene for every posture that its tables hold; each joint may be anywhere.
 ///
 /// # Errors
 ///
 /// The reason why nothing can be proved: words that do not fit, or make no datapath.
-pub fn phantom_bounds(scene: &PhantomScene) -> Result<Proof, String> {
-    let session = PhantomSession::new(scene).map_err(|error| error.to_string())?;
+pub fn proof(scene: &Scene) -> Result<Proof, String> {
+    let session = Session::new(scene).map_err(|error| error.to_string())?;
     let (words, config) = (session.words(), scene.method.config);
     let nets = session.nets();
     if scene.platform.is_host() {
@@ -57,7 +57,7 @@ pub fn phantom_bounds(scene: &PhantomScene) -> Result<Proof, String> {
 }
 
 /// Makes a row of the proof. Until the tables are first read, and beyond them, sines and cosines are 0.
-fn adapted(net: &Signal, found: &SignalBound, scene: &PhantomScene, assumptions: Vec<String>) -> Bound {
+fn adapted(net: &Signal, found: &SignalBound, scene: &Scene, assumptions: Vec<String>) -> Bound {
     let config = scene.method.config;
     let length = |word: u32| f64::from(word) / f64::from(1u32 << config.formats.length_frac);
     let at_reset = match net.name {

@@ -1,14 +1,12 @@
-//! Writes the same for a PHANToM: its kinematics and torques are straight-line code, from the tables' sines to the
+//! Writes the bounds of an arm as a script of Gappa: its kinematics and torques are straight-line code, from the tables' sines to the
 //! torques.
 
 use std::fmt::Write;
 
-use hpu_cosim::scene::PhantomScene;
 use hpu_datapath::Wiring;
-use hpu_datapath::phantom::PhantomLoop;
 
-use super::bounds;
-use super::text::{Text, capital};
+use super::{Datapath, Scene, bounds};
+use crate::widths::proof::text::{Text, capital};
 
 /// The blocks that the script covers: from sines to the tip, and from forces to torques.
 const FOLLOWED: [&str; 2] = ["forward", "jacobian"];
@@ -16,14 +14,14 @@ const FOLLOWED: [&str; 2] = ["forward", "jacobian"];
 /// The share of a bound by which a goal is wider, because Gappa rounds its own bounds outwards too.
 const SLACK: f64 = 1.0 / (1 << 16) as f64;
 
-/// Returns the script for a PHANToM's scene; its goals are the ranges and errors of the tip and of the torques. Words
+/// Returns the script of a scene; its goals are the ranges and errors of the tip and of the torques. Words
 /// have small letters, and their values in real numbers have capitals. Forces are words of their own, clamped to their
 /// limit.
 ///
 /// # Errors
 ///
 /// When a host computes the forces, or the words make no datapath.
-pub fn gappa_phantom(scene: &PhantomScene) -> Result<String, String> {
+pub fn script(scene: &Scene) -> Result<String, String> {
     if scene.platform.is_host() {
         return Err("a host computes the forces, in floats".into());
     }
@@ -31,7 +29,7 @@ pub fn gappa_phantom(scene: &PhantomScene) -> Result<String, String> {
     let words = scene.words().map_err(|error| error.to_string())?;
     let stiffness = config.formats.stiffness.to_f64(words.stiffness);
     let rows = bounds(&config, stiffness).map_err(|error| error.to_string())?;
-    let wiring = PhantomLoop::new(config).map_err(|error| error.to_string())?;
+    let wiring = Datapath::new(config).map_err(|error| error.to_string())?;
     let nets = wiring.nets();
     let mut text = format!("# {}: from sines to torques, in metres, newtons and newton metres.\n", scene.name);
     text += &Text::written(|| {

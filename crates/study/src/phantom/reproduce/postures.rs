@@ -1,17 +1,17 @@
-//! Postures of a PHANToM, computed by its blocks and compared with the kinematics in floats.
+//! Postures of an arm, computed by its blocks and compared with the kinematics in floats.
 
 use std::f64::consts::TAU;
 
 use hpu_cosim::SplitMix64;
 use hpu_datapath::ConfigError;
 use hpu_datapath::phantom::{
-    CommandScaler, CubeRoom, PhantomConfig, PhantomForward, PhantomTorque, TrigTable, command_scaler, cube_room,
-    phantom_forward, phantom_torque,
+    CommandScaler, CubeRoom, PhantomForward, PhantomTorque, TrigTable, command_scaler, cube_room, phantom_forward,
+    phantom_torque,
 };
 use hpu_plant::arm::kinematics;
 use hpu_signal::Format;
 
-use crate::widths::proof::SIGNALS;
+use super::{Config, SIGNALS};
 
 /// The measured range and error of a signal.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -26,7 +26,7 @@ pub struct Measured {
 
 /// A datapath under test, and the random numbers for its postures.
 struct Bench {
-    config: PhantomConfig,
+    config: Config,
     tables: [TrigTable; 3],
     forward: PhantomForward,
     room: CubeRoom,
@@ -45,7 +45,7 @@ struct Bench {
 ///
 /// Returns an error if a block refuses the word formats.
 pub fn measure(
-    config: &PhantomConfig,
+    config: &Config,
     stiffness_max_n_per_m: f64,
     random: usize,
 ) -> Result<[Measured; SIGNALS.len()], ConfigError> {
@@ -72,8 +72,8 @@ pub fn measure(
 }
 
 impl Bench {
-    fn new(config: &PhantomConfig, stiffness_max_n_per_m: f64) -> Result<Self, ConfigError> {
-        let PhantomConfig { position_width, depth_width, turns, formats, lengths, gains, .. } = *config;
+    fn new(config: &Config, stiffness_max_n_per_m: f64) -> Result<Self, ConfigError> {
+        let Config { position_width, depth_width, turns, formats, lengths, gains, .. } = *config;
         let table = |joint: usize| TrigTable::new(position_width, depth_width, turns[joint], formats.trig);
         let scaler =
             |joint: usize| CommandScaler::new(formats.torque, gains[joint], config.gain_frac, config.command_width);

@@ -1,4 +1,4 @@
-//! Estimates the cost of the words of a PHANToM's datapath, without tools.
+//! Estimates the cost of the words of an arm's datapath, without tools.
 //!
 //! **Block RAM** is exact for the tables: [`table_rams`] of three joints.
 //!
@@ -14,9 +14,9 @@
 //! shared loop has no estimate, and only widths that change block RAM are varied.
 
 use hpu_datapath::ConfigError;
-use hpu_datapath::phantom::PhantomConfig;
 
-use crate::widths::tables::table_rams;
+use super::Config;
+use super::tables::table_rams;
 
 /// Logic cells for a pair of bits.
 const CELLS: f64 = 3.75;
@@ -29,15 +29,15 @@ pub const ESTIMATE_ERROR: f64 = 0.07;
 /// # Errors
 ///
 /// When the size is not allowed for a table.
-pub fn rams(config: &PhantomConfig) -> Result<u64, ConfigError> {
-    let PhantomConfig { position_width, depth_width, turns, formats, .. } = *config;
+pub fn rams(config: &Config) -> Result<u64, ConfigError> {
+    let Config { position_width, depth_width, turns, formats, .. } = *config;
     turns.iter().try_fold(0, |sum, &turn| Ok(sum + table_rams(position_width, depth_width, turn, formats.trig)?))
 }
 
 /// Returns the estimated logic cells of the parallel loop's `phantom_forward`, `cube_room`, `phantom_torque`, and of
 /// its three `command_scaler` together.
 #[must_use]
-pub fn cells(config: &PhantomConfig) -> [u32; 4] {
+pub fn cells(config: &Config) -> [u32; 4] {
     let formats = &config.formats;
     // A sine is at most 1: it needs a sign, an integer bit and the fraction, however many bits its format has.
     let trig = formats.trig.frac().unsigned_abs() + 2;
@@ -56,9 +56,7 @@ pub fn cells(config: &PhantomConfig) -> [u32; 4] {
 
 #[cfg(test)]
 mod tests {
-    use hpu_datapath::phantom::PhantomConfig;
-
-    use super::{ESTIMATE_ERROR, cells, rams};
+    use super::{Config, ESTIMATE_ERROR, cells, rams};
 
     fn holds(estimated: u32, counted: u32) {
         let off = f64::from(estimated) / f64::from(counted) - 1.0;
@@ -67,12 +65,12 @@ mod tests {
 
     #[test]
     fn the_estimate_is_as_near_as_it_says_to_every_counted_block_and_loop() {
-        let [forward, room, torque, _] = cells(&PhantomConfig::default());
+        let [forward, room, torque, _] = cells(&Config::default());
         // From the column `cells` of testbench/record/phantom-cost.txt.
         for (estimated, counted) in [(forward, 8532), (room, 5142), (torque, 18630)] {
             holds(estimated, counted);
         }
-        let own = PhantomConfig::default();
+        let own = Config::default();
         for (config, counted) in [(own.fraction(14), 18983), (own.fraction(22), 30885), (own, 35291)] {
             holds(cells(&config).iter().sum(), counted);
         }
@@ -80,13 +78,13 @@ mod tests {
 
     #[test]
     fn block_ram_is_what_the_counted_loops_have() {
-        let shallow = PhantomConfig { depth_width: 9, ..PhantomConfig::default() };
+        let shallow = Config { depth_width: 9, ..Config::default() };
         // From the column `bram` of testbench/record/phantom-cost.txt.
         for (config, counted) in
             [(shallow.fraction(14), 12), (shallow.fraction(18), 18), (shallow.fraction(22), 18), (shallow.narrow(), 18)]
         {
             assert_eq!(rams(&config).expect("a table"), counted, "{config:?}");
         }
-        assert_eq!(rams(&PhantomConfig::default()).expect("a table"), 330);
+        assert_eq!(rams(&Config::default()).expect("a table"), 330);
     }
 }

@@ -7,14 +7,11 @@
 //! the boundary may be just there. A cell near a boundary is run at every seed. A cell whose seeds disagree makes its
 //! neighbours near a boundary too, and so on until no new cell is found.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::ops::Range;
 
 use super::table::{Cell, Class};
-use super::{Study, Trial};
-
-/// The trials that were run, by their index in [`Study::points`].
-pub type Outcomes = BTreeMap<usize, Result<Trial, String>>;
+use super::{Outcomes, Study};
 
 impl Study {
     /// Returns the number of cells, over all rungs, in the order of the points.

@@ -5,17 +5,39 @@ use std::collections::BTreeMap;
 use hpu_cosim::scene::Experiment;
 use hpu_study::fit::percent;
 use hpu_study::page::{Cell, Column};
-use hpu_study::widths::search::{Point, proved};
+use hpu_study::phantom::proved;
+use hpu_study::widths::search::Point;
 use serde_json::{Map, Value, json};
 
-use super::Searched;
-use super::shown::{Shown, filed, said, told};
+use super::super::shown::{Shown, filed, said, told};
+use super::super::{Asked, Search, Searched};
+use super::Device;
+use crate::exit::Failure;
 
 /// Heads and least widths of the words in the text.
 const HEADS: [(&str, usize); 7] =
     [("depth", 5), ("trig", 4), ("length", 6), ("position", 8), ("stiffness", 9), ("force", 5), ("torque", 6)];
 
-pub fn shown(searched: &Searched) -> Shown<'_> {
+pub struct Phantom;
+
+impl Device for Phantom {
+    fn accepts(&self, args: &Search, asked: &Asked) -> Result<(), Failure> {
+        if asked.scenes.len() > 1 || !args.also.is_empty() || args.proved {
+            let why = "a search over a PHANToM's widths takes one scene, as it is; its page tells what is proved";
+            return Err(Failure::usage(format!("{why}: leave out the other scenes, --also and --proved")));
+        }
+        if args.against.is_some() {
+            return Err(Failure::usage("--against: the reference of a PHANToM is the widest design; widen a range"));
+        }
+        Ok(())
+    }
+
+    fn shown<'s>(&self, searched: &'s Searched) -> Shown<'s> {
+        shown(searched)
+    }
+}
+
+fn shown(searched: &Searched) -> Shown<'_> {
     let (found, base) = (&searched.found, &searched.experiment);
     let proofs: BTreeMap<_, _> = found
         .best()

@@ -1,7 +1,7 @@
 //! The paper's claims about the datapath's word formats and its workspace.
 
-use super::formats::{Fate, Formats};
-use super::workspace::Workspace;
+use super::super::workspace::Workspace;
+use super::{Fate, Formats};
 use crate::studies::summing::{Finding, Statement, Sum};
 
 /// Returns the findings on the paper's claims, from the word formats and the workspace.

@@ -1,11 +1,12 @@
-//! How much of a PHANToM's workspace the tables of sines hold.
+//! How much of an arm's workspace the tables of sines hold.
 
 use std::f64::consts::TAU;
 use std::fmt::Write;
 use std::ops::RangeInclusive;
 
-use hpu_datapath::phantom::PhantomConfig;
 use hpu_plant::arm::kinematics;
+
+use super::Config;
 
 /// The nominal workspace of a Premium 1.0, in mm: width (x), height (y), depth (z). General knowledge of the device.
 pub const NOMINAL_MM: [f64; 3] = [254.0, 178.0, 127.0];
@@ -33,7 +34,7 @@ pub struct Workspace {
 impl Workspace {
     /// Computes the inverse kinematics at the middle of each cell of a box of this size about the neutral tip.
     #[must_use]
-    pub fn new(config: &PhantomConfig, size_mm: [f64; 3], cells: [u32; 3]) -> Self {
+    pub fn new(config: &Config, size_mm: [f64; 3], cells: [u32; 3]) -> Self {
         let lengths_m = config.lengths.map(|word| f64::from(word) / f64::from(1u32 << config.formats.length_frac));
         let middle_m =
             |axis: usize, cell: u32| 1e-3 * size_mm[axis] * ((f64::from(cell) + 0.5) / f64::from(cells[axis]) - 0.5);
@@ -54,7 +55,7 @@ impl Workspace {
         found
     }
 
-    fn note(&mut self, config: &PhantomConfig, angles_rad: [f64; 3]) {
+    fn note(&mut self, config: &Config, angles_rad: [f64; 3]) {
         let counts = [0, 1, 2].map(|joint: usize| {
             let turn = config.turns[joint];
             libm::round(angles_rad[joint] / TAU * f64::from(turn.den) / f64::from(turn.num)) as i64

@@ -1,16 +1,15 @@
-//! The word formats of a PHANToM as text and CSV.
+//! The word formats of an arm as text and CSV.
 
 use std::fmt::Write;
 
 use hpu_signal::Notation;
 
-use super::formats::{Fate, Formats, Row, full_scales_nm, greatest, stiffness};
-use super::formats_claims::sums;
-use super::postures::Measured;
-use super::text::quoted;
-use super::workspace::Workspace;
+use super::super::SignalBound;
+use super::super::postures::Measured;
+use super::super::text::quoted;
+use super::super::workspace::Workspace;
+use super::{Fate, Formats, Row, full_scales_nm, greatest, stiffness, sums};
 use crate::studies::summing::summing_up;
-use crate::widths::proof::SignalBound;
 
 /// First line of the CSV; units are in their own columns.
 pub const FORMATS_CSV_HEADER: &str = "configuration,stiffness_max_n_per_m,signal,unit,format,format_min,format_max,\

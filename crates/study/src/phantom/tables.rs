@@ -8,11 +8,12 @@
 use std::fmt::Write;
 
 use hpu_datapath::ConfigError;
-use hpu_datapath::phantom::{PhantomConfig, TrigOut, TrigTable, Turn};
+use hpu_datapath::phantom::{TrigOut, TrigTable, Turn};
 use hpu_signal::Format;
 
-use crate::reproduce::sines::{Sine, Source, sines_of};
-use crate::reproduce::workspace::{CELLS, NOMINAL_MM, Workspace};
+use super::Config;
+use super::reproduce::sines::{Sine, Source, sines_of};
+use super::reproduce::workspace::{CELLS, NOMINAL_MM, Workspace};
 
 /// Bits of a block RAM of the iCE40.
 const RAM_BITS: u64 = 4096;
@@ -77,8 +78,8 @@ pub fn table_rams(count_width: u32, depth_width: u32, turn: Turn, trig: Format) 
 /// # Errors
 ///
 /// When a size is not allowed for a source.
-pub fn tables(config: &PhantomConfig) -> Result<Tables, ConfigError> {
-    let PhantomConfig { position_width, depth_width, turns, formats, .. } = *config;
+pub fn tables(config: &Config) -> Result<Tables, ConfigError> {
+    let Config { position_width, depth_width, turns, formats, .. } = *config;
     let workspace = Workspace::new(config, NOMINAL_MM, CELLS);
     let depths = workspace.held.iter().map(|&(width, held)| {
         let reach = f64::from(1u32 << (width - 1));

@@ -2,6 +2,8 @@
 
 use hpu_chart::{Picture, error_by_width, stiffness_by_cost};
 use hpu_cosim::figure;
+use hpu_cosim::scene::{Experiment, Loop};
+use hpu_datapath::{AnyBlock, ConventionalLoop, HybridLoop};
 use hpu_rtl::Counts;
 use hpu_study::fit::percent;
 use hpu_study::map::outcome_name;
@@ -10,20 +12,45 @@ use hpu_study::widths::Field;
 use hpu_study::widths::search::{Design, Line, Point};
 use serde_json::{Map, Value, json};
 
-use super::Searched;
-use super::shown::{Shown, cut, filed, said, told};
+use super::super::Searched;
+use super::super::shown::{Shown, cut, filed, said, told};
+use super::Device;
+use crate::exit::Failure;
 
-pub fn shown(searched: &Searched) -> Shown<'_> {
+pub struct Axis;
+
+impl Device for Axis {
+    fn shown<'s>(&self, searched: &'s Searched) -> Shown<'s> {
+        shown(searched)
+    }
+
+    fn files(&self, searched: &Searched) -> Option<(String, [Picture; 2])> {
+        let Searched { found, command, scene, lose, .. } = searched;
+        let pictures = [error_by_width(scene, found, command), stiffness_by_cost(scene, found, *lose, command)];
+        Some((errors(searched), pictures))
+    }
+
+    fn block(&self, scene: Experiment) -> Result<Box<dyn AnyBlock>, Failure> {
+        let scene = scene.axis().ok_or_else(|| Failure::file("only an axis has a loop of these widths"))?;
+        let config = scene.words().map_err(Failure::file)?.config;
+        Ok(match scene.method.kind {
+            Loop::Conventional => Box::new(ConventionalLoop::new(config).map_err(Failure::file)?),
+            _ => Box::new(HybridLoop::new(config).map_err(Failure::file)?),
+        })
+    }
+}
+
+fn shown(searched: &Searched) -> Shown<'_> {
     let found = &searched.found;
     let text =
         |head, least, shown: fn(&Design) -> String| said(head, least).of(move |point: &Point| shown(&point.design));
     let counted = |counts: Counts| json!({ "lut4": counts.lut4, "ff": counts.ff, "carry": counts.carry });
     let mut fields = vec![
-        text("position", 8, |design| design.get(Field::Position).to_string()),
+        text("position", 8, |design| design.get(Field::POSITION).to_string()),
         text("stiffness", 10, stiffness),
         text("damping", 10, damping),
-        text("velocity", 8, |design| design.get(Field::Velocity).to_string()),
-        text("pwm", 4, |design| design.get(Field::Pwm).to_string()),
+        text("velocity", 8, |design| design.get(Field::VELOCITY).to_string()),
+        text("pwm", 4, |design| design.get(Field::PWM).to_string()),
         told("set").of(|point: &Point| {
             let set: Map<_, _> = point.design.set().into_iter().map(|(key, value)| (key, json!(value))).collect();
             Value::from(set)
@@ -63,21 +90,21 @@ pub fn shown(searched: &Searched) -> Shown<'_> {
 }
 
 fn stiffness(design: &Design) -> String {
-    format!("(0,{},{})", design.get(Field::StiffnessInt), design.get(Field::StiffnessFrac))
+    format!("(0,{},{})", design.get(Field::STIFFNESS_INT), design.get(Field::STIFFNESS_FRAC))
 }
 
 fn damping(design: &Design) -> String {
-    format!("(0,{},{})", design.get(Field::DampingInt), design.get(Field::DampingFrac))
+    format!("(0,{},{})", design.get(Field::DAMPING_INT), design.get(Field::DAMPING_FRAC))
 }
 
 fn widths(design: &Design) -> String {
     format!(
         "position {}, stiffness {}, damping {}, velocity {}, pwm {}",
-        design.get(Field::Position),
+        design.get(Field::POSITION),
         stiffness(design),
         damping(design),
-        design.get(Field::Velocity),
-        design.get(Field::Pwm)
+        design.get(Field::VELOCITY),
+        design.get(Field::PWM)
     )
 }
 
@@ -182,7 +209,7 @@ fn data(searched: &Searched) -> Vec<(&'static str, Value)> {
 
 /// Returns the errors around the reference as CSV: empty where no scene can have the design, `inf` where the verdict
 /// differs.
-pub fn errors(searched: &Searched) -> String {
+fn errors(searched: &Searched) -> String {
     type Row = (&'static str, i32, Option<f64>);
     let found = &searched.found;
     let of = |line: &Line| line.errors.iter().map(|(bits, error)| (line.key.name, *bits, *error)).collect::<Vec<_>>();
@@ -193,9 +220,4 @@ pub fn errors(searched: &Searched) -> String {
         Column::number("error", "").of(|(.., error): &Row| *error),
     ];
     Table::of("", &errors, fields).csv(&[&searched.command, &format!("reference: {}", found.reference.design)])
-}
-
-pub fn pictures(searched: &Searched) -> [Picture; 2] {
-    let Searched { found, command, scene, lose, .. } = searched;
-    [error_by_width(scene, found, command), stiffness_by_cost(scene, found, *lose, command)]
 }

@@ -1,4 +1,4 @@
-//! Bounds that no posture can exceed: reads the equations of a PHANToM's blocks to bound its words over the whole
+//! Bounds that no posture can exceed: reads the equations of an arm's blocks to bound its words over the whole
 //! workspace.
 //!
 //! The bounds cover every combination of counts that the tables hold, walls anywhere, and any stiffness up to a
@@ -8,14 +8,14 @@
 //! fore, torques and commands are for the forces as words. Errors of products add up as if the worst of each could
 //! occur together. So the figures are upper bounds, not estimates.
 
-use hpu_datapath::phantom::{PhantomConfig, PhantomLoop};
 use hpu_datapath::{ConfigError, Wiring};
 use hpu_signal::Format;
 
-use super::affine::Affine;
-use super::span::Span;
-use super::walk::Walk;
-use super::word::{Word, most, outward};
+use super::{Config, Datapath};
+use crate::widths::proof::affine::Affine;
+use crate::widths::proof::span::Span;
+use crate::widths::proof::walk::Walk;
+use crate::widths::proof::word::{Word, most, outward};
 
 /// The proved range and error of one signal.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -53,7 +53,7 @@ impl SignalBound {
     }
 }
 
-/// The nets of a PHANToM's datapath from the sines on; each one depends only on those before it.
+/// The nets of an arm's datapath from the sines on; each one depends only on those before it.
 pub const SIGNALS: [&str; 20] = [
     "sine1",
     "cosine1",
@@ -85,8 +85,8 @@ const INNER: [&str; 3] = ["radial", "upper", "fore"];
 /// # Errors
 ///
 /// When a block refuses the configuration.
-pub fn bounds(config: &PhantomConfig, stiffness_max_n_per_m: f64) -> Result<Vec<SignalBound>, ConfigError> {
-    let wiring = PhantomLoop::new(*config)?;
+pub fn bounds(config: &Config, stiffness_max_n_per_m: f64) -> Result<Vec<SignalBound>, ConfigError> {
+    let wiring = Datapath::new(*config)?;
     let (nets, stiffness) = (wiring.nets(), config.formats.stiffness);
     let is_held = stiffness_max_n_per_m <= stiffness.max() as f64 * stiffness.lsb();
     let rows = Affine::on_a_sheet(|| {

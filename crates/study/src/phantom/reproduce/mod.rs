@@ -11,8 +11,6 @@
 
 mod claims;
 pub mod formats;
-mod formats_claims;
-mod formats_text;
 pub mod ladder;
 pub mod lag;
 pub mod postures;
@@ -29,15 +27,20 @@ pub use claims::{Claim, claims};
 pub use ladder::{RUNGS, Rung};
 pub use ladder::{brief, plus};
 pub use published::{Agreement, PUBLISHED, Published};
-pub use seeds::Outcomes;
 pub use table::{Cell, Class, Limit, Table};
 pub use tables::{Repeated, Share, Span, Tables, Tally};
 pub use text::{CSV_HEADER, csv, table_text};
 pub use trial::{SCENE, Trial, Verdict, run_trial, scene};
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 use hpu_cosim::scene::{Direction, Platform};
+
+use super::{Config, SIGNALS, SignalBound, bounds};
+
+/// The trials that were run, by their index in [`Study::points`].
+pub type Outcomes = BTreeMap<usize, Result<Trial, String>>;
 
 /// The stiffnesses of the walls, in N/m: the legible rows of the table, and rows that may have stood between them.
 pub const STIFFNESSES_N_PER_M: [f64; 20] = [

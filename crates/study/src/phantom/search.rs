@@ -1,4 +1,4 @@
-//! The loop of a PHANToM.
+//! The search of an arm's widths.
 //!
 //! **Ladder.** Rung `k` is a wall of `2^(k/16)` times the scene's own stiffness. The stable stiffness is that of the
 //! highest rung up to which every rung is passive.
@@ -9,17 +9,16 @@
 //! range must fit with a margin of one sample period and two edges.
 
 use hpu_cosim::Summary;
-use hpu_cosim::scene::{Experiment, OutcomeKind, PhantomLaw, PhantomScene};
+use hpu_cosim::scene::{Experiment, OutcomeKind};
 use hpu_datapath::ConfigError;
-use hpu_datapath::phantom::{PhantomLoop, PhantomSharedLoop};
 
-use super::climb::Rungs;
-use super::front::Cost;
-use super::knob::{Depth, Design, Key, Keys, Knob};
-use super::loops::{Loops, Standing, below, signed_bits};
-use super::phantom_cost::{ESTIMATE_ERROR, cells, rams};
+use super::cost::{ESTIMATE_ERROR, cells, rams};
+use super::{Datapath, Law, Scene, SharedDatapath, bounds};
 use crate::widths::Field;
-use crate::widths::proof::bounds;
+use crate::widths::search::climb::Rungs;
+use crate::widths::search::knob::{Depth, Key};
+use crate::widths::search::loops::{Loops, Standing, below, signed_bits};
+use crate::widths::search::{Cost, Design, Keys, Knob};
 
 /// The depth of the tables, and fraction bits. Integer bits are not among them: a design whose words wrap is useless,
 /// and `hpu widths` tells which integer bits are idle.
@@ -29,13 +28,13 @@ static KEYS: Keys = Keys {
     estimate_error: ESTIMATE_ERROR,
     stable: OutcomeKind::Passive,
     all: &[
-        Key::new(Field::Depth, "depth_bits", (4, 15)).that_holds(),
-        Key::new(Field::TrigFrac, "trig.frac", (4, 30)),
-        Key::new(Field::Length, "length.frac", (0, 30)),
-        Key::new(Field::Tip, "position.frac", (0, 30)),
-        Key::new(Field::StiffnessFrac, "stiffness.frac", (0, 30)),
-        Key::new(Field::Force, "force.frac", (0, 30)),
-        Key::new(Field::TorqueFrac, "torque.frac", (0, 30)),
+        Key::new(Field::DEPTH, "depth_bits", (4, 15)).that_holds(),
+        Key::new(Field::TRIG_FRAC, "trig.frac", (4, 30)),
+        Key::new(Field::LENGTH, "length.frac", (0, 30)),
+        Key::new(Field::TIP, "position.frac", (0, 30)),
+        Key::new(Field::ROOM_FRAC, "stiffness.frac", (0, 30)),
+        Key::new(Field::FORCE, "force.frac", (0, 30)),
+        Key::new(Field::TORQUE_FRAC, "torque.frac", (0, 30)),
     ],
     text: |design| design.widths().map(|(key, bits)| format!("{} {bits}", key.name)).collect::<Vec<_>>().join(", "),
 };
@@ -46,16 +45,16 @@ pub fn rung(rung: u32) -> f64 {
     libm::exp2(f64::from(rung) / 16.0)
 }
 
-fn phantom(scene: &Experiment) -> Result<&PhantomScene, String> {
+fn arm(scene: &Experiment) -> Result<&Scene, String> {
     match scene {
         Experiment::Phantom(scene) => Ok(scene),
         _ => Err("this is no scene of a PHANToM".into()),
     }
 }
 
-pub(super) struct Phantom;
+pub struct Arm;
 
-impl Loops for Phantom {
+impl Loops for Arm {
     fn keys(&self) -> &'static Keys {
         &KEYS
     }
@@ -64,9 +63,9 @@ impl Loops for Phantom {
     /// the width of the tip's words.
     fn usual(&self, scene: &Experiment) -> Vec<Knob> {
         let own = Design::new(&KEYS, scene);
-        let parallel = phantom(scene).is_ok_and(|scene| !scene.method.shared);
-        let tip = below(&own, Field::Tip, 10, 4).filter(|_| parallel);
-        [below(&own, Field::Depth, 3, 4), below(&own, Field::TrigFrac, 10, 4), tip].into_iter().flatten().collect()
+        let parallel = arm(scene).is_ok_and(|scene| !scene.method.shared);
+        let tip = below(&own, Field::TIP, 10, 4).filter(|_| parallel);
+        [below(&own, Field::DEPTH, 3, 4), below(&own, Field::TRIG_FRAC, 10, 4), tip].into_iter().flatten().collect()
     }
 
     fn unit(&self, _scene: &Experiment) -> &'static str {
@@ -74,12 +73,12 @@ impl Loops for Phantom {
     }
 
     fn searchable(&self, scene: &Experiment) -> Result<(), String> {
-        let scene = phantom(scene)?;
+        let scene = arm(scene)?;
         if scene.platform.is_host() {
             let why = "a host computes the force in floats; write one of the platforms FPGA-20, FPGA-100, FPGA-400";
             return Err(why.into());
         }
-        if scene.model.law != PhantomLaw::Words {
+        if scene.model.law != Law::Words {
             let law = scene.model.law.name();
             return Err(format!("model.law = \"{law}\" is computed in floats; write \"words\""));
         }
@@ -90,8 +89,8 @@ impl Loops for Phantom {
     }
 
     fn refuses(&self, scene: &Experiment, knob: &Knob) -> Option<String> {
-        let shared = phantom(scene).is_ok_and(|scene| scene.method.shared);
-        (shared && !matches!(knob.key.field, Field::Depth | Field::TrigFrac)).then(|| {
+        let shared = arm(scene).is_ok_and(|scene| scene.method.shared);
+        (shared && ![Field::DEPTH, Field::TRIG_FRAC].contains(&knob.key.field)).then(|| {
             format!(
                 "{}: of method.architecture = \"shared\" only what block RAM pays for is searched, {} and {}: what \
                  other words cost there has no estimate; write \"parallel\"",
@@ -101,7 +100,7 @@ impl Loops for Phantom {
     }
 
     fn difference(&self, first: &Experiment, other: &Experiment) -> Option<String> {
-        let hardware = |scene: &Experiment| phantom(scene).map(|scene| (scene.method, scene.platform));
+        let hardware = |scene: &Experiment| arm(scene).map(|scene| (scene.method, scene.platform));
         (hardware(first) != hardware(other)).then(|| "other words, or another platform".into())
     }
 
@@ -111,27 +110,27 @@ impl Loops for Phantom {
         let made = changed.into_iter().try_fold(base.clone(), |made, (key, bits)| {
             key.field.with(&made, bits).map_err(|why| format!("{}: {why}", key.name))
         })?;
-        let scene = phantom(&made)?;
-        scene.check_reach().map_err(|error| format!("depth_bits {}: {error}", design.get(Field::Depth)))?;
+        let scene = arm(&made)?;
+        scene.check_reach().map_err(|error| format!("depth_bits {}: {error}", design.get(Field::DEPTH)))?;
         scene.words().map_err(|error| error.to_string())?;
         Ok(made)
     }
 
     fn cost(&self, scene: &Experiment) -> Result<Cost, String> {
-        let scene = phantom(scene)?;
+        let scene = arm(scene)?;
         let config = scene.method.config;
         let words = |error: ConfigError| error.to_string();
         if scene.method.shared {
-            PhantomSharedLoop::new(config).map_err(words)?;
+            SharedDatapath::new(config).map_err(words)?;
         } else {
-            PhantomLoop::new(config).map_err(words)?;
+            Datapath::new(config).map_err(words)?;
         }
         let logic = (!scene.method.shared).then(|| cells(&config).iter().sum());
         Ok(Cost { rams: rams(&config).map_err(words)?, logic })
     }
 
     fn standing(&self, design: Design, scene: &Experiment) -> Result<Standing, String> {
-        let mut scene = phantom(scene)?.clone();
+        let mut scene = arm(scene)?.clone();
         let own = scene.room.stiffness_n_per_m;
         let held = |step: u32| {
             scene.room.stiffness_n_per_m = own * rung(step);
@@ -143,7 +142,7 @@ impl Loops for Phantom {
     }
 
     fn at(&self, base: &Experiment, design: &Design, wall: i128) -> Result<Experiment, String> {
-        let mut scene = phantom(&self.scene(design, base)?)?.clone();
+        let mut scene = arm(&self.scene(design, base)?)?.clone();
         scene.room.stiffness_n_per_m *= rung(wall as u32);
         Ok(Experiment::Phantom(scene))
     }
@@ -151,7 +150,7 @@ impl Loops for Phantom {
     fn needs(&self, base: &Experiment, run: &Summary) -> Result<Depth, String> {
         let counters = run.nets.iter().filter(|net| ["count1", "count2", "count3"].contains(&net.signal.name));
         let counts = counters.fold((0, 0), |(least, most), net| (net.usage.min.min(least), net.usage.max.max(most)));
-        let spare = phantom(base)?.period_clocks() as i64 + 2;
+        let spare = arm(base)?.period_clocks() as i64 + 2;
         Ok([signed_bits((counts.0 - spare, counts.1 + spare)), 0])
     }
 
@@ -163,9 +162,9 @@ impl Loops for Phantom {
         let own = Design::new(&KEYS, base);
         let wide = knobs.iter().fold(own, |wide, knob| wide.with(knob.key.field, knob.to));
         let mut depths =
-            knobs.iter().filter(|knob| knob.key.field == Field::Depth).flat_map(|knob| knob.from..=knob.to);
-        let holds = |&depth: &i32| self.scene(&own.with(Field::Depth, depth), base).is_ok();
-        Ok(wide.with(Field::Depth, depths.rfind(holds).unwrap_or(wide.get(Field::Depth))))
+            knobs.iter().filter(|knob| knob.key.field == Field::DEPTH).flat_map(|knob| knob.from..=knob.to);
+        let holds = |&depth: &i32| self.scene(&own.with(Field::DEPTH, depth), base).is_ok();
+        Ok(wide.with(Field::DEPTH, depths.rfind(holds).unwrap_or(wide.get(Field::DEPTH))))
     }
 
     fn never_stable(&self, _reference: &Design) -> String {
@@ -181,7 +180,7 @@ impl Loops for Phantom {
 /// Why there is no such datapath.
 pub fn proved(base: &Experiment, design: &Design) -> Result<(f64, f64), String> {
     let scene = design.scene(base)?;
-    let scene = phantom(&scene)?;
+    let scene = arm(&scene)?;
     let config = &scene.method.config;
     let bounds = bounds(config, scene.room.stiffness_n_per_m).map_err(|error| error.to_string())?;
     let error = |name: &str| bounds.iter().find(|bound| bound.name == name).map_or(f64::INFINITY, |bound| bound.error);

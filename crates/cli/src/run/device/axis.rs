@@ -1,0 +1,112 @@
+//! An axis whose words are hpu's own.
+
+use hpu_chart::{self as chart, Picture, run_pictures};
+use hpu_cosim::scene::{Device, Units};
+use hpu_cosim::{Rig, Session, Trace};
+use hpu_signal::{Notation, Signal};
+use hpu_study::page::Page;
+use serde_json::{Value, json};
+
+use super::{Shown, named, of_words};
+use crate::parameters;
+use crate::run::Ran;
+use crate::run::contact::ANGLE;
+use crate::run::pictures::chart_run;
+use crate::units::{error_percent, si};
+
+/// The index of the torque or force of its actuator.
+const TORQUE: usize = 3;
+
+impl Shown for Session<'_> {
+    fn lines(&self, page: &mut Page, ran: &Ran) {
+        if ran.summary.verdict.is_some() {
+            let scene = self.scene();
+            page.line("motion", motion(&scene.device, scene.wall.position_rad, &ran.trace));
+        }
+        let missed = self.words().realised.stiffness_miss.as_ref();
+        let missed = missed.map(|miss| parameters::missed(miss, Some("method.stiffness_format")));
+        of_words(page, words(self, ran.notation), missed);
+    }
+
+    fn realised(&self) -> Value {
+        let realised = self.words().realised;
+        json!({
+            "torque_quantum_nm": realised.torque_quantum_nm,
+            "count_rad": realised.count_rad,
+            "wall_position_rad": realised.wall_position_rad,
+            "stiffness_nm_per_rad": realised.stiffness_nm_per_rad,
+            "stiffness_error": realised.stiffness_error,
+            "stiffness_missed": realised.stiffness_miss.as_ref().map(parameters::missed_object),
+            "damping_nm_s_per_rad": realised.damping_nm_s_per_rad,
+            "sample_rate_hz": realised.sample_rate_hz,
+        })
+    }
+
+    fn nets(&self) -> Vec<Signal> {
+        named(Rig::nets(self), chart::nets(self.scene()))
+    }
+
+    fn pictures(&self, ran: &Ran, command: &str) -> Vec<Picture> {
+        run_pictures(&chart_run(self, ran, command))
+    }
+
+    fn units(&self) -> Option<Units> {
+        Some(self.scene().device.units())
+    }
+
+    fn wall(&self) -> Option<(f64, f64)> {
+        let wall = &self.scene().wall;
+        Some((wall.position_rad, wall.stiffness_nm_per_rad))
+    }
+
+    fn axis(&self) -> Option<&Session<'_>> {
+        Some(self)
+    }
+}
+
+/// Tells where an axis ends, and how far and hard it went.
+pub(super) fn motion(device: &Device, wall_rad: f64, trace: &Trace) -> String {
+    let units = device.units();
+    let peak = trace.greatest(ANGLE);
+    format!(
+        "ends at {}, peak {}, {} into the wall, {} up to {}, seen every {}",
+        si(trace.last(ANGLE).unwrap_or(0.0), units.position),
+        si(peak, units.position),
+        si((peak - wall_rad).max(0.0), units.position),
+        if matches!(device, Device::Mass(_)) { "force" } else { "torque" },
+        si(trace.greatest_size(TORQUE), units.effort),
+        si(trace.interval_s() / trace.every() as f64, "s")
+    )
+}
+
+fn words(session: &Session, notation: Notation) -> [String; 4] {
+    let (scene, words) = (session.scene(), session.words());
+    let units = scene.device.units();
+    let (realised, method) = (&words.realised, &scene.method);
+    [
+        format!(
+            "stiffness {} of {} is {}, asked {}: {}",
+            method.stiffness_format.value(words.stiffness),
+            notation.of(method.stiffness_format),
+            si(realised.stiffness_nm_per_rad, units.stiffness),
+            si(scene.wall.stiffness_nm_per_rad, units.stiffness),
+            error_percent(realised.stiffness_error)
+        ),
+        format!(
+            "damping {} of {} is {}, asked {}: {}",
+            method.damping_format.value(words.damping),
+            notation.of(method.damping_format),
+            si(realised.damping_nm_s_per_rad, units.damping),
+            si(scene.wall.damping_nm_s_per_rad, units.damping),
+            error_percent(realised.damping_error)
+        ),
+        format!(
+            "wall at {}, asked {}; a count is {}, a PWM count {}",
+            si(realised.wall_position_rad, units.position),
+            si(scene.wall.position_rad, units.position),
+            si(realised.count_rad, units.position),
+            si(realised.torque_quantum_nm, units.effort)
+        ),
+        format!("period {} clocks is {}", words.period, si(realised.sample_rate_hz, "Hz")),
+    ]
+}

@@ -1,0 +1,64 @@
+//! An axis whose loop is closed by a design of the user's own.
+
+use hpu_chart::{self as chart, Picture};
+use hpu_cosim::dut::{DutSession, Wire};
+use hpu_cosim::scene::Units;
+use hpu_signal::Signal;
+use hpu_study::page::Page;
+use serde_json::{Value, json};
+
+use super::Shown;
+use super::axis::motion;
+use crate::run::Ran;
+
+impl Shown for DutSession<'_> {
+    fn lines(&self, page: &mut Page, ran: &Ran) {
+        let scene = self.scene();
+        page.line("motion", motion(&scene.device, scene.wall_rad, &ran.trace));
+        page.line("dut", format!("{} by {}", scene.dut.top, self.engine()));
+        for Wire { port, connection } in self.wires() {
+            let width = port.format.width();
+            let bits = if width == 1 { String::new() } else { format!("[{}:0]", width - 1) };
+            let arrow = if port.is_input { "<-" } else { "->" };
+            page.line("port", format!("{:<24} {arrow} {}", format!("{}{bits}", port.name), connection.name()));
+        }
+    }
+
+    fn realised(&self) -> Value {
+        json!({ "count_rad": self.scene().encoder.count_rad() })
+    }
+
+    fn design(&self) -> Option<Value> {
+        let wire = |Wire { port, connection }: &Wire| {
+            json!({
+                "port": port.name,
+                "direction": if port.is_input { "in" } else { "out" },
+                "bits": port.format.width(),
+                "connection": connection.name(),
+            })
+        };
+        Some(json!({
+            "top": self.scene().dut.top,
+            "engine": self.engine(),
+            "ports": self.wires().iter().map(wire).collect::<Vec<_>>(),
+        }))
+    }
+
+    /// The inner signals of a design are only in the waveform.
+    fn nets(&self) -> Vec<Signal> {
+        chart::dut_nets(self)
+    }
+
+    fn pictures(&self, ran: &Ran, command: &str) -> Vec<Picture> {
+        chart::dut_pictures(self, &ran.trace, &ran.summary, command)
+    }
+
+    fn units(&self) -> Option<Units> {
+        Some(self.scene().device.units())
+    }
+
+    /// The stiffness that a design asks for is known only to the design.
+    fn wall(&self) -> Option<(f64, f64)> {
+        Some((self.scene().wall_rad, 0.0))
+    }
+}

@@ -1,0 +1,71 @@
+//! The devices of a run, as its page, its files and its pictures show them.
+
+mod axis;
+mod dut;
+mod phantom;
+
+use hpu_chart::Picture;
+use hpu_cosim::scene::Units;
+use hpu_cosim::{AnyRig, EnergyAudit, Ready, Session};
+use hpu_signal::Signal;
+use hpu_study::page::Page;
+use serde_json::Value;
+
+use crate::run::Ran;
+use crate::units::si;
+
+/// A `Shown` is a rig that tells what only its device knows, for the page, the files and the pictures of its run.
+/// Implemented by the rig of each device in a file of its own; [`shown`] returns it.
+pub trait Shown {
+    /// Adds the lines of the device: its motion, and its words or the ports of a design.
+    fn lines(&self, page: &mut Page, ran: &Ran);
+    /// Returns the parameters as the scene's words realise them.
+    fn realised(&self) -> Value;
+    /// Returns the nets that are drawn, and written to the table.
+    fn nets(&self) -> Vec<Signal>;
+    /// Returns the pictures of a run.
+    fn pictures(&self, ran: &Ran, command: &str) -> Vec<Picture>;
+
+    /// Describes a design of the user's own: its simulator, and the connections of its ports.
+    fn design(&self) -> Option<Value> {
+        None
+    }
+    /// Returns the units of a device of one axis.
+    fn units(&self) -> Option<Units> {
+        None
+    }
+    /// Returns the position and the stiffness of an axis's wall. The stiffness is 0 where it is unknown.
+    fn wall(&self) -> Option<(f64, f64)> {
+        None
+    }
+    /// Returns the session of an axis whose words are known.
+    fn axis(&self) -> Option<&Session<'_>> {
+        None
+    }
+    /// Tells where energy was dissipated.
+    fn dissipated(&self, energy: &EnergyAudit) -> String {
+        let [copper, diodes] = [energy.copper_j, energy.diodes_j].map(|joules| si(joules, "J"));
+        let [viscous, coulomb] = [energy.viscous_j, energy.coulomb_j].map(|joules| si(joules, "J"));
+        format!("copper {copper}, diodes {diodes}, viscous friction {viscous}, Coulomb friction {coulomb}")
+    }
+}
+
+/// Returns the device of a rig.
+pub fn shown<'r>(rig: &'r AnyRig) -> &'r dyn Shown {
+    match rig {
+        AnyRig::Ours(Ready::Axis(session)) => session,
+        AnyRig::Ours(Ready::Phantom(session)) => session,
+        AnyRig::Dut(session) => session,
+    }
+}
+
+/// Adds the lines on the words, and a warning where the word of the stiffness misses it.
+fn of_words(page: &mut Page, words: impl IntoIterator<Item = String>, missed: Option<String>) {
+    words.into_iter().for_each(|said| _ = page.line("words", said));
+    missed.into_iter().for_each(|said| _ = page.line("warning", said));
+}
+
+/// Returns those of all nets that have these names, in the order of the names.
+fn named(all: Vec<Signal>, names: &[&str]) -> Vec<Signal> {
+    names.iter().filter_map(|name| all.iter().find(|net| net.name == *name).cloned()).collect()
+}

@@ -1,0 +1,110 @@
+//! A device of one axis: a motor with a wheel, or a mass on a rail.
+
+mod fields;
+mod models;
+mod search;
+
+use hpu_cosim::scene::{Datapath, Device as Body, Hand, Loop as Closed, Scene};
+use hpu_cosim::{LawConfig, TheLoop, law_as_asked};
+use hpu_signal::Format;
+
+use crate::accuracy::Contestant;
+use crate::device::{Device, Reach};
+use crate::fit::Simplifications;
+use crate::tables::Tables;
+use crate::widths::proof::{Proof, axis_bounds, exhausted, gappa};
+use crate::widths::search::Loops;
+use crate::widths::{Asked, Field};
+
+pub(crate) use search::Axis as Loop;
+
+/// The most inputs of a block for which a review tries all of them.
+const MOST_INPUTS: u128 = 1 << 24;
+
+impl Device for Scene {
+    fn fields(&self) -> Vec<Field> {
+        let law = matches!(self.method.kind, Closed::Law(_));
+        let scaled = self.method.kind.scale().is_some() || self.method.reference_rate_hz.is_some();
+        // A law's velocity is as wide as its position.
+        let mut all = fields::ALL.to_vec();
+        all.retain(|field| *field != Field::VELOCITY || !law);
+        all.retain(|field| ![Field::SCALE_INT, Field::SCALE_FRAC].contains(field) || scaled);
+        all
+    }
+
+    fn in_words(&self) -> Result<(), String> {
+        let name = match self.model.datapath {
+            Datapath::Words => return Ok(()),
+            Datapath::Law => "law",
+            Datapath::Linear => "linear",
+        };
+        Err(format!("model.datapath = \"{name}\" has no words; write \"words\""))
+    }
+
+    fn asked(&self) -> Vec<(&'static str, Asked)> {
+        let Ok(words) = self.words() else { return Vec::new() };
+        let count_rad = words.realised.count_rad;
+        let surface = (self.wall.position_rad / count_rad).round();
+        vec![
+            ("reference", Asked::Is(surface - (self.initial_angle_rad() / count_rad).floor())),
+            ("stiffness", Asked::Share(1.0 / (1.0 + words.realised.stiffness_error))),
+            ("damping", Asked::Share(1.0 / (1.0 + words.realised.damping_error))),
+        ]
+    }
+
+    fn law(&self, wiring: &TheLoop) -> Option<(LawConfig, u64)> {
+        let (TheLoop::Axis(wiring), Closed::Law(_)) = (wiring, self.method.kind) else { return None };
+        Some((law_as_asked(self).ok()?, wiring.latency()))
+    }
+
+    /// An axis moves as far from the wall, on either side, as its counter can tell, and no faster than its motor
+    /// without load.
+    fn reaches(&self) -> Result<Vec<Reach>, String> {
+        if matches!(self.hand, Hand::Capture { .. }) {
+            return Err("a recording has no device that could move at random".into());
+        }
+        let words = self.words().map_err(|error| error.to_string())?;
+        let half = f64::from(self.method.position_bits - 1).exp2() - 1.0;
+        let surface = Format::signed(self.method.position_bits).wrap(words.reference.into()) as f64;
+        let most_per_s = match &self.device {
+            Body::Motor(motor) => self.bridge.supply_v / motor.torque_constant_nm_per_a / words.realised.count_rad,
+            Body::Mass(_) => f64::INFINITY,
+        };
+        Ok(vec![Reach { counts: [surface - half, surface + half], most_per_s }])
+    }
+
+    fn around(&self) -> Vec<(&'static str, f64)> {
+        models::around(self)
+    }
+
+    fn simplifications(&self) -> Simplifications {
+        models::simplifications(self)
+    }
+
+    fn contestants(&self) -> Vec<Contestant> {
+        models::contestants(self)
+    }
+
+    fn loops(&self) -> Result<&'static dyn Loops, String> {
+        Ok(&Loop)
+    }
+
+    /// Where a block has few inputs, the result of trying all of them replaces the bound.
+    fn bounds(&self) -> Result<Proof, String> {
+        let mut proof = axis_bounds(self)?;
+        for tried in exhausted(self, &proof, MOST_INPUTS)? {
+            if let Some(bound) = proof.bounds.iter_mut().find(|bound| bound.name == tried.name) {
+                *bound = tried;
+            }
+        }
+        Ok(proof)
+    }
+
+    fn gappa(&self) -> Result<String, String> {
+        gappa(self, &axis_bounds(self)?)
+    }
+
+    fn tables(&self) -> Result<Tables, String> {
+        Err("an axis has no tables of sines; write the scene of a PHANToM".into())
+    }
+}

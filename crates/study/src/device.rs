@@ -1,0 +1,99 @@
+//! The interface between the studies and the devices that they study.
+
+use hpu_cosim::scene::Setup;
+use hpu_cosim::{LawConfig, TheLoop, Trace};
+
+use crate::accuracy::Contestant;
+use crate::fit::Simplifications;
+use crate::tables::Tables;
+use crate::widths::proof::Proof;
+use crate::widths::search::Loops;
+use crate::widths::{Asked, Field};
+
+/// The reason why a study of widths does not take a design of the user's own.
+pub(crate) const OF_YOURS: &str = "the words of a design of yours are its own";
+
+/// The counts between which an encoder moves in random motion, and its greatest speed.
+pub struct Reach {
+    /// The least and the greatest count.
+    pub counts: [f64; 2],
+    /// The greatest speed, in counts a second.
+    pub most_per_s: f64,
+}
+
+/// A `Device` answers the questions of every study about the device of a scene, so that no study asks which device it
+/// is. Implemented by the scene of each kind of device, each in a module of its own; [`device`](crate::device) returns
+/// it. What has a default is refused or left out for a device that has no answer of its own.
+pub trait Device: Setup {
+    /// Returns the widths that a review and a recommendation go through; none where nothing is computed in words.
+    fn fields(&self) -> Vec<Field> {
+        Vec::new()
+    }
+
+    /// Checks that the scene's law is computed in words; else returns why it is not.
+    fn in_words(&self) -> Result<(), String> {
+        Ok(())
+    }
+
+    /// Returns the values that the scene asks for, by the nets whose words hold them.
+    fn asked(&self) -> Vec<(&'static str, Asked)> {
+        Vec::new()
+    }
+
+    /// Returns the reference law in floats that runs beside the words, with the latency of the words in clock edges;
+    /// `None` if the method has none.
+    fn law(&self, _wiring: &TheLoop) -> Option<(LawConfig, u64)> {
+        None
+    }
+
+    /// Returns how far and how fast each encoder can move, in the order of their pins. Fails where no device moves.
+    fn reaches(&self) -> Result<Vec<Reach>, String> {
+        Err("a design of yours has words of its own".into())
+    }
+
+    /// Returns the motion of a trace by which models are compared.
+    fn motion<'t>(&self, trace: &'t Trace) -> &'t [f64] {
+        trace.angles_rad()
+    }
+
+    /// Returns the neighbouring scenes in which a model is also judged, each as a key and its value in SI units: the
+    /// wall 5 % softer and stiffer, and a few counts nearer and farther.
+    fn around(&self) -> Vec<(&'static str, f64)> {
+        Vec::new()
+    }
+
+    /// Returns what a cheaper model of the scene may leave out.
+    fn simplifications(&self) -> Simplifications {
+        Simplifications::default()
+    }
+
+    /// Returns the models of the scene that differ from the scene as written.
+    fn contestants(&self) -> Vec<Contestant> {
+        Vec::new()
+    }
+
+    /// Returns the loops that a search of widths varies, or why there are none.
+    fn loops(&self) -> Result<&'static dyn Loops, String> {
+        Err(OF_YOURS.into())
+    }
+
+    /// Proves the bounds of the scene's signals; else returns why nothing can be proved.
+    fn bounds(&self) -> Result<Proof, String> {
+        Err(format!("{OF_YOURS}; write a scene with a [method]"))
+    }
+
+    /// Returns the straight-line parts of the proof as a script of Gappa, or why there are none.
+    fn gappa(&self) -> Result<String, String> {
+        Err(format!("{OF_YOURS}; write a scene with a [method]"))
+    }
+
+    /// Returns why the loops of the device are not synthesised one by one, if they are not.
+    fn priced(&self) -> Result<(), String> {
+        Ok(())
+    }
+
+    /// Returns the tables of sines of the scene, or why it has none.
+    fn tables(&self) -> Result<Tables, String> {
+        Err(format!("{OF_YOURS}; write a scene with a [method]"))
+    }
+}

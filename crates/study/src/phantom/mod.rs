@@ -1,0 +1,89 @@
+//! The PHANToM: a three-joint arm, whose datapath reads sines from tables and finds forces in a room of walls.
+
+mod bounds;
+mod cost;
+mod fields;
+mod gappa;
+mod models;
+mod posture;
+pub mod reproduce;
+mod search;
+pub mod tables;
+
+use hpu_cosim::scene::{PhantomLaw as Law, PhantomModel as Model, PhantomScene as Scene};
+use hpu_cosim::{PhantomSession as Session, Trace};
+use hpu_datapath::phantom::{PhantomConfig as Config, PhantomLoop as Datapath, PhantomSharedLoop as SharedDatapath};
+use hpu_signal::Format;
+
+use crate::accuracy::Contestant;
+use crate::device::{Device, Reach};
+use crate::fit::Simplifications;
+use crate::widths::proof::Proof;
+use crate::widths::search::Loops;
+use crate::widths::{Asked, Field};
+
+pub use cost::{cells, rams};
+pub use posture::{SIGNALS, SignalBound, bounds};
+pub(crate) use search::Arm as Loop;
+pub use search::{proved, rung};
+
+impl Device for Scene {
+    fn fields(&self) -> Vec<Field> {
+        let in_words = !self.platform.is_host() && self.model.law == Law::Words;
+        if in_words { fields::ALL.to_vec() } else { Vec::new() }
+    }
+
+    fn asked(&self) -> Vec<(&'static str, Asked)> {
+        let (Ok(words), formats) = (self.words(), self.method.config.formats) else { return Vec::new() };
+        let share = |asked: f64, word: i64, format: Format| match word {
+            0 => Asked::Share(1.0),
+            word => Asked::Share(asked / format.to_f64(word)),
+        };
+        let wall = share(self.room.distance_m, words.high, formats.position);
+        let walls = ["x_low", "x_high", "y_low", "y_high", "z_low", "z_high"].map(|name| (name, wall));
+        let stiffness = share(self.room.stiffness_n_per_m, words.stiffness, formats.stiffness);
+        walls.into_iter().chain([("stiffness", stiffness)]).collect()
+    }
+
+    /// Each joint passes through all counts that its tables hold.
+    fn reaches(&self) -> Result<Vec<Reach>, String> {
+        let half = f64::from(self.method.config.depth_width - 1).exp2() - 1.0;
+        Ok((0..3).map(|_| Reach { counts: [-half, half], most_per_s: f64::INFINITY }).collect())
+    }
+
+    fn motion<'t>(&self, trace: &'t Trace) -> &'t [f64] {
+        trace.real(self.drop.axis.index())
+    }
+
+    fn around(&self) -> Vec<(&'static str, f64)> {
+        models::around(self)
+    }
+
+    fn simplifications(&self) -> Simplifications {
+        models::simplifications(self)
+    }
+
+    fn contestants(&self) -> Vec<Contestant> {
+        models::contestants(self)
+    }
+
+    fn loops(&self) -> Result<&'static dyn Loops, String> {
+        Ok(&Loop)
+    }
+
+    fn bounds(&self) -> Result<Proof, String> {
+        bounds::proof(self)
+    }
+
+    fn gappa(&self) -> Result<String, String> {
+        gappa::script(self)
+    }
+
+    fn priced(&self) -> Result<(), String> {
+        Err("Yosys takes minutes for each loop of a PHANToM".into())
+    }
+
+    fn tables(&self) -> Result<tables::Tables, String> {
+        tables::tables(&self.method.config).map_err(|error| error.to_string())
+    }
+}
