@@ -239,7 +239,7 @@ pub(crate) fn run<R: Wired>(
             let observer: Option<&mut dyn Observe> = if observer.watches() { Some(observer) } else { None };
             // The first output that judges a PHANToM is the number of the joint under test.
             let contact = Contact::new(&rig.nets(), from, rig.judged()[0]);
-            let observer = Watch { trace, contact, observer, reals: rig.reals().len() };
+            let observer = Recorder { trace, contact, observer, reals: rig.reals().len() };
             let edge_s = rig.clock().period_s();
             rig.visit(Run { driver, window: (from, end), stride, modulated, edge_s, observer, control })
         }
@@ -310,15 +310,15 @@ pub(crate) fn judged<R: Rig>(
 }
 
 /// Fills the trace, counts contact and forwards everything to an observer, if there is one.
-struct Watch<'a> {
-    trace: &'a mut Trace,
-    contact: Contact,
-    observer: Option<&'a mut dyn Observe>,
+pub(crate) struct Recorder<'a> {
+    pub(crate) trace: &'a mut Trace,
+    pub(crate) contact: Contact,
+    pub(crate) observer: Option<&'a mut dyn Observe>,
     /// Number of the plant's outputs.
-    reals: usize,
+    pub(crate) reals: usize,
 }
 
-impl Observe for Watch<'_> {
+impl Observe for Recorder<'_> {
     #[inline]
     fn follows(&self, nets: Range<usize>) -> bool {
         self.trace.follows(nets.clone()) || self.observer.as_ref().is_some_and(|observer| observer.follows(nets))
@@ -364,7 +364,7 @@ struct Run<'a> {
     stride: u64,
     modulated: bool,
     edge_s: f64,
-    observer: Watch<'a>,
+    observer: Recorder<'a>,
     control: &'a Control,
 }
 
