@@ -1,13 +1,10 @@
 //! Any scene made ready, whether blocks of this project or a design of the user's own close its loop.
 
-use hpu_signal::{Clock, Real, Signal};
-
 use crate::dut::{Designs, DutSession, Fault};
+use crate::outline::Outline;
 use crate::ready::Ready;
 use crate::rig::Rig;
-use crate::scene::{Experiment, Record};
-use crate::trace::Trace;
-use crate::verdict::{Abort, Verdict};
+use crate::scene::Experiment;
 
 /// Any scene made ready.
 #[allow(clippy::large_enum_variant, reason = "one of them exists a run")]
@@ -43,59 +40,7 @@ macro_rules! forward {
 }
 
 impl Rig for AnyRig<'_> {
-    fn name(&self) -> &str {
-        forward!(self, rig => rig.name())
-    }
-
-    fn clock(&self) -> Clock {
-        forward!(self, rig => rig.clock())
-    }
-
-    fn edges(&self) -> u64 {
-        forward!(self, rig => rig.edges())
-    }
-
-    fn record(&self) -> Record {
-        forward!(self, rig => rig.record())
-    }
-
-    fn closed_by(&self) -> &str {
-        forward!(self, rig => rig.closed_by())
-    }
-
-    fn nets(&self) -> Vec<Signal> {
-        forward!(self, rig => rig.nets())
-    }
-
-    fn reals(&self) -> &'static [Real] {
-        forward!(self, rig => rig.reals())
-    }
-
-    fn row(&self) -> &'static [Real] {
-        forward!(self, rig => rig.row())
-    }
-
-    fn columns(&self) -> Vec<usize> {
-        forward!(self, rig => rig.columns())
-    }
-
-    fn commands(&self) -> Vec<(&'static str, &'static str, f64)> {
-        forward!(self, rig => rig.commands())
-    }
-
-    fn drawn(&self) -> Vec<[usize; 3]> {
-        forward!(self, rig => rig.drawn())
-    }
-
-    fn has_device(&self) -> bool {
-        forward!(self, rig => rig.has_device())
-    }
-
-    fn judged(&self) -> Vec<usize> {
-        forward!(self, rig => rig.judged())
-    }
-
-    fn judge(&self, trace: &Trace, aborted: Option<Abort>) -> Verdict {
-        forward!(self, rig => rig.judge(trace, aborted))
+    fn outline(&self) -> &Outline {
+        forward!(self, rig => rig.outline())
     }
 }

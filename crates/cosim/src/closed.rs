@@ -4,6 +4,7 @@ use hpu_signal::Format;
 
 use crate::law_loop::{LawConfig, LawLoop};
 use crate::method::{AxisLoop, Unmade};
+use crate::rig::TheLoop;
 use crate::scene::{Datapath, LoopWords, Scene};
 use crate::session_error::SessionError;
 
@@ -17,6 +18,14 @@ pub(crate) enum Closed {
 }
 
 impl Closed {
+    /// Returns the wiring, to read.
+    pub(crate) fn wiring(&self) -> TheLoop<'_> {
+        match self {
+            Self::Words(axis_loop) => TheLoop::Axis(axis_loop),
+            Self::Law(wiring) => TheLoop::Law(wiring),
+        }
+    }
+
     /// Returns the wiring of a scene before reset.
     pub(crate) fn new(scene: &Scene, words: &LoopWords) -> Result<Self, Unmade> {
         let realised = &words.realised;

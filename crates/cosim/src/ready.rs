@@ -1,16 +1,16 @@
 //! Any scene, made ready.
 
-use hpu_signal::{Clock, Observe, Real, Signal};
+use hpu_signal::Observe;
 
 use crate::engine::{Comparison, Control, Driver};
+use crate::outline::Outline;
 use crate::phantom::PhantomSession;
 use crate::rig::{Direct, Rig, TheLoop, Visit, Wired};
-use crate::scene::{Experiment, Record};
+use crate::scene::Experiment;
 use crate::session::Session;
 use crate::session_error::SessionError;
 use crate::summary::Summary;
 use crate::trace::Trace;
-use crate::verdict::{Abort, Verdict};
 
 /// Any scene, made ready.
 #[allow(clippy::large_enum_variant, reason = "one of them exists a run")]
@@ -49,60 +49,8 @@ impl<'s> Ready<'s> {
 }
 
 impl Rig for Ready<'_> {
-    fn name(&self) -> &str {
-        forward!(self, rig => rig.name())
-    }
-
-    fn clock(&self) -> Clock {
-        forward!(self, rig => rig.clock())
-    }
-
-    fn edges(&self) -> u64 {
-        forward!(self, rig => rig.edges())
-    }
-
-    fn record(&self) -> Record {
-        forward!(self, rig => rig.record())
-    }
-
-    fn reals(&self) -> &'static [Real] {
-        forward!(self, rig => rig.reals())
-    }
-
-    fn row(&self) -> &'static [Real] {
-        forward!(self, rig => rig.row())
-    }
-
-    fn columns(&self) -> Vec<usize> {
-        forward!(self, rig => rig.columns())
-    }
-
-    fn commands(&self) -> Vec<(&'static str, &'static str, f64)> {
-        forward!(self, rig => rig.commands())
-    }
-
-    fn drawn(&self) -> Vec<[usize; 3]> {
-        forward!(self, rig => rig.drawn())
-    }
-
-    fn has_device(&self) -> bool {
-        forward!(self, rig => rig.has_device())
-    }
-
-    fn judged(&self) -> Vec<usize> {
-        forward!(self, rig => rig.judged())
-    }
-
-    fn judge(&self, trace: &Trace, aborted: Option<Abort>) -> Verdict {
-        forward!(self, rig => rig.judge(trace, aborted))
-    }
-
-    fn closed_by(&self) -> &str {
-        forward!(self, rig => rig.closed_by())
-    }
-
-    fn nets(&self) -> Vec<Signal> {
-        forward!(self, rig => rig.nets())
+    fn outline(&self) -> &Outline {
+        forward!(self, rig => rig.outline())
     }
 }
 

@@ -11,10 +11,11 @@ use crate::contact::{Contact, stride, window_start};
 use crate::engine::{ClosedLoop, Comparison, Control, Driver, compare};
 use crate::law_loop::LawLoop;
 use crate::method::AxisLoop;
+use crate::outline::{Command, Outline};
 use crate::scene::Record;
 use crate::summary::{NetUse, Summary};
 use crate::trace::Trace;
-use crate::verdict::{Abort, Verdict};
+use crate::verdict::Abort;
 use crate::world::World;
 
 /// The wiring of a scene, to read.
@@ -87,36 +88,71 @@ pub trait Visit<'s> {
 /// A `Rig` is a scene made ready, whatever closes its loop. Recordings, pictures and verdicts use it. Implemented by
 /// the sessions of an axis, of a PHANToM and of a design of the user's own, and by the enums over them.
 pub trait Rig {
+    /// Returns the facts that all other functions answer from.
+    fn outline(&self) -> &Outline;
+
     /// Returns the scene's name.
-    fn name(&self) -> &str;
+    fn name(&self) -> &str {
+        &self.outline().name
+    }
+
     /// Returns the FPGA's clock.
-    fn clock(&self) -> Clock;
+    fn clock(&self) -> Clock {
+        self.outline().clock
+    }
+
     /// Returns the clock edges of the whole run.
-    fn edges(&self) -> u64;
+    fn edges(&self) -> u64 {
+        self.outline().edges
+    }
+
     /// Returns the recording's plant rate, and whether it shows the clock.
-    fn record(&self) -> Record;
-    /// Returns the name of the datapath or simulator that closes the loop.
-    fn closed_by(&self) -> &str;
+    fn record(&self) -> Record {
+        self.outline().record
+    }
+
+    /// Returns the name of the datapath, or of the design, that closes the loop.
+    fn closed_by(&self) -> &str {
+        &self.outline().closed_by
+    }
+
     /// Returns the nets.
-    fn nets(&self) -> Vec<Signal>;
+    fn nets(&self) -> Vec<Signal> {
+        self.outline().nets.clone()
+    }
+
     /// Returns the continuous outputs of the world.
-    fn reals(&self) -> &'static [Real];
+    fn reals(&self) -> &'static [Real] {
+        &self.row()[..self.outline().reals]
+    }
+
     /// Returns the columns of a row of the trace: [`reals`](Self::reals), then means and extremes between rows.
-    fn row(&self) -> &'static [Real];
+    fn row(&self) -> &'static [Real] {
+        self.outline().row
+    }
+
     /// Returns the indices of the columns of [`row`](Self::row) that mean something in this scene; none without a
     /// device.
     fn columns(&self) -> Vec<usize> {
-        if self.has_device() { (0..self.row().len()).collect() } else { Vec::new() }
+        self.outline().columns.clone()
     }
+
     /// Returns the nets that command an actuator, each with the column of the effort it asks for and the effort of one
-    /// ulp of its word, positive along the positive direction.
-    fn commands(&self) -> Vec<(&'static str, &'static str, f64)>;
+    /// ulp of its word, positive along the positive direction. Of a design of the user's own, only its author knows
+    /// them.
+    fn commands(&self) -> Vec<Command> {
+        self.outline().commands.clone()
+    }
+
     /// Returns whether there is a device, not a recording in its place.
-    fn has_device(&self) -> bool;
+    fn has_device(&self) -> bool {
+        self.outline().has_device
+    }
+
     /// Returns the plant's outputs that verdicts and metrics are computed from, as indices into [`reals`](Self::reals).
-    fn judged(&self) -> Vec<usize>;
-    /// Returns the verdict on the motion, from the trace of a complete run.
-    fn judge(&self, trace: &Trace, aborted: Option<Abort>) -> Verdict;
+    fn judged(&self) -> Vec<usize> {
+        self.outline().judged.clone()
+    }
 
     /// Returns the edges between rows of the trace.
     fn stride(&self) -> u64 {
@@ -132,15 +168,10 @@ pub trait Rig {
 
     /// Returns an empty trace as [`trace`](Self::trace) does, with the means and extremes that pictures draw.
     fn drawn_trace(&self, nets: &[&str]) -> Trace {
-        self.trace(nets).keeping(&self.drawn())
+        self.trace(nets).keeping(&self.outline().drawn)
     }
 
-    /// Returns the mean, least and greatest values that pictures draw, as columns of a [`row`](Self::row).
-    fn drawn(&self) -> Vec<[usize; 3]> {
-        Vec::new()
-    }
-
-    /// Returns an empty trace of only the outputs that [`judge`](Self::judge) and [`metric`](crate::metric) use.
+    /// Returns an empty trace of only the outputs that verdicts and [`metric`](crate::metric) use.
     fn brief_trace(&self) -> Trace {
         Trace::new(self.clock(), self.stride(), self.judged(), Vec::new())
     }
@@ -208,7 +239,7 @@ pub(crate) fn run<R: Wired>(
             let observer: Option<&mut dyn Observe> = if observer.watches() { Some(observer) } else { None };
             // The first output that judges a PHANToM is the number of the joint under test.
             let contact = Contact::new(&rig.nets(), from, rig.judged()[0]);
-            let observer = Watch { trace, contact, observer, reals: rig.reals().len() };
+            let observer = Recorder { trace, contact, observer, reals: rig.reals().len() };
             let edge_s = rig.clock().period_s();
             rig.visit(Run { driver, window: (from, end), stride, modulated, edge_s, observer, control })
         }
@@ -271,7 +302,7 @@ pub(crate) fn judged<R: Rig>(
     summary.motion_s = rig.clock().seconds(Cycle(summary.edges));
     summary.aborted = over.map(|why| Abort { at_s: summary.motion_s, why });
     if summary.complete && rig.has_device() {
-        summary.verdict = Some(rig.judge(trace, summary.aborted));
+        summary.verdict = Some(rig.outline().judge(trace, summary.aborted));
         let window = rig.edges() - window_start(rig.edges(), rig.stride());
         summary.contact_share = over.is_none().then_some(contact_edges / window as f64);
     }
@@ -279,15 +310,15 @@ pub(crate) fn judged<R: Rig>(
 }
 
 /// Fills the trace, counts contact and forwards everything to an observer, if there is one.
-struct Watch<'a> {
-    trace: &'a mut Trace,
-    contact: Contact,
-    observer: Option<&'a mut dyn Observe>,
+pub(crate) struct Recorder<'a> {
+    pub(crate) trace: &'a mut Trace,
+    pub(crate) contact: Contact,
+    pub(crate) observer: Option<&'a mut dyn Observe>,
     /// Number of the plant's outputs.
-    reals: usize,
+    pub(crate) reals: usize,
 }
 
-impl Observe for Watch<'_> {
+impl Observe for Recorder<'_> {
     #[inline]
     fn follows(&self, nets: Range<usize>) -> bool {
         self.trace.follows(nets.clone()) || self.observer.as_ref().is_some_and(|observer| observer.follows(nets))
@@ -333,7 +364,7 @@ struct Run<'a> {
     stride: u64,
     modulated: bool,
     edge_s: f64,
-    observer: Watch<'a>,
+    observer: Recorder<'a>,
     control: &'a Control,
 }
 

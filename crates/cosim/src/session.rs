@@ -1,23 +1,21 @@
 //! A scene of an axis, made ready.
 
 use hpu_datapath::{AxisWiring, LoopIn};
-use hpu_signal::{Clock, Observe, Real, Signal};
+use hpu_signal::Observe;
 
 use crate::actuator::Actuator;
 use crate::axis_world::AxisWorld;
 use crate::closed::Closed;
-use crate::columns::{AXIS_ROW, CURRENTS, RAIL_ROW, TORQUE_BETWEEN};
 use crate::direct::{AxisDirect, Computed};
 use crate::engine::{Comparison, Control, Driver};
 use crate::method::AxisLoop;
+use crate::outline::Outline;
 use crate::plant::Plant;
 use crate::rig::{self, Compare, Direct, Rig, TheLoop, Visit, Wired};
-use crate::scene::{Device, EncoderModel, LoopWords, Record, Scene, Solver};
+use crate::scene::{Device, EncoderModel, LoopWords, Scene, Solver};
 use crate::session_error::SessionError;
 use crate::summary::Summary;
-use crate::trace::{ANGLE, TORQUE, Trace};
-use crate::verdict::{Abort, Verdict, judge};
-use crate::world::World;
+use crate::trace::Trace;
 
 /// A scene made ready: its words, its wiring, its plant.
 pub struct Session<'s> {
@@ -25,6 +23,7 @@ pub struct Session<'s> {
     plant: Plant,
     words: LoopWords,
     closed: Closed,
+    outline: Outline,
 }
 
 impl<'s> Session<'s> {
@@ -45,7 +44,12 @@ impl<'s> Session<'s> {
             };
             stepping.first = (1 + latency + 2).min(stepping.edges);
         }
-        Ok(Self { scene, plant, words, closed })
+        // A positive command drives the bridge, and the amplifier, against the positive direction.
+        let column = if matches!(scene.device, Device::Mass(_)) { "wall_force_n" } else { "wall_torque_nm" };
+        let commands = vec![("command", column, -words.command_quantum_nm(scene))];
+        let (device, wiring) = ((&scene.device, scene.encoder.count_rad()), closed.wiring());
+        let outline = Outline::of_axis(scene, device, (wiring.name(), wiring.nets()), commands, plant.has_device());
+        Ok(Self { scene, plant, words, closed, outline })
     }
 
     /// Returns the scene.
@@ -74,10 +78,6 @@ impl<'s> Session<'s> {
         }
     }
 
-    fn is_mass(&self) -> bool {
-        matches!(self.scene.device, Device::Mass(_))
-    }
-
     /// Returns the scene's words.
     #[must_use]
     pub fn words(&self) -> &LoopWords {
@@ -100,75 +100,14 @@ impl<'s> Session<'s> {
 }
 
 impl Rig for Session<'_> {
-    fn name(&self) -> &str {
-        &self.scene.name
-    }
-
-    fn clock(&self) -> Clock {
-        self.scene.clock
-    }
-
-    fn edges(&self) -> u64 {
-        self.scene.edges()
-    }
-
-    fn record(&self) -> Record {
-        self.scene.record
-    }
-
-    fn reals(&self) -> &'static [Real] {
-        &self.row()[..AxisWorld::REALS.len()]
-    }
-
-    fn row(&self) -> &'static [Real] {
-        if self.is_mass() { &RAIL_ROW } else { &AXIS_ROW }
-    }
-
-    fn columns(&self) -> Vec<usize> {
-        let all = if self.has_device() { 0..self.row().len() } else { 0..0 };
-        all.filter(|column| !(self.is_mass() && CURRENTS.contains(column))).collect()
-    }
-
-    fn commands(&self) -> Vec<(&'static str, &'static str, f64)> {
-        // A positive command drives the bridge, and the amplifier, against the positive direction.
-        let column = if self.is_mass() { "wall_force_n" } else { "wall_torque_nm" };
-        vec![("command", column, -self.words.command_quantum_nm(self.scene))]
-    }
-
-    fn drawn(&self) -> Vec<[usize; 3]> {
-        vec![TORQUE_BETWEEN]
-    }
-
-    fn has_device(&self) -> bool {
-        self.plant.has_device()
-    }
-
-    fn judged(&self) -> Vec<usize> {
-        vec![ANGLE, TORQUE]
-    }
-
-    fn judge(&self, trace: &Trace, aborted: Option<Abort>) -> Verdict {
-        if let Some(Abort { at_s, .. }) = aborted {
-            return Verdict::Diverged { at_s, amplitude_rad: f64::INFINITY };
-        }
-        judge(trace, self.scene.encoder.count_rad())
-    }
-
-    fn closed_by(&self) -> &str {
-        self.wiring().name()
-    }
-
-    fn nets(&self) -> Vec<Signal> {
-        self.wiring().nets()
+    fn outline(&self) -> &Outline {
+        &self.outline
     }
 }
 
 impl Wired for Session<'_> {
     fn wiring(&self) -> TheLoop<'_> {
-        match &self.closed {
-            Closed::Words(axis_loop) => TheLoop::Axis(axis_loop),
-            Closed::Law(wiring) => TheLoop::Law(wiring),
-        }
+        self.closed.wiring()
     }
 
     fn gates_drive(&self) -> bool {

@@ -12,7 +12,7 @@ use super::{Change, DutSession, Fault, Simulation};
 use crate::axis_world::AxisWorld;
 use crate::contact::{Contact, window_start};
 use crate::engine::{Control, Rows};
-use crate::rig::{Rig, judged};
+use crate::rig::{Recorder, Rig, judged};
 use crate::schedule::Schedule;
 use crate::summary::{NetUse, Summary};
 use crate::trace::Trace;
@@ -68,9 +68,10 @@ impl DutSession<'_> {
         trace.begin(end / stride + 1);
         let from = window_start(end, stride);
         let watched = ranges || observer.watches() || trace.follows(0..self.wires.nets.len());
-        let measured = trace.keeps_beyond(self.reals().len()) || observer.measures();
-        let seen = Seen { trace, contact: Contact::of(self.wires.wires.len(), from), observer };
-        let mut watch = Watch { rows: Rows::new(stride).averaged(from, measured), seen };
+        let contact = Contact::of(self.wires.wires.len(), from);
+        let recorder = Recorder { trace, contact, observer: Some(observer), reals: self.reals().len() };
+        let measured = recorder.measures();
+        let mut watch = Watch { rows: Rows::new(stride).averaged(from, measured), recorder };
         let mut closed = self.begin(watched)?;
         if measured {
             closed.world.measure(stride);
@@ -83,8 +84,8 @@ impl DutSession<'_> {
         };
         let (edge, world) = (closed.edge, &closed.world);
         watch.log(world, edge);
-        let Watch { rows, seen } = watch;
-        let contact = seen.contact.edges(edge) as f64;
+        let Watch { rows, recorder } = watch;
+        let contact = recorder.contact.edges(edge) as f64;
         let nets = self.wires.nets.iter().cloned().zip(&closed.uses).filter(|_| watched);
         let summary = Summary {
             complete,
@@ -97,7 +98,7 @@ impl DutSession<'_> {
             ..world.summary()
         };
         let over = world.over();
-        Ok(judged(self, seen.trace, summary, contact, over))
+        Ok(judged(self, recorder.trace, summary, contact, over))
     }
 
     /// Returns the loop at edge 0, with the reset done.
@@ -150,37 +151,17 @@ fn given(world: &AxisWorld, start: i64) -> Given {
     }
 }
 
-/// The trace, the contact and the observer.
-struct Seen<'a> {
-    trace: &'a mut Trace,
-    contact: Contact,
-    observer: &'a mut dyn Observe,
-}
-
 /// The watchers of a run: the rows of the plant, and the trace, contact and observer that see rows and nets in the
 /// order of edges.
 struct Watch<'a> {
     rows: Rows,
-    seen: Seen<'a>,
+    recorder: Recorder<'a>,
 }
 
 impl Watch<'_> {
     /// Shows the rows up to an edge that the world has not left yet.
     fn log(&mut self, world: &AxisWorld, edge: u64) {
-        self.rows.log(world, edge, &mut self.seen);
-    }
-}
-
-impl Observe for Seen<'_> {
-    fn nets(&mut self, cycle: Cycle, words: &[i64]) {
-        self.contact.see(cycle.0, words);
-        self.trace.nets(cycle, words);
-        self.observer.nets(cycle, words);
-    }
-
-    fn reals(&mut self, cycle: Cycle, values: &[f64]) {
-        self.trace.reals(cycle, values);
-        self.observer.reals(cycle, values);
+        self.rows.log(world, edge, &mut self.recorder);
     }
 }
 
@@ -291,7 +272,7 @@ impl Closed<'_> {
                 (usage.min, usage.max) = (usage.min.min(word), usage.max.max(word));
             }
         }
-        watch.seen.nets(Cycle(edge), &self.shown);
+        watch.recorder.nets(Cycle(edge), &self.shown);
     }
 
     /// Drives the device with the words of the outputs from the present edge on.

@@ -14,18 +14,14 @@ mod connect;
 use std::error::Error;
 use std::sync::{Arc, OnceLock};
 
-use hpu_signal::{Clock, Format, Real, Signal};
+use hpu_signal::Format;
 
 use crate::actuator::{Actuator, Shaping};
-use crate::axis_world::AxisWorld;
-use crate::columns::{AXIS_ROW, CURRENTS, RAIL_ROW, TORQUE_BETWEEN};
 use crate::faults::FaultPlan;
+use crate::outline::Outline;
 use crate::plant::{Around, Plant};
 use crate::rig::Rig;
-use crate::scene::{Connection, Device, Driving, DutScene, Record, SceneError};
-use crate::trace::{ANGLE, TORQUE, Trace};
-use crate::verdict::{Abort, Verdict, judge};
-use crate::world::World;
+use crate::scene::{Connection, Driving, DutScene, SceneError};
 use connect::Wires;
 
 pub use connect::Wire;
@@ -129,6 +125,7 @@ pub struct DutSession<'s> {
     plant: Plant,
     design: Arc<dyn Design>,
     wires: Wires,
+    outline: Outline,
 }
 
 impl<'s> DutSession<'s> {
@@ -156,7 +153,10 @@ impl<'s> DutSession<'s> {
             faults: scene.faults.as_ref().map(|all| FaultPlan::new(all, scene.clock, scene.run, scene.edges())),
             horizon: scene.edges(),
         };
-        Ok(Self { plant: Plant::around(around)?, scene, design, wires })
+        let (device, count_rad) = (&scene.device, scene.encoder.count_rad());
+        let loop_of = (scene.dut.top.as_str(), wires.nets.clone());
+        let outline = Outline::of_axis(scene, (device, count_rad), loop_of, Vec::new(), true);
+        Ok(Self { plant: Plant::around(around)?, scene, design, wires, outline })
     }
 
     /// Returns the scene.
@@ -175,10 +175,6 @@ impl<'s> DutSession<'s> {
     #[must_use]
     pub fn wires(&self) -> &[Wire] {
         &self.wires.wires
-    }
-
-    fn is_mass(&self) -> bool {
-        matches!(self.scene.device, Device::Mass(_))
     }
 }
 
@@ -206,63 +202,7 @@ fn actuator(scene: &DutScene) -> Result<Actuator, SceneError> {
 }
 
 impl Rig for DutSession<'_> {
-    fn name(&self) -> &str {
-        &self.scene.name
-    }
-
-    fn clock(&self) -> Clock {
-        self.scene.clock
-    }
-
-    fn edges(&self) -> u64 {
-        self.scene.edges()
-    }
-
-    fn record(&self) -> Record {
-        self.scene.record
-    }
-
-    fn closed_by(&self) -> &str {
-        &self.scene.dut.top
-    }
-
-    fn nets(&self) -> Vec<Signal> {
-        self.wires.nets.clone()
-    }
-
-    fn reals(&self) -> &'static [Real] {
-        &self.row()[..AxisWorld::REALS.len()]
-    }
-
-    fn row(&self) -> &'static [Real] {
-        if self.is_mass() { &RAIL_ROW } else { &AXIS_ROW }
-    }
-
-    fn columns(&self) -> Vec<usize> {
-        (0..self.row().len()).filter(|column| !(self.is_mass() && CURRENTS.contains(column))).collect()
-    }
-
-    /// Returns none: the unit of a word is known only to the author of the design.
-    fn commands(&self) -> Vec<(&'static str, &'static str, f64)> {
-        Vec::new()
-    }
-
-    fn drawn(&self) -> Vec<[usize; 3]> {
-        vec![TORQUE_BETWEEN]
-    }
-
-    fn has_device(&self) -> bool {
-        true
-    }
-
-    fn judged(&self) -> Vec<usize> {
-        vec![ANGLE, TORQUE]
-    }
-
-    fn judge(&self, trace: &Trace, aborted: Option<Abort>) -> Verdict {
-        if let Some(Abort { at_s, .. }) = aborted {
-            return Verdict::Diverged { at_s, amplitude_rad: f64::INFINITY };
-        }
-        judge(trace, self.scene.encoder.count_rad())
+    fn outline(&self) -> &Outline {
+        &self.outline
     }
 }

@@ -13,20 +13,19 @@ use sides::{FpgaSide, HostSide};
 
 use hpu_datapath::phantom::{PhantomIn, PhantomIo, PhantomIoIn, PhantomLoop, PhantomSharedLoop};
 use hpu_plant::arm::{Arm, ArmModel, Transmission, kinematics};
-use hpu_signal::{Clock, Format, Observe, Ports, Real, Signal};
+use hpu_signal::{Format, Observe, Ports};
 
 use crate::arm::{ArmPlant, Stops};
 use crate::arm_loop::ArmLoop;
 use crate::arm_world::ArmWorld;
-use crate::columns::{ARM_REALS, ARM_ROW};
 use crate::engine::{Comparison, Control, Driver};
+use crate::outline::Outline;
 use crate::random::SplitMix64;
 use crate::rig::{self, Compare, Direct, Rig, TheLoop, Visit, Wired};
-use crate::scene::{PhantomLaw, PhantomScene, PhantomWords, Platform, Premium, Record};
+use crate::scene::{PhantomLaw, PhantomScene, PhantomWords, Platform, Premium};
 use crate::session_error::SessionError;
 use crate::summary::Summary;
 use crate::trace::Trace;
-use crate::verdict::{Abort, Verdict, judge_drop};
 
 /// Gravity.
 const GRAVITY_M_PER_S2: f64 = 9.81;
@@ -52,6 +51,7 @@ pub struct PhantomSession<'s> {
     plant: PhantomPlant,
     words: PhantomWords,
     wiring: ArmLoop,
+    outline: Outline,
 }
 
 impl<'s> PhantomSession<'s> {
@@ -71,7 +71,15 @@ impl<'s> PhantomSession<'s> {
             PhantomLoop::new(config).map(ArmLoop::Phantom)
         };
         let wiring = wiring.map_err(SessionError::Config)?;
-        Ok(Self { scene, plant: plant(scene)?, words, wiring })
+        let plant = plant(scene)?;
+        let [first, second, third] = plant.arm.command_nm;
+        let commands = vec![
+            ("command1", "wall_torque1_nm", first),
+            ("command2", "wall_torque2_nm", second),
+            ("command3", "wall_torque3_nm", third),
+        ];
+        let outline = Outline::of_drop(scene, plant.axis, (wiring.block().name(), wiring.nets()), commands);
+        Ok(Self { scene, plant, words, wiring, outline })
     }
 
     /// Returns the scene.
@@ -252,58 +260,8 @@ fn stops(scene: &PhantomScene, lengths_m: [f64; 2], count_rad: [f64; 3]) -> Stop
 const RELEASE_M_PER_S: f64 = 1e-3;
 
 impl Rig for PhantomSession<'_> {
-    fn name(&self) -> &str {
-        &self.scene.name
-    }
-
-    fn clock(&self) -> Clock {
-        self.scene.clock
-    }
-
-    fn edges(&self) -> u64 {
-        self.scene.edges()
-    }
-
-    fn record(&self) -> Record {
-        self.scene.record
-    }
-
-    fn reals(&self) -> &'static [Real] {
-        &ARM_REALS
-    }
-
-    fn row(&self) -> &'static [Real] {
-        &ARM_ROW
-    }
-
-    fn commands(&self) -> Vec<(&'static str, &'static str, f64)> {
-        let [first, second, third] = self.plant.arm.command_nm;
-        vec![
-            ("command1", "wall_torque1_nm", first),
-            ("command2", "wall_torque2_nm", second),
-            ("command3", "wall_torque3_nm", third),
-        ]
-    }
-
-    fn has_device(&self) -> bool {
-        true
-    }
-
-    fn judged(&self) -> Vec<usize> {
-        let axis = self.scene.drop.axis.index();
-        vec![axis, 3 + axis]
-    }
-
-    fn judge(&self, trace: &Trace, aborted: Option<Abort>) -> Verdict {
-        judge_drop(trace, 3 + self.scene.drop.axis.index(), aborted)
-    }
-
-    fn closed_by(&self) -> &str {
-        self.wiring.block().name()
-    }
-
-    fn nets(&self) -> Vec<Signal> {
-        self.wiring.nets()
+    fn outline(&self) -> &Outline {
+        &self.outline
     }
 }
 
