@@ -18,12 +18,6 @@ const STANDING: &[(&str, &str, &str)] = &[
     ("cosim", "verdict", "summary"),
     ("datapath", "block", "step"),
     ("datapath", "block", "wiring"),
-    ("study", "criteria", "limits"),
-    ("study", "limits::hands", "limits::unknown"),
-    ("study", "reproduce::formats", "reproduce::formats_claims"),
-    ("study", "reproduce::formats", "reproduce::formats_text"),
-    ("study", "reproduce::seeds", "reproduce::table"),
-    ("study", "widths::proof::laws", "widths::proof::haptic"),
 ];
 
 /// A path in a source, as in `crate::wall::Wall`.
