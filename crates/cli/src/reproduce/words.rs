@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use hpu_chart::{self as chart, Picture};
-use hpu_datapath::phantom::PhantomConfig;
+use hpu_datapath::phantom::Config;
 use hpu_study::reproduce::formats::{self, Formats, POSTURES, formats_csv, formats_text, full_scales_nm};
 use hpu_study::reproduce::sines::{self, Sine, sines_csv, sines_text};
 use hpu_study::reproduce::workspace::{CELLS, NOMINAL_MM, Workspace};
@@ -36,7 +36,7 @@ pub fn formats(args: &Args) -> Result<Exit, Failure> {
     let command = "hpu reproduce phantom-formats";
     let all = formats::words().into_iter().map(|words| Formats::new(words, POSTURES));
     let all = all.collect::<Result<Vec<_>, _>>().map_err(Failure::file)?;
-    let workspace = Workspace::new(&PhantomConfig::default(), NOMINAL_MM, CELLS);
+    let workspace = Workspace::new(&Config::default(), NOMINAL_MM, CELLS);
     let text = format!(
         "PHANToM: words, ranges and errors\n$ {command}\n\n{}",
         formats_text(&all, &workspace, args.notation.get())

@@ -16,8 +16,6 @@ const STANDING: &[(&str, &str, &str)] = &[
     ("cosim", "scene::section", "scene::keys::value"),
     ("cosim", "scene::source", "scene::section"),
     ("cosim", "verdict", "summary"),
-    ("datapath", "block", "step"),
-    ("datapath", "block", "wiring"),
 ];
 
 /// A path in a source, as in `crate::wall::Wall`.

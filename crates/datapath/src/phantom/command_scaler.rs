@@ -12,7 +12,7 @@
 
 use hpu_signal::{Format, Narrowed, Signal, Word};
 
-use super::PhantomConfig;
+use super::Config;
 use super::variants::paths;
 use super::words::{accept, limited, natural, parts};
 use crate::config::{NATURAL, within};
@@ -141,9 +141,8 @@ impl Listed for CommandScaler {
     }
 
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
-        let scaler = |config: PhantomConfig| {
-            Self::new(config.formats.torque, config.gains[0], config.gain_frac, config.command_width)
-        };
+        let scaler =
+            |config: Config| Self::new(config.formats.torque, config.gains[0], config.gain_frac, config.command_width);
         paths().into_iter().map(|(label, config)| Ok((label, scaler(config)?))).collect()
     }
 }

@@ -15,7 +15,7 @@
 
 use hpu_signal::{Format, Narrowed, Signal, Word};
 
-use super::PhantomFormats;
+use super::Formats;
 use super::variants::paths;
 use super::words::{accept, limited, natural, parts};
 use crate::config::{NATURAL, within};
@@ -50,8 +50,8 @@ impl CubeRoom {
     ///
     /// Returns an error unless the words have 2 to 40 bits with 0 to 30 fraction bits, positions and forces are signed
     /// and the stiffness unsigned, and the limit is a positive VHDL `natural` and a word of the force's format.
-    pub fn new(formats: &PhantomFormats, limit: u32) -> Result<Self, ConfigError> {
-        let PhantomFormats { position, stiffness, force, .. } = *formats;
+    pub fn new(formats: &Formats, limit: u32) -> Result<Self, ConfigError> {
+        let Formats { position, stiffness, force, .. } = *formats;
         accept(Self::NAME, "POSITION", position, true)?;
         accept(Self::NAME, "STIFFNESS", stiffness, false)?;
         accept(Self::NAME, "FORCE", force, true)?;
@@ -108,7 +108,7 @@ fn depth<W: Word>(at: W, low: W, high: W) -> W {
 
 impl Default for CubeRoom {
     fn default() -> Self {
-        Self::new(&PhantomFormats::default(), 557_056).expect("the data sheet's default")
+        Self::new(&Formats::default(), 557_056).expect("the data sheet's default")
     }
 }
 
@@ -177,7 +177,7 @@ impl Block for CubeRoom {
 
 impl Listed for CubeRoom {
     fn of_generics(given: &Given) -> Result<Self, ConfigError> {
-        Self::new(&PhantomFormats::given(given)?, given.natural("FORCE_LIMIT")?)
+        Self::new(&Formats::given(given)?, given.natural("FORCE_LIMIT")?)
     }
 
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {

@@ -1,4 +1,4 @@
-//! The PHANToM's blocks as parts of a circuit.
+//! The arm's blocks as parts of a circuit.
 
 use hpu_signal::Narrowed;
 

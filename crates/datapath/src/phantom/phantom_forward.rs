@@ -14,7 +14,7 @@
 
 use hpu_signal::{Format, Narrowed, Signal, Word};
 
-use super::PhantomFormats;
+use super::Formats;
 use super::variants::paths;
 use super::words::{accept, accept_trig, aligned_sum, natural, nearest, parts};
 use crate::config::{NATURAL, within};
@@ -49,8 +49,8 @@ impl PhantomForward {
     ///
     /// Returns an error unless the words are signed with 2 to 40 bits, 0 to 30 of them fraction bits (sines: an integer
     /// bit and 4 fraction bits at least), and the lengths are positive VHDL `natural`s with at most 30 fraction bits.
-    pub fn new(formats: &PhantomFormats, lengths: [u32; 2]) -> Result<Self, ConfigError> {
-        let PhantomFormats { trig, length_frac, position, .. } = *formats;
+    pub fn new(formats: &Formats, lengths: [u32; 2]) -> Result<Self, ConfigError> {
+        let Formats { trig, length_frac, position, .. } = *formats;
         accept_trig(Self::NAME, trig)?;
         accept(Self::NAME, "POSITION", position, true)?;
         within(Self::NAME, "LENGTH_FRAC", length_frac, 0..=30)?;
@@ -93,7 +93,7 @@ impl Combinational for PhantomForward {
 
 impl Default for PhantomForward {
     fn default() -> Self {
-        Self::new(&PhantomFormats::default(), [2_348_810; 2]).expect("the data sheet's default")
+        Self::new(&Formats::default(), [2_348_810; 2]).expect("the data sheet's default")
     }
 }
 
@@ -159,18 +159,13 @@ impl Block for PhantomForward {
 
 impl Listed for PhantomForward {
     fn of_generics(given: &Given) -> Result<Self, ConfigError> {
-        Self::new(&PhantomFormats::given(given)?, given.naturals(["LENGTH_1", "LENGTH_2"])?)
+        Self::new(&Formats::given(given)?, given.naturals(["LENGTH_1", "LENGTH_2"])?)
     }
 
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
         // A position drops one bit of its products here.
         let format = |int, frac| Format::new(true, int, frac).expect("26 bits");
-        let one_bit = PhantomFormats {
-            trig: format(1, 14),
-            length_frac: 12,
-            position: format(0, 25),
-            ..PhantomFormats::default()
-        };
+        let one_bit = Formats { trig: format(1, 14), length_frac: 12, position: format(0, 25), ..Formats::default() };
         let own = ("one_bit", Self::new(&one_bit, [573; 2])?);
         let others =
             paths().into_iter().map(|(label, config)| Ok((label, Self::new(&config.formats, config.lengths)?)));

@@ -15,7 +15,7 @@
 
 use hpu_signal::Signal;
 
-use super::phantom_wiring::{of_joint, pins};
+use super::phantom_loop::{of_joint, pins};
 use super::words::natural;
 use super::{CommandRegister, command_register};
 use crate::circuit::circuit;

@@ -12,7 +12,7 @@ pub mod tables;
 
 use hpu_cosim::scene::{PhantomLaw as Law, PhantomModel as Model, PhantomScene as Scene};
 use hpu_cosim::{PhantomSession as Session, Trace};
-use hpu_datapath::phantom::{PhantomConfig as Config, PhantomLoop as Datapath, PhantomSharedLoop as SharedDatapath};
+use hpu_datapath::phantom::{Config, PhantomLoop as Datapath, PhantomSharedLoop as SharedDatapath};
 use hpu_signal::Format;
 
 use crate::accuracy::Contestant;

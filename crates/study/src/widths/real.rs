@@ -83,7 +83,7 @@ impl Word for Real {
 
 #[cfg(test)]
 mod tests {
-    use hpu_datapath::phantom::{PhantomConfig, PhantomForward, PhantomTorque, TrigTable};
+    use hpu_datapath::phantom::{Config, PhantomForward, PhantomTorque, TrigTable};
     use hpu_datapath::{AnyBlock, CommandLimiter, TruncatingMultiplier};
 
     use super::*;
@@ -101,7 +101,7 @@ mod tests {
 
     #[test]
     fn the_tip_and_the_torques_of_a_phantom_are_those_of_its_angles() {
-        let config = PhantomConfig::default();
+        let config = Config::default();
         let [upper, fore] = config.lengths.map(|word| f64::from(word) / f64::from(1u32 << config.formats.length_frac));
         let table = |joint: usize| TrigTable::new(16, 13, config.turns[joint], config.formats.trig).expect("a table");
         for counts in [[0.0, 0.0, 0.0], [-4096.0, 4095.0, 17.0], [1234.0, -3210.0, 4000.0]] {

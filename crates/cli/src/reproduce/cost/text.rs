@@ -1,6 +1,6 @@
 //! The rows of `hpu reproduce phantom-cost` as text, CSV and JSON.
 
-use hpu_datapath::phantom::PhantomConfig;
+use hpu_datapath::phantom::Config;
 use hpu_rtl::{Counts, HX8K_BRAM, HX8K_CELLS};
 use hpu_study::studies::summing::summing_up;
 use serde_json::{Value, json};
@@ -78,7 +78,7 @@ fn tables() -> String {
         "\nTables of sine and cosine for three joints that the {HX8K_BRAM} block RAMs of an HX8K have bits for, {} of them:\n",
         HX8K_BRAM * 4096
     );
-    let default = PhantomConfig::default();
+    let default = Config::default();
     for (name, config) in [
         ("(1,1,14)", default.fraction(14)),
         ("(1,1,18)", default.fraction(18)),

@@ -1,11 +1,15 @@
 //! The interface of every block: `Block` with its port types, and `AnyBlock` without them for tools that list, feed and
 //! print blocks.
 
+mod parts;
+pub(crate) mod step;
+
 use hpu_signal::{Format, Ports, Signal};
 
-use crate::Instance;
-use crate::step::AnyStep;
-use crate::wiring::Parts;
+use step::AnyStep;
+
+pub(crate) use parts::renamed;
+pub use parts::{Connection, Instance, Parts};
 
 /// A value of a VHDL generic.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
