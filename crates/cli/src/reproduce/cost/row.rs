@@ -1,9 +1,9 @@
-//! A row of `hpu reproduce phantom-cost`: a block or loop, its cost, and the proved errors of its words.
+//! A row of the study of costs: a block or loop, its cost, and the proved errors of its words.
 
-use hpu_datapath::phantom::{Config, loop_variants};
 use hpu_rtl::Cost;
-use hpu_study::phantom::bounds;
 use hpu_study::reproduce::formats::{STIFFNESS_MAX_N_PER_M, full_scales_nm};
+
+use super::{Config, bounds, loop_variants};
 
 /// A block or loop with its result.
 pub struct Row {

@@ -65,7 +65,7 @@ pub fn comparison() -> Comparison {
         means: "no lag is published: the lags above are fitted to this very claim, to each transmission its own",
     };
     Comparison {
-        name: "phantom-lag",
+        name: super::LAG,
         title: "PHANToM: the amplifier's lag that puts PMOS-1 at 750 to 1000 N/m, by the transmission that is assumed",
         lines,
         claims: vec![Claim { statement, holds: Vec::new(), by: None }],
