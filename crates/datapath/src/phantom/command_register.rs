@@ -151,6 +151,8 @@ impl Block for CommandRegister {
     }
 }
 
+crate::part::registers!(CommandRegister);
+
 impl Listed for CommandRegister {
     fn of_generics(given: &Given) -> Result<Self, ConfigError> {
         Self::new(given.natural("WIDTH")?, given.natural("PERIOD_WIDTH")?, given.natural("DELAY")?)

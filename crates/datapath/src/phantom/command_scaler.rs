@@ -134,6 +134,8 @@ impl Block for CommandScaler {
     fn skip(&mut self, _: u64, _: &In<i64>) {}
 }
 
+crate::part::telling!(CommandScaler);
+
 impl Listed for CommandScaler {
     fn of_generics(given: &Given) -> Result<Self, ConfigError> {
         let [gain, gain_frac, command_width] = given.naturals(["GAIN", "GAIN_FRAC", "COMMAND_WIDTH"])?;

@@ -175,6 +175,8 @@ impl Block for CubeRoom {
     fn skip(&mut self, _: u64, _: &In<i64>) {}
 }
 
+crate::part::telling!(CubeRoom);
+
 impl Listed for CubeRoom {
     fn of_generics(given: &Given) -> Result<Self, ConfigError> {
         Self::new(&Formats::given(given)?, given.natural("FORCE_LIMIT")?)

@@ -7,7 +7,6 @@
 
 mod config;
 mod force_path;
-mod part;
 mod phase;
 mod trig;
 mod variants;

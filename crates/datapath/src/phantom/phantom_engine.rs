@@ -29,7 +29,7 @@ use super::words::natural;
 use crate::config::{COUNTER, within};
 use crate::countdown::{Countdown, edges};
 use crate::listed::{Given, Listed};
-use crate::part::exact;
+use crate::part::{Part, exact};
 use crate::{Block, ConfigError, Generic, Instance};
 
 hpu_signal::ports! {
@@ -233,6 +233,18 @@ impl Block for PhantomEngine {
         } else {
             self.left.saturating_sub(count)
         };
+    }
+}
+
+impl Part for PhantomEngine {
+    #[inline]
+    fn follow(&mut self, _: &Self::In<i64>, _: Self::Out<i64>) -> Self::Out<Narrowed> {
+        *self.latest()
+    }
+
+    #[inline]
+    fn hidden(&self) -> Option<Self::Out<Narrowed>> {
+        Some(*self.latest())
     }
 }
 

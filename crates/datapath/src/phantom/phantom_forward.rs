@@ -157,6 +157,8 @@ impl Block for PhantomForward {
     fn skip(&mut self, _: u64, _: &In<i64>) {}
 }
 
+crate::part::telling!(PhantomForward);
+
 impl Listed for PhantomForward {
     fn of_generics(given: &Given) -> Result<Self, ConfigError> {
         Self::new(&Formats::given(given)?, given.naturals(["LENGTH_1", "LENGTH_2"])?)

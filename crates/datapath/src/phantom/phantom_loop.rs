@@ -11,7 +11,7 @@
 //! - **Differs from the hardware**: combinational paths settle within the clock they change in, whatever their length;
 //!   DELAY is the time a real one would be given.
 
-use hpu_signal::Signal;
+use hpu_signal::{Ports, Signal};
 
 use super::force_path::ForcePath;
 use super::variants::loops;
@@ -156,6 +156,11 @@ impl<const SHARED: bool> Default for PhantomWiring<SHARED> {
     }
 }
 
+/// Returns a bundle of the ports in their order.
+pub(super) fn in_order<P: Ports<Signal>>(mut ports: impl Iterator<Item = Signal>) -> P {
+    P::build(|| ports.next().expect("one description a port"))
+}
+
 /// Describes the pins of three encoders.
 pub(super) fn pins(sync: &Synchronizer) -> [Signal; 6] {
     let synchronizer::In { a_pin, b_pin } = sync.inputs();
@@ -182,27 +187,9 @@ impl<const SHARED: bool> LoopCircuit<59> for PhantomCircuit<SHARED> {
     type Out<T> = PhantomOut<T>;
 
     fn inputs(&self) -> PhantomIn<Signal> {
-        let [a_pin1, b_pin1, a_pin2, b_pin2, a_pin3, b_pin3] = pins(&self.sync1);
-        let cube_room::In { x_low, x_high, y_low, y_high, z_low, z_high, room, stiffness, .. } =
-            self.room_walls.inputs();
-        let sample_register::In { period, .. } = self.sample.inputs();
-        PhantomIn {
-            a_pin1,
-            b_pin1,
-            a_pin2,
-            b_pin2,
-            a_pin3,
-            b_pin3,
-            x_low,
-            x_high,
-            y_low,
-            y_high,
-            z_low,
-            z_high,
-            room,
-            stiffness,
-            period,
-        }
+        let walls = flatten(&self.room_walls.inputs()).into_iter().skip_while(|port| port.name != "x_low");
+        let ports = pins(&self.sync1).into_iter().chain(walls).chain([self.sample.inputs().period]);
+        in_order(ports)
     }
 
     fn outputs(&self) -> PhantomOut<Signal> {

@@ -173,6 +173,8 @@ impl Block for PhantomTorque {
     fn skip(&mut self, _: u64, _: &In<i64>) {}
 }
 
+crate::part::telling!(PhantomTorque);
+
 impl Listed for PhantomTorque {
     fn of_generics(given: &Given) -> Result<Self, ConfigError> {
         Self::new(&Formats::given(given)?, given.naturals(["LENGTH_1", "LENGTH_2"])?)

@@ -144,6 +144,8 @@ impl Block for SampleRegister {
     }
 }
 
+crate::part::registers!(SampleRegister);
+
 impl Listed for SampleRegister {
     fn of_generics(given: &Given) -> Result<Self, ConfigError> {
         Self::new(given.natural("WIDTH")?, given.natural("PERIOD_WIDTH")?)

@@ -115,6 +115,8 @@ impl Wave for Table {
     }
 }
 
+crate::part::registers!(TrigTable);
+
 impl Listed for TrigTable {
     fn of_generics(given: &Given) -> Result<Self, ConfigError> {
         let [count_width, depth_width, num, den] =

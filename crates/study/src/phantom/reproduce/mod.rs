@@ -48,6 +48,8 @@ pub const TABLE_2: &str = "phantom-table-2";
 pub const LADDER: &str = "phantom-ladder";
 /// The lags of the amplifier that fit.
 pub const LAG: &str = "phantom-lag";
+const TITLE_OF_LAG: &str =
+    "PHANToM: the amplifier's lag that puts PMOS-1 at 750 to 1000 N/m, by the transmission that is assumed";
 /// The formats of the words.
 pub const FORMATS: &str = "phantom-formats";
 /// The sources of sine.
