@@ -238,7 +238,7 @@ fn model(s: &Section) -> Result<PhantomModel, SceneError> {
 }
 
 fn phantom_expect(s: &Section) -> Result<Expect, SceneError> {
-    use keys::expect_phantom as key;
+    use keys::expect_drop as key;
     s.accept(&["phantom"])?;
     expect(s, &[(Metric::Rms, &key::rms)], &key::outcome)
 }
