@@ -188,3 +188,44 @@ impl<B: Block> AnyBlock for B {
         Block::skip(self, edges, &bundle(input));
     }
 }
+
+/// Implements `Default`: the configuration of the data sheet, which the block accepts.
+macro_rules! data_sheet {
+    ($Block:ty = $made:expr) => {
+        impl Default for $Block {
+            fn default() -> Self {
+                $made.expect("the data sheet's default")
+            }
+        }
+    };
+}
+
+/// The part of `impl Block` that is alike in all blocks without registers: they answer their inputs, and nothing else.
+macro_rules! combinational {
+    ($self:ident, $input:ident => $answer:expr) => {
+        const CLOCKED: bool = false;
+
+        fn equations(&self) -> Option<&dyn $crate::AnyStep> {
+            Some(self)
+        }
+
+        fn reset(&mut self) -> Self::Out<i64> {
+            self.tick(hpu_signal::Ports::build(|| 0))
+        }
+
+        #[inline]
+        fn tick(&mut $self, $input: Self::In<i64>) -> Self::Out<i64> {
+            $answer
+        }
+
+        #[inline]
+        fn quiet(&self, _: &Self::In<i64>) -> u64 {
+            u64::MAX
+        }
+
+        #[inline]
+        fn skip(&mut self, _: u64, _: &Self::In<i64>) {}
+    };
+}
+
+pub(crate) use {combinational, data_sheet};

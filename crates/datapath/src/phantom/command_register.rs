@@ -80,11 +80,7 @@ impl Step for CommandRegister {
     }
 }
 
-impl Default for CommandRegister {
-    fn default() -> Self {
-        Self::new(16, 24, 8).expect("the data sheet's default")
-    }
-}
+crate::block::data_sheet!(CommandRegister = Self::new(16, 24, 8));
 
 impl Block for CommandRegister {
     const NAME: &'static str = "command_register";

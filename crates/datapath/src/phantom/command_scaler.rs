@@ -18,7 +18,7 @@ use super::words::{accept, limited, natural, parts};
 use crate::config::{NATURAL, within};
 use crate::listed::{Given, Listed};
 use crate::step::in_machine;
-use crate::{AnyStep, Block, Combinational, ConfigError, Generic, Step};
+use crate::{Block, Combinational, ConfigError, Generic, Step};
 
 hpu_signal::ports! {
     /// Inputs of the scaler.
@@ -87,7 +87,6 @@ impl Default for CommandScaler {
 
 impl Block for CommandScaler {
     const NAME: &'static str = "command_scaler";
-    const CLOCKED: bool = false;
     type In<T> = In<T>;
     type Out<T> = Out<T>;
 
@@ -112,26 +111,7 @@ impl Block for CommandScaler {
         all
     }
 
-    fn equations(&self) -> Option<&dyn AnyStep> {
-        Some(self)
-    }
-
-    fn reset(&mut self) -> Out<i64> {
-        Out { command: 0 }
-    }
-
-    #[inline]
-    fn tick(&mut self, input: In<i64>) -> Out<i64> {
-        self.eval(input).map(|port| port.word)
-    }
-
-    #[inline]
-    fn quiet(&self, _: &In<i64>) -> u64 {
-        u64::MAX
-    }
-
-    #[inline]
-    fn skip(&mut self, _: u64, _: &In<i64>) {}
+    crate::block::combinational!(self, input => self.eval(input).map(|port| port.word));
 }
 
 crate::part::telling!(CommandScaler);

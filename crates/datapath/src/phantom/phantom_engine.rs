@@ -101,11 +101,7 @@ impl In<i64> {
     }
 }
 
-impl Default for PhantomEngine {
-    fn default() -> Self {
-        Self::new(Config::default().shared()).expect("the data sheet's default")
-    }
-}
+crate::block::data_sheet!(PhantomEngine = Self::new(Config::default().shared()));
 
 impl Block for PhantomEngine {
     const NAME: &'static str = "phantom_engine";

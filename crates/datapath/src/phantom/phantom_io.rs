@@ -85,11 +85,7 @@ impl PhantomIo {
     }
 }
 
-impl Default for PhantomIo {
-    fn default() -> Self {
-        Self::new(16, 16).expect("the data sheet's default")
-    }
-}
+crate::block::data_sheet!(PhantomIo = Self::new(16, 16));
 
 impl LoopCircuit<27> for PhantomIoCircuit {
     const NAME: &'static str = "phantom_io";

@@ -21,7 +21,7 @@ use super::words::{accept, accept_trig, aligned_sum, natural, nearest, parts};
 use crate::config::{NATURAL, within};
 use crate::listed::{Given, Listed};
 use crate::step::in_machine;
-use crate::{AnyStep, Block, Combinational, ConfigError, Generic, Step};
+use crate::{Block, Combinational, ConfigError, Generic, Step};
 
 hpu_signal::ports! {
     /// Inputs of the Jacobian.
@@ -107,7 +107,6 @@ impl Default for PhantomTorque {
 
 impl Block for PhantomTorque {
     const NAME: &'static str = "phantom_torque";
-    const CLOCKED: bool = false;
     type In<T> = In<T>;
     type Out<T> = Out<T>;
 
@@ -151,26 +150,7 @@ impl Block for PhantomTorque {
         all
     }
 
-    fn equations(&self) -> Option<&dyn AnyStep> {
-        Some(self)
-    }
-
-    fn reset(&mut self) -> Out<i64> {
-        Out { torque1: 0, torque2: 0, torque3: 0 }
-    }
-
-    #[inline]
-    fn tick(&mut self, input: In<i64>) -> Out<i64> {
-        self.eval(input).map(|port| port.word)
-    }
-
-    #[inline]
-    fn quiet(&self, _: &In<i64>) -> u64 {
-        u64::MAX
-    }
-
-    #[inline]
-    fn skip(&mut self, _: u64, _: &In<i64>) {}
+    crate::block::combinational!(self, input => self.eval(input).map(|port| port.word));
 }
 
 crate::part::telling!(PhantomTorque);
