@@ -1,5 +1,6 @@
 //! The picture of word formats as bars: how far each format reaches, and which part of it a signal uses.
 
+use hpu_study::reproduce::DEVICE;
 use hpu_study::reproduce::formats::{Fate, Formats};
 
 use crate::canvas::{Anchor, Canvas, GRID, INK, QUIET, WIDTH};
@@ -19,7 +20,7 @@ const POWERS: std::ops::Range<f64> = -26.0..20.0;
 pub fn formats(all: &[Formats], command: &str) -> Picture {
     let conditions =
         "a word reaches from its last place to its end, a signal from its proved error to its greatest value";
-    let mut canvas = page("PHANToM: words, and what is proved of the signals in them", conditions, command);
+    let mut canvas = page(&format!("{DEVICE}: words, and what is proved of the signals in them"), conditions, command);
     let mut x = 60;
     for of in [
         ("word", Look::Area(SKY)),

@@ -4,7 +4,7 @@ use hpu_cosim::scene::Direction;
 use plotters::style::RGBColor;
 
 use hpu_study::reproduce::ladder::Summary;
-use hpu_study::reproduce::{Agreement, brief, plus};
+use hpu_study::reproduce::{Agreement, DEVICE, brief, plus};
 use hpu_study::studies::summing::Finding;
 
 use crate::canvas::{Anchor, Canvas, GRID, INK, QUIET, WIDTH};
@@ -25,7 +25,7 @@ const ROW: i32 = 50;
 /// If there is no rung.
 #[must_use]
 pub fn ladder(rungs: &[Summary], command: &str) -> Picture {
-    let title = "PHANToM drop test: which claims of Sevcik et al. 2009 each model reproduces";
+    let title = format!("{DEVICE} drop test: which claims of Sevcik et al. 2009 each model reproduces");
     let drawn = rungs[0].tables.drawn();
     let conditions = if rungs[0].tables.each().len() > 1 {
         format!(
@@ -34,7 +34,7 @@ pub fn ladder(rungs: &[Summary], command: &str) -> Picture {
     } else {
         format!("{drawn}; each model has all that those above it have; ?: its table does not tell")
     };
-    let mut canvas = page(title, &conditions, command);
+    let mut canvas = page(&title, &conditions, command);
     let claims = &rungs[0].claims;
     let width = (WIDTH - 60 - LEFT) / (claims.len() as i32 + 1);
     let column = |index: i32| LEFT + index * width;

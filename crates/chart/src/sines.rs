@@ -1,5 +1,6 @@
 //! The picture of the sources of sine: their errors against the bits of their ROM.
 
+use hpu_study::reproduce::DEVICE;
 use hpu_study::reproduce::sines::{Sine, Source};
 
 use crate::canvas::{Anchor, Canvas, GRID, INK, QUIET, WIDTH};
@@ -24,10 +25,10 @@ fn style(source: Source) -> Style {
 #[must_use]
 pub fn sines(all: &[Sine], command: &str) -> Picture {
     let angles = all.first().map_or(0, |sine| sine.angles);
-    let title = "PHANToM: four sources of sine, error against ROM";
+    let title = format!("{DEVICE}: four sources of sine, error against ROM");
     let conditions =
         format!("worst of sine and cosine over all {angles} angles that the joints' tables hold; framed: default");
-    let mut canvas = page(title, &conditions, command);
+    let mut canvas = page(&title, &conditions, command);
     let worst = all.iter().map(|sine| sine.worst);
     let (low, high) = worst.fold((f64::INFINITY, 0f64), |(low, high), worst| (low.min(worst), high.max(worst)));
     let decade = |value: f64, up: bool| libm::exp10(if up { libm::ceil(value) } else { libm::floor(value) });

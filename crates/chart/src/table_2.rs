@@ -4,7 +4,7 @@ use hpu_cosim::PASSIVE_RMS_M;
 use hpu_cosim::scene::{Direction, Platform};
 use plotters::style::{RGBColor, WHITE};
 
-use hpu_study::reproduce::{Agreement, Cell, Class, Share, Tables, Tally};
+use hpu_study::reproduce::{Agreement, Cell, Class, DEVICE, Share, Tables, Tally};
 
 use crate::canvas::{Anchor, Canvas, GRID, INK, QUIET, WIDTH, text_width};
 use crate::log_panel::{decades, legend, level, log_panel, style, through};
@@ -24,7 +24,7 @@ pub fn table_2(tables: &Tables, command: &str) -> Picture {
     let Agreement { legible, same, mixed } = Agreement::of(tables);
     let some = if mixed > 0 { format!(", {mixed} at some seeds") } else { String::new() };
     let title =
-        format!("PHANToM drop test, Table 2 of Sevcik et al. 2009: {legible} legible cells, {same} as printed{some}");
+        format!("{DEVICE} drop test, Table 2 of Sevcik et al. 2009: {legible} legible cells, {same} as printed{some}");
     let conditions = format!(
         "{}; passive: rms below 0.003 cm over the last 3 s of 10 s, {}; weight 0.15 N, walls at 2 cm",
         tables.drawn(),
@@ -169,7 +169,7 @@ pub fn rms(tables: &Tables, command: &str) -> Picture {
     let table = tables.first();
     let axis = table.axes.iter().copied().find(|axis| *axis == Direction::Y).or(table.axes.first().copied());
     let axis = axis.unwrap_or(Direction::Y);
-    let title = format!("PHANToM drop test: steady-state rms along {}, as Fig. 5 of Sevcik et al. 2009", axis.name());
+    let title = format!("{DEVICE} drop test: steady-state rms along {}, as Fig. 5 of Sevcik et al. 2009", axis.name());
     let conditions = format!(
         "one draw, seed {}: the worst of its trials, so that below the line all are passive; aborted cells have no rms",
         table.seed

@@ -3,9 +3,9 @@
 //! The window is that of the [verdict](crate::verdict): the last 30 % of the run. The position that the wall's law
 //! reads decides, not the true angle. The share is
 //!
-//! - for a loop with a clock, the share of the clock cycles in which the net `penetration` is above 0 (a PHANToM's
+//! - for a loop with a clock, the share of the clock cycles in which the net `penetration` is above 0 (an arm's
 //!   `contact`); nets change only at ticks, so the count is exact with both drivers;
-//! - for a PHANToM whose force a host computes, the share of the cycles in which the tested joint's command is not 0;
+//! - for an arm whose force a host computes, the share of the cycles in which the tested joint's command is not 0;
 //! - for an axis in steps without a clock, the share of the time beyond the first count inside the wall (with an ideal
 //!   encoder, beyond the wall itself), on the straight line between the ends of a step;
 //! - for a design of the user's own, the share of the cycles in which the encoder's count is beyond the wall's.

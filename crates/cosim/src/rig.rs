@@ -86,7 +86,7 @@ pub trait Visit<'s> {
 }
 
 /// A `Rig` is a scene made ready, whatever closes its loop. Recordings, pictures and verdicts use it. Implemented by
-/// the sessions of an axis, of a PHANToM and of a design of the user's own, and by the enums over them.
+/// the sessions of an axis, of an arm and of a design of the user's own, and by the enums over them.
 pub trait Rig {
     /// Returns the facts that all other functions answer from.
     fn outline(&self) -> &Outline;
@@ -178,7 +178,7 @@ pub trait Rig {
 }
 
 /// A `Wired` rig is a scene made ready whose loop blocks of this project close. Implemented by the sessions of an axis
-/// and of a PHANToM, and by [`Ready`](crate::Ready), which is either.
+/// and of an arm, and by [`Ready`](crate::Ready), which is either.
 pub trait Wired: Rig {
     /// Returns the wiring before reset.
     fn wiring(&self) -> TheLoop<'_>;
@@ -237,7 +237,7 @@ pub(crate) fn run<R: Wired>(
         Some(direct) => direct.run((from, end), stride, trace, observer, control),
         None => {
             let observer: Option<&mut dyn Observe> = if observer.watches() { Some(observer) } else { None };
-            // The first output that judges a PHANToM is the number of the joint under test.
+            // The first output that judges an arm is the number of the joint under test.
             let contact = Contact::new(&rig.nets(), from, rig.judged()[0]);
             let observer = Recorder { trace, contact, observer, reals: rig.reals().len() };
             let edge_s = rig.clock().period_s();

@@ -75,11 +75,7 @@ impl AxisFront {
     }
 }
 
-impl Default for AxisFront {
-    fn default() -> Self {
-        Self::new(12).expect("the data sheet's default")
-    }
-}
+crate::block::data_sheet!(AxisFront = Self::new(12));
 
 impl Block for AxisFront {
     const NAME: &'static str = "axis_front";

@@ -196,11 +196,7 @@ impl Step for Biquad {
     }
 }
 
-impl Default for Biquad {
-    fn default() -> Self {
-        Self::new(BiquadConfig::default()).expect("the data sheet's default")
-    }
-}
+crate::block::data_sheet!(Biquad = Self::new(BiquadConfig::default()));
 
 impl Block for Biquad {
     const NAME: &'static str = "biquad";

@@ -160,11 +160,7 @@ impl Step for BrakingPulse {
     }
 }
 
-impl Default for BrakingPulse {
-    fn default() -> Self {
-        Self::new(PulseConfig::default()).expect("the data sheet's default")
-    }
-}
+crate::block::data_sheet!(BrakingPulse = Self::new(PulseConfig::default()));
 
 impl Law for BrakingPulse {
     const LOOP: &'static str = "braking_pulse_loop";

@@ -101,11 +101,7 @@ impl Step for CommandLimiter {
     }
 }
 
-impl Default for CommandLimiter {
-    fn default() -> Self {
-        Self::new(14, 13, 4095, 0).expect("the data sheet's default")
-    }
-}
+crate::block::data_sheet!(CommandLimiter = Self::new(14, 13, 4095, 0));
 
 impl Block for CommandLimiter {
     const NAME: &'static str = "command_limiter";

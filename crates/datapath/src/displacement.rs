@@ -14,7 +14,7 @@ use hpu_signal::{Format, Signal, Word};
 use crate::config::{WORD, within};
 use crate::listed::{Given, Listed};
 use crate::step::in_machine;
-use crate::{AnyStep, Block, Combinational, ConfigError, Generic};
+use crate::{Block, Combinational, ConfigError, Generic};
 
 hpu_signal::ports! {
     /// Inputs of the subtraction.
@@ -58,15 +58,10 @@ impl Combinational for Displacement {
     }
 }
 
-impl Default for Displacement {
-    fn default() -> Self {
-        Self::new(12).expect("the data sheet's default")
-    }
-}
+crate::block::data_sheet!(Displacement = Self::new(12));
 
 impl Block for Displacement {
     const NAME: &'static str = "displacement";
-    const CLOCKED: bool = false;
     type In<T> = In<T>;
     type Out<T> = Out<T>;
 
@@ -86,26 +81,7 @@ impl Block for Displacement {
         vec![("WIDTH", Generic::Integer(self.delta.width().into()))]
     }
 
-    fn equations(&self) -> Option<&dyn AnyStep> {
-        Some(self)
-    }
-
-    fn reset(&mut self) -> Out<i64> {
-        self.eval(In { position: 0, reference: 0 })
-    }
-
-    #[inline]
-    fn tick(&mut self, input: In<i64>) -> Out<i64> {
-        self.eval(input)
-    }
-
-    #[inline]
-    fn quiet(&self, _: &In<i64>) -> u64 {
-        u64::MAX
-    }
-
-    #[inline]
-    fn skip(&mut self, _: u64, _: &In<i64>) {}
+    crate::block::combinational!(self, input => self.eval(input));
 }
 
 impl Listed for Displacement {

@@ -131,11 +131,7 @@ impl Step for EdgeTimer {
     }
 }
 
-impl Default for EdgeTimer {
-    fn default() -> Self {
-        Self::new(12, 20).expect("the data sheet's default")
-    }
-}
+crate::block::data_sheet!(EdgeTimer = Self::new(12, 20));
 
 impl Block for EdgeTimer {
     const NAME: &'static str = "edge_timer";

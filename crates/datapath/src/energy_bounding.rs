@@ -294,11 +294,7 @@ impl Step for EnergyBounding {
     }
 }
 
-impl Default for EnergyBounding {
-    fn default() -> Self {
-        Self::new(BoundingConfig::default()).expect("the data sheet's default")
-    }
-}
+crate::block::data_sheet!(EnergyBounding = Self::new(BoundingConfig::default()));
 
 impl Law for EnergyBounding {
     const LOOP: &'static str = "energy_bounding_loop";

@@ -146,11 +146,7 @@ impl Step for FilteredDifference {
     }
 }
 
-impl Default for FilteredDifference {
-    fn default() -> Self {
-        Self::new(FilteredConfig::default()).expect("the data sheet's default")
-    }
-}
+crate::block::data_sheet!(FilteredDifference = Self::new(FilteredConfig::default()));
 
 impl Block for FilteredDifference {
     const NAME: &'static str = "filtered_difference";

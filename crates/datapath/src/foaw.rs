@@ -195,11 +195,7 @@ impl Step for Foaw {
     }
 }
 
-impl Default for Foaw {
-    fn default() -> Self {
-        Self::new(FoawConfig::default()).expect("the data sheet's default")
-    }
-}
+crate::block::data_sheet!(Foaw = Self::new(FoawConfig::default()));
 
 impl Block for Foaw {
     const NAME: &'static str = "foaw";

@@ -236,11 +236,7 @@ impl Step for InputShaper {
     }
 }
 
-impl Default for InputShaper {
-    fn default() -> Self {
-        Self::new(InputShaperConfig::default()).expect("the data sheet's default")
-    }
-}
+crate::block::data_sheet!(InputShaper = Self::new(InputShaperConfig::default()));
 
 impl Shaping {
     /// Returns the generics of a shaping under these names: phase, `B0` to `B2`, `A1`, `A2`; all 0 if there is none.

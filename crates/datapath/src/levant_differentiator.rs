@@ -226,11 +226,7 @@ impl Step for LevantDifferentiator {
     }
 }
 
-impl Default for LevantDifferentiator {
-    fn default() -> Self {
-        Self::new(LevantConfig::default()).expect("the data sheet's default")
-    }
-}
+crate::block::data_sheet!(LevantDifferentiator = Self::new(LevantConfig::default()));
 
 impl Block for LevantDifferentiator {
     const NAME: &'static str = "levant_differentiator";

@@ -58,7 +58,6 @@ pub mod sampled_wall;
 pub mod saturator;
 pub mod sequential_divider;
 pub mod square_root;
-mod step;
 pub mod synchronizer;
 pub mod torque_sum;
 pub mod truncating_multiplier;
@@ -70,7 +69,9 @@ pub mod zero_order_hold;
 
 pub use axis_front::AxisFront;
 pub use biquad::{Biquad, BiquadConfig};
-pub use block::{AnyBlock, Block, Generic, Rom, bundle, flatten};
+use block::step;
+pub use block::step::{AnyStep, Combinational, Holds, Lemma, Register, Step};
+pub use block::{AnyBlock, Block, Connection, Generic, Instance, Parts, Rom, bundle, flatten};
 pub use catalogue::{block_by_name, configured, registry, variants};
 pub use circuit_loop::{AxisCircuit, CircuitLoop, LoopCircuit};
 pub use command_limiter::CommandLimiter;
@@ -94,14 +95,13 @@ pub use quadrature_decoder::QuadratureDecoder;
 pub use saturator::Saturator;
 pub use sequential_divider::{DividerConfig, SequentialDivider};
 pub use square_root::SquareRoot;
-pub use step::{AnyStep, Combinational, Holds, Lemma, Register, Step};
 pub use synchronizer::Synchronizer;
 pub use torque_sum::TorqueSum;
 pub use truncating_multiplier::TruncatingMultiplier;
 pub use unilateral::Unilateral;
 pub use velocity_register::{VelocityConfig, VelocityRegister};
 pub use window_difference::WindowDifference;
-pub use wiring::{AxisWiring, Connection, Instance, Loaded, LoopIn, LoopOut, Parts, Repeat, Wiring};
+pub use wiring::{AxisWiring, Loaded, LoopIn, LoopOut, Repeat, Wiring};
 pub use zero_order_hold::ZeroOrderHold;
 
 macro_rules! exported {

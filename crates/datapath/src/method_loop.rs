@@ -14,9 +14,9 @@
 
 use hpu_signal::Signal;
 
+use crate::block::renamed;
 use crate::circuit::{Set, circuit};
 use crate::circuit_loop::{AxisCircuit, CircuitLoop, LoopCircuit};
-use crate::wiring::renamed;
 use crate::{
     AxisFront, Block, ConfigError, Generic, InputShaper, InputShaperConfig, Law, LawIn, LoopIn, LoopOut, Pwm,
     PwmConfig, Saturator, Shaping, axis_front, input_shaper, pwm, saturator,

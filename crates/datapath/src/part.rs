@@ -41,6 +41,18 @@ macro_rules! registers {
     };
 }
 
+/// Logic that tells the bits that it loses.
+macro_rules! telling {
+    ($($block:ident)*) => {
+        $(impl $crate::part::Part for $block {
+            #[inline]
+            fn follow(&mut self, input: &Self::In<i64>, _: Self::Out<i64>) -> Self::Out<hpu_signal::Narrowed> {
+                self.eval(*input)
+            }
+        })*
+    };
+}
+
 /// Logic that loses no bits.
 macro_rules! logic {
     ($($block:ident)*) => {
@@ -53,7 +65,7 @@ macro_rules! logic {
     };
 }
 
-pub(crate) use registers;
+pub(crate) use {registers, telling};
 
 registers!(Synchronizer QuadratureDecoder PositionCounter ZeroOrderHold);
 logic!(Displacement Unilateral TorqueSum);

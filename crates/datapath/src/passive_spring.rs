@@ -247,11 +247,7 @@ impl Step for PassiveSpring {
     }
 }
 
-impl Default for PassiveSpring {
-    fn default() -> Self {
-        Self::new(SpringConfig::default()).expect("the data sheet's default")
-    }
-}
+crate::block::data_sheet!(PassiveSpring = Self::new(SpringConfig::default()));
 
 impl Law for PassiveSpring {
     const LOOP: &'static str = "passive_spring_loop";

@@ -226,11 +226,7 @@ impl Step for PassivityController {
     }
 }
 
-impl Default for PassivityController {
-    fn default() -> Self {
-        Self::new(PassivityConfig::default()).expect("the data sheet's default")
-    }
-}
+crate::block::data_sheet!(PassivityController = Self::new(PassivityConfig::default()));
 
 impl Law for PassivityController {
     const LOOP: &'static str = "passivity_controller_loop";

@@ -69,11 +69,7 @@ impl Step for PositionCounter {
     }
 }
 
-impl Default for PositionCounter {
-    fn default() -> Self {
-        Self::new(12).expect("the data sheet's default")
-    }
-}
+crate::block::data_sheet!(PositionCounter = Self::new(12));
 
 impl Block for PositionCounter {
     const NAME: &'static str = "position_counter";

@@ -268,11 +268,7 @@ impl Step for Pwm {
     }
 }
 
-impl Default for Pwm {
-    fn default() -> Self {
-        Self::new(PwmConfig::default()).expect("the data sheet's default")
-    }
-}
+crate::block::data_sheet!(Pwm = Self::new(PwmConfig::default()));
 
 impl Block for Pwm {
     const NAME: &'static str = "pwm";

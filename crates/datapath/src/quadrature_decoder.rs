@@ -101,11 +101,7 @@ fn place(lines: &In<i64>) -> i64 {
     2 * lines.a + (lines.a ^ lines.b)
 }
 
-impl Default for QuadratureDecoder {
-    fn default() -> Self {
-        Self::new(3).expect("the data sheet's default")
-    }
-}
+crate::block::data_sheet!(QuadratureDecoder = Self::new(3));
 
 impl Block for QuadratureDecoder {
     const NAME: &'static str = "quadrature_decoder";

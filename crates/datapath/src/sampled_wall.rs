@@ -266,11 +266,7 @@ impl Step for SampledWall {
     }
 }
 
-impl Default for SampledWall {
-    fn default() -> Self {
-        Self::new(SampledWallConfig::default()).expect("the data sheet's default")
-    }
-}
+crate::block::data_sheet!(SampledWall = Self::new(SampledWallConfig::default()));
 
 impl Law for SampledWall {
     const LOOP: &'static str = "sampled_wall_loop";

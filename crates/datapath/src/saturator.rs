@@ -12,7 +12,7 @@ use hpu_signal::{Format, Signal, Word};
 use crate::config::{NATURAL, WORD, within};
 use crate::listed::{Given, Listed};
 use crate::step::in_machine;
-use crate::{AnyStep, Block, Combinational, ConfigError, Generic};
+use crate::{Block, Combinational, ConfigError, Generic};
 
 hpu_signal::ports! {
     /// Inputs of the saturator.
@@ -64,15 +64,10 @@ impl Combinational for Saturator {
     }
 }
 
-impl Default for Saturator {
-    fn default() -> Self {
-        Self::new(14, 13, 4095).expect("the data sheet's default")
-    }
-}
+crate::block::data_sheet!(Saturator = Self::new(14, 13, 4095));
 
 impl Block for Saturator {
     const NAME: &'static str = "saturator";
-    const CLOCKED: bool = false;
     type In<T> = In<T>;
     type Out<T> = Out<T>;
 
@@ -92,26 +87,7 @@ impl Block for Saturator {
         ]
     }
 
-    fn equations(&self) -> Option<&dyn AnyStep> {
-        Some(self)
-    }
-
-    fn reset(&mut self) -> Out<i64> {
-        self.eval(In { value: 0 })
-    }
-
-    #[inline]
-    fn tick(&mut self, input: In<i64>) -> Out<i64> {
-        self.eval(input)
-    }
-
-    #[inline]
-    fn quiet(&self, _: &In<i64>) -> u64 {
-        u64::MAX
-    }
-
-    #[inline]
-    fn skip(&mut self, _: u64, _: &In<i64>) {}
+    crate::block::combinational!(self, input => self.eval(input));
 }
 
 impl Listed for Saturator {

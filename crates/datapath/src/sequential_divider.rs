@@ -215,11 +215,7 @@ impl Step for SequentialDivider {
     }
 }
 
-impl Default for SequentialDivider {
-    fn default() -> Self {
-        Self::new(DividerConfig::default()).expect("the data sheet's default")
-    }
-}
+crate::block::data_sheet!(SequentialDivider = Self::new(DividerConfig::default()));
 
 impl Block for SequentialDivider {
     const NAME: &'static str = "sequential_divider";

@@ -164,11 +164,7 @@ impl Step for SquareRoot {
     }
 }
 
-impl Default for SquareRoot {
-    fn default() -> Self {
-        Self::new(24).expect("the data sheet's default")
-    }
-}
+crate::block::data_sheet!(SquareRoot = Self::new(24));
 
 impl Block for SquareRoot {
     const NAME: &'static str = "square_root";

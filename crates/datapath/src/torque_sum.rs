@@ -15,7 +15,7 @@ use hpu_signal::{Format, Signal, Word};
 use crate::config::{WORD, within};
 use crate::listed::{Given, Listed};
 use crate::step::in_machine;
-use crate::{AnyStep, Block, Combinational, ConfigError, Generic};
+use crate::{Block, Combinational, ConfigError, Generic};
 
 hpu_signal::ports! {
     /// Inputs of the sum.
@@ -68,15 +68,10 @@ impl Combinational for TorqueSum {
     }
 }
 
-impl Default for TorqueSum {
-    fn default() -> Self {
-        Self::new(12, 13, 14).expect("the data sheet's default")
-    }
-}
+crate::block::data_sheet!(TorqueSum = Self::new(12, 13, 14));
 
 impl Block for TorqueSum {
     const NAME: &'static str = "torque_sum";
-    const CLOCKED: bool = false;
     type In<T> = In<T>;
     type Out<T> = Out<T>;
 
@@ -100,26 +95,7 @@ impl Block for TorqueSum {
         ]
     }
 
-    fn equations(&self) -> Option<&dyn AnyStep> {
-        Some(self)
-    }
-
-    fn reset(&mut self) -> Out<i64> {
-        self.eval(In { spring: 0, damping: 0, contact: 0 })
-    }
-
-    #[inline]
-    fn tick(&mut self, input: In<i64>) -> Out<i64> {
-        self.eval(input)
-    }
-
-    #[inline]
-    fn quiet(&self, _: &In<i64>) -> u64 {
-        u64::MAX
-    }
-
-    #[inline]
-    fn skip(&mut self, _: u64, _: &In<i64>) {}
+    crate::block::combinational!(self, input => self.eval(input));
 }
 
 impl Listed for TorqueSum {

@@ -16,7 +16,7 @@ use hpu_signal::{Format, Machine, Narrowed, Narrowing, Overflow, Rounding, Signa
 
 use crate::config::within;
 use crate::listed::{Given, Listed};
-use crate::{AnyStep, Block, Combinational, ConfigError, Generic, Step};
+use crate::{Block, Combinational, ConfigError, Generic, Step};
 
 hpu_signal::ports! {
     /// Inputs of the multiplier.
@@ -152,7 +152,6 @@ impl Default for TruncatingMultiplier {
 
 impl Block for TruncatingMultiplier {
     const NAME: &'static str = "truncating_multiplier";
-    const CLOCKED: bool = false;
     type In<T> = In<T>;
     type Out<T> = Out<T>;
 
@@ -176,26 +175,7 @@ impl Block for TruncatingMultiplier {
         ]
     }
 
-    fn equations(&self) -> Option<&dyn AnyStep> {
-        Some(self)
-    }
-
-    fn reset(&mut self) -> Out<i64> {
-        Out { product: 0 }
-    }
-
-    #[inline]
-    fn tick(&mut self, input: In<i64>) -> Out<i64> {
-        Out { product: self.eval(input).word }
-    }
-
-    #[inline]
-    fn quiet(&self, _: &In<i64>) -> u64 {
-        u64::MAX
-    }
-
-    #[inline]
-    fn skip(&mut self, _: u64, _: &In<i64>) {}
+    crate::block::combinational!(self, input => Out { product: self.eval(input).word });
 }
 
 impl Listed for TruncatingMultiplier {

@@ -14,7 +14,7 @@ use hpu_signal::{Format, Signal, Word};
 use crate::config::{WORD, within};
 use crate::listed::{Given, Listed};
 use crate::step::in_machine;
-use crate::{AnyStep, Block, Combinational, ConfigError, Generic};
+use crate::{Block, Combinational, ConfigError, Generic};
 
 hpu_signal::ports! {
     /// Inputs of the operator.
@@ -59,15 +59,10 @@ impl Combinational for Unilateral {
     }
 }
 
-impl Default for Unilateral {
-    fn default() -> Self {
-        Self::new(12).expect("the data sheet's default")
-    }
-}
+crate::block::data_sheet!(Unilateral = Self::new(12));
 
 impl Block for Unilateral {
     const NAME: &'static str = "unilateral";
-    const CLOCKED: bool = false;
     type In<T> = In<T>;
     type Out<T> = Out<T>;
 
@@ -87,26 +82,7 @@ impl Block for Unilateral {
         vec![("WIDTH", Generic::Integer(self.width.into()))]
     }
 
-    fn equations(&self) -> Option<&dyn AnyStep> {
-        Some(self)
-    }
-
-    fn reset(&mut self) -> Out<i64> {
-        self.eval(In { delta: 0 })
-    }
-
-    #[inline]
-    fn tick(&mut self, input: In<i64>) -> Out<i64> {
-        self.eval(input)
-    }
-
-    #[inline]
-    fn quiet(&self, _: &In<i64>) -> u64 {
-        u64::MAX
-    }
-
-    #[inline]
-    fn skip(&mut self, _: u64, _: &In<i64>) {}
+    crate::block::combinational!(self, input => self.eval(input));
 }
 
 impl Listed for Unilateral {

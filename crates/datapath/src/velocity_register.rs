@@ -147,11 +147,7 @@ impl Step for VelocityRegister {
     }
 }
 
-impl Default for VelocityRegister {
-    fn default() -> Self {
-        Self::new(VelocityConfig::default()).expect("the data sheet's default")
-    }
-}
+crate::block::data_sheet!(VelocityRegister = Self::new(VelocityConfig::default()));
 
 impl Block for VelocityRegister {
     const NAME: &'static str = "velocity_register";

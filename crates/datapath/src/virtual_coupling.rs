@@ -165,11 +165,7 @@ impl Step for VirtualCoupling {
     }
 }
 
-impl Default for VirtualCoupling {
-    fn default() -> Self {
-        Self::new(CouplingConfig::default()).expect("the data sheet's default")
-    }
-}
+crate::block::data_sheet!(VirtualCoupling = Self::new(CouplingConfig::default()));
 
 impl Law for VirtualCoupling {
     const LOOP: &'static str = "virtual_coupling_loop";

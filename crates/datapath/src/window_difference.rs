@@ -89,11 +89,7 @@ impl Step for WindowDifference {
     }
 }
 
-impl Default for WindowDifference {
-    fn default() -> Self {
-        Self::new(12, 24, 8).expect("the data sheet's default")
-    }
-}
+crate::block::data_sheet!(WindowDifference = Self::new(12, 24, 8));
 
 impl Block for WindowDifference {
     const NAME: &'static str = "window_difference";

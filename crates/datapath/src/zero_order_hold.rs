@@ -68,11 +68,7 @@ impl Step for ZeroOrderHold {
     }
 }
 
-impl Default for ZeroOrderHold {
-    fn default() -> Self {
-        Self::new(12, 24).expect("the data sheet's default")
-    }
-}
+crate::block::data_sheet!(ZeroOrderHold = Self::new(12, 24));
 
 impl Block for ZeroOrderHold {
     const NAME: &'static str = "zero_order_hold";

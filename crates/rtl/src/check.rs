@@ -119,7 +119,7 @@ impl<'o> Check<'o> {
         for (label, block) in options.wanted() {
             let runs = sets(&*block, &label, options);
             for set in 0..runs {
-                let about_ms = about_ms(row_us(block.name()), count(&*block, set, options));
+                let about_ms = about_ms(times_us(block.name())[0], count(&*block, set, options));
                 jobs.push(Job { row: rows.len(), set, about_ms });
             }
             let (row, clocked) = (CheckRow::new(block.name(), &label), block.clocked());
@@ -131,7 +131,7 @@ impl<'o> Check<'o> {
             Some(benches(options.blocks.iter().map(String::as_str), &options.setup)?)
         };
         for scene in &scenes {
-            jobs.push(Job { row: rows.len(), set: 0, about_ms: about_ms(edge_us(scene.wiring), scene.edges) });
+            jobs.push(Job { row: rows.len(), set: 0, about_ms: about_ms(times_us(scene.wiring)[1], scene.edges) });
             rows.push(Row { row: scene.row(), clocked: true, runs: 1, found: BTreeMap::new() });
         }
         let loops = Loops::new(&scenes, &options.setup)?;
@@ -286,34 +286,14 @@ fn about_ms(each_us: u64, count: u64) -> u64 {
     50 + each_us * count / 1000
 }
 
-/// Returns the microseconds that GHDL takes for a row of a block: a mean over its configurations, on the machine of the
-/// record.
-fn row_us(block: &str) -> u64 {
-    match block {
-        "phantom_torque" => 600,
-        "foaw" => 350,
-        "phantom_forward" => 250,
-        "input_shaper" | "trig_cordic" | "phantom_loop" | "cube_room" => 165,
-        "phantom_engine" | "energy_bounding_loop" | "passivity_controller_loop" => 120,
-        "sampled_wall_loop" | "virtual_coupling_loop" | "passive_spring_loop" => 95,
-        "biquad" | "trig_interpolated" | "phantom_shared_loop" => 65,
-        "command_scaler" | "trig_quarter" => 40,
-        "hybrid_loop" | "conventional_loop" | "sampled_wall" | "virtual_coupling" | "energy_bounding" => 18,
-        "passivity_controller" | "passive_spring" | "phantom_io" | "truncating_multiplier" | "axis_front" => 13,
-        _ => 4,
-    }
-}
-
-/// Returns the microseconds that GHDL and the emulator beside it take for an edge of a loop, on the machine of the
-/// record.
-fn edge_us(wiring: &str) -> u64 {
-    match wiring {
-        "phantom_shared_loop" => 17,
-        "phantom_loop" => 6,
-        "phantom_io" => 4,
-        "hybrid_loop" | "conventional_loop" => 3,
-        _ => 2,
-    }
+/// Returns the microseconds that a row of a block takes in GHDL, and those that an edge of a loop takes in GHDL and the
+/// emulator beside it.
+fn times_us(block: &str) -> [u64; 2] {
+    let of = |line: &str| {
+        let mut times = line.strip_prefix(block)?.strip_prefix(' ')?.split(' ').map(|time| time.parse().ok());
+        Some([times.next()??, times.next()??])
+    };
+    include_str!("times.txt").lines().find_map(of).unwrap_or([4, 2])
 }
 
 /// Analyses blocks, the blocks that they instantiate, and their testbenches.

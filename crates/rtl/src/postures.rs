@@ -1,4 +1,4 @@
-//! Random words that are meaningful to a PHANToM's blocks: the sines of a posture, a tip near its walls, stiffness over
+//! Random words that are meaningful to an arm's blocks: the sines of a posture, a tip near its walls, stiffness over
 //! all decades, periods in which a computation can end.
 
 use hpu_cosim::SplitMix64;

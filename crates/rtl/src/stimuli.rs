@@ -73,7 +73,7 @@ pub fn directed(block: &dyn AnyBlock) -> Vec<Stimulus> {
             [strolls(&inputs), retreat(&inputs, 1 << width)].concat()
         }
         _ if lines(&inputs) > 0 => walks(&inputs),
-        "phantom_engine" => results(&inputs),
+        _ if block.first_shown().is_some() => results(&inputs),
         _ if inputs[0].name == "start" => computations(&inputs, generic(block, "FRAC").unwrap_or(0)),
         _ if is_estimator(&inputs) => [samples(&inputs), motions(&inputs)].concat(),
         _ => samples(&inputs),
@@ -315,7 +315,7 @@ pub fn random(block: &dyn AnyBlock, seed: u64, rows: usize) -> Vec<Stimulus> {
                 _ if walker.is_some() => 150,
                 "command" | "period" => 40,
                 "start" => 1,
-                _ if block.name() == "phantom_engine" => 200,
+                _ if block.first_shown().is_some() => 200,
                 _ => 3,
             };
             if random.one_in(odds) {

@@ -1,6 +1,6 @@
 //! The interface between the studies and the devices that they study.
 
-use hpu_cosim::scene::Setup;
+use hpu_cosim::scene::{Scene, Setup};
 use hpu_cosim::{LawConfig, TheLoop, Trace};
 
 use crate::accuracy::Contestant;
@@ -91,6 +91,9 @@ pub trait Device: Setup {
     fn priced(&self) -> Result<(), String> {
         Ok(())
     }
+
+    /// Returns the scene whose limits of stiffness are found analytically, or why there are none.
+    fn limited(&self) -> Result<&Scene, String>;
 
     /// Returns the tables of sines of the scene, or why it has none.
     fn tables(&self) -> Result<Tables, String> {

@@ -2,7 +2,7 @@
 
 use std::sync::atomic::Ordering;
 
-use hpu_chart::{PHANTOM_NETS, Picture, drop_pictures};
+use hpu_chart::{DROP_NETS, Picture, drop_pictures};
 use hpu_cosim::scene::{PhantomScene, shipped};
 use hpu_cosim::{Control, Driver, PhantomSession, Rig, Summary, Trace, Verdict, Wired};
 
@@ -18,7 +18,7 @@ fn parsed(name: &str, overrides: &[(&str, &str)]) -> PhantomScene {
 
 fn ran(scene: &PhantomScene, control: &Control) -> (Trace, Summary) {
     let session = PhantomSession::new(scene).unwrap();
-    let mut trace = session.trace(&PHANTOM_NETS);
+    let mut trace = session.trace(&DROP_NETS);
     let summary = session.run(Driver::Events, &mut trace, &mut (), control);
     (trace, summary)
 }
@@ -115,10 +115,10 @@ fn a_trial_stopped_before_its_first_row_has_nothing_to_show() {
     let session = PhantomSession::new(&scene).unwrap();
     let control = Control::default();
     control.stop.store(true, Ordering::Relaxed);
-    let mut trace = session.trace(&PHANTOM_NETS);
+    let mut trace = session.trace(&DROP_NETS);
     let summary = session.run(Driver::Events, &mut trace, &mut (), &control);
     assert!(!summary.complete);
-    let empty = session.trace(&PHANTOM_NETS);
+    let empty = session.trace(&DROP_NETS);
     assert!(drop_pictures(&session, &empty, &summary, COMMAND).is_empty());
 }
 

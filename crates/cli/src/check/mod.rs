@@ -29,7 +29,7 @@ use entity::Theirs;
 ///
 /// A scene is compared where it touches its wall: it begins shortly before, with the device, its encoders and the hand
 /// as the emulator has them at that edge, and the FPGA out of reset there. Its counters count from there, and the
-/// wall's position moves with them; a PHANToM's encoders are first turned to the arm's counts. `in contact` is the
+/// wall's position moves with them; an arm's encoders are first turned to the arm's counts. `in contact` is the
 /// number of edges at which the datapath saw the wall. A scene that never reaches it is compared from its start, and
 /// says so. To compare a scene from its start in any case: hpu run SCENE --driver rtl --edges N.
 #[derive(clap::Args)]

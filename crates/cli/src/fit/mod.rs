@@ -21,7 +21,7 @@ use crate::{interrupt, progress};
 /// told beside them and judged by nobody: the trace of a motion without end drifts in phase. The cheapest model is
 /// tried first, and more is modelled until every judged output is within half of the tolerance of the scene as it is
 /// written, and within the tolerance, with the same verdict, at 16 walls around: 5 % softer and stiffer, and up to 7.5
-/// encoder counts nearer and farther (a PHANToM's at 6, up to 0.15 mm nearer and 0.1 mm farther). At walls between
+/// encoder counts nearer and farther (an arm's at 6, up to 0.15 mm nearer and 0.1 mm farther). At walls between
 /// these a judged output may be off by up to twice the tolerance; farther away nothing is promised. A scene with model
 /// = "auto" is run so. Runs go one by one, for their wall times count.
 /// It takes about as long as a hundred runs of the scene: seconds; all shipped scenes take two minutes.

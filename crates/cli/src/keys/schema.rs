@@ -3,6 +3,7 @@
 //!
 //! The schema checks a quantity if it is a number. A text with a unit is checked by hpu.
 
+use hpu_cosim::scene::KINDS;
 use hpu_cosim::scene::keys::{Otherwise, Row, Shape, Sizes, Takes, has_own_kind, is_any_name, kinds_of, rows};
 use serde_json::{Map, Value, json};
 
@@ -15,18 +16,10 @@ struct Of {
     device: &'static str,
 }
 
-/// Every kind of scene with every device that it can have.
-const ALL: [Of; 5] = [
-    Of { scene: "axis", device: "motor" },
-    Of { scene: "axis", device: "mass" },
-    Of { scene: "dut", device: "motor" },
-    Of { scene: "dut", device: "mass" },
-    Of { scene: "phantom", device: "phantom" },
-];
-
 /// Returns the schema.
 pub fn schema() -> Value {
-    let cases = ALL.map(|of| {
+    let cases = KINDS.map(|(scene, device)| {
+        let of = Of { scene, device };
         let device = json!({ "properties": { "kind": { "const": of.device } }, "required": ["kind"] });
         let mut case = json!({ "properties": { "device": device }, "required": ["device"] });
         match of.scene {

@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use hpu_chart as chart;
 use hpu_cosim::figure;
 use hpu_cosim::scene::{DutScene, Experiment, Scene};
+use hpu_study::device;
 use hpu_study::limits::{BoxSet, Limits, Looks, MOST_UNKNOWN, Unknown, WordsSet, World, hands_of, limits, usual_range};
 use hpu_study::map::SceneText;
 
@@ -69,7 +70,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     if let Experiment::Dut(scene) = &read.1 {
         return of_design(args, &read.0, scene);
     }
-    let (text, nominal) = (read.0, axis(read.1)?);
+    let (text, nominal) = (read.0, axis(&read.1)?);
     let range = match &args.range {
         Some(range) => asked(&text, args, range)?,
         None => usual_range(&nominal),
@@ -198,16 +199,9 @@ fn command(args: &Args) -> String {
     format!("hpu limits {}{}{range}{over}{hands}{words}{phases}", args.scene, set_options(&args.set.set))
 }
 
-/// Returns the scene, if it is a scene of an axis.
-fn axis(experiment: Experiment) -> Result<Scene, Failure> {
-    match experiment {
-        Experiment::Axis(scene) => Ok(scene),
-        Experiment::Phantom(_) => {
-            let said = "limits are those of an axis; a PHANToM's are found by trials: hpu reproduce phantom-table-2";
-            Err(Failure::usage(said))
-        }
-        Experiment::Dut(scene) => Err(Failure::usage(format!("{} has a design of yours", scene.name))),
-    }
+/// Returns the scene, if it is one whose limits are found here.
+fn axis(experiment: &Experiment) -> Result<Scene, Failure> {
+    device(experiment).limited().cloned().map_err(Failure::usage)
 }
 
 /// Reads the ends of a range, in the units that the scene accepts for a stiffness.
@@ -224,7 +218,7 @@ fn asked(text: &SceneText, args: &Args, range: &str) -> Result<[f64; 2], Failure
         if from.parse::<f64>().is_ok() && !unit.is_empty() { format!("{from} {unit}") } else { from.to_string() };
     let end = |end: &str| {
         let set = [&args.set.set[..], &[("wall.stiffness".into(), end.into())]].concat();
-        let scene = axis(text.parse(&set).map_err(Failure::file)?)?;
+        let scene = axis(&text.parse(&set).map_err(Failure::file)?)?;
         Ok::<_, Failure>(scene.wall.stiffness_nm_per_rad)
     };
     let [low, high] = [end(&from)?, end(to)?];

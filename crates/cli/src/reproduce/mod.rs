@@ -6,7 +6,7 @@ mod drop;
 mod words;
 
 use clap::Subcommand;
-use hpu_study::reproduce::lag;
+use hpu_study::reproduce::{COST, FORMATS, LADDER, LAG, SINES, TABLE_2, lag};
 use hpu_study::studies::shipped;
 
 use crate::exit::{Exit, Failure};
@@ -35,22 +35,22 @@ pub struct Args {
 #[derive(Subcommand)]
 enum Study {
     /// Table 2 of Sevcik et al. (2009)
-    #[command(name = "phantom-table-2")]
+    #[command(name = TABLE_2)]
     Table2(drop::Args),
     /// The same by models of ever more physics
-    #[command(name = "phantom-ladder")]
+    #[command(name = LADDER)]
     Ladder(drop::Args),
     /// Which lags of the amplifier put PMOS-1 where it was seen, by the transmission that is assumed
-    #[command(name = "phantom-lag")]
+    #[command(name = LAG)]
     Lag(beside::Args),
     /// What is proved and measured of the words, and what (1,9,22) everywhere cannot hold
-    #[command(name = "phantom-formats")]
+    #[command(name = FORMATS)]
     Formats(words::Args),
     /// Four sources of sine: errors and bits of ROM
-    #[command(name = "phantom-sines")]
+    #[command(name = SINES)]
     Sines(words::Args),
     /// What blocks and loops cost in an FPGA, and what a bit costs
-    #[command(name = "phantom-cost")]
+    #[command(name = COST)]
     Cost(cost::Args),
     /// The hybrid loop against the conventional one (Vasudevan et al. 2007)
     #[command(name = "hybrid-loop")]

@@ -1,12 +1,12 @@
-//! `hpu reproduce phantom-formats` and `phantom-sines`: the words of the PHANToM's datapath.
+//! `hpu reproduce`, two of its studies: the words of the arm's datapath.
 
 use std::path::PathBuf;
 
 use hpu_chart::{self as chart, Picture};
-use hpu_datapath::phantom::PhantomConfig;
 use hpu_study::reproduce::formats::{self, Formats, POSTURES, formats_csv, formats_text, full_scales_nm};
 use hpu_study::reproduce::sines::{self, Sine, sines_csv, sines_text};
-use hpu_study::reproduce::workspace::{CELLS, NOMINAL_MM, Workspace};
+use hpu_study::reproduce::workspace::Workspace;
+use hpu_study::reproduce::{DEVICE, FORMATS, SINES};
 use serde_json::{Value, json};
 
 use crate::exit::{Exit, Failure};
@@ -30,21 +30,21 @@ pub struct Args {
     json: bool,
 }
 
-/// Runs `hpu reproduce phantom-formats`.
+/// Runs the study [`FORMATS`].
 pub fn formats(args: &Args) -> Result<Exit, Failure> {
     let folder = args.out.as_deref().map(Folder::open).transpose()?;
-    let command = "hpu reproduce phantom-formats";
+    let command = &format!("hpu reproduce {FORMATS}");
     let all = formats::words().into_iter().map(|words| Formats::new(words, POSTURES));
     let all = all.collect::<Result<Vec<_>, _>>().map_err(Failure::file)?;
-    let workspace = Workspace::new(&PhantomConfig::default(), NOMINAL_MM, CELLS);
+    let workspace = Workspace::nominal();
     let text = format!(
-        "PHANToM: words, ranges and errors\n$ {command}\n\n{}",
+        "{DEVICE}: words, ranges and errors\n$ {command}\n\n{}",
         formats_text(&all, &workspace, args.notation.get())
     );
     let files = [("formats.txt", text.clone()), ("formats.csv", formats_csv(&all)), ("workspace.csv", workspace.csv())];
     let draw = || chart::formats(&all, command);
     let object = json!({
-        "study": "phantom-formats",
+        "study": FORMATS,
         "complete": true,
         "command": command,
         "postures": POSTURES,
@@ -85,16 +85,16 @@ fn configuration(formats: &Formats) -> Value {
     })
 }
 
-/// Runs `hpu reproduce phantom-sines`.
+/// Runs the study [`SINES`].
 pub fn sines(args: &Args) -> Result<Exit, Failure> {
     let folder = args.out.as_deref().map(Folder::open).transpose()?;
-    let command = "hpu reproduce phantom-sines";
+    let command = &format!("hpu reproduce {SINES}");
     let all = sines::sines().map_err(Failure::file)?;
-    let text = format!("PHANToM: four sources of sine\n$ {command}\n\n{}", sines_text(&all, args.notation.get()));
+    let text = format!("{DEVICE}: four sources of sine\n$ {command}\n\n{}", sines_text(&all, args.notation.get()));
     let files = [("sines.txt", text.clone()), ("sines.csv", sines_csv(&all))];
     let draw = || chart::sines(&all, command);
     let sources = all.iter().map(source).collect::<Vec<_>>();
-    let object = json!({ "study": "phantom-sines", "complete": true, "command": command, "sources": sources });
+    let object = json!({ "study": SINES, "complete": true, "command": command, "sources": sources });
     give(args, folder, text, &files, draw, object)
 }
 

@@ -1,4 +1,4 @@
-//! A PHANToM's law in floats, closed around the arm in steps: no words, no wiring and no clock.
+//! An arm's law in floats, closed around the arm in steps: no words, no wiring and no clock.
 //!
 //! The law is that of the [host](super::host), also where an FPGA computes it. At its sample instants it reads the
 //! counts, or the true angles. Its commands are as late, and the counters' values as old, as they are with a clock. A
@@ -33,7 +33,7 @@ use crate::trace::Trace;
 /// outputs.
 const NETS: usize = 27;
 
-/// A PHANToM's law in floats, closed around the arm in steps.
+/// An arm's law in floats, closed around the arm in steps.
 pub(super) struct ArmDirect<'p> {
     pub(super) plant: &'p PhantomPlant,
     /// Clock edges per step.

@@ -8,6 +8,10 @@ use super::quantity::{Axis, RAIL, SHAFT};
 use super::section::Section;
 use super::source::{SceneError, Source};
 
+/// Every kind of scene with every kind of device that it can have, as rows of keys call them.
+pub const KINDS: [(&str, &str); 5] =
+    [("axis", "motor"), ("axis", "mass"), ("dut", "motor"), ("dut", "mass"), ("phantom", "phantom")];
+
 /// Returns the first error of a scene with all others that its keys have, each by itself.
 pub(super) fn with_others(source: &Source, first: SceneError) -> SceneError {
     let root = Section::root(source);
@@ -18,15 +22,11 @@ pub(super) fn with_others(source: &Source, first: SceneError) -> SceneError {
 }
 
 /// Returns the kind of a scene, the kind of its device, and the dimensions of the device's motion.
-pub(super) fn kinds<'a>(root: &Section<'a>) -> Option<(&'static str, &'a str, &'static Axis)> {
-    match kind(&root.section("device").ok()?)? {
-        "phantom" => Some(("phantom", "phantom", &SHAFT)),
-        device @ ("motor" | "mass") => {
-            let scene = if root.has("dut") { "dut" } else { "axis" };
-            Some((scene, device, if device == "mass" { &RAIL } else { &SHAFT }))
-        }
-        _ => None,
-    }
+pub(super) fn kinds(root: &Section) -> Option<(&'static str, &'static str, &'static Axis)> {
+    let device = kind(&root.section("device").ok()?)?;
+    let has = |&(scene, of): &(&str, &str)| of == device && (scene != "dut" || root.has("dut"));
+    let (scene, device) = KINDS.into_iter().rfind(has)?;
+    Some((scene, device, if device == "mass" { &RAIL } else { &SHAFT }))
 }
 
 fn kind<'a>(s: &Section<'a>) -> Option<&'a str> {

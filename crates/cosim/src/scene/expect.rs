@@ -78,7 +78,7 @@ impl Metric {
             Self::SpringOverflowShare => keys::expect::spring_overflow_share.name,
             Self::EncoderEdges => keys::expect::encoder_edges.name,
             Self::ContactShare => keys::expect::contact_share.name,
-            Self::Rms => keys::expect_phantom::rms.name,
+            Self::Rms => keys::expect_drop::rms.name,
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Scenes: one TOML file is one experiment, on an axis or on a PHANToM ([`phantom`]).
+//! Scenes: one TOML file is one experiment, on an axis or on an arm ([`phantom`]).
 //!
 //! A scene says first, in prose, what to look for (`about`), then names the device, the transducers, the clock, the
 //! method, the wall, the hand, the physics that is modelled, the duration, the recording and the expected results.
@@ -89,6 +89,7 @@ pub(crate) mod source;
 mod words;
 
 pub use accuracy::{Accuracy, Output};
+pub use audit::KINDS;
 pub use dut::{Connection, Driving, Dut, DutClock, DutReset, DutScene, Engine, Generic, Line, SourceFile, Standard};
 pub use expect::{Expect, Expectation, Metric, OutcomeKind};
 pub use faults::{EncoderLine, Faults, Stuck, Switch, Times};
@@ -162,6 +163,16 @@ impl Experiment {
             return read_dut::dut_scene(name, source, load).map(Self::Dut);
         }
         read::scene(name, source, load, buildable).map(Self::Axis)
+    }
+
+    /// Returns the scene as one of any kind.
+    #[must_use]
+    pub fn setup(&self) -> &dyn Setup {
+        match self {
+            Self::Axis(scene) => scene,
+            Self::Phantom(scene) => scene,
+            Self::Dut(scene) => scene,
+        }
     }
 
     /// Returns the scene if it is one of an axis.

@@ -4,10 +4,10 @@ use super::accuracy::Output;
 use super::model::Solver;
 use super::parts::Units;
 use super::words::Miss;
-use super::{DutScene, Experiment, Scene};
+use super::{DutScene, Scene};
 
 /// A `Setup` is a scene of one kind, asked without knowing the kind: summaries, maps and messages read it. Implemented
-/// by the scene of each kind of device. [`Experiment::setup`] returns it.
+/// by the scene of each kind of device. [`Experiment::setup`](super::Experiment::setup) returns it.
 pub trait Setup {
     /// Returns the solver of the device's motion.
     fn solver(&self) -> Solver;
@@ -28,18 +28,6 @@ pub trait Setup {
     /// Returns the key that sets the format of the stiffness, if a scene can set it.
     fn stiffness_format(&self) -> Option<&'static str> {
         None
-    }
-}
-
-impl Experiment {
-    /// Returns the scene as one of any kind.
-    #[must_use]
-    pub fn setup(&self) -> &dyn Setup {
-        match self {
-            Self::Axis(scene) => scene,
-            Self::Phantom(scene) => scene,
-            Self::Dut(scene) => scene,
-        }
     }
 }
 

@@ -4,7 +4,7 @@ use hpu_cosim::scene::{
     Direction, Expectation, Experiment, Metric, OutcomeKind, PhantomLaw, PhantomModel, PhantomScene, Platform, Premium,
     Solver, shipped,
 };
-use hpu_datapath::phantom::{PhantomConfig, Turn};
+use hpu_datapath::phantom::{Config, Turn};
 
 /// The shortest scene that is accepted.
 const LEAST: &str = r#"about = "A drop."
@@ -39,7 +39,7 @@ fn what_a_scene_does_not_say_is_as_documented() {
     assert_eq!((drop.weight_n, drop.speed_m_per_s, drop.trial), (0.15, 0.0, 1));
     assert_eq!((scene.platform, scene.clock.frequency_hz()), (Platform::Fpga(400), 50_000_000));
     assert_eq!((scene.irregularity.jitter_s, scene.irregularity.missed), (100e-6, 0.002));
-    assert_eq!((scene.method.shared, scene.method.config), (false, PhantomConfig::default()));
+    assert_eq!((scene.method.shared, scene.method.config), (false, Config::default()));
     assert_eq!((scene.room.distance_m, scene.room.stiffness_n_per_m), (0.02, 1000.0));
     assert_eq!(scene.room.walls, [false, true, false]);
     let model = PhantomModel {
@@ -154,7 +154,7 @@ fn a_premium_1_5_has_its_own_lengths_counts_and_gains() {
     for (turn, ratio) in config.turns.into_iter().zip([13.3, 11.2, 11.2]) {
         assert!((counts(turn) - 4096.0 * ratio).abs() < 1e-9, "{turn:?}");
     }
-    assert_eq!(scene.method.config, PhantomConfig::premium_1_5());
+    assert_eq!(scene.method.config, Config::premium_1_5());
 }
 
 #[test]

@@ -80,11 +80,7 @@ impl Step for CommandRegister {
     }
 }
 
-impl Default for CommandRegister {
-    fn default() -> Self {
-        Self::new(16, 24, 8).expect("the data sheet's default")
-    }
-}
+crate::block::data_sheet!(CommandRegister = Self::new(16, 24, 8));
 
 impl Block for CommandRegister {
     const NAME: &'static str = "command_register";
@@ -150,6 +146,8 @@ impl Block for CommandRegister {
         self.countdown.skip(edges, input.period);
     }
 }
+
+crate::part::registers!(CommandRegister);
 
 impl Listed for CommandRegister {
     fn of_generics(given: &Given) -> Result<Self, ConfigError> {

@@ -12,13 +12,13 @@
 
 use hpu_signal::{Format, Narrowed, Signal, Word};
 
-use super::PhantomConfig;
+use super::Config;
 use super::variants::paths;
 use super::words::{accept, limited, natural, parts};
 use crate::config::{NATURAL, within};
 use crate::listed::{Given, Listed};
 use crate::step::in_machine;
-use crate::{AnyStep, Block, Combinational, ConfigError, Generic, Step};
+use crate::{Block, Combinational, ConfigError, Generic, Step};
 
 hpu_signal::ports! {
     /// Inputs of the scaler.
@@ -87,7 +87,6 @@ impl Default for CommandScaler {
 
 impl Block for CommandScaler {
     const NAME: &'static str = "command_scaler";
-    const CLOCKED: bool = false;
     type In<T> = In<T>;
     type Out<T> = Out<T>;
 
@@ -112,27 +111,10 @@ impl Block for CommandScaler {
         all
     }
 
-    fn equations(&self) -> Option<&dyn AnyStep> {
-        Some(self)
-    }
-
-    fn reset(&mut self) -> Out<i64> {
-        Out { command: 0 }
-    }
-
-    #[inline]
-    fn tick(&mut self, input: In<i64>) -> Out<i64> {
-        self.eval(input).map(|port| port.word)
-    }
-
-    #[inline]
-    fn quiet(&self, _: &In<i64>) -> u64 {
-        u64::MAX
-    }
-
-    #[inline]
-    fn skip(&mut self, _: u64, _: &In<i64>) {}
+    crate::block::combinational!(self, input => self.eval(input).map(|port| port.word));
 }
+
+crate::part::telling!(CommandScaler);
 
 impl Listed for CommandScaler {
     fn of_generics(given: &Given) -> Result<Self, ConfigError> {
@@ -141,9 +123,8 @@ impl Listed for CommandScaler {
     }
 
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
-        let scaler = |config: PhantomConfig| {
-            Self::new(config.formats.torque, config.gains[0], config.gain_frac, config.command_width)
-        };
+        let scaler =
+            |config: Config| Self::new(config.formats.torque, config.gains[0], config.gain_frac, config.command_width);
         paths().into_iter().map(|(label, config)| Ok((label, scaler(config)?))).collect()
     }
 }

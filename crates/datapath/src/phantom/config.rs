@@ -1,4 +1,4 @@
-//! The geometry and the words of a PHANToM, shared by its blocks and wirings.
+//! The geometry and the words of an arm, shared by its blocks and wirings.
 
 use hpu_signal::{Format, Rounding};
 
@@ -8,7 +8,7 @@ use crate::{ConfigError, Generic};
 
 /// The formats along the path from an angle to a torque.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct PhantomFormats {
+pub struct Formats {
     /// Sines and cosines.
     pub trig: Format,
     /// Fraction bits of the lengths, in metres.
@@ -32,9 +32,9 @@ pub struct Turn {
     pub den: u32,
 }
 
-/// A PHANToM and the datapath that drives it; the default is the Premium 1.0.
+/// An arm and the datapath that drives it; the default is the Premium 1.0.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct PhantomConfig {
+pub struct Config {
     /// Width of the position counters.
     pub position_width: u32,
     /// Width of the sample period.
@@ -44,7 +44,7 @@ pub struct PhantomConfig {
     /// Angle of one count of each joint.
     pub turns: [Turn; 3],
     /// The words along the path.
-    pub formats: PhantomFormats,
+    pub formats: Formats,
     /// Lengths of the upper arm and the forearm, `length / 2^length_frac` metres.
     pub lengths: [u32; 2],
     /// Greatest force, a word of its format.
@@ -55,12 +55,12 @@ pub struct PhantomConfig {
     pub gain_frac: u32,
     /// Width of the commands.
     pub command_width: u32,
-    /// Edges from a sample to the capture of its results: in `phantom_loop` the commands' register captures them, in
-    /// `phantom_shared_loop` the engine captures the sines.
+    /// Edges from a sample to the capture of its results: in the parallel loop the commands' register captures them, in
+    /// the shared loop the engine captures the sines.
     pub delay: u32,
 }
 
-impl Default for PhantomFormats {
+impl Default for Formats {
     fn default() -> Self {
         Self {
             trig: format(true, 9, 22),
@@ -73,7 +73,7 @@ impl Default for PhantomFormats {
     }
 }
 
-impl Default for PhantomConfig {
+impl Default for Config {
     fn default() -> Self {
         let joint = Turn { num: 1, den: 28_000 };
         Self {
@@ -81,7 +81,7 @@ impl Default for PhantomConfig {
             period_width: 24,
             depth_width: 13,
             turns: [Turn { num: 3, den: 92_000 }, joint, joint],
-            formats: PhantomFormats::default(),
+            formats: Formats::default(),
             lengths: [2_348_810; 2],
             force_limit: 557_056,
             gains: [201_134, 220_289, 220_289],
@@ -92,7 +92,7 @@ impl Default for PhantomConfig {
     }
 }
 
-impl PhantomConfig {
+impl Config {
     /// Returns the Premium 1.5: 0.215 m and 0.170 m, encoders of 4096 counts behind ratios of 13.3, 11.2 and 11.2, the
     /// motors and amplifiers of the 1.0 (0.17 N.m at the motor for a full scale of `2^15` DAC counts).
     #[must_use]
@@ -110,7 +110,7 @@ impl PhantomConfig {
     #[must_use]
     pub fn plain_q22() -> Self {
         let word = format(true, 9, 22);
-        let formats = PhantomFormats {
+        let formats = Formats {
             trig: word,
             length_frac: 22,
             position: word,
@@ -124,7 +124,7 @@ impl PhantomConfig {
     /// Returns this configuration with tables of (1,1,22): all the bits that a sine with 22 fraction bits has.
     #[must_use]
     pub fn narrow(self) -> Self {
-        Self { formats: PhantomFormats { trig: format(true, 1, 22), ..self.formats }, ..self }
+        Self { formats: Formats { trig: format(true, 1, 22), ..self.formats }, ..self }
     }
 
     /// Returns this configuration with `frac` fraction bits, at most those of its lengths, in sines, lengths and
@@ -141,16 +141,12 @@ impl PhantomConfig {
             let word = Rounding::NearestUp.shift(i64::from(word), dropped);
             u32::try_from(word).expect("a word that is none longer")
         };
-        let formats = PhantomFormats {
-            trig: format(true, 1, bits),
-            length_frac: frac,
-            position: format(true, 0, bits),
-            ..self.formats
-        };
+        let formats =
+            Formats { trig: format(true, 1, bits), length_frac: frac, position: format(true, 0, bits), ..self.formats };
         Self { formats, lengths: self.lengths.map(nearest), ..self }
     }
 
-    /// Returns this configuration for `phantom_shared_loop`, whose engine starts two edges after a sample, as soon as
+    /// Returns this configuration for the shared loop, whose engine starts two edges after a sample, as soon as
     /// the sines are known.
     #[must_use]
     pub fn shared(self) -> Self {
@@ -178,7 +174,7 @@ impl PhantomConfig {
 
     /// Returns the VHDL generics of the path from sines to commands.
     pub(crate) fn path_generics(&self) -> Vec<(&'static str, Generic)> {
-        let PhantomFormats { trig, length_frac, position, stiffness, force, torque } = self.formats;
+        let Formats { trig, length_frac, position, stiffness, force, torque } = self.formats;
         let mut all = parts("TRIG_INT", "TRIG_FRAC", trig).to_vec();
         all.push(natural("LENGTH_FRAC", length_frac));
         all.push(natural("LENGTH_1", self.lengths[0]));
@@ -201,7 +197,7 @@ fn format(signed: bool, int: i32, frac: i32) -> Format {
     Format::new(signed, int, frac).expect("a constant")
 }
 
-impl PhantomFormats {
+impl Formats {
     /// Reads the formats that the block has as generics; the others are those of the default configuration.
     pub(crate) fn given(given: &Given) -> Result<Self, ConfigError> {
         let default = Self::default();
@@ -219,7 +215,7 @@ impl PhantomFormats {
     }
 }
 
-impl PhantomConfig {
+impl Config {
     /// Reads the generics of the encoders and of the tables; the others are those of the default.
     pub(crate) fn of_encoders(given: &Given) -> Result<Self, ConfigError> {
         let turn = |joint: usize| {
@@ -238,7 +234,7 @@ impl PhantomConfig {
     pub(crate) fn given(self, given: &Given) -> Result<Self, ConfigError> {
         Ok(Self {
             period_width: given.natural("PERIOD_WIDTH")?,
-            formats: PhantomFormats::given(given)?,
+            formats: Formats::given(given)?,
             lengths: given.naturals(["LENGTH_1", "LENGTH_2"])?,
             force_limit: given.natural("FORCE_LIMIT")?,
             gains: given.naturals(["GAIN_1", "GAIN_2", "GAIN_3"])?,

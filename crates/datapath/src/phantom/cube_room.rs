@@ -15,13 +15,13 @@
 
 use hpu_signal::{Format, Narrowed, Signal, Word};
 
-use super::PhantomFormats;
+use super::Formats;
 use super::variants::paths;
 use super::words::{accept, limited, natural, parts};
 use crate::config::{NATURAL, within};
 use crate::listed::{Given, Listed};
 use crate::step::in_machine;
-use crate::{AnyStep, Block, Combinational, ConfigError, Generic, Step};
+use crate::{Block, Combinational, ConfigError, Generic, Step};
 
 hpu_signal::ports! {
     /// Inputs of the room.
@@ -50,8 +50,8 @@ impl CubeRoom {
     ///
     /// Returns an error unless the words have 2 to 40 bits with 0 to 30 fraction bits, positions and forces are signed
     /// and the stiffness unsigned, and the limit is a positive VHDL `natural` and a word of the force's format.
-    pub fn new(formats: &PhantomFormats, limit: u32) -> Result<Self, ConfigError> {
-        let PhantomFormats { position, stiffness, force, .. } = *formats;
+    pub fn new(formats: &Formats, limit: u32) -> Result<Self, ConfigError> {
+        let Formats { position, stiffness, force, .. } = *formats;
         accept(Self::NAME, "POSITION", position, true)?;
         accept(Self::NAME, "STIFFNESS", stiffness, false)?;
         accept(Self::NAME, "FORCE", force, true)?;
@@ -106,15 +106,10 @@ fn depth<W: Word>(at: W, low: W, high: W) -> W {
     depth
 }
 
-impl Default for CubeRoom {
-    fn default() -> Self {
-        Self::new(&PhantomFormats::default(), 557_056).expect("the data sheet's default")
-    }
-}
+crate::block::data_sheet!(CubeRoom = Self::new(&Formats::default(), 557_056));
 
 impl Block for CubeRoom {
     const NAME: &'static str = "cube_room";
-    const CLOCKED: bool = false;
     type In<T> = In<T>;
     type Out<T> = Out<T>;
 
@@ -153,31 +148,14 @@ impl Block for CubeRoom {
         all
     }
 
-    fn equations(&self) -> Option<&dyn AnyStep> {
-        Some(self)
-    }
-
-    fn reset(&mut self) -> Out<i64> {
-        Out { force_x: 0, force_y: 0, force_z: 0, contact: 0 }
-    }
-
-    #[inline]
-    fn tick(&mut self, input: In<i64>) -> Out<i64> {
-        self.eval(input).map(|port| port.word)
-    }
-
-    #[inline]
-    fn quiet(&self, _: &In<i64>) -> u64 {
-        u64::MAX
-    }
-
-    #[inline]
-    fn skip(&mut self, _: u64, _: &In<i64>) {}
+    crate::block::combinational!(self, input => self.eval(input).map(|port| port.word));
 }
+
+crate::part::telling!(CubeRoom);
 
 impl Listed for CubeRoom {
     fn of_generics(given: &Given) -> Result<Self, ConfigError> {
-        Self::new(&PhantomFormats::given(given)?, given.natural("FORCE_LIMIT")?)
+        Self::new(&Formats::given(given)?, given.natural("FORCE_LIMIT")?)
     }
 
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {

@@ -1,9 +1,9 @@
-//! The combinational path of a PHANToM, from sines and cosines to commands.
+//! The combinational path of an arm, from sines and cosines to commands.
 
 use hpu_signal::Narrowed;
 
 use super::{
-    CommandScaler, CubeRoom, PhantomConfig, PhantomForward, PhantomTorque, command_scaler, cube_room, phantom_forward,
+    CommandScaler, Config, CubeRoom, PhantomForward, PhantomTorque, command_scaler, cube_room, phantom_forward,
     phantom_torque,
 };
 use crate::circuit::instance;
@@ -34,8 +34,8 @@ pub(crate) struct ForcePath {
 }
 
 impl ForcePath {
-    pub(crate) fn new(config: &PhantomConfig) -> Result<Self, ConfigError> {
-        let PhantomConfig { formats, lengths, gains, gain_frac, command_width, .. } = *config;
+    pub(crate) fn new(config: &Config) -> Result<Self, ConfigError> {
+        let Config { formats, lengths, gains, gain_frac, command_width, .. } = *config;
         let scaler = |gain| CommandScaler::new(formats.torque, gain, gain_frac, command_width);
         Ok(Self {
             forward: PhantomForward::new(&formats, lengths)?,

@@ -7,8 +7,6 @@
 
 mod config;
 mod force_path;
-mod part;
-mod phantom_wiring;
 mod phase;
 mod trig;
 mod variants;
@@ -31,15 +29,14 @@ pub mod trig_table;
 
 pub use command_register::CommandRegister;
 pub use command_scaler::CommandScaler;
-pub use config::{PhantomConfig, PhantomFormats, Turn};
+pub use config::{Config, Formats, Turn};
 pub use cube_room::CubeRoom;
 pub use phantom_engine::PhantomEngine;
 pub use phantom_forward::PhantomForward;
 pub use phantom_io::{PhantomIo, PhantomIoCircuit, PhantomIoIn, PhantomIoOut};
-pub use phantom_loop::PhantomLoop;
+pub use phantom_loop::{PhantomCircuit, PhantomIn, PhantomLoop, PhantomOut, PhantomWiring};
 pub use phantom_shared_loop::PhantomSharedLoop;
 pub use phantom_torque::PhantomTorque;
-pub use phantom_wiring::{PhantomCircuit, PhantomIn, PhantomOut, PhantomWiring};
 pub use phase::Phase;
 pub use sample_register::SampleRegister;
 pub use trig::{Trig, TrigIn, TrigOut, Wave};

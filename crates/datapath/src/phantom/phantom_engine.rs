@@ -22,14 +22,14 @@
 
 use hpu_signal::{Format, Narrowed, Ports, Signal};
 
-use super::PhantomConfig;
+use super::Config;
 use super::force_path::{self, ForcePath, path};
 use super::variants::paths;
 use super::words::natural;
 use crate::config::{COUNTER, within};
 use crate::countdown::{Countdown, edges};
 use crate::listed::{Given, Listed};
-use crate::part::exact;
+use crate::part::{Part, exact};
 use crate::{Block, ConfigError, Generic, Instance};
 
 hpu_signal::ports! {
@@ -48,7 +48,7 @@ pub const LATENCY: u64 = 32;
 /// See the [module](self).
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct PhantomEngine {
-    config: PhantomConfig,
+    config: Config,
     path: ForcePath,
     countdown: Countdown,
     /// The inputs that the latest computation captured; `None` since reset. `next` is its result, shown or not.
@@ -66,7 +66,7 @@ impl PhantomEngine {
     ///
     /// Returns an error when one of the blocks that it replaces refuses its words, and unless the period has 2 to 30
     /// bits and the delay is at most `2^16`.
-    pub fn new(config: PhantomConfig) -> Result<Self, ConfigError> {
+    pub fn new(config: Config) -> Result<Self, ConfigError> {
         within(Self::NAME, "PERIOD_WIDTH", config.period_width, COUNTER)?;
         within(Self::NAME, "DELAY", config.delay, 0..=1 << 16)?;
         let zero = Out::build(|| exact(0));
@@ -101,11 +101,7 @@ impl In<i64> {
     }
 }
 
-impl Default for PhantomEngine {
-    fn default() -> Self {
-        Self::new(PhantomConfig::default().shared()).expect("the data sheet's default")
-    }
-}
+crate::block::data_sheet!(PhantomEngine = Self::new(Config::default().shared()));
 
 impl Block for PhantomEngine {
     const NAME: &'static str = "phantom_engine";
@@ -236,9 +232,21 @@ impl Block for PhantomEngine {
     }
 }
 
+impl Part for PhantomEngine {
+    #[inline]
+    fn follow(&mut self, _: &Self::In<i64>, _: Self::Out<i64>) -> Self::Out<Narrowed> {
+        *self.latest()
+    }
+
+    #[inline]
+    fn hidden(&self) -> Option<Self::Out<Narrowed>> {
+        Some(*self.latest())
+    }
+}
+
 impl Listed for PhantomEngine {
     fn of_generics(given: &Given) -> Result<Self, ConfigError> {
-        Self::new(PhantomConfig::default().given(given)?)
+        Self::new(Config::default().given(given)?)
     }
 
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {

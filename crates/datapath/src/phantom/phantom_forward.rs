@@ -14,13 +14,13 @@
 
 use hpu_signal::{Format, Narrowed, Signal, Word};
 
-use super::PhantomFormats;
+use super::Formats;
 use super::variants::paths;
 use super::words::{accept, accept_trig, aligned_sum, natural, nearest, parts};
 use crate::config::{NATURAL, within};
 use crate::listed::{Given, Listed};
 use crate::step::in_machine;
-use crate::{AnyStep, Block, Combinational, ConfigError, Generic, Step};
+use crate::{Block, Combinational, ConfigError, Generic, Step};
 
 hpu_signal::ports! {
     /// Inputs of the kinematics.
@@ -49,8 +49,8 @@ impl PhantomForward {
     ///
     /// Returns an error unless the words are signed with 2 to 40 bits, 0 to 30 of them fraction bits (sines: an integer
     /// bit and 4 fraction bits at least), and the lengths are positive VHDL `natural`s with at most 30 fraction bits.
-    pub fn new(formats: &PhantomFormats, lengths: [u32; 2]) -> Result<Self, ConfigError> {
-        let PhantomFormats { trig, length_frac, position, .. } = *formats;
+    pub fn new(formats: &Formats, lengths: [u32; 2]) -> Result<Self, ConfigError> {
+        let Formats { trig, length_frac, position, .. } = *formats;
         accept_trig(Self::NAME, trig)?;
         accept(Self::NAME, "POSITION", position, true)?;
         within(Self::NAME, "LENGTH_FRAC", length_frac, 0..=30)?;
@@ -93,13 +93,12 @@ impl Combinational for PhantomForward {
 
 impl Default for PhantomForward {
     fn default() -> Self {
-        Self::new(&PhantomFormats::default(), [2_348_810; 2]).expect("the data sheet's default")
+        Self::new(&Formats::default(), [2_348_810; 2]).expect("the data sheet's default")
     }
 }
 
 impl Block for PhantomForward {
     const NAME: &'static str = "phantom_forward";
-    const CLOCKED: bool = false;
     type In<T> = In<T>;
     type Out<T> = Out<T>;
 
@@ -135,42 +134,20 @@ impl Block for PhantomForward {
         all
     }
 
-    fn equations(&self) -> Option<&dyn AnyStep> {
-        Some(self)
-    }
-
-    fn reset(&mut self) -> Out<i64> {
-        self.tick(In { sine1: 0, cosine1: 0, sine2: 0, cosine2: 0, sine3: 0, cosine3: 0 })
-    }
-
-    #[inline]
-    fn tick(&mut self, input: In<i64>) -> Out<i64> {
-        self.eval(input).map(|port| port.word)
-    }
-
-    #[inline]
-    fn quiet(&self, _: &In<i64>) -> u64 {
-        u64::MAX
-    }
-
-    #[inline]
-    fn skip(&mut self, _: u64, _: &In<i64>) {}
+    crate::block::combinational!(self, input => self.eval(input).map(|port| port.word));
 }
+
+crate::part::telling!(PhantomForward);
 
 impl Listed for PhantomForward {
     fn of_generics(given: &Given) -> Result<Self, ConfigError> {
-        Self::new(&PhantomFormats::given(given)?, given.naturals(["LENGTH_1", "LENGTH_2"])?)
+        Self::new(&Formats::given(given)?, given.naturals(["LENGTH_1", "LENGTH_2"])?)
     }
 
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
         // A position drops one bit of its products here.
         let format = |int, frac| Format::new(true, int, frac).expect("26 bits");
-        let one_bit = PhantomFormats {
-            trig: format(1, 14),
-            length_frac: 12,
-            position: format(0, 25),
-            ..PhantomFormats::default()
-        };
+        let one_bit = Formats { trig: format(1, 14), length_frac: 12, position: format(0, 25), ..Formats::default() };
         let own = ("one_bit", Self::new(&one_bit, [573; 2])?);
         let others =
             paths().into_iter().map(|(label, config)| Ok((label, Self::new(&config.formats, config.lengths)?)));

@@ -15,7 +15,7 @@
 
 use hpu_signal::Signal;
 
-use super::phantom_wiring::{of_joint, pins};
+use super::phantom_loop::{in_order, of_joint, pins};
 use super::words::natural;
 use super::{CommandRegister, command_register};
 use crate::circuit::circuit;
@@ -85,11 +85,7 @@ impl PhantomIo {
     }
 }
 
-impl Default for PhantomIo {
-    fn default() -> Self {
-        Self::new(16, 16).expect("the data sheet's default")
-    }
-}
+crate::block::data_sheet!(PhantomIo = Self::new(16, 16));
 
 impl LoopCircuit<27> for PhantomIoCircuit {
     const NAME: &'static str = "phantom_io";
@@ -98,35 +94,25 @@ impl LoopCircuit<27> for PhantomIoCircuit {
     type Out<T> = PhantomIoOut<T>;
 
     fn inputs(&self) -> PhantomIoIn<Signal> {
-        let [a_pin1, b_pin1, a_pin2, b_pin2, a_pin3, b_pin3] = pins(&self.sync1);
         let command_register::In { d1, d2, d3, .. } = self.hold.inputs();
-        let host = |name, doc, d| Signal { name, doc, ..d };
-        PhantomIoIn {
-            a_pin1,
-            b_pin1,
-            a_pin2,
-            b_pin2,
-            a_pin3,
-            b_pin3,
-            host1: host("host1", "The host's command of motor 1", d1),
-            host2: host("host2", "The host's command of motor 2", d2),
-            host3: host("host3", "The host's command of motor 3", d3),
-        }
+        let host = [
+            Signal { name: "host1", doc: "The host's command of motor 1", ..d1 },
+            Signal { name: "host2", doc: "The host's command of motor 2", ..d2 },
+            Signal { name: "host3", doc: "The host's command of motor 3", ..d3 },
+        ];
+        in_order(pins(&self.sync1).into_iter().chain(host))
     }
 
     fn outputs(&self) -> PhantomIoOut<Signal> {
         let position = |name| of_joint(Signal { name, ..self.counter1.outputs().position });
-        let [position1, position2, position3] = ["position1", "position2", "position3"].map(position);
+        let positions = ["position1", "position2", "position3"].map(position);
         let command_register::Out { q1, q2, q3 } = self.hold.outputs();
-        let command = |name, doc, q| Signal { name, doc, ..q };
-        PhantomIoOut {
-            position1,
-            position2,
-            position3,
-            command1: command("command1", "Command of motor 1", q1),
-            command2: command("command2", "Command of motor 2", q2),
-            command3: command("command3", "Command of motor 3", q3),
-        }
+        let commands = [
+            Signal { name: "command1", doc: "Command of motor 1", ..q1 },
+            Signal { name: "command2", doc: "Command of motor 2", ..q2 },
+            Signal { name: "command3", doc: "Command of motor 3", ..q3 },
+        ];
+        in_order(positions.into_iter().chain(commands))
     }
 
     fn generics(&self) -> Vec<(&'static str, Generic)> {

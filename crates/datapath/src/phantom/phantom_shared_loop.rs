@@ -11,4 +11,4 @@
 //!   phantom_engine, not the registers within.
 
 /// See the [module](self).
-pub type PhantomSharedLoop = super::phantom_wiring::PhantomWiring<true>;
+pub type PhantomSharedLoop = super::phantom_loop::PhantomWiring<true>;

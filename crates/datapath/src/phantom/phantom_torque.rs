@@ -15,13 +15,13 @@
 
 use hpu_signal::{Format, Narrowed, Signal, Word};
 
-use super::PhantomFormats;
+use super::Formats;
 use super::variants::paths;
 use super::words::{accept, accept_trig, aligned_sum, natural, nearest, parts};
 use crate::config::{NATURAL, within};
 use crate::listed::{Given, Listed};
 use crate::step::in_machine;
-use crate::{AnyStep, Block, Combinational, ConfigError, Generic, Step};
+use crate::{Block, Combinational, ConfigError, Generic, Step};
 
 hpu_signal::ports! {
     /// Inputs of the Jacobian.
@@ -36,7 +36,7 @@ hpu_signal::ports! {
 /// See the [module](self).
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct PhantomTorque {
-    formats: PhantomFormats,
+    formats: Formats,
     lengths: [u32; 2],
     beam: Format,
     fits_64: bool,
@@ -50,8 +50,8 @@ impl PhantomTorque {
     /// Returns an error unless the words are signed with 2 to 40 bits, 0 to 30 of them fraction bits (sines: an integer
     /// bit and 4 fraction bits at least; forces: 39 bits at most), and the lengths are positive VHDL `natural`s with at
     /// most 30 fraction bits.
-    pub fn new(formats: &PhantomFormats, lengths: [u32; 2]) -> Result<Self, ConfigError> {
-        let PhantomFormats { trig, length_frac, position, force, torque, .. } = *formats;
+    pub fn new(formats: &Formats, lengths: [u32; 2]) -> Result<Self, ConfigError> {
+        let Formats { trig, length_frac, position, force, torque, .. } = *formats;
         accept_trig(Self::NAME, trig)?;
         within(Self::NAME, "LENGTH_FRAC", length_frac, 0..=30)?;
         within(Self::NAME, "LENGTH_1", lengths[0], 1..=NATURAL)?;
@@ -78,7 +78,7 @@ impl Combinational for PhantomTorque {
     #[inline]
     fn made<W: Word>(&self, input: In<W>) -> Out<W> {
         let In { sine1, cosine1, sine2, cosine2, sine3, cosine3, x, z, force_x, force_y, force_z } = input;
-        let PhantomFormats { trig, position, force, torque, .. } = self.formats;
+        let Formats { trig, position, force, torque, .. } = self.formats;
         let [upper_m, fore_m] = self.lengths.map(|length| W::int(length.into()));
         let length_frac = self.formats.length_frac.cast_signed();
 
@@ -101,18 +101,17 @@ impl Combinational for PhantomTorque {
 
 impl Default for PhantomTorque {
     fn default() -> Self {
-        Self::new(&PhantomFormats::default(), [2_348_810; 2]).expect("the data sheet's default")
+        Self::new(&Formats::default(), [2_348_810; 2]).expect("the data sheet's default")
     }
 }
 
 impl Block for PhantomTorque {
     const NAME: &'static str = "phantom_torque";
-    const CLOCKED: bool = false;
     type In<T> = In<T>;
     type Out<T> = Out<T>;
 
     fn inputs(&self) -> In<Signal> {
-        let PhantomFormats { trig, position, force, .. } = self.formats;
+        let Formats { trig, position, force, .. } = self.formats;
         let trig = |name, doc| Signal::new(name, trig, "1", doc);
         let force = |name, doc| Signal::new(name, force, "N", doc);
         In {
@@ -140,7 +139,7 @@ impl Block for PhantomTorque {
     }
 
     fn generics(&self) -> Vec<(&'static str, Generic)> {
-        let PhantomFormats { trig, length_frac, position, force, torque, .. } = self.formats;
+        let Formats { trig, length_frac, position, force, torque, .. } = self.formats;
         let mut all = parts("TRIG_INT", "TRIG_FRAC", trig).to_vec();
         all.push(natural("LENGTH_FRAC", length_frac));
         all.push(natural("LENGTH_1", self.lengths[0]));
@@ -151,31 +150,14 @@ impl Block for PhantomTorque {
         all
     }
 
-    fn equations(&self) -> Option<&dyn AnyStep> {
-        Some(self)
-    }
-
-    fn reset(&mut self) -> Out<i64> {
-        Out { torque1: 0, torque2: 0, torque3: 0 }
-    }
-
-    #[inline]
-    fn tick(&mut self, input: In<i64>) -> Out<i64> {
-        self.eval(input).map(|port| port.word)
-    }
-
-    #[inline]
-    fn quiet(&self, _: &In<i64>) -> u64 {
-        u64::MAX
-    }
-
-    #[inline]
-    fn skip(&mut self, _: u64, _: &In<i64>) {}
+    crate::block::combinational!(self, input => self.eval(input).map(|port| port.word));
 }
+
+crate::part::telling!(PhantomTorque);
 
 impl Listed for PhantomTorque {
     fn of_generics(given: &Given) -> Result<Self, ConfigError> {
-        Self::new(&PhantomFormats::given(given)?, given.naturals(["LENGTH_1", "LENGTH_2"])?)
+        Self::new(&Formats::given(given)?, given.naturals(["LENGTH_1", "LENGTH_2"])?)
     }
 
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {

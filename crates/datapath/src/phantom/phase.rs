@@ -6,7 +6,7 @@ use std::sync::Arc;
 use hpu_signal::{Format, Word};
 
 use super::words::{accept_trig, natural, parts};
-use super::{PhantomConfig, Turn};
+use super::{Config, Turn};
 use crate::config::{NATURAL, within};
 use crate::listed::Given;
 use crate::{ConfigError, Generic};
@@ -135,8 +135,8 @@ impl Phase {
     /// narrow sines, and a long phase with fine sines.
     pub(crate) fn variants() -> [Self; 4] {
         let trig = |frac| Format::new(true, 1, frac).expect("at most 32 bits");
-        let [joint_1, joint_2, _] = PhantomConfig::default().turns;
-        let [_, premium_1_5, _] = PhantomConfig::premium_1_5().turns;
+        let [joint_1, joint_2, _] = Config::default().turns;
+        let [_, premium_1_5, _] = Config::premium_1_5().turns;
         let short = Self { count_width: 10, width: 12, step: 5, trig: trig(14) };
         let long = Self { width: 44, trig: trig(30), ..Self::default() }.of(joint_2);
         [Self::default().of(joint_1), Self::default().of(premium_1_5), short, long]

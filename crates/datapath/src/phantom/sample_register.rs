@@ -79,11 +79,7 @@ impl Step for SampleRegister {
     }
 }
 
-impl Default for SampleRegister {
-    fn default() -> Self {
-        Self::new(16, 24).expect("the data sheet's default")
-    }
-}
+crate::block::data_sheet!(SampleRegister = Self::new(16, 24));
 
 impl Block for SampleRegister {
     const NAME: &'static str = "sample_register";
@@ -143,6 +139,8 @@ impl Block for SampleRegister {
         self.countdown.skip(edges, input.period);
     }
 }
+
+crate::part::registers!(SampleRegister);
 
 impl Listed for SampleRegister {
     fn of_generics(given: &Given) -> Result<Self, ConfigError> {

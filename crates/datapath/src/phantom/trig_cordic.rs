@@ -60,11 +60,7 @@ impl TrigCordic {
     }
 }
 
-impl Default for TrigCordic {
-    fn default() -> Self {
-        Self::new(Phase::default(), 24, 4).expect("the data sheet's default")
-    }
-}
+crate::block::data_sheet!(TrigCordic = Self::new(Phase::default(), 24, 4));
 
 impl Wave for Rotations {
     const NAME: &'static str = "trig_cordic";

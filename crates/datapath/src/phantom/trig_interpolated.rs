@@ -52,11 +52,7 @@ impl TrigInterpolated {
     }
 }
 
-impl Default for TrigInterpolated {
-    fn default() -> Self {
-        Self::new(Phase::default(), 9, 14).expect("the data sheet's default")
-    }
-}
+crate::block::data_sheet!(TrigInterpolated = Self::new(Phase::default(), 9, 14));
 
 impl Chords {
     /// Returns the sine in a quadrant, at a fraction of it.

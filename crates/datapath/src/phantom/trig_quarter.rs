@@ -47,11 +47,7 @@ impl TrigQuarter {
     }
 }
 
-impl Default for TrigQuarter {
-    fn default() -> Self {
-        Self::new(Phase::default(), 11).expect("the data sheet's default")
-    }
-}
+crate::block::data_sheet!(TrigQuarter = Self::new(Phase::default(), 11));
 
 impl Nearest {
     /// Returns the sine at an address.

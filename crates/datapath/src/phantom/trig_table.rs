@@ -16,7 +16,7 @@ use hpu_signal::{Format, Sine, Word};
 use super::phase::sine;
 use super::trig::{Trig, TrigOut, Wave};
 use super::words::{accept_trig, natural, parts};
-use super::{PhantomConfig, PhantomFormats, Turn};
+use super::{Config, Formats, Turn};
 use crate::config::{NATURAL, within};
 use crate::listed::{Given, Listed};
 use crate::{ConfigError, Generic, Rom};
@@ -68,7 +68,7 @@ impl TrigTable {
 impl Default for TrigTable {
     fn default() -> Self {
         let turn = Turn { num: 1, den: 28_000 };
-        Self::new(16, 13, turn, PhantomFormats::default().trig).expect("the data sheet's default")
+        Self::new(16, 13, turn, Formats::default().trig).expect("the data sheet's default")
     }
 }
 
@@ -115,6 +115,8 @@ impl Wave for Table {
     }
 }
 
+crate::part::registers!(TrigTable);
+
 impl Listed for TrigTable {
     fn of_generics(given: &Given) -> Result<Self, ConfigError> {
         let [count_width, depth_width, num, den] =
@@ -124,8 +126,8 @@ impl Listed for TrigTable {
 
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
         let trig = |int, frac| Format::new(true, int, frac).expect("at most 32 bits");
-        let [joint_1, ..] = PhantomConfig::default().turns;
-        let [_, premium_1_5, _] = PhantomConfig::premium_1_5().turns;
+        let [joint_1, ..] = Config::default().turns;
+        let [_, premium_1_5, _] = Config::premium_1_5().turns;
         Ok(vec![
             ("joint_1", Self::new(16, 13, joint_1, trig(9, 22))?),
             ("premium_1_5", Self::new(16, 13, premium_1_5, trig(9, 22))?),

@@ -1,13 +1,13 @@
-//! The configurations in which the PHANToM's blocks and wirings are tested.
+//! The configurations in which the arm's blocks and wirings are tested.
 
 use hpu_signal::Format;
 
-use super::{PhantomConfig, PhantomFormats, Turn};
+use super::{Config, Formats, Turn};
 
 /// Returns configurations of the path: another geometry, the paper's words, words so short that they wrap or are
 /// widened instead of rounded, and words whose products lose no bit or one bit.
-pub(crate) fn paths() -> [(&'static str, PhantomConfig); 6] {
-    let narrow = PhantomFormats {
+pub(crate) fn paths() -> [(&'static str, Config); 6] {
+    let narrow = Formats {
         trig: format(true, 1, 14),
         length_frac: 12,
         position: format(true, 0, 14),
@@ -15,7 +15,7 @@ pub(crate) fn paths() -> [(&'static str, PhantomConfig); 6] {
         force: format(true, 4, 8),
         torque: format(true, 1, 10),
     };
-    let widening = PhantomFormats {
+    let widening = Formats {
         trig: format(true, 1, 4),
         length_frac: 2,
         position: format(true, 3, 12),
@@ -24,7 +24,7 @@ pub(crate) fn paths() -> [(&'static str, PhantomConfig); 6] {
         torque: format(true, 8, 24),
     };
     // A radius keeps all fraction bits of its products; a force and the torques of joints 2 and 3 drop one.
-    let aligned = PhantomFormats {
+    let aligned = Formats {
         trig: format(true, 1, 6),
         length_frac: 6,
         position: format(true, 2, 12),
@@ -33,7 +33,7 @@ pub(crate) fn paths() -> [(&'static str, PhantomConfig); 6] {
         torque: format(true, 6, 18),
     };
     // Whole numbers of metres and newtons: a force, a torque and a command drop nothing.
-    let whole = PhantomFormats {
+    let whole = Formats {
         trig: format(true, 1, 4),
         length_frac: 0,
         position: format(true, 8, 0),
@@ -41,9 +41,9 @@ pub(crate) fn paths() -> [(&'static str, PhantomConfig); 6] {
         force: format(true, 12, 0),
         torque: format(true, 14, 0),
     };
-    let small = PhantomConfig { period_width: 6, delay: 2, ..PhantomConfig::default() };
-    let short = PhantomConfig { formats: narrow, lengths: [573; 2], force_limit: 2176, command_width: 12, ..small };
-    let wide = PhantomConfig {
+    let small = Config { period_width: 6, delay: 2, ..Config::default() };
+    let short = Config { formats: narrow, lengths: [573; 2], force_limit: 2176, command_width: 12, ..small };
+    let wide = Config {
         formats: widening,
         lengths: [3, 5],
         force_limit: 1 << 20,
@@ -54,12 +54,12 @@ pub(crate) fn paths() -> [(&'static str, PhantomConfig); 6] {
         ..small
     };
     // With this delay, an engine that did not wait would show something before its first start.
-    let plain = PhantomConfig { gains: [1, 2, 3], gain_frac: 0, command_width: 12, delay: 40, ..small };
-    let aligned = PhantomConfig { formats: aligned, lengths: [9, 11], force_limit: 60_000, ..plain };
-    let whole = PhantomConfig { formats: whole, lengths: [1, 3], force_limit: 2000, ..plain };
+    let plain = Config { gains: [1, 2, 3], gain_frac: 0, command_width: 12, delay: 40, ..small };
+    let aligned = Config { formats: aligned, lengths: [9, 11], force_limit: 60_000, ..plain };
+    let whole = Config { formats: whole, lengths: [1, 3], force_limit: 2000, ..plain };
     [
-        ("premium_1_5", PhantomConfig::premium_1_5().shared()),
-        ("plain_q22", PhantomConfig::plain_q22().shared()),
+        ("premium_1_5", Config::premium_1_5().shared()),
+        ("plain_q22", Config::plain_q22().shared()),
         ("narrow", short),
         ("widening", wide),
         ("aligned", aligned),
@@ -67,33 +67,33 @@ pub(crate) fn paths() -> [(&'static str, PhantomConfig); 6] {
     ]
 }
 
-/// Returns the configurations of the loops, each with its label in `variants`. For `phantom_shared_loop`, each is
-/// [`shared`](PhantomConfig::shared).
+/// Returns the configurations of the loops, each with its label in `variants`. In the shared loop, each is
+/// [`shared`](Config::shared).
 #[must_use]
-pub fn loop_variants() -> Vec<(&'static str, PhantomConfig)> {
-    [("default", PhantomConfig::default())].into_iter().chain(loops()).collect()
+pub fn loop_variants() -> Vec<(&'static str, Config)> {
+    [("default", Config::default())].into_iter().chain(loops()).collect()
 }
 
 /// Returns configurations of the loops: another geometry, the paper's words, words of more and more fraction bits on
 /// tables that an HX8K holds, and a small loop.
-pub(crate) fn loops() -> [(&'static str, PhantomConfig); 7] {
-    let narrow_trig = PhantomFormats { trig: format(true, 1, 22), ..PhantomFormats::default() };
+pub(crate) fn loops() -> [(&'static str, Config); 7] {
+    let narrow_trig = Formats { trig: format(true, 1, 22), ..Formats::default() };
     let joint = Turn { num: 1, den: 100 };
-    let small = PhantomConfig {
+    let small = Config {
         position_width: 8,
         period_width: 6,
         depth_width: 5,
         turns: [Turn { num: 3, den: 200 }, joint, joint],
-        ..PhantomConfig::default()
+        ..Config::default()
     };
-    let shallow = PhantomConfig { depth_width: 9, ..PhantomConfig::default() };
+    let shallow = Config { depth_width: 9, ..Config::default() };
     [
-        ("premium_1_5", PhantomConfig::premium_1_5()),
-        ("plain_q22", PhantomConfig::plain_q22()),
+        ("premium_1_5", Config::premium_1_5()),
+        ("plain_q22", Config::plain_q22()),
         ("fraction_14", shallow.fraction(14)),
         ("fraction_18", shallow.fraction(18)),
         ("fraction_22", shallow.fraction(22)),
-        ("narrow_trig", PhantomConfig { formats: narrow_trig, depth_width: 9, ..PhantomConfig::default() }),
+        ("narrow_trig", Config { formats: narrow_trig, depth_width: 9, ..Config::default() }),
         ("small", small),
     ]
 }

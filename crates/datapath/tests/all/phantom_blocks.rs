@@ -2,8 +2,8 @@
 
 use hpu_datapath::Block;
 use hpu_datapath::phantom::{
-    CommandRegister, CommandScaler, CubeRoom, PhantomConfig, PhantomFormats, PhantomForward, PhantomTorque,
-    SampleRegister, command_register, command_scaler, cube_room, phantom_forward, phantom_torque, sample_register,
+    CommandRegister, CommandScaler, Config, CubeRoom, Formats, PhantomForward, PhantomTorque, SampleRegister,
+    command_register, command_scaler, cube_room, phantom_forward, phantom_torque, sample_register,
 };
 use hpu_signal::Format;
 use proptest::prelude::*;
@@ -51,12 +51,12 @@ impl Exact {
 }
 
 /// Returns formats of all kinds up to 25 bits: some words lose most of their bits, others gain some.
-fn formats() -> impl Strategy<Value = PhantomFormats> {
+fn formats() -> impl Strategy<Value = Formats> {
     let word = |sign: bool, least: i32| {
         (least..7, 4i32..19).prop_map(move |(int, frac)| Format::new(sign, int, frac).unwrap())
     };
     (word(true, 1), 0u32..20, word(true, 0), word(false, 0), word(true, 0), word(true, 0)).prop_map(
-        |(trig, length_frac, position, stiffness, force, torque)| PhantomFormats {
+        |(trig, length_frac, position, stiffness, force, torque)| Formats {
             trig,
             length_frac,
             position,
@@ -189,8 +189,8 @@ fn every_command_of_a_12_bit_torque_is_the_nearest_that_there_is() {
 fn the_known_answer_of_the_kinematics_and_its_jacobian_is_met() {
     // The links are 0.1397 m long, at 0.2, 0.3 and 0.5 rad, and the force is 1, 2 and 3 N; the published digits end at
     // 1e-8.
-    let config = PhantomConfig { lengths: [2_343_777; 2], ..PhantomConfig::default() };
-    let PhantomFormats { trig, position, force, torque, .. } = config.formats;
+    let config = Config { lengths: [2_343_777; 2], ..Config::default() };
+    let Formats { trig, position, force, torque, .. } = config.formats;
     let words = [0.2f64, 0.3, 0.5].map(|angle| [angle.sin(), angle.cos()].map(|value| (value / trig.lsb()).round()));
     let [[sine1, cosine1], [sine2, cosine2], [sine3, cosine3]] = words.map(|pair| pair.map(|value| value as i64));
     let posture = phantom_forward::In { sine1, cosine1, sine2, cosine2, sine3, cosine3 };
@@ -255,9 +255,9 @@ proptest! {
 
 #[test]
 fn impossible_words_are_refused() {
-    let formats = PhantomFormats::default();
-    let unsigned = PhantomFormats { position: Format::new(false, 1, 24).unwrap(), ..formats };
-    let wide = PhantomFormats { force: Format::new(true, 23, 16).unwrap(), ..formats };
+    let formats = Formats::default();
+    let unsigned = Formats { position: Format::new(false, 1, 24).unwrap(), ..formats };
+    let wide = Formats { force: Format::new(true, 23, 16).unwrap(), ..formats };
     let refused = [
         PhantomForward::new(&unsigned, [1; 2]).unwrap_err().to_string(),
         PhantomForward::new(&formats, [0, 1]).unwrap_err().to_string(),

@@ -1,6 +1,6 @@
 //! The nets and instances of the PHANToM's wirings, as the data sheet lists them.
 
-use hpu_datapath::phantom::{PhantomConfig, PhantomFormats, PhantomIo, PhantomLoop, PhantomSharedLoop};
+use hpu_datapath::phantom::{Config, Formats, PhantomIo, PhantomLoop, PhantomSharedLoop};
 use hpu_datapath::{Instance, Wiring};
 use hpu_signal::Format;
 
@@ -21,9 +21,9 @@ fn connections(wiring: &impl Wiring) -> Vec<String> {
 }
 
 /// Returns formats that are all different, so that no two words agree by chance.
-fn uneven() -> PhantomConfig {
+fn uneven() -> Config {
     let format = |signed, int, frac| Format::new(signed, int, frac).unwrap();
-    let formats = PhantomFormats {
+    let formats = Formats {
         trig: format(true, 2, 11),
         length_frac: 12,
         position: format(true, 1, 13),
@@ -31,8 +31,8 @@ fn uneven() -> PhantomConfig {
         force: format(true, 5, 7),
         torque: format(true, 4, 6),
     };
-    let config = PhantomConfig { position_width: 9, period_width: 10, depth_width: 7, formats, ..Default::default() };
-    PhantomConfig { command_width: 15, force_limit: 1000, lengths: [573; 2], ..config }
+    let config = Config { position_width: 9, period_width: 10, depth_width: 7, formats, ..Default::default() };
+    Config { command_width: 15, force_limit: 1000, lengths: [573; 2], ..config }
 }
 
 const ENCODERS: [&str; 9] = [

@@ -1,7 +1,7 @@
 //! The engine compared with the blocks that it replaces.
 
 use hpu_datapath::phantom::{
-    CommandScaler, CubeRoom, PhantomConfig, PhantomEngine, PhantomForward, PhantomTorque, command_scaler, cube_room,
+    CommandScaler, Config, CubeRoom, PhantomEngine, PhantomForward, PhantomTorque, command_scaler, cube_room,
     phantom_engine, phantom_forward, phantom_torque,
 };
 use hpu_datapath::{Block, bundle, flatten};
@@ -10,7 +10,7 @@ use proptest::prelude::*;
 use crate::cases::cases;
 
 /// Returns the outputs that the four blocks compute one after the other.
-fn chain(config: &PhantomConfig, input: &phantom_engine::In<i64>) -> Vec<i64> {
+fn chain(config: &Config, input: &phantom_engine::In<i64>) -> Vec<i64> {
     let phantom_engine::In { sine1, cosine1, sine2, cosine2, sine3, cosine3, valid1, valid2, valid3, .. } = *input;
     let phantom_engine::In { x_low, x_high, y_low, y_high, z_low, z_high, room, stiffness, .. } = *input;
     let mut forward = PhantomForward::new(&config.formats, config.lengths).unwrap();
@@ -54,7 +54,7 @@ proptest! {
         delay in 0u32..40,
         history in prop::collection::vec((any::<[u32; 17]>(), prop_oneof![0i64..64, 30i64..127], 1usize..90), 1..30),
     ) {
-        let config = PhantomConfig { delay, period_width: 7, ..PhantomConfig::default() };
+        let config = Config { delay, period_width: 7, ..Config::default() };
         let mut engine = PhantomEngine::new(config).unwrap();
         let signals = flatten(&engine.inputs());
         let (mut edge, mut capture) = (0u64, u64::from(delay));

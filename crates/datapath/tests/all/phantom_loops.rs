@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use hpu_datapath::phantom::{PhantomConfig, PhantomIn, PhantomIo, PhantomIoIn, PhantomLoop, PhantomSharedLoop, Turn};
+use hpu_datapath::phantom::{Config, PhantomIn, PhantomIo, PhantomIoIn, PhantomLoop, PhantomSharedLoop, Turn};
 use hpu_datapath::{Block, Wiring, bundle, flatten};
 use hpu_signal::Ports;
 use proptest::prelude::*;
@@ -11,14 +11,14 @@ use crate::cases::cases;
 use crate::parts::Netlist;
 
 /// Returns tables of 32 counts, large angles and periods of a few edges, so that a short motion goes everywhere.
-fn small() -> PhantomConfig {
+fn small() -> Config {
     let joint = Turn { num: 1, den: 100 };
-    PhantomConfig {
+    Config {
         position_width: 8,
         period_width: 7,
         depth_width: 5,
         turns: [Turn { num: 3, den: 200 }, joint, joint],
-        ..PhantomConfig::default()
+        ..Config::default()
     }
 }
 
@@ -102,13 +102,13 @@ proptest! {
     #[test]
     fn the_parallel_loop_is_its_instances(motion in motion(9)) {
         equals_its_netlist(PhantomLoop::new(small()).unwrap(), &motion);
-        equals_its_netlist(PhantomLoop::new(PhantomConfig { delay: 0, ..small() }).unwrap(), &motion);
+        equals_its_netlist(PhantomLoop::new(Config { delay: 0, ..small() }).unwrap(), &motion);
     }
 
     #[test]
     fn the_shared_loop_is_its_instances(motion in motion(9)) {
         equals_its_netlist(PhantomSharedLoop::new(small().shared()).unwrap(), &motion);
-        equals_its_netlist(PhantomSharedLoop::new(PhantomConfig { delay: 90, ..small() }).unwrap(), &motion);
+        equals_its_netlist(PhantomSharedLoop::new(Config { delay: 90, ..small() }).unwrap(), &motion);
     }
 
     #[test]

@@ -4,13 +4,13 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 use hpu_datapath::Block;
 use hpu_datapath::phantom::{
-    PhantomConfig, Phase, Trig, TrigCordic, TrigIn, TrigInterpolated, TrigOut, TrigQuarter, TrigTable, Turn, Wave,
+    Config, Phase, Trig, TrigCordic, TrigIn, TrigInterpolated, TrigOut, TrigQuarter, TrigTable, Turn, Wave,
 };
 use hpu_signal::Format;
 
 fn shipped() -> [Turn; 4] {
-    let [first, second, _] = PhantomConfig::default().turns;
-    let [newer_first, newer_second, _] = PhantomConfig::premium_1_5().turns;
+    let [first, second, _] = Config::default().turns;
+    let [newer_first, newer_second, _] = Config::premium_1_5().turns;
     [first, second, newer_first, newer_second]
 }
 
@@ -131,7 +131,7 @@ fn outputs_come_one_edge_after_the_count_and_reset_clears_them() {
 
 #[test]
 fn impossible_sources_are_refused() {
-    let plain = PhantomConfig::default().formats.trig;
+    let plain = Config::default().formats.trig;
     let turn = Turn { num: 1, den: 28_000 };
     let refused = [
         TrigTable::new(16, 17, turn, plain).unwrap_err().to_string(),

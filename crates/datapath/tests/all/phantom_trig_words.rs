@@ -1,8 +1,6 @@
 //! The words of the four sources of sine and cosine, compared with series and rotations in integers.
 
-use hpu_datapath::phantom::{
-    PhantomConfig, Phase, TrigCordic, TrigInterpolated, TrigOut, TrigQuarter, TrigTable, Turn,
-};
+use hpu_datapath::phantom::{Config, Phase, TrigCordic, TrigInterpolated, TrigOut, TrigQuarter, TrigTable, Turn};
 use hpu_signal::Format;
 
 /// Number of fraction bits of the series below; the product of two such numbers fits an `i128`.
@@ -43,8 +41,8 @@ fn nearest(fine: i128, frac: u32) -> (i64, f64) {
 }
 
 fn shipped() -> [Turn; 4] {
-    let [first, second, _] = PhantomConfig::default().turns;
-    let [newer_first, newer_second, _] = PhantomConfig::premium_1_5().turns;
+    let [first, second, _] = Config::default().turns;
+    let [newer_first, newer_second, _] = Config::premium_1_5().turns;
     [first, second, newer_first, newer_second]
 }
 

@@ -1,4 +1,4 @@
-//! The PHANToM's links, with the recursion of their Taylor series written out by hand: each sum of the equations of
+//! The arm's links, with the recursion of their Taylor series written out by hand: each sum of the equations of
 //! motion is one loop over lanes, and products that vanish are left out. A test compares it with the series that
 //! [`Recorded`](super::Recorded) makes of the same links' [`Dynamics`](super::Dynamics).
 
@@ -272,7 +272,7 @@ impl Links for ArmModel {
 }
 
 impl Arm {
-    /// Creates the arm of a PHANToM on a clock of this period.
+    /// Creates the arm on a clock of this period.
     ///
     /// # Errors
     /// An impossible parameter, or a free joint without inertia.

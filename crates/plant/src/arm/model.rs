@@ -1,9 +1,9 @@
-//! The parameters of a PHANToM's arm, and its dynamics.
+//! The parameters of the arm, and its dynamics.
 
 use super::dynamics::{Dynamics, Scalar};
 use super::joints::{Joints, Transmission};
 
-/// The parameters of a PHANToM's arm. Those of a joint's motor are reflected to the joint.
+/// The parameters of the arm. Those of a joint's motor are reflected to the joint.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct ArmModel {
     /// Lengths of upper link and forearm in m.

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use hpu_datapath::phantom::{PhantomConfig, PhantomIo, PhantomLoop, PhantomSharedLoop};
+use hpu_datapath::phantom::{Config, PhantomIo, PhantomLoop, PhantomSharedLoop};
 use hpu_datapath::{ConventionalLoop, HybridLoop, LoopConfig, PwmConfig, Wiring};
 use hpu_signal::{Clock, Cycle, Real};
 use hpu_wave::{Layout, Vcd};
@@ -119,7 +119,7 @@ fn the_loops_of_a_phantom_have_the_variables_that_ghdl_dumps() {
 
 #[test]
 fn a_phantom_of_other_words_has_the_widths_that_ghdl_dumps() {
-    let config = PhantomConfig { position_width: 18, depth_width: 11, ..PhantomConfig::plain_q22() };
+    let config = Config { position_width: 18, depth_width: 11, ..Config::plain_q22() };
     let generics = [
         "POSITION_WIDTH=18",
         "DEPTH_WIDTH=11",

@@ -1,7 +1,8 @@
 //! The widths of an axis's words.
 
-use hpu_cosim::scene::{Experiment, Loop, Scene};
+use hpu_cosim::scene::{Loop, Scene};
 
+use super::{axis, axis_mut};
 use crate::widths::Field;
 use crate::widths::field::{fields, frac, int, width};
 
@@ -24,7 +25,7 @@ fn also_velocity(scene: &mut Scene, _: i32, bits: i32) -> Result<(), String> {
     if let Loop::Law(_) = scene.method.kind { width::set(&mut scene.method.velocity_bits, bits) } else { Ok(()) }
 }
 
-fields! { Axis:
+fields! { axis, axis_mut:
     /// `method.position_bits`.
     POSITION = "position_bits", ["position", "delta", "penetration"], "position",
         width method.position_bits then also_velocity;

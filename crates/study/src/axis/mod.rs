@@ -4,7 +4,7 @@ mod fields;
 mod models;
 mod search;
 
-use hpu_cosim::scene::{Datapath, Device as Body, Hand, Loop as Closed, Scene};
+use hpu_cosim::scene::{Datapath, Device as Body, Experiment, Hand, Loop as Closed, Scene};
 use hpu_cosim::{LawConfig, TheLoop, law_as_asked};
 use hpu_signal::Format;
 
@@ -17,6 +17,17 @@ use crate::widths::search::Loops;
 use crate::widths::{Asked, Field};
 
 pub(crate) use search::Axis as Loop;
+
+/// The message about a scene of another device.
+const OTHER: &str = "the search is over the widths of an axis's loop; this is a scene of another device";
+
+fn axis(scene: &Experiment) -> Result<&Scene, String> {
+    if let Experiment::Axis(scene) = scene { Ok(scene) } else { Err(OTHER.into()) }
+}
+
+fn axis_mut(scene: &mut Experiment) -> Result<&mut Scene, String> {
+    if let Experiment::Axis(scene) = scene { Ok(scene) } else { Err(OTHER.into()) }
+}
 
 /// The most inputs of a block for which a review tries all of them.
 const MOST_INPUTS: u128 = 1 << 24;
@@ -104,7 +115,11 @@ impl Device for Scene {
         gappa(self, &axis_bounds(self)?)
     }
 
+    fn limited(&self) -> Result<&Scene, String> {
+        Ok(self)
+    }
+
     fn tables(&self) -> Result<Tables, String> {
-        Err("an axis has no tables of sines; write the scene of a PHANToM".into())
+        Err("an axis has no tables of sines; write the scene of an arm".into())
     }
 }

@@ -23,6 +23,7 @@ use hpu_cosim::scene::{Datapath, Experiment, Hand, Loop, OutcomeKind, Scene};
 use hpu_datapath::{ConventionalLoop, HybridLoop};
 use hpu_signal::{Format, SignalUse};
 
+use super::axis;
 use crate::widths::Field;
 use crate::widths::proof;
 use crate::widths::search::climb::Digits;
@@ -82,13 +83,6 @@ impl Gain {
     fn of(self, design: Design, (int, frac): GainBits) -> Design {
         let bits = (128 - self.word.leading_zeros()).max(2).max(self.frac);
         design.with(int, (bits - self.frac) as i32).with(frac, self.frac as i32)
-    }
-}
-
-fn axis(scene: &Experiment) -> Result<&Scene, String> {
-    match scene {
-        Experiment::Axis(scene) => Ok(scene),
-        _ => Err("the search is over the widths of an axis's loop; this is a scene of another device".into()),
     }
 }
 

@@ -4,10 +4,7 @@ use hpu_cosim::figure;
 use hpu_cosim::scene::{Device, Hand, Scene};
 use toml_edit::{DocumentMut, Item};
 
-use super::Unknown;
-
-/// Keys of a scene and the values that replace the scene's own.
-pub type Overrides = Vec<(String, String)>;
+use super::{Overrides, Unknown};
 
 /// A published hand: a spring and a damper to ground.
 #[derive(Clone, PartialEq, Debug)]

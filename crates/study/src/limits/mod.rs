@@ -12,6 +12,7 @@ mod hands;
 mod jet;
 mod looks;
 mod open_loop;
+mod range;
 mod robust;
 mod stable;
 mod unknown;
@@ -22,13 +23,18 @@ use hpu_cosim::scene::{Datapath, Miss, Scene};
 use crate::criteria::{self, Criterion, Silent};
 
 pub use controller::Damping;
-pub use hands::{Overrides, PublishedHand, hands_of, published_hands};
+pub use hands::{PublishedHand, hands_of, published_hands};
 pub use looks::{Looks, MOST_EVENTS};
+pub(crate) use range::unit;
+pub use range::usual_range;
 pub use robust::BoxSet;
 pub(crate) use stable::linear_settles;
 pub use stable::{End, StableSet, Stretch};
 pub use unknown::{MOST_UNKNOWN, Unknown, World};
 pub use words::{Group, Seen, WordsSet};
+
+/// Keys of a scene and the values that replace the scene's own.
+pub type Overrides = Vec<(String, String)>;
 
 /// The limits of a scene's stiffness.
 #[derive(Clone, PartialEq, Debug)]
@@ -70,26 +76,4 @@ pub fn limits(scene: &Scene, range: [f64; 2], in_words: impl FnOnce() -> Result<
     let words = if scene.model.datapath == Datapath::Linear { None } else { scene.words().ok() };
     let stiffness_miss = words.and_then(|words| words.realised.stiffness_miss);
     Limits { varied: None, range, criteria, silent, linear, in_box: None, in_words, stiffness_miss }
-}
-
-/// Returns the default range of stiffnesses for limits: from one word to the greatest word of the scene's format.
-/// Without words, from a thousandth to a thousand times the scene's own stiffness, or of 1 where that is 0.
-#[must_use]
-pub fn usual_range(scene: &Scene) -> [f64; 2] {
-    if scene.model.datapath != Datapath::Linear
-        && let Ok(words) = scene.words()
-    {
-        let realised = words.realised;
-        let format = scene.method.stiffness_format;
-        let word = realised.torque_quantum_nm / realised.count_rad * format.lsb();
-        return [word, format.max() as f64 * word];
-    }
-    let own = scene.wall.stiffness_nm_per_rad;
-    let around = if own > 0.0 { own } else { 1.0 };
-    [1e-3 * around, 1e3 * around]
-}
-
-/// Returns the unit of the scene's stiffness.
-pub(crate) fn unit(scene: &Scene) -> &'static str {
-    scene.device.units().stiffness
 }

@@ -10,7 +10,7 @@ use std::str::FromStr;
 use hpu_cosim::scene::{Experiment, Scene};
 use hpu_cosim::{SplitMix64, number};
 
-use super::hands::Overrides;
+use super::Overrides;
 use crate::map::{Axis, SceneText};
 
 /// A key of a scene that may have any value between two ends.

@@ -5,8 +5,8 @@
 //! **Logic cells** are those of the parallel loop, which is mostly its multipliers. In a product of two words, each
 //! pair of bits costs a full adder; in a product of a word and a constant, about every second pair does. One weight
 //! converts pairs into cells. It is fitted to the cells that yosys and nextpnr count for the iCE40 HX8K: of three
-//! blocks (`phantom_forward`, `cube_room`, `phantom_torque`) and of three whole loops (words of 14 and 22 fraction
-//! bits, and the default ones) in `testbench/record/phantom-cost.txt`. The estimate is off by at most
+//! blocks (kinematics, room and torques) and of three whole loops (words of 14 and 22 fraction
+//! bits, and the default ones) in the record of `hpu reproduce`'s costs. The estimate is off by at most
 //! [`ESTIMATE_ERROR`] there.
 //!
 //! The shared loop has one multiplier, which is as wide as its constants at any width of the words. The shared loops
@@ -34,8 +34,8 @@ pub fn rams(config: &Config) -> Result<u64, ConfigError> {
     turns.iter().try_fold(0, |sum, &turn| Ok(sum + table_rams(position_width, depth_width, turn, formats.trig)?))
 }
 
-/// Returns the estimated logic cells of the parallel loop's `phantom_forward`, `cube_room`, `phantom_torque`, and of
-/// its three `command_scaler` together.
+/// Returns the estimated logic cells of the parallel loop's kinematics, room and torques, and of its three scalers
+/// together.
 #[must_use]
 pub fn cells(config: &Config) -> [u32; 4] {
     let formats = &config.formats;
@@ -66,7 +66,7 @@ mod tests {
     #[test]
     fn the_estimate_is_as_near_as_it_says_to_every_counted_block_and_loop() {
         let [forward, room, torque, _] = cells(&Config::default());
-        // From the column `cells` of testbench/record/phantom-cost.txt.
+        // From the column `cells` of the record of costs in testbench/record.
         for (estimated, counted) in [(forward, 8532), (room, 5142), (torque, 18630)] {
             holds(estimated, counted);
         }
@@ -79,7 +79,7 @@ mod tests {
     #[test]
     fn block_ram_is_what_the_counted_loops_have() {
         let shallow = Config { depth_width: 9, ..Config::default() };
-        // From the column `bram` of testbench/record/phantom-cost.txt.
+        // From the column `bram` of the record of costs in testbench/record.
         for (config, counted) in
             [(shallow.fraction(14), 12), (shallow.fraction(18), 18), (shallow.fraction(22), 18), (shallow.narrow(), 18)]
         {

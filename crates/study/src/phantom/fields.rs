@@ -1,9 +1,8 @@
 //! The widths of an arm's words: of its tables of sines, and of the path from a count to a torque.
 
-use hpu_cosim::scene::Experiment;
 use hpu_signal::Rounding;
 
-use super::Scene;
+use super::{Scene, arm, arm_mut};
 use crate::widths::Field;
 use crate::widths::field::{fields, frac, int, width};
 
@@ -34,7 +33,7 @@ mod bits {
     }
 }
 
-fields! { Phantom:
+fields! { arm, arm_mut:
     /// `method.depth_bits` of the tables.
     DEPTH = "depth_bits", [], "count1", width method.config.depth_width;
     /// Integer bits of the sines.

@@ -10,9 +10,11 @@ pub mod reproduce;
 mod search;
 pub mod tables;
 
-use hpu_cosim::scene::{PhantomLaw as Law, PhantomModel as Model, PhantomScene as Scene};
+use hpu_cosim::scene::{
+    Experiment, PhantomLaw as Law, PhantomModel as Model, PhantomScene as Scene, Scene as AxisScene,
+};
 use hpu_cosim::{PhantomSession as Session, Trace};
-use hpu_datapath::phantom::{PhantomConfig as Config, PhantomLoop as Datapath, PhantomSharedLoop as SharedDatapath};
+use hpu_datapath::phantom::{self as datapath, Config, PhantomLoop as Datapath, PhantomSharedLoop as SharedDatapath};
 use hpu_signal::Format;
 
 use crate::accuracy::Contestant;
@@ -26,6 +28,27 @@ pub use cost::{cells, rams};
 pub use posture::{SIGNALS, SignalBound, bounds};
 pub(crate) use search::Arm as Loop;
 pub use search::{proved, rung};
+
+/// The device with its article.
+const A_DEVICE: &str = "a PHANToM";
+
+fn of_scene(scene: Scene) -> Experiment {
+    Experiment::Phantom(scene)
+}
+
+fn arm(scene: &Experiment) -> Result<&Scene, String> {
+    match scene {
+        Experiment::Phantom(scene) => Ok(scene),
+        _ => Err(format!("this is no scene of {A_DEVICE}")),
+    }
+}
+
+fn arm_mut(scene: &mut Experiment) -> Result<&mut Scene, String> {
+    match scene {
+        Experiment::Phantom(scene) => Ok(scene),
+        _ => Err(format!("this is no scene of {A_DEVICE}")),
+    }
+}
 
 impl Device for Scene {
     fn fields(&self) -> Vec<Field> {
@@ -80,7 +103,14 @@ impl Device for Scene {
     }
 
     fn priced(&self) -> Result<(), String> {
-        Err("Yosys takes minutes for each loop of a PHANToM".into())
+        Err(format!("Yosys takes minutes for each loop of {A_DEVICE}"))
+    }
+
+    fn limited(&self) -> Result<&AxisScene, String> {
+        Err(format!(
+            "limits are those of an axis; {A_DEVICE}'s are found by trials: hpu reproduce {}",
+            reproduce::TABLE_2
+        ))
     }
 
     fn tables(&self) -> Result<tables::Tables, String> {

@@ -13,7 +13,7 @@ use hpu_cosim::scene::{Experiment, OutcomeKind};
 use hpu_datapath::ConfigError;
 
 use super::cost::{ESTIMATE_ERROR, cells, rams};
-use super::{Datapath, Law, Scene, SharedDatapath, bounds};
+use super::{A_DEVICE, Datapath, Law, SharedDatapath, arm, bounds, of_scene};
 use crate::widths::Field;
 use crate::widths::search::climb::Rungs;
 use crate::widths::search::knob::{Depth, Key};
@@ -23,7 +23,7 @@ use crate::widths::search::{Cost, Design, Keys, Knob};
 /// The depth of the tables, and fraction bits. Integer bits are not among them: a design whose words wrap is useless,
 /// and `hpu widths` tells which integer bits are idle.
 static KEYS: Keys = Keys {
-    device: "a PHANToM",
+    device: A_DEVICE,
     most_designs: 1 << 15,
     estimate_error: ESTIMATE_ERROR,
     stable: OutcomeKind::Passive,
@@ -43,13 +43,6 @@ static KEYS: Keys = Keys {
 #[must_use]
 pub fn rung(rung: u32) -> f64 {
     libm::exp2(f64::from(rung) / 16.0)
-}
-
-fn arm(scene: &Experiment) -> Result<&Scene, String> {
-    match scene {
-        Experiment::Phantom(scene) => Ok(scene),
-        _ => Err("this is no scene of a PHANToM".into()),
-    }
 }
 
 pub struct Arm;
@@ -144,7 +137,7 @@ impl Loops for Arm {
     fn at(&self, base: &Experiment, design: &Design, wall: i128) -> Result<Experiment, String> {
         let mut scene = arm(&self.scene(design, base)?)?.clone();
         scene.room.stiffness_n_per_m *= rung(wall as u32);
-        Ok(Experiment::Phantom(scene))
+        Ok(of_scene(scene))
     }
 
     fn needs(&self, base: &Experiment, run: &Summary) -> Result<Depth, String> {
@@ -157,7 +150,7 @@ impl Loops for Arm {
     /// Its tables are the deepest that hold the scene's walls.
     fn reference(&self, base: &Experiment, knobs: &[Knob], bits: Option<i32>) -> Result<Design, String> {
         if bits.is_some() {
-            return Err("the reference of a PHANToM is the widest design; widen a range".into());
+            return Err(format!("the reference of {A_DEVICE} is the widest design; widen a range"));
         }
         let own = Design::new(&KEYS, base);
         let wide = knobs.iter().fold(own, |wide, knob| wide.with(knob.key.field, knob.to));

@@ -8,10 +8,10 @@
 use std::fmt::Write;
 
 use hpu_datapath::ConfigError;
-use hpu_datapath::phantom::{TrigOut, TrigTable, Turn};
 use hpu_signal::Format;
 
 use super::Config;
+use super::datapath::{TrigOut, TrigTable, Turn};
 use super::reproduce::sines::{Sine, Source, sines_of};
 use super::reproduce::workspace::{CELLS, NOMINAL_MM, Workspace};
 

@@ -95,24 +95,20 @@ fn changed(format: &mut Format, (int, frac): (i32, i32)) -> Result<(), String> {
     Ok(())
 }
 
-/// Defines the widths of a device: name, nets, net of the page, then the part of the scene's words and its place in
-/// the scene. A function behind `then` gets the scene, the old and the new bits, and changes what depends on them.
+/// Defines the widths of a device. Before them stand the functions that return the device's scene. Each width has a
+/// name, nets, the net of the page, the part of the scene's words, and its place in the scene. A function behind `then`
+/// gets the scene, the old and the new bits, and changes what depends on them.
 macro_rules! fields {
-    ($Kind:ident: $($(#[$doc:meta])* $NAME:ident = $name:literal, $nets:expr, $at:literal,
+    ($scene:ident, $scene_mut:ident: $($(#[$doc:meta])* $NAME:ident = $name:literal, $nets:expr, $at:literal,
         $part:ident $($path:ident).+ $(then $then:expr)?;)*) => {
         impl $crate::widths::Field {
             $($(#[$doc])* pub const $NAME: Self = Self {
                 name: $name,
                 nets: &$nets,
                 shown_at: $at,
-                get: |experiment| match experiment {
-                    Experiment::$Kind(scene) => $part::get(&scene.$($path).+),
-                    _ => 0,
-                },
+                get: |experiment| $scene(experiment).map_or(0, |scene| $part::get(&scene.$($path).+)),
                 set: |experiment, bits| {
-                    let Experiment::$Kind(scene) = experiment else {
-                        return Err("this is a scene of another device".into());
-                    };
+                    let scene = $scene_mut(experiment)?;
                     let _old = $part::get(&scene.$($path).+);
                     $part::set(&mut scene.$($path).+, bits)?;
                     $($then(scene, _old, bits)?;)?

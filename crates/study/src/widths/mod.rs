@@ -25,6 +25,8 @@ pub use measured::{Measured, beside, idle_bits, measured, together};
 pub use noise::{Asked, Beside};
 pub(crate) use proof::System;
 pub use random::{Walk, random};
+#[cfg(test)]
+pub(crate) use real::law;
 pub use recommend::{Needed, Recommended, by_range, recommend};
 
 /// Returns whether a block lies between the counters and the modulator. Counters and modulators are told by their

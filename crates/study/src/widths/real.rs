@@ -81,54 +81,23 @@ impl Word for Real {
     }
 }
 
+/// Returns the outputs of a block in real numbers, in units.
+#[cfg(test)]
+pub(crate) fn law(block: &dyn hpu_datapath::AnyBlock, registers: usize, inputs: &[f64]) -> Vec<f64> {
+    let lsbs = block.inputs().into_iter().map(|port| port.format.lsb());
+    let given: Vec<_> =
+        (0..registers).map(|_| Real(0.0)).chain(lsbs.zip(inputs).map(|(lsb, x)| Real(x / lsb))).collect();
+    let made = block.equations().expect("equations").recorded().read(&given);
+    let lsbs = block.outputs().into_iter().map(|port| port.format.lsb());
+    // A register that is loaded from a table shows that entry at the next edge.
+    made.into_iter().take(block.outputs().len()).zip(lsbs).map(|(word, lsb)| word.0 * lsb).collect()
+}
+
 #[cfg(test)]
 mod tests {
-    use hpu_datapath::phantom::{PhantomConfig, PhantomForward, PhantomTorque, TrigTable};
-    use hpu_datapath::{AnyBlock, CommandLimiter, TruncatingMultiplier};
+    use hpu_datapath::{CommandLimiter, TruncatingMultiplier};
 
     use super::*;
-
-    /// Returns the outputs of a block, in units.
-    fn law(block: &dyn AnyBlock, registers: usize, inputs: &[f64]) -> Vec<f64> {
-        let lsbs = block.inputs().into_iter().map(|port| port.format.lsb());
-        let given: Vec<_> =
-            (0..registers).map(|_| Real(0.0)).chain(lsbs.zip(inputs).map(|(lsb, x)| Real(x / lsb))).collect();
-        let made = block.equations().expect("equations").recorded().read(&given);
-        let lsbs = block.outputs().into_iter().map(|port| port.format.lsb());
-        // A register that is loaded from a table shows that entry at the next edge.
-        made.into_iter().take(block.outputs().len()).zip(lsbs).map(|(word, lsb)| word.0 * lsb).collect()
-    }
-
-    #[test]
-    fn the_tip_and_the_torques_of_a_phantom_are_those_of_its_angles() {
-        let config = PhantomConfig::default();
-        let [upper, fore] = config.lengths.map(|word| f64::from(word) / f64::from(1u32 << config.formats.length_frac));
-        let table = |joint: usize| TrigTable::new(16, 13, config.turns[joint], config.formats.trig).expect("a table");
-        for counts in [[0.0, 0.0, 0.0], [-4096.0, 4095.0, 17.0], [1234.0, -3210.0, 4000.0]] {
-            let sines: Vec<f64> =
-                (0..3).flat_map(|joint| law(&table(joint), 3, &[counts[joint]])[..2].to_vec()).collect();
-            let [q1, q2, q3] = [0, 1, 2].map(|joint| {
-                let turn = config.turns[joint];
-                2.0 * PI * counts[joint] * f64::from(turn.num) / f64::from(turn.den)
-            });
-            let tip = law(&PhantomForward::new(&config.formats, config.lengths).expect("words"), 0, &sines);
-            let radius = upper * q2.cos() + fore * q3.sin();
-            let at = [q1.sin() * radius, fore * (1.0 - q3.cos()) + upper * q2.sin(), q1.cos() * radius - upper, radius];
-            let [fx, fy, fz] = [1.7, -2.3, 8.1];
-            let pushed = [&sines[..], &[tip[0], tip[2], fx, fy, fz]].concat();
-            let torques = law(&PhantomTorque::new(&config.formats, config.lengths).expect("words"), 0, &pushed);
-            // Power: torque times speed is force times the tip's speed.
-            let radial = q1.sin() * fx + q1.cos() * fz;
-            let expected = [
-                radius * (q1.cos() * fx - q1.sin() * fz),
-                upper * (q2.cos() * fy - q2.sin() * radial),
-                fore * (q3.sin() * fy + q3.cos() * radial),
-            ];
-            for (found, truth) in tip.iter().chain(&torques).zip(at.iter().chain(&expected)) {
-                assert!((found - truth).abs() < 1e-12, "{found}, not {truth}, at {counts:?}");
-            }
-        }
-    }
 
     #[test]
     fn a_word_that_is_full_is_no_limit_of_the_law_and_the_bridge_is() {

@@ -2,7 +2,7 @@
 
 use hpu_cosim::Control;
 use hpu_cosim::scene::{OutcomeKind, Scene, shipped};
-use hpu_datapath::phantom::{PhantomConfig, Turn};
+use hpu_datapath::phantom::{Config, Turn};
 use hpu_signal::Format;
 use hpu_study::tables::{table_rams, tables};
 use hpu_study::widths::settling::settling;
@@ -20,7 +20,7 @@ fn block_rams_are_those_that_yosys_counted() {
     let joint = Turn { num: 1, den: 28_000 };
     let format = |int, frac| Format::new(true, int, frac).unwrap();
     assert_eq!(table_rams(16, 13, joint, format(9, 22)), Ok(recorded("trig_table", "default")));
-    let turns = PhantomConfig::default().turns;
+    let turns = Config::default().turns;
     let loops = |depth, format| turns.map(|turn| table_rams(16, depth, turn, format).unwrap()).iter().sum::<u64>();
     assert_eq!(loops(13, format(9, 22)), recorded("phantom_loop", "default"));
     for frac in [14, 18, 22] {
@@ -30,7 +30,7 @@ fn block_rams_are_those_that_yosys_counted() {
 
 #[test]
 fn a_deeper_table_holds_more_and_takes_more() {
-    let all = tables(&PhantomConfig::default()).unwrap();
+    let all = tables(&Config::default()).unwrap();
     for pair in all.depths.windows(2) {
         assert_eq!(pair[1].width, pair[0].width + 1);
         assert!(pair[1].rams > pair[0].rams && pair[1].held_percent[0] >= pair[0].held_percent[0]);
@@ -47,7 +47,7 @@ fn a_deeper_table_holds_more_and_takes_more() {
 
 #[test]
 fn a_full_table_is_off_by_at_most_half_of_its_last_place_in_every_design() {
-    for config in [PhantomConfig::default(), PhantomConfig::premium_1_5()] {
+    for config in [Config::default(), Config::premium_1_5()] {
         let all = tables(&config).unwrap();
         for (sine, rams) in all.sources.iter().filter(|(sine, _)| sine.source.name() == "trig_table") {
             // The true sine is an f64, off by its own rounding.
@@ -58,7 +58,7 @@ fn a_full_table_is_off_by_at_most_half_of_its_last_place_in_every_design() {
 
 #[test]
 fn a_page_of_tables_is_at_most_120_columns_wide_and_says_how_it_knows() {
-    let text = tables(&PhantomConfig::default()).unwrap().text();
+    let text = tables(&Config::default()).unwrap().text();
     for line in text.lines() {
         assert!(line.chars().count() <= 120, "{} columns: {line}", line.chars().count());
     }

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use hpu_datapath::Block;
-use hpu_datapath::phantom::{PhantomConfig, PhantomForward, PhantomTorque, TrigTable, phantom_forward, phantom_torque};
+use hpu_datapath::phantom::{Config, PhantomForward, PhantomTorque, TrigTable, phantom_forward, phantom_torque};
 use hpu_study::phantom::{SignalBound, bounds};
 
 /// The upper bits of a linear congruential generator (Knuth's MMIX).
@@ -20,14 +20,14 @@ fn of(rows: &[SignalBound], name: &str) -> SignalBound {
     *rows.iter().find(|row| row.name == name).unwrap()
 }
 
-fn failing(config: &PhantomConfig, stiffness_n_per_m: f64) -> Vec<&'static str> {
+fn failing(config: &Config, stiffness_n_per_m: f64) -> Vec<&'static str> {
     let rows = bounds(config, stiffness_n_per_m).unwrap();
     rows.iter().filter(|row| !row.fits).map(|row| row.name).collect()
 }
 
 #[test]
 fn no_word_of_the_premium_1_0_or_1_5_ever_wraps_up_to_40_000_newtons_a_metre() {
-    for config in [PhantomConfig::default(), PhantomConfig::premium_1_5()] {
+    for config in [Config::default(), Config::premium_1_5()] {
         let rows = bounds(&config, 40_000.0).unwrap();
         for row in &rows {
             assert!(row.fits && row.error.is_finite(), "{row:?}");
@@ -38,11 +38,11 @@ fn no_word_of_the_premium_1_0_or_1_5_ever_wraps_up_to_40_000_newtons_a_metre() {
 
 #[test]
 fn plain_q22_fails_in_the_stiffness_alone_and_just_below_512_newtons_a_metre() {
-    assert_eq!(failing(&PhantomConfig::plain_q22(), 40_000.0), ["stiffness"]);
-    assert_eq!(failing(&PhantomConfig::plain_q22(), 512.0), ["stiffness"]);
-    assert_eq!(failing(&PhantomConfig::plain_q22(), 511.999), [""; 0]);
+    assert_eq!(failing(&Config::plain_q22(), 40_000.0), ["stiffness"]);
+    assert_eq!(failing(&Config::plain_q22(), 512.0), ["stiffness"]);
+    assert_eq!(failing(&Config::plain_q22(), 511.999), [""; 0]);
     // If the stiffness has wrapped, nothing is known of the force but its limit.
-    let rows = bounds(&PhantomConfig::plain_q22(), 512.0).unwrap();
+    let rows = bounds(&Config::plain_q22(), 512.0).unwrap();
     assert_eq!((of(&rows, "force_x").error, of(&rows, "force_x").max), (f64::INFINITY, 8.5));
 }
 
@@ -50,7 +50,7 @@ fn plain_q22_fails_in_the_stiffness_alone_and_just_below_512_newtons_a_metre() {
 fn a_range_that_does_not_fit_is_named_and_nothing_is_promised_of_what_follows() {
     // Links of 0.9 m reach 1.6 m far and 1.07 m high, but the words end at 1 m; they turn 8.5 N into more than 8 N.m.
     // The wrapped radius may be any word; x is at most 0.74 of it, which still fits a word.
-    let config = PhantomConfig { lengths: [15_099_494; 2], ..PhantomConfig::default() };
+    let config = Config { lengths: [15_099_494; 2], ..Config::default() };
     assert_eq!(failing(&config, 1000.0), ["radius", "y", "z", "torque1", "torque2", "torque3"]);
     let rows = bounds(&config, 1000.0).unwrap();
     for name in ["x", "z", "force_z", "torque1"] {
@@ -63,7 +63,7 @@ fn a_range_that_does_not_fit_is_named_and_nothing_is_promised_of_what_follows() 
 fn ranges_of_the_premium_1_0_agree_with_trigonometry() {
     // The counts are from -4096 to 4095, of 3/92000 turns in joint 1 and 1/28000 in joints 2 and 3. The tolerance of
     // 1e-6 is above every rounding of the words.
-    let rows = bounds(&PhantomConfig::default(), 40_000.0).unwrap();
+    let rows = bounds(&Config::default(), 40_000.0).unwrap();
     let (first, second) = (TAU * 3.0 / 92_000.0, TAU / 28_000.0);
     let (low, high) = ((-4096.0 * second).sin(), (4095.0 * second).sin());
     let (least, length_m, near) = ((4096.0 * second).cos(), 0.14, 1e-6);
@@ -91,7 +91,7 @@ fn postures(draw: &mut Draw, count: usize) -> impl Iterator<Item = [i64; 3]> {
     corners.into_iter().chain((0..count).map(|_| [(); 3].map(|()| draw.below(8192) - 4096)))
 }
 
-fn errors_stay_inside(config: PhantomConfig, count: usize) {
+fn errors_stay_inside(config: Config, count: usize) {
     let formats = config.formats;
     let rows = bounds(&config, 40_000.0).unwrap();
     let tables = config.turns.map(|turn| TrigTable::new(16, 13, turn, formats.trig).unwrap());
@@ -161,18 +161,18 @@ fn errors_stay_inside(config: PhantomConfig, count: usize) {
 
 #[test]
 fn a_million_postures_of_the_premium_1_0_stay_inside_the_proved_errors() {
-    errors_stay_inside(PhantomConfig::default(), 1_000_000);
+    errors_stay_inside(Config::default(), 1_000_000);
 }
 
 #[test]
 fn postures_of_the_premium_1_5_and_of_plain_q22_stay_inside_the_proved_errors() {
-    errors_stay_inside(PhantomConfig::premium_1_5(), 1_000_000);
-    errors_stay_inside(PhantomConfig::plain_q22(), 1_000_000);
+    errors_stay_inside(Config::premium_1_5(), 1_000_000);
+    errors_stay_inside(Config::plain_q22(), 1_000_000);
 }
 
 #[test]
 fn position_is_within_a_fifth_of_a_micrometre_and_torque_within_a_thousandth_of_a_percent() {
-    let rows = bounds(&PhantomConfig::default(), 40_000.0).unwrap();
+    let rows = bounds(&Config::default(), 40_000.0).unwrap();
     for name in ["radius", "x", "y", "z"] {
         assert!(of(&rows, name).error < 0.2e-6, "{:?}", of(&rows, name));
     }
@@ -188,7 +188,7 @@ fn position_is_within_a_fifth_of_a_micrometre_and_torque_within_a_thousandth_of_
 
 #[test]
 fn bounds_need_tables_that_exist() {
-    let config = PhantomConfig { depth_width: 17, ..PhantomConfig::default() };
+    let config = Config { depth_width: 17, ..Config::default() };
     assert_eq!(
         bounds(&config, 1.0).unwrap_err().to_string(),
         format!("{}: DEPTH_WIDTH is 17; accepted: 2 to 16", TrigTable::NAME)

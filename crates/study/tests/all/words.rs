@@ -1,6 +1,6 @@
 //! The word formats of the PHANToM's datapath: measured ranges lie within the proved ranges, and both are reported.
 
-use hpu_datapath::phantom::{PhantomConfig, TrigCordic, TrigInterpolated, TrigQuarter, TrigTable, loop_variants};
+use hpu_datapath::phantom::{Config, TrigCordic, TrigInterpolated, TrigQuarter, TrigTable, loop_variants};
 use hpu_datapath::{Block, Generic};
 use hpu_signal::Notation;
 use hpu_study::phantom::bounds;
@@ -95,7 +95,7 @@ fn a_line_below_the_tables_says_what_plain_q22_cannot_hold() {
         assert!(line.contains(words), "`{words}` is not in: {line}");
     }
     assert!((32_768f64 / (0.17 * 7.0) - 27_536.1).abs() < 0.1);
-    let workspace = Workspace::new(&PhantomConfig::default(), [10.0; 3], [1; 3]);
+    let workspace = Workspace::new(&Config::default(), [10.0; 3], [1; 3]);
     assert!(formats_text(&all, &workspace, Notation::Triple).contains(&format!("\n\n{line}\n")));
     let fitting: Vec<_> = all.into_iter().filter(|formats| formats.words.name == "fitted").collect();
     assert_eq!(plain(&fitting), None);
@@ -103,14 +103,14 @@ fn a_line_below_the_tables_says_what_plain_q22_cannot_hold() {
 
 #[test]
 fn full_scales_are_those_of_the_motors_behind_their_ratios() {
-    let near = |config: &PhantomConfig, ratios: [f64; 3]| {
+    let near = |config: &Config, ratios: [f64; 3]| {
         for (scale_nm, ratio) in full_scales_nm(config).into_iter().zip(ratios) {
             // The gain's word is the nearest one.
             assert!((scale_nm / (0.17 * ratio) - 1.0).abs() < 1e-5, "{scale_nm} {ratio}");
         }
     };
-    near(&PhantomConfig::default(), [115.0 / 15.0, 7.0, 7.0]);
-    near(&PhantomConfig::premium_1_5(), [13.3, 11.2, 11.2]);
+    near(&Config::default(), [115.0 / 15.0, 7.0, 7.0]);
+    near(&Config::premium_1_5(), [13.3, 11.2, 11.2]);
 }
 
 #[test]
@@ -131,7 +131,7 @@ fn every_row_of_a_csv_has_the_fields_of_its_header() {
 
 #[test]
 fn a_box_about_the_neutral_tip_is_held_when_it_is_small_and_out_of_reach_when_it_is_large() {
-    let config = PhantomConfig::default();
+    let config = Config::default();
     // 5 mm to the side are at most 5/140 rad in any joint, up to second order: 160 of the 1024 counts of 11 bits.
     let small = Workspace::new(&config, [10.0; 3], [5; 3]);
     assert_eq!((small.cells, small.unreachable), (125, 0));
@@ -144,7 +144,7 @@ fn a_box_about_the_neutral_tip_is_held_when_it_is_small_and_out_of_reach_when_it
 
 #[test]
 fn cells_beyond_the_links_are_those_farther_from_the_shoulder_than_both() {
-    let found = Workspace::new(&PhantomConfig::default(), NOMINAL_MM, CELLS);
+    let found = Workspace::new(&Config::default(), NOMINAL_MM, CELLS);
     let middle = |axis: usize, cell: u32| NOMINAL_MM[axis] * ((f64::from(cell) + 0.5) / f64::from(CELLS[axis]) - 0.5);
     let mut beyond = 0;
     for x in 0..CELLS[0] {

@@ -6,7 +6,10 @@ mod text;
 
 use std::path::PathBuf;
 
+use hpu_datapath::phantom::{Config, loop_variants};
 use hpu_rtl::{Cost, cost, tool_versions, vhdl};
+use hpu_study::phantom::bounds;
+use hpu_study::reproduce::COST;
 use hpu_study::units;
 use serde_json::json;
 
@@ -83,7 +86,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let rows: Vec<String> = plan.iter().map(|(name, label)| format!("{name} {label}")).collect();
     let parts = versions.iter().chain(&sources).chain(&rows).map(String::as_bytes);
     let (mut journal, done) =
-        journal::resume(args.out.as_deref(), plan.len(), ("study", "hpu reproduce phantom-cost"), parts)?;
+        journal::resume(args.out.as_deref(), plan.len(), ("study", &format!("hpu reproduce {COST}")), parts)?;
 
     let control = interrupt::heed();
     let left = (plan.len() - done.len()) as u64;
@@ -121,8 +124,8 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
 fn give(args: &Args, folder: Option<Folder>, versions: &[String], rows: &[Row]) -> Result<Exit, Failure> {
     let (text, mut places) = (text(versions, rows), Vec::new());
     if let Some(mut folder) = folder {
-        folder.write("phantom-cost.csv", csv(versions, rows))?;
-        folder.write("phantom-cost.txt", &text)?;
+        folder.write(&format!("{COST}.csv"), csv(versions, rows))?;
+        folder.write(&format!("{COST}.txt"), &text)?;
         places = folder.places().map(PathBuf::from).collect();
         folder.commit()?;
     }
@@ -130,7 +133,7 @@ fn give(args: &Args, folder: Option<Folder>, versions: &[String], rows: &[Row]) 
         let claims: Vec<_> = sums(rows).iter().map(claim).collect();
         let rows: Vec<_> = rows.iter().map(object).collect();
         let object = json!({
-            "study": "phantom-cost", "complete": true, "tools": versions, "blocks": rows, "claims": claims, "files": places,
+            "study": COST, "complete": true, "tools": versions, "blocks": rows, "claims": claims, "files": places,
         });
         print_json(&object)?;
     } else {

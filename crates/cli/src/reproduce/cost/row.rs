@@ -1,9 +1,9 @@
-//! A row of `hpu reproduce phantom-cost`: a block or loop, its cost, and the proved errors of its words.
+//! A row of the study of costs: a block or loop, its cost, and the proved errors of its words.
 
-use hpu_datapath::phantom::{PhantomConfig, loop_variants};
 use hpu_rtl::Cost;
-use hpu_study::phantom::bounds;
 use hpu_study::reproduce::formats::{STIFFNESS_MAX_N_PER_M, full_scales_nm};
+
+use super::{Config, bounds, loop_variants};
 
 /// A block or loop with its result.
 pub struct Row {
@@ -38,8 +38,8 @@ impl Proof {
     pub fn of(name: &str, label: &str) -> Option<Self> {
         let named = name.ends_with("_loop").then(loop_variants)?;
         let config = named.into_iter().find(|(of, _)| *of == label)?.1;
-        let full = PhantomConfig { depth_width: 13, ..config };
-        let worst = |config: &PhantomConfig, unit: &str, scale: &dyn Fn(&str) -> f64| {
+        let full = Config { depth_width: 13, ..config };
+        let worst = |config: &Config, unit: &str, scale: &dyn Fn(&str) -> f64| {
             let rows = bounds(config, STIFFNESS_MAX_N_PER_M).ok()?;
             let own = rows.iter().filter(|row| row.unit == unit && row.name != "radius");
             Some(own.map(|row| scale(row.name) * row.error).fold(0.0, f64::max))

@@ -1,10 +1,11 @@
-//! The rows of `hpu reproduce phantom-cost` as text, CSV and JSON.
+//! The rows of the study of costs as text, CSV and JSON.
 
-use hpu_datapath::phantom::PhantomConfig;
 use hpu_rtl::{Counts, HX8K_BRAM, HX8K_CELLS};
+use hpu_study::reproduce::{COST, DEVICE};
 use hpu_study::studies::summing::summing_up;
 use serde_json::{Value, json};
 
+use super::Config;
 use super::claims::sums;
 use super::row::{Proof, Row};
 use crate::cost::{speed, target};
@@ -12,7 +13,7 @@ use crate::cost::{speed, target};
 /// Returns all rows as text.
 pub fn text(versions: &[String], rows: &[Row]) -> String {
     let mut text = format!(
-        "PHANToM: what its blocks and loops cost\n$ hpu reproduce phantom-cost\n{}\n\n\
+        "{DEVICE}: what its blocks and loops cost\n$ hpu reproduce {COST}\n{}\n\n\
          Counts are of each block alone, for the iCE40 HX8K ({HX8K_CELLS} logic cells, {HX8K_BRAM} block RAMs of 4096 \
          bits, no multiplier)\nor, where that is too small, for the ECP5. MHz is the fastest clock, ns the longest path of \
          a combinational block; neither of what does not fit.\nLoops: the tables hold counts of `depth` bits; the proved \
@@ -78,7 +79,7 @@ fn tables() -> String {
         "\nTables of sine and cosine for three joints that the {HX8K_BRAM} block RAMs of an HX8K have bits for, {} of them:\n",
         HX8K_BRAM * 4096
     );
-    let default = PhantomConfig::default();
+    let default = Config::default();
     for (name, config) in [
         ("(1,1,14)", default.fraction(14)),
         ("(1,1,18)", default.fraction(18)),

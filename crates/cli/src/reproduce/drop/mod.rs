@@ -1,4 +1,4 @@
-//! `hpu reproduce phantom-table-2` and `phantom-ladder`: run the published drop test again.
+//! `hpu reproduce`, two of its studies: run the published drop test again.
 
 mod json;
 
@@ -7,7 +7,7 @@ use std::sync::atomic::Ordering;
 
 use hpu_chart::{self as chart, Picture};
 use hpu_cosim::Control;
-use hpu_cosim::scene::{Direction, Experiment, Platform};
+use hpu_cosim::scene::{Direction, Platform};
 use hpu_study::reproduce::{self as study, Class, Outcomes, Point, RUNGS, Rung, Study, Tables, Trial, ladder};
 use hpu_study::units::{self, Row};
 
@@ -73,8 +73,8 @@ impl Name {
     /// Returns the name on the command line.
     fn text(self) -> &'static str {
         match self {
-            Self::Table2 => "phantom-table-2",
-            Self::Ladder => "phantom-ladder",
+            Self::Table2 => study::TABLE_2,
+            Self::Ladder => study::LADDER,
         }
     }
 }
@@ -114,9 +114,7 @@ impl Args {
             study.stiffnesses_n_per_m.dedup();
         }
         study.set.clone_from(&self.set.set);
-        if let Experiment::Phantom(scene) = study::scene().parse(&study.set).map_err(Failure::file)? {
-            study.first_seed = scene.run.seed;
-        }
+        study.first_seed = study::scene().parse(&study.set).map_err(Failure::file)?.run.seed;
         study.set.retain(|(key, _)| key != SEED);
         if let Some((key, _)) = study.set.iter().find(|(key, _)| Study::OWN_KEYS.contains(&key.as_str())) {
             let said =
@@ -253,7 +251,7 @@ impl Outcome {
 
     /// Returns the text to print, and the files.
     fn files(&self, name: Name) -> (String, Vec<(String, String)>) {
-        let head = format!("PHANToM drop test of Sevcik et al. 2009\n$ {}\n\n", self.command);
+        let head = format!("{} drop test of Sevcik et al. 2009\n$ {}\n\n", study::DEVICE, self.command);
         let tail = format!("\nOne of these trials again:\n$ {}\n", self.replay());
         let cells = ("cells.csv".to_string(), study::csv(&self.study, &self.outcomes));
         match name {

@@ -5,9 +5,8 @@ use super::value::Expected;
 use super::{Choice, Flag, Group, Key, Own, Quantity, Takes, Text, Whole, keys};
 use crate::scene::accuracy::{OfOutputs, Output};
 use crate::scene::expect::OutcomeKind;
-use crate::scene::phantom;
 use crate::scene::quantity as q;
-use crate::scene::quantity::Sense::{Any, NotNegative, Positive, Within};
+use crate::scene::quantity::Sense::{Any, Positive, Within};
 
 keys! { top: "" of [];
     /// Tells what the scene shows and what to look for; `hpu scenes` lists its first sentence.
@@ -23,13 +22,6 @@ keys! { top_axis: "" of ["axis", "dut"];
     bridge: Own = Own::section(Said("its keys' defaults"));
     /// The force amplifier of a mass; a motor has none.
     amplifier: Own = Own::section(Said("none"));
-}
-
-keys! { top_phantom: "" of ["phantom"];
-    /// How the tip is released.
-    drop: Own = Own::section(Required);
-    /// The platform that computes the force, and its rate.
-    platform: Own = Own::section(Required);
 }
 
 keys! { top_clock: "" of [];
@@ -54,13 +46,6 @@ keys! { top_wall: "" of ["axis", "dut"];
     hand: Own = Own::section(Required);
     /// Faults of encoder lines, switches and clock.
     faults: Own = Own::section(Said("none"));
-}
-
-keys! { top_room: "" of ["phantom"];
-    /// The design of the arm's datapath.
-    method: Own = Own::section(Said("its keys' defaults"));
-    /// The walls around the tip.
-    room: Own = Own::section(Required);
 }
 
 keys! { top_run: "" of [];
@@ -91,11 +76,6 @@ keys! { run: "run" of [];
 keys! { record: "record" of ["axis", "dut"];
     /// Rate at which the device's motion is recorded.
     plant_rate: Quantity = Quantity::new(&q::FREQUENCY, Positive, Is(10e3));
-}
-
-keys! { record_phantom: "record" of ["phantom"];
-    /// Rate at which the arm's motion is recorded.
-    plant_rate: Quantity = Quantity::new(&q::FREQUENCY, Positive, Is(1e3));
 }
 
 keys! { record_all: "record" of [];
@@ -130,17 +110,6 @@ keys! { expect: "expect" of ["axis", "dut"];
     contact_share: Expected = Expected::new(&q::RATIO, Any);
 }
 
-keys! { expect_phantom: "expect" of ["phantom"];
-    /// Verdict that the drop must reach: the tip rests on the wall, chatters on it, or the run is aborted.
-    outcome: Choice<OutcomeKind> = Choice::new(|| vec![
-        ("passive", OutcomeKind::Passive),
-        ("non_passive", OutcomeKind::NonPassive),
-        ("highly_unstable", OutcomeKind::HighlyUnstable),
-    ], Said("not judged"));
-    /// Root mean square of the motion about its steady value at the end of the drop.
-    rms: Expected = Expected::new(&q::LENGTH, NotNegative);
-}
-
 keys! { metric: "expect.METRIC" of [];
     /// The number, in the unit of its metric.
     value: Own = Own::new(|| Takes::Quantity(vec![]), Required);
@@ -151,11 +120,6 @@ keys! { metric: "expect.METRIC" of [];
 keys! { accuracy: "accuracy" of ["axis", "dut"];
     /// Outputs that must agree.
     outputs: OfOutputs = OfOutputs(&Output::OF_AN_AXIS);
-}
-
-keys! { accuracy_phantom: "accuracy" of ["phantom"];
-    /// Outputs that must agree.
-    outputs: OfOutputs = OfOutputs(&phantom::OUTPUTS);
 }
 
 keys! { accuracy_all: "accuracy" of [];

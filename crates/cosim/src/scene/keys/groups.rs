@@ -64,7 +64,7 @@ static AFTER_LAWS: &[&Group] = &[
     &record_phantom::GROUP,
     &record_all::GROUP,
     &expect::GROUP,
-    &expect_phantom::GROUP,
+    &expect_drop::GROUP,
     &metric::GROUP,
     &accuracy::GROUP,
     &accuracy_phantom::GROUP,

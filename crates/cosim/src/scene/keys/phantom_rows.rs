@@ -1,10 +1,13 @@
 //! The keys of a scene of a PHANToM.
 
 use super::Otherwise::{Is, Required, Said};
-use super::{Choice, Flag, Group, Key, Quantity, Text, Whole, keys, named};
+use super::value::Expected;
+use super::{Choice, Flag, Group, Key, Own, Quantity, Text, Whole, keys, named};
 use crate::message::number;
+use crate::scene::accuracy::OfOutputs;
+use crate::scene::expect::OutcomeKind;
 use crate::scene::model::Solver;
-use crate::scene::phantom::{Direction, PhantomLaw, Platform, Premium, Words};
+use crate::scene::phantom::{Direction, OUTPUTS, PhantomLaw, Platform, Premium, Words};
 use crate::scene::quantity as q;
 use crate::scene::quantity::Sense::{NotNegative, Positive, UpTo, Within};
 
@@ -105,4 +108,39 @@ keys! { model_phantom: "model" of ["phantom"];
     /// Share of the apparent mass on the motor's side of a flexible transmission.
     motor_share: Quantity = Quantity::new(&q::RATIO, Within(1e-3, 1.0 - f64::EPSILON / 2.0), Is(0.5))
         .refusing(|share| (share >= 1.0).then(|| "below 1: the arm has some of the mass".into()));
+}
+
+keys! { top_phantom: "" of ["phantom"];
+    /// How the tip is released.
+    drop: Own = Own::section(Required);
+    /// The platform that computes the force, and its rate.
+    platform: Own = Own::section(Required);
+}
+
+keys! { top_room: "" of ["phantom"];
+    /// The design of the arm's datapath.
+    method: Own = Own::section(Said("its keys' defaults"));
+    /// The walls around the tip.
+    room: Own = Own::section(Required);
+}
+
+keys! { record_phantom: "record" of ["phantom"];
+    /// Rate at which the arm's motion is recorded.
+    plant_rate: Quantity = Quantity::new(&q::FREQUENCY, Positive, Is(1e3));
+}
+
+keys! { expect_drop: "expect" of ["phantom"];
+    /// Verdict that the drop must reach: the tip rests on the wall, chatters on it, or the run is aborted.
+    outcome: Choice<OutcomeKind> = Choice::new(|| vec![
+        ("passive", OutcomeKind::Passive),
+        ("non_passive", OutcomeKind::NonPassive),
+        ("highly_unstable", OutcomeKind::HighlyUnstable),
+    ], Said("not judged"));
+    /// Root mean square of the motion about its steady value at the end of the drop.
+    rms: Expected = Expected::new(&q::LENGTH, NotNegative);
+}
+
+keys! { accuracy_phantom: "accuracy" of ["phantom"];
+    /// Outputs that must agree.
+    outputs: OfOutputs = OfOutputs(&OUTPUTS);
 }

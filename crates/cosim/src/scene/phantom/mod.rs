@@ -4,7 +4,7 @@ mod read;
 
 pub(super) use read::{Words, scene};
 
-use hpu_datapath::phantom::PhantomConfig;
+use hpu_datapath::phantom::Config;
 
 use super::accuracy::Output;
 use super::head::{Head, has_head};
@@ -145,7 +145,7 @@ pub struct PhantomMethod {
     /// One multiplier and a state machine instead of logic for everything.
     pub shared: bool,
     /// Its words.
-    pub config: PhantomConfig,
+    pub config: Config,
 }
 
 /// The room: pairs of opposing walls, each of which may be absent.

@@ -1,6 +1,6 @@
 //! Reading a scene of a PHANToM.
 
-use hpu_datapath::phantom::PhantomConfig;
+use hpu_datapath::phantom::Config;
 use hpu_plant::arm::{ArmModel, kinematics};
 
 use super::super::expect::{Expect, Metric};
@@ -170,8 +170,8 @@ fn method(s: &Section, drop: &Drop) -> Result<PhantomMethod, SceneError> {
     let premium = drop.premium;
     s.accept(&["phantom"])?;
     let arm = match premium {
-        Premium::OneZero => PhantomConfig::default(),
-        Premium::OneFive => PhantomConfig::premium_1_5(),
+        Premium::OneZero => Config::default(),
+        Premium::OneFive => Config::premium_1_5(),
     };
     let shared = s.read(&key::architecture)?;
     let config = match s.read(&key::words)? {
@@ -182,12 +182,12 @@ fn method(s: &Section, drop: &Drop) -> Result<PhantomMethod, SceneError> {
                 s.error("words", "\"plain_q22\" is there for the Premium 1.0 alone; write \"fitted\" or \"narrow\"")
             );
         }
-        Words::PlainQ22 => PhantomConfig::plain_q22(),
+        Words::PlainQ22 => Config::plain_q22(),
     };
     let depth_width = s.read(&key::depth_bits)?;
     let length_lsbs = f64::from(config.formats.length_frac).exp2();
     let lengths = drop.lengths_m.map(|length_m| (length_m * length_lsbs).round() as u32);
-    let config = PhantomConfig { depth_width, lengths, ..config };
+    let config = Config { depth_width, lengths, ..config };
     Ok(PhantomMethod { shared, config: if shared { config.shared() } else { config } })
 }
 
@@ -238,7 +238,7 @@ fn model(s: &Section) -> Result<PhantomModel, SceneError> {
 }
 
 fn phantom_expect(s: &Section) -> Result<Expect, SceneError> {
-    use keys::expect_phantom as key;
+    use keys::expect_drop as key;
     s.accept(&["phantom"])?;
     expect(s, &[(Metric::Rms, &key::rms)], &key::outcome)
 }

@@ -8,7 +8,7 @@ use hpu_cosim::scene::{Direction, Platform};
 
 use super::claims::PMOS_1;
 use super::trial::{Verdict, run_trial};
-use super::{Point, Rung, Study, TRIALS};
+use super::{LAG, Point, Rung, Study, TITLE_OF_LAG, TRIALS};
 use crate::studies::Variables;
 use crate::studies::comparison::{Claim, Comparison, Found, Line, measure};
 use crate::studies::summing::Statement;
@@ -65,8 +65,8 @@ pub fn comparison() -> Comparison {
         means: "no lag is published: the lags above are fitted to this very claim, to each transmission its own",
     };
     Comparison {
-        name: "phantom-lag",
-        title: "PHANToM: the amplifier's lag that puts PMOS-1 at 750 to 1000 N/m, by the transmission that is assumed",
+        name: LAG,
+        title: TITLE_OF_LAG,
         lines,
         claims: vec![Claim { statement, holds: Vec::new(), by: None }],
         notes: vec![

@@ -1,12 +1,12 @@
 //! Published studies, run again: Table 2 of Sevcik et al. 2009, a weighted PHANToM dropped onto virtual walls.
 //!
 //! A [`Study`] is a set of drop trials: rungs of models × axes × platforms × stiffnesses × seeds × trials. Each trial
-//! is one run of the shipped scene `phantom-drop` under overrides. Near a boundary of stability one draw is not enough,
+//! is one run of the shipped scene [`SCENE`] under overrides. Near a boundary of stability one draw is not enough,
 //! so a cell there is run at every seed ([`Study::wanted`]). A [`Table`] sums up one seed's trials of one rung as the
 //! paper does, and [`Tables`] those of all seeds. [`Published`] knows which cells are legible. [`Tables::claims`]
 //! compares the paper's claims with the table of every seed. The [`ladder`] does so with more and more of the physics.
 //!
-//! Other modules examine the word formats of the PHANToM's datapath: [`formats`] proves and measures ranges and errors,
+//! Other modules examine the word formats of the arm's datapath: [`formats`] proves and measures ranges and errors,
 //! [`workspace`] counts what the tables hold, [`sines`] compares four sources of sine.
 
 mod claims;
@@ -30,14 +30,34 @@ pub use published::{Agreement, PUBLISHED, Published};
 pub use table::{Cell, Class, Limit, Table};
 pub use tables::{Repeated, Share, Span, Tables, Tally};
 pub use text::{CSV_HEADER, csv, table_text};
-pub use trial::{SCENE, Trial, Verdict, run_trial, scene};
+pub use trial::{Trial, Verdict, run_trial, scene};
 
 use std::collections::BTreeMap;
 use std::ops::Range;
 
 use hpu_cosim::scene::{Direction, Platform};
+use hpu_datapath::phantom as datapath;
 
 use super::{Config, SIGNALS, SignalBound, bounds};
+
+/// The device that the studies are about.
+pub const DEVICE: &str = "PHANToM";
+/// Names of the studies, as `hpu reproduce` takes them: Table 2 of the paper.
+pub const TABLE_2: &str = "phantom-table-2";
+/// The same table by ever more of the physics.
+pub const LADDER: &str = "phantom-ladder";
+/// The lags of the amplifier that fit.
+pub const LAG: &str = "phantom-lag";
+const TITLE_OF_LAG: &str =
+    "PHANToM: the amplifier's lag that puts PMOS-1 at 750 to 1000 N/m, by the transmission that is assumed";
+/// The formats of the words.
+pub const FORMATS: &str = "phantom-formats";
+/// The sources of sine.
+pub const SINES: &str = "phantom-sines";
+/// The cost of blocks and loops.
+pub const COST: &str = "phantom-cost";
+/// The shipped scene of a drop trial.
+pub const SCENE: &str = "phantom-drop";
 
 /// The trials that were run, by their index in [`Study::points`].
 pub type Outcomes = BTreeMap<usize, Result<Trial, String>>;

@@ -198,3 +198,42 @@ impl Bench {
 fn greatest_m(position: Format) -> f64 {
     (position.max() as f64 * position.lsb()).min(1.0)
 }
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use super::{Config, PhantomForward, PhantomTorque, TrigTable};
+    use crate::widths::law;
+
+    #[test]
+    fn the_tip_and_the_torques_of_a_phantom_are_those_of_its_angles() {
+        let config = Config::default();
+        let [upper, fore] = config.lengths.map(|word| f64::from(word) / f64::from(1u32 << config.formats.length_frac));
+        let table = |joint: usize| TrigTable::new(16, 13, config.turns[joint], config.formats.trig).expect("a table");
+        for counts in [[0.0, 0.0, 0.0], [-4096.0, 4095.0, 17.0], [1234.0, -3210.0, 4000.0]] {
+            let sines: Vec<f64> =
+                (0..3).flat_map(|joint| law(&table(joint), 3, &[counts[joint]])[..2].to_vec()).collect();
+            let [q1, q2, q3] = [0, 1, 2].map(|joint| {
+                let turn = config.turns[joint];
+                2.0 * PI * counts[joint] * f64::from(turn.num) / f64::from(turn.den)
+            });
+            let tip = law(&PhantomForward::new(&config.formats, config.lengths).expect("words"), 0, &sines);
+            let radius = upper * q2.cos() + fore * q3.sin();
+            let at = [q1.sin() * radius, fore * (1.0 - q3.cos()) + upper * q2.sin(), q1.cos() * radius - upper, radius];
+            let [fx, fy, fz] = [1.7, -2.3, 8.1];
+            let pushed = [&sines[..], &[tip[0], tip[2], fx, fy, fz]].concat();
+            let torques = law(&PhantomTorque::new(&config.formats, config.lengths).expect("words"), 0, &pushed);
+            // Power: torque times speed is force times the tip's speed.
+            let radial = q1.sin() * fx + q1.cos() * fz;
+            let expected = [
+                radius * (q1.cos() * fx - q1.sin() * fz),
+                upper * (q2.cos() * fy - q2.sin() * radial),
+                fore * (q3.sin() * fy + q3.cos() * radial),
+            ];
+            for (found, truth) in tip.iter().chain(&torques).zip(at.iter().chain(&expected)) {
+                assert!((found - truth).abs() < 1e-12, "{found}, not {truth}, at {counts:?}");
+            }
+        }
+    }
+}

@@ -4,10 +4,10 @@ use std::f64::consts::TAU;
 use std::fmt::Write;
 
 use hpu_datapath::ConfigError;
-use hpu_datapath::phantom::{Phase, Trig, TrigCordic, TrigInterpolated, TrigOut, TrigQuarter, TrigTable, Turn, Wave};
 use hpu_signal::{Format, Notation};
 
 use super::Config;
+use super::datapath::{Phase, Trig, TrigCordic, TrigInterpolated, TrigOut, TrigQuarter, TrigTable, Turn, Wave};
 use super::text::quoted;
 
 /// A source of sine and cosine.

@@ -3,8 +3,7 @@
 use hpu_cosim::scene::{Shipped, shipped};
 use hpu_cosim::{Control, Driver, Ready, Rig, Verdict as Outcome, Wired};
 
-/// The shipped scene of a drop trial.
-pub const SCENE: &str = "phantom-drop";
+use super::SCENE;
 
 /// The result of a trial.
 #[derive(Clone, PartialEq, Debug)]

@@ -32,6 +32,12 @@ pub struct Workspace {
 }
 
 impl Workspace {
+    /// Returns the nominal workspace of the default configuration.
+    #[must_use]
+    pub fn nominal() -> Self {
+        Self::new(&Config::default(), NOMINAL_MM, CELLS)
+    }
+
     /// Computes the inverse kinematics at the middle of each cell of a box of this size about the neutral tip.
     #[must_use]
     pub fn new(config: &Config, size_mm: [f64; 3], cells: [u32; 3]) -> Self {

@@ -5,8 +5,9 @@ use hpu_cosim::scene::{Loop, Scene};
 use hpu_datapath::{ConventionalLoop, HybridLoop};
 
 use super::device::Shaft;
-use super::haptic::{Rows, Settings};
+use super::haptic::Rows;
 use super::narrowed;
+use super::settings::Settings;
 use super::span::Span;
 
 /// The proved ranges of a loop's words. They hold for every motion within the device's limits, and for every stiffness

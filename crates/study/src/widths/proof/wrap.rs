@@ -4,7 +4,8 @@ use hpu_cosim::scene::{Device, Hand, Loop, LoopWords, Scene};
 use hpu_signal::Format;
 
 use super::WrapsAt;
-use super::haptic::{Rows, Settings};
+use super::haptic::Rows;
+use super::settings::Settings;
 use super::travel::Travel;
 
 /// Solves `floor(penetration * word / 2^frac) >= 2^bits`: a penetration of `p` counts overflows from the word

@@ -1,11 +1,15 @@
 //! The interface of every block: `Block` with its port types, and `AnyBlock` without them for tools that list, feed and
 //! print blocks.
 
+mod parts;
+pub(crate) mod step;
+
 use hpu_signal::{Format, Ports, Signal};
 
-use crate::Instance;
-use crate::step::AnyStep;
-use crate::wiring::Parts;
+use step::AnyStep;
+
+pub(crate) use parts::renamed;
+pub use parts::{Connection, Instance, Parts};
 
 /// A value of a VHDL generic.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -184,3 +188,44 @@ impl<B: Block> AnyBlock for B {
         Block::skip(self, edges, &bundle(input));
     }
 }
+
+/// Implements `Default`: the configuration of the data sheet, which the block accepts.
+macro_rules! data_sheet {
+    ($Block:ty = $made:expr) => {
+        impl Default for $Block {
+            fn default() -> Self {
+                $made.expect("the data sheet's default")
+            }
+        }
+    };
+}
+
+/// The part of `impl Block` that is alike in all blocks without registers: they answer their inputs, and nothing else.
+macro_rules! combinational {
+    ($self:ident, $input:ident => $answer:expr) => {
+        const CLOCKED: bool = false;
+
+        fn equations(&self) -> Option<&dyn $crate::AnyStep> {
+            Some(self)
+        }
+
+        fn reset(&mut self) -> Self::Out<i64> {
+            self.tick(hpu_signal::Ports::build(|| 0))
+        }
+
+        #[inline]
+        fn tick(&mut $self, $input: Self::In<i64>) -> Self::Out<i64> {
+            $answer
+        }
+
+        #[inline]
+        fn quiet(&self, _: &Self::In<i64>) -> u64 {
+            u64::MAX
+        }
+
+        #[inline]
+        fn skip(&mut self, _: u64, _: &Self::In<i64>) {}
+    };
+}
+
+pub(crate) use {combinational, data_sheet};

@@ -2,8 +2,7 @@
 
 use hpu_signal::{Equations, Format, Machine, Ports, Reach, Signal, Term, Word};
 
-use crate::block::flatten;
-use crate::{AnyBlock, Block};
+use super::{AnyBlock, Block, flatten};
 
 /// A block without registers that computes its outputs over any [`Word`]. Every combinational block implements it.
 pub trait Combinational: Block {
