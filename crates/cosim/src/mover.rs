@@ -41,7 +41,8 @@ impl<'p> Mover<'p> {
         }
     }
 
-    /// Sets the drive from `edge` on; returns the state there.
+    /// Sets the drive from `edge` on; returns the state there. The audit needs no surge: a scene's current jumps only
+    /// under an amplifier or in a winding without inductance, and neither stores energy.
     #[inline(always)]
     pub(crate) fn driven(&mut self, axis: &Axis, edge: u64, drive: Drive, x: &State, intent_rad_per_s: f64) -> State {
         match self {
