@@ -12,10 +12,7 @@
 //! The pad has no mass. Its situation changes at a real instant, a zero of the series of depth or force, like the ends
 //! of friction's modes.
 
-use super::links::Arm;
-use super::polynomial::Polynomial;
-use super::recorded::Recorded;
-use super::series::Series;
+use super::polynomial::{Lanes, Polynomial};
 
 /// The pad of a finger.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -46,7 +43,7 @@ pub struct Press {
     pub(super) touch: Touch,
 }
 
-/// The lanes of [`Series::touch`].
+/// The lanes of a series of the touch.
 pub(super) const DEPTH: usize = 0;
 pub(super) const FORCE: usize = 1;
 pub(super) const SPEED: usize = 2;
@@ -76,30 +73,16 @@ impl Finger {
         }
     }
 
-    /// Returns one lane of the touch, with its sign, over `[0, end_s]`. `zero` is the lane that is 0 at the start: the
+    /// Returns one lane of the touch, from the terms of its series, with its sign, over `[0, end_s]`. `zero` is the lane that is 0 at the start: the
     /// sign of its first power then gives the direction. Without damping force and depth are 0 together.
     pub(super) fn watched(
         &self,
-        series: &Series,
+        terms: &[Lanes],
         (lane, sign): (usize, f64),
         zero: Option<usize>,
         end_s: f64,
     ) -> Polynomial {
         let is_zero = zero.is_some_and(|zero| zero == lane || self.damping_n_s_per_m == 0.0);
-        Polynomial::new(&series.touch[..=series.powers], lane, sign, usize::from(is_zero), end_s)
-    }
-}
-
-impl Arm<Recorded> {
-    /// Returns the arm with a finger that presses on the surface of its [`Dynamics`](super::Dynamics). Call
-    /// [`ArmMotion::press`](super::ArmMotion::press) to move the finger.
-    ///
-    /// # Panics
-    ///
-    /// Unless the dynamics have a surface.
-    #[must_use]
-    pub fn with_finger(self, finger: Finger) -> Self {
-        assert!(self.links.has_surface(), "these dynamics have no surface");
-        Self { finger: Some(finger), ..self }
+        Polynomial::new(terms, lane, sign, usize::from(is_zero), end_s)
     }
 }

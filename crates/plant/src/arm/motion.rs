@@ -455,7 +455,8 @@ impl<'a, L: Links> ArmMotion<'a, L> {
         }
         if let Some(finger) = &self.arm.finger {
             for (lane, sign, next) in Finger::ends(self.start.press.touch) {
-                let watched = finger.watched(&self.series, (*lane, *sign), self.zero, self.end_s);
+                let watched =
+                    finger.watched(&self.series.touch[..=self.series.powers], (*lane, *sign), self.zero, self.end_s);
                 self.shorten(watched.keeps(0.0, 1.0, from), End::Touch(*lane, *next));
             }
         }

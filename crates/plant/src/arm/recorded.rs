@@ -458,3 +458,17 @@ impl Arm<Recorded> {
         Ok(Self::with(Recorded::of(dynamics), joints, edge_s))
     }
 }
+
+impl Arm<Recorded> {
+    /// Returns the arm with a finger that presses on the surface of its [`Dynamics`](super::Dynamics). Call
+    /// [`ArmMotion::press`](super::ArmMotion::press) to move the finger.
+    ///
+    /// # Panics
+    ///
+    /// Unless the dynamics have a surface.
+    #[must_use]
+    pub fn with_finger(self, finger: Finger) -> Self {
+        assert!(self.links.has_surface(), "these dynamics have no surface");
+        Self { finger: Some(finger), ..self }
+    }
+}
