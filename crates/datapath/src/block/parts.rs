@@ -8,7 +8,7 @@ use super::AnyBlock;
 pub struct Connection {
     /// Port of the instance.
     pub port: Signal,
-    /// Index of the net in [`Wiring::nets`].
+    /// Index of the net in [`Wiring::nets`](crate::Wiring::nets).
     pub net: usize,
 }
 
