@@ -33,7 +33,7 @@ fn conditions(scene: &PhantomScene, trace: &Trace) -> String {
     )
 }
 
-/// Returns the pictures of a drop test, from its trace of [`DROP_NETS`](crate::PHANTOM_NETS).
+/// Returns the pictures of a drop test, from its trace of [`DROP_NETS`](crate::DROP_NETS).
 #[must_use]
 pub fn drop_pictures(session: &PhantomSession, trace: &Trace, summary: &Summary, command: &str) -> Vec<Picture> {
     if trace.rows() == 0 {
