@@ -63,8 +63,8 @@ impl Finger {
         }
     }
 
-    /// Returns the lane whose sign ends a situation, the sign that the lane has in it, and the situation afterwards, for
-    /// each way in which it can end.
+    /// Returns the ways in which a situation can end: the lane that passes 0, the lane's sign before, and the situation
+    /// afterwards.
     pub(super) fn ends(touch: Touch) -> &'static [(usize, f64, Touch)] {
         match touch {
             Touch::Apart => &[(DEPTH, -1.0, Touch::Pressed)],
@@ -73,8 +73,9 @@ impl Finger {
         }
     }
 
-    /// Returns one lane of the touch, from the terms of its series, with its sign, over `[0, end_s]`. `zero` is the lane that is 0 at the start: the
-    /// sign of its first power then gives the direction. Without damping force and depth are 0 together.
+    /// Returns one lane of the touch, from the terms of its series, with its sign, over `[0, end_s]`. `zero` is the lane
+    /// that is 0 at the start: the sign of its first power then gives the direction. Without damping, force and depth
+    /// are 0 together.
     pub(super) fn watched(
         &self,
         terms: &[Lanes],
