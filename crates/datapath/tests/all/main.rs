@@ -6,6 +6,7 @@ mod clocked;
 mod combinational;
 mod configured;
 mod connections;
+mod cordic;
 mod equations;
 mod estimators;
 mod frequency_response;
