@@ -1,5 +1,6 @@
 //! The catalogue of all blocks.
 
+use crate::gimbal::{CrankTable, GimbalInverse};
 use crate::listed::{Given, Listed};
 use crate::phantom::{
     CommandRegister, CommandScaler, CubeRoom, PhantomEngine, PhantomForward, PhantomIo, PhantomLoop, PhantomSharedLoop,
@@ -48,6 +49,7 @@ macro_rules! around_laws {
             ConventionalLoop, AxisFront, InputShaper, $(crate::$Law,)* $(MethodLoop<crate::$Law>,)* TrigTable,
             TrigQuarter, TrigInterpolated, TrigCordic, SampleRegister, PhantomForward, CubeRoom, PhantomTorque,
             CommandScaler, CommandRegister, PhantomEngine, PhantomLoop, PhantomSharedLoop, PhantomIo,
+            GimbalInverse, CrankTable,
         }
     };
 }
