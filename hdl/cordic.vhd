@@ -83,7 +83,8 @@ architecture rtl of cordic is
       sum   := sum + power / real(2 * n + 1);
       power := -power * TANGENT * TANGENT;
     end loop;
-    return to_signed(integer(sum * 2.0**(TURN_WIDTH - 1) / 3.14159265358979323846), TURN_WIDTH);
+    sum := sum * 2.0**(TURN_WIDTH - 1) / 3.14159265358979323846;
+    return to_signed(integer(sum), TURN_WIDTH);
   end function;
 
   -- C, the inverse of what the rotations stretch by: sqrt by Newton's method.
@@ -115,7 +116,7 @@ architecture rtl of cordic is
   constant C : signed(GAIN_WIDTH - 1 downto 0) := shrinking;
 
   -- x and its sign at the word's left, with GUARD bits at its right.
-  function guarded(word : std_logic_vector) return coordinate is
+  function extended(word : std_logic_vector) return coordinate is
   begin
     return shift_left(resize(signed(word), LONG_WIDTH), GUARD);
   end function;
@@ -147,8 +148,8 @@ begin
 
       if start = '1' then
         is_zero := (nor x) and (nor y);
-        along   := guarded(x);
-        across  := guarded(y);
+        along   := extended(x);
+        across  := extended(y);
         turned  := (others => '0');
         if x(x'high) = '1' then
           along  := -along;
@@ -186,7 +187,8 @@ begin
 
         -- Half of the bits to drop is added where there are any.
         nearest := resize(turned, nearest'length) + 2**GUARD / 2;
-        angle   <= std_logic_vector(nearest(TURN_WIDTH - 1 downto GUARD)) and not is_zero;
+        angle   <= std_logic_vector(nearest(TURN_WIDTH - 1 downto GUARD))
+                   and not is_zero;
 
         remaining := 0;
         busy      <= '0';

@@ -102,9 +102,9 @@ impl GimbalConfig {
         within(block, "LENGTH_WIDTH", length.width(), 4..=24)?;
         within(block, "LENGTH_FRAC", length.frac().cast_unsigned(), 0..=30)?;
         let most = (1 << (length.width() - 1)) - 1;
-        within(block, "CRANK", crank, 1..=most)?;
-        within(block, "ROD", rod, crank + 1..=NATURAL)?;
-        within(block, "OFFSET + ROD + CRANK", offset.saturating_add(rod).saturating_add(crank), 1..=most)
+        within(block, "CRANK_LENGTH", crank, 1..=most)?;
+        within(block, "ROD_LENGTH", rod, crank + 1..=NATURAL)?;
+        within(block, "OFFSET + ROD_LENGTH + CRANK_LENGTH", offset.saturating_add(rod).saturating_add(crank), 1..=most)
     }
 
     /// Returns the generics of lengths.
@@ -113,8 +113,8 @@ impl GimbalConfig {
         vec![
             natural("LENGTH_WIDTH", self.length.width()),
             natural("LENGTH_FRAC", self.length.frac().cast_unsigned()),
-            natural("CRANK", self.crank),
-            natural("ROD", self.rod),
+            natural("CRANK_LENGTH", self.crank),
+            natural("ROD_LENGTH", self.rod),
             natural("OFFSET", self.offset),
         ]
     }
@@ -122,7 +122,7 @@ impl GimbalConfig {
     /// Returns the default with the lengths that the generics give.
     pub(super) fn given(given: &Given) -> Result<Self, ConfigError> {
         let [width, frac, crank, rod, offset] =
-            given.naturals(["LENGTH_WIDTH", "LENGTH_FRAC", "CRANK", "ROD", "OFFSET"])?;
+            given.naturals(["LENGTH_WIDTH", "LENGTH_FRAC", "CRANK_LENGTH", "ROD_LENGTH", "OFFSET"])?;
         let (width, frac) = (width.min(64).cast_signed(), frac.min(64).cast_signed());
         let length = given.format(true, width - 1 - frac, frac)?;
         Ok(Self { length, crank, rod, offset, ..Self::default() })

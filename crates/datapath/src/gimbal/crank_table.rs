@@ -1,13 +1,13 @@
-//! Radius of the tip and its slope against the crank's angle, from a table indexed by the position of the crank's servo.
+//! Radius of the tip and its slope, from a table indexed by the position of the crank's servo.
 //!
-//! - **Equation**: with `n = clamp(count, 0, COUNT_DEN / COUNT_NUM)`, `psi = pi n COUNT_NUM / COUNT_DEN` and
-//!   `root = sqrt(ROD^2 - CRANK^2 sin(psi)^2)`: `radius = round(OFFSET + CRANK cos(psi) + root)`,
-//!   `slope = round(-CRANK sin(psi) (1 + CRANK cos(psi) / root))`, the derivative of the radius. All lengths are in
+//! - **Equation**: with `n = clamp(count, 0, COUNT_DEN / COUNT_NUM)`, `psi = pi n COUNT_NUM / COUNT_DEN`, `L1 =
+//!   CRANK_LENGTH`, `L2 = ROD_LENGTH` and `root = sqrt(L2^2 - L1^2 sin(psi)^2)`: `radius = round(OFFSET + L1 cos(psi) +
+//!   root)`, `slope = round(-L1 sin(psi) (1 + L1 cos(psi) / root))`, the derivative of the radius. All lengths are in
 //!   units of `2^-LENGTH_FRAC` metres, the slope in those per radian; it is never positive.
 //! - **Ports**: `count` (1,COUNT_WIDTH-1,0) in; `radius`, in metres, `slope`, in metres per radian,
 //!   (1,LENGTH_WIDTH-1-LENGTH_FRAC,LENGTH_FRAC) out.
 //! - **Latency**: 1 edge. **Edge**: the outputs take what the count reads. **Reset**: all outputs 0.
-//! - **Overflow**: none. Both are off by at most half an LSB from the closed form at the position that the count states.
+//! - **Overflow**: none. Both are off by at most half an LSB from the closed form at the angle that the count states.
 //! - **VHDL twin**: `hdl/crank_table.vhd`.
 //! - **Source**: the crank-slider of Pediredla, Chandrasekaran, Annamraju, Thondiyath.
 //! - **Differs from the hardware**: the paper computes on a host; its device has no such table.

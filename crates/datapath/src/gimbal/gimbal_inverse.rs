@@ -1,13 +1,13 @@
 //! Inverse kinematics: the joints' angles at which the tip is at a given position, by one CORDIC and one square root.
 //!
-//! - **Equation**: `roll = atan2(-x, y)`, `pitch = atan2(z, hypot(x, y))`, `r = hypot(x, y, z)`; with
-//!   `R = clamp(r - OFFSET, ROD - CRANK, ROD + CRANK)`, `P = floor((ROD + CRANK - R) (R + ROD - CRANK) / 2^DROP)` and
-//!   `Q = floor((R - ROD + CRANK) (R + ROD + CRANK) / 2^DROP)`, the cosine rule gives `(Q + P) cos(psi) = Q - P`, and
-//!   `psi = atan2(floor(sqrt(4 P Q)), Q - P)` without a division. `radius = OFFSET + R`; `crank = psi`, clamped to
-//!   0 .. all ones. `DROP` is the least number for which `4 CRANK (ROD + CRANK) < 2^(LENGTH_WIDTH + DROP)`. Pitch and
-//!   roll are clamped to `-LIMIT .. LIMIT`. `out_of_reach` where one of these two or `R` is changed by its clamp.
-//!   Every `atan2` and `hypot` is that of a `cordic` of `LENGTH_WIDTH + 1` bits, first of `(y, -x)`, then of the radius
-//!   of the first and `z`, then of `(Q - P, root)`.
+//! - **Equation**: `roll = atan2(-x, y)`, `pitch = atan2(z, hypot(x, y))`, `r = hypot(x, y, z)`. With `LEAST =
+//!   ROD_LENGTH - CRANK_LENGTH`, `MOST = ROD_LENGTH + CRANK_LENGTH`, `R = clamp(r - OFFSET, LEAST, MOST)`, `P =
+//!   floor((MOST - R) (R + LEAST) / 2^DROP)` and `Q = floor((R - LEAST) (R + MOST) / 2^DROP)`, the cosine rule is
+//!   `(Q + P) cos(psi) = Q - P`, but for the floors; so `psi = atan2(floor(sqrt(4 P Q)), Q - P)` without a division.
+//!   `radius = OFFSET + R`; `crank = psi`, clamped to 0 .. all ones. `DROP` is the least number for which
+//!   `4 CRANK_LENGTH MOST < 2^(LENGTH_WIDTH + DROP)`. Pitch and roll are clamped to `-LIMIT .. LIMIT`. `out_of_reach`
+//!   where one of these two or `R` is changed by its clamp. Every `atan2` and `hypot` is that of a `cordic` of
+//!   `LENGTH_WIDTH + 1` bits, first of `(y, -x)`, then of the radius of the first and `z`, then of `(Q - P, root)`.
 //! - **Ports**: `start` (0,1,0), `x` `y` `z` (1,LENGTH_WIDTH-1-LENGTH_FRAC,LENGTH_FRAC), in metres, in; `pitch` `roll`
 //!   `crank` (1,0,ANGLE_WIDTH-1), in half turns, `radius`, a length, `out_of_reach`, `busy`, `ready` (0,1,0) out.
 //! - **Latency**: `3 ROTATIONS + LENGTH_WIDTH + 13` edges from the edge with `start` to the one that loads the joints.
@@ -97,9 +97,9 @@ impl GimbalInverse {
     /// `hypot(radial, r pitch, r roll)` apart. The errors of the angles are those of the CORDIC for the shortest
     /// vectors; the error of the first radius also turns the second vector. The radius has the errors of two radii and
     /// of the crank's angle. That angle is ill-conditioned at the dead centres, the radius is not: it depends on
-    /// `cos(psi) = (Q - P) / (Q + P)` with a slope of at most `CRANK (1 + CRANK / ROD)`, which also bounds its
-    /// derivative by `psi`. The floors of `P` and `Q` change this cosine by at most `2 / (P + Q - 2)`. The floor of the
-    /// root is at most one part of `P + Q - 2`, the length of the last vector.
+    /// `cos(psi) = (Q - P) / (Q + P)` with a slope of at most `L1 (1 + L1 / L2)`, for the lengths L1 of the crank and
+    /// L2 of the rod, which also bounds its derivative by `psi`. The floors of `P` and `Q` change this cosine by at
+    /// most `2 / (P + Q - 2)`. The floor of the root is at most one part of `P + Q - 2`, the length of the last vector.
     #[must_use]
     pub fn bound(&self) -> f64 {
         let GimbalConfig { length, crank, rod, angle_width, limit, .. } = self.config;

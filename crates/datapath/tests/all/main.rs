@@ -10,6 +10,7 @@ mod cordic;
 mod equations;
 mod estimators;
 mod frequency_response;
+mod gimbal;
 mod law;
 mod laws_common;
 mod laws_energy;
