@@ -191,6 +191,18 @@ impl GimbalInverse {
     }
 }
 
+/// Returns the registers of a CORDIC or a root with a `busy`, their last but one, of any word: no other depends on it.
+fn with_busy<W: Word>(registers: &[W]) -> Vec<W> {
+    let (ready, others) = registers.split_last().expect("registers");
+    [others, &[W::int(0), *ready]].concat()
+}
+
+/// Returns the same without it.
+fn without_busy<W: Word>(registers: &[W]) -> Vec<W> {
+    let (others, last) = registers.split_at(registers.len() - 2);
+    [others, &last[1..]].concat()
+}
+
 /// The registers are those of the VHDL, including those of its CORDIC and its root.
 impl Step for GimbalInverse {
     fn registers(&self) -> Vec<Register> {
@@ -220,8 +232,10 @@ impl Step for GimbalInverse {
             Register::new("ready", Format::BIT),
         ];
         debug_assert_eq!(all.len(), OWN);
-        all.extend(Register::inside("rotation", &self.cordic));
-        all.extend(Register::inside("root_of_product", &self.root));
+        let rotation = Register::inside("rotation", &self.cordic);
+        let root = Register::inside("root_of_product", &self.root);
+        // The VHDL leaves both open, so that they are no registers of the hardware.
+        all.extend(rotation.chain(root).filter(|register| register.name != "busy"));
         all
     }
 
@@ -235,20 +249,21 @@ impl Step for GimbalInverse {
             unreachable!("registers")
         };
         let (zero, one) = (W::int(0), W::int(1));
-        let (rotating, rooting) = inner.split_at(Step::registers(&self.cordic).len());
-        let (rotating, measured) = self.cordic.step(rotating, cordic::In { start: turn, x: vector_x, y: vector_y });
-        let (rooting, extracted) = self.root.step(rooting, square_root::In { start: extract, x: radicand });
+        let (rotating, rooting) = inner.split_at(Step::registers(&self.cordic).len() - 1);
+        let vector = cordic::In { start: turn, x: vector_x, y: vector_y };
+        let (rotating, measured) = self.cordic.step(&with_busy(rotating), vector);
+        let (rooting, extracted) = self.root.step(&with_busy(rooting), square_root::In { start: extract, x: radicand });
 
         let is_measured = measured.ready.is_set() & !turn.is_set();
         let is_extracted = extracted.ready.is_set() & !extract.is_set();
         let at = |number: i128| pass.equals(W::int(number));
-        let vector = Format::signed(self.config.length.width() + 1);
+        let wide = Format::signed(self.config.length.width() + 1);
         let (limited, is_beyond) = self.limited(measured.angle);
         let starts = || {
             [one, one, zero, input.z, input.y, -input.x, side, rise, far, shown, is_out, folded, stretched, radicand]
         };
         let rolled = || {
-            let across = measured.radius.wrap(vector);
+            let across = measured.radius.wrap(wide);
             let is_out = W::of_bit(is_beyond);
             [W::int(2), one, zero, height, across, height, limited, rise, far, shown, is_out]
         };
@@ -292,11 +307,11 @@ impl Step for GimbalInverse {
         };
         let results = W::branch(loads, loaded, kept);
         let out = Out { pitch, roll, crank, radius, out_of_reach, busy, ready };
-        ([&next[..], &results, &rotating, &rooting].concat(), out)
+        ([&next[..], &results, &without_busy(&rotating), &without_busy(&rooting)].concat(), out)
     }
 
     fn lemmas(&self) -> Vec<Lemma<'_>> {
-        let root = OWN + Step::registers(&self.cordic).len();
+        let root = OWN + Step::registers(&self.cordic).len() - 1;
         let idles = move |one: &[hpu_signal::Term], other: &[hpu_signal::Term]| {
             let rests =
                 |first: usize, last: usize| !one[first].is_set() | equal(&one[first..last], &other[first..last]);
