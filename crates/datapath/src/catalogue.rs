@@ -1,12 +1,13 @@
 //! The catalogue of all blocks.
 
+use crate::gimbal::{CrankTable, GimbalInverse};
 use crate::listed::{Given, Listed};
 use crate::phantom::{
     CommandRegister, CommandScaler, CubeRoom, PhantomEngine, PhantomForward, PhantomIo, PhantomLoop, PhantomSharedLoop,
     PhantomTorque, SampleRegister, TrigCordic, TrigInterpolated, TrigQuarter, TrigTable,
 };
 use crate::{
-    AnyBlock, AxisFront, Biquad, Block, CommandLimiter, ConfigError, ConventionalLoop, Displacement, EdgeTimer,
+    AnyBlock, AxisFront, Biquad, Block, CommandLimiter, ConfigError, ConventionalLoop, Cordic, Displacement, EdgeTimer,
     FilteredDifference, Foaw, Generic, HybridLoop, InputShaper, LevantDifferentiator, MethodLoop, PositionCounter, Pwm,
     QuadratureDecoder, Saturator, SequentialDivider, SquareRoot, Synchronizer, TorqueSum, TruncatingMultiplier,
     Unilateral, VelocityRegister, WindowDifference, ZeroOrderHold,
@@ -44,10 +45,11 @@ macro_rules! around_laws {
         blocks! {
             Synchronizer, QuadratureDecoder, PositionCounter, Displacement, Unilateral, TruncatingMultiplier,
             VelocityRegister, ZeroOrderHold, TorqueSum, Saturator, CommandLimiter, Pwm, SequentialDivider, SquareRoot,
-            Biquad, FilteredDifference, WindowDifference, Foaw, EdgeTimer, LevantDifferentiator, HybridLoop,
+            Cordic, Biquad, FilteredDifference, WindowDifference, Foaw, EdgeTimer, LevantDifferentiator, HybridLoop,
             ConventionalLoop, AxisFront, InputShaper, $(crate::$Law,)* $(MethodLoop<crate::$Law>,)* TrigTable,
             TrigQuarter, TrigInterpolated, TrigCordic, SampleRegister, PhantomForward, CubeRoom, PhantomTorque,
             CommandScaler, CommandRegister, PhantomEngine, PhantomLoop, PhantomSharedLoop, PhantomIo,
+            GimbalInverse, CrankTable,
         }
     };
 }

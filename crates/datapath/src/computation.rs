@@ -1,34 +1,37 @@
-//! The timing of a computation of one bit an edge after a start, which the divider and the square root share.
+//! The timing of a computation of a fixed number of edges after a start, which the divider, the square root and the
+//! CORDIC share.
 
 use hpu_signal::Narrowed;
 
-/// The sequence of a computation. The result is known at the start and held back until the edge that shows it.
+/// The result of the divider and of the root before their first computation.
+pub(crate) const ZERO: Narrowed = Narrowed { word: 0, rounded: false, overflowed: false };
+
+/// The sequence of a computation with results `R`. The result is known at the start and held back until the edge that
+/// shows it.
 #[derive(Clone, PartialEq, Eq, Debug)]
-pub(crate) struct Computation {
+pub(crate) struct Computation<R> {
     steps: u64,
     /// Edges until the result is shown; 0 when no computation runs.
     left: u64,
-    next: Narrowed,
-    result: Narrowed,
+    next: R,
+    result: R,
     ready: bool,
 }
 
-impl Computation {
-    /// Returns an idle sequence that shows a result `steps` edges after its start.
-    pub(crate) fn new(steps: u32) -> Self {
-        let zero = Narrowed { word: 0, rounded: false, overflowed: false };
-        Self { steps: steps.into(), left: 0, next: zero, result: zero, ready: false }
+impl<R: Copy> Computation<R> {
+    /// Returns an idle sequence that shows a result `steps` edges after its start, and this one until then.
+    pub(crate) fn new(steps: u32, reset: R) -> Self {
+        Self { steps: steps.into(), left: 0, next: reset, result: reset, ready: false }
     }
 
-    /// Returns to idle, with result 0.
-    pub(crate) fn reset(&mut self) {
-        let zero = Narrowed { word: 0, rounded: false, overflowed: false };
-        *self = Self { left: 0, next: zero, result: zero, ready: false, ..*self };
+    /// Returns to idle, with this result.
+    pub(crate) fn reset(&mut self, reset: R) {
+        *self = Self { left: 0, next: reset, result: reset, ready: false, ..*self };
     }
 
     /// Returns the result that is shown.
     #[inline]
-    pub(crate) fn result(&self) -> Narrowed {
+    pub(crate) fn result(&self) -> R {
         self.result
     }
 
@@ -47,7 +50,7 @@ impl Computation {
     /// Ticks one edge. `start` holds the result of the computation that starts at this edge; a start discards the
     /// running one.
     #[inline]
-    pub(crate) fn tick(&mut self, start: Option<Narrowed>) {
+    pub(crate) fn tick(&mut self, start: Option<R>) {
         self.ready = false;
         if let Some(next) = start {
             self.next = next;
@@ -76,7 +79,7 @@ impl Computation {
 
     /// Ticks that many quiet edges at once.
     #[inline]
-    pub(crate) fn skip(&mut self, edges: u64, start: Option<Narrowed>) {
+    pub(crate) fn skip(&mut self, edges: u64, start: Option<R>) {
         match start {
             _ if edges == 0 => {}
             Some(_) => self.tick(start),

@@ -16,7 +16,7 @@
 
 use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding, Signal, Term, Word};
 
-use crate::computation::Computation;
+use crate::computation::{Computation, ZERO};
 use crate::config::within;
 use crate::listed::{Given, Listed};
 use crate::step::{equal, loads_first};
@@ -64,7 +64,7 @@ impl Default for DividerConfig {
 pub struct SequentialDivider {
     config: DividerConfig,
     narrowing: Narrowing,
-    computation: Computation,
+    computation: Computation<Narrowed>,
 }
 
 impl SequentialDivider {
@@ -83,7 +83,7 @@ impl SequentialDivider {
         let frac = config.frac.cast_signed();
         let to = Format::new(false, config.out_width.cast_signed() - frac, frac).expect("2 to 62 bits");
         let narrowing = Narrowing { from_frac: frac, to, rounding: Rounding::Truncate, overflow: Overflow::Saturate };
-        Ok(Self { config, narrowing, computation: Computation::new(config.steps()) })
+        Ok(Self { config, narrowing, computation: Computation::new(config.steps(), ZERO) })
     }
 
     /// Returns the quotient, and what was lost to make it: a remainder, or the upper bits. A division by 0 overflows.
@@ -254,7 +254,7 @@ impl Block for SequentialDivider {
     }
 
     fn reset(&mut self) -> Out<i64> {
-        self.computation.reset();
+        self.computation.reset(ZERO);
         self.shown()
     }
 

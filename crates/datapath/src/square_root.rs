@@ -13,7 +13,7 @@
 
 use hpu_signal::{Format, Narrowed, Signal, Term, Word};
 
-use crate::computation::Computation;
+use crate::computation::{Computation, ZERO};
 use crate::config::within;
 use crate::listed::{Given, Listed};
 use crate::step::{equal, loads_first};
@@ -33,7 +33,7 @@ hpu_signal::ports! {
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct SquareRoot {
     word: Format,
-    computation: Computation,
+    computation: Computation<Narrowed>,
 }
 
 impl SquareRoot {
@@ -47,7 +47,7 @@ impl SquareRoot {
         if !width.is_multiple_of(2) {
             return Err(ConfigError::new(Self::NAME, format!("WIDTH is {width}"), "even widths"));
         }
-        Ok(Self { word: Format::unsigned(width), computation: Computation::new(width / 2) })
+        Ok(Self { word: Format::unsigned(width), computation: Computation::new(width / 2, ZERO) })
     }
 
     /// Returns the root, and whether it was rounded, which means that `x` was no square.
@@ -197,7 +197,7 @@ impl Block for SquareRoot {
     }
 
     fn reset(&mut self) -> Out<i64> {
-        self.computation.reset();
+        self.computation.reset(ZERO);
         self.shown()
     }
 

@@ -12,7 +12,7 @@ use hpu_signal::{Format, Signal};
 use self::sequences::{computations, is_estimator, motions};
 use self::walls::{Walker, gain, grounded, is_law};
 use crate::Stimulus;
-use crate::postures::{is_posed, pose};
+use crate::postures::{Targets, is_posed, pose};
 
 /// Gray code of an encoder's phase: the words of lines (a, b) in forward order.
 const FORWARD: [[i64; 2]; 4] = [[0, 0], [0, 1], [1, 1], [1, 0]];
@@ -31,6 +31,22 @@ fn generic(block: &dyn AnyBlock, name: &str) -> Option<i64> {
         Generic::Integer(value) if found == name => Some(value),
         _ => None,
     })
+}
+
+/// Returns the most edges from a start to its result, of a block that begins with `start`.
+fn latency(block: &dyn AnyBlock) -> i64 {
+    match (generic(block, "ROTATIONS"), generic(block, "LENGTH_WIDTH")) {
+        (Some(rotations), Some(width)) => 3 * rotations + width + 13,
+        (Some(rotations), None) => rotations + 1,
+        _ => i64::from(block.inputs()[1].format.width()) + generic(block, "FRAC").unwrap_or(0),
+    }
+}
+
+/// Returns the least and the greatest radius of an inverse kinematics, in words.
+fn reach(block: &dyn AnyBlock) -> Option<[i64; 2]> {
+    let lengths = ["OFFSET", "ROD_LENGTH", "CRANK_LENGTH"].map(|name| generic(block, name));
+    let [Some(offset), Some(rod), Some(crank)] = lengths else { return None };
+    (block.inputs()[0].name == "start").then_some([offset + rod - crank, offset + rod + crank])
 }
 
 /// Returns the words at which formats go wrong: 0, 1, -1 (all bits set), both ends and their neighbours, without
@@ -74,7 +90,7 @@ pub fn directed(block: &dyn AnyBlock) -> Vec<Stimulus> {
         }
         _ if lines(&inputs) > 0 => walks(&inputs),
         _ if block.first_shown().is_some() => results(&inputs),
-        _ if inputs[0].name == "start" => computations(&inputs, generic(block, "FRAC").unwrap_or(0)),
+        _ if inputs[0].name == "start" => computations(&inputs, latency(block)),
         _ if is_estimator(&inputs) => [samples(&inputs), motions(&inputs)].concat(),
         _ => samples(&inputs),
     };
@@ -306,6 +322,7 @@ pub fn random(block: &dyn AnyBlock, seed: u64, rows: usize) -> Vec<Stimulus> {
         _ => 700,
     };
     let mut walker = is_law(&inputs).then(Walker::new);
+    let mut targets = reach(block).map(|reach| Targets::new(latency(block), reach));
     let mut next = |row: usize| {
         for (index, signal) in inputs.iter().enumerate().skip(2 * encoders) {
             let odds = match signal.name {
@@ -332,6 +349,9 @@ pub fn random(block: &dyn AnyBlock, seed: u64, rows: usize) -> Vec<Stimulus> {
         }
         if posed && (!block.clocked() || random.one_in(100)) {
             pose(random, &inputs, &mut words);
+        }
+        if let Some(targets) = &mut targets {
+            targets.step(random, &inputs, &mut words);
         }
         if let Some(walker) = &mut walker {
             walker.step(random, &inputs, &mut words);

@@ -6,10 +6,10 @@ use super::{corners, edge, product, reset};
 use crate::Stimulus;
 
 /// Returns rows for sequential computations: every corner of each operand against those of the others. Each computation
-/// has time for one bit an edge.
-pub(super) fn computations(inputs: &[Signal], frac: i64) -> Vec<Stimulus> {
+/// has time to end within that many edges.
+pub(super) fn computations(inputs: &[Signal], latency: i64) -> Vec<Stimulus> {
     let lists: Vec<_> = inputs[1..].iter().map(|signal| corners(signal.format)).collect();
-    let edges = i64::from(inputs[1].format.width()) + frac + 2;
+    let edges = latency + 2;
     let row = |start: bool, operands: &[i64]| [&[i64::from(start)], operands].concat();
     let run = |operands: Vec<i64>| (0..edges).map(move |passed| edge(row(passed == 0, &operands)));
     let runs = product(&lists).into_iter().flat_map(run);

@@ -1,0 +1,13 @@
+//! A spherical segment on a gimbal that a crank raises (Pediredla, Chandrasekaran, Annamraju, Thondiyath), from the
+//! positions of its servos and the force at the finger to the commands of the servos.
+//!
+//! The joints are pitch, roll and crank, in this order. Angles are binary angles: the value 1 is half a turn.
+
+mod config;
+
+pub mod crank_table;
+pub mod gimbal_inverse;
+
+pub use config::GimbalConfig;
+pub use crank_table::CrankTable;
+pub use gimbal_inverse::GimbalInverse;
