@@ -1,5 +1,6 @@
 //! The catalogue of all blocks.
 
+use crate::gimbal::{ControlSwitch, ImpedanceControl, ServoControl};
 use crate::listed::{Given, Listed};
 use crate::phantom::{
     CommandRegister, CommandScaler, CubeRoom, PhantomEngine, PhantomForward, PhantomIo, PhantomLoop, PhantomSharedLoop,
@@ -47,7 +48,8 @@ macro_rules! around_laws {
             Biquad, FilteredDifference, WindowDifference, Foaw, EdgeTimer, LevantDifferentiator, HybridLoop,
             ConventionalLoop, AxisFront, InputShaper, $(crate::$Law,)* $(MethodLoop<crate::$Law>,)* TrigTable,
             TrigQuarter, TrigInterpolated, TrigCordic, SampleRegister, PhantomForward, CubeRoom, PhantomTorque,
-            CommandScaler, CommandRegister, PhantomEngine, PhantomLoop, PhantomSharedLoop, PhantomIo,
+            CommandScaler, CommandRegister, PhantomEngine, PhantomLoop, PhantomSharedLoop, PhantomIo, ServoControl,
+            ImpedanceControl, ControlSwitch,
         }
     };
 }

@@ -44,6 +44,7 @@ pub mod edge_timer;
 pub mod energy_bounding;
 pub mod filtered_difference;
 pub mod foaw;
+pub mod gimbal;
 pub mod hybrid_loop;
 pub mod input_shaper;
 pub mod levant_differentiator;

@@ -12,7 +12,7 @@ mod phantom_wiring;
 mod phase;
 mod trig;
 mod variants;
-mod words;
+pub(crate) mod words;
 
 pub mod command_register;
 pub mod command_scaler;

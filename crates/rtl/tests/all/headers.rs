@@ -18,7 +18,7 @@ fn header(block: &str) -> String {
 /// Returns the differences in the documentation of the block's Rust, without the quotes of code.
 fn documented(block: &str) -> String {
     let source = |name: &str| {
-        let places = ["", "phantom/"].map(|folder| format!("{ROOT}/crates/datapath/src/{folder}{name}.rs"));
+        let places = ["", "phantom/", "gimbal/"].map(|folder| format!("{ROOT}/crates/datapath/src/{folder}{name}.rs"));
         places.into_iter().find(|place| Path::new(place).is_file())
     };
     // The five loops around a law are in one module.

@@ -1,0 +1,12 @@
+//! A spherical segment on a gimbal that a crank raises (Pediredla, Chandrasekaran, Annamraju, Thondiyath), from the
+//! positions of its servos and the force at the finger to the commands of the servos.
+//!
+//! The joints are pitch, roll and crank, in this order. Angles are binary angles: the value 1 is half a turn.
+
+pub mod control_switch;
+pub mod impedance_control;
+pub mod servo_control;
+
+pub use control_switch::{ControlSwitch, SwitchConfig};
+pub use impedance_control::{ImpedanceConfig, ImpedanceControl};
+pub use servo_control::{ServoConfig, ServoControl};
