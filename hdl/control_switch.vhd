@@ -1,8 +1,8 @@
 -- control_switch : position or impedance control of the crank
 --
 -- At an edge with sample:
---   mode        := force > threshold_on            in position control, mode 0
---                  not (force < threshold_off)     in impedance control, mode 1
+--   mode        := finger_force > threshold_on           in position control
+--                  not (finger_force < threshold_off)    in impedance control
 --   equilibrium := rest                            not TAKE_RADIUS
 --                  radius                          TAKE_RADIUS, unless mode was
 --                                                  and stays 1: then it is kept
@@ -29,7 +29,7 @@
 --                                     sample, 0 to 15
 -- in       position_drive  (1,DRIVE_WIDTH-1,0)
 --          impedance_drive (1,DRIVE_WIDTH-1,0)
---          force           (0,FORCE_WIDTH,0)
+--          finger_force    (0,FORCE_WIDTH,0)
 --          threshold_on    (0,FORCE_WIDTH,0)
 --          threshold_off   (0,FORCE_WIDTH,0)
 --          radius          (1,LENGTH_WIDTH-LENGTH_FRAC-1,LENGTH_FRAC) [m], ignored
@@ -69,7 +69,7 @@ entity control_switch is
     rst             : in  std_logic;
     position_drive  : in  std_logic_vector(DRIVE_WIDTH - 1 downto 0);
     impedance_drive : in  std_logic_vector(DRIVE_WIDTH - 1 downto 0);
-    force           : in  std_logic_vector(FORCE_WIDTH - 1 downto 0);
+    finger_force    : in  std_logic_vector(FORCE_WIDTH - 1 downto 0);
     threshold_on    : in  std_logic_vector(FORCE_WIDTH - 1 downto 0);
     threshold_off   : in  std_logic_vector(FORCE_WIDTH - 1 downto 0);
     radius          : in  std_logic_vector(LENGTH_WIDTH - 1 downto 0);
@@ -105,8 +105,8 @@ architecture rtl of control_switch is
   -- value * (1 - 2^-DECAY), towards zero: of a negative value, the fraction is
   -- rounded up.
   function decayed(value : offset_word) return offset_word is
-    constant UP : share_word
-      := to_signed(2**DECAY - 1, OFFSET_WIDTH + DECAY) and value(value'high);
+    constant MOST  : share_word := to_signed(2**DECAY - 1, OFFSET_WIDTH + DECAY);
+    constant UP    : share_word := signed(std_logic_vector(MOST) and value(value'high));
     constant SHARE : share_word
       := shift_left(resize(value, OFFSET_WIDTH + DECAY), DECAY) - value + UP;
   begin
@@ -154,8 +154,8 @@ begin
 
       loads := sample;
       if sample = '1' then
-        probes := (mode and not exceeds(threshold_off, force))
-                  or (not mode and exceeds(force, threshold_on));
+        probes := (mode and not exceeds(threshold_off, finger_force))
+                  or (not mode and exceeds(finger_force, threshold_on));
         if not TAKE_RADIUS then
           equilibrium <= rest;
         else

@@ -1,14 +1,14 @@
 -- impedance_control : radial impedance with force feedback, as a drive of the crank
 --
 --   desired := clamp(round(stiffness * (rest - radius)), 0, FORCE_LIMIT)
---   push    := desired + feedback * (desired - force)
+--   push    := desired + feedback * (desired - finger_force)
 --   drive   := saturate(round(slope * push * GAIN / 2^GAIN_FRAC))
 --
 -- Pressed inwards, the segment has a radius less than rest, and desired pushes
--- outwards; it never pulls. force is that of the finger on the segment, positive
--- inwards. slope is dr/dpsi, never positive between the crank's dead centres:
--- there, a positive push makes a negative drive, and this turns the crank
--- towards psi = 0, outwards. The products are taken of words as integers: push
+-- outwards; it never pulls. finger_force is that of the finger on the segment,
+-- positive inwards. slope is dr/dpsi, never positive between the crank's dead
+-- centres: there, a positive push makes a negative drive, and this turns the
+-- crank towards psi = 0, outwards. The products are taken of words as integers: push
 -- and the product with slope are exact, in LSBs of the force and of the lengths.
 --
 -- generics LENGTH_WIDTH, LENGTH_FRAC  bits of lengths and of the slope, their
@@ -21,13 +21,13 @@
 --          GAIN, GAIN_FRAC            GAIN / 2^GAIN_FRAC drive counts per LSB of
 --                                     the force times LSB of the slope
 --          DRIVE_WIDTH                bits of the drive
--- in       rest      (1,LENGTH_WIDTH-LENGTH_FRAC-1,LENGTH_FRAC) [m]
---          radius    (1,LENGTH_WIDTH-LENGTH_FRAC-1,LENGTH_FRAC) [m]
---          slope     (1,LENGTH_WIDTH-LENGTH_FRAC-1,LENGTH_FRAC) [m/rad]
---          force     (0,FORCE_WIDTH,0)
---          stiffness (0,S_WIDTH-S_FRAC,S_FRAC) LSBs of the force per LSB of lengths
---          feedback  (0,K_WIDTH-K_FRAC,K_FRAC)
--- out      drive     (1,DRIVE_WIDTH-1,0)
+-- in       rest         (1,LENGTH_WIDTH-LENGTH_FRAC-1,LENGTH_FRAC) [m]
+--          radius       (1,LENGTH_WIDTH-LENGTH_FRAC-1,LENGTH_FRAC) [m]
+--          slope        (1,LENGTH_WIDTH-LENGTH_FRAC-1,LENGTH_FRAC) [m/rad]
+--          finger_force (0,FORCE_WIDTH,0)
+--          stiffness    (0,S_WIDTH-S_FRAC,S_FRAC) force LSBs per length LSB
+--          feedback     (0,K_WIDTH-K_FRAC,K_FRAC)
+-- out      drive        (1,DRIVE_WIDTH-1,0)
 -- latency  0, combinational
 -- reset    none
 -- overflow the drive saturates; both roundings are to nearest, ties up
@@ -56,13 +56,13 @@ entity impedance_control is
     DRIVE_WIDTH  : positive := 11
   );
   port (
-    rest      : in  std_logic_vector(LENGTH_WIDTH - 1 downto 0);
-    radius    : in  std_logic_vector(LENGTH_WIDTH - 1 downto 0);
-    slope     : in  std_logic_vector(LENGTH_WIDTH - 1 downto 0);
-    force     : in  std_logic_vector(FORCE_WIDTH - 1 downto 0);
-    stiffness : in  std_logic_vector(S_WIDTH - 1 downto 0);
-    feedback  : in  std_logic_vector(K_WIDTH - 1 downto 0);
-    drive     : out std_logic_vector(DRIVE_WIDTH - 1 downto 0)
+    rest         : in  std_logic_vector(LENGTH_WIDTH - 1 downto 0);
+    radius       : in  std_logic_vector(LENGTH_WIDTH - 1 downto 0);
+    slope        : in  std_logic_vector(LENGTH_WIDTH - 1 downto 0);
+    finger_force : in  std_logic_vector(FORCE_WIDTH - 1 downto 0);
+    stiffness    : in  std_logic_vector(S_WIDTH - 1 downto 0);
+    feedback     : in  std_logic_vector(K_WIDTH - 1 downto 0);
+    drive        : out std_logic_vector(DRIVE_WIDTH - 1 downto 0)
   );
 end entity;
 
@@ -132,7 +132,7 @@ begin
   stretch <= resize(signed(rest), LENGTH_WIDTH + 1) - signed(radius);
   spring  <= resize(signed('0' & stiffness) * stretch, SPRING_WIDTH);
   desired <= limited(rounded(spring, S_FRAC));
-  lack    <= resize(desired, FORCE_WIDTH + 2) - signed('0' & force);
+  lack    <= resize(desired, FORCE_WIDTH + 2) - signed('0' & finger_force);
   push    <= shift_left(resize(desired, PUSH_WIDTH), K_FRAC)
              + resize(signed('0' & feedback) * lack, PUSH_WIDTH);
   torque  <= signed(slope) * push;

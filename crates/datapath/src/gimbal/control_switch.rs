@@ -1,14 +1,14 @@
 //! The switch between position and impedance control of the crank, with hysteresis and without a leap of the drive.
 //!
-//! - **Equation**: at a sample, in position control, `mode' = 1` if `force > threshold_on`; in impedance control `mode' =
-//!   0` if `force < threshold_off`; else the mode stays. `equilibrium' = rest`, or with `TAKE_RADIUS` `radius` where
-//!   `mode` or `mode'` is 0. At the edge after the sample, with `law` the drive of the mode: `offset' = drive - law` if
-//!   the law is another than at the last time, else `offset - offset / 2^DECAY` rounded towards zero, and `drive' =
-//!   saturate(law + offset')`. Without `BUMPLESS` the offset is always 0.
-//! - **Ports**: `position_drive`, `impedance_drive` (1,DRIVE_WIDTH-1,0), `force`, `threshold_on`, `threshold_off`
-//!   (0,FORCE_WIDTH,0), `radius`, `rest` (1,LENGTH_WIDTH-LENGTH_FRAC-1,LENGTH_FRAC), `sample` in; `drive`
-//!   (1,DRIVE_WIDTH-1,0), `mode` (0,1,0), 1 = impedance, `equilibrium` as `radius` out. `radius` is ignored unless
-//!   `TAKE_RADIUS`, else `rest` is.
+//! - **Equation**: at a sample, in position control, `mode' = 1` if `finger_force > threshold_on`; in impedance control
+//!   `mode' = 0` if `finger_force < threshold_off`; else the mode stays. `equilibrium' = rest`, or with `TAKE_RADIUS`
+//!   `radius` where `mode` or `mode'` is 0. At the edge after the sample, with `law` the drive of the mode: `offset' =
+//!   drive - law` if the law is another than at the last time, else `offset - offset / 2^DECAY` rounded towards zero,
+//!   and `drive' = saturate(law + offset')`. Without `BUMPLESS` the offset is always 0.
+//! - **Ports**: `position_drive`, `impedance_drive` (1,DRIVE_WIDTH-1,0), `finger_force`, `threshold_on`,
+//!   `threshold_off` (0,FORCE_WIDTH,0), `radius`, `rest` (1,LENGTH_WIDTH-LENGTH_FRAC-1,LENGTH_FRAC), `sample` in;
+//!   `drive` (1,DRIVE_WIDTH-1,0), `mode` (0,1,0), 1 = impedance, `equilibrium` as `radius` out. `radius` is ignored
+//!   unless `TAKE_RADIUS`, else `rest` is.
 //! - **Latency**: 1 edge from a sample to mode and equilibrium, 2 to the drive. The equilibrium is an input of the
 //!   impedance's law, whose drive is therefore read one edge later: it belongs to the equilibrium of the same sample.
 //! - **Reset**: position control; drive, offset and equilibrium 0. The first sample is no switch unless its force is
@@ -16,8 +16,8 @@
 //! - **Overflow**: the drive saturates. At a switch it stays as it was, and the offset holds any difference.
 //! - **VHDL twin**: `hdl/control_switch.vhd`.
 //! - **Source**: Pediredla et al.: position control while the finger moves along the surface, impedance control when it
-//!   probes radially. The paper gives no threshold; here the force tells that the finger probes. Equal thresholds are
-//!   a switch without hysteresis.
+//!   probes radially. The paper gives no threshold; here the force tells that the finger probes. Equal thresholds are a
+//!   switch without hysteresis.
 //! - **Differs from the hardware**: hysteresis, offset and latched radius are additions to the paper's design. No
 //!   propagation delay, so no limit on the clock.
 
@@ -31,7 +31,7 @@ use crate::{AnyStep, Block, ConfigError, Generic, Register, Step};
 
 hpu_signal::ports! {
     /// Inputs of the switch.
-    pub struct In { position_drive, impedance_drive, force, threshold_on, threshold_off, radius, rest, sample }
+    pub struct In { position_drive, impedance_drive, finger_force, threshold_on, threshold_off, radius, rest, sample }
 }
 
 hpu_signal::ports! {
@@ -122,8 +122,8 @@ impl ControlSwitch {
     fn moved<W: Word>(&self, state: &State<W>, input: &In<W>) -> State<W> {
         let SwitchConfig { take_radius, .. } = self.config;
         let decided = || {
-            let enters = || [W::of_bit(input.force.above(input.threshold_on))];
-            let stays = || [W::of_bit(input.force.at_least(input.threshold_off))];
+            let enters = || [W::of_bit(input.finger_force.above(input.threshold_on))];
+            let stays = || [W::of_bit(input.finger_force.at_least(input.threshold_off))];
             let [mode] = W::branch(state.mode.is_set(), stays, enters);
             let probes = state.mode.is_set() & mode.is_set();
             let kept = || [state.equilibrium];
@@ -219,7 +219,7 @@ impl Block for ControlSwitch {
         In {
             position_drive: Signal::new("position_drive", drive, "count", "Drive of the position control"),
             impedance_drive: Signal::new("impedance_drive", drive, "count", "Drive of the impedance control"),
-            force: Signal::new("force", force, "LSB", "Force of the finger, inwards"),
+            finger_force: Signal::new("finger_force", force, "LSB", "Force of the finger, inwards"),
             threshold_on: Signal::new("threshold_on", force, "LSB", "Force above which the finger probes"),
             threshold_off: Signal::new("threshold_off", force, "LSB", "Force below which it probes no longer"),
             radius: Signal::new("radius", length, "m", "Radius of the segment"),

@@ -1,21 +1,21 @@
 //! Radial impedance with force feedback: the drive of the crank that makes the segment a spring.
 //!
 //! - **Equation**: `desired = clamp(round(stiffness (rest - radius)), 0, FORCE_LIMIT)` in force LSBs, `push = desired +
-//!   feedback (desired - force)`, exact, and `drive = saturate(round(slope push GAIN / 2^GAIN_FRAC))`.
+//!   feedback (desired - finger_force)`, exact, and `drive = saturate(round(slope push GAIN / 2^GAIN_FRAC))`.
 //! - **Ports**: `rest`, `radius` (1,L,F) in metres and `slope` (1,L,F) in m/rad with `L = LENGTH_WIDTH - LENGTH_FRAC -
-//!   1`, `F = LENGTH_FRAC`; `force` (0,FORCE_WIDTH,0) in force LSBs; `stiffness` (0,S_WIDTH-S_FRAC,S_FRAC) in force LSBs
-//!   per length LSB; `feedback` (0,K_WIDTH-K_FRAC,K_FRAC) in; `drive` (1,DRIVE_WIDTH-1,0) out.
+//!   1`, `F = LENGTH_FRAC`; `finger_force` (0,FORCE_WIDTH,0) in force LSBs; `stiffness` (0,S_WIDTH-S_FRAC,S_FRAC) in
+//!   force LSBs per length LSB; `feedback` (0,K_WIDTH-K_FRAC,K_FRAC) in; `drive` (1,DRIVE_WIDTH-1,0) out.
 //! - **Signs**: the segment pressed inwards has `radius < rest`, and `desired` pushes outwards, towards greater radii.
 //!   `slope` is `dr/dpsi`, which is never positive between the dead centres of the crank: there, a `push` that is
-//!   positive makes a negative drive, and this turns the crank towards `psi = 0`, outwards. `force` is that of the
-//!   finger on the segment, positive inwards.
+//!   positive makes a negative drive, and this turns the crank towards `psi = 0`, outwards. `finger_force` is that of
+//!   the finger on the segment, positive inwards.
 //! - **Scale**: `GAIN / 2^GAIN_FRAC` is in drive counts per force LSB times length LSB per radian.
 //! - **Latency**: none, combinational. **Reset**: none.
-//! - **Overflow**: the spring never pulls, and pushes with `FORCE_LIMIT` at most; the drive saturates. Both roundings are
-//!   to the nearest, ties up.
+//! - **Overflow**: the spring never pulls, and pushes with `FORCE_LIMIT` at most; the drive saturates. Both roundings
+//!   are to the nearest, ties up.
 //! - **VHDL twin**: `hdl/impedance_control.vhd`.
-//! - **Source**: Pediredla et al., `tau = J^T (F_d + K_f (F_d - F))` with `F_d = k_d (dr_d - dr)`; the paper has `K_f` of
-//!   2 to 10 and `k_d` of 0.75 to 2 N/mm.
+//! - **Source**: Pediredla et al., `tau = J^T (F_d + K_f (F_d - F))` with `F_d = k_d (dr_d - dr)`; the paper has `K_f`
+//!   of 2 to 10 and `k_d` of 0.75 to 2 N/mm.
 //! - **Differs from the hardware**: the paper's controller runs in software and sets no limit to the desired force. No
 //!   propagation delay, so no limit on the clock.
 
@@ -29,7 +29,7 @@ use crate::{AnyStep, Block, Combinational, ConfigError, Generic, Step};
 
 hpu_signal::ports! {
     /// Inputs of the controller.
-    pub struct In { rest, radius, slope, force, stiffness, feedback }
+    pub struct In { rest, radius, slope, finger_force, stiffness, feedback }
 }
 
 hpu_signal::ports! {
@@ -131,7 +131,7 @@ impl Combinational for ImpedanceControl {
         let ImpedanceConfig { length, force_width, force_limit, stiffness, feedback, gain, .. } = self.config;
         let spring = input.stiffness * (input.rest - input.radius);
         let desired = limited(spring, stiffness.frac(), [0, force_limit.into()]).cut("desired", force_width + 1);
-        let push = desired.shl(feedback.frac().unsigned_abs()) + input.feedback * (desired - input.force);
+        let push = desired.shl(feedback.frac().unsigned_abs()) + input.feedback * (desired - input.finger_force);
         let push = push.cut("push", force_width + feedback.width() + 3);
         let torque = (input.slope * push).cut("torque", length.width() + force_width + feedback.width() + 3);
         Out { drive: (torque * W::int(gain.into())).narrow(&self.narrowing) }
@@ -156,7 +156,12 @@ impl Block for ImpedanceControl {
             rest: Signal::new("rest", length, "m", "Radius at which the spring pushes with nothing"),
             radius: Signal::new("radius", length, "m", "Radius of the segment"),
             slope: Signal::new("slope", length, "m/rad", "Change of the radius with the angle of the crank"),
-            force: Signal::new("force", Format::unsigned(force_width), "LSB", "Force of the finger, inwards"),
+            finger_force: Signal::new(
+                "finger_force",
+                Format::unsigned(force_width),
+                "LSB",
+                "Force of the finger, inwards",
+            ),
             stiffness: Signal::new("stiffness", stiffness, "1", "Force LSBs per length LSB"),
             feedback: Signal::new("feedback", feedback, "1", "Gain of the force's error"),
         }

@@ -1,8 +1,8 @@
 //! Position control of one servo: proportional to the error, and to its change from sample to sample.
 //!
-//! - **Equation**: at a sample `measured = round(count STEP / 2^STEP_FRAC)`, `e = desired - measured`, exact and without
-//!   wrapping, `d = e - e_before`, or 0 at the first sample after a reset, and `drive = saturate(round(proportional e +
-//!   derivative d))`; then `e` becomes `e_before`.
+//! - **Equation**: at a sample `measured = round(count STEP / 2^STEP_FRAC)`, `e = desired - measured`, exact and
+//!   without wrapping, `d = e - e_before`, or 0 at the first sample after a reset, and `drive =
+//!   saturate(round(proportional e + derivative d))`; then `e` becomes `e_before`.
 //! - **Ports**: `desired` (1,0,ANGLE_WIDTH-1) in half turns, `count` (1,COUNT_WIDTH-1,0) of the servo's own sensor,
 //!   `proportional` (0,P_WIDTH-P_FRAC,P_FRAC) in drive counts per half turn, `derivative` (0,D_WIDTH-D_FRAC,D_FRAC) in
 //!   drive counts per half turn a sample, `sample` in; `drive` (1,DRIVE_WIDTH-1,0) out. The sample period is in the
