@@ -47,7 +47,7 @@
 --          surface, impedance control when it probes radially; no threshold is
 --          given
 -- differs from the hardware: hysteresis, offset and latched radius are additions
---          to the paper's design. No propagation delay, so no limit on the
+--          to the paper's design. The sum takes one edge, so no limit on the
 --          clock.
 
 library ieee;

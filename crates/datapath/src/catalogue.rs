@@ -8,9 +8,9 @@ use crate::phantom::{
 };
 use crate::{
     AnyBlock, AxisFront, Biquad, Block, CommandLimiter, ConfigError, ConventionalLoop, Displacement, EdgeTimer,
-    FilteredDifference, Foaw, Generic, HybridLoop, InputShaper, LevantDifferentiator, MethodLoop, PositionCounter, Pwm,
-    QuadratureDecoder, Saturator, SequentialDivider, SquareRoot, Synchronizer, TorqueSum, TruncatingMultiplier,
-    Unilateral, VelocityRegister, WindowDifference, ZeroOrderHold,
+    FilteredDifference, Foaw, FractionalDifference, Generic, HybridLoop, InputShaper, LevantDifferentiator, MethodLoop,
+    PositionCounter, Pwm, QuadratureDecoder, Saturator, SequentialDivider, SquareRoot, Synchronizer, TorqueSum,
+    TruncatingMultiplier, Unilateral, VelocityRegister, WindowDifference, ZeroOrderHold,
 };
 
 /// Lists every block and wiring once; what is known of all of them follows.
@@ -49,7 +49,7 @@ macro_rules! around_laws {
             ConventionalLoop, AxisFront, InputShaper, $(crate::$Law,)* $(MethodLoop<crate::$Law>,)* TrigTable,
             TrigQuarter, TrigInterpolated, TrigCordic, SampleRegister, PhantomForward, CubeRoom, PhantomTorque,
             CommandScaler, CommandRegister, PhantomEngine, PhantomLoop, PhantomSharedLoop, PhantomIo, ServoControl,
-            ImpedanceControl, ControlSwitch,
+            ImpedanceControl, ControlSwitch, FractionalDifference,
         }
     };
 }

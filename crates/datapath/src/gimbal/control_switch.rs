@@ -18,8 +18,8 @@
 //! - **Source**: Pediredla et al.: position control while the finger moves along the surface, impedance control when it
 //!   probes radially. The paper gives no threshold; here the force tells that the finger probes. Equal thresholds are a
 //!   switch without hysteresis.
-//! - **Differs from the hardware**: hysteresis, offset and latched radius are additions to the paper's design. No
-//!   propagation delay, so no limit on the clock.
+//! - **Differs from the hardware**: hysteresis, offset and latched radius are additions to the paper's design. The
+//!   sum takes one edge, so no limit on the clock.
 
 use hpu_signal::{Format, Machine, Narrowed, Narrowing, Overflow, Rounding, Signal, Word};
 
@@ -87,8 +87,8 @@ impl ControlSwitch {
     ///
     /// # Errors
     ///
-    /// Returns an error unless the drive has 2 to 31 bits, the force 2 to 30, lengths are signed with 2 to 62 bits and 0
-    /// or more fraction bits, and the decay is 0 to 15.
+    /// Returns an error unless the drive has 2 to 31 bits, the force 2 to 30, lengths are signed with 2 to 62 bits
+    /// and 0 or more fraction bits, and the decay is 0 to 15.
     pub fn new(config: SwitchConfig) -> Result<Self, ConfigError> {
         let SwitchConfig { drive_width, force_width, length, decay, .. } = config;
         within(Self::NAME, "DRIVE_WIDTH", drive_width, 2..=31)?;

@@ -88,9 +88,9 @@ impl ServoControl {
     ///
     /// # Errors
     ///
-    /// Returns an error unless the angle has 2 to 32 bits, the count 2 to 24, the drive 2 to 31, both gains are unsigned
-    /// with 2 to 40 bits, 0 to 30 of them fraction bits, the step is a positive VHDL `natural` with at most 30 fraction
-    /// bits, and every count is an angle of less than two half turns.
+    /// Returns an error unless the angle has 2 to 32 bits, the count 2 to 24, the drive 2 to 31, both gains are
+    /// unsigned with 2 to 40 bits, 0 to 30 of them fraction bits, the step is a positive VHDL `natural` with at most 30
+    /// fraction bits, and every count is an angle of less than two half turns.
     pub fn new(config: ServoConfig) -> Result<Self, ConfigError> {
         let ServoConfig { angle_width, count_width, step, step_frac, proportional, derivative, drive_width } = config;
         within(Self::NAME, "ANGLE_WIDTH", angle_width, 2..=32)?;
