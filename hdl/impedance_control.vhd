@@ -126,6 +126,7 @@ architecture rtl of impedance_control is
   signal lack    : signed(FORCE_WIDTH + 1 downto 0);
   signal push    : push_word;
   signal torque  : signed(TORQUE_WIDTH - 1 downto 0);
+  signal scaled  : signed(TORQUE_WIDTH + 31 downto 0);
 
 begin
 
@@ -136,6 +137,7 @@ begin
   push    <= shift_left(resize(desired, PUSH_WIDTH), K_FRAC)
              + resize(signed('0' & feedback) * lack, PUSH_WIDTH);
   torque  <= signed(slope) * push;
-  drive   <= saturate(rounded(resize(torque * to_signed(GAIN, 32), TOTAL_WIDTH), DROP));
+  scaled  <= torque * to_signed(GAIN, 32);
+  drive   <= saturate(rounded(resize(scaled, TOTAL_WIDTH), DROP));
 
 end architecture;

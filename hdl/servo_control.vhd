@@ -110,29 +110,34 @@ architecture rtl of servo_control is
     return std_logic_vector(HIGHEST);
   end function;
 
+  signal before : error_word;
+  -- An error before this one is known.
+  signal primed : std_logic;
+  signal e      : error_word;
+  signal d      : signed(ERROR_WIDTH downto 0);
+  signal pull   : total_word;
+  signal drag   : total_word;
+
 begin
 
+  e    <= resize(signed(desired), ERROR_WIDTH) - angle(count);
+  -- Gated instead of chosen, so that an unknown value stays unknown.
+  d    <= signed(std_logic_vector(resize(e, ERROR_WIDTH + 1) - before) and primed);
+  pull <= gained(proportional, P_FRAC, e);
+  drag <= gained(derivative, D_FRAC, d);
+
   process (clk)
-    variable before : error_word;
-    -- An error before this one is known.
-    variable primed : std_logic;
-    variable e      : error_word;
-    variable d      : signed(ERROR_WIDTH downto 0);
   begin
     if rising_edge(clk) then
       if sample = '1' then
-        e := resize(signed(desired), ERROR_WIDTH) - angle(count);
-        -- Gated instead of chosen, so that an unknown value stays unknown.
-        d := signed(std_logic_vector(resize(e, ERROR_WIDTH + 1) - before) and primed);
-
-        drive  <= narrowed(gained(proportional, P_FRAC, e) + gained(derivative, D_FRAC, d));
-        before := e;
-        primed := '1';
+        drive  <= narrowed(pull + drag);
+        before <= e;
+        primed <= '1';
       end if;
 
       if rst = '1' then
-        before := (others => '0');
-        primed := '0';
+        before <= (others => '0');
+        primed <= '0';
         drive  <= (others => '0');
       end if;
     end if;

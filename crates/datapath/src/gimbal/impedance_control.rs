@@ -129,12 +129,16 @@ impl Combinational for ImpedanceControl {
     #[inline]
     fn made<W: Word>(&self, input: In<W>) -> Out<W> {
         let ImpedanceConfig { length, force_width, force_limit, stiffness, feedback, gain, .. } = self.config;
-        let spring = input.stiffness * (input.rest - input.radius);
-        let desired = limited(spring, stiffness.frac(), [0, force_limit.into()]).cut("desired", force_width + 1);
-        let push = desired.shl(feedback.frac().unsigned_abs()) + input.feedback * (desired - input.finger_force);
-        let push = push.cut("push", force_width + feedback.width() + 3);
-        let torque = (input.slope * push).cut("torque", length.width() + force_width + feedback.width() + 3);
-        Out { drive: (torque * W::int(gain.into())).narrow(&self.narrowing) }
+        let (of_length, of_force) = (length.width(), force_width + 1);
+        let of_push = force_width + feedback.width() + 3;
+        let stretch = (input.rest - input.radius).cut("stretch", of_length + 1);
+        let spring = (input.stiffness * stretch).cut("spring", stiffness.width() + of_length + force_width + 4);
+        let desired = limited(spring, stiffness.frac(), [0, force_limit.into()]).cut("desired", of_force);
+        let lack = (desired - input.finger_force).cut("lack", of_force + 1);
+        let push = desired.shl(feedback.frac().unsigned_abs()) + input.feedback * lack;
+        let torque = (input.slope * push.cut("push", of_push)).cut("torque", of_length + of_push);
+        let scaled = (torque * W::int(gain.into())).cut("scaled", of_length + of_push + 32);
+        Out { drive: scaled.narrow(&self.narrowing) }
     }
 }
 

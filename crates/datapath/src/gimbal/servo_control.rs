@@ -22,7 +22,7 @@ use hpu_signal::{Format, Machine, Narrowed, Narrowing, Overflow, Rounding, Signa
 use crate::config::{NATURAL, within};
 use crate::law::ZERO;
 use crate::listed::{Given, Listed};
-use crate::phantom::words::{accept, aligned_sum, natural};
+use crate::phantom::words::{accept, natural};
 use crate::{AnyStep, Block, ConfigError, Generic, Register, Step};
 
 hpu_signal::ports! {
@@ -132,11 +132,24 @@ impl ServoControl {
         let ServoConfig { step, step_frac, proportional, derivative, .. } = self.config;
         let half = (1 << step_frac) >> 1;
         let measured = (input.count * W::int(step.into()) + W::int(half)).shr(step_frac);
-        let error = input.desired - measured;
-        let difference = W::select(primed, error - before, W::int(0));
-        let pull = (input.proportional * error, proportional.frac());
-        let drag = (input.derivative * difference, derivative.frac());
-        [error, aligned_sum(pull, drag).0.narrow(&self.narrowing)]
+        let error = (input.desired - measured).cut("e", self.error.width());
+        let difference = W::select(primed, error - before, W::int(0)).cut("d", self.error.width() + 1);
+        let frac = proportional.frac().max(derivative.frac());
+        // At the finer fraction of the two gains.
+        let gained = |gain: W, format: Format, value: W, name: &str| {
+            (gain * value).shl((frac - format.frac()).unsigned_abs()).cut(name, self.total_width())
+        };
+        let pull = gained(input.proportional, proportional, error, "pull");
+        let drag = gained(input.derivative, derivative, difference, "drag");
+        [error, (pull + drag).narrow(&self.narrowing)]
+    }
+
+    /// Returns the width of the products in the VHDL.
+    fn total_width(&self) -> u32 {
+        let ServoConfig { proportional, derivative, drive_width, .. } = self.config;
+        let [p, d] = [proportional, derivative].map(|gain| gain.int().unsigned_abs());
+        let frac = proportional.frac().max(derivative.frac()).unsigned_abs();
+        p.max(d).max(drive_width) + frac + self.error.width() + 4
     }
 
     /// Returns the error and the drive that a sample makes.
