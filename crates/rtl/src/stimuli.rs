@@ -9,7 +9,7 @@ use hpu_cosim::SplitMix64;
 use hpu_datapath::{AnyBlock, Generic};
 use hpu_signal::{Format, Signal};
 
-use self::sequences::{computations, is_estimator, motions};
+use self::sequences::{computations, is_estimator, motions, strobed};
 use self::walls::{Walker, gain, grounded, is_law};
 use crate::Stimulus;
 use crate::postures::{Targets, is_posed, pose};
@@ -90,6 +90,9 @@ pub fn directed(block: &dyn AnyBlock) -> Vec<Stimulus> {
         }
         _ if lines(&inputs) > 0 => walks(&inputs),
         _ if block.first_shown().is_some() => results(&inputs),
+        _ if inputs.last().is_some_and(|signal| signal.name == "sample") => {
+            strobed(&inputs, generic(block, "MEMORY").unwrap_or(0) + 2)
+        }
         _ if inputs[0].name == "start" => computations(&inputs, latency(block)),
         _ if is_estimator(&inputs) => [samples(&inputs), motions(&inputs)].concat(),
         _ => samples(&inputs),

@@ -5,9 +5,15 @@
 
 mod config;
 
+pub mod control_switch;
 pub mod crank_table;
 pub mod gimbal_inverse;
+pub mod impedance_control;
+pub mod servo_control;
 
 pub use config::GimbalConfig;
+pub use control_switch::{ControlSwitch, SwitchConfig};
 pub use crank_table::CrankTable;
 pub use gimbal_inverse::GimbalInverse;
+pub use impedance_control::{ImpedanceConfig, ImpedanceControl};
+pub use servo_control::{ServoConfig, ServoControl};

@@ -10,7 +10,7 @@ mod force_path;
 mod phase;
 mod trig;
 mod variants;
-mod words;
+pub(crate) mod words;
 
 pub mod command_register;
 pub mod command_scaler;

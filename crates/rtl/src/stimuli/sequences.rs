@@ -2,7 +2,7 @@
 
 use hpu_signal::Signal;
 
-use super::{corners, edge, product, reset};
+use super::{corners, edge, one_by_one, product, reset};
 use crate::Stimulus;
 
 /// Returns rows for sequential computations: every corner of each operand against those of the others. Each computation
@@ -14,6 +14,14 @@ pub(super) fn computations(inputs: &[Signal], latency: i64) -> Vec<Stimulus> {
     let run = |operands: Vec<i64>| (0..edges).map(move |passed| edge(row(passed == 0, &operands)));
     let runs = product(&lists).into_iter().flat_map(run);
     [reset(vec![1; inputs.len()])].into_iter().chain(runs).collect()
+}
+
+/// Returns rows for blocks whose last input tells the edges that sample: every corner of each other input is sampled
+/// once, and then stays until the next sample, `edges` edges later.
+pub(super) fn strobed(inputs: &[Signal], edges: i64) -> Vec<Stimulus> {
+    let lists: Vec<_> = inputs[..inputs.len() - 1].iter().map(|signal| corners(signal.format)).collect();
+    let run = |words: Vec<i64>| (0..edges).map(move |passed| edge([&words[..], &[i64::from(passed == 0)]].concat()));
+    [reset(vec![1; inputs.len()])].into_iter().chain(one_by_one(&lists).into_iter().flat_map(run)).collect()
 }
 
 /// Returns whether the block estimates a velocity: its inputs are a position and at most the sample period.
