@@ -85,6 +85,7 @@ mod resolved;
 pub(crate) mod section;
 mod setup;
 mod shipped;
+mod smooth;
 pub(crate) mod source;
 mod words;
 

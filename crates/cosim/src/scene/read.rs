@@ -32,7 +32,8 @@ pub(super) fn scene(file: &str, source: &Source, load: Load, buildable: Buildabl
     let about = about(&root)?;
     let (device, axis) = device(&root.section("device")?)?;
     let root = root.along(axis);
-    let hand = hand(&root.section("hand")?, load)?;
+    let count = || Ok(encoder(&root.section("encoder")?, &device, true)?.count_rad());
+    let hand = hand(&root.section("hand")?, load, &count)?;
     imposed(&root.section("device")?, &hand)?;
     let clock = clock(&root.section("clock")?)?;
     let model = model(&root.section("model")?, &device)?;

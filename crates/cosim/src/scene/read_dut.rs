@@ -31,7 +31,8 @@ pub(super) fn dut_scene(file: &str, source: &Source, load: Load) -> Result<DutSc
     let about = about(&root)?;
     let (device, axis) = device(&root.section("device")?)?;
     let root = root.along(axis);
-    let hand = hand(&root.section("hand")?, load)?;
+    let count = || Ok(encoder(&root.section("encoder")?, &device, true)?.count_rad());
+    let hand = hand(&root.section("hand")?, load, &count)?;
     if let Hand::Capture { .. } = hand {
         return Err(root.error("hand.kind", "a recording has no device to drive; write \"prescribed\""));
     }

@@ -1,5 +1,6 @@
 //! Reading `[hand]`: the hand that moves the device, and the recordings it may name.
 
+use std::fmt::Display;
 use std::io;
 
 use super::keys;
@@ -7,15 +8,20 @@ use super::parameter::{Origin, ParameterValue};
 use super::parts::{Hand, PathPoint};
 use super::quantity as q;
 use super::quantity::Sense::{Any, NotNegative};
-use super::replay;
+use super::replay::{self, Motion};
 use super::section::Section;
+use super::smooth::smooth;
 use super::source::SceneError;
 use crate::message::{number, utf8};
 
 /// Reads a file that the scene names.
 pub(super) type Load<'a> = &'a mut dyn FnMut(&str) -> io::Result<Vec<u8>>;
 
-pub(super) fn hand(s: &Section, load: Load) -> Result<Hand, SceneError> {
+/// Reads the angle, or length, of one encoder count.
+type Count<'a> = &'a dyn Fn() -> Result<f64, SceneError>;
+
+/// Reads the hand. `count` is called only for a motion that is recorded in encoder counts.
+pub(super) fn hand(s: &Section, load: Load, count: Count) -> Result<Hand, SceneError> {
     let kind = s.read(&keys::hand::kind)?;
     s.accept(&[kind])?;
     match kind {
@@ -24,9 +30,9 @@ pub(super) fn hand(s: &Section, load: Load) -> Result<Hand, SceneError> {
         "spring_damper" => Ok(Hand::SpringDamper {
             stiffness_nm_per_rad: s.read(&keys::hand_grip::stiffness)?,
             damping_nm_s_per_rad: s.read(&keys::hand_grip::damping)?,
-            path: motion(s, load)?,
+            path: motion(s, load, count)?,
         }),
-        "prescribed" => Ok(Hand::Prescribed { path: motion(s, load)? }),
+        "prescribed" => Ok(Hand::Prescribed { path: motion(s, load, count)? }),
         _ => {
             let file = s.read(&keys::hand_capture::file)?;
             let channel_a = s.read(&keys::hand_capture::channel_a)?;
@@ -45,8 +51,8 @@ fn read(s: &Section, file: &str, load: Load) -> Result<Vec<u8>, SceneError> {
     load(file).map_err(|error| s.error("file", format!("cannot read `{file}` ({error}); {accepted}")))
 }
 
-/// The points of `path`, or those of `file`.
-fn motion(s: &Section, load: Load) -> Result<Vec<PathPoint>, SceneError> {
+/// Returns the points of `path`, or those of `file`.
+fn motion(s: &Section, load: Load, count: Count) -> Result<Vec<PathPoint>, SceneError> {
     match (s.has("path"), s.has("file")) {
         (true, true) => Err(s.error("file", "a path is given too; write one of path, file")),
         (false, false) => Err(s.error("path", "missing; write path = [[time, angle], ...], or file = \"motion.csv\"")),
@@ -54,12 +60,29 @@ fn motion(s: &Section, load: Load) -> Result<Vec<PathPoint>, SceneError> {
         (false, true) => {
             let file = s.read(&keys::hand_motion::file)?;
             let bytes = read(s, &file, load)?;
-            let text = utf8(&bytes).map_err(|error| s.error("file", format!("{file}:{error}")))?;
-            let motion = replay::read_motion_csv(text, (q::TIME.most, s.axis().position.most))
-                .map_err(|error| s.error("file", format!("{file}:{error}")))?;
-            Ok(motion.into_iter().map(|(time_s, angle_rad)| PathPoint { time_s, angle_rad }).collect())
+            let refused = |error: &dyn Display| s.error("file", format!("{file}:{error}"));
+            let text = utf8(&bytes).map_err(|error| refused(&error))?;
+            let most = (q::TIME.most, s.axis().position.most);
+            let points = match replay::read_motion_csv(text, most).map_err(|error| refused(&error))? {
+                Motion::Angles(points) => points,
+                Motion::Counts(recording) => behind(&recording, count()?, most.1).map_err(|error| refused(&error))?,
+            };
+            Ok(points.into_iter().map(|(time_s, angle_rad)| PathPoint { time_s, angle_rad }).collect())
         }
     }
+}
+
+/// Returns the smooth motion behind a recording of encoder counts; no angle may exceed `most_rad`.
+fn behind(recording: &[(f64, i64)], count_rad: f64, most_rad: f64) -> Result<Vec<(f64, f64)>, String> {
+    // A position is up to a count farther than its count.
+    let beyond = |count: i64| (count.unsigned_abs() + 1) as f64 * count_rad > most_rad;
+    if let Some((time_s, count)) = recording.iter().find(|(_, count)| beyond(*count)) {
+        let most = (most_rad / count_rad - 1.0).max(0.0).floor();
+        let [at, most] = [*time_s, most].map(number);
+        return Err(format!(" the count {count} at {at} s; accepted with this encoder: -{most} to {most}"));
+    }
+    let positions = smooth(recording).ok_or(" no smooth motion is found; write times at more even distances")?;
+    Ok(recording.iter().zip(positions).map(|((time_s, _), counts)| (*time_s, counts * count_rad)).collect())
 }
 
 fn path(s: &Section) -> Result<Vec<PathPoint>, SceneError> {

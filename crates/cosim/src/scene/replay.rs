@@ -171,32 +171,48 @@ fn from_parser(error: &std::io::Error, line: u64) -> ReplayError {
     }
 }
 
-/// Reads a motion: a table with the header `time_s,angle_rad` or `time_s,angle_deg`, one point a line.
+/// A motion from a table.
+#[derive(Clone, PartialEq, Debug)]
+pub enum Motion {
+    /// Times in seconds and angles in radians.
+    Angles(Vec<(f64, f64)>),
+    /// Times in seconds and the counts of an encoder, each from its first position on up to the next count's.
+    Counts(Vec<(f64, i64)>),
+}
+
+/// The greatest size of a count in a table.
+const MOST_COUNT: f64 = 1e9;
+
+/// Reads a motion: a table with the header `time_s,angle_rad`, `time_s,angle_deg` or `time_s,count`, one point a line.
 ///
 /// Empty lines and lines that start with `#` are skipped. Returns times in seconds, strictly increasing, and angles in
-/// radians; `most` holds the latest accepted time and the greatest accepted size of an angle.
+/// radians or counts; `most` holds the latest accepted time and the greatest accepted size of an angle.
 ///
 /// # Errors
 ///
-/// [`ReplayError`] for another header, another number of columns, a value that is not a finite number, a time that does
-/// not increase, a time or an angle beyond the greatest, a table without points, and a last line without its line feed.
+/// [`ReplayError`] for another header, another number of columns, a value that is not a finite number, a count that is
+/// not a whole number, a time that does not increase, a value beyond the greatest, a table without points, and a last
+/// line without its line feed.
 ///
 /// # Example
 ///
 /// ```
-/// let motion = hpu_cosim::replay::read_motion_csv("time_s,angle_rad\n0,0\n0.5,1.25\n", (10.0, 6.3)).unwrap();
-/// assert_eq!(motion, [(0.0, 0.0), (0.5, 1.25)]);
+/// use hpu_cosim::replay::{Motion, read_motion_csv};
+/// let motion = read_motion_csv("time_s,angle_rad\n0,0\n0.5,1.25\n", (10.0, 6.3)).unwrap();
+/// assert_eq!(motion, Motion::Angles(vec![(0.0, 0.0), (0.5, 1.25)]));
 /// ```
-pub fn read_motion_csv(text: &str, most: (f64, f64)) -> Result<Vec<(f64, f64)>, ReplayError> {
+pub fn read_motion_csv(text: &str, most: (f64, f64)) -> Result<Motion, ReplayError> {
     whole(text.as_bytes())?;
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let mut lines = (1..).zip(text.lines()).filter(|(_, line)| !line.trim().is_empty() && !line.starts_with('#'));
-    let accepted = "write `time_s,angle_rad` or `time_s,angle_deg`";
+    let accepted = "write `time_s,angle_rad`, `time_s,angle_deg` or `time_s,count`";
     let (line, header) = lines.next().ok_or_else(|| ReplayError::new(1, format!("no header; {accepted}")))?;
     let columns: Vec<&str> = header.split(',').map(str::trim).collect();
-    let degrees = match columns[..] {
-        ["time_s", "angle_rad"] => false,
-        ["time_s", "angle_deg"] => true,
+    // The column of the positions, and the greatest value in it.
+    let (column, most_value) = match columns[..] {
+        ["time_s", column @ "angle_rad"] => (column, most.1),
+        ["time_s", column @ "angle_deg"] => (column, most.1 / (PI / 180.0)),
+        ["time_s", column @ "count"] => (column, MOST_COUNT),
         _ => {
             return Err(ReplayError::new(line, format!("the header `{}` is not known; {accepted}", excerpt(header))));
         }
@@ -204,7 +220,7 @@ pub fn read_motion_csv(text: &str, most: (f64, f64)) -> Result<Vec<(f64, f64)>, 
     let mut motion: Vec<(f64, f64)> = Vec::new();
     for (line, row) in lines {
         let cells: Vec<&str> = row.split(',').map(str::trim).collect();
-        let [time, angle] = cells[..] else {
+        let [time, position] = cells[..] else {
             return Err(ReplayError::new(line, format!("{} columns; the header has 2", cells.len())));
         };
         let number = |cell: &str| {
@@ -216,9 +232,12 @@ pub fn read_motion_csv(text: &str, most: (f64, f64)) -> Result<Vec<(f64, f64)>, 
                 || format!("{}; accepted: {} to {}", excerpt(cell), message::number(least), message::number(most));
             if (least..=most).contains(&value) { Ok(value) } else { Err(ReplayError::new(line, beyond())) }
         };
-        let scale = if degrees { PI / 180.0 } else { 1.0 };
         let time_s = within(time, number(time)?, 0.0, most.0)?;
-        let angle = within(angle, number(angle)?, -most.1 / scale, most.1 / scale)?;
+        let value = within(position, number(position)?, -most_value, most_value)?;
+        if column == "count" && value.fract() != 0.0 {
+            let reason = format!("`{}` is not a count; write a whole number", excerpt(position));
+            return Err(ReplayError::new(line, reason));
+        }
         if let Some((before_s, _)) = motion.last().filter(|(before_s, _)| time_s <= *before_s) {
             let reason = format!(
                 "time must increase from line to line: {} s follows {} s",
@@ -227,10 +246,13 @@ pub fn read_motion_csv(text: &str, most: (f64, f64)) -> Result<Vec<(f64, f64)>, 
             );
             return Err(ReplayError::new(line, reason));
         }
-        motion.push((time_s, if degrees { angle.to_radians() } else { angle }));
+        motion.push((time_s, if column == "angle_deg" { value.to_radians() } else { value }));
     }
     if motion.is_empty() {
         return Err(ReplayError::new(line, "no point follows the header"));
     }
-    Ok(motion)
+    Ok(match column {
+        "count" => Motion::Counts(motion.into_iter().map(|(time_s, count)| (time_s, count as i64)).collect()),
+        _ => Motion::Angles(motion),
+    })
 }

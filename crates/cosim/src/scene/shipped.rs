@@ -52,6 +52,7 @@ static SCENES: &[Shipped] = scenes![
     "prescribed-sweep",
     "replay-capture",
     "replay-motion",
+    "qube-arm",
     "rail-drop",
     "impulse-engine",
     "impulse-engine-shaped",
@@ -87,8 +88,12 @@ static SCENES: &[Shipped] = scenes![
     "phantom-flexible",
 ];
 
-static FILES: &[(&str, &str)] =
-    &[("replay-capture.vcd", text!("replay-capture.vcd")), ("replay-motion.csv", text!("replay-motion.csv"))];
+static FILES: &[(&str, &str)] = &[
+    ("replay-capture.vcd", text!("replay-capture.vcd")),
+    ("replay-motion.csv", text!("replay-motion.csv")),
+    ("../recordings/qube/arm-start.csv", text!("../recordings/qube/arm-start.csv")),
+    ("../recordings/qube/arm-stop.csv", text!("../recordings/qube/arm-stop.csv")),
+];
 
 /// Returns the shipped scenes.
 #[must_use]

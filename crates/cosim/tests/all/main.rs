@@ -27,6 +27,7 @@ mod phantom_verdict;
 mod phantom_worlds;
 mod rail;
 mod resolved;
+mod scene_counts;
 mod scene_errors;
 mod scene_replay;
 mod scene_shipped;

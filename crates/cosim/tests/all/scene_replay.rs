@@ -1,6 +1,6 @@
 //! Recordings are read in the form that other programs write, and refused with the line.
 
-use hpu_cosim::replay::{PinEdge, read_capture, read_motion_csv};
+use hpu_cosim::replay::{Motion, PinEdge, read_capture, read_motion_csv};
 use proptest::prelude::*;
 
 /// The latest accepted time and the greatest accepted angle.
@@ -86,13 +86,16 @@ fn a_bad_capture_is_refused_by_line() {
 #[test]
 fn a_motion_is_read_in_radians() {
     let degrees = read_motion_csv("\u{feff}# by hand\r\ntime_s, angle_deg\r\n0, 0\r\n\r\n0.5,-180\r\n", MOST).unwrap();
-    assert_eq!(degrees, [(0.0, 0.0), (0.5, -std::f64::consts::PI)]);
-    assert_eq!(read_motion_csv("time_s,angle_rad\n1e-3,2.5\n", MOST).unwrap(), [(1e-3, 2.5)]);
+    assert_eq!(degrees, Motion::Angles(vec![(0.0, 0.0), (0.5, -std::f64::consts::PI)]));
+    let radians = read_motion_csv("time_s,angle_rad\n1e-3,2.5\n", MOST).unwrap();
+    assert_eq!(radians, Motion::Angles(vec![(1e-3, 2.5)]));
+    let counts = read_motion_csv("time_s,count\n0,-3\n0.002,1e9\n", MOST).unwrap();
+    assert_eq!(counts, Motion::Counts(vec![(0.0, -3), (0.002, 1_000_000_000)]));
 }
 
 #[test]
 fn a_bad_motion_is_refused_by_line() {
-    let accepted = "write `time_s,angle_rad` or `time_s,angle_deg`";
+    let accepted = "write `time_s,angle_rad`, `time_s,angle_deg` or `time_s,count`";
     for (text, message) in [
         ("", format!("1: no header; {accepted}")),
         ("t,x\n0,0\n", format!("1: the header `t,x` is not known; {accepted}")),
@@ -102,6 +105,8 @@ fn a_bad_motion_is_refused_by_line() {
         ("time_s,angle_rad\n0,0,0\n", "2: 3 columns; the header has 2".to_string()),
         ("time_s,angle_rad\n0,nan\n", "2: `nan` is not a finite number".to_string()),
         ("time_s,angle_rad\n0,0\n1,1e7\n", "3: 1e7; accepted: -1000000 to 1000000".to_string()),
+        ("time_s,count\n0,0\n1,2e9\n", "3: 2e9; accepted: -1000000000 to 1000000000".to_string()),
+        ("time_s,count\n0,0\n1,1.5\n", "3: `1.5` is not a count; write a whole number".to_string()),
         ("time_s,angle_rad\n0,0\n-1,0\n", "3: -1; accepted: 0 to 1000000000".to_string()),
         ("time_s,angle_rad\n0,0\n1,one\n", "3: `one` is not a finite number".to_string()),
         ("time_s,angle_rad\n0,0\n#\n0,1\n", "4: time must increase from line to line: 0 s follows 0 s".to_string()),
