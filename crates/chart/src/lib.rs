@@ -22,6 +22,7 @@ mod sines;
 mod speed;
 mod stiffness_by_cost;
 mod table_2;
+mod velocities;
 mod words;
 
 use hpu_cosim::dut::DutSession;
@@ -47,6 +48,7 @@ pub use sines::sines;
 pub use speed::{shares, speed};
 pub use stiffness_by_cost::stiffness_by_cost;
 pub use table_2::{rms, table_2};
+pub use velocities::{Estimate, velocities};
 
 /// Returns the nets that a run's trace must hold for its pictures, in this order.
 #[must_use]

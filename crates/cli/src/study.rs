@@ -1,13 +1,13 @@
 //! `hpu study`: runs a study of the user's own.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use clap::{Arg, Command};
 use hpu_cosim::did_you_mean;
 use hpu_study::map::SceneText;
-use hpu_study::studies::{Section, read};
+use hpu_study::studies::{Section, read, shipped_texts};
 
 use crate::exit::{Exit, Failure};
 use crate::input::read_text;
@@ -23,7 +23,7 @@ use crate::scene::{self, quoted};
 /// same command goes on after an interruption.
 #[derive(clap::Args)]
 pub struct Args {
-    /// The study's file
+    /// The study's file, or the name of a study in testbench/studies
     file: PathBuf,
     #[command(flatten)]
     to: beside::Args,
@@ -40,8 +40,7 @@ const VERBS: [&str; 8] = ["run", "check", "limits", "map", "chart", "fit", "widt
 
 /// Runs `hpu study`. `command` describes the whole command, `again` reads one.
 pub fn run(args: &Args, command: &Command, again: Again) -> Result<Exit, Failure> {
-    let text = read_text(&args.file)?;
-    let file = args.file.display().to_string();
+    let (file, text) = text(&args.file)?;
     let used: Arc<Mutex<BTreeMap<String, Vec<u8>>>> = Arc::default();
     let keep = Arc::clone(&used);
     let load = move |name: &str, set: &[(String, String)]| {
@@ -75,7 +74,8 @@ pub fn run(args: &Args, command: &Command, again: Again) -> Result<Exit, Failure
     if !study.comparison.lines.is_empty() {
         let used = used.lock().unwrap_or_else(PoisonError::into_inner).clone();
         let files: Vec<_> = [text.into_bytes()].into_iter().chain(used.into_values()).collect();
-        exit = beside::run(&study.comparison, &format!("hpu study {}", quoted(&file)), &files, &args.to)?;
+        let command = format!("hpu study {}", quoted(&args.file.display().to_string()));
+        exit = beside::run(&study.comparison, &command, &files, &args.to)?;
     }
     for call in calls {
         if exit == Exit::Interrupted {
@@ -85,6 +85,16 @@ pub fn run(args: &Args, command: &Command, again: Again) -> Result<Exit, Failure
         exit = if done == Exit::Fine { exit } else { done };
     }
     Ok(exit)
+}
+
+/// Returns name and text of a study's file: of the shipped study, if the name has no folder and no ending.
+fn text(file: &Path) -> Result<(String, String), Failure> {
+    let name = file.display().to_string();
+    let is_name = !name.contains(['/', '.']);
+    match shipped_texts().iter().find(|(own, _)| is_name && *own == name) {
+        Some((_, text)) => Ok((format!("testbench/studies/{name}.toml"), (*text).to_string())),
+        None => Ok((name, read_text(file)?)),
+    }
 }
 
 /// Returns the words of a section's command, or what is wrong with its keys.

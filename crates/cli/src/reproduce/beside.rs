@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use hpu_chart::{Estimate, Picture, velocities};
+use hpu_cosim::Control;
 use hpu_study::studies::comparison::{Comparison, Found, beside_csv, beside_text, sums};
 use hpu_study::studies::summing::Sum;
 use hpu_study::units;
@@ -12,6 +14,7 @@ use crate::files::Folder;
 use crate::interrupt;
 use crate::jobs::Jobs;
 use crate::journal;
+use crate::pictures::put;
 use crate::terminal::{print, print_json, with_progress};
 
 /// Where to.
@@ -65,6 +68,9 @@ pub fn run(comparison: &Comparison, command: &str, files: &[Vec<u8>], args: &Arg
     if let Some(mut folder) = folder.take() {
         folder.write(&format!("{}.txt", comparison.name), &text)?;
         folder.write(&format!("{}.csv", comparison.name), beside_csv(comparison, &rows, command))?;
+        if let Some(picture) = picture(comparison, command, control)? {
+            put(&picture, &mut folder)?;
+        }
         places = folder.places().map(PathBuf::from).collect();
         folder.commit()?;
     }
@@ -93,6 +99,19 @@ pub fn run(comparison: &Comparison, command: &str, files: &[Vec<u8>], args: &Arg
         print(&format!("{text}{files}"))?;
     }
     Ok(Exit::when(rows.iter().all(Result::is_ok)))
+}
+
+/// Returns the picture of the velocities that the first group with some measures; `None` if no line measures any, or
+/// when stopped.
+fn picture(comparison: &Comparison, command: &str, control: &Control) -> Result<Option<Picture>, Failure> {
+    let mut lines = comparison.lines.iter().filter_map(|line| Some((line, line.shown.as_ref()?))).peekable();
+    let Some(group) = lines.peek().map(|(line, _)| line.group) else { return Ok(None) };
+    let mut estimates = Vec::new();
+    for (line, shown) in lines.take_while(|(line, _)| line.group == group) {
+        let Some(velocities) = (shown.run)(control).map_err(Failure::file)? else { return Ok(None) };
+        estimates.push(Estimate { name: line.what.clone(), window_s: shown.window_s, velocities });
+    }
+    Ok(Some(velocities(group, &estimates, command)))
 }
 
 /// Returns a claim as JSON.

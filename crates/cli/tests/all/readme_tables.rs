@@ -151,9 +151,10 @@ pub const COMMANDS: &[(&str, Form)] = &[
         short(
             "hpu map hybrid-wall --x 'wall.stiffness=0.1..6 N.m/rad:2:log' --y 'method.sample_rate=2..20 kHz:2:log' \
              --all-methods -o methods --set run.duration=0.6s",
-            "eleven methods on 231 cells take a quarter of a minute on two cores",
+            "twelve methods on 231 cells take a quarter of a minute on two cores",
         ),
     ),
+    ("hpu study velocity-estimators -o out", Form::AsIs),
     ("hpu reproduce criteria", Form::AsIs),
     (
         "hpu run thrown-hybrid --driver rtl --hdl hdl --edges 100000 -o out",

@@ -31,6 +31,25 @@ fn the_example_measures_judges_and_calls_other_verbs() {
 }
 
 #[test]
+fn a_shipped_study_runs_by_its_name_and_draws_the_velocities_that_it_measures() {
+    let out = scratch("study-velocities").join("out");
+    let output = run(&["study", "velocity-estimators", "-o", text(&out), "--quiet"]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let told = stdout(&output);
+    assert!(told.contains("$ hpu study velocity-estimators\n") && told.contains("\nedge timer "), "{told}");
+    assert_eq!(
+        names(&out),
+        ["journal.txt", "velocities.png", "velocities.svg", "velocity-estimators.csv", "velocity-estimators.txt"]
+    );
+    let svg = fs::read_to_string(out.join("velocities.svg")).expect("a picture");
+    for name in ["difference", "filtered, 2^-3", "window of 8", "FOAW, up to 16", "edge timer", "Levant, 100 rad/s2"] {
+        assert!(svg.contains(name), "{name}");
+    }
+    assert!(!svg.contains("window of 32"), "of the first group alone");
+    assert_refused(&run(&["study", "velocity-estimator"]), 4, &["velocity-estimator"]);
+}
+
+#[test]
 fn a_changed_study_or_scene_is_another_one() {
     let dir = scratch("study-other");
     let (file, scene, out) = (dir.join("own.toml"), dir.join("wall.toml"), dir.join("out"));

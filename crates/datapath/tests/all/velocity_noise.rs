@@ -11,10 +11,13 @@
 //! The tolerance is that of a mean square over `M` independent trials whose error never exceeds `e`. The variance of
 //! this mean square is at most `E[error^4] / M <= e^2 E[error^2] / M`. Five standard deviations are allowed, which one
 //! run in a million exceeds; the seed is fixed.
+//!
+//! Levant's differentiator is no linear estimate. It stands beside the filters, whose formulas enclose its noise and
+//! bound its lag.
 
 use hpu_datapath::{
-    Block, EdgeTimer, FilteredConfig, FilteredDifference, Foaw, FoawConfig, WindowDifference, edge_timer,
-    filtered_difference, foaw, window_difference,
+    Block, EdgeTimer, FilteredConfig, FilteredDifference, Foaw, FoawConfig, LevantConfig, LevantDifferentiator,
+    WindowDifference, edge_timer, filtered_difference, foaw, levant_differentiator, window_difference,
 };
 
 /// One count as a word of phases and speeds.
@@ -197,4 +200,78 @@ fn timing_counts_beats_counting_them_below_delta_over_the_root_of_t_tau_and_not_
         });
         assert_eq!(timing < counting, better, "1 in {slowest}: timing {timing}, counting {counting}");
     }
+}
+
+/// The acceleration that Levant's differentiator is given, in counts per sample squared.
+const BOUND: f64 = 1.0 / 64.0;
+
+/// Returns Levant's differentiator with the gains `1.5 sqrt(L)` and `1.1 L` for [`BOUND`].
+fn levant() -> LevantDifferentiator {
+    let root_gain = (1.5 * BOUND.sqrt() * 256.0).round() as u32;
+    let slew = (1.1 * BOUND * 65536.0).round() as u32;
+    LevantDifferentiator::new(LevantConfig { out_frac: 16, root_gain, slew, ..LevantConfig::default() }).unwrap()
+}
+
+/// Returns its velocity after a sample, in counts per sample.
+fn sampled(block: &mut LevantDifferentiator, position: i64) -> f64 {
+    // The period exceeds the latency of 24 edges.
+    let input = levant_differentiator::In { position: position.rem_euclid(1 << 12), period: 32 };
+    let velocity = (0..32).map(|_| block.tick(input).velocity).last().unwrap();
+    velocity as f64 / 65536.0
+}
+
+/// Returns the mean square of the error of a filtered difference, by the formula.
+fn of_filter(shift: i32) -> f64 {
+    let alpha = f64::from(1u32 << shift).recip();
+    alpha * alpha / (6.0 * (2.0 - alpha))
+}
+
+#[test]
+fn levant_at_constant_speed_is_quieter_than_a_filter_of_8_samples_and_louder_than_one_of_16() {
+    // A sliding mode has no formula for its noise, but those of the two filters enclose it. From 0, the velocity is
+    // there after 1 / (1.1 L) = 58 samples at most.
+    let (mut block, trials, most) = (levant(), 20_000, 0.25);
+    let measured = mean_square(trials, |phase, speed| {
+        block.reset();
+        let velocity = (0..400).map(|sample| sampled(&mut block, position(phase, speed, sample))).last().unwrap();
+        let error = velocity - counts(speed);
+        assert!(error.abs() < most, "{error}");
+        error
+    });
+    // The tolerance of `assert_rms`.
+    let tolerance = 5.0 * most * (measured / f64::from(trials)).sqrt();
+    assert!(measured + tolerance < of_filter(3), "{measured} +- {tolerance}");
+    assert!(measured - tolerance > of_filter(4), "{measured} +- {tolerance}");
+}
+
+/// Returns the error of Levant's velocity under a constant acceleration: its mean from sample 500 on, and the last one.
+fn error_under(acceleration: f64) -> (f64, f64) {
+    const PHASES: u32 = 100;
+    const SAMPLES: u32 = 1500;
+    let mut block = levant();
+    let (mut sum, mut last) = (0.0, 0.0);
+    for phase in 0..PHASES {
+        block.reset();
+        for sample in (0..SAMPLES).map(f64::from) {
+            let at = f64::from(phase) / f64::from(PHASES) + 0.5 * acceleration * sample * sample;
+            last = sampled(&mut block, at.floor() as i64) - acceleration * sample;
+            sum += if sample >= 500.0 { last } else { 0.0 };
+        }
+    }
+    (sum / f64::from(PHASES * (SAMPLES - 500)), last)
+}
+
+#[test]
+fn levant_is_less_late_than_a_filter_of_more_noise_up_to_its_acceleration_and_loses_the_motion_beyond() {
+    // Under an acceleration `a` a filter of weight 1/8 is late by (1 - 1/8) / (1/8) samples, and its difference by half
+    // of one: its mean error is -7.5 a.
+    for share in [0.25, 0.5, 0.75, 1.0] {
+        let acceleration = share * BOUND;
+        let (mean, _) = error_under(acceleration);
+        assert!((-7.5 * acceleration..0.0).contains(&mean), "{share} L: late by {} samples", -mean / acceleration);
+    }
+    // The velocity grows by 1.1 L a sample at most. At 1.5 L it has lost 0.4 L in each of 1500 samples, if it has not
+    // even grown as fast as it can.
+    let (_, last) = error_under(1.5 * BOUND);
+    assert!(last <= -0.4 * BOUND * 1500.0 + 1.0, "{last}");
 }

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use hpu_cosim::Control;
 
+use super::measure::Velocities;
 use super::summing::{Finding, Statement, Sum, summing_up};
 use super::vary::{Variables, written};
 use crate::formula::Formula;
@@ -51,6 +52,16 @@ pub struct Line {
     pub vars: Variables,
     /// The measurement: returns a number or a verdict, or `None` when stopped.
     pub measure: Measure,
+    /// The velocities that a picture of the line shows, if it measures one.
+    pub shown: Option<Shown>,
+}
+
+/// The velocities of a line, for a picture.
+pub struct Shown {
+    /// The time that the picture shows, from and to, in s; the whole run if there is none.
+    pub window_s: Option<[f64; 2]>,
+    /// Runs the scene of the line.
+    pub run: Box<dyn Fn(&Control) -> Result<Option<Velocities>, String> + Sync>,
 }
 
 /// A measurement: returns its result or the reason why there is none; `None` when `control` stopped it.

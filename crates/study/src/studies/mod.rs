@@ -16,5 +16,5 @@ mod vary;
 
 pub use file::FileErrors;
 pub use read::{Section, Study, read};
-pub use shipped::shipped;
+pub use shipped::{shipped, shipped_texts};
 pub use vary::Variables;

@@ -7,9 +7,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 use hpu_cosim::{Control, did_you_mean};
 use toml_edit::{Item, TableLike, Value};
 
-use super::comparison::{Claim, Comparison, Found, Line, claimed};
+use super::comparison::{Claim, Comparison, Found, Line, Shown, claimed};
 use super::file::{At, File, FileErrors, join, start};
-use super::measure::{Asked, Load, MEASURES, Measure, Taken, Takes};
+use super::measure::{Asked, Load, MEASURES, Measure, Taken, Takes, Velocities};
 use super::summing::Statement;
 use super::template::{Template, Values, figure};
 use super::vary::{Variables, whole, written};
@@ -110,6 +110,23 @@ struct Part {
 }
 
 impl Part {
+    /// Returns the velocities that the measure compares, if it compares some.
+    fn shown(&self, load: &Arc<Load>) -> Option<Shown> {
+        if self.measure.name != "velocity" {
+            return None;
+        }
+        let (load, scene, set, options) =
+            (Arc::clone(load), self.scene.clone(), self.set.clone(), self.options.clone());
+        let window_s = match self.options.get("shown") {
+            Some(Taken::Numbers(window)) => <[f64; 2]>::try_from(window.as_slice()).ok(),
+            _ => None,
+        };
+        let run = move |control: &Control| {
+            Velocities::of(&Asked { scene: &scene, set: &set, options: &options, load: &*load }, control)
+        };
+        Some(Shown { window_s, run: Box::new(run) })
+    }
+
     /// Adds the measure's values; returns `None` if it was stopped.
     fn add(&self, values: &mut Values, known: &Known, load: &Load, control: &Control) -> Option<()> {
         let Self { name, measure, scene, set, options } = self;
@@ -192,6 +209,7 @@ impl Lines<'_, '_> {
             self.file.refuse(text_at, reason);
         }
         let (names, formulas): (Vec<_>, Vec<_>) = figures.into_iter().unzip();
+        let shown = parts.iter().find_map(|part| part.shown(&self.load));
         let (load, known) = (Arc::clone(&self.load), Arc::clone(&self.known));
         let measure = move |control: &Control| {
             let mut values = Values::new();
@@ -208,6 +226,7 @@ impl Lines<'_, '_> {
             figures: names,
             vars: vars.clone(),
             measure: Box::new(measure),
+            shown,
         }
     }
 

@@ -14,7 +14,14 @@ macro_rules! studies {
 }
 
 /// Names and texts of the files in `testbench/studies`.
-static STUDIES: &[(&str, &str)] = studies!["hybrid-loop", "input-shaper", "criteria", "power-scaling"];
+static STUDIES: &[(&str, &str)] =
+    studies!["hybrid-loop", "input-shaper", "criteria", "power-scaling", "velocity-estimators"];
+
+/// Returns names and texts of the shipped studies.
+#[must_use]
+pub fn shipped_texts() -> &'static [(&'static str, &'static str)] {
+    STUDIES
+}
 
 /// Returns the shipped study of this name.
 ///

@@ -54,6 +54,7 @@ pub fn comparison() -> Comparison {
                 claims: "a",
                 figures: Vec::new(),
                 vars: Variables::default(),
+                shown: None,
                 measure: measure(move |control| fitting(joints, axes, stiffness, &LAGS_10_US, control)),
             });
         }

@@ -3,6 +3,7 @@
 pub mod filter;
 mod limits;
 mod motion;
+mod velocity;
 
 use std::collections::BTreeMap;
 
@@ -13,6 +14,7 @@ use super::template::{Value, Values};
 use crate::criteria;
 
 pub use motion::{slope, told};
+pub use velocity::Velocities;
 
 /// A kind of measure.
 pub struct Measure {
@@ -145,7 +147,7 @@ const fn option(name: &'static str, takes: Takes) -> Key {
 }
 
 /// The measures.
-pub static MEASURES: [Measure; 11] = [
+pub static MEASURES: [Measure; 12] = [
     Measure {
         name: "run",
         about: "One run: its verdict, its energies, how it moved. `swing` asks for half of the range of \
@@ -222,6 +224,17 @@ pub static MEASURES: [Measure; 11] = [
         keys: &[key("by", Takes::Text)],
         gives: &["text", "fails", "holds"],
         run: limits::least_damping,
+    },
+    Measure {
+        name: "velocity",
+        about: "The error of the velocity that a `sampled_wall` estimates against the speed of the device: rms, \
+                greatest, rms where the speed is at most `rest`; the lag at which its rms is least, this rms, and the \
+                greatest speed. The speed is its mean over the time `over` around each row, which smooths the corners \
+                of a recorded motion. `shown` is the time that a picture shows.",
+        is_of_scene: true,
+        keys: &[key("rest", Takes::Number), option("over", Takes::Number), option("shown", Takes::Numbers)],
+        gives: velocity::GIVES,
+        run: velocity::velocity,
     },
     Measure {
         name: "shaper_gain",
