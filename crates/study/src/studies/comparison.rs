@@ -56,12 +56,15 @@ pub struct Line {
     pub shown: Option<Shown>,
 }
 
+/// A run that gives the velocities; `None` when `control` stopped it.
+pub type Running = Box<dyn Fn(&Control) -> Result<Option<Velocities>, String> + Sync>;
+
 /// The velocities of a line, for a picture.
 pub struct Shown {
     /// The time that the picture shows, from and to, in s; the whole run if there is none.
     pub window_s: Option<[f64; 2]>,
     /// Runs the scene of the line.
-    pub run: Box<dyn Fn(&Control) -> Result<Option<Velocities>, String> + Sync>,
+    pub run: Running,
 }
 
 /// A measurement: returns its result or the reason why there is none; `None` when `control` stopped it.
