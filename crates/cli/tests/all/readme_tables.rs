@@ -20,6 +20,7 @@ const fn short(line: &'static str, why: &'static str) -> Form {
 
 const SEARCH: &str = "hpu widths hybrid-wall stiff-hybrid --also wall.stiffness=2.5 --also hand.stiffness=0.6 --search --proved \
                       --against 24 --price -o out";
+const ESTIMATORS: &str = "hpu study velocity-estimators -o out";
 const PAGE: &str = "hpu widths hybrid-wall -o out";
 const WRAP: &str = "hpu run wrap-product --beside wrap-saturated -o out";
 const CHART: &str = "hpu chart friction-wall -o out";
@@ -154,7 +155,7 @@ pub const COMMANDS: &[(&str, Form)] = &[
             "twelve methods on 231 cells take a quarter of a minute on two cores",
         ),
     ),
-    ("hpu study velocity-estimators -o out", Form::AsIs),
+    (ESTIMATORS, Form::AsIs),
     ("hpu reproduce criteria", Form::AsIs),
     (
         "hpu run thrown-hybrid --driver rtl --hdl hdl --edges 100000 -o out",
@@ -242,6 +243,11 @@ pub const FIGURES: &[(&str, From, &str)] = &[
     ("(the whole arm: 0.35 to 0.45)", LAG, "3.5 kN/m, as shipped passive at 750, not at 1000 N/m: 0.35 0.40 0.45; at"),
     ("lags up to 0.25 ms a rigid one", LAG, "rigid passive at 750, not at 1000 N/m: 0.05 0.10 0.15 0.20 0.25; at"),
     ("lags from 0.40 ms on one of 2 kN/m", LAG, "2 kN/m passive at 750, not at 1000 N/m: 0.40 0.45 0.50 0.55 0.60; at"),
+    ("1.08 rad/s rms beside the speed", From::Run(ESTIMATORS), "difference 1.078 rad/s 3.08 rad/s 0.466 rad/s"),
+    ("off least, 0.16 rad/s", From::Run(ESTIMATORS), "edge timer 0.157 rad/s"),
+    ("a lag of 5 to 8 ms", From::Run(ESTIMATORS), "filtered, 2^-3 0.280 rad/s 1.28 rad/s 0.144 rad/s 7.90 ms"),
+    ("a lag of 5 to 8 ms", From::Run(ESTIMATORS), "window of 8 0.211 rad/s 0.90 rad/s 0.147 rad/s 4.56 ms"),
+    ("off by 1.5 rad/s", From::Run(ESTIMATORS), "Levant, 25 rad/s2 1.484 rad/s"),
     ("`spring \u{2026} 77.57 %`", From::Run(WRAP), "4076 0 % 77.57 % PWM count"),
     (
         "Within 1 % of a 24-bit design's stable stiffness",
