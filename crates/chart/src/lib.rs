@@ -233,6 +233,7 @@ fn verdict(summary: &Summary, unit: &str) -> String {
             format!("limit cycle of {:.1} m{unit} at {frequency_hz:.0} Hz", 1e3 * amplitude_rad)
         }
         Some(Verdict::Diverged { amplitude_rad, .. }) => format!("diverged, to {amplitude_rad:.2} {unit}"),
+        Some(Verdict::Tracking { rms_m, .. }) => format!("tracking, {:.2} mm rms", 1e3 * rms_m),
         Some(Verdict::Passive { .. } | Verdict::NonPassive { .. } | Verdict::HighlyUnstable { .. }) => {
             unreachable!("the verdicts of a drop test")
         }

@@ -78,7 +78,7 @@ pub fn map_pictures(map: &Map, found: &[Found], curves: &[Result<Curves, String>
 
 fn class_color(class: Option<Class>) -> RGBColor {
     match class {
-        Some(Class::Outcome(OutcomeKind::Settled | OutcomeKind::Passive)) => SKY,
+        Some(Class::Outcome(OutcomeKind::Settled | OutcomeKind::Passive | OutcomeKind::Tracking)) => SKY,
         Some(Class::Outcome(OutcomeKind::LimitCycle | OutcomeKind::NonPassive)) => SAND,
         Some(Class::Outcome(OutcomeKind::Diverged | OutcomeKind::HighlyUnstable)) => MAROON.color,
         Some(Class::WallNotReached) => MAUVE,

@@ -146,6 +146,12 @@ impl<'p, L: Links> ArmState<'p, L> {
         }
     }
 
+    /// Tells the finger from the present edge on where its pad is at rest, and how fast it moves.
+    pub(crate) fn press(&mut self, target_m: f64, speed_m_per_s: f64) {
+        self.ahead = None;
+        self.motion.press(self.edge, target_m, speed_m_per_s);
+    }
+
     /// Moves to an edge before which only the encoders change, and returns the continuous outputs there.
     pub(crate) fn pass(&mut self, edge: u64) -> [f64; 9] {
         self.edge = edge;

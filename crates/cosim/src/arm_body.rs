@@ -68,6 +68,11 @@ impl<'p, L: Links> ArmBody<'p, L> {
         }
     }
 
+    /// Tells the finger from `edge` on where its pad is at rest, and how fast it moves.
+    pub(crate) fn press(&mut self, edge: u64, target_m: f64, speed_m_per_s: f64) {
+        forward!(self, body => body.press(edge, target_m, speed_m_per_s));
+    }
+
     pub(crate) fn state(&self, edge: u64) -> ArmState {
         forward!(self, body => body.state(edge))
     }

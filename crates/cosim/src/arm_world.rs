@@ -4,7 +4,6 @@ use hpu_plant::arm::{ArmModel, Links};
 use hpu_signal::{Ports, Real};
 
 use crate::arm::{ArmPlant, ArmState};
-use crate::columns::ARM_REALS;
 use crate::summary::Summary;
 use crate::world::World;
 
@@ -15,6 +14,10 @@ pub(crate) trait Side: Clone {
     type In: Ports<i64> + Copy + PartialEq;
     /// Their outputs.
     type Out: Ports<i64> + Copy + PartialEq;
+    /// A row of the continuous outputs.
+    type Row: AsRef<[f64]>;
+    /// The continuous outputs.
+    const REALS: &'static [Real];
 
     /// Returns the next edge at which the side acts by itself.
     #[inline]
@@ -23,11 +26,13 @@ pub(crate) trait Side: Clone {
     }
     /// Does all that is due at the arm's present edge.
     #[inline]
-    fn act<L: Links>(&mut self, _: &ArmState<L>) {}
-    /// Writes the levels of the encoders' lines, and the side's own words, into a wiring's inputs.
-    fn place(&self, pins: [i64; 6], input: &mut Self::In);
-    /// Takes the outputs of the wiring. Returns the words of the three DACs.
+    fn act<L: Links>(&mut self, _: &mut ArmState<L>) {}
+    /// Writes the words that the wiring reads of the arm, and the side's own, into the wiring's inputs.
+    fn place<L: Links>(&self, arm: &ArmState<L>, input: &mut Self::In);
+    /// Takes the outputs of the wiring. Returns the words of the three motors.
     fn drive(&mut self, out: Self::Out) -> [i64; 3];
+    /// Returns the continuous outputs at an edge that the arm has not left yet.
+    fn row<L: Links>(&self, arm: &ArmState<L>, edge: u64) -> Self::Row;
 }
 
 /// An arm, and the side that joins it to the ports of its loop.
@@ -46,15 +51,15 @@ impl<'p, S: Side, L: Links> ArmWorld<'p, S, L> {
     #[inline]
     fn go(&mut self, edge: u64) {
         self.state.go(edge);
-        self.side.act(&self.state);
+        self.side.act(&mut self.state);
     }
 }
 
 impl<S: Side, L: Links> World for ArmWorld<'_, S, L> {
     type In = S::In;
     type Out = S::Out;
-    type Row = [f64; 9];
-    const REALS: &'static [Real] = &ARM_REALS;
+    type Row = S::Row;
+    const REALS: &'static [Real] = S::REALS;
 
     fn edge(&self) -> u64 {
         self.state.edge
@@ -62,7 +67,7 @@ impl<S: Side, L: Links> World for ArmWorld<'_, S, L> {
 
     #[inline]
     fn place(&self, input: &mut S::In) {
-        self.side.place(self.state.pins(), input);
+        self.side.place(&self.state, input);
     }
 
     fn sense(&mut self) {
@@ -80,7 +85,7 @@ impl<S: Side, L: Links> World for ArmWorld<'_, S, L> {
     }
 
     fn reals(&self, edge: u64) -> Self::Row {
-        self.state.reals(edge)
+        self.side.row(&self.state, edge)
     }
 
     fn measure(&mut self, stride: u64) {

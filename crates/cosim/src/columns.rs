@@ -79,6 +79,53 @@ pub const ARM_REALS: [Real; 9] = [
     Real { name: "torque3_nm", doc: "Torque of the motor on joint 3, positive along its positive angle" },
 ];
 
+/// The continuous outputs of a segment on a gimbal.
+pub const GIMBAL_REALS: [Real; 13] = [
+    ARM_REALS[0],
+    ARM_REALS[1],
+    ARM_REALS[2],
+    real("target_x_m", "Position that the host asks of the tip"),
+    real("target_y_m", "Position that the host asks of the tip"),
+    real("target_z_m", "Position that the host asks of the tip"),
+    real("torque1_nm", "Torque that the servo of the pitch would have at no speed, positive along its positive angle"),
+    real("torque2_nm", "Torque that the servo of the roll would have at no speed, positive along its positive angle"),
+    real("torque3_nm", "Torque that the crank's servo would have at no speed, positive along its positive angle"),
+    real("radius_m", "Distance of the tip from the centre of the gimbal"),
+    real("error_m", "Distance of the tip from the target"),
+    real("finger_force_n", "Force of the finger on the segment, positive inwards"),
+    real("finger_radius_m", "Distance of the finger's pad, at rest, from the centre of the gimbal; 0 without a finger"),
+];
+
+/// Columns of a gimbal's row.
+pub const GIMBAL_ROW: [Real; 22] = [
+    GIMBAL_REALS[0],
+    GIMBAL_REALS[1],
+    GIMBAL_REALS[2],
+    GIMBAL_REALS[3],
+    GIMBAL_REALS[4],
+    GIMBAL_REALS[5],
+    GIMBAL_REALS[6],
+    GIMBAL_REALS[7],
+    GIMBAL_REALS[8],
+    GIMBAL_REALS[9],
+    GIMBAL_REALS[10],
+    GIMBAL_REALS[11],
+    GIMBAL_REALS[12],
+    ARM_ROW[9],
+    ARM_ROW[10],
+    ARM_ROW[11],
+    ARM_ROW[12],
+    ARM_ROW[13],
+    ARM_ROW[14],
+    ARM_ROW[15],
+    ARM_ROW[16],
+    ARM_ROW[17],
+];
+
+/// Indices of radius and error in a row of a gimbal.
+pub const RADIUS: usize = 9;
+pub(crate) const ERROR: usize = 10;
+
 /// Columns of an arm's row.
 pub const ARM_ROW: [Real; 18] = [
     ARM_REALS[0],

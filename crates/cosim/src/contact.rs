@@ -4,7 +4,7 @@
 //! reads decides, not the true angle. The share is
 //!
 //! - for a loop with a clock, the share of the clock cycles in which the net `penetration` is above 0 (an arm's
-//!   `contact`); nets change only at ticks, so the count is exact with both drivers;
+//!   `contact`; a gimbal's `mode`, which is 1 under impedance control); nets change only at ticks, so the count is exact with both drivers;
 //! - for an arm whose force a host computes, the share of the cycles in which the tested joint's command is not 0;
 //! - for an axis in steps without a clock, the share of the time beyond the first count inside the wall (with an ideal
 //!   encoder, beyond the wall itself), on the straight line between the ends of a step;
@@ -52,7 +52,7 @@ impl Contact {
     pub(crate) fn new(nets: &[Signal], from: u64, joint: usize) -> Self {
         let net = |name: &str| nets.iter().position(|net| net.name == name);
         let command = || net("command1").map(|first| first + joint);
-        let told = net("penetration").or_else(|| net("contact")).or_else(command);
+        let told = net("penetration").or_else(|| net("contact")).or_else(|| net("mode")).or_else(command);
         Self::of(told.expect("a loop around a wall"), from)
     }
 

@@ -3,10 +3,12 @@
 use hpu_plant::REALS;
 use hpu_signal::{Clock, Real, Signal};
 
-use crate::columns::{ARM_REALS, ARM_ROW, AXIS_ROW, CURRENTS, RAIL_ROW, TORQUE_BETWEEN};
+use crate::columns::{
+    ARM_REALS, ARM_ROW, AXIS_ROW, CURRENTS, ERROR, GIMBAL_REALS, GIMBAL_ROW, RADIUS, RAIL_ROW, TORQUE_BETWEEN,
+};
 use crate::scene::{Device, Head, Record};
 use crate::trace::{ANGLE, TORQUE, Trace};
-use crate::verdict::{Abort, Verdict, judge, judge_drop};
+use crate::verdict::{Abort, Verdict, judge, judge_drop, judge_following};
 
 /// A net that commands an actuator, the column of the effort that it asks for, and the effort of one ulp of its word.
 pub(crate) type Command = (&'static str, &'static str, f64);
@@ -37,6 +39,10 @@ enum Rule {
     Axis(f64),
     /// That of a drop test, with the index of the logged coordinate among the outputs.
     Drop(usize),
+    /// That of an axis, for the radius of a segment, with the radius of one count of the crank.
+    Radius(f64),
+    /// A segment follows its target.
+    Follow,
 }
 
 impl Outline {
@@ -95,11 +101,41 @@ impl Outline {
         }
     }
 
+    /// Returns the outline of a segment on a gimbal, whose target stands still in the judged window if its radius is to
+    /// come to rest within `still_within_m`.
+    pub(crate) fn of_gimbal(
+        head: &Head,
+        still_within_m: Option<f64>,
+        (closed_by, nets): (&str, Vec<Signal>),
+        commands: Vec<Command>,
+    ) -> Self {
+        Self {
+            name: head.name.clone(),
+            clock: head.clock,
+            edges: head.edges(),
+            record: head.record,
+            closed_by: closed_by.to_string(),
+            nets,
+            row: &GIMBAL_ROW,
+            reals: GIMBAL_REALS.len(),
+            columns: (0..GIMBAL_ROW.len()).collect(),
+            commands,
+            drawn: Vec::new(),
+            has_device: true,
+            judged: vec![RADIUS, ERROR],
+            rule: still_within_m.map_or(Rule::Follow, Rule::Radius),
+        }
+    }
+
     /// Returns the verdict on the motion, from the trace of a complete run.
     pub(crate) fn judge(&self, trace: &Trace, aborted: Option<Abort>) -> Verdict {
         match (&self.rule, aborted) {
-            (Rule::Axis(_), Some(Abort { at_s, .. })) => Verdict::Diverged { at_s, amplitude_rad: f64::INFINITY },
-            (Rule::Axis(count_rad), None) => judge(trace, *count_rad),
+            (Rule::Axis(_) | Rule::Radius(_) | Rule::Follow, Some(Abort { at_s, .. })) => {
+                Verdict::Diverged { at_s, amplitude_rad: f64::INFINITY }
+            }
+            (Rule::Axis(count_rad), None) => judge(trace, ANGLE, *count_rad),
+            (Rule::Radius(count_m), None) => judge(trace, RADIUS, *count_m),
+            (Rule::Follow, None) => judge_following(trace, ERROR),
             (Rule::Drop(logged), aborted) => judge_drop(trace, *logged, aborted),
         }
     }

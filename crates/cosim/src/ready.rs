@@ -3,6 +3,7 @@
 use hpu_signal::Observe;
 
 use crate::engine::{Comparison, Control, Driver};
+use crate::gimbal::GimbalSession;
 use crate::outline::Outline;
 use crate::phantom::PhantomSession;
 use crate::rig::{Direct, Rig, TheLoop, Visit, Wired};
@@ -19,6 +20,8 @@ pub enum Ready<'s> {
     Axis(Session<'s>),
     /// A PHANToM.
     Phantom(PhantomSession<'s>),
+    /// A segment on a gimbal.
+    Gimbal(GimbalSession<'s>),
 }
 
 macro_rules! forward {
@@ -26,6 +29,7 @@ macro_rules! forward {
         match $self {
             Self::Axis($rig) => $call,
             Self::Phantom($rig) => $call,
+            Self::Gimbal($rig) => $call,
         }
     };
 }
@@ -40,6 +44,7 @@ impl<'s> Ready<'s> {
         match experiment {
             Experiment::Axis(scene) => Session::new(scene).map(Self::Axis),
             Experiment::Phantom(scene) => PhantomSession::new(scene).map(Self::Phantom),
+            Experiment::Gimbal(scene) => GimbalSession::new(scene).map(Self::Gimbal),
             Experiment::Dut(scene) => {
                 let reason = "this asks for blocks of hpu's own, and the scene has a design of yours";
                 Err(SessionError::Scene(scene.error("dut", reason)))

@@ -137,6 +137,7 @@ impl Summary {
             Verdict::Passive { .. } => OutcomeKind::Passive,
             Verdict::NonPassive { .. } => OutcomeKind::NonPassive,
             Verdict::HighlyUnstable { .. } => OutcomeKind::HighlyUnstable,
+            Verdict::Tracking { .. } => OutcomeKind::Tracking,
         })
     }
 }
@@ -168,7 +169,7 @@ pub fn metric(metric: Metric, experiment: &Experiment, summary: &Summary, trace:
         Metric::EncoderEdges => summary.encoder_edges as f64,
         Metric::ContactShare => summary.contact_share?,
         Metric::Rms => match summary.verdict? {
-            Verdict::Passive { rms_m } | Verdict::NonPassive { rms_m } => rms_m,
+            Verdict::Passive { rms_m } | Verdict::NonPassive { rms_m } | Verdict::Tracking { rms_m, .. } => rms_m,
             _ => return None,
         },
     })

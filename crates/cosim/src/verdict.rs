@@ -27,8 +27,13 @@
 //! **Highly unstable** trials "were aborted to protect the hardware"; the paper does not say when. Here a trial is
 //! aborted when the tip leaves the tables or reaches the opposite wall; it can reach that wall only with energy that
 //! the loop has generated.
+//!
+//! A segment on a gimbal whose target stands still is judged by its radius, by the rule of an axis with the radius of one
+//! position of the crank's servo in the place of a count. Whether it comes to rest does not depend on where the target
+//! is. If the target moves in the window, the verdict is **tracking**, with the rms and the greatest distance of tip and
+//! target.
 
-use crate::trace::{ANGLE, Trace};
+use crate::trace::Trace;
 use crate::window::{Streamed, passage, quarter, window};
 
 /// The verdict on a motion, with the numbers it was decided on.
@@ -64,6 +69,13 @@ pub enum Verdict {
     NonPassive {
         /// rms about the steady value.
         rms_m: f64,
+    },
+    /// A segment that follows a moving target.
+    Tracking {
+        /// rms of the distance between tip and target.
+        rms_m: f64,
+        /// The greatest distance.
+        greatest_m: f64,
     },
     /// A drop test that had to be aborted.
     HighlyUnstable {
@@ -208,10 +220,10 @@ pub fn unseen_growth_per_s(window_s: f64) -> f64 {
     libm::log(GROWN) / (0.75 * window_s)
 }
 
-/// Judges a recorded motion; `count_rad` is the angle of one encoder count.
+/// Judges the motion in this column of a trace; `count_rad` is the angle, or length, of one encoder count.
 #[must_use]
-pub fn judge(trace: &Trace, count_rad: f64) -> Verdict {
-    let window = Window::of(trace, ANGLE);
+pub fn judge(trace: &Trace, column: usize, count_rad: f64) -> Verdict {
+    let window = Window::of(trace, column);
     let at_s = trace.time_of_s(window.start(trace));
     if !window.is_finite() {
         return Verdict::Diverged { at_s, amplitude_rad: f64::INFINITY };
@@ -244,6 +256,18 @@ pub fn judge_drop(trace: &Trace, logged: usize, aborted: Option<Abort>) -> Verdi
     }
     let (rms_m, _) = Window::of(trace, logged).rms_about_mean();
     if rms_m < PASSIVE_RMS_M { Verdict::Passive { rms_m } } else { Verdict::NonPassive { rms_m } }
+}
+
+/// Judges how a segment follows its target, by the column of a trace with the distance between the two.
+#[must_use]
+pub(crate) fn judge_following(trace: &Trace, column: usize) -> Verdict {
+    let window = Window::of(trace, column);
+    if !window.is_finite() {
+        return Verdict::Diverged { at_s: trace.time_of_s(window.start(trace)), amplitude_rad: f64::INFINITY };
+    }
+    let (spread_m, mean_m) = window.rms_about_mean();
+    let greatest_m = window.quarters().into_iter().fold(0.0, |most: f64, quarter| most.max(quarter[1]));
+    Verdict::Tracking { rms_m: libm::hypot(spread_m, mean_m), greatest_m }
 }
 
 fn last_three_tenths(values: &[f64]) -> &[f64] {

@@ -106,11 +106,11 @@ impl<E: World> Begin<E> {
 }
 
 /// Returns the nets of which at least one is not 0 while a datapath sees the wall: the depth of an axis, the room's
-/// contact, or the commands of a host, which pushes nowhere else.
+/// contact, the mode of a gimbal's crank, or the commands of a host, which pushes nowhere else.
 pub(crate) fn touching(nets: &[Signal]) -> Vec<usize> {
     let of =
         |names: &[&str]| -> Vec<usize> { (0..nets.len()).filter(|&net| names.contains(&nets[net].name)).collect() };
-    let all = [&["penetration"][..], &["contact"], &["host1", "host2", "host3"]];
+    let all = [&["penetration"][..], &["contact"], &["mode"], &["host1", "host2", "host3"]];
     all.into_iter().map(of).find(|found| !found.is_empty()).unwrap_or_default()
 }
 

@@ -19,6 +19,7 @@ pub fn device(scene: &Experiment) -> &dyn Device {
     match scene {
         Experiment::Axis(scene) => scene,
         Experiment::Phantom(scene) => scene,
+        Experiment::Gimbal(scene) => scene,
         Experiment::Dut(scene) => scene,
     }
 }

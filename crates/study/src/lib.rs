@@ -3,6 +3,7 @@
 pub mod accuracy;
 pub mod criteria;
 pub mod fit;
+mod gimbal;
 pub mod formula;
 pub mod limits;
 pub mod map;

@@ -30,7 +30,7 @@ pub fn interrupted(map: &Map, done: usize, out: Option<&Path>) -> Page {
 
 fn letter(class: Option<Class>) -> char {
     match class {
-        Some(Class::Outcome(OutcomeKind::Settled | OutcomeKind::Passive)) => '.',
+        Some(Class::Outcome(OutcomeKind::Settled | OutcomeKind::Passive | OutcomeKind::Tracking)) => '.',
         Some(Class::Outcome(OutcomeKind::LimitCycle | OutcomeKind::NonPassive)) => 'o',
         Some(Class::Outcome(OutcomeKind::Diverged | OutcomeKind::HighlyUnstable)) => 'X',
         Some(Class::WallNotReached) => '-',

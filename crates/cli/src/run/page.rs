@@ -121,6 +121,10 @@ fn outcome(verdict: Verdict, unit: &str, [from_s, to_s]: [f64; 2]) -> (String, V
             format!("non-passive: rms {} about the steady value at the end", si(rms_m, "m")),
             json!({ "kind": "non_passive", "rms_m": rms_m }),
         ),
+        Verdict::Tracking { rms_m, greatest_m } => (
+            format!("tracking: {} rms from the target, {} at most", si(rms_m, "m"), si(greatest_m, "m")),
+            json!({ "kind": "tracking", "rms_m": rms_m, "greatest_m": greatest_m }),
+        ),
         Verdict::HighlyUnstable { at_s } => (
             format!("highly unstable: aborted at {}", si(at_s, "s")),
             json!({ "kind": "highly_unstable", "at_s": at_s }),

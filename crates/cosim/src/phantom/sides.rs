@@ -2,10 +2,12 @@
 
 use hpu_datapath::phantom::{PhantomIn, PhantomIoIn, PhantomIoOut, PhantomOut};
 use hpu_plant::arm::Links;
+use hpu_signal::Real;
 
 use super::host::{Host, HostState};
 use crate::arm::ArmState;
 use crate::arm_world::Side;
+use crate::columns::ARM_REALS;
 
 /// The side of an FPGA that computes the force.
 #[derive(Clone)]
@@ -14,15 +16,21 @@ pub(super) struct FpgaSide;
 impl Side for FpgaSide {
     type In = PhantomIn<i64>;
     type Out = PhantomOut<i64>;
+    type Row = [f64; ARM_REALS.len()];
+    const REALS: &'static [Real] = &ARM_REALS;
 
     #[inline]
-    fn place(&self, pins: [i64; 6], input: &mut PhantomIn<i64>) {
-        [input.a_pin1, input.b_pin1, input.a_pin2, input.b_pin2, input.a_pin3, input.b_pin3] = pins;
+    fn place<L: Links>(&self, arm: &ArmState<L>, input: &mut PhantomIn<i64>) {
+        [input.a_pin1, input.b_pin1, input.a_pin2, input.b_pin2, input.a_pin3, input.b_pin3] = arm.pins();
     }
 
     #[inline]
     fn drive(&mut self, out: PhantomOut<i64>) -> [i64; 3] {
         [out.command1, out.command2, out.command3]
+    }
+
+    fn row<L: Links>(&self, arm: &ArmState<L>, edge: u64) -> Self::Row {
+        arm.reals(edge)
     }
 }
 
@@ -44,6 +52,8 @@ impl<'p> HostSide<'p> {
 impl Side for HostSide<'_> {
     type In = PhantomIoIn<i64>;
     type Out = PhantomIoOut<i64>;
+    type Row = [f64; ARM_REALS.len()];
+    const REALS: &'static [Real] = &ARM_REALS;
 
     #[inline]
     fn due(&self) -> u64 {
@@ -51,7 +61,7 @@ impl Side for HostSide<'_> {
     }
 
     #[inline]
-    fn act<L: Links>(&mut self, arm: &ArmState<L>) {
+    fn act<L: Links>(&mut self, arm: &mut ArmState<L>) {
         let (host, positions) = (&mut self.host, self.positions);
         let law = host.host();
         while host.due() <= arm.edge {
@@ -60,8 +70,8 @@ impl Side for HostSide<'_> {
     }
 
     #[inline]
-    fn place(&self, pins: [i64; 6], input: &mut PhantomIoIn<i64>) {
-        [input.a_pin1, input.b_pin1, input.a_pin2, input.b_pin2, input.a_pin3, input.b_pin3] = pins;
+    fn place<L: Links>(&self, arm: &ArmState<L>, input: &mut PhantomIoIn<i64>) {
+        [input.a_pin1, input.b_pin1, input.a_pin2, input.b_pin2, input.a_pin3, input.b_pin3] = arm.pins();
         [input.host1, input.host2, input.host3] = self.host.command();
     }
 
@@ -69,5 +79,9 @@ impl Side for HostSide<'_> {
     fn drive(&mut self, out: PhantomIoOut<i64>) -> [i64; 3] {
         self.positions = [out.position1, out.position2, out.position3];
         [out.command1, out.command2, out.command3]
+    }
+
+    fn row<L: Links>(&self, arm: &ArmState<L>, edge: u64) -> Self::Row {
+        arm.reals(edge)
     }
 }

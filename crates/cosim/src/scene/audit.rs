@@ -9,8 +9,14 @@ use super::section::Section;
 use super::source::{SceneError, Source};
 
 /// Every kind of scene with every kind of device that it can have, as rows of keys call them.
-pub const KINDS: [(&str, &str); 5] =
-    [("axis", "motor"), ("axis", "mass"), ("dut", "motor"), ("dut", "mass"), ("phantom", "phantom")];
+pub const KINDS: [(&str, &str); 6] = [
+    ("axis", "motor"),
+    ("axis", "mass"),
+    ("dut", "motor"),
+    ("dut", "mass"),
+    ("phantom", "phantom"),
+    ("gimbal", "gimbal"),
+];
 
 /// Returns the first error of a scene with all others that its keys have, each by itself.
 pub(super) fn with_others(source: &Source, first: SceneError) -> SceneError {

@@ -11,6 +11,8 @@ pub enum OutcomeKind {
     LimitCycle,
     /// The motion oscillates ever wider.
     Diverged,
+    /// A segment on a gimbal follows a moving target.
+    Tracking,
     /// A drop test: the tip rests on the wall.
     Passive,
     /// A drop test: the tip chatters on the wall.
@@ -60,7 +62,7 @@ pub enum Metric {
     EncoderEdges,
     /// Share of the judged window in which the wall sees penetration, 0 to 1.
     ContactShare,
-    /// rms about the steady value at the end of a drop test, m.
+    /// rms about the steady value at the end of a drop test, or of the distance between tip and target, m.
     Rms,
 }
 

@@ -66,6 +66,7 @@ mod audit;
 mod dut;
 mod expect;
 mod faults;
+pub mod gimbal;
 mod head;
 pub mod keys;
 mod model;
@@ -94,6 +95,10 @@ pub use audit::KINDS;
 pub use dut::{Connection, Driving, Dut, DutClock, DutReset, DutScene, Engine, Generic, Line, SourceFile, Standard};
 pub use expect::{Expect, Expectation, Metric, OutcomeKind};
 pub use faults::{EncoderLine, Faults, Stuck, Switch, Times};
+pub use gimbal::{
+    ForceSensor, GimbalMethod, GimbalModel, GimbalScene, GimbalWords, PositionGains, Posture, Probe, Servo, Target,
+    TargetKind, Thresholds, along,
+};
 pub use head::Head;
 pub use model::{BridgeModel, Datapath, EncoderModel, Friction, Model, Solver, Winding};
 pub use parameter::{Origin, Parameter, ParameterValue};
@@ -141,6 +146,8 @@ pub enum Experiment {
     Axis(Scene),
     /// The three axes of a PHANToM.
     Phantom(PhantomScene),
+    /// A segment on a gimbal, raised by a crank.
+    Gimbal(GimbalScene),
     /// One axis whose loop is closed by a design of the user's own.
     Dut(DutScene),
 }
@@ -157,8 +164,10 @@ impl Experiment {
     }
 
     fn of(name: &str, source: &Source, load: Load, buildable: Buildable) -> Result<Self, SceneError> {
-        if Section::root(source).section("device")?.read(&keys::device::kind)? == DeviceKind::Phantom {
-            return phantom::scene(name, source).map(Self::Phantom);
+        match Section::root(source).section("device")?.read(&keys::device::kind)? {
+            DeviceKind::Phantom => return phantom::scene(name, source).map(Self::Phantom),
+            DeviceKind::Gimbal => return gimbal::scene(name, source).map(Self::Gimbal),
+            DeviceKind::Motor | DeviceKind::Mass => {}
         }
         if Section::root(source).has("dut") {
             return read_dut::dut_scene(name, source, load).map(Self::Dut);
@@ -172,6 +181,7 @@ impl Experiment {
         match self {
             Self::Axis(scene) => scene,
             Self::Phantom(scene) => scene,
+            Self::Gimbal(scene) => scene,
             Self::Dut(scene) => scene,
         }
     }
@@ -181,7 +191,7 @@ impl Experiment {
     pub fn axis(self) -> Option<Scene> {
         match self {
             Self::Axis(scene) => Some(scene),
-            Self::Phantom(_) | Self::Dut(_) => None,
+            Self::Phantom(_) | Self::Gimbal(_) | Self::Dut(_) => None,
         }
     }
 
@@ -190,7 +200,7 @@ impl Experiment {
     pub fn phantom(self) -> Option<PhantomScene> {
         match self {
             Self::Phantom(scene) => Some(scene),
-            Self::Axis(_) | Self::Dut(_) => None,
+            Self::Axis(_) | Self::Gimbal(_) | Self::Dut(_) => None,
         }
     }
 }
@@ -201,6 +211,7 @@ impl std::ops::Deref for Experiment {
         match self {
             Self::Axis(scene) => &scene.head,
             Self::Phantom(scene) => &scene.head,
+            Self::Gimbal(scene) => &scene.head,
             Self::Dut(scene) => &scene.head,
         }
     }

@@ -13,6 +13,7 @@ pub(crate) enum DeviceKind {
     Motor,
     Mass,
     Phantom,
+    Gimbal,
 }
 
 pub(super) fn device(s: &Section) -> Result<(Device, &'static Axis), SceneError> {
@@ -21,6 +22,9 @@ pub(super) fn device(s: &Section) -> Result<(Device, &'static Axis), SceneError>
         DeviceKind::Mass => Ok((Device::Mass(mass(s)?), &RAIL)),
         DeviceKind::Phantom => {
             Err(s.error("kind", "\"phantom\" is a scene of its own; an axis is a \"motor\" or a \"mass\""))
+        }
+        DeviceKind::Gimbal => {
+            Err(s.error("kind", "\"gimbal\" is a scene of its own; an axis is a \"motor\" or a \"mass\""))
         }
     }
 }

@@ -47,10 +47,11 @@ pub struct Cell {
 }
 
 /// Names of the outcomes, as in a scene's `[expect]`.
-pub const OUTCOMES: [(OutcomeKind, &str); 6] = [
+pub const OUTCOMES: [(OutcomeKind, &str); 7] = [
     (OutcomeKind::Settled, "settled"),
     (OutcomeKind::LimitCycle, "limit_cycle"),
     (OutcomeKind::Diverged, "diverged"),
+    (OutcomeKind::Tracking, "tracking"),
     (OutcomeKind::Passive, "passive"),
     (OutcomeKind::NonPassive, "non_passive"),
     (OutcomeKind::HighlyUnstable, "highly_unstable"),
@@ -241,7 +242,9 @@ fn numbers(verdict: Verdict) -> (Option<f64>, Option<f64>, Option<f64>) {
             (Some(rms_rad), Some(amplitude_rad), Some(frequency_hz))
         }
         Verdict::Diverged { amplitude_rad, .. } => (None, Some(amplitude_rad), None),
-        Verdict::Passive { rms_m } | Verdict::NonPassive { rms_m } => (Some(rms_m), None, None),
+        Verdict::Passive { rms_m } | Verdict::NonPassive { rms_m } | Verdict::Tracking { rms_m, .. } => {
+            (Some(rms_m), None, None)
+        }
         Verdict::HighlyUnstable { .. } => (None, None, None),
     }
 }

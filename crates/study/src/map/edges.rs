@@ -80,7 +80,7 @@ impl Edge {
     #[must_use]
     pub fn new(map: &Map, found: &[Found], curves: Option<&Curves>, method: usize) -> Self {
         let rests = |point: Point| match class(found, map.index(point)) {
-            Some(Class::Outcome(OutcomeKind::Settled | OutcomeKind::Passive)) => Some(true),
+            Some(Class::Outcome(OutcomeKind::Settled | OutcomeKind::Passive | OutcomeKind::Tracking)) => Some(true),
             Some(Class::Outcome(_)) => Some(false),
             Some(Class::WallNotReached) | None => None,
         };

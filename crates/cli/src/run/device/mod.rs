@@ -2,6 +2,7 @@
 
 mod axis;
 mod dut;
+mod gimbal;
 mod phantom;
 
 use hpu_chart::Picture;
@@ -55,6 +56,7 @@ pub fn shown<'r>(rig: &'r AnyRig) -> &'r dyn Shown {
     match rig {
         AnyRig::Ours(Ready::Axis(session)) => session,
         AnyRig::Ours(Ready::Phantom(session)) => session,
+        AnyRig::Ours(Ready::Gimbal(session)) => session,
         AnyRig::Dut(session) => session,
     }
 }

@@ -14,11 +14,12 @@ pub(crate) const PATH: &str = "[[time, angle], ...] with at least one point, as 
 const MOTORS_OWN: &str = "the motor's";
 
 keys! { device: "device" of [];
-    /// Kind of the device: a motor with a wheel, a mass on a rail, or the arm of a PHANToM.
+    /// Kind of the device: a motor with a wheel, a mass on a rail, the arm of a PHANToM, or a segment on a gimbal.
     kind: Choice<DeviceKind> = Choice::new(|| vec![
         ("motor", DeviceKind::Motor),
         ("mass", DeviceKind::Mass),
         ("phantom", DeviceKind::Phantom),
+        ("gimbal", DeviceKind::Gimbal),
     ], Required);
 }
 

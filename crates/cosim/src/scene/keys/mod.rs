@@ -9,6 +9,7 @@ mod choice;
 mod dut_rows;
 mod every_rows;
 mod faults_rows;
+mod gimbal_rows;
 mod groups;
 mod markdown;
 mod method_rows;
@@ -28,7 +29,7 @@ pub use value::{Otherwise, Shape, Takes};
 
 pub(crate) use choice::{Choice, Flag, GainFormat, Own, Text, named, none_of, quoted};
 pub(crate) use value::{Expected, Quantity, Read, Whole};
-pub(crate) use {axis_rows::*, dut_rows::*, every_rows::*, faults_rows::*, method_rows::*, phantom_rows::*};
+pub(crate) use {axis_rows::*, dut_rows::*, every_rows::*, faults_rows::*, gimbal_rows::*, method_rows::*, phantom_rows::*};
 
 /// A key of a scene, as the documentation, the schema and `hpu keys` show it.
 #[derive(Clone, PartialEq, Debug)]
@@ -36,8 +37,8 @@ pub struct Row {
     /// The section; empty for the scene itself. A word in capitals stands for any name, as in `dut.ports.PORT`.
     pub section: &'static str,
     /// The kinds that take the key: of `[method]` and `[hand]` values of their own `kind`, else a kind of device
-    /// (`motor`, `mass`, `phantom`) or of scene: `axis` with one of hpu's methods, `dut` with a design of the user's
-    /// own, `phantom`. Empty if all kinds take it.
+    /// (`motor`, `mass`, `phantom`, `gimbal`) or of scene: `axis` with one of hpu's methods, `dut` with a design of the
+    /// user's own, `phantom`, `gimbal`. Empty if all kinds take it.
     pub kinds: &'static [&'static str],
     /// The key. A word in capitals stands for any name.
     pub key: &'static str,
@@ -170,7 +171,11 @@ pub fn kinds_of<'a>(section: &str, scene: &'a str, device: &'a str, own: Option<
 
 /// Returns whether the `kind` of a section decides which keys it takes.
 pub fn has_own_kind(section: &str, scene: &str) -> bool {
-    scene != "phantom" && matches!(section, "method" | "hand")
+    match scene {
+        "phantom" => false,
+        "gimbal" => section == "target",
+        _ => matches!(section, "method" | "hand"),
+    }
 }
 
 /// Returns the key `kind` of a section.

@@ -47,6 +47,7 @@ impl Made {
             Some(Verdict::Diverged { at_s, .. }) => format!("diverges, watched since {at_s:.0} s"),
             Some(Verdict::NonPassive { rms_m }) => format!("is not passive, {} rms", length(rms_m)),
             Some(Verdict::HighlyUnstable { at_s }) => format!("aborted at {at_s:.2} s"),
+            Some(Verdict::Tracking { rms_m, .. }) => format!("tracks its target, {} rms", length(rms_m)),
             _ => "settles".into(),
         }
     }
@@ -117,7 +118,7 @@ pub(super) fn run(asked: &Asked, control: &Control) -> Result<Values, String> {
     let (rms, amplitude) = match made.summary.verdict {
         Some(Verdict::Settled { rms_rad }) => (rms_rad, 0.0),
         Some(Verdict::LimitCycle { rms_rad, amplitude_rad, .. }) => (rms_rad, amplitude_rad),
-        Some(Verdict::Passive { rms_m } | Verdict::NonPassive { rms_m }) => (rms_m, 0.0),
+        Some(Verdict::Passive { rms_m } | Verdict::NonPassive { rms_m } | Verdict::Tracking { rms_m, .. }) => (rms_m, 0.0),
         Some(Verdict::Diverged { amplitude_rad, .. }) => (f64::INFINITY, amplitude_rad),
         _ => (f64::INFINITY, f64::INFINITY),
     };

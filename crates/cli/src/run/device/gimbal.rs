@@ -1,0 +1,117 @@
+//! The segment on a gimbal.
+
+use hpu_chart::Picture;
+use hpu_cosim::scene::{GimbalScene, Units};
+use hpu_cosim::{EnergyAudit, GimbalSession, Rig, Trace};
+use hpu_signal::{Notation, Signal};
+use hpu_study::page::Page;
+use serde_json::{Value, json};
+
+use super::{Shown, named, of_words};
+use crate::parameters;
+use crate::run::Ran;
+use crate::units::si;
+
+/// The nets that are drawn and written to the table.
+const NETS: [&str; 8] = ["drive1", "drive2", "drive3", "mode", "finger_force", "radius", "equilibrium", "out_of_reach"];
+
+impl Shown for GimbalSession<'_> {
+    fn lines(&self, page: &mut Page, ran: &Ran) {
+        page.line("device", device(self.scene()));
+        page.line("motion", motion(&ran.trace));
+        let missed = self.words().stiffness_miss.as_ref().map(|miss| parameters::missed(miss, None));
+        of_words(page, words(self, ran.notation), missed);
+    }
+
+    fn realised(&self) -> Value {
+        let (scene, words) = (self.scene(), self.words());
+        json!({
+            "stiffness_n_per_m": stiffness_n_per_m(self),
+            "stiffness_missed": words.stiffness_miss.as_ref().map(parameters::missed_object),
+            "sample_rate_hz": scene.clock.frequency_hz() as f64 / words.period as f64,
+            "count_rad": scene.count_rad(),
+            "force_lsb_n": scene.force_lsb_n(),
+            "length_lsb_m": scene.method.config.gimbal.length.lsb(),
+            "torque_quantum_nm": self.commands().iter().map(|command| command.2).collect::<Vec<_>>(),
+            "assumed": ASSUMED,
+        })
+    }
+
+    fn nets(&self) -> Vec<Signal> {
+        named(Rig::nets(self), &NETS)
+    }
+
+    fn pictures(&self, _: &Ran, _: &str) -> Vec<Picture> {
+        Vec::new()
+    }
+
+    fn units(&self) -> Option<Units> {
+        None
+    }
+
+    fn dissipated(&self, energy: &EnergyAudit) -> String {
+        let [viscous, coulomb] = [energy.viscous_j, energy.coulomb_j].map(|joules| si(joules, "J"));
+        format!("the servos' back EMF and friction {viscous}, Coulomb friction {coulomb}")
+    }
+}
+
+/// The parameters that the paper leaves out.
+const ASSUMED: [&str; 9] = [
+    "device.mass",
+    "device.offset",
+    "tilt_servo.inertia",
+    "crank_servo.inertia",
+    "tilt_servo.coulomb",
+    "crank_servo.coulomb",
+    "force_sensor.noise",
+    "switch.on",
+    "finger.stiffness",
+];
+
+fn device(scene: &GimbalScene) -> String {
+    let [least_m, most_m] = scene.gimbal.radii_m();
+    format!(
+        "a segment of {} on a gimbal, radius {} to {}; the paper leaves out {}: assumed",
+        si(1e3 * scene.gimbal.mass_kg, "g"),
+        si(least_m, "m"),
+        si(most_m, "m"),
+        ASSUMED.join(", ")
+    )
+}
+
+/// Returns the motion: how far from the target the tip was, and the greatest force.
+fn motion(trace: &Trace) -> String {
+    format!(
+        "radius ends at {}, at most {} from the target; the finger pushes with at most {}",
+        si(trace.last(9).unwrap_or(0.0), "m"),
+        si(trace.greatest(10), "m"),
+        si(trace.greatest(11), "N")
+    )
+}
+
+fn stiffness_n_per_m(session: &GimbalSession) -> f64 {
+    let (scene, config) = (session.scene(), &session.scene().method.config);
+    let lsb = config.impedance.stiffness.lsb() * scene.force_lsb_n() / config.gimbal.length.lsb();
+    session.words().stiffness as f64 * lsb
+}
+
+/// Returns the gains that the words realise.
+fn words(session: &GimbalSession, notation: Notation) -> [String; 2] {
+    let (scene, words) = (session.scene(), session.words());
+    let config = &scene.method.config;
+    [
+        format!(
+            "stiffness {} of {} is {}, asked {}",
+            words.stiffness,
+            notation.of(config.impedance.stiffness),
+            si(stiffness_n_per_m(session), "N/m"),
+            si(scene.stiffness_n_per_m, "N/m")
+        ),
+        format!(
+            "a position of a servo is {}; a force LSB {}, a length LSB {}",
+            si(scene.count_rad(), "rad"),
+            si(scene.force_lsb_n(), "N"),
+            si(config.gimbal.length.lsb(), "m")
+        ),
+    ]
+}

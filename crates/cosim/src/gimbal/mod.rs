@@ -1,0 +1,167 @@
+//! A segment on a gimbal: its scene made ready, its world.
+
+mod side;
+
+use hpu_datapath::gimbal::{GimbalIn, GimbalLoop};
+use hpu_plant::arm::{Arm, Gimbal, Joints, Recorded};
+use hpu_signal::{Observe, Ports};
+
+use crate::arm::{ArmPlant, Stops};
+use crate::arm_loop::ArmLoop;
+use crate::arm_world::ArmWorld;
+use crate::engine::{Comparison, Control, Driver};
+use crate::outline::Outline;
+use crate::rig::{self, Compare, Rig, TheLoop, Visit, Wired};
+use crate::scene::{GimbalScene, GimbalWords};
+use crate::session_error::SessionError;
+use crate::summary::Summary;
+use crate::trace::Trace;
+
+use side::{GimbalSide, Plan};
+
+/// A scene of a segment on a gimbal made ready: its words, its wiring, its plant.
+pub struct GimbalSession<'s> {
+    scene: &'s GimbalScene,
+    plant: ArmPlant<Recorded>,
+    plan: Plan<'s>,
+    words: GimbalWords,
+    wiring: ArmLoop,
+    outline: Outline,
+}
+
+impl<'s> GimbalSession<'s> {
+    /// Makes a scene ready.
+    ///
+    /// # Errors
+    ///
+    /// When its words, widths or parameters are impossible.
+    pub fn new(scene: &'s GimbalScene) -> Result<Self, SessionError> {
+        let words = scene.words().map_err(SessionError::Scene)?;
+        let wiring = GimbalLoop::new(scene.method.config).map(ArmLoop::Gimbal).map_err(SessionError::Config)?;
+        let plant = plant(scene)?;
+        let [first, second, third] = plant.command_nm;
+        let commands = vec![
+            ("drive1", "stall_torque1_nm", first),
+            ("drive2", "stall_torque2_nm", second),
+            ("drive3", "stall_torque3_nm", third),
+        ];
+        let closed_by = (wiring.block().name(), wiring.nets());
+        let outline = Outline::of_gimbal(scene, still_within_m(scene), closed_by, commands);
+        Ok(Self { scene, plant, plan: Plan::new(scene), words, wiring, outline })
+    }
+
+    /// Returns the scene.
+    #[must_use]
+    pub fn scene(&self) -> &'s GimbalScene {
+        self.scene
+    }
+
+    /// Returns the scene's words.
+    #[must_use]
+    pub fn words(&self) -> &GimbalWords {
+        &self.words
+    }
+
+    /// Returns the constant inputs of the datapath; all that the world drives is 0.
+    #[must_use]
+    pub fn input(&self) -> GimbalIn<i64> {
+        let GimbalWords { proportional, derivative, stiffness, feedback, thresholds, period, .. } = self.words;
+        GimbalIn {
+            proportional: proportional[0],
+            derivative: derivative[0],
+            crank_proportional: proportional[1],
+            crank_derivative: derivative[1],
+            stiffness,
+            feedback,
+            threshold_on: thresholds[0],
+            threshold_off: thresholds[1],
+            period,
+            ..GimbalIn::build(|| 0)
+        }
+    }
+}
+
+/// Returns the change of the radius by one position of the crank's servo, where it is greatest; `None` if the target
+/// moves in the judged window, so that the motion is judged by how it follows.
+fn still_within_m(scene: &GimbalScene) -> Option<f64> {
+    let stride = crate::contact::stride(scene.clock, scene.record.plant_rate_hz);
+    let from = crate::contact::window_start(scene.edges(), stride);
+    let from_s = scene.clock.seconds(hpu_signal::Cycle(from));
+    let levers = (0..=1800).map(|tenth| scene.gimbal.lever_m(&f64::from(tenth).mul_add(0.1, 0.0).to_radians()).abs());
+    let steepest_m = levers.fold(0.0, f64::max);
+    (!scene.target.moves_after(from_s)).then_some(steepest_m * scene.count_rad())
+}
+
+fn plant(scene: &GimbalScene) -> Result<ArmPlant<Recorded>, SessionError> {
+    let servos = [scene.tilt_servo, scene.tilt_servo, scene.crank_servo];
+    let joints = Joints {
+        // The torque falls with the speed, in a straight line from stall to no load.
+        viscous_nm_s_per_rad: servos.map(|servo| servo.stall_nm / servo.no_load_rad_per_s),
+        coulomb_nm: servos.map(|servo| servo.coulomb_nm),
+        rotor_kg_m2: servos.map(|servo| servo.inertia_kg_m2),
+        free: [true; 3],
+        ..Joints::default()
+    };
+    let arm = Arm::of(&scene.gimbal, joints, scene.clock.period_s());
+    let arm = arm.map_err(|error| SessionError::Arm(error.to_string()))?;
+    let arm = match &scene.probe {
+        Some(probe) => arm.with_finger(probe.finger),
+        None => arm,
+    };
+    let full = f64::from(1u32 << (scene.method.config.servo.drive_width - 1));
+    let start_rad = scene.gimbal.angles_rad(scene.tip_m(scene.target.at(0.0)));
+    let start_rad = start_rad.ok_or_else(|| SessionError::Arm("the target's start is out of reach".into()))?;
+    Ok(ArmPlant {
+        arm,
+        stepping: scene.model.solver.method().map(|method| (method, scene.step_clocks())),
+        count_rad: [scene.count_rad(); 3],
+        command_nm: servos.map(|servo| servo.stall_nm / full),
+        start_rad,
+        start_rad_per_s: [0.0; 3],
+        stops: stops(scene.count_rad()),
+    })
+}
+
+/// Returns the reasons for ending a run, as a function of the counts: a posture in which the model does not hold.
+fn stops(count_rad: f64) -> Stops {
+    let most = (Gimbal::TILT_RAD / count_rad).ceil() as i64;
+    let half_turn = (std::f64::consts::PI / count_rad) as i64;
+    Box::new(move |[pitch, roll, crank]| {
+        if pitch.abs().max(roll.abs()) > most {
+            Some("the segment tilted by more than 55 degrees, where the gimbal ends")
+        } else if !(-1..=half_turn + 1).contains(&crank) {
+            Some("the crank passed its dead centre, where position control drives it the wrong way")
+        } else {
+            None
+        }
+    })
+}
+
+impl Rig for GimbalSession<'_> {
+    fn outline(&self) -> &Outline {
+        &self.outline
+    }
+}
+
+impl Wired for GimbalSession<'_> {
+    fn wiring(&self) -> TheLoop<'_> {
+        TheLoop::Arm(&self.wiring)
+    }
+
+    fn visit<'v, V: Visit<'v>>(&'v self, visit: V) -> V::Out {
+        let ArmLoop::Gimbal(wiring) = &self.wiring else { unreachable!("made by this module") };
+        visit.visit(wiring, ArmWorld::new(&self.plant, GimbalSide::new(&self.plan)), self.input())
+    }
+
+    fn run(&self, driver: Driver, trace: &mut Trace, observer: &mut dyn Observe, control: &Control) -> Summary {
+        rig::run(self, driver, trace, observer, control)
+    }
+
+    fn compare(&self, edges: u64) -> Comparison {
+        self.visit(Compare(edges))
+    }
+
+    fn driver(&self) -> Driver {
+        self.scene.model.solver.into()
+    }
+}

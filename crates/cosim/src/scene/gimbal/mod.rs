@@ -1,0 +1,261 @@
+//! A scene of a segment on a gimbal (Pediredla, Chandrasekaran, Annamraju and Thondiyath 2022): shape and shear by
+//! position control, stiffness by impedance control of the crank.
+
+mod read;
+mod target;
+
+pub(super) use read::scene;
+pub use target::{Posture, Target, TargetKind, along};
+
+use std::f64::consts::PI;
+
+use hpu_datapath::gimbal::GimbalLoopConfig;
+use hpu_plant::arm::{Finger, Gimbal};
+use hpu_signal::Format;
+
+use super::accuracy::Output;
+use super::head::{Head, has_head};
+use super::model::Solver;
+use super::parts::Units;
+use super::setup::Setup;
+use super::source::SceneError;
+use super::words::Miss;
+use crate::message::number;
+
+/// The outputs by which models of a gimbal are compared.
+pub(super) const OUTPUTS: [Output; 3] = [Output::Trace, Output::Rms, Output::Verdict];
+
+/// A servo: its torque falls in a straight line from stall to no load.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Servo {
+    /// Torque at full drive and no speed.
+    pub stall_nm: f64,
+    /// Speed at full drive and no load.
+    pub no_load_rad_per_s: f64,
+    /// Inertia of rotor and gears at the output.
+    pub inertia_kg_m2: f64,
+    /// Coulomb friction at the output.
+    pub coulomb_nm: f64,
+    /// Rate at which the servo takes a drive.
+    pub rate_hz: f64,
+}
+
+/// The sensor of the finger's force, with its converter of 12 bits.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct ForceSensor {
+    /// Force of all ones.
+    pub full_scale_n: f64,
+    /// Root mean square of the noise.
+    pub noise_n: f64,
+    /// Rate of the conversions.
+    pub rate_hz: f64,
+}
+
+/// The gains of a position controller.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct PositionGains {
+    /// Full drives per rad of error.
+    pub proportional: f64,
+    /// Full drives per rad/s of its change.
+    pub derivative_s: f64,
+}
+
+/// The design of the device's datapath.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct GimbalMethod {
+    /// Rate at which the loop samples.
+    pub sample_rate_hz: f64,
+    /// Gains of pitch and roll.
+    pub tilt: PositionGains,
+    /// Gains of the crank.
+    pub crank: PositionGains,
+    /// Gain of the force's error.
+    pub force_gain: f64,
+    /// The blocks' formats and constants.
+    pub config: GimbalLoopConfig,
+}
+
+/// The thresholds at which the crank's control changes.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Thresholds {
+    /// Force above which impedance control begins.
+    pub on_n: f64,
+    /// Force below which it ends.
+    pub off_n: f64,
+}
+
+/// The finger on the segment.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Probe {
+    /// Its pad.
+    pub finger: Finger,
+    /// Times in s, and heights in m of the pad at rest above the least radius.
+    pub path: Vec<(f64, f64)>,
+}
+
+/// The physics that is modelled.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct GimbalModel {
+    /// The solver of the motion.
+    pub solver: Solver,
+    /// Step of a fixed-step solver.
+    pub step_s: Option<f64>,
+}
+
+/// A scene of a segment on a gimbal, validated, in SI units.
+#[derive(Clone, PartialEq, Debug)]
+pub struct GimbalScene {
+    /// The part that every scene has.
+    pub head: Head,
+    /// The segment, its gimbal and its crank.
+    pub gimbal: Gimbal,
+    /// The servos of pitch and roll.
+    pub tilt_servo: Servo,
+    /// The servo of the crank.
+    pub crank_servo: Servo,
+    /// The sensor of the finger's force.
+    pub force_sensor: ForceSensor,
+    /// The design of the datapath.
+    pub method: GimbalMethod,
+    /// The motion that the host asks for.
+    pub target: Target,
+    /// Stiffness of the rendered spring.
+    pub stiffness_n_per_m: f64,
+    /// The rule of the switch.
+    pub thresholds: Thresholds,
+    /// The finger, if there is one.
+    pub probe: Option<Probe>,
+    /// The parts of the physics that are modelled.
+    pub model: GimbalModel,
+}
+
+/// The constant words of a gimbal's datapath, computed from its scene.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct GimbalWords {
+    /// Gains of the error: those of pitch and roll, that of the crank.
+    pub proportional: [i64; 2],
+    /// Gains of its change.
+    pub derivative: [i64; 2],
+    /// Stiffness of the rendered spring.
+    pub stiffness: i64,
+    /// The miss of the stiffness, if it is greater than [`Miss::FLAGGED`].
+    pub stiffness_miss: Option<Miss>,
+    /// Gain of the force's error.
+    pub feedback: i64,
+    /// Forces at which impedance control begins and ends.
+    pub thresholds: [i64; 2],
+    /// Sample period in clocks.
+    pub period: i64,
+}
+
+has_head!(GimbalScene);
+
+impl GimbalScene {
+    /// Returns the sample period in whole clocks.
+    #[must_use]
+    pub fn period_clocks(&self) -> u64 {
+        self.clock.edges(1.0 / self.method.sample_rate_hz)
+    }
+
+    /// Returns the solver's step in whole clocks, at least one: a sample period if the scene sets no step.
+    #[must_use]
+    pub fn step_clocks(&self) -> u64 {
+        self.model.step_s.map_or(self.period_clocks(), |step_s| self.clock.edges(step_s).max(1))
+    }
+
+    /// Returns the angle of one position of a servo.
+    #[must_use]
+    pub fn count_rad(&self) -> f64 {
+        let (num, den) = self.method.config.gimbal.count;
+        PI * f64::from(num) / f64::from(den)
+    }
+
+    /// Returns the force of one LSB of the sensor.
+    #[must_use]
+    pub fn force_lsb_n(&self) -> f64 {
+        self.force_sensor.full_scale_n / f64::from(1u32 << self.method.config.force_width)
+    }
+
+    /// Returns the tip at a posture.
+    #[must_use]
+    pub fn tip_m(&self, [height_m, pitch_rad, roll_rad]: Posture) -> [f64; 3] {
+        Gimbal::tip_at_m(&pitch_rad, &roll_rad, &(self.gimbal.radii_m()[0] + height_m))
+    }
+
+    /// Returns the words of the scene's datapath, each rounded to the nearest.
+    ///
+    /// # Errors
+    ///
+    /// [`SceneError`] when a value does not fit its format, or a stiffness above zero rounds to zero.
+    pub fn words(&self) -> Result<GimbalWords, SceneError> {
+        let config = &self.method.config;
+        let word = |key: &str, asked: f64, lsb: f64, format: Format| {
+            let word = (asked / lsb).round();
+            if word > format.max() as f64 {
+                let most = number(format.max() as f64 * lsb);
+                return Err(self.error(key, format!("{} does not fit {format}; write at most {most}", number(asked))));
+            }
+            if word == 0.0 && asked > 0.0 {
+                let reason = format!("{} rounds to zero in {format}; write 0 or at least {}", number(asked), number(lsb));
+                return Err(self.error(key, reason));
+            }
+            Ok(word as i64)
+        };
+        // A half turn of error asks for this many counts of drive at a gain of one full drive per radian.
+        let full = f64::from(1u32 << (config.servo.drive_width - 1)) * PI;
+        let span_s = f64::from(config.servo.window) * self.period_clocks() as f64 * self.clock.period_s();
+        let p_lsb = config.servo.proportional.lsb() / full;
+        let d_lsb = config.servo.derivative.lsb() / full * span_s;
+        let gains = [("", &self.method.tilt), ("crank_", &self.method.crank)];
+        let [p_tilt, p_crank] = gains.map(|(joint, gain)| {
+            word(&format!("method.{joint}proportional"), gain.proportional, p_lsb, config.servo.proportional)
+        });
+        let [d_tilt, d_crank] = gains.map(|(joint, gain)| {
+            word(&format!("method.{joint}derivative"), gain.derivative_s, d_lsb, config.servo.derivative)
+        });
+        let force_lsb_n = self.force_lsb_n();
+        let stiffness = config.impedance.stiffness;
+        let stiffness_lsb = stiffness.lsb() * force_lsb_n / config.gimbal.length.lsb();
+        let feedback = config.impedance.feedback;
+        let force = Format::unsigned(config.force_width);
+        let asked = self.stiffness_n_per_m;
+        Ok(GimbalWords {
+            proportional: [p_tilt?, p_crank?],
+            derivative: [d_tilt?, d_crank?],
+            stiffness: word("surface.stiffness", asked, stiffness_lsb, stiffness)?,
+            stiffness_miss: Miss::of(asked * stiffness.lsb() / stiffness_lsb, stiffness),
+            feedback: word("method.force_gain", self.method.force_gain, feedback.lsb(), feedback)?,
+            thresholds: [
+                word("switch.on", self.thresholds.on_n, force_lsb_n, force)?,
+                word("switch.off", self.thresholds.off_n, force_lsb_n, force)?,
+            ],
+            period: self.period_clocks() as i64,
+        })
+    }
+}
+
+impl Setup for GimbalScene {
+    fn solver(&self) -> Solver {
+        self.model.solver
+    }
+
+    fn units(&self) -> Units {
+        Units { position: "m", effort: "N.m", stiffness: "N/m", damping: "N.s/m" }
+    }
+
+    fn outputs(&self) -> &'static [Output] {
+        &OUTPUTS
+    }
+
+    fn wall_position(&self) -> f64 {
+        0.0
+    }
+
+    fn stiffness_error(&self) -> Option<f64> {
+        self.stiffness_miss().map(|miss| miss.error)
+    }
+
+    fn stiffness_miss(&self) -> Option<Miss> {
+        self.words().ok()?.stiffness_miss
+    }
+}
