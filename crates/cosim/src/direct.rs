@@ -30,7 +30,7 @@ use crate::law_loop::LawConfig;
 use crate::method::AxisLoop;
 use crate::mover::Mover;
 use crate::plant::{Kind, Plant};
-use crate::rig::Direct;
+use crate::simulation::Direct;
 use crate::schedule::Schedule;
 use crate::stepped::{DIVERGED, FAR};
 use crate::summary::{EnergyAudit, Summary};

@@ -6,7 +6,7 @@ use std::sync::mpsc;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use hpu_cosim::{Ready, Wired};
+use hpu_cosim::{WiredSimulation, Wired};
 use hpu_datapath::{AnyBlock, Generic, Instance, configured, variants};
 use hpu_rtl::Around;
 use hpu_rtl::formal::{Part, ProofError, Proofs, Prover, Verdict};
@@ -76,8 +76,8 @@ fn of_scenes(args: &Args) -> Result<Vec<Wanted>, Failure> {
     };
     for name in &args.scenes {
         let loaded = Loaded::new(name, &args.set.set, None)?;
-        let ready = Ready::new(&loaded.scene).map_err(Failure::file)?;
-        let (scene, wiring) = (&loaded.scene.name, ready.wiring());
+        let simulation = WiredSimulation::new(&loaded.scene).map_err(Failure::file)?;
+        let (scene, wiring) = (&loaded.scene.name, simulation.wiring());
         for Instance { label, model, .. } in wiring.instances() {
             want(scene, label, &*model);
         }

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use std::ops::Range;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 
-use hpu_cosim::{Control, Ready, Rig, Wired};
+use hpu_cosim::{Control, WiredSimulation, Simulation, Wired};
 use hpu_signal::{Cycle, Observe, Signal, UNKNOWN};
 use hpu_study::page::{Cell, Column, Page, Table};
 use serde_json::{Value, json};
@@ -42,7 +42,7 @@ pub struct Pairs(Vec<Pair>);
 impl Pairs {
     /// Finds the ports and nets by name in two scenes. Words are compared bit by bit, so a port and its net must have
     /// the same width.
-    pub fn new(theirs: &impl Rig, ours: &Ready, names: &[(String, String)]) -> Result<Self, Failure> {
+    pub fn new(theirs: &impl Simulation, ours: &WiredSimulation, names: &[(String, String)]) -> Result<Self, Failure> {
         if theirs.clock() != ours.clock() {
             let [of_theirs, of_ours] =
                 [theirs.clock(), ours.clock()].map(|clock| si(clock.frequency_hz() as f64, "Hz"));
@@ -223,7 +223,7 @@ impl Observe for Beside<'_> {
 /// differed, and is updated when theirs changes.
 pub fn hold<T>(
     pairs: Pairs,
-    ours: &Ready,
+    ours: &WiredSimulation,
     observer: &mut dyn Observe,
     run: impl FnOnce(&mut dyn Observe) -> Result<(T, u64), Failure>,
 ) -> Result<(T, Held), Failure> {

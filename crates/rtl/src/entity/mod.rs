@@ -235,7 +235,7 @@ impl Entity {
             }
         }
         let mut changes = Vec::new();
-        let mut simulation = design.start(&words, &vec![false; wires.len()], &mut changes)?;
+        let mut running = design.start(&words, &vec![false; wires.len()], &mut changes)?;
         told.begin(&changes);
         let mut row = 0;
         while row < count {
@@ -243,7 +243,7 @@ impl Entity {
             let words = bits(row);
             let end = (row + 1..count).find(|&next| bits(next) != words).unwrap_or(count);
             changes.clear();
-            simulation.clock(&words, (end - row) as u64, true, &mut changes)?;
+            running.clock(&words, (end - row) as u64, true, &mut changes)?;
             told.rows(row..end, &changes);
             row = end;
         }

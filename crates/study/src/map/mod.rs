@@ -19,7 +19,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::io;
 
-use hpu_cosim::Rig;
+use hpu_cosim::Simulation;
 use hpu_cosim::scene::{Datapath, Experiment, OutcomeKind, SceneError};
 
 pub use axis::Axis;
@@ -195,7 +195,7 @@ impl Map {
                     if experiment.clone().axis().is_some_and(|scene| scene.model.datapath == Datapath::Linear) {
                         return Err("model.datapath = \"linear\" is for hpu limits; write \"words\"".into());
                     }
-                    cell::any_rig(&experiment).map(|rig| rig.has_device())
+                    cell::any_simulation(&experiment).map(|simulation| simulation.has_device())
                 });
                 match made {
                     Ok(true) => runs = true,

@@ -32,7 +32,7 @@ pub(crate) mod word;
 mod wrap;
 
 use hpu_cosim::scene::{Datapath, LoopWords, Scene};
-use hpu_cosim::{Rig, Session};
+use hpu_cosim::{Simulation, AxisSimulation};
 use hpu_signal::Format;
 
 use device::{Motion, Shaft};
@@ -144,9 +144,9 @@ pub fn axis_bounds(scene: &Scene) -> Result<Proof, String> {
     if scene.model.datapath == Datapath::Linear {
         return Err("the scene's law is linear: it has no words".into());
     }
-    let session = Session::new(scene).map_err(|error| error.to_string())?;
-    let wiring = session.axis_loop().ok_or("the scene's law is computed in floats: it has no words")?;
-    let (words, nets) = (session.words(), session.nets());
+    let simulation = AxisSimulation::new(scene).map_err(|error| error.to_string())?;
+    let wiring = simulation.axis_loop().ok_or("the scene's law is computed in floats: it has no words")?;
+    let (words, nets) = (simulation.words(), simulation.nets());
     let settings = Settings::new(words, scene.device.units().position);
     let mut assumptions = vec![format!("a clock of {} Hz, words as the scene sets them", scene.clock.frequency_hz())];
     if scene.model.solver.is_fixed_step() {
