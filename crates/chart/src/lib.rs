@@ -178,7 +178,12 @@ pub fn dut_beside(simulation: &DutSimulation, trace: &Trace, summary: &Summary, 
     motion::beside(&[dut_motion(simulation, trace, summary, command), Motion::of(ours)], command)
 }
 
-fn dut_motion<'a>(simulation: &'a DutSimulation, trace: &'a Trace, summary: &'a Summary, command: &'a str) -> Motion<'a> {
+fn dut_motion<'a>(
+    simulation: &'a DutSimulation,
+    trace: &'a Trace,
+    summary: &'a Summary,
+    command: &'a str,
+) -> Motion<'a> {
     let scene = simulation.scene();
     let clock = rate(scene.clock.frequency_hz() as f64);
     let warning = if summary.contact_share == Some(0.0) { "; wall not reached" } else { "" };

@@ -40,7 +40,12 @@ pub struct Waves {
 
 impl Waves {
     /// Begins the files. A run of VHDL has one net more than the wiring.
-    pub fn begin(simulation: &AnySimulation, folder: &mut Folder, with_vcd: bool, of_vhdl: bool) -> Result<Self, Failure> {
+    pub fn begin(
+        simulation: &AnySimulation,
+        folder: &mut Folder,
+        with_vcd: bool,
+        of_vhdl: bool,
+    ) -> Result<Self, Failure> {
         let clock = simulation.clock();
         let layout = layout(simulation);
         let layout = if of_vhdl { layout.with_comparison() } else { layout };

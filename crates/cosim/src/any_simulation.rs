@@ -2,9 +2,9 @@
 
 use crate::dut::{Designs, DutSimulation, Fault};
 use crate::outline::Outline;
-use crate::wired_simulation::WiredSimulation;
-use crate::simulation::Simulation;
 use crate::scene::Experiment;
+use crate::simulation::Simulation;
+use crate::wired_simulation::WiredSimulation;
 
 /// Any scene made ready.
 #[allow(clippy::large_enum_variant, reason = "one of them exists a run")]

@@ -11,8 +11,8 @@ use crate::engine::{Comparison, Control, Driver};
 use crate::method::AxisLoop;
 use crate::outline::Outline;
 use crate::plant::Plant;
-use crate::simulation::{self, Compare, Direct, Simulation, TheLoop, LoopVisitor, Wired};
 use crate::scene::{Device, EncoderModel, LoopWords, Scene, Solver};
+use crate::simulation::{self, Compare, Direct, LoopVisitor, Simulation, TheLoop, Wired};
 use crate::simulation_error::SimulationError;
 use crate::summary::Summary;
 use crate::trace::Trace;
@@ -114,12 +114,12 @@ impl Wired for AxisSimulation<'_> {
         self.plant.actuator == Actuator::Switching
     }
 
-    fn visit<'v, V: LoopVisitor<'v>>(&'v self, visit: V) -> V::Out {
+    fn visit<'v, V: LoopVisitor<'v>>(&'v self, visitor: V) -> V::Out {
         match &self.closed {
             Closed::Words(axis_loop) => {
-                with_axis_loop!(axis_loop, wiring => visit.visit(wiring, self.world(wiring), self.input()))
+                with_axis_loop!(axis_loop, wiring => visitor.visit(wiring, self.world(wiring), self.input()))
             }
-            Closed::Law(wiring) => visit.visit(wiring, self.world(wiring), self.input()),
+            Closed::Law(wiring) => visitor.visit(wiring, self.world(wiring), self.input()),
         }
     }
 

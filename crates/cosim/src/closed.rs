@@ -4,8 +4,8 @@ use hpu_signal::Format;
 
 use crate::law_loop::{LawConfig, LawLoop};
 use crate::method::{AxisLoop, Unmade};
-use crate::simulation::TheLoop;
 use crate::scene::{Datapath, LoopWords, Scene};
+use crate::simulation::TheLoop;
 use crate::simulation_error::SimulationError;
 
 /// The wiring that closes the loop of an axis.

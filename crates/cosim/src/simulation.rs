@@ -73,8 +73,8 @@ impl<'s> TheLoop<'s> {
     }
 }
 
-/// `LoopVisitor` is a generic callback: [`Wired::visit`] calls it with the concrete wiring and world types, so that run,
-/// compare, record and check are each written once.
+/// `LoopVisitor` is a generic callback: [`Wired::visit`] calls it with the concrete wiring and world types, so that
+/// run, compare, record and check are each written once.
 pub trait LoopVisitor<'s> {
     /// The result of the visit.
     type Out;
@@ -85,8 +85,8 @@ pub trait LoopVisitor<'s> {
         W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone + 'static;
 }
 
-/// A `Simulation` is a scene made ready, whatever closes its loop. Recordings, pictures and verdicts use it. Implemented by
-/// the simulations of an axis, of an arm and of a design of the user's own, and by the enums over them.
+/// A `Simulation` is a scene made ready, whatever closes its loop. Recordings, pictures and verdicts use it.
+/// Implemented for axes, arms and designs of the user's own, and by the enums over them.
 pub trait Simulation {
     /// Returns the facts that all other functions answer from.
     fn outline(&self) -> &Outline;
@@ -177,13 +177,13 @@ pub trait Simulation {
     }
 }
 
-/// A `Wired` simulation is a scene made ready whose loop blocks of this project close. Implemented by the simulations of an axis
-/// and of an arm, and by [`WiredSimulation`](crate::WiredSimulation), which is either.
+/// A `Wired` simulation is a scene made ready whose loop blocks of this project close. Implemented for axes
+/// and arms, and by [`WiredSimulation`](crate::WiredSimulation), which is either.
 pub trait Wired: Simulation {
     /// Returns the wiring before reset.
     fn wiring(&self) -> TheLoop<'_>;
-    /// Calls `visit` with the concrete wiring and world.
-    fn visit<'v, V: LoopVisitor<'v>>(&'v self, visit: V) -> V::Out;
+    /// Calls `visitor` with the concrete wiring and world.
+    fn visit<'v, V: LoopVisitor<'v>>(&'v self, visitor: V) -> V::Out;
     /// Returns the driver that the scene's solver asks for.
     fn driver(&self) -> Driver;
     /// Returns the scene's loop without wiring and clock, if its model asks for that; [`run`](Self::run) then ignores
@@ -247,9 +247,9 @@ pub(crate) fn run<R: Wired>(
     judged(simulation, trace, summary, contact, over)
 }
 
-/// Runs a simulation's world with another program as the driver, such as a simulator of VHDL. `play` shows the run to the
-/// observer as [`Wired::run`] does, and returns its summary and why it ended early, if it did. Fills the trace anew,
-/// with unknown words as 0, and judges it.
+/// Runs a simulation's world with another program as the driver, such as a simulator of VHDL. `play` shows the run to
+/// the observer as [`Wired::run`] does, and returns its summary and why it ended early, if it did. Fills the trace
+/// anew, with unknown words as 0, and judges it.
 ///
 /// # Errors
 ///
@@ -261,7 +261,8 @@ pub fn follow<R: Simulation, E>(
     play: impl FnOnce(&mut dyn Observe) -> Result<(Summary, Option<&'static str>), E>,
 ) -> Result<Summary, E> {
     trace.begin(simulation.edges() / simulation.stride() + 1);
-    let contact = Contact::new(&simulation.nets(), window_start(simulation.edges(), simulation.stride()), simulation.judged()[0]);
+    let contact =
+        Contact::new(&simulation.nets(), window_start(simulation.edges(), simulation.stride()), simulation.judged()[0]);
     let mut follow = Follow { trace, observer, contact, known: Vec::new() };
     let (summary, over) = play(&mut follow)?;
     let contact = follow.contact.edges(summary.edges) as f64;

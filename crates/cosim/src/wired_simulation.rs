@@ -1,18 +1,18 @@
-//! Any scene, made ready.
+//! A scene made ready whose loop blocks of this project close: an axis or a PHANToM.
 
 use hpu_signal::Observe;
 
+use crate::axis_simulation::AxisSimulation;
 use crate::engine::{Comparison, Control, Driver};
 use crate::outline::Outline;
 use crate::phantom::PhantomSimulation;
-use crate::simulation::{Direct, Simulation, TheLoop, LoopVisitor, Wired};
 use crate::scene::Experiment;
-use crate::axis_simulation::AxisSimulation;
+use crate::simulation::{Direct, LoopVisitor, Simulation, TheLoop, Wired};
 use crate::simulation_error::SimulationError;
 use crate::summary::Summary;
 use crate::trace::Trace;
 
-/// Any scene, made ready.
+/// A scene made ready whose loop blocks of this project close: an axis or a PHANToM.
 #[allow(clippy::large_enum_variant, reason = "one of them exists a run")]
 pub enum WiredSimulation<'s> {
     /// An axis.
@@ -63,8 +63,8 @@ impl Wired for WiredSimulation<'_> {
         forward!(self, simulation => simulation.gates_drive())
     }
 
-    fn visit<'v, V: LoopVisitor<'v>>(&'v self, visit: V) -> V::Out {
-        forward!(self, simulation => simulation.visit(visit))
+    fn visit<'v, V: LoopVisitor<'v>>(&'v self, visitor: V) -> V::Out {
+        forward!(self, simulation => simulation.visit(visitor))
     }
 
     fn run(&self, driver: Driver, trace: &mut Trace, observer: &mut dyn Observe, control: &Control) -> Summary {

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use hpu_cosim::scene::{Dut, DutClock, DutReset, Engine, Experiment, Generic, Standard, shipped_file};
-use hpu_cosim::{ArmLoop, AxisLoop, Control, NetUse, WiredSimulation, Simulation, Summary, Trace, Wired, follow};
+use hpu_cosim::{ArmLoop, AxisLoop, Control, NetUse, Simulation, Summary, Trace, Wired, WiredSimulation, follow};
 use hpu_signal::{Clock, Observe, SignalUse};
 use hpu_wave::Around;
 

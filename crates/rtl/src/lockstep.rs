@@ -11,7 +11,7 @@ use std::sync::atomic::Ordering;
 use hpu_cosim::dut::{Change, RunningDesign};
 use hpu_cosim::{Control, Summary, Wired};
 use hpu_signal::{Cycle, Format, Observe, Signal, SignalUse, UNKNOWN};
-use hpu_wave::{Around, Row};
+use hpu_wave::{Around, ComparedRow};
 
 use crate::around::{AFTER, BEFORE};
 use crate::dut::DutError;
@@ -323,10 +323,10 @@ impl<'s> Lockstep<'s> {
     }
 
     /// Returns an edge of the history as a row: the words of every net in the emulator, and in the VHDL, in hex.
-    fn row(&self, Edge { edge, expected, got }: &Edge) -> Row {
+    fn row(&self, Edge { edge, expected, got }: &Edge) -> ComparedRow {
         let unknown = |format: Format| "X".repeat(digits(format));
         let nets = || self.nets.iter().map(|net| net.format);
-        Row {
+        ComparedRow {
             number: *edge,
             expected: nets().zip(expected).map(|(format, &word)| hex(format, word)).collect(),
             got: nets()

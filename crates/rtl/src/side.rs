@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use hpu_cosim::{Summary, LoopVisitor, World};
+use hpu_cosim::{LoopVisitor, Summary, World};
 use hpu_datapath::{Repeat, Wiring, flatten};
 use hpu_signal::{Ports, Signal, SignalUse};
 

@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::{io, mem};
 
-use hpu_cosim::{Control, Driver, WiredSimulation, Simulation, Wired};
+use hpu_cosim::{Control, Driver, Simulation, Wired, WiredSimulation};
 use hpu_study::map::{self, Axis, CellLimits, Found, Map, Method, Plan};
 
 /// An allocator that counts the bytes in use, and the most that were ever in use.

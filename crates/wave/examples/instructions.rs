@@ -8,7 +8,7 @@ use std::io::{self, Cursor, Write};
 use std::process::ExitCode;
 
 use hpu_cosim::scene::{Experiment, shipped};
-use hpu_cosim::{Control, Driver, LinearLoop, WiredSimulation, Simulation, Summary, Wired};
+use hpu_cosim::{Control, Driver, LinearLoop, Simulation, Summary, Wired, WiredSimulation};
 use hpu_signal::{Clock, Cycle, Observe};
 use hpu_wave::{Fst, Layout, Vcd};
 

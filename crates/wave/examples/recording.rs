@@ -12,7 +12,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use hpu_cosim::scene::{Experiment, shipped};
-use hpu_cosim::{Control, Driver, WiredSimulation, Simulation, Wired};
+use hpu_cosim::{Control, Driver, Simulation, Wired, WiredSimulation};
 use hpu_signal::{Cycle, Observe};
 use hpu_wave::{Fst, Layout, Vcd};
 
@@ -59,7 +59,8 @@ fn median(mut all: Vec<f64>) -> f64 {
 }
 
 fn fst(simulation: &WiredSimulation, path: &Path) -> Fst<File> {
-    Fst::new(File::create(path).expect("a file"), &Layout::of(simulation), simulation.clock()).expect("a disk with room")
+    Fst::new(File::create(path).expect("a file"), &Layout::of(simulation), simulation.clock())
+        .expect("a disk with room")
 }
 
 fn main() {
@@ -105,7 +106,8 @@ fn main() {
     let walls = (0..TURNS).map(|_| {
         milliseconds(|| {
             let file = File::create(&path).expect("a file");
-            let mut vcd = Vcd::new(file, &Layout::of(&simulation).with_clock(), simulation.clock()).expect("a disk with room");
+            let mut vcd =
+                Vcd::new(file, &Layout::of(&simulation).with_clock(), simulation.clock()).expect("a disk with room");
             let end = observed(&simulation, &mut vcd);
             assert_eq!(end, Cycle(1_000_000));
             vcd.finish(end).expect("a disk with room");

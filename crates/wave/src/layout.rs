@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use hpu_cosim::{Simulation, LoopVisitor, Wired, World};
+use hpu_cosim::{LoopVisitor, Simulation, Wired, World};
 use hpu_datapath::{AnyBlock, Instance, Wiring};
 use hpu_signal::{Format, Real, Signal};
 

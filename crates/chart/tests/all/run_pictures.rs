@@ -2,7 +2,7 @@
 
 use hpu_chart::{Picture, Run, nets, run_pictures, side_by_side};
 use hpu_cosim::scene::{Scene, shipped};
-use hpu_cosim::{Control, Driver, Simulation, AxisSimulation, Wired};
+use hpu_cosim::{AxisSimulation, Control, Driver, Simulation, Wired};
 
 use crate::looks::{assert_readable, attribute, elements, number, points, rgb, texts};
 

@@ -8,7 +8,7 @@ use std::sync::atomic::Ordering;
 use std::thread;
 
 use hpu_cosim::scene::{Datapath, Experiment, Loop, Scene};
-use hpu_cosim::{Control, WiredSimulation, Wired};
+use hpu_cosim::{Control, Wired, WiredSimulation};
 use hpu_rtl::{Cache, Cost, Counts, Hdl, Placed, Setup};
 use hpu_signal::Format;
 use hpu_study::units::on_threads;

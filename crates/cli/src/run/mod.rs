@@ -13,7 +13,9 @@ use std::path::PathBuf;
 
 use clap::{Args as _, FromArgMatches, ValueEnum};
 use hpu_cosim::scene::{Datapath, Expectation, Experiment, OutcomeKind};
-use hpu_cosim::{AnySimulation, Comparison, Driver, WiredSimulation, Simulation, Summary, Trace, Wired, judged_window_s, metric};
+use hpu_cosim::{
+    AnySimulation, Comparison, Driver, Simulation, Summary, Trace, Wired, WiredSimulation, judged_window_s, metric,
+};
 use hpu_rtl::{CheckRow, Hdl, LoopScene, Setup, run_vhdl};
 use hpu_signal::{Cycle, Notation, Observe, Signal};
 use hpu_study::fit::Fit;
@@ -32,7 +34,7 @@ use crate::waves::Waves;
 use crate::{fit, hdl, interrupt};
 
 use device::shown;
-use nets::{Held, Pairs};
+use nets::{NetComparison, Pairs};
 use rows::{Estimate, Rows};
 
 /// Run a scene and sum it up; without a scene, list the shipped ones
@@ -115,7 +117,7 @@ pub struct Ran<'s> {
     /// Every parameter, with the source of its value.
     pub parameters: Vec<Said>,
     /// The comparison of a design's ports with the nets of a scene of ours.
-    pub held: Option<Held>,
+    pub held: Option<NetComparison>,
     /// The comparison with the VHDL, and the source of the VHDL.
     pub rtl: Option<(CheckRow, Hdl)>,
     /// The expected outcome, if there is one, and whether it was met.
@@ -187,7 +189,10 @@ impl Args {
 impl Ran<'_> {
     fn exit(&self) -> Exit {
         let met = self.outcome_met.is_none_or(|(_, met)| met) && self.numbers.iter().all(|(.., met)| *met);
-        Exit::when(met && self.held.as_ref().is_none_or(Held::ok) && self.rtl.as_ref().is_none_or(|(row, _)| row.ok()))
+        Exit::when(
+            met && self.held.as_ref().is_none_or(NetComparison::ok)
+                && self.rtl.as_ref().is_none_or(|(row, _)| row.ok()),
+        )
     }
 }
 
@@ -391,7 +396,8 @@ fn simulate<'s>(
     // Without pictures the trace needs only the columns for the verdict. The length of the run does not change the
     // memory.
     let drawn: Vec<&str> = shown(simulation).nets().iter().map(|net| net.name).collect();
-    let trace = if args.out.is_some() && !args.no_plot { simulation.drawn_trace(&drawn) } else { simulation.brief_trace() };
+    let trace =
+        if args.out.is_some() && !args.no_plot { simulation.drawn_trace(&drawn) } else { simulation.brief_trace() };
     let mut trace = trace.bounded(Trace::USUAL, &simulation.judged());
     let mut advance = |trace: &mut Trace, observer: &mut dyn Observe| -> Result<_, Failure> {
         with_progress(simulation.edges(), "edges", control, || match (simulation, vhdl) {

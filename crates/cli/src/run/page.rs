@@ -2,7 +2,7 @@
 //! Numbers are in SI units.
 
 use hpu_cosim::scene::{Metric, Units};
-use hpu_cosim::{AnySimulation, Mark, NetUse, Simulation, SIGNS, Verdict, unseen_growth_per_s};
+use hpu_cosim::{AnySimulation, Mark, NetUse, SIGNS, Simulation, Verdict, unseen_growth_per_s};
 use hpu_rtl::{CheckRow, Hdl, Mismatch};
 use hpu_signal::{Clock, Cycle};
 use hpu_study::map::outcome_name;
@@ -23,7 +23,12 @@ pub fn page(ran: &Ran) -> Page {
     let (simulation, summary) = (ran.simulation, &ran.summary);
     let mut page = Page::default();
     let clock = si(simulation.clock().frequency_hz() as f64, "Hz");
-    page.fact("scene", "scene", simulation.name(), format!("{}, {} at {clock}", simulation.name(), simulation.closed_by()));
+    page.fact(
+        "scene",
+        "scene",
+        simulation.name(),
+        format!("{}, {} at {clock}", simulation.name(), simulation.closed_by()),
+    );
     page.data("driver", ran.driver).data("solver", ran.solver);
     page.data("fitted", ran.fitted.as_ref().map(|found| fit::model(found).json()));
     if let Some(found) = &ran.fitted {

@@ -1,7 +1,7 @@
 //! The pictures of a run.
 
 use hpu_chart as chart;
-use hpu_cosim::{AnySimulation, WiredSimulation, AxisSimulation};
+use hpu_cosim::{AnySimulation, AxisSimulation, WiredSimulation};
 
 use crate::exit::Failure;
 use crate::files::Folder;
@@ -20,11 +20,15 @@ pub fn write(ran: &Ran, command: &str, folder: &mut Folder) -> Result<(), Failur
 
 /// Draws two runs in one figure.
 pub fn write_beside(runs: [&Ran; 2], command: &str, folder: &mut Folder) -> Result<(), Failure> {
-    if let [AnySimulation::Dut(design), AnySimulation::Ours(WiredSimulation::Axis(ours))] = runs.map(|ran| ran.simulation) {
+    if let [AnySimulation::Dut(design), AnySimulation::Ours(WiredSimulation::Axis(ours))] =
+        runs.map(|ran| ran.simulation)
+    {
         let ours = chart_run(ours, runs[1], command);
         return put(&chart::dut_beside(design, &runs[0].trace, &runs[0].summary, &ours, command), folder);
     }
-    let [AnySimulation::Ours(WiredSimulation::Axis(one)), AnySimulation::Ours(WiredSimulation::Axis(other))] = runs.map(|ran| ran.simulation) else {
+    let [AnySimulation::Ours(WiredSimulation::Axis(one)), AnySimulation::Ours(WiredSimulation::Axis(other))] =
+        runs.map(|ran| ran.simulation)
+    else {
         return Err(Failure::usage("only scenes of an axis are drawn side by side"));
     };
     let runs = [chart_run(one, runs[0], command), chart_run(other, runs[1], command)];
@@ -32,5 +36,11 @@ pub fn write_beside(runs: [&Ran; 2], command: &str, folder: &mut Folder) -> Resu
 }
 
 pub fn chart_run<'a>(simulation: &'a AxisSimulation, ran: &'a Ran, command: &'a str) -> chart::Run<'a> {
-    chart::Run { scene: simulation.scene(), words: simulation.words(), trace: &ran.trace, summary: &ran.summary, command }
+    chart::Run {
+        scene: simulation.scene(),
+        words: simulation.words(),
+        trace: &ran.trace,
+        summary: &ran.summary,
+        command,
+    }
 }

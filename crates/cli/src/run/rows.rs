@@ -9,7 +9,7 @@ use std::sync::atomic::Ordering;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::{self, JoinHandle};
 
-use hpu_cosim::{AnySimulation, Control, Simulation, SIGNS};
+use hpu_cosim::{AnySimulation, Control, SIGNS, Simulation};
 use hpu_signal::{Clock, Cycle, Observe, Signal};
 use hpu_study::trace_table::TraceTable;
 use hpu_wave::differs;

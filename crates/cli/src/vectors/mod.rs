@@ -5,7 +5,7 @@ pub mod verify;
 use std::path::PathBuf;
 
 use clap::ValueEnum;
-use hpu_cosim::{WiredSimulation, Wired};
+use hpu_cosim::{Wired, WiredSimulation};
 use hpu_datapath::{AnyBlock, registry, variants};
 use hpu_rtl::{Memory, Origin, Source, Vectors, scene_vectors, stimuli, write_committed};
 

@@ -1,7 +1,7 @@
 //! The cost of one more bit of each width, by Yosys alone.
 
 use hpu_cosim::scene::Experiment;
-use hpu_cosim::{WiredSimulation, Wired};
+use hpu_cosim::{Wired, WiredSimulation};
 use hpu_rtl::{Cache, Counts, Setup};
 use hpu_study::device;
 use hpu_study::widths::Field;

@@ -20,8 +20,8 @@ use crate::actuator::{Actuator, Shaping};
 use crate::faults::FaultPlan;
 use crate::outline::Outline;
 use crate::plant::{Around, Plant};
-use crate::simulation::Simulation;
 use crate::scene::{Connection, Driving, DutScene, SceneError};
+use crate::simulation::Simulation;
 use connect::Wires;
 
 pub use connect::Wire;
@@ -61,7 +61,8 @@ pub trait Design: Send + Sync {
     /// # Errors
     ///
     /// When no simulator is installed, or it fails.
-    fn start(&self, words: &[u64], drives: &[bool], changes: &mut Vec<Change>) -> Result<Box<dyn RunningDesign>, Fault>;
+    fn start(&self, words: &[u64], drives: &[bool], changes: &mut Vec<Change>)
+    -> Result<Box<dyn RunningDesign>, Fault>;
 }
 
 /// A `RunningDesign` is a running simulation of a [`Design`], which starts it. The loop calls it once per stretch of

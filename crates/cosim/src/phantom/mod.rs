@@ -21,8 +21,8 @@ use crate::arm_world::ArmWorld;
 use crate::engine::{Comparison, Control, Driver};
 use crate::outline::Outline;
 use crate::random::SplitMix64;
-use crate::simulation::{self, Compare, Direct, Simulation, TheLoop, LoopVisitor, Wired};
 use crate::scene::{PhantomLaw, PhantomScene, PhantomWords, Platform, Premium};
+use crate::simulation::{self, Compare, Direct, LoopVisitor, Simulation, TheLoop, Wired};
 use crate::simulation_error::SimulationError;
 use crate::summary::Summary;
 use crate::trace::Trace;
@@ -270,14 +270,14 @@ impl Wired for PhantomSimulation<'_> {
         TheLoop::Arm(&self.wiring)
     }
 
-    fn visit<'v, V: LoopVisitor<'v>>(&'v self, visit: V) -> V::Out {
+    fn visit<'v, V: LoopVisitor<'v>>(&'v self, visitor: V) -> V::Out {
         let arm = &self.plant.arm;
         match &self.wiring {
-            ArmLoop::Phantom(wiring) => visit.visit(wiring, ArmWorld::new(arm, FpgaSide), self.input()),
-            ArmLoop::PhantomShared(wiring) => visit.visit(wiring, ArmWorld::new(arm, FpgaSide), self.input()),
+            ArmLoop::Phantom(wiring) => visitor.visit(wiring, ArmWorld::new(arm, FpgaSide), self.input()),
+            ArmLoop::PhantomShared(wiring) => visitor.visit(wiring, ArmWorld::new(arm, FpgaSide), self.input()),
             ArmLoop::PhantomIo(wiring) => {
                 let host = self.plant.host.as_ref().expect("a wiring around a host");
-                visit.visit(wiring, ArmWorld::new(arm, HostSide::new(host)), PhantomIoIn::build(|| 0))
+                visitor.visit(wiring, ArmWorld::new(arm, HostSide::new(host)), PhantomIoIn::build(|| 0))
             }
         }
     }

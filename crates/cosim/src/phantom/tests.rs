@@ -23,7 +23,11 @@ impl Observe for Changes {
 }
 
 /// Runs a loop to an edge. Returns the changes of its nets, the changes of friction, and the energies.
-fn run<'p, L: Links + 'p>(simulation: &PhantomSimulation, plant: &'p ArmPlant<L>, end: u64) -> (Changes, u64, [f64; 4]) {
+fn run<'p, L: Links + 'p>(
+    simulation: &PhantomSimulation,
+    plant: &'p ArmPlant<L>,
+    end: u64,
+) -> (Changes, u64, [f64; 4]) {
     let ArmLoop::Phantom(wiring) = &simulation.wiring else { panic!("a loop of its own logic") };
     let mut changes = Changes::default();
     let mut run = ClosedLoop::new(wiring.clone(), ArmWorld::new(plant, FpgaSide), simulation.input(), end);

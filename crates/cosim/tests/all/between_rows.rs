@@ -6,7 +6,7 @@
 //! and `h S` to that of an extreme. `M` and `S` follow from the equations of motion and from the greatest states.
 
 use hpu_cosim::scene::{Device, Experiment, Hand, Scene, shipped};
-use hpu_cosim::{AXIS_ROW, Control, Driver, WiredSimulation, Simulation, Summary, Wired};
+use hpu_cosim::{AXIS_ROW, Control, Driver, Simulation, Summary, Wired, WiredSimulation};
 use hpu_signal::{Cycle, Observe};
 
 /// Columns of an axis's row.

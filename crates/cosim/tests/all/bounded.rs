@@ -1,7 +1,7 @@
 //! A trace that may hold few rows of a run gives the same verdict and metrics as one that holds all rows.
 
 use hpu_cosim::scene::{Experiment, Metric, shipped};
-use hpu_cosim::{Control, Driver, WiredSimulation, Simulation, Summary, Trace, Verdict, Wired, metric};
+use hpu_cosim::{Control, Driver, Simulation, Summary, Trace, Verdict, Wired, WiredSimulation, metric};
 
 /// Runs a shipped scene under overrides, with its rows held whole or within this number of values.
 fn run(name: &str, set: &[(&str, &str)], values: Option<usize>) -> (Experiment, Summary, Trace) {

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use hpu_cosim::scene::{Experiment, shipped};
-use hpu_cosim::{Control, Driver, WiredSimulation, Simulation, AxisSimulation, Summary, Wired};
+use hpu_cosim::{AxisSimulation, Control, Driver, Simulation, Summary, Wired, WiredSimulation};
 use hpu_signal::{Cycle, Observe};
 
 fn scene(name: &str, overrides: &[(&str, &str)]) -> Experiment {

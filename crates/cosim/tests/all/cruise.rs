@@ -1,7 +1,9 @@
 //! Leaps over whole periods of the modulator give the same registers as gates switched one by one.
 
 use hpu_cosim::scene::{Experiment, shipped};
-use hpu_cosim::{ClosedLoop, Control, Driver, EnergyAudit, WiredSimulation, Simulation, Summary, LoopVisitor, Wired, World};
+use hpu_cosim::{
+    ClosedLoop, Control, Driver, EnergyAudit, LoopVisitor, Simulation, Summary, Wired, WiredSimulation, World,
+};
 use hpu_datapath::{Repeat, Wiring};
 use hpu_signal::{Cycle, Observe, Real, SignalUse};
 
@@ -84,7 +86,7 @@ struct Left {
     energy: EnergyAudit,
 }
 
-/// A visit that runs a scene to an edge.
+/// A visitor that runs a scene to an edge.
 struct Run<'o, O> {
     driver: Driver,
     end: u64,

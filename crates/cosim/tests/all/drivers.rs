@@ -3,7 +3,7 @@
 
 use hpu_cosim::replay::PinEdge;
 use hpu_cosim::scene::{Experiment, Hand, shipped};
-use hpu_cosim::{Control, Driver, WiredSimulation, Simulation, AxisSimulation, Summary, Wired};
+use hpu_cosim::{AxisSimulation, Control, Driver, Simulation, Summary, Wired, WiredSimulation};
 use hpu_signal::{Clock, Cycle, Observe};
 
 /// Edges over which each scene is compared.

@@ -1,7 +1,7 @@
 //! The energy audit of every shipped scene with a device, over its whole length.
 
 use hpu_cosim::scene::shipped;
-use hpu_cosim::{Control, Driver, WiredSimulation, Simulation, Wired};
+use hpu_cosim::{Control, Driver, Simulation, Wired, WiredSimulation};
 
 #[test]
 fn supply_less_store_less_losses_is_a_billionth_of_the_energy_exchanged() {

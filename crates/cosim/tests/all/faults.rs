@@ -4,7 +4,7 @@
 use std::f64::consts::TAU;
 
 use hpu_cosim::scene::{Experiment, shipped};
-use hpu_cosim::{Control, Driver, Mark, WiredSimulation, Simulation, Summary, Wired};
+use hpu_cosim::{Control, Driver, Mark, Simulation, Summary, Wired, WiredSimulation};
 
 const COUNT_RAD: f64 = TAU / 4096.0;
 /// Whole counts in 1.4 rad.

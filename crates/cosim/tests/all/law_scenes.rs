@@ -1,7 +1,7 @@
 //! Scenes of the methods: refusals, and the agreement of a datapath in words with its law in floats.
 
 use hpu_cosim::scene::{Experiment, OutcomeKind, shipped};
-use hpu_cosim::{Control, Driver, WiredSimulation, Simulation, Wired};
+use hpu_cosim::{Control, Driver, Simulation, Wired, WiredSimulation};
 
 fn experiment(name: &str, set: &[(&str, &str)]) -> Result<Experiment, String> {
     let scene = shipped().iter().find(|scene| scene.name == name).expect("a shipped scene");

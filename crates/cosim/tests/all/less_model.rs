@@ -1,7 +1,7 @@
 //! Scenes that leave some physics out: the drivers agree on them, and their energy balances.
 
 use hpu_cosim::scene::{Experiment, Scene, shipped};
-use hpu_cosim::{Control, Driver, Simulation, AxisSimulation, Wired};
+use hpu_cosim::{AxisSimulation, Control, Driver, Simulation, Wired};
 
 fn parsed(name: &str, overrides: &[(&str, &str)]) -> Scene {
     let overrides: Vec<_> = overrides.iter().map(|(k, v)| (k.to_string(), v.to_string())).collect();

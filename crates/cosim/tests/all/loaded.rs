@@ -1,7 +1,7 @@
 //! Words without a clock: a counter that is loaded at samples, and by a live spring at every step.
 
 use hpu_cosim::scene::{Experiment, Scene, shipped};
-use hpu_cosim::{Control, Simulation, AxisSimulation, Trace, Wired};
+use hpu_cosim::{AxisSimulation, Control, Simulation, Trace, Wired};
 
 type Set<'a> = &'a [(&'a str, &'a str)];
 

@@ -3,7 +3,9 @@
 
 use crate::common::{phantom, run};
 use hpu_cosim::scene::{PhantomScene, Platform};
-use hpu_cosim::{ClosedLoop, Control, Driver, PhantomSimulation, Simulation, Summary, Verdict, LoopVisitor, Wired, World};
+use hpu_cosim::{
+    ClosedLoop, Control, Driver, LoopVisitor, PhantomSimulation, Simulation, Summary, Verdict, Wired, World,
+};
 use hpu_datapath::Wiring;
 
 /// Edges over which each platform is compared: 6 ms.
@@ -209,7 +211,7 @@ impl hpu_signal::Observe for Last {
     }
 }
 
-/// A visit that drives the loop on after its run has ended, and returns the words.
+/// A visitor that drives the loop on after its run has ended, and returns the words.
 struct OnAndOn;
 
 /// The greatest command until the run was over, and the words of validity and commands 200 edges later.

@@ -2,7 +2,7 @@
 //! change.
 
 use hpu_cosim::scene::{Experiment, Scene, shipped};
-use hpu_cosim::{Control, Driver, Simulation, AxisSimulation, Summary, Trace, Verdict, Wired, WordRamp};
+use hpu_cosim::{AxisSimulation, Control, Driver, Simulation, Summary, Trace, Verdict, Wired, WordRamp};
 use hpu_signal::{Cycle, Observe};
 
 fn parsed(name: &str, overrides: &[(&str, &str)]) -> Scene {

@@ -1,7 +1,7 @@
 //! A shown scene is the scene: it parses to the same experiment and runs to the same summary.
 
 use hpu_cosim::scene::{Experiment, Resolved, ValueSource, as_scene, resolved, shipped, shipped_file};
-use hpu_cosim::{Control, Driver, WiredSimulation, Simulation, Summary, Wired};
+use hpu_cosim::{Control, Driver, Simulation, Summary, Wired, WiredSimulation};
 
 fn pairs(set: &[(&str, &str)]) -> Vec<(String, String)> {
     set.iter().map(|(key, value)| (key.to_string(), value.to_string())).collect()

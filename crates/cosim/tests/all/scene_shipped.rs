@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use hpu_cosim::scene::{Hand, Loop, Scene, shipped, shipped_file};
-use hpu_cosim::{Control, Driver, WiredSimulation, Simulation, Wired, metric};
+use hpu_cosim::{Control, Driver, Simulation, Wired, WiredSimulation, metric};
 
 fn parsed(name: &str) -> Scene {
     let scene = shipped().iter().find(|scene| scene.name == name).unwrap();

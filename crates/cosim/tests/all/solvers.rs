@@ -1,7 +1,7 @@
 //! Every solver: drivers agree on stepped worlds, and results converge to those of the exact flow as the step shrinks.
 
 use hpu_cosim::scene::{Device, Experiment, Metric, Scene, Solver, shipped};
-use hpu_cosim::{Control, Driver, Simulation, AxisSimulation, Summary, Trace, Verdict, Wired, metric};
+use hpu_cosim::{AxisSimulation, Control, Driver, Simulation, Summary, Trace, Verdict, Wired, metric};
 use hpu_signal::{Cycle, Observe};
 
 const METHODS: [&str; 4] = ["euler", "semi_implicit", "midpoint", "rk4"];

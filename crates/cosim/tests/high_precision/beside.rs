@@ -3,7 +3,7 @@
 use std::fmt;
 
 use hpu_cosim::scene::{Device, Experiment, Scene, shipped};
-use hpu_cosim::{AxisWorld, ClosedLoop, Simulation, AxisSimulation, TheLoop, Wired, World, with_axis_loop};
+use hpu_cosim::{AxisSimulation, AxisWorld, ClosedLoop, Simulation, TheLoop, Wired, World, with_axis_loop};
 use hpu_datapath::{LoopIn, LoopOut, Wiring};
 use hpu_signal::{Cycle, Observe};
 

@@ -330,7 +330,12 @@ impl Design for Analysed {
         &self.engine
     }
 
-    fn start(&self, words: &[u64], drives: &[bool], changes: &mut Vec<Change>) -> Result<Box<dyn RunningDesign>, Fault> {
+    fn start(
+        &self,
+        words: &[u64],
+        drives: &[bool],
+        changes: &mut Vec<Change>,
+    ) -> Result<Box<dyn RunningDesign>, Fault> {
         let mut command = simulate(self.dut.standard, self.folder.path(), BENCH);
         // Words are unknown before the reset. The words that reach the device are checked anyway.
         command.arg("--ieee-asserts=disable-at-0");

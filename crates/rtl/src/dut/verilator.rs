@@ -381,7 +381,12 @@ impl Design for Verilated {
         &self.engine
     }
 
-    fn start(&self, words: &[u64], drives: &[bool], changes: &mut Vec<Change>) -> Result<Box<dyn RunningDesign>, Fault> {
+    fn start(
+        &self,
+        words: &[u64],
+        drives: &[bool],
+        changes: &mut Vec<Change>,
+    ) -> Result<Box<dyn RunningDesign>, Fault> {
         let command = Command::new(self.folder.join(MODEL));
         let process = Process::start(Tool::Verilator, command, self.limit, (words, drives), changes)?;
         Ok(Box::new(process))

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use hpu_cosim::scene::{Experiment, shipped};
-use hpu_cosim::{Control, Driver, WiredSimulation, Simulation, Wired};
+use hpu_cosim::{Control, Driver, Simulation, Wired, WiredSimulation};
 use hpu_rtl::{Check, CheckOptions, Contact, Fault, LoopScene, check, junit};
 use hpu_signal::{Cycle, Observe};
 use hpu_wave::{mismatch_gtkw, mismatch_vcd};

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use hpu_cosim::scene::{Scene, shipped, shipped_file};
-use hpu_cosim::{AxisWorld, Control, Driver, NetUse, Simulation, Schedule, AxisSimulation, Wired, World};
+use hpu_cosim::{AxisSimulation, AxisWorld, Control, Driver, NetUse, Schedule, Simulation, Wired, World};
 use hpu_datapath::{AnyBlock, Wiring};
 use hpu_rtl::{LoopScene, closed_loop, scene_vectors};
 

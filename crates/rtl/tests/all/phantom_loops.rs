@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use hpu_cosim::scene::{PhantomScene, shipped};
-use hpu_cosim::{ClosedLoop, Control, Driver, PhantomSimulation, Simulation, LoopVisitor, Wired, World};
+use hpu_cosim::{ClosedLoop, Control, Driver, LoopVisitor, PhantomSimulation, Simulation, Wired, World};
 use hpu_datapath::{AnyBlock, Wiring};
 use hpu_rtl::{LoopScene, Vectors, closed_loop, scene_vectors};
 

@@ -13,7 +13,7 @@
 //! | `verdict` | 0 when right, infinite when wrong |
 
 use hpu_cosim::scene::{Datapath, Experiment, Metric, OutcomeKind, Output};
-use hpu_cosim::{Control, Driver, PASSIVE_RMS_M, WiredSimulation, Simulation, Summary, Trace, Wired, metric};
+use hpu_cosim::{Control, Driver, PASSIVE_RMS_M, Simulation, Summary, Trace, Wired, WiredSimulation, metric};
 use hpu_signal::{Cycle, Observe};
 
 use crate::devices::device;

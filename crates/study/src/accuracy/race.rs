@@ -15,7 +15,7 @@ use hpu_cosim::{Control, Driver, Simulation, Wired};
 
 use super::contestants;
 use super::contestants::{Contestant, named};
-use super::found::{Chart, Entry, Grade, Row, Speed};
+use super::found::{Chart, ContestantResult, Entry, Grade, Speed};
 use super::outputs::{Outputs, driver, simulation, usual, worst};
 use super::profile::Profile;
 use crate::criteria;
@@ -192,7 +192,7 @@ impl Race {
                     let Some(speed) = self.time(contestant, shortened_s, profile, plan, control)? else {
                         return Ok(None);
                     };
-                    Ok(Row { grade, errors, outcome, shortened_s, speed })
+                    Ok(ContestantResult { grade, errors, outcome, shortened_s, speed })
                 }
                 (None, row) => Err(row.and_then(Result::err).unwrap_or_default()),
             };

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use hpu_cosim::dut::{self, Fault};
 use hpu_cosim::scene::{Experiment, Loop, OutcomeKind, Realised, Scene};
-use hpu_cosim::{AnySimulation, Control, Driver, WiredSimulation, Simulation, Summary, Trace, Verdict, Wired};
+use hpu_cosim::{AnySimulation, Control, Driver, Simulation, Summary, Trace, Verdict, Wired, WiredSimulation};
 
 use super::unseen::unseen_contact;
 use crate::watch::limited;

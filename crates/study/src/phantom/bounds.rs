@@ -3,7 +3,7 @@
 use hpu_cosim::Simulation;
 use hpu_signal::{Format, Signal};
 
-use super::{Scene, AxisSimulation, SignalBound, bounds};
+use super::{AxisSimulation, Scene, SignalBound, bounds};
 use crate::widths::proof::{Bound, How, Proof};
 
 /// Proves the bounds of a scene for every posture that its tables hold; each joint may be anywhere.

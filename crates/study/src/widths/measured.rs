@@ -1,7 +1,7 @@
 //! Measures ranges and losses of every signal of a scene: in one run, in a set of scenes, in random motion.
 
 use hpu_cosim::scene::{Experiment, OutcomeKind};
-use hpu_cosim::{ClosedLoop, Control, Driver, NetUse, WiredSimulation, Simulation, LoopVisitor, Wired, World};
+use hpu_cosim::{ClosedLoop, Control, Driver, LoopVisitor, NetUse, Simulation, Wired, WiredSimulation, World};
 use hpu_datapath::Wiring;
 use hpu_signal::{Cycle, Format, Signal, SignalUse};
 
@@ -132,7 +132,8 @@ fn first_losses(simulation: &WiredSimulation, rows: &mut [SignalRow], last: u64)
     if left.is_empty() {
         return;
     }
-    for (net, above, first) in simulation.visit(First { driver: simulation.driver(), modulated: simulation.gates_drive(), left, last })
+    for (net, above, first) in
+        simulation.visit(First { driver: simulation.driver(), modulated: simulation.gates_drive(), left, last })
     {
         let row = &mut rows[net];
         let loss = if above { &mut row.overflowed } else { &mut row.rounded };

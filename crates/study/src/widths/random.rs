@@ -4,11 +4,11 @@
 //! of up to [`BAND_HZ`]. It is reflected at both ends of its range, so that it reaches every count in the range.
 
 use hpu_cosim::scene::Experiment;
-use hpu_cosim::{Control, Simulation, SplitMix64, LoopVisitor, Wired, World};
+use hpu_cosim::{Control, LoopVisitor, Simulation, SplitMix64, Wired, World};
 use hpu_datapath::{Wiring, flatten};
 use hpu_signal::{Cycle, Observe, Ports, Signal, SignalUse};
 
-use super::measured::{Measured, beside, simulation, rows};
+use super::measured::{Measured, beside, rows, simulation};
 use crate::device::Reach;
 use crate::devices::device;
 

@@ -2,7 +2,7 @@
 //! and scenes that are designed to mislead the choice do not mislead it.
 
 use hpu_cosim::scene::{Experiment, Hand, Output, Solver, shipped, shipped_file};
-use hpu_cosim::{Control, WiredSimulation, Wired};
+use hpu_cosim::{Control, Wired, WiredSimulation};
 use hpu_study::accuracy::{Outputs, usual, worst};
 use hpu_study::fit::{Fit, fit, models, overrides, simplifications};
 use hpu_study::map::SceneText;

@@ -2,7 +2,7 @@
 
 use hpu_chart::ranges;
 use hpu_cosim::scene::{Experiment, shipped};
-use hpu_cosim::{Control, WiredSimulation, Simulation, SplitMix64, Wired};
+use hpu_cosim::{Control, Simulation, SplitMix64, Wired, WiredSimulation};
 use hpu_datapath::{AnyBlock, Connection, Instance, TruncatingMultiplier};
 use hpu_signal::{Cycle, Format, Observe, Signal};
 use hpu_study::widths::proof::{Bound, How};

@@ -5,7 +5,7 @@ use std::io::Cursor;
 
 use hpu_cosim::replay::read_capture;
 use hpu_cosim::scene::Scene;
-use hpu_cosim::{Control, Driver, Simulation, AxisSimulation, Summary, Wired};
+use hpu_cosim::{AxisSimulation, Control, Driver, Simulation, Summary, Wired};
 use hpu_datapath::{HybridLoop, LoopConfig, Wiring};
 use hpu_signal::{Clock, Cycle, Observe};
 use hpu_wave::{Fst, Layout, Vcd};

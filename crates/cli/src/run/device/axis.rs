@@ -2,7 +2,7 @@
 
 use hpu_chart::{self as chart, Picture, run_pictures};
 use hpu_cosim::scene::{Device, Units};
-use hpu_cosim::{Simulation, AxisSimulation, Trace};
+use hpu_cosim::{AxisSimulation, Simulation, Trace};
 use hpu_signal::{Notation, Signal};
 use hpu_study::page::Page;
 use serde_json::{Value, json};

@@ -6,7 +6,7 @@ mod phantom;
 
 use hpu_chart::Picture;
 use hpu_cosim::scene::Units;
-use hpu_cosim::{AnySimulation, EnergyAudit, WiredSimulation, AxisSimulation};
+use hpu_cosim::{AnySimulation, AxisSimulation, EnergyAudit, WiredSimulation};
 use hpu_signal::Signal;
 use hpu_study::page::Page;
 use serde_json::Value;
@@ -14,8 +14,8 @@ use serde_json::Value;
 use crate::run::Ran;
 use crate::units::si;
 
-/// A `Shown` is a simulation that tells what only its device knows, for the page, the files and the pictures of its run.
-/// Implemented by the simulation of each device in a file of its own; [`shown`] returns it.
+/// A `Shown` is a simulation that tells what only its device knows, for the page, the files and the pictures of its
+/// run. Implemented by the simulation of each device in a file of its own; [`shown`] returns it.
 pub trait Shown {
     /// Adds the lines of the device: its motion, and its words or the ports of a design.
     fn lines(&self, page: &mut Page, ran: &Ran);

@@ -1,7 +1,7 @@
 //! Helpers of the gallery's tests of one axis.
 
 use hpu_cosim::scene::{Experiment, OutcomeKind, Scene, shipped};
-use hpu_cosim::{Control, Driver, Simulation, AxisSimulation, Summary, Trace, Wired};
+use hpu_cosim::{AxisSimulation, Control, Driver, Simulation, Summary, Trace, Wired};
 
 /// Returns a shipped scene with overrides.
 pub fn scene(name: &str, overrides: &[(&str, &str)]) -> Scene {

@@ -1,7 +1,7 @@
 //! A PHANToM's delay and its transmission.
 
 use hpu_cosim::scene::{Experiment, OutcomeKind, shipped};
-use hpu_cosim::{Control, Driver, WiredSimulation, Simulation, Wired};
+use hpu_cosim::{Control, Driver, Simulation, Wired, WiredSimulation};
 
 fn outcome(name: &str, overrides: &[(&str, &str)]) -> Option<OutcomeKind> {
     let overrides: Vec<_> = overrides.iter().map(|(k, v)| (k.to_string(), v.to_string())).collect();

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use hpu_cosim::scene::Scene;
-use hpu_cosim::{Control, Driver, Simulation, AxisSimulation, SplitMix64, Wired};
+use hpu_cosim::{AxisSimulation, Control, Driver, Simulation, SplitMix64, Wired};
 use hpu_datapath::Generic;
 use hpu_signal::{Cycle, Format, Observe};
 

@@ -1,7 +1,7 @@
 //! One drop trial: the scene, run and judged.
 
 use hpu_cosim::scene::{Shipped, shipped};
-use hpu_cosim::{Control, Driver, WiredSimulation, Simulation, Verdict as Outcome, Wired};
+use hpu_cosim::{Control, Driver, Simulation, Verdict as Outcome, Wired, WiredSimulation};
 
 use super::SCENE;
 

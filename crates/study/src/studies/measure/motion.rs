@@ -1,7 +1,7 @@
 //! Measures of runs: verdict, energies, and what is read from the trace of an axis.
 
 use hpu_cosim::scene::{Experiment, OutcomeKind, Scene};
-use hpu_cosim::{Control, Driver, WiredSimulation, Simulation, Summary, Trace, Verdict, Wired};
+use hpu_cosim::{Control, Driver, Simulation, Summary, Trace, Verdict, Wired, WiredSimulation};
 
 use super::super::template::{Value, Values, length};
 use super::{Asked, Taken, numbers, text};

@@ -3,7 +3,7 @@
 use std::sync::atomic::Ordering;
 
 use hpu_cosim::scene::{Device, Experiment, LawMethod, Loop};
-use hpu_cosim::{Control, Driver, WiredSimulation, Simulation, Wired};
+use hpu_cosim::{Control, Driver, Simulation, Wired, WiredSimulation};
 
 use super::super::template::Values;
 use super::{Asked, numbers};

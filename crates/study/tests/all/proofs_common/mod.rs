@@ -1,7 +1,7 @@
 //! Helpers of the tests of proofs: scenes under overrides, and a shaft that moves at random within limits.
 
 use hpu_cosim::scene::{Experiment, Scene, shipped};
-use hpu_cosim::{Control, Driver, Pins, Simulation, AxisSimulation, SplitMix64, Summary, Wired};
+use hpu_cosim::{AxisSimulation, Control, Driver, Pins, Simulation, SplitMix64, Summary, Wired};
 use hpu_datapath::{LoopIn, LoopOut, Wiring};
 use hpu_signal::{Signal, SignalUse};
 use hpu_study::widths::proof::{Bound, Proof};
