@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use hpu_cosim::scene::PhantomScene;
-use hpu_cosim::{PhantomSession, Rig, Summary, Trace, Verdict};
+use hpu_cosim::{PhantomSimulation, Simulation, Summary, Trace, Verdict};
 
 use crate::canvas::{Canvas, HEIGHT, QUIET, WIDTH};
 use crate::panel::{Panel, around};
@@ -35,11 +35,11 @@ fn conditions(scene: &PhantomScene, trace: &Trace) -> String {
 
 /// Returns the pictures of a drop test, from its trace of [`DROP_NETS`](crate::DROP_NETS).
 #[must_use]
-pub fn drop_pictures(session: &PhantomSession, trace: &Trace, summary: &Summary, command: &str) -> Vec<Picture> {
+pub fn drop_pictures(simulation: &PhantomSimulation, trace: &Trace, summary: &Summary, command: &str) -> Vec<Picture> {
     if trace.rows() == 0 {
         return Vec::new();
     }
-    vec![drop(session.scene(), trace, summary, command), force(session, trace, summary, command)]
+    vec![drop(simulation.scene(), trace, summary, command), force(simulation, trace, summary, command)]
 }
 
 /// Returns the times and values of a column of the trace, multiplied by `scale`.
@@ -99,14 +99,14 @@ fn drop(scene: &PhantomScene, trace: &Trace, summary: &Summary, command: &str) -
     canvas.render("drop")
 }
 
-fn force(session: &PhantomSession, trace: &Trace, summary: &Summary, command: &str) -> Picture {
-    let scene = session.scene();
+fn force(simulation: &PhantomSimulation, trace: &Trace, summary: &Summary, command: &str) -> Picture {
+    let scene = simulation.scene();
     let axis = scene.drop.axis.index();
     let title = format!("{}: {}", scene.name, outcome(summary));
     let mut canvas = page(&title, &conditions(scene, trace), command);
     let came = column(trace, 6 + axis, 1e3);
     // The commands are the first nets of the trace.
-    let quantum_mnm = 1e3 * session.commands()[axis].2;
+    let quantum_mnm = 1e3 * simulation.commands()[axis].2;
     let asked = trace.times_s().zip(trace.words(axis).iter().map(|word| *word as f64 * quantum_mnm));
     let panels = [
         (0.0..summary.motion_s.max(1e-6), 210, 740, "time in s"),

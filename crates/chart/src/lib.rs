@@ -25,9 +25,9 @@ mod table_2;
 mod velocities;
 mod words;
 
-use hpu_cosim::dut::DutSession;
+use hpu_cosim::dut::DutSimulation;
 use hpu_cosim::scene::{Datapath, Loop, LoopWords, Scene};
-use hpu_cosim::{Rig, Summary, Trace, Verdict};
+use hpu_cosim::{Simulation, Summary, Trace, Verdict};
 use hpu_signal::Signal;
 
 use hpu_study::map::{Unseen, product_wraps, unseen_contact};
@@ -153,9 +153,9 @@ fn motion_pictures(motion: &Motion) -> [Picture; 2] {
 /// Returns the nets that a trace must hold for [`dut_pictures`], in this order: the ports, and whether the wall is
 /// touched.
 #[must_use]
-pub fn dut_nets(session: &DutSession) -> Vec<Signal> {
-    let inside = session.wires().iter().map(|wire| wire.port.is_inside).chain([false]);
-    session.nets().into_iter().zip(inside).filter(|(_, inside)| !inside).map(|(net, _)| net).collect()
+pub fn dut_nets(simulation: &DutSimulation) -> Vec<Signal> {
+    let inside = simulation.wires().iter().map(|wire| wire.port.is_inside).chain([false]);
+    simulation.nets().into_iter().zip(inside).filter(|(_, inside)| !inside).map(|(net, _)| net).collect()
 }
 
 /// Returns the pictures of a run whose loop was closed by a design of the user's own. Its trace holds its [`dut_nets`].
@@ -164,8 +164,8 @@ pub fn dut_nets(session: &DutSession) -> Vec<Signal> {
 ///
 /// If the trace does not hold these nets.
 #[must_use]
-pub fn dut_pictures(session: &DutSession, trace: &Trace, summary: &Summary, command: &str) -> Vec<Picture> {
-    motion_pictures(&dut_motion(session, trace, summary, command)).into()
+pub fn dut_pictures(simulation: &DutSimulation, trace: &Trace, summary: &Summary, command: &str) -> Vec<Picture> {
+    motion_pictures(&dut_motion(simulation, trace, summary, command)).into()
 }
 
 /// Returns one picture of a design of the user's own beside a loop of ours.
@@ -174,18 +174,23 @@ pub fn dut_pictures(session: &DutSession, trace: &Trace, summary: &Summary, comm
 ///
 /// If the traces do not hold what their pictures need.
 #[must_use]
-pub fn dut_beside(session: &DutSession, trace: &Trace, summary: &Summary, ours: &Run, command: &str) -> Picture {
-    motion::beside(&[dut_motion(session, trace, summary, command), Motion::of(ours)], command)
+pub fn dut_beside(simulation: &DutSimulation, trace: &Trace, summary: &Summary, ours: &Run, command: &str) -> Picture {
+    motion::beside(&[dut_motion(simulation, trace, summary, command), Motion::of(ours)], command)
 }
 
-fn dut_motion<'a>(session: &'a DutSession, trace: &'a Trace, summary: &'a Summary, command: &'a str) -> Motion<'a> {
-    let scene = session.scene();
+fn dut_motion<'a>(
+    simulation: &'a DutSimulation,
+    trace: &'a Trace,
+    summary: &'a Summary,
+    command: &'a str,
+) -> Motion<'a> {
+    let scene = simulation.scene();
     let clock = rate(scene.clock.frequency_hz() as f64);
     let warning = if summary.contact_share == Some(0.0) { "; wall not reached" } else { "" };
     let outcome = verdict(summary, scene.device.units().position) + warning;
     Motion {
         title: format!("{}: {outcome}", scene.name),
-        conditions: format!("{} at {clock}, by {}{}", scene.dut.top, session.engine(), thinned(trace)),
+        conditions: format!("{} at {clock}, by {}{}", scene.dut.top, simulation.engine(), thinned(trace)),
         command,
         device: &scene.device,
         hand: &scene.hand,
@@ -196,7 +201,7 @@ fn dut_motion<'a>(session: &'a DutSession, trace: &'a Trace, summary: &'a Summar
         wall_rad: scene.wall_rad,
         trace,
         faults: &summary.faults,
-        contact: trace.words(dut_nets(session).len() - 1),
+        contact: trace.words(dut_nets(simulation).len() - 1),
         counted: None,
         asked: None,
     }

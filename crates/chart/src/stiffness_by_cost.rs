@@ -1,6 +1,6 @@
 //! The picture of what stable stiffness costs: designs in the plane of lookup tables and stiffness, with their front.
 
-use hpu_study::widths::search::{Found, Point};
+use hpu_study::widths::search::{Found, RatedDesign};
 
 use crate::canvas::{Anchor, Canvas, HEIGHT, INK, QUIET, WIDTH, text_width};
 use crate::panel::{Panel, around};
@@ -52,16 +52,16 @@ pub fn stiffness_by_cost(scene: &str, found: &Found, share: f64, command: &str) 
         y: around(all().map(|point| point.merit.stiffness).chain([level, (1.0 - share) * level]), 0.08),
     };
     let percent = format!("error up to {} %", 100.0 * SMALL);
-    let best: Vec<&Point> = found.best().collect();
+    let best: Vec<&RatedDesign> = found.best().collect();
     let errors = [("error 0", GREEN), (percent.as_str(), BLUE), ("more error", ORANGE)].into_iter();
     let there = errors.filter(|(_, of)| best.iter().any(|point| style(point.merit.error) == *of));
-    let is_best = |point: &Point| best.iter().any(|other| other.merit == point.merit);
+    let is_best = |point: &RatedDesign| best.iter().any(|other| other.merit == point.merit);
     let beaten = (!found.points.iter().all(&is_best)).then_some(("beaten by another design", Look::Points(TAUPE)));
     let legend: Vec<_> = there.map(|(text, of)| (text, Look::Points(of))).chain(beaten).collect();
     let y_label = format!("stable stiffness, measured, in {}", dotted(found.unit));
     panel.frame(&mut canvas, &legend, Some("LUT4s of the loop, estimated"), &y_label);
 
-    let at = |point: &Point| panel.at(f64::from(point.merit.cost.lut4()), point.merit.stiffness);
+    let at = |point: &RatedDesign| panel.at(f64::from(point.merit.cost.lut4()), point.merit.stiffness);
     for point in found.points.iter().filter(|point| !is_best(point)) {
         mark(&mut canvas, at(point), TAUPE, 5);
     }
@@ -109,7 +109,7 @@ pub fn stiffness_by_cost(scene: &str, found: &Found, share: f64, command: &str) 
 }
 
 /// Draws a line at the stiffest design with at most so many lookup tables.
-fn stairs(canvas: &mut Canvas, found: &Found, panel: &Panel, at: impl Fn(&Point) -> (i32, i32)) {
+fn stairs(canvas: &mut Canvas, found: &Found, panel: &Panel, at: impl Fn(&RatedDesign) -> (i32, i32)) {
     let mut corners: Vec<(i32, i32)> = Vec::new();
     for (x, y) in found.best().map(at) {
         match corners.last() {
@@ -125,7 +125,7 @@ fn stairs(canvas: &mut Canvas, found: &Found, panel: &Panel, at: impl Fn(&Point)
 }
 
 /// Returns a design as text: the bits of its signals, the formats of its gains.
-pub(crate) fn widths(point: &Point) -> String {
+pub(crate) fn widths(point: &RatedDesign) -> String {
     let text = point.design.to_string();
     let names = ["position", "stiffness", "damping", "velocity", "PWM"];
     let parts = names.iter().zip(text.split_whitespace()).map(|(name, word)| format!("{name} {word}"));

@@ -9,7 +9,7 @@ use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 use std::process;
 
-use hpu_study::units::{self, JournalError, Row};
+use hpu_study::units::{self, JournalError, UnitResult};
 
 use crate::exit::Failure;
 use crate::terminal;
@@ -30,7 +30,7 @@ pub fn resume<'a>(
     count: usize,
     (kind, command): (&str, &str),
     parts: impl IntoIterator<Item = &'a [u8]>,
-) -> Result<(Journal, BTreeMap<usize, Row>), Failure> {
+) -> Result<(Journal, BTreeMap<usize, UnitResult>), Failure> {
     let Some(dir) = dir else { return Ok((Journal(None), BTreeMap::new())) };
     let program = env::current_exe().and_then(fs::read);
     let program = program.map_err(|error| Failure::file(format!("this program cannot read itself: {error}")))?;
@@ -48,7 +48,7 @@ pub const NAME: &str = "journal.txt";
 
 impl Journal {
     /// Adds a row.
-    pub fn add(&mut self, index: usize, row: &Row) -> Result<(), Failure> {
+    pub fn add(&mut self, index: usize, row: &UnitResult) -> Result<(), Failure> {
         let Some(Kept { path, header, file }) = &mut self.0 else { return Ok(()) };
         let line = units::Journal::line(header, index, row);
         file.write_all(line.as_bytes()).map_err(|error| Failure::at(path, error))
@@ -58,7 +58,7 @@ impl Journal {
 impl Kept {
     /// Opens or begins the journal of the set with this header, and returns its rows. Damaged rows are counted on
     /// stderr and removed, and their units are run again.
-    fn open(dir: &Path, header: &str, count: usize) -> Result<(Self, BTreeMap<usize, Row>), Failure> {
+    fn open(dir: &Path, header: &str, count: usize) -> Result<(Self, BTreeMap<usize, UnitResult>), Failure> {
         let path = dir.join(NAME);
         let at = |error| Failure::at(&path, error);
         let mut file = File::options().read(true).append(true).create(true).open(&path).map_err(at)?;

@@ -3,7 +3,7 @@
 use std::fs::File;
 use std::io::{self, Write};
 
-use hpu_cosim::{AnyRig, Mark, Rig};
+use hpu_cosim::{AnySimulation, Mark, Simulation};
 use hpu_rtl::Around;
 use hpu_signal::{Clock, Cycle, Observe};
 use hpu_wave::{Layout, WaveFile, fst_aside, gtkw, mismatch_gtkw, mismatch_vcd, vcd_aside};
@@ -40,9 +40,14 @@ pub struct Waves {
 
 impl Waves {
     /// Begins the files. A run of VHDL has one net more than the wiring.
-    pub fn begin(session: &AnyRig, folder: &mut Folder, with_vcd: bool, of_vhdl: bool) -> Result<Self, Failure> {
-        let clock = session.clock();
-        let layout = layout(session);
+    pub fn begin(
+        simulation: &AnySimulation,
+        folder: &mut Folder,
+        with_vcd: bool,
+        of_vhdl: bool,
+    ) -> Result<Self, Failure> {
+        let clock = simulation.clock();
+        let layout = layout(simulation);
         let layout = if of_vhdl { layout.with_comparison() } else { layout };
         let fst_file = folder.create(FST)?;
         let fst = fst_aside(fst_file, &layout, clock).map_err(failed(folder, FST))?;
@@ -79,12 +84,12 @@ fn failed(folder: &Folder, name: &str) -> impl FnOnce(io::Error) -> Failure {
     move |error| Failure::at(&place, error)
 }
 
-fn layout(session: &AnyRig) -> Layout {
-    let layout = match session {
-        AnyRig::Ours(ours) => Layout::of(ours),
-        AnyRig::Dut(dut) => Layout::of_design(dut),
+fn layout(simulation: &AnySimulation) -> Layout {
+    let layout = match simulation {
+        AnySimulation::Ours(ours) => Layout::of(ours),
+        AnySimulation::Dut(dut) => Layout::of_design(dut),
     };
-    if session.record().clock { layout.with_clock() } else { layout }
+    if simulation.record().clock { layout.with_clock() } else { layout }
 }
 
 impl Observe for Waves {

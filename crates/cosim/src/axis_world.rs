@@ -8,7 +8,7 @@ use hpu_plant::{Band, Device, Drive, Gates, Pace, Pulses, REALS};
 use hpu_signal::Real;
 
 use crate::actuator::{Actuator, Latch, Shaping};
-use crate::body::Body;
+use crate::any_device::AnyDevice;
 use crate::columns::{AXIS_ROW, tell};
 use crate::encoder::{Encoder, Pins};
 use crate::faults::FaultState;
@@ -30,7 +30,7 @@ pub struct AxisWorld<'p> {
     schedule: Schedule,
     shaping: Option<Shaping>,
     latch: Option<Latch>,
-    device: Option<Body<'p>>,
+    device: Option<AnyDevice<'p>>,
     /// The outputs that the device was last told; `None` if it has cruised since, without being told every change.
     told: Option<LoopOut<i64>>,
     encoder: Encoder,
@@ -78,10 +78,10 @@ impl<'p> AxisWorld<'p> {
         };
         if let Kind::Axis { axis, current_a, speed_rad_per_s, angle_rad, .. } = &plant.kind {
             world.device = Some(match plant.stepping {
-                None => Body::Exact(Device::new(axis, *current_a, *speed_rad_per_s, *angle_rad)),
+                None => AnyDevice::Exact(Device::new(axis, *current_a, *speed_rad_per_s, *angle_rad)),
                 Some(stepping) => {
                     let start = [*current_a, *speed_rad_per_s, *angle_rad];
-                    Body::Stepped(Box::new(Stepped::new(axis, stepping, plant.edge_s, start)))
+                    AnyDevice::Stepped(Box::new(Stepped::new(axis, stepping, plant.edge_s, start)))
                 }
             });
             world.encoder = Encoder::new(plant.count_rad, *angle_rad);
@@ -107,7 +107,7 @@ impl<'p> AxisWorld<'p> {
     #[must_use]
     pub fn device(&self) -> Option<&Device<'p>> {
         match &self.device {
-            Some(Body::Exact(device)) => Some(device),
+            Some(AnyDevice::Exact(device)) => Some(device),
             _ => None,
         }
     }
@@ -295,11 +295,11 @@ impl World for AxisWorld<'_> {
         let last = self.next_due.max(self.edge + 1).min(limit);
         let Band { low, high, .. } = self.encoder.band();
         for _ in 0..GLIDES {
-            let Some(Body::Stepped(body)) = &mut self.device else { return };
+            let Some(AnyDevice::Stepped(body)) = &mut self.device else { return };
             let Some(event) = body.passes(last - 1, (low, high)) else { return };
             before(self, event.0);
             self.edge = event.0;
-            if let Some(Body::Stepped(body)) = &mut self.device {
+            if let Some(AnyDevice::Stepped(body)) = &mut self.device {
                 body.arrive(event);
             }
         }
@@ -418,12 +418,12 @@ impl World for AxisWorld<'_> {
 
     fn summary(&self) -> Summary {
         let (device, faults) = (self.device.as_ref(), self.faults.as_ref());
-        let audit = |device: &Body| EnergyAudit::of(&device.energy(self.edge), device.stored_j(self.edge));
+        let audit = |device: &AnyDevice| EnergyAudit::of(&device.energy(self.edge), device.stored_j(self.edge));
         Summary {
             encoder_edges: self.encoder.edges + self.recorded,
-            mode_changes: device.map_or(0, Body::mode_changes),
-            steps: device.map_or(0, Body::steps),
-            redecided: device.map_or(0, Body::redecided),
+            mode_changes: device.map_or(0, AnyDevice::mode_changes),
+            steps: device.map_or(0, AnyDevice::steps),
+            redecided: device.map_or(0, AnyDevice::redecided),
             energy: device.map_or_else(EnergyAudit::default, audit),
             faults: faults.map_or_else(Vec::new, |faults| faults.marks().to_vec()),
             faults_waiting: faults.map_or(0, |faults| faults.waiting()),
@@ -433,6 +433,6 @@ impl World for AxisWorld<'_> {
 
     #[inline]
     fn over(&self) -> Option<&'static str> {
-        self.over.or_else(|| self.device.as_ref().and_then(Body::over))
+        self.over.or_else(|| self.device.as_ref().and_then(AnyDevice::over))
     }
 }

@@ -4,9 +4,9 @@ use hpu_signal::Format;
 
 use crate::law_loop::{LawConfig, LawLoop};
 use crate::method::{AxisLoop, Unmade};
-use crate::rig::TheLoop;
 use crate::scene::{Datapath, LoopWords, Scene};
-use crate::session_error::SessionError;
+use crate::simulation::TheLoop;
+use crate::simulation_error::SimulationError;
 
 /// The wiring that closes the loop of an axis.
 #[allow(clippy::large_enum_variant, reason = "one of them exists a run")]
@@ -48,8 +48,8 @@ impl Closed {
 /// # Errors
 ///
 /// When the scene has no words, or its method has no law.
-pub fn law_as_asked(scene: &Scene) -> Result<LawConfig, SessionError> {
-    let words = scene.words().map_err(SessionError::Scene)?;
+pub fn law_as_asked(scene: &Scene) -> Result<LawConfig, SimulationError> {
+    let words = scene.words().map_err(SimulationError::Scene)?;
     Ok(law_config(scene, &words, scene.gains().map(|(_, gain)| gain))?)
 }
 

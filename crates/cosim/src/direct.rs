@@ -26,12 +26,12 @@ use crate::contact::share_beyond;
 use crate::controller::{Asked, Controller, FloatsLaw, LoadedLoop, Reading};
 use crate::encoder::Encoder;
 use crate::engine::{Control, TURN};
+use crate::integrator::Integrator;
 use crate::law_loop::LawConfig;
 use crate::method::AxisLoop;
-use crate::mover::Mover;
 use crate::plant::{Kind, Plant};
-use crate::rig::Direct;
 use crate::schedule::Schedule;
+use crate::simulation::Direct;
 use crate::stepped::{DIVERGED, FAR};
 use crate::summary::{EnergyAudit, Summary};
 use crate::trace::{Lines, Trace};
@@ -64,7 +64,7 @@ struct Course<'d, 'p, C> {
     direct: &'d AxisDirect<'p>,
     axis: &'p Axis,
     edge_s: f64,
-    mover: Mover<'p>,
+    integrator: Integrator<'p>,
     controller: C,
     /// The force, in N, or the duty asked for in the step before.
     asked: f64,
@@ -146,7 +146,7 @@ impl AxisDirect<'_> {
         while edge < end {
             let next = course.act(edge, end);
             let before = course.x;
-            course.x = course.mover.flow((edge, next), self.plant.edge_s, &before);
+            course.x = course.integrator.flow((edge, next), self.plant.edge_s, &before);
             if measures {
                 while next_row < next {
                     course.show_measured(next_row, (edge, next), &before, trace, observer);
@@ -199,7 +199,7 @@ impl AxisDirect<'_> {
         }
         control.progress.store(edge, Ordering::Relaxed);
         let stored_j = course.axis.stored_j(&course.x) - initial_j;
-        let (energy, mode_changes, redecided) = course.mover.audit(edge);
+        let (energy, mode_changes, redecided) = course.integrator.audit(edge);
         let summary = Summary {
             complete,
             edges: edge,
@@ -226,7 +226,7 @@ impl<'d, 'p, C: Controller> Course<'d, 'p, C> {
         };
         let device = Device::new(axis, *current_a, *speed_rad_per_s, *angle_rad);
         let (x, drive) = (device.state(0), device.drive_now());
-        let mover = Mover::new(axis, device, direct.method, direct.step, plant.edge_s);
+        let integrator = Integrator::new(axis, device, direct.method, direct.step, plant.edge_s);
         let (shaping, latch) = match plant.actuator {
             Actuator::Amplified { shaping, .. } => (shaping, None),
             Actuator::Averaged { latch, .. } => (None, latch),
@@ -237,7 +237,7 @@ impl<'d, 'p, C: Controller> Course<'d, 'p, C> {
             direct,
             axis,
             edge_s: plant.edge_s,
-            mover,
+            integrator,
             controller,
             asked: 0.0,
             drive,
@@ -290,14 +290,14 @@ impl<'d, 'p, C: Controller> Course<'d, 'p, C> {
         if fed || drive != self.drive {
             self.output_changes += u64::from(drive != self.drive);
             self.drive = drive;
-            self.x = self.mover.driven(self.axis, edge, drive, &self.x, self.intent_rad_per_s);
+            self.x = self.integrator.driven(self.axis, edge, drive, &self.x, self.intent_rad_per_s);
         }
         next
     }
 
     fn intend(&mut self, edge: u64, angle_rad: f64, speed_rad_per_s: f64) {
         self.intent_rad_per_s = speed_rad_per_s;
-        self.x = self.mover.intend(self.axis, edge, (angle_rad, speed_rad_per_s), &self.x);
+        self.x = self.integrator.intend(self.axis, edge, (angle_rad, speed_rad_per_s), &self.x);
     }
 
     /// Returns the age, in seconds, of a position that is read at an edge.

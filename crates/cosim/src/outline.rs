@@ -13,8 +13,8 @@ use crate::verdict::{Abort, Verdict, judge, judge_drop, judge_following};
 /// A net that commands an actuator, the column of the effort that it asks for, and the effort of one ulp of its word.
 pub(crate) type Command = (&'static str, &'static str, f64);
 
-/// The facts about a scene made ready. Each kind of scene fills one; [`Rig`](crate::Rig) answers from it and says what
-/// each fact means.
+/// The facts about a scene made ready. Each kind of scene fills one; [`Simulation`](crate::Simulation) answers from it
+/// and says what each fact means.
 pub struct Outline {
     pub(crate) name: String,
     pub(crate) clock: Clock,

@@ -6,7 +6,7 @@
 //! tools show the encoder nothing before the step is over, which is a coarser model.
 
 use hpu_plant::{
-    Axis, Chord, Device, Drive, Energy, Event, Feed, Gauge, Measured, Method, Pace, Powers, REALS, State, Stepper,
+    Axis, Chord, Device, Drive, Energy, Event, Excitation, Gauge, Measured, Method, Pace, Powers, REALS, State, Stepper,
 };
 
 /// The stepping of a device.
@@ -26,13 +26,13 @@ pub(crate) const DIVERGED: &str = "the solver's steps diverge; write a shorter m
 /// The integrator that moves a device over a step.
 #[derive(Clone)]
 #[allow(clippy::large_enum_variant, reason = "one of them exists a run")]
-enum Mover<'p> {
+enum StepIntegrator<'p> {
     /// A stepping method, with the energies up to the start of the step.
     Fixed {
         stepper: Stepper,
         energy: Energy,
-        feed: Feed,
-        /// The feed's powers at the start of the step, if the feed is the same as in the step before.
+        excitation: Excitation,
+        /// The excitation's powers at the start of the step, if the excitation is the same as in the step before.
         powers: Option<Powers>,
     },
     /// Exact flow: the device at the start and at the end of the step.
@@ -43,12 +43,12 @@ enum Mover<'p> {
 #[derive(Clone)]
 pub(crate) struct Stepped<'p> {
     axis: &'p Axis,
-    mover: Mover<'p>,
+    integrator: StepIntegrator<'p>,
     edge_s: f64,
     /// Clock edges of every step after this one.
     stride: u64,
     drive: Drive,
-    /// Whether the feed follows from the drive and the hand's speed alone, whatever the state.
+    /// Whether the excitation follows from the drive and the hand's speed alone, whatever the state.
     settled: bool,
     /// The hand's intended angle and speed from an edge on; `None` if the device already knows them.
     intent: Option<(u64, f64, f64)>,
@@ -77,18 +77,18 @@ impl<'p> Stepped<'p> {
         let now = Device::new(axis, current_a, speed_rad_per_s, angle_rad);
         let from = now.state(0);
         let drive = now.drive_now();
-        let mover = match stepping.method {
-            None => Mover::Exact { then: now.clone(), now },
-            Some(method) => Mover::Fixed {
+        let integrator = match stepping.method {
+            None => StepIntegrator::Exact { then: now.clone(), now },
+            Some(method) => StepIntegrator::Fixed {
                 stepper: Stepper::new(axis, method, stepping.edges as f64 * edge_s),
                 energy: Energy::default(),
-                feed: axis.feed(drive, &from, 0.0),
+                excitation: axis.excitation(drive, &from, 0.0),
                 powers: None,
             },
         };
         Self {
             axis,
-            mover,
+            integrator,
             edge_s,
             stride: stepping.edges,
             drive,
@@ -186,15 +186,15 @@ impl<'p> Stepped<'p> {
         if let Some((_, speed_rad_per_s)) = intent {
             self.intent_rad_per_s = speed_rad_per_s;
         }
-        match &mut self.mover {
-            Mover::Exact { now, .. } => {
+        match &mut self.integrator {
+            StepIntegrator::Exact { now, .. } => {
                 if let Some((angle_rad, speed_rad_per_s)) = intent {
                     now.intend(edge, angle_rad, speed_rad_per_s);
                 }
                 now.driven(edge, self.drive);
                 self.from = now.state(edge);
             }
-            Mover::Fixed { energy, powers, .. } => {
+            StepIntegrator::Fixed { energy, powers, .. } => {
                 let mut x = self.from;
                 if let Some((angle_rad, speed_rad_per_s)) = intent {
                     x[3] = angle_rad;
@@ -224,16 +224,16 @@ impl<'p> Stepped<'p> {
     #[inline(always)]
     fn begin(&mut self) {
         let (from, end) = (self.start, self.start + self.edges);
-        let to = match &mut self.mover {
-            Mover::Fixed { stepper, feed, powers, .. } => {
+        let to = match &mut self.integrator {
+            StepIntegrator::Fixed { stepper, excitation, powers, .. } => {
                 if !self.settled {
-                    *feed = self.axis.feed(self.drive, &self.from, self.intent_rad_per_s);
+                    *excitation = self.axis.excitation(self.drive, &self.from, self.intent_rad_per_s);
                     *powers = None;
                     self.settled = self.axis.feeds_alike(self.drive);
                 }
-                stepper.step(&self.from, feed)
+                stepper.step(&self.from, excitation)
             }
-            Mover::Exact { now, then } => {
+            StepIntegrator::Exact { now, then } => {
                 then.clone_from(now);
                 then.flow(from, end)
             }
@@ -290,15 +290,15 @@ impl<'p> Stepped<'p> {
         if let Some(gauge) = &self.gauge {
             self.gauge = Some(Box::new(gauge.after(self.start, edge, Some(edge), &self.chord(edge, &x))));
         }
-        match &mut self.mover {
-            Mover::Fixed { stepper, energy, feed, powers } => {
+        match &mut self.integrator {
+            StepIntegrator::Fixed { stepper, energy, excitation, powers } => {
                 energy.moved(stepper.step_s(), &self.from, &x);
-                let before = powers.unwrap_or_else(|| stepper.powers(&self.from, feed));
-                let after = stepper.powers(&x, feed);
+                let before = powers.unwrap_or_else(|| stepper.powers(&self.from, excitation));
+                let after = stepper.powers(&x, excitation);
                 stepper.account(energy, stepper.step_s(), &before, &after);
                 *powers = self.settled.then_some(after);
             }
-            Mover::Exact { now, then } => now.clone_from(then),
+            StepIntegrator::Exact { now, then } => now.clone_from(then),
         }
         self.start = edge;
         self.edges = self.stride;
@@ -318,16 +318,16 @@ impl<'p> Stepped<'p> {
     }
 
     pub(crate) fn energy(&self, edge: u64) -> Energy {
-        match &self.mover {
-            Mover::Fixed { stepper, energy, feed, .. } => {
+        match &self.integrator {
+            StepIntegrator::Fixed { stepper, energy, excitation, .. } => {
                 let mut energy = *energy;
                 let length_s = (edge - self.start) as f64 * self.edge_s;
                 energy.moved(length_s, &self.from, &self.state(edge));
-                let [from, to] = [self.from, self.state(edge)].map(|x| stepper.powers(&x, feed));
+                let [from, to] = [self.from, self.state(edge)].map(|x| stepper.powers(&x, excitation));
                 stepper.account(&mut energy, length_s, &from, &to);
                 energy
             }
-            Mover::Exact { now, .. } => {
+            StepIntegrator::Exact { now, .. } => {
                 let mut there = now.clone();
                 there.flow(self.start, edge);
                 there.energy(edge)
@@ -336,9 +336,9 @@ impl<'p> Stepped<'p> {
     }
 
     pub(crate) fn stored_j(&self, edge: u64) -> f64 {
-        match &self.mover {
-            Mover::Fixed { .. } => self.axis.stored_j(&self.state(edge)) - self.initial_j,
-            Mover::Exact { now, .. } => {
+        match &self.integrator {
+            StepIntegrator::Fixed { .. } => self.axis.stored_j(&self.state(edge)) - self.initial_j,
+            StepIntegrator::Exact { now, .. } => {
                 let mut there = now.clone();
                 self.axis.stored_j(&there.flow(self.start, edge)) - self.initial_j
             }
@@ -347,9 +347,9 @@ impl<'p> Stepped<'p> {
 
     /// Returns the number of located changes of mode; a stepping method locates none.
     pub(crate) fn mode_changes(&self) -> u64 {
-        match &self.mover {
-            Mover::Fixed { .. } => 0,
-            Mover::Exact { now, .. } => now.mode_changes(),
+        match &self.integrator {
+            StepIntegrator::Fixed { .. } => 0,
+            StepIntegrator::Exact { now, .. } => now.mode_changes(),
         }
     }
 

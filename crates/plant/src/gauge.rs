@@ -11,7 +11,7 @@
 //! the gauge at the anchor and of the stretch, so it does not depend on how often anyone looked. Integrals are those of
 //! the flow; no sum is taken over samples.
 
-use crate::guard::{Guard, Point, dyadic};
+use crate::guard::{Guard, MotionPoint, dyadic};
 use crate::linear::Trajectory;
 use crate::matrix::{CURRENT, SPEED, State, dot, sizes};
 
@@ -275,7 +275,7 @@ impl Stretch<2> for Flow<'_, '_> {
     }
 
     fn extent(&self, from: Option<u64>, to: Option<u64>) -> [Extent; 2] {
-        let ends = [from, to].map(|edge| Point::of(self.motion, self.since(edge)));
+        let ends = [from, to].map(|edge| MotionPoint::of(self.motion, self.since(edge)));
         self.guards.map(|guard| {
             let mut extent = Extent::NONE;
             ends.iter().for_each(|end| extent.take(guard.value(&end.x)));
@@ -287,7 +287,7 @@ impl Stretch<2> for Flow<'_, '_> {
 
 /// Returns the integrals of current and speed between two edges, counted from the anchor.
 fn path(motion: &Trajectory, from: u64, to: u64) -> [f64; 2] {
-    let Point { x, w, .. } = Point::of(motion, from);
+    let MotionPoint { x, w, .. } = MotionPoint::of(motion, from);
     let states = motion.system().path(&x, &w, to - from);
     [states[CURRENT], states[SPEED]]
 }
@@ -296,7 +296,7 @@ fn path(motion: &Trajectory, from: u64, to: u64) -> [f64; 2] {
 pub(crate) const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
 /// Includes the stationary values between two points of a motion, whose own values have been included.
-pub(crate) fn turns(motion: &Trajectory, guard: &Guard, a: Point, b: Point, extent: &mut Extent) {
+pub(crate) fn turns(motion: &Trajectory, guard: &Guard, a: MotionPoint, b: MotionPoint, extent: &mut Extent) {
     let edges = b.edge - a.edge;
     if edges == 0 {
         return;
@@ -330,14 +330,14 @@ pub(crate) fn turns(motion: &Trajectory, guard: &Guard, a: Point, b: Point, exte
     if edges == 1 {
         return extent.course(length_s, [guard.value(&a.x), guard.value(&b.x)], slopes);
     }
-    let middle = Point::of(motion, a.edge + edges / 2);
+    let middle = MotionPoint::of(motion, a.edge + edges / 2);
     extent.take(guard.value(&middle.x));
     turns(motion, guard, a, middle, extent);
     turns(motion, guard, middle, b, extent);
 }
 
 /// Returns the value where the slope is 0, given that the slope is monotone and has different signs at the two ends.
-fn turn(motion: &Trajectory, guard: &Guard, mut a: Point, mut b: Point) -> f64 {
+fn turn(motion: &Trajectory, guard: &Guard, mut a: MotionPoint, mut b: MotionPoint) -> f64 {
     let edge_s = motion.system().edge_s();
     loop {
         let edges = b.edge - a.edge;
@@ -346,7 +346,7 @@ fn turn(motion: &Trajectory, guard: &Guard, mut a: Point, mut b: Point) -> f64 {
             return guard.value(&a.x) + 0.5 * edge_s * slopes[0] * (slopes[0] / (slopes[0] - slopes[1]));
         }
         let share = slopes[0] / (slopes[0] - slopes[1]);
-        let near = Point::of(motion, a.edge + ((share * edges as f64).round() as u64).clamp(1, edges - 1));
+        let near = MotionPoint::of(motion, a.edge + ((share * edges as f64).round() as u64).clamp(1, edges - 1));
         let (slope, curvature) = (guard.value(&near.w), guard.curvature(&near.w));
         if slope == 0.0 {
             return guard.value(&near.x);

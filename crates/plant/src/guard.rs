@@ -116,7 +116,7 @@ impl Limits {
 
 /// A state of a motion and its slope, at an edge.
 #[derive(Clone, Copy)]
-pub struct Point {
+pub struct MotionPoint {
     /// Edges since the anchor.
     pub edge: u64,
     /// The state.
@@ -125,7 +125,7 @@ pub struct Point {
     pub w: State,
 }
 
-impl Point {
+impl MotionPoint {
     /// Returns the point of a motion at an edge.
     #[inline(always)]
     #[must_use]
@@ -175,7 +175,7 @@ type Sight = (f64, f64, f64, f64, f64);
 enum Verdict {
     Clear,
     Split(u64),
-    At(Point),
+    At(MotionPoint),
 }
 
 /// Returns the exponent of the least power of two that is not below a number of edges.
@@ -309,7 +309,14 @@ impl Guard {
     /// Returns whether the function certainly stays inside for this number of edges after a point inside, by its slope
     /// there and the greatest second derivative; `true` if nothing moves it.
     #[inline(always)]
-    pub(crate) fn stays(&self, motion: &Trajectory, limits: &Limits, noise: f64, from: &Point, edges: u64) -> bool {
+    pub(crate) fn stays(
+        &self,
+        motion: &Trajectory,
+        limits: &Limits,
+        noise: f64,
+        from: &MotionPoint,
+        edges: u64,
+    ) -> bool {
         let Some(bounds) = self.bounds.get(dyadic(edges)) else { return false };
         let speeds = sizes(&from.w);
         let length_s = edges as f64 * motion.system().edge_s();
@@ -325,7 +332,7 @@ impl Guard {
     /// Returns the first edge after `from`, up to and including that of `to`, at which the value is outside the band,
     /// given that it is inside at `from`.
     #[must_use]
-    pub fn first(&self, motion: &Trajectory, band: &Band, from: &Point, to: &Point) -> Option<u64> {
+    pub fn first(&self, motion: &Trajectory, band: &Band, from: &MotionPoint, to: &MotionPoint) -> Option<u64> {
         let limits = Limits::from(band);
         let noise = self.noise(motion, dyadic(to.edge), &limits);
         self.exit(&mut Watch { motion, limits, noise, again: &mut 0 }, from, to).map(|point| point.edge)
@@ -333,11 +340,11 @@ impl Guard {
 
     versions! {
         /// Returns the point of the first exit, with a watch whose noise holds up to `to`.
-        pub(crate) fn exit[exit_fused, exit_native, exit_with](self: &Self, watch: &mut Watch, from: &Point, to: &Point) -> Option<Point>
+        pub(crate) fn exit[exit_fused, exit_native, exit_with](self: &Self, watch: &mut Watch, from: &MotionPoint, to: &MotionPoint) -> Option<MotionPoint>
     }
 
     #[inline(always)]
-    fn exit_with<P: Product>(&self, watch: &mut Watch, from: &Point, to: &Point) -> Option<Point> {
+    fn exit_with<P: Product>(&self, watch: &mut Watch, from: &MotionPoint, to: &MotionPoint) -> Option<MotionPoint> {
         if to.edge - from.edge > 1 && self.stays(watch.motion, &watch.limits, watch.noise, from, to.edge - from.edge) {
             return None;
         }
@@ -356,13 +363,13 @@ impl Guard {
     }
 
     #[cold]
-    fn divide(&self, watch: &mut Watch, from: &Point, middle: u64, to: &Point) -> Option<Point> {
-        let middle = Point::of(watch.motion, middle);
+    fn divide(&self, watch: &mut Watch, from: &MotionPoint, middle: u64, to: &MotionPoint) -> Option<MotionPoint> {
+        let middle = MotionPoint::of(watch.motion, middle);
         self.exit(watch, from, &middle).or_else(|| self.exit(watch, &middle, to))
     }
 
     #[inline(always)]
-    fn judge(&self, watch: &mut Watch, from: &Point, to: &Point, side: Side) -> Verdict {
+    fn judge(&self, watch: &mut Watch, from: &MotionPoint, to: &MotionPoint, side: Side) -> Verdict {
         let edges = to.edge - from.edge;
         let bounds = &self.bounds[dyadic(edges)];
         let (va, vb) = (self.value(&from.x), self.value(&to.x));
@@ -414,7 +421,7 @@ impl Guard {
 
     /// Returns the only exit between `from` (inside) and `to` (outside) of a function that keeps its direction.
     #[inline(always)]
-    fn unique(&self, watch: &mut Watch, from: &Point, to: &Point, rising: f64) -> Point {
+    fn unique(&self, watch: &mut Watch, from: &MotionPoint, to: &MotionPoint, rising: f64) -> MotionPoint {
         let limit = if rising > 0.0 { watch.limits.high.hi } else { watch.limits.low.hi };
         let motion = watch.motion;
         let edge_s = motion.system().edge_s();
@@ -441,7 +448,7 @@ impl Guard {
             }
             let at = aim.ceil() as u64;
             let guess = if at == b { b - 1 } else { at };
-            let point = Point::of(motion, guess);
+            let point = MotionPoint::of(motion, guess);
             let value = self.value(&point.x);
             if self.side(watch, guess, value) == Side::Inside {
                 a = guess;

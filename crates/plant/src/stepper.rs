@@ -16,7 +16,7 @@
 
 use crate::axis::{Axis, Hand};
 use crate::energy::Energy;
-use crate::feed::Feed;
+use crate::excitation::Excitation;
 use crate::matrix::{ANGLE, CURRENT, INTENT, SPEED, State};
 
 /// A method of integration.
@@ -97,9 +97,9 @@ impl Stepper {
 
     /// Returns `i`, or the current by Ohm's law at this speed.
     #[inline(always)]
-    fn current_a(&self, current_a: f64, speed: f64, feed: &Feed) -> f64 {
-        if feed.ohmic {
-            (feed.voltage_v - self.torque_constant_nm_per_a * speed) / feed.resistance_ohm
+    fn current_a(&self, current_a: f64, speed: f64, excitation: &Excitation) -> f64 {
+        if excitation.ohmic {
+            (excitation.voltage_v - self.torque_constant_nm_per_a * speed) / excitation.resistance_ohm
         } else {
             current_a
         }
@@ -107,15 +107,15 @@ impl Stepper {
 
     /// Returns the torque of motor and hand.
     #[inline(always)]
-    fn torque_nm(&self, x: &State, feed: &Feed) -> f64 {
-        self.torque_constant_nm_per_a * x[CURRENT] + self.hand_nm(x, feed)
+    fn torque_nm(&self, x: &State, excitation: &Excitation) -> f64 {
+        self.torque_constant_nm_per_a * x[CURRENT] + self.hand_nm(x, excitation)
     }
 
     #[inline(always)]
-    fn hand_nm(&self, x: &State, feed: &Feed) -> f64 {
+    fn hand_nm(&self, x: &State, excitation: &Excitation) -> f64 {
         self.torque_nm
             + self.hand_nm_per_rad * (x[INTENT] - x[ANGLE])
-            + self.hand_nm_s_per_rad * (feed.intent_rad_per_s - x[SPEED])
+            + self.hand_nm_s_per_rad * (excitation.intent_rad_per_s - x[SPEED])
     }
 
     /// Returns the Coulomb friction against a speed, 0 at a standstill.
@@ -132,7 +132,7 @@ impl Stepper {
 
     /// Returns the friction in a state.
     #[inline(always)]
-    fn rub(&self, x: &State, feed: &Feed) -> Rub {
+    fn rub(&self, x: &State, excitation: &Excitation) -> Rub {
         let rub = |friction_nm, per_inertia| Rub { friction_nm, per_inertia, smoothed: false };
         if self.creep_rad_per_s != 0.0 {
             return Rub { smoothed: true, ..rub(0.0, self.per_inertia) };
@@ -140,81 +140,82 @@ impl Stepper {
         if x[SPEED] != 0.0 || self.coulomb_nm == 0.0 {
             return rub(self.friction_nm(x[SPEED]), self.per_inertia);
         }
-        let still = [self.current_a(x[CURRENT], 0.0, feed), 0.0, x[ANGLE], x[INTENT]];
-        let other_nm = self.torque_nm(&still, feed);
+        let still = [self.current_a(x[CURRENT], 0.0, excitation), 0.0, x[ANGLE], x[INTENT]];
+        let other_nm = self.torque_nm(&still, excitation);
         let breaks = other_nm.abs() > self.coulomb_nm;
         rub(self.coulomb_nm.copysign(other_nm), if breaks { self.per_inertia } else { 0.0 })
     }
 
     #[inline(always)]
-    fn slope(&self, x: &State, feed: &Feed, rub: &Rub) -> State {
+    fn slope(&self, x: &State, excitation: &Excitation, rub: &Rub) -> State {
         let speed = x[SPEED];
-        let x = [self.current_a(x[CURRENT], speed, feed), speed, x[ANGLE], x[INTENT]];
+        let x = [self.current_a(x[CURRENT], speed, excitation), speed, x[ANGLE], x[INTENT]];
         let friction_nm = if rub.smoothed { self.friction_nm(speed) } else { rub.friction_nm };
-        let torque_nm = self.torque_nm(&x, feed) - self.viscous_nm_s_per_rad * speed - friction_nm;
-        let voltage_v = feed.voltage_v - feed.resistance_ohm * x[CURRENT] - self.torque_constant_nm_per_a * speed;
-        [feed.per_henry * voltage_v, rub.per_inertia * torque_nm, speed, feed.intent_rad_per_s]
+        let torque_nm = self.torque_nm(&x, excitation) - self.viscous_nm_s_per_rad * speed - friction_nm;
+        let voltage_v =
+            excitation.voltage_v - excitation.resistance_ohm * x[CURRENT] - self.torque_constant_nm_per_a * speed;
+        [excitation.per_henry * voltage_v, rub.per_inertia * torque_nm, speed, excitation.intent_rad_per_s]
     }
 
     /// Returns `x'` at a state.
     #[must_use]
-    pub fn derivative(&self, x: &State, feed: &Feed) -> State {
-        self.slope(x, feed, &self.rub(x, feed))
+    pub fn derivative(&self, x: &State, excitation: &Excitation) -> State {
+        self.slope(x, excitation, &self.rub(x, excitation))
     }
 
     /// Returns the state one step later.
     #[inline]
     #[must_use]
-    pub fn step(&self, x: &State, feed: &Feed) -> State {
+    pub fn step(&self, x: &State, excitation: &Excitation) -> State {
         let h = self.step_s;
         let along = |slope: &State, h: f64| -> State { std::array::from_fn(|k| x[k] + h * slope[k]) };
-        let rub = self.rub(x, feed);
+        let rub = self.rub(x, excitation);
         let mut next = match self.method {
-            Method::Euler => along(&self.slope(x, feed, &rub), h),
+            Method::Euler => along(&self.slope(x, excitation, &rub), h),
             Method::SemiImplicit => {
                 let mut next = *x;
-                next[CURRENT] += h * self.slope(x, feed, &rub)[CURRENT];
-                next[SPEED] += h * self.slope(&next, feed, &rub)[SPEED];
+                next[CURRENT] += h * self.slope(x, excitation, &rub)[CURRENT];
+                next[SPEED] += h * self.slope(&next, excitation, &rub)[SPEED];
                 next[ANGLE] += h * next[SPEED];
-                next[INTENT] += h * feed.intent_rad_per_s;
+                next[INTENT] += h * excitation.intent_rad_per_s;
                 next
             }
-            Method::Midpoint => self.midpoint(x, feed),
+            Method::Midpoint => self.midpoint(x, excitation),
             Method::Rk4 => {
-                let k1 = self.slope(x, feed, &rub);
-                let k2 = self.slope(&along(&k1, 0.5 * h), feed, &rub);
-                let k3 = self.slope(&along(&k2, 0.5 * h), feed, &rub);
-                let k4 = self.slope(&along(&k3, h), feed, &rub);
+                let k1 = self.slope(x, excitation, &rub);
+                let k2 = self.slope(&along(&k1, 0.5 * h), excitation, &rub);
+                let k3 = self.slope(&along(&k2, 0.5 * h), excitation, &rub);
+                let k4 = self.slope(&along(&k3, h), excitation, &rub);
                 std::array::from_fn(|k| x[k] + h / 6.0 * (k1[k] + 2.0 * (k2[k] + k3[k]) + k4[k]))
             }
         };
-        if next[CURRENT] * feed.direction < 0.0 {
+        if next[CURRENT] * excitation.direction < 0.0 {
             next[CURRENT] = 0.0;
         }
         if next[SPEED] * x[SPEED] < 0.0 && self.coulomb_nm != 0.0 && self.creep_rad_per_s == 0.0 && !self.prescribed {
-            let still = [self.current_a(next[CURRENT], 0.0, feed), 0.0, next[ANGLE], next[INTENT]];
-            if self.torque_nm(&still, feed).abs() <= self.coulomb_nm {
+            let still = [self.current_a(next[CURRENT], 0.0, excitation), 0.0, next[ANGLE], next[INTENT]];
+            if self.torque_nm(&still, excitation).abs() <= self.coulomb_nm {
                 next[SPEED] = 0.0;
             }
         }
-        next[CURRENT] = self.current_a(next[CURRENT], next[SPEED], feed);
+        next[CURRENT] = self.current_a(next[CURRENT], next[SPEED], excitation);
         next
     }
 
     /// Makes a step of the implicit midpoint: the current in its middle is `i₀ - κ ω`, and its speed then follows from
     /// one linear equation with friction.
     #[inline(always)]
-    fn midpoint(&self, x: &State, feed: &Feed) -> State {
+    fn midpoint(&self, x: &State, excitation: &Excitation) -> State {
         let half = 0.5 * self.step_s;
         let k = self.torque_constant_nm_per_a;
-        let (current, kappa) = if feed.ohmic {
-            (feed.voltage_v / feed.resistance_ohm, k / feed.resistance_ohm)
+        let (current, kappa) = if excitation.ohmic {
+            (excitation.voltage_v / excitation.resistance_ohm, k / excitation.resistance_ohm)
         } else {
-            let share = half * feed.per_henry;
-            let scale = 1.0 / (1.0 + share * feed.resistance_ohm);
-            ((x[CURRENT] + share * feed.voltage_v) * scale, share * k * scale)
+            let share = half * excitation.per_henry;
+            let scale = 1.0 / (1.0 + share * excitation.resistance_ohm);
+            ((x[CURRENT] + share * excitation.voltage_v) * scale, share * k * scale)
         };
-        let intent = x[INTENT] + half * feed.intent_rad_per_s;
+        let intent = x[INTENT] + half * excitation.intent_rad_per_s;
         let speed = if self.prescribed {
             x[SPEED]
         } else {
@@ -224,14 +225,14 @@ impl Stepper {
             let torque_nm = k * current
                 + self.torque_nm
                 + self.hand_nm_per_rad * (intent - x[ANGLE])
-                + self.hand_nm_s_per_rad * feed.intent_rad_per_s;
+                + self.hand_nm_s_per_rad * excitation.intent_rad_per_s;
             self.slowed((x[SPEED] + kick * torque_nm) * scale, kick * scale * self.coulomb_nm)
         };
         [
             2.0 * (current - kappa * speed) - x[CURRENT],
             2.0 * speed - x[SPEED],
             x[ANGLE] + self.step_s * speed,
-            x[INTENT] + self.step_s * feed.intent_rad_per_s,
+            x[INTENT] + self.step_s * excitation.intent_rad_per_s,
         ]
     }
 
@@ -246,25 +247,25 @@ impl Stepper {
         }
     }
 
-    /// Returns the powers of a feed in a state.
+    /// Returns the powers of an excitation in a state.
     #[inline(always)]
     #[must_use]
-    pub fn powers(&self, x: &State, feed: &Feed) -> Powers {
+    pub fn powers(&self, x: &State, excitation: &Excitation) -> Powers {
         Powers([
-            feed.source_v * x[CURRENT] + feed.source_nm * x[SPEED],
+            excitation.source_v * x[CURRENT] + excitation.source_nm * x[SPEED],
             if self.prescribed {
                 self.torque_constant_nm_per_a * x[CURRENT] * x[SPEED]
             } else {
-                self.hand_nm(x, feed) * x[SPEED]
+                self.hand_nm(x, excitation) * x[SPEED]
             },
-            feed.resistance_ohm * x[CURRENT] * x[CURRENT],
-            feed.diode_v * x[CURRENT].abs(),
+            excitation.resistance_ohm * x[CURRENT] * x[CURRENT],
+            excitation.diode_v * x[CURRENT].abs(),
             self.viscous_nm_s_per_rad * x[SPEED] * x[SPEED],
             self.friction_nm(x[SPEED]) * x[SPEED],
         ])
     }
 
-    /// Accounts for `length_s` seconds of one feed, from its powers at the start and at the end.
+    /// Accounts for `length_s` seconds of one excitation, from its powers at the start and at the end.
     #[inline(always)]
     pub fn account(&self, energy: &mut Energy, length_s: f64, from: &Powers, to: &Powers) {
         let half = 0.5 * length_s;

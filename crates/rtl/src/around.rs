@@ -1,7 +1,7 @@
 //! Collects the rows around a mismatch: from two files, from a testbench's text, or for a closed loop.
 
 use hpu_signal::{Clock, Signal};
-use hpu_wave::{Around, Column, Row};
+use hpu_wave::{Around, Column, ComparedRow};
 
 use crate::vector::{Header, Vectors, hex};
 
@@ -40,7 +40,7 @@ pub fn around_in_file(file: &Vectors, emulator: &Vectors, mismatch: usize) -> Ar
         let cells = around.columns.iter().zip(&vectors.rows[row]).skip(from);
         cells.map(|(column, &word)| hex(column.format, word)).collect::<Vec<_>>()
     };
-    let row = |number: usize| Row {
+    let row = |number: usize| ComparedRow {
         number: number as u64,
         expected: words(emulator, number - 1, 0),
         got: words(file, number - 1, around.inputs),
@@ -55,7 +55,7 @@ pub(crate) fn with<'l>(around: &Around, lines: impl Iterator<Item = &'l str>) ->
     let row = |line: &str| {
         let (number, line) = line.strip_prefix("row=")?.split_once(' ')?;
         let (expected, got) = line.split_once("got")?;
-        let row = Row { number: number.parse().ok()?, expected: words(expected), got: words(got) };
+        let row = ComparedRow { number: number.parse().ok()?, expected: words(expected), got: words(got) };
         let whole = row.expected.len() == around.columns.len() && row.got.len() == around.columns.len() - around.inputs;
         whole.then_some(row)
     };

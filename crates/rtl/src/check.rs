@@ -83,12 +83,12 @@ pub struct Check<'o> {
     blocks: Option<Library>,
     loops: Loops,
     scenes: Vec<LoopJob>,
-    rows: Vec<Row>,
+    rows: Vec<PendingRow>,
     jobs: Vec<Job>,
 }
 
 /// A row of the report, and the results of its runs so far, by set.
-struct Row {
+struct PendingRow {
     row: CheckRow,
     clocked: bool,
     runs: usize,
@@ -123,7 +123,7 @@ impl<'o> Check<'o> {
                 jobs.push(Job { row: rows.len(), set, about_ms });
             }
             let (row, clocked) = (CheckRow::new(block.name(), &label), block.clocked());
-            rows.push(Row { row, clocked, runs: runs as usize, found: BTreeMap::new() });
+            rows.push(PendingRow { row, clocked, runs: runs as usize, found: BTreeMap::new() });
         }
         let blocks = if rows.is_empty() {
             None
@@ -132,7 +132,7 @@ impl<'o> Check<'o> {
         };
         for scene in &scenes {
             jobs.push(Job { row: rows.len(), set: 0, about_ms: about_ms(times_us(scene.wiring)[1], scene.edges) });
-            rows.push(Row { row: scene.row(), clocked: true, runs: 1, found: BTreeMap::new() });
+            rows.push(PendingRow { row: scene.row(), clocked: true, runs: 1, found: BTreeMap::new() });
         }
         let loops = Loops::new(&scenes, &options.setup)?;
         Ok(Self { options, blocks, loops, scenes, rows, jobs })
@@ -255,7 +255,7 @@ pub(crate) fn held(library: &Library, vectors: &Vectors, name: &str) -> Result<T
     Ok(tally(&said, &around::of_block(header)).filter(|tally| tally.rows == rows as u64).ok_or_else(unfinished)?)
 }
 
-impl Row {
+impl PendingRow {
     /// Keeps the result of a run. A complaint of GHDL about the VHDL is a result; a fault of a tool is returned as an
     /// error.
     fn take(&mut self, set: u64, found: Result<Tally, GhdlError>, seconds: f64) -> Result<(), GhdlError> {

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use hpu_cosim::scene::{Dut, DutClock, DutReset, Engine, Experiment, Generic, Standard, shipped_file};
-use hpu_cosim::{ArmLoop, AxisLoop, Control, NetUse, Ready, Rig, Summary, Trace, Wired, follow};
+use hpu_cosim::{ArmLoop, AxisLoop, Control, NetUse, Simulation, Summary, Trace, Wired, WiredSimulation, follow};
 use hpu_signal::{Clock, Observe, SignalUse};
 use hpu_wave::Around;
 
@@ -72,7 +72,7 @@ pub fn closed_loop(scene: &LoopScene, setup: &Setup) -> Result<CheckRow, GhdlErr
 pub fn run_vhdl(
     scene: &LoopScene,
     setup: &Setup,
-    rig: &impl Wired,
+    simulation: &impl Wired,
     trace: &mut Trace,
     observer: &mut dyn Observe,
     control: &Control,
@@ -82,21 +82,21 @@ pub fn run_vhdl(
     Tool::Ghdl.version().map_err(GhdlError::Tool)?;
     let loops = Loops::new(std::slice::from_ref(&job), setup)?;
     let mut row = job.row();
-    let summary = follow(rig, trace, observer, |observer| {
-        let mut lockstep = Lockstep::new(rig, job.edges, false);
-        lockstep.show(observer, rig.stride());
+    let summary = follow(simulation, trace, observer, |observer| {
+        let mut lockstep = Lockstep::new(simulation, job.edges, false);
+        lockstep.show(observer, simulation.stride());
         let tally = job.close(&loops, &mut lockstep, control)?;
         row.add(Ok(tally), true, start.elapsed().as_secs_f64());
-        Ok::<_, GhdlError>(sum_up(rig, lockstep.played(), &row))
+        Ok::<_, GhdlError>(sum_up(simulation, lockstep.played(), &row))
     })?;
     Ok((summary, row))
 }
 
 /// Returns the summary of the motion that was run, and the reason if it ended early.
-fn sum_up(rig: &impl Wired, played: Played, row: &CheckRow) -> (Summary, Option<&'static str>) {
+fn sum_up(simulation: &impl Wired, played: Played, row: &CheckRow) -> (Summary, Option<&'static str>) {
     let Played { summary, over, uses, ranges } = played;
     let losses_seen = row.mismatches == 0;
-    let nets = rig.nets().into_iter().zip(uses).zip(ranges);
+    let nets = simulation.nets().into_iter().zip(uses).zip(ranges);
     let nets = nets.map(|((signal, usage), (min, max))| {
         let usage = if losses_seen { usage } else { SignalUse { min, max, rounded: 0, overflowed: 0 } };
         NetUse { signal, usage, losses_seen }
@@ -126,17 +126,17 @@ pub(crate) struct LoopJob {
 impl LoopJob {
     pub(crate) fn new(LoopScene { name, text, overrides, data, edges }: &LoopScene) -> Result<Self, GhdlError> {
         let scene = parse(name, text, overrides, data).map_err(GhdlError::Scene)?;
-        let session = Ready::new(&scene).map_err(|error| GhdlError::Scene(format!("{name}: {error}")))?;
-        if !session.wiring().is_hardware() {
+        let simulation = WiredSimulation::new(&scene).map_err(|error| GhdlError::Scene(format!("{name}: {error}")))?;
+        if !simulation.wiring().is_hardware() {
             let why = "a law in floats has no VHDL; write model.datapath = \"words\"";
             return Err(GhdlError::Scene(format!("{name}: {why}")));
         }
-        if session.direct().is_some() {
+        if simulation.direct().is_some() {
             let why = "with this model.solver it runs without a clock, and VHDL has one";
             return Err(GhdlError::Scene(format!("{name}: {why}")));
         }
-        let block = session.wiring().block();
-        let nets: Vec<_> = session.nets().iter().map(|net| net.name).collect();
+        let block = simulation.wiring().block();
+        let nets: Vec<_> = simulation.nets().iter().map(|net| net.name).collect();
         let ports = block.inputs().len() + block.outputs().len();
         let inside = nets.iter().enumerate().skip(ports);
         let tells =
@@ -154,8 +154,8 @@ impl LoopJob {
             ports: Vec::new(),
             floats: false,
         };
-        let (wiring, clock) = (block.name(), session.clock());
-        let around = around::of_loop(wiring, &session.nets(), clock);
+        let (wiring, clock) = (block.name(), simulation.clock());
+        let around = around::of_loop(wiring, &simulation.nets(), clock);
         Ok(Self { wiring, edges: *edges, is_late: false, tells, nets, ports, dut, clock, around, scene })
     }
 
@@ -170,8 +170,8 @@ impl LoopJob {
     }
 
     pub(crate) fn run(&self, loops: &Loops) -> Result<Tally, GhdlError> {
-        let session = Ready::new(&self.scene).map_err(|error| GhdlError::Scene(error.to_string()))?;
-        let mut lockstep = Lockstep::new(&session, self.edges, self.is_late);
+        let simulation = WiredSimulation::new(&self.scene).map_err(|error| GhdlError::Scene(error.to_string()))?;
+        let mut lockstep = Lockstep::new(&simulation, self.edges, self.is_late);
         self.close(loops, &mut lockstep, &Control::default())
     }
 

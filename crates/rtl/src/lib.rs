@@ -43,7 +43,7 @@ pub use cost::{
 pub use generated::{generated, stale, write_committed};
 pub use ghdl::{GhdlError, Library};
 pub use hdl::{Hdl, Setup, differs_from_the_hardware};
-pub use hpu_wave::{Around, Column, Row};
+pub use hpu_wave::{Around, Column, ComparedRow};
 pub use junit::{Case, junit, junit_suite};
 pub use late::{Late, comparison_edges};
 pub use package::package;

@@ -8,10 +8,10 @@
 use std::collections::VecDeque;
 use std::sync::atomic::Ordering;
 
-use hpu_cosim::dut::{Change, Simulation};
+use hpu_cosim::dut::{Change, RunningDesign};
 use hpu_cosim::{Control, Summary, Wired};
 use hpu_signal::{Cycle, Format, Observe, Signal, SignalUse, UNKNOWN};
-use hpu_wave::{Around, Row};
+use hpu_wave::{Around, ComparedRow};
 
 use crate::around::{AFTER, BEFORE};
 use crate::dut::DutError;
@@ -97,13 +97,13 @@ pub(crate) struct Lockstep<'s> {
 impl<'s> Lockstep<'s> {
     /// Returns both sides of a scene after reset, for a comparison of `edges` edges: from the start of the scene or, if
     /// `late`, from shortly before the wall is reached.
-    pub(crate) fn new(session: &'s impl Wired, edges: u64, late: bool) -> Self {
-        let late = late.then(|| (edges, session.edges()));
-        let modulated = session.gates_drive();
-        let Sides { pair, input, nets, late, homing } = session.visit(Pairing { late, modulated });
+    pub(crate) fn new(simulation: &'s impl Wired, edges: u64, late: bool) -> Self {
+        let late = late.then(|| (edges, simulation.edges()));
+        let modulated = simulation.gates_drive();
+        let Sides { pair, input, nets, late, homing } = simulation.visit(Pairing { late, modulated });
         let outputs = input.len();
         let drives = (0..nets.len()).map(|net| {
-            let is_output = (outputs..outputs + session.wiring().block().outputs().len()).contains(&net);
+            let is_output = (outputs..outputs + simulation.wiring().block().outputs().len()).contains(&net);
             is_output || !modulated && nets[net].name == "command"
         });
         Self {
@@ -141,7 +141,7 @@ impl<'s> Lockstep<'s> {
     /// # Errors
     ///
     /// An error when the simulator fails or does not answer, and when the control has stopped the run.
-    pub(crate) fn run<S: Simulation>(
+    pub(crate) fn run<S: RunningDesign>(
         &mut self,
         ports: &[Option<usize>],
         start: impl FnOnce(&[u64], &[bool], &mut Vec<Change>) -> Result<S, DutError>,
@@ -149,7 +149,7 @@ impl<'s> Lockstep<'s> {
     ) -> Result<(), DutError> {
         let drives: Vec<_> = ports.iter().map(|port| port.is_some_and(|net| self.drives[net])).collect();
         let mut changes = Vec::new();
-        let mut simulation = start(&self.bits(ports), &drives, &mut changes)?;
+        let mut running = start(&self.bits(ports), &drives, &mut changes)?;
         self.take(ports, &changes);
         self.note(true);
         while self.edge < self.edges && !self.is_over() {
@@ -161,7 +161,7 @@ impl<'s> Lockstep<'s> {
             let (edges, agrees) = (self.plan(), self.mismatches == 0);
             changes.clear();
             let bits = self.bits(ports);
-            let done = simulation.clock(&bits, edges, true, &mut changes).map_err(DutError::from)?;
+            let done = running.clock(&bits, edges, true, &mut changes).map_err(DutError::from)?;
             let mut told = changes.chunk_by(|one, two| one.edge == two.edge).peekable();
             for edge in 1..=done {
                 if edge > 1 {
@@ -323,10 +323,10 @@ impl<'s> Lockstep<'s> {
     }
 
     /// Returns an edge of the history as a row: the words of every net in the emulator, and in the VHDL, in hex.
-    fn row(&self, Edge { edge, expected, got }: &Edge) -> Row {
+    fn row(&self, Edge { edge, expected, got }: &Edge) -> ComparedRow {
         let unknown = |format: Format| "X".repeat(digits(format));
         let nets = || self.nets.iter().map(|net| net.format);
-        Row {
+        ComparedRow {
             number: *edge,
             expected: nets().zip(expected).map(|(format, &word)| hex(format, word)).collect(),
             got: nets()

@@ -1,6 +1,6 @@
 //! Vectors recorded from a scene: of its whole loop, and of each block inside it.
 
-use hpu_cosim::{ClosedLoop, Visit, Wired, World};
+use hpu_cosim::{ClosedLoop, LoopVisitor, Wired, World};
 use hpu_datapath::{AnyBlock, Instance, Wiring, flatten};
 
 use crate::vector::{Stimulus, Vectors};
@@ -9,14 +9,14 @@ use crate::vector::{Stimulus, Vectors};
 /// each instance in it, by label. The vectors of a combinational block have only the rows in which an input has
 /// changed.
 #[must_use]
-pub fn scene_vectors(session: &impl Wired, edges: u64) -> Vec<(&'static str, Vectors)> {
-    session.visit(Recorded(edges))
+pub fn scene_vectors(simulation: &impl Wired, edges: u64) -> Vec<(&'static str, Vectors)> {
+    simulation.visit(Recorded(edges))
 }
 
 /// Visits a loop and records this number of edges.
 struct Recorded(u64);
 
-impl<'s> Visit<'s> for Recorded {
+impl<'s> LoopVisitor<'s> for Recorded {
     type Out = Vec<(&'static str, Vectors)>;
     fn visit<E, W>(self, wiring: &W, world: E, input: E::In) -> Self::Out
     where

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use hpu_cosim::{Summary, Visit, World};
+use hpu_cosim::{LoopVisitor, Summary, World};
 use hpu_datapath::{Repeat, Wiring, flatten};
 use hpu_signal::{Ports, Signal, SignalUse};
 
@@ -152,7 +152,7 @@ pub(crate) struct Sides<'s> {
     pub(crate) homing: u64,
 }
 
-/// Visits a session and makes both of its sides: from its start or, with `late`, from shortly before the wall is
+/// Visits a simulation and makes both of its sides: from its start or, with `late`, from shortly before the wall is
 /// reached.
 pub(crate) struct Pairing {
     /// The number of edges to compare, and the number of edges of the whole scene.
@@ -161,7 +161,7 @@ pub(crate) struct Pairing {
     pub(crate) modulated: bool,
 }
 
-impl<'s> Visit<'s> for Pairing {
+impl<'s> LoopVisitor<'s> for Pairing {
     type Out = Sides<'s>;
     fn visit<E, W>(self, wiring: &W, mut world: E, mut input: E::In) -> Self::Out
     where

@@ -19,7 +19,7 @@ use std::time::Duration;
 use hpu_cosim::Control;
 
 /// The result of a unit: one line of text, or the reason, in one line, why there is none.
-pub type Row = Result<String, String>;
+pub type UnitResult = Result<String, String>;
 
 /// Runs those of the units `0..count` that are not done yet, and returns the rows of all units in their order, or
 /// `None` when stopped.
@@ -32,11 +32,11 @@ pub type Row = Result<String, String>;
 pub fn run<E>(
     count: usize,
     jobs: NonZeroUsize,
-    mut done: BTreeMap<usize, Row>,
+    mut done: BTreeMap<usize, UnitResult>,
     control: &Control,
-    unit: impl Fn(usize, &Control) -> Option<Row> + Sync,
-    mut keep: impl FnMut(usize, &Row) -> Result<(), E>,
-) -> Result<Option<Vec<Row>>, E> {
+    unit: impl Fn(usize, &Control) -> Option<UnitResult> + Sync,
+    mut keep: impl FnMut(usize, &UnitResult) -> Result<(), E>,
+) -> Result<Option<Vec<UnitResult>>, E> {
     let left: Vec<usize> = (0..count).filter(|index| !done.contains_key(index)).collect();
     run_some(&left, jobs, control, unit, |index, row| {
         keep(index, &row)?;
@@ -59,13 +59,13 @@ pub fn run_some<E>(
     wanted: &[usize],
     jobs: NonZeroUsize,
     control: &Control,
-    unit: impl Fn(usize, &Control) -> Option<Row> + Sync,
-    mut take: impl FnMut(usize, Row) -> Result<(), E>,
+    unit: impl Fn(usize, &Control) -> Option<UnitResult> + Sync,
+    mut take: impl FnMut(usize, UnitResult) -> Result<(), E>,
 ) -> Result<(), E> {
     let next = AtomicUsize::new(0);
     let own: Vec<Control> = (0..jobs.get().min(wanted.len())).map(|_| Control::default()).collect();
     let stop = || own.iter().for_each(|control| control.stop.store(true, Ordering::Relaxed));
-    let (send, rows) = mpsc::channel::<(usize, Row)>();
+    let (send, rows) = mpsc::channel::<(usize, UnitResult)>();
     let failed = thread::scope(|scope| {
         for control in &own {
             let (send, next, unit) = (send.clone(), &next, &unit);
@@ -147,7 +147,7 @@ const FORMAT: &str = "journal 2: ";
 #[derive(Clone, PartialEq, Debug)]
 pub struct Journal {
     /// The intact rows.
-    pub rows: BTreeMap<usize, Row>,
+    pub rows: BTreeMap<usize, UnitResult>,
     /// Number of damaged rows: changed, cut off, of another set, or two different rows of the same unit.
     pub damaged: usize,
 }
@@ -221,7 +221,7 @@ impl Journal {
 
     /// Returns a row's line in the journal of the set with this header.
     #[must_use]
-    pub fn line(header: &str, index: usize, row: &Row) -> String {
+    pub fn line(header: &str, index: usize, row: &UnitResult) -> String {
         let said = match row {
             Ok(row) => format!("{index} made {row}"),
             Err(reason) => format!("{index} failed {reason}"),
@@ -242,7 +242,7 @@ fn checksum(header: &str, said: &str) -> String {
     fingerprint([header.as_bytes(), said.as_bytes()])
 }
 
-fn row(header: &str, line: &str) -> Option<(usize, Row)> {
+fn row(header: &str, line: &str) -> Option<(usize, UnitResult)> {
     let (sum, said) = line.split_once(' ')?;
     if sum != checksum(header, said) {
         return None;

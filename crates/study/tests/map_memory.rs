@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::{io, mem};
 
-use hpu_cosim::{Control, Driver, Ready, Rig, Wired};
+use hpu_cosim::{Control, Driver, Simulation, Wired, WiredSimulation};
 use hpu_study::map::{self, Axis, CellLimits, Found, Map, Method, Plan};
 
 /// An allocator that counts the bytes in use, and the most that were ever in use.
@@ -97,10 +97,10 @@ fn a_run_takes_the_memory_that_it_may_however_many_rows_it_has() {
         let text = include_str!("../../../testbench/scenes/free-motion.toml");
         let mut load = |_: &str| Err(io::ErrorKind::NotFound.into());
         let scene = hpu_cosim::scene::Experiment::parse("free-motion.toml", text, &set, &mut load).unwrap();
-        let ready = Ready::new(&scene).unwrap();
+        let simulation = WiredSimulation::new(&scene).unwrap();
         let (bytes, rows) = peak(|| {
-            let mut trace = ready.brief_trace().bounded(1 << 16, &ready.judged());
-            let summary = ready.run(Driver::Events, &mut trace, &mut (), &Control::default());
+            let mut trace = simulation.brief_trace().bounded(1 << 16, &simulation.judged());
+            let summary = simulation.run(Driver::Events, &mut trace, &mut (), &Control::default());
             assert!(summary.complete);
             trace.came()
         });

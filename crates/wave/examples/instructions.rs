@@ -8,7 +8,7 @@ use std::io::{self, Cursor, Write};
 use std::process::ExitCode;
 
 use hpu_cosim::scene::{Experiment, shipped};
-use hpu_cosim::{Control, Driver, LinearLoop, Ready, Rig, Summary, Wired};
+use hpu_cosim::{Control, Driver, LinearLoop, Simulation, Summary, Wired, WiredSimulation};
 use hpu_signal::{Clock, Cycle, Observe};
 use hpu_wave::{Fst, Layout, Vcd};
 
@@ -63,20 +63,20 @@ const CASES: [Case; 13] = [
     }),
     ("fst", "as switching, all signals into an FST", || {
         let (scene, clock) = recorded("500 ms");
-        let ready = Ready::new(&scene).expect("a shipped scene");
+        let simulation = WiredSimulation::new(&scene).expect("a shipped scene");
         counted(&mut || {
             let file = Cursor::new(Vec::new());
-            let mut fst = Fst::new(file, &Layout::of(&ready), clock).expect("memory");
-            let end = observed(&ready, Driver::Events, &mut fst).edges;
+            let mut fst = Fst::new(file, &Layout::of(&simulation), clock).expect("memory");
+            let end = observed(&simulation, Driver::Events, &mut fst).edges;
             fst.finish(Cycle(end)).expect("memory");
         });
     }),
     ("vcd", "10^5 edges of the same into a VCD, the clock among them", || {
         let (scene, clock) = recorded("2 ms");
-        let ready = Ready::new(&scene).expect("a shipped scene");
+        let simulation = WiredSimulation::new(&scene).expect("a shipped scene");
         counted(&mut || {
-            let mut vcd = Vcd::new(Vec::new(), &Layout::of(&ready).with_clock(), clock).expect("memory");
-            let end = observed(&ready, Driver::Events, &mut vcd).edges;
+            let mut vcd = Vcd::new(Vec::new(), &Layout::of(&simulation).with_clock(), clock).expect("memory");
+            let end = observed(&simulation, Driver::Events, &mut vcd).edges;
             vcd.finish(Cycle(end)).expect("memory");
         });
     }),
@@ -93,20 +93,20 @@ fn scene(name: &str, set: &[(&str, &str)]) -> Experiment {
 
 fn recorded(duration: &str) -> (Experiment, Clock) {
     let scene = scene("hybrid-wall", &[CONTACT, ("run.duration", duration)]);
-    let clock = Ready::new(&scene).expect("a shipped scene").clock();
+    let clock = WiredSimulation::new(&scene).expect("a shipped scene").clock();
     (scene, clock)
 }
 
-fn observed(ready: &Ready, driver: Driver, observer: &mut impl Observe) -> Summary {
-    let mut trace = ready.brief_trace();
-    ready.run(driver, &mut trace, observer, &Control::default())
+fn observed(simulation: &WiredSimulation, driver: Driver, observer: &mut impl Observe) -> Summary {
+    let mut trace = simulation.brief_trace();
+    simulation.run(driver, &mut trace, observer, &Control::default())
 }
 
 fn run(name: &str, set: &[(&str, &str)], driver: Driver) {
     let scene = scene(name, set);
     counted(&mut || {
-        let ready = Ready::new(&scene).expect("a shipped scene");
-        assert!(observed(&ready, driver, &mut ()).complete);
+        let simulation = WiredSimulation::new(&scene).expect("a shipped scene");
+        assert!(observed(&simulation, driver, &mut ()).complete);
     });
 }
 

@@ -12,7 +12,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use hpu_cosim::scene::{Experiment, shipped};
-use hpu_cosim::{Control, Driver, Ready, Rig, Wired};
+use hpu_cosim::{Control, Driver, Simulation, Wired, WiredSimulation};
 use hpu_signal::{Cycle, Observe};
 use hpu_wave::{Fst, Layout, Vcd};
 
@@ -34,9 +34,9 @@ fn scene(name: &str, set: &[(&str, &str)]) -> Experiment {
     shipped.parse(&set).expect("a shipped scene")
 }
 
-fn observed(ready: &Ready, observer: &mut impl Observe) -> Cycle {
-    let mut trace = ready.brief_trace();
-    Cycle(ready.run(Driver::Events, &mut trace, observer, &Control::default()).edges)
+fn observed(simulation: &WiredSimulation, observer: &mut impl Observe) -> Cycle {
+    let mut trace = simulation.brief_trace();
+    Cycle(simulation.run(Driver::Events, &mut trace, observer, &Control::default()).edges)
 }
 
 /// Looks at every edge at which a word changes, and keeps nothing.
@@ -58,8 +58,9 @@ fn median(mut all: Vec<f64>) -> f64 {
     all[all.len() / 2]
 }
 
-fn fst(ready: &Ready, path: &Path) -> Fst<File> {
-    Fst::new(File::create(path).expect("a file"), &Layout::of(ready), ready.clock()).expect("a disk with room")
+fn fst(simulation: &WiredSimulation, path: &Path) -> Fst<File> {
+    Fst::new(File::create(path).expect("a file"), &Layout::of(simulation), simulation.clock())
+        .expect("a disk with room")
 }
 
 fn main() {
@@ -70,26 +71,26 @@ fn main() {
     );
     for (name, shipped, set) in RUNS {
         let scene = scene(shipped, set);
-        let ready = Ready::new(&scene).expect("a shipped scene");
+        let simulation = WiredSimulation::new(&scene).expect("a shipped scene");
         let mut walls_ms = [const { Vec::new() }; 4];
         for _ in 0..TURNS {
             walls_ms[0].push(milliseconds(|| {
-                observed(&ready, &mut ());
+                observed(&simulation, &mut ());
             }));
             walls_ms[1].push(milliseconds(|| {
-                observed(&ready, &mut Watcher);
+                observed(&simulation, &mut Watcher);
             }));
             // Not over a file that is there: to cut it off takes time too.
             let _ = fs::remove_file(&path);
             walls_ms[2].push(milliseconds(|| {
-                let mut aside = fst(&ready, &path).aside();
-                let end = observed(&ready, &mut aside);
+                let mut aside = fst(&simulation, &path).aside();
+                let end = observed(&simulation, &mut aside);
                 aside.finish(end).expect("a disk with room");
             }));
             let _ = fs::remove_file(&path);
             walls_ms[3].push(milliseconds(|| {
-                let mut file = fst(&ready, &path);
-                let end = observed(&ready, &mut file);
+                let mut file = fst(&simulation, &path);
+                let end = observed(&simulation, &mut file);
                 file.finish(end).expect("a disk with room");
             }));
         }
@@ -101,12 +102,13 @@ fn main() {
         );
     }
     let scene = scene("hybrid-wall", &[("wall.position", "0.05 rad"), ("run.duration", "20 ms")]);
-    let ready = Ready::new(&scene).expect("a shipped scene");
+    let simulation = WiredSimulation::new(&scene).expect("a shipped scene");
     let walls = (0..TURNS).map(|_| {
         milliseconds(|| {
             let file = File::create(&path).expect("a file");
-            let mut vcd = Vcd::new(file, &Layout::of(&ready).with_clock(), ready.clock()).expect("a disk with room");
-            let end = observed(&ready, &mut vcd);
+            let mut vcd =
+                Vcd::new(file, &Layout::of(&simulation).with_clock(), simulation.clock()).expect("a disk with room");
+            let end = observed(&simulation, &mut vcd);
             assert_eq!(end, Cycle(1_000_000));
             vcd.finish(end).expect("a disk with room");
         })

@@ -32,12 +32,12 @@ pub struct Around {
     /// The clock; a row is one cycle.
     pub clock: Clock,
     /// The rows, in order.
-    pub rows: Vec<Row>,
+    pub rows: Vec<ComparedRow>,
 }
 
 /// Words of a row, in hex. A digit with an unknown bit is `X`.
 #[derive(Clone, PartialEq, Eq, Debug)]
-pub struct Row {
+pub struct ComparedRow {
     /// The row's number, counted from 1.
     pub number: u64,
     /// The emulator's words, one a column.

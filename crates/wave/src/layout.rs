@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use hpu_cosim::{Rig, Visit, Wired, World};
+use hpu_cosim::{LoopVisitor, Simulation, Wired, World};
 use hpu_datapath::{AnyBlock, Instance, Wiring};
 use hpu_signal::{Format, Real, Signal};
 
@@ -55,12 +55,12 @@ pub struct Layout {
     pub(crate) channels: Option<usize>,
 }
 
-/// Visits a session and makes its layout.
+/// Visits a simulation and makes its layout.
 struct Laying {
     reals: &'static [Real],
 }
 
-impl<'s> Visit<'s> for Laying {
+impl<'s> LoopVisitor<'s> for Laying {
     type Out = Layout;
     fn visit<E, W>(self, wiring: &W, _: E, _: E::In) -> Layout
     where
@@ -171,24 +171,24 @@ impl Layout {
 
     /// Returns the hierarchy of a scene's wiring and world. A recording has no plant.
     #[must_use]
-    pub fn of(session: &impl Wired) -> Self {
-        let reals = if session.has_device() { session.reals() } else { &[] };
-        session.visit(Laying { reals })
+    pub fn of(simulation: &impl Wired) -> Self {
+        let reals = if simulation.has_device() { simulation.reals() } else { &[] };
+        simulation.visit(Laying { reals })
     }
 
     /// Returns the hierarchy of a design of the user's own: its ports in a scope of its name, and its world.
     #[must_use]
-    pub fn of_design(session: &impl Rig) -> Self {
-        let nets = session.nets();
-        let mut top = Scope::new(session.closed_by(), true, std::iter::empty());
+    pub fn of_design(simulation: &impl Simulation) -> Self {
+        let nets = simulation.nets();
+        let mut top = Scope::new(simulation.closed_by(), true, std::iter::empty());
         for (index, signal) in nets.iter().enumerate() {
             let mut path: Vec<&str> = signal.name.split('.').collect();
             let name = path.pop().unwrap_or_default();
             let scope = path.into_iter().fold(&mut top, Scope::inner);
             scope.vars.push(Var::new(name, signal.format, Source::Net(index)));
         }
-        let scopes = vec![top, Scope::new("plant", false, session.reals().iter().enumerate().map(Var::real))];
-        Self { scopes, nets, reals: session.reals().to_vec(), tied: Vec::new(), channels: None }
+        let scopes = vec![top, Scope::new("plant", false, simulation.reals().iter().enumerate().map(Var::real))];
+        Self { scopes, nets, reals: simulation.reals().to_vec(), tied: Vec::new(), channels: None }
     }
 
     /// Adds `clk` in front of every `rst`. The writers toggle it between the changes that they observe: it costs two

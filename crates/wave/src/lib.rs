@@ -22,7 +22,7 @@ mod timescale;
 mod vcd;
 mod wave_file;
 
-pub use self::around::{Around, Column, Row};
+pub use self::around::{Around, Column, ComparedRow};
 pub use self::aside::Aside;
 pub use self::fst::{Fst, FstFile};
 pub use self::gtkw::gtkw;

@@ -11,7 +11,7 @@ use vcd::IdCode;
 use crate::VERSION;
 use crate::gtkw::{header, line, word_flags};
 use crate::timescale::Timescale;
-use crate::{Around, Row};
+use crate::{Around, ComparedRow};
 
 /// The scope of the emulator's words.
 const EMULATOR: &str = "emulator";
@@ -57,7 +57,7 @@ fn is_clocked(around: &Around) -> bool {
 }
 
 /// Returns the bits of all variables after the edge of a row.
-fn values(around: &Around, row: &Row) -> Vec<String> {
+fn values(around: &Around, row: &ComparedRow) -> Vec<String> {
     let differs = row.expected[around.inputs..] != row.got;
     let own = [format!("{:032b}", row.number), "1".to_string(), u8::from(differs).to_string()];
     let formats = around.columns.iter().map(|column| column.format);

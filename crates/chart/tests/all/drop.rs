@@ -4,7 +4,7 @@ use std::sync::atomic::Ordering;
 
 use hpu_chart::{DROP_NETS, Picture, drop_pictures};
 use hpu_cosim::scene::{PhantomScene, shipped};
-use hpu_cosim::{Control, Driver, PhantomSession, Rig, Summary, Trace, Verdict, Wired};
+use hpu_cosim::{Control, Driver, PhantomSimulation, Simulation, Summary, Trace, Verdict, Wired};
 
 use crate::looks::{assert_readable, attribute, elements, number, points, rgb, texts};
 
@@ -17,15 +17,15 @@ fn parsed(name: &str, overrides: &[(&str, &str)]) -> PhantomScene {
 }
 
 fn ran(scene: &PhantomScene, control: &Control) -> (Trace, Summary) {
-    let session = PhantomSession::new(scene).unwrap();
-    let mut trace = session.trace(&DROP_NETS);
-    let summary = session.run(Driver::Events, &mut trace, &mut (), control);
+    let simulation = PhantomSimulation::new(scene).unwrap();
+    let mut trace = simulation.trace(&DROP_NETS);
+    let summary = simulation.run(Driver::Events, &mut trace, &mut (), control);
     (trace, summary)
 }
 
 fn pictures(scene: &PhantomScene) -> (Vec<Picture>, Summary) {
     let (trace, summary) = ran(scene, &Control::default());
-    (drop_pictures(&PhantomSession::new(scene).unwrap(), &trace, &summary, COMMAND), summary)
+    (drop_pictures(&PhantomSimulation::new(scene).unwrap(), &trace, &summary, COMMAND), summary)
 }
 
 /// Trials of each outcome, at a slow clock.
@@ -100,7 +100,7 @@ fn an_interrupted_trial_is_drawn_as_far_as_it_went() {
         let (trace, mut summary) = ran(&scene, &Control::default());
         // The same as a run that was stopped there.
         (summary.complete, summary.verdict) = (false, None);
-        let pictures = drop_pictures(&PhantomSession::new(&scene).unwrap(), &trace, &summary, COMMAND);
+        let pictures = drop_pictures(&PhantomSimulation::new(&scene).unwrap(), &trace, &summary, COMMAND);
         assert_eq!(pictures.len(), 2);
         for picture in &pictures {
             assert_eq!(texts(&picture.svg)[0].text, "phantom-drop: interrupted");
@@ -112,14 +112,14 @@ fn an_interrupted_trial_is_drawn_as_far_as_it_went() {
 #[test]
 fn a_trial_stopped_before_its_first_row_has_nothing_to_show() {
     let scene = passive();
-    let session = PhantomSession::new(&scene).unwrap();
+    let simulation = PhantomSimulation::new(&scene).unwrap();
     let control = Control::default();
     control.stop.store(true, Ordering::Relaxed);
-    let mut trace = session.trace(&DROP_NETS);
-    let summary = session.run(Driver::Events, &mut trace, &mut (), &control);
+    let mut trace = simulation.trace(&DROP_NETS);
+    let summary = simulation.run(Driver::Events, &mut trace, &mut (), &control);
     assert!(!summary.complete);
-    let empty = session.trace(&DROP_NETS);
-    assert!(drop_pictures(&session, &empty, &summary, COMMAND).is_empty());
+    let empty = simulation.trace(&DROP_NETS);
+    assert!(drop_pictures(&simulation, &empty, &summary, COMMAND).is_empty());
 }
 
 #[test]

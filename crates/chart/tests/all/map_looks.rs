@@ -3,7 +3,7 @@
 use hpu_chart::{Picture, map_pictures, shares, speed};
 use hpu_cosim::Control;
 use hpu_cosim::scene::{OutcomeKind, Output, shipped, shipped_file};
-use hpu_study::accuracy::{Chart, Entry, Grade, Race, Row, Share, Speed};
+use hpu_study::accuracy::{Chart, ContestantResult, Entry, Grade, Race, Share, Speed};
 use hpu_study::map::{self, Cell, CellLimits, Curves, Found, Map, Method};
 
 use crate::colours::{SIGHTS, difference, seen};
@@ -269,7 +269,13 @@ fn charted() -> Chart {
         };
         // No two speeds are equal.
         let speed = speed_of(motion_per_wall * (1.0 + 1e-5 * index as f64));
-        let row = Row { grade, errors: Vec::new(), outcome: Some(OutcomeKind::Settled), shortened_s: None, speed };
+        let row = ContestantResult {
+            grade,
+            errors: Vec::new(),
+            outcome: Some(OutcomeKind::Settled),
+            shortened_s: None,
+            speed,
+        };
         Entry { contestant, row: Ok(row) }
     });
     let outputs = vec![Output::Trace, Output::PeakPenetration, Output::Verdict];

@@ -2,7 +2,7 @@
 
 use hpu_chart::{Picture, Run, nets, run_pictures, side_by_side};
 use hpu_cosim::scene::{Scene, shipped};
-use hpu_cosim::{Control, Driver, Rig, Session, Wired};
+use hpu_cosim::{AxisSimulation, Control, Driver, Simulation, Wired};
 
 use crate::looks::{assert_readable, attribute, elements, number, points, rgb, texts};
 
@@ -15,20 +15,20 @@ fn parsed(name: &str) -> Scene {
 /// Runs scenes and passes the finished runs on.
 fn with_runs<T>(names: &[&str], then: impl FnOnce(&[Run]) -> T) -> T {
     let scenes: Vec<Scene> = names.iter().map(|name| parsed(name)).collect();
-    let sessions: Vec<Session> = scenes.iter().map(|scene| Session::new(scene).unwrap()).collect();
-    let finished: Vec<_> = sessions
+    let simulations: Vec<AxisSimulation> = scenes.iter().map(|scene| AxisSimulation::new(scene).unwrap()).collect();
+    let finished: Vec<_> = simulations
         .iter()
-        .map(|session| {
-            let mut trace = session.drawn_trace(nets(session.scene()));
-            let summary = session.run(Driver::Events, &mut trace, &mut (), &Control::default());
-            (session, trace, summary)
+        .map(|simulation| {
+            let mut trace = simulation.drawn_trace(nets(simulation.scene()));
+            let summary = simulation.run(Driver::Events, &mut trace, &mut (), &Control::default());
+            (simulation, trace, summary)
         })
         .collect();
     let runs: Vec<Run> = finished
         .iter()
-        .map(|(session, trace, summary)| Run {
-            scene: session.scene(),
-            words: session.words(),
+        .map(|(simulation, trace, summary)| Run {
+            scene: simulation.scene(),
+            words: simulation.words(),
             trace,
             summary,
             command: COMMAND,
@@ -88,11 +88,11 @@ fn the_foot_has_no_folder_of_an_absolute_path() {
         "hpu run /home/me/walls/soft.toml --set 'hand.file=/srv/a b/hand.csv' --set a=1/2 -o '/tmp/my dir/out'";
     let said = "$ hpu run soft.toml --set 'hand.file=hand.csv' --set a=1/2 -o 'out'";
     let scene = parsed("free-motion");
-    let session = Session::new(&scene).unwrap();
-    let mut trace = session.drawn_trace(nets(session.scene()));
-    let summary = session.run(Driver::Events, &mut trace, &mut (), &Control::default());
+    let simulation = AxisSimulation::new(&scene).unwrap();
+    let mut trace = simulation.drawn_trace(nets(simulation.scene()));
+    let summary = simulation.run(Driver::Events, &mut trace, &mut (), &Control::default());
     for picture in
-        run_pictures(&Run { scene: &scene, words: session.words(), trace: &trace, summary: &summary, command })
+        run_pictures(&Run { scene: &scene, words: simulation.words(), trace: &trace, summary: &summary, command })
     {
         assert!(
             texts(&picture.svg).iter().any(|text| text.text.replace("&apos;", "'") == said),
@@ -106,10 +106,10 @@ fn the_foot_has_no_folder_of_an_absolute_path() {
 fn two_panels_of_a_short_run_do_not_show_the_same() {
     let scene = shipped().iter().find(|scene| scene.name == "hybrid-wall").unwrap();
     let scene = scene.parse(&[("run.duration".into(), "40 ms".into())]).unwrap().axis().unwrap();
-    let session = Session::new(&scene).unwrap();
-    let mut trace = session.drawn_trace(nets(session.scene()));
-    let summary = session.run(Driver::Events, &mut trace, &mut (), &Control::default());
-    let run = Run { scene: &scene, words: session.words(), trace: &trace, summary: &summary, command: COMMAND };
+    let simulation = AxisSimulation::new(&scene).unwrap();
+    let mut trace = simulation.drawn_trace(nets(simulation.scene()));
+    let summary = simulation.run(Driver::Events, &mut trace, &mut (), &Control::default());
+    let run = Run { scene: &scene, words: simulation.words(), trace: &trace, summary: &summary, command: COMMAND };
     for picture in run_pictures(&run).iter().filter(|picture| picture.name != "bits") {
         // The last time of the close-up, in ms, is a quarter of the whole run.
         let times: Vec<f64> = texts(&picture.svg).iter().filter_map(|text| text.text.parse().ok()).collect();
@@ -232,13 +232,13 @@ fn a_recording_has_no_motion_to_show_but_its_bits() {
 #[test]
 fn an_interrupted_run_is_drawn_as_far_as_it_went() {
     let scene = parsed("hybrid-wall");
-    let session = Session::new(&scene).unwrap();
-    let mut trace = session.drawn_trace(nets(session.scene()));
+    let simulation = AxisSimulation::new(&scene).unwrap();
+    let mut trace = simulation.drawn_trace(nets(simulation.scene()));
     let control = Control::default();
     control.stop.store(true, std::sync::atomic::Ordering::Relaxed);
-    let summary = session.run(Driver::Events, &mut trace, &mut (), &control);
+    let summary = simulation.run(Driver::Events, &mut trace, &mut (), &control);
     assert!(!summary.complete);
-    let run = Run { scene: &scene, words: session.words(), trace: &trace, summary: &summary, command: COMMAND };
+    let run = Run { scene: &scene, words: simulation.words(), trace: &trace, summary: &summary, command: COMMAND };
     let pictures = run_pictures(&run);
     assert_eq!(pictures.iter().map(|picture| picture.name).collect::<Vec<_>>(), ["bits"]);
     assert!(texts(&pictures[0].svg)[0].text.starts_with("hybrid-wall: no word overflows"));

@@ -1,7 +1,7 @@
 //! A chart of speed against accuracy, for text, JSON and CSV.
 
 use hpu_cosim::scene::Output;
-use hpu_study::accuracy::{Chart, Contestant, Entry, Grade, Race, Row, grade_name, outputs_of};
+use hpu_study::accuracy::{Chart, Contestant, ContestantResult, Entry, Grade, Race, grade_name, outputs_of};
 use hpu_study::map::outcome_name;
 use hpu_study::page::{Cell, Column, Field, Page, Place, Table, Value};
 use serde_json::{Map, Value as Json, json};
@@ -112,7 +112,7 @@ fn ratio(chart: &Chart, of: usize) -> Option<String> {
 /// cannot run the scene.
 fn table(charted: &Charted) -> Table {
     // A contestant that was refused has no figures.
-    fn of<'a>(column: Column, cell: impl Fn(&Row) -> Cell + 'a) -> Field<'a, (usize, &'a Entry)> {
+    fn of<'a>(column: Column, cell: impl Fn(&ContestantResult) -> Cell + 'a) -> Field<'a, (usize, &'a Entry)> {
         column.of(move |(_, entry): &(usize, &Entry)| entry.row.as_ref().map_or(Cell::absent(), &cell))
     }
     let Charted { race, chart, .. } = charted;
@@ -163,7 +163,7 @@ fn table(charted: &Charted) -> Table {
             }
         }));
     }
-    let outcome = |row: &Row| row.outcome.map(|outcome| outcome_name(Some(outcome))).into();
+    let outcome = |row: &ContestantResult| row.outcome.map(|outcome| outcome_name(Some(outcome))).into();
     fields.extend([
         of(Column::text("outcome", "").data(), outcome),
         of(Column::number("motion_s", "").data(), |row| row.speed.motion_s.into()),

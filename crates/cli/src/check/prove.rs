@@ -6,7 +6,7 @@ use std::sync::mpsc;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use hpu_cosim::{Ready, Wired};
+use hpu_cosim::{Wired, WiredSimulation};
 use hpu_datapath::{AnyBlock, Generic, Instance, configured, variants};
 use hpu_rtl::Around;
 use hpu_rtl::formal::{Part, ProofError, Proofs, Prover, Verdict};
@@ -31,7 +31,7 @@ const QUESTION: Duration = Duration::from_secs(60);
 type Wanted = (String, String, Option<Vec<(&'static str, Generic)>>);
 
 /// The result for a configuration: its index among the requested ones, its verdict, and the seconds that it took.
-struct Row {
+struct ProofResult {
     index: usize,
     block: String,
     variant: String,
@@ -76,8 +76,8 @@ fn of_scenes(args: &Args) -> Result<Vec<Wanted>, Failure> {
     };
     for name in &args.scenes {
         let loaded = Loaded::new(name, &args.set.set, None)?;
-        let ready = Ready::new(&loaded.scene).map_err(Failure::file)?;
-        let (scene, wiring) = (&loaded.scene.name, ready.wiring());
+        let simulation = WiredSimulation::new(&loaded.scene).map_err(Failure::file)?;
+        let (scene, wiring) = (&loaded.scene.name, simulation.wiring());
         for Instance { label, model, .. } in wiring.instances() {
             want(scene, label, &*model);
         }
@@ -123,7 +123,7 @@ fn tabled(
     }
     let control = interrupt::heed();
     let next = AtomicUsize::new(0);
-    let mut rows: Vec<Row> = Vec::new();
+    let mut rows: Vec<ProofResult> = Vec::new();
     let mut text = String::new();
     with_progress(wanted.len() as u64, "configurations", control, || {
         thread::scope(|scope| -> Result<(), Failure> {
@@ -141,7 +141,7 @@ fn tabled(
                         let found = proved(one);
                         let seconds = start.elapsed().as_secs_f64();
                         let (block, variant, _) = one.clone();
-                        if send.send(Row { index, block, variant, found, seconds }).is_err() {
+                        if send.send(ProofResult { index, block, variant, found, seconds }).is_err() {
                             break;
                         }
                     }
@@ -154,7 +154,7 @@ fn tabled(
                     return Err(entity::failure(error));
                 }
                 if rows.is_empty() && !args.json {
-                    let head = Table::of("", &[] as &[Row], fields()).gap(1).head();
+                    let head = Table::of("", &[] as &[ProofResult], fields()).gap(1).head();
                     print(&format!("{}  for all inputs and states\n", head.trim_end()))?;
                 }
                 control.progress.fetch_add(1, Ordering::Relaxed);
@@ -275,8 +275,8 @@ fn failure(error: ProofError) -> Failure {
 }
 
 /// Returns the line of a row, and the counterexample if the row is refuted.
-fn shown(row: &Row, folder: Option<&mut Folder>) -> Result<String, Failure> {
-    let Row { block, variant, found, .. } = row;
+fn shown(row: &ProofResult, folder: Option<&mut Folder>) -> Result<String, Failure> {
+    let ProofResult { block, variant, found, .. } = row;
     let figures = Table::of("", [row], fields()).gap(1).last(&|text, _| text.to_string());
     let line = |said: &str| format!("{}  {said}", figures.trim_end());
     match found.as_ref().map(refuted) {
@@ -316,24 +316,24 @@ fn told(found: &Verdict) -> (&'static str, Value) {
 }
 
 /// Returns the columns of the rows; text has the verdict in a sentence behind them.
-fn fields() -> [Field<'static, Row>; 7] {
-    let said = |row: &Row| row.found.as_ref().map_or_else(|error| ("open", json!(error.to_string())), told);
-    let solvers = |row: &Row| match &row.found {
+fn fields() -> [Field<'static, ProofResult>; 7] {
+    let said = |row: &ProofResult| row.found.as_ref().map_or_else(|error| ("open", json!(error.to_string())), told);
+    let solvers = |row: &ProofResult| match &row.found {
         Ok(Verdict::Proved(solvers)) => json!(solvers),
         _ => Value::Null,
     };
-    let parts = |row: &Row| match &row.found {
+    let parts = |row: &ProofResult| match &row.found {
         Ok(Verdict::Wired(parts)) => parts.iter().map(part).collect(),
         _ => Value::Null,
     };
     [
-        Column::text("block", "block").least(22).of(|row: &Row| row.block.clone()),
-        Column::text("variant", "variant").least(30).of(|row: &Row| row.variant.clone()),
+        Column::text("block", "block").least(22).of(|row: &ProofResult| row.block.clone()),
+        Column::text("variant", "variant").least(30).of(|row: &ProofResult| row.variant.clone()),
         Column::number("seconds", "s")
             .least(8)
-            .of(|row: &Row| Cell::new(row.seconds).shown(format!("{:.2}", row.seconds))),
-        Column::text("verdict", "").data().of(move |row: &Row| said(row).0),
-        Column::text("why", "").data().of(move |row: &Row| said(row).1),
+            .of(|row: &ProofResult| Cell::new(row.seconds).shown(format!("{:.2}", row.seconds))),
+        Column::text("verdict", "").data().of(move |row: &ProofResult| said(row).0),
+        Column::text("why", "").data().of(move |row: &ProofResult| said(row).1),
         Column::text("solvers", "").data().of(solvers),
         Column::text("parts", "").data().of(parts),
     ]

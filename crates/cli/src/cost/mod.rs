@@ -225,13 +225,13 @@ pub fn speed(clocked: bool, cost: &Cost) -> Option<f64> {
 }
 
 /// A variant's name, and its cost or the reason why it has none.
-type Row = (String, Result<Cost, String>);
+type VariantCost = (String, Result<Cost, String>);
 
 /// Returns the columns of a block's variants.
-fn fields(name: &str, clocked: bool) -> Vec<Field<'static, Row>> {
+fn fields(name: &str, clocked: bool) -> Vec<Field<'static, VariantCost>> {
     // A variant that failed has no figures.
-    fn of(column: Column, cell: impl Fn(&Cost) -> Cell + 'static) -> Field<'static, Row> {
-        column.of(move |(_, cost): &Row| cost.as_ref().map_or(Cell::absent(), &cell))
+    fn of(column: Column, cell: impl Fn(&Cost) -> Cell + 'static) -> Field<'static, VariantCost> {
+        column.of(move |(_, cost): &VariantCost| cost.as_ref().map_or(Cell::absent(), &cell))
     }
     let count = |key: &str, least, count: fn(Counts) -> u64| {
         of(Column::integer(key, key).least(least), move |cost| count(target(cost).1).into())
@@ -239,13 +239,13 @@ fn fields(name: &str, clocked: bool) -> Vec<Field<'static, Row>> {
     let dsp = |cost: &Cost| (!cost.fits()).then_some(target(cost).1.dsp).into();
     let in_text = if clocked { "fmax MHz" } else { "path ns" };
     let speed_if = move |asked: bool| move |cost: &Cost| speed(clocked, cost).filter(|_| asked).into();
-    let remark = |(_, cost): &Row| match cost {
+    let remark = |(_, cost): &VariantCost| match cost {
         Err(failure) => Cell::from(format!("\n  {}", failure.trim_end().replace('\n', "\n  "))).good(false),
         Ok(cost) if !cost.fits() => format!("\n  {}", too_large(cost.cells, cost.ice40.bram)).into(),
         Ok(_) => Cell::absent(),
     };
     vec![
-        Column::text("name", name).least(30).of(|(name, _): &Row| name.clone()),
+        Column::text("name", name).least(30).of(|(name, _): &VariantCost| name.clone()),
         of(Column::text("target", "target").least(12), |cost| target(cost).0.into()),
         count("lut4", 6, |counts| counts.lut4),
         count("ff", 6, |counts| counts.ff),
@@ -261,7 +261,7 @@ fn fields(name: &str, clocked: bool) -> Vec<Field<'static, Row>> {
         of(Column::number("fmax_mhz", "").data(), speed_if(clocked)),
         of(Column::number("path_ns", "").data(), speed_if(!clocked)),
         of(Column::text("placed_mhz", "").data(), |cost| json!(placed(cost)).into()),
-        Column::text("failure", "").data().of(|(_, cost): &Row| cost.as_ref().err().cloned()),
+        Column::text("failure", "").data().of(|(_, cost): &VariantCost| cost.as_ref().err().cloned()),
         Column::text("", "").said().of(remark),
     ]
 }

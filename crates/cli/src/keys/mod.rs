@@ -3,7 +3,7 @@
 mod schema;
 
 use hpu_cosim::did_you_mean;
-use hpu_cosim::scene::keys::{Otherwise, Row, Takes, grouped, markdown, rows};
+use hpu_cosim::scene::keys::{KeyRow, Otherwise, Takes, grouped, markdown, rows};
 use hpu_study::page::{Cell, Column, Field, Page, Table};
 use serde_json::{Value, json};
 
@@ -43,7 +43,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         print_json(&schema())?;
         return Ok(Exit::Fine);
     }
-    let mut found: Vec<Row> = rows().collect();
+    let mut found: Vec<KeyRow> = rows().collect();
     if let Some(section) = &args.section {
         let mut names: Vec<_> = found.iter().map(|row| row.section).filter(|name| !name.is_empty()).collect();
         names.dedup();
@@ -65,26 +65,26 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
 }
 
 /// Returns the columns of keys. In text, the meaning stands below each key.
-fn fields() -> [Field<'static, Row>; 11] {
-    let default = |row: &Row| match &row.otherwise {
+fn fields() -> [Field<'static, KeyRow>; 11] {
+    let default = |row: &KeyRow| match &row.otherwise {
         Otherwise::Is(value) => as_json(value),
         Otherwise::Required | Otherwise::Said(_) => Value::Null,
     };
-    let options = |row: &Row| match &row.takes {
+    let options = |row: &KeyRow| match &row.takes {
         Takes::Choice(names) | Takes::Names(names) => json!(names),
         _ => Value::Null,
     };
     [
-        Column::text("section", "").data().of(|row: &Row| row.section),
-        Column::text("key", "").least(22).of(|row: &Row| Cell::new(row.key).shown(format!("  {}", row.key))),
-        Column::text("kinds", "").data().of(|row: &Row| json!(row.kinds)),
-        Column::text("unit", "").least(12).of(|row: &Row| row.unit()),
-        Column::flag("required", "").data().of(|row: &Row| row.otherwise == Otherwise::Required),
+        Column::text("section", "").data().of(|row: &KeyRow| row.section),
+        Column::text("key", "").least(22).of(|row: &KeyRow| Cell::new(row.key).shown(format!("  {}", row.key))),
+        Column::text("kinds", "").data().of(|row: &KeyRow| json!(row.kinds)),
+        Column::text("unit", "").least(12).of(|row: &KeyRow| row.unit()),
+        Column::flag("required", "").data().of(|row: &KeyRow| row.otherwise == Otherwise::Required),
         Column::text("default", "").data().of(default),
-        Column::text("default_text", "").least(10).of(|row: &Row| row.default()),
-        Column::text("accepted", "").of(|row: &Row| row.accepted()),
+        Column::text("default_text", "").least(10).of(|row: &KeyRow| row.default()),
+        Column::text("accepted", "").of(|row: &KeyRow| row.accepted()),
         Column::text("options", "").data().of(options),
-        Column::text("meaning", "").data().of(|row: &Row| row.meaning),
-        Column::text("", "").said().of(|row: &Row| format!("\n      {}", row.meaning)),
+        Column::text("meaning", "").data().of(|row: &KeyRow| row.meaning),
+        Column::text("", "").said().of(|row: &KeyRow| format!("\n      {}", row.meaning)),
     ]
 }

@@ -4,7 +4,7 @@
 //! The schema checks a quantity if it is a number. A text with a unit is checked by hpu.
 
 use hpu_cosim::scene::KINDS;
-use hpu_cosim::scene::keys::{Otherwise, Row, Shape, Sizes, Takes, has_own_kind, is_any_name, kinds_of, rows};
+use hpu_cosim::scene::keys::{KeyRow, Otherwise, Shape, Sizes, Takes, has_own_kind, is_any_name, kinds_of, rows};
 use serde_json::{Map, Value, json};
 
 use crate::parameters::as_json;
@@ -43,8 +43,8 @@ pub fn schema() -> Value {
 }
 
 /// Returns the rows of a section that these kinds take.
-fn taken<'a>(section: &'a str, kinds: &'a [&'a str]) -> impl Iterator<Item = Row> + 'a {
-    let takes = |row: &Row| row.kinds.is_empty() || row.kinds.iter().any(|kind| kinds.contains(kind));
+fn taken<'a>(section: &'a str, kinds: &'a [&'a str]) -> impl Iterator<Item = KeyRow> + 'a {
+    let takes = |row: &KeyRow| row.kinds.is_empty() || row.kinds.iter().any(|kind| kinds.contains(kind));
     rows().filter(move |row| row.section == section && takes(row))
 }
 
@@ -82,7 +82,7 @@ fn object(of: Of, name: &str, kinds: &[&str]) -> Value {
 }
 
 /// Returns the schema of a key's values, with the texts that an editor shows.
-fn described(of: Of, row: &Row) -> Value {
+fn described(of: Of, row: &KeyRow) -> Value {
     let mut value = accepted(of, row);
     value["description"] =
         json!(format!("{} Default: {}.", row.meaning, row.default()).replace("Default: required", "Required"));
@@ -92,7 +92,7 @@ fn described(of: Of, row: &Row) -> Value {
     value
 }
 
-fn accepted(of: Of, row: &Row) -> Value {
+fn accepted(of: Of, row: &KeyRow) -> Value {
     let sizes = |all: &[Sizes]| quantity(if of.device == "mass" { all.last() } else { all.first() });
     match &row.takes {
         Takes::Quantity(all) => sizes(all),
@@ -130,7 +130,7 @@ fn accepted(of: Of, row: &Row) -> Value {
 }
 
 /// Returns the names of a choice; a name of digits may be written without quotes.
-fn options(row: &Row) -> Value {
+fn options(row: &KeyRow) -> Value {
     let Takes::Choice(names) = &row.takes else { return json!(true) };
     let numbers = names.iter().filter_map(|name| name.parse::<u64>().ok()).map(Value::from);
     json!({ "enum": names.iter().map(|name| json!(name)).chain(numbers).collect::<Vec<_>>() })

@@ -8,7 +8,7 @@ use std::sync::atomic::Ordering;
 use std::thread;
 
 use hpu_cosim::scene::{Datapath, Experiment, Loop, Scene};
-use hpu_cosim::{Control, Ready, Wired};
+use hpu_cosim::{Control, Wired, WiredSimulation};
 use hpu_rtl::{Cache, Cost, Counts, Hdl, Placed, Setup};
 use hpu_signal::Format;
 use hpu_study::units::on_threads;
@@ -49,8 +49,8 @@ pub fn price(
     cache: &Cache,
     control: &'static Control,
 ) -> Result<Option<Price>, Failure> {
-    let ready = Ready::new(experiment).map_err(Failure::file)?;
-    let wiring = ready.wiring();
+    let simulation = WiredSimulation::new(experiment).map_err(Failure::file)?;
+    let wiring = simulation.wiring();
     if !wiring.is_hardware() {
         return Err(Failure::file("a law in floats has no price; write model.datapath = \"words\""));
     }
@@ -121,15 +121,15 @@ pub(crate) fn syntheses<T: Send>(
 /// Returns the primitives of an instance in the loop of a scene, or the reason why a tool refused it.
 fn part(scene: &Scene, index: usize, setup: &Setup, cache: &Cache) -> Result<Result<Counts, String>, Failure> {
     let experiment = Experiment::Axis(scene.clone());
-    let ready = Ready::new(&experiment).map_err(Failure::file)?;
-    or_reason(cache.counts(&*ready.wiring().instances()[index].model, setup))
+    let simulation = WiredSimulation::new(&experiment).map_err(Failure::file)?;
+    or_reason(cache.counts(&*simulation.wiring().instances()[index].model, setup))
 }
 
 /// Returns the primitives of the loop of a scene, or the reason why there are none.
 fn counts(scene: &Scene, setup: &Setup, cache: &Cache) -> Result<Result<Counts, String>, Failure> {
     let experiment = Experiment::Axis(scene.clone());
-    match Ready::new(&experiment) {
-        Ok(ready) => or_reason(cache.counts(ready.wiring().block(), setup)),
+    match WiredSimulation::new(&experiment) {
+        Ok(simulation) => or_reason(cache.counts(simulation.wiring().block(), setup)),
         Err(error) => Ok(Err(error.to_string())),
     }
 }

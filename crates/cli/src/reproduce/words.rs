@@ -61,7 +61,7 @@ pub fn formats(args: &Args) -> Result<Exit, Failure> {
 }
 
 fn configuration(formats: &Formats) -> Value {
-    let signal = |row: &formats::Row| {
+    let signal = |row: &formats::SignalRange| {
         let proved = row.proved;
         json!({
             "name": proved.name,

@@ -1,7 +1,7 @@
 //! The contact with the wall, as the summary reports it beside the verdict.
 
 use hpu_cosim::scene::Units;
-use hpu_cosim::{Session, Verdict};
+use hpu_cosim::{AxisSimulation, Verdict};
 use hpu_study::map::{Unseen, displayed_stiffness, product_wraps, unseen_contact};
 
 use crate::run::Ran;
@@ -14,8 +14,8 @@ pub const ANGLE: usize = 2;
 /// Returns a warning beside the verdict when the wall was not reached, or when its product wrapped; otherwise an empty
 /// text.
 pub fn beside(ran: &Ran) -> String {
-    if let Some((session, Unseen { depth, wrapped })) = unseen(ran) {
-        let past = si(depth, session.scene().device.units().position);
+    if let Some((simulation, Unseen { depth, wrapped })) = unseen(ran) {
+        let past = si(depth, simulation.scene().device.units().position);
         let why = if wrapped { ": the position counter wrapped" } else { "" };
         return format!("; the datapath saw no contact though the device was {past} past the wall{why}");
     }
@@ -61,21 +61,21 @@ fn was_touched(ran: &Ran) -> bool {
 /// stiffness that was asked for.
 pub fn displayed(ran: &Ran) -> Option<(Units, f64, f64, Option<f64>)> {
     let Some(Verdict::Settled { .. }) = ran.summary.verdict else { return None };
-    let device = shown(ran.session);
+    let device = shown(ran.simulation);
     let wall = device.wall()?;
     let (displayed, ratio) = displayed_stiffness(wall, &ran.trace, ran.summary.averages)?;
     Some((device.units()?, ran.trace.last(ANGLE)? - wall.0, displayed, ratio))
 }
 
 /// Returns how far the device of an axis was past the wall while the datapath saw no contact.
-pub fn unseen<'r>(ran: &'r Ran) -> Option<(&'r Session<'r>, Unseen)> {
-    let session = shown(ran.session).axis()?;
-    let seen = unseen_contact(session.scene(), &session.words().realised, &ran.trace, &ran.summary);
-    seen.map(|unseen| (session, unseen))
+pub fn unseen<'r>(ran: &'r Ran) -> Option<(&'r AxisSimulation<'r>, Unseen)> {
+    let simulation = shown(ran.simulation).axis()?;
+    let seen = unseen_contact(simulation.scene(), &simulation.words().realised, &ran.trace, &ran.summary);
+    seen.map(|unseen| (simulation, unseen))
 }
 
 /// Returns how often the spring's product wrapped, if it did and the motion came to rest in the wall.
 pub fn wraps(ran: &Ran) -> Option<u64> {
-    let session = shown(ran.session).axis()?;
-    product_wraps(session.scene(), &session.words().realised, &ran.trace, &ran.summary)
+    let simulation = shown(ran.simulation).axis()?;
+    product_wraps(simulation.scene(), &simulation.words().realised, &ran.trace, &ran.summary)
 }

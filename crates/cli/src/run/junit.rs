@@ -1,6 +1,6 @@
 //! A run as JUnit tests.
 
-use hpu_cosim::Rig;
+use hpu_cosim::Simulation;
 use hpu_rtl::{Case, junit_suite};
 use hpu_study::map::outcome_name;
 
@@ -13,7 +13,7 @@ pub fn report(ran: &Ran) -> String {
 
 fn cases(ran: &Ran) -> Vec<Case> {
     let case = |name: &str, seconds: f64, failure: Option<String>| Case {
-        class: ran.session.name().to_string(),
+        class: ran.simulation.name().to_string(),
         name: name.to_string(),
         seconds,
         failure,
@@ -32,7 +32,7 @@ fn cases(ran: &Ran) -> Vec<Case> {
         case(expected.metric.name(), 0.0, (!met).then_some(why))
     }));
     cases.extend(ran.held.as_ref().map(|held| {
-        let said = held.page(ran.session.clock().period_s()).text();
+        let said = held.page(ran.simulation.clock().period_s()).text();
         case("compare", 0.0, (!held.ok()).then_some(said))
     }));
     cases.extend(ran.rtl.as_ref().map(|(row, _)| {

@@ -13,7 +13,9 @@ use std::path::PathBuf;
 
 use clap::{Args as _, FromArgMatches, ValueEnum};
 use hpu_cosim::scene::{Datapath, Expectation, Experiment, OutcomeKind};
-use hpu_cosim::{AnyRig, Comparison, Driver, Ready, Rig, Summary, Trace, Wired, judged_window_s, metric};
+use hpu_cosim::{
+    AnySimulation, Comparison, Driver, Simulation, Summary, Trace, Wired, WiredSimulation, judged_window_s, metric,
+};
 use hpu_rtl::{CheckRow, Hdl, LoopScene, Setup, run_vhdl};
 use hpu_signal::{Cycle, Notation, Observe, Signal};
 use hpu_study::fit::Fit;
@@ -32,7 +34,7 @@ use crate::waves::Waves;
 use crate::{fit, hdl, interrupt};
 
 use device::shown;
-use nets::{Held, Pairs};
+use nets::{NetComparison, Pairs};
 use rows::{Estimate, Rows};
 
 /// Run a scene and sum it up; without a scene, list the shipped ones
@@ -105,7 +107,7 @@ pub struct Ran<'s> {
     /// The solver that moved the device, by its name in the scene.
     pub solver: &'static str,
     /// The scene, ready to run.
-    pub session: &'s AnyRig<'s>,
+    pub simulation: &'s AnySimulation<'s>,
     /// The summary.
     pub summary: Summary,
     /// The recorded trace.
@@ -115,7 +117,7 @@ pub struct Ran<'s> {
     /// Every parameter, with the source of its value.
     pub parameters: Vec<Said>,
     /// The comparison of a design's ports with the nets of a scene of ours.
-    pub held: Option<Held>,
+    pub held: Option<NetComparison>,
     /// The comparison with the VHDL, and the source of the VHDL.
     pub rtl: Option<(CheckRow, Hdl)>,
     /// The expected outcome, if there is one, and whether it was met.
@@ -187,7 +189,10 @@ impl Args {
 impl Ran<'_> {
     fn exit(&self) -> Exit {
         let met = self.outcome_met.is_none_or(|(_, met)| met) && self.numbers.iter().all(|(.., met)| *met);
-        Exit::when(met && self.held.as_ref().is_none_or(Held::ok) && self.rtl.as_ref().is_none_or(|(row, _)| row.ok()))
+        Exit::when(
+            met && self.held.as_ref().is_none_or(NetComparison::ok)
+                && self.rtl.as_ref().is_none_or(|(row, _)| row.ok()),
+        )
     }
 }
 
@@ -215,8 +220,8 @@ pub fn summary(name: &str) -> Result<Option<Value>, Failure> {
     let matches = Args::augment_args(clap::Command::new("run")).try_get_matches_from(["run", "--", name]);
     let args = Args::from_arg_matches(&matches.map_err(Failure::usage)?).map_err(Failure::usage)?;
     let Some((loaded, fitted)) = load(name, &[], None)? else { return Ok(None) };
-    let session = AnyRig::new(&loaded.scene, &args.hdl.simulators()?, false)?;
-    let mut ran = simulate(&loaded.scene, &session, &args, None, None, None)?;
+    let simulation = AnySimulation::new(&loaded.scene, &args.hdl.simulators()?, false)?;
+    let mut ran = simulate(&loaded.scene, &simulation, &args, None, None, None)?;
     ran.parameters = parameters::of(&loaded.scene, fitted.as_ref(), false);
     ran.fitted = fitted;
     Ok((!interrupt::pressed()).then(|| page::page(&ran).json()))
@@ -236,27 +241,27 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let set = args.changes()?;
     let junit_file = args.junit.as_deref().map(Single::open).transpose()?;
     let Some((loaded, fitted)) = load(name, &set, args.edges)? else { return Ok(Exit::Interrupted) };
-    let session = AnyRig::new(&loaded.scene, &args.hdl.simulators()?, args.out.is_some())?;
+    let simulation = AnySimulation::new(&loaded.scene, &args.hdl.simulators()?, args.out.is_some())?;
     let other = args.beside.as_ref().map(|other| Loaded::new(other, &[], args.edges)).transpose()?;
     let drivers = args.compare.as_ref().is_some_and(Vec::is_empty);
-    if let AnyRig::Dut(_) = session
+    if let AnySimulation::Dut(_) = simulation
         && (drivers || args.driver.is_some())
     {
         let reason = "a design of your own is clocked by its simulator: write dut.engine for --driver, and \
                       --compare PORT=NET --beside SCENE";
-        return Err(Failure::usage(format!("{}: {reason}", session.name())));
+        return Err(Failure::usage(format!("{}: {reason}", simulation.name())));
     }
-    if let AnyRig::Ours(ours) = &session
+    if let AnySimulation::Ours(ours) = &simulation
         && ours.direct().is_some()
         && (args.compare.is_some() || args.driver.is_some())
     {
         let solver = "a law in floats with this model.solver runs without a clock, so no driver advances it";
-        return Err(Failure::usage(format!("{}: {solver}; leave out --driver and --compare", session.name())));
+        return Err(Failure::usage(format!("{}: {solver}; leave out --driver and --compare", simulation.name())));
     }
-    if let (Some(pairs), AnyRig::Ours(ours)) = (&args.compare, &session) {
+    if let (Some(pairs), AnySimulation::Ours(ours)) = (&args.compare, &simulation) {
         if !pairs.is_empty() {
             let reason = "PORT=NET is for a scene with a [dut]; VHDL of ours is compared by --driver rtl";
-            return Err(Failure::usage(format!("{}: {reason}", session.name())));
+            return Err(Failure::usage(format!("{}: {reason}", simulation.name())));
         }
         if junit_file.is_some() {
             return Err(Failure::usage(
@@ -269,16 +274,16 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let vhdl = vhdl.map(|setup| (loaded.in_vhdl(loaded.scene.edges()), setup));
     let mut folder = args.out.as_deref().map(Folder::open).transpose()?;
     if let Some(out) = &args.out {
-        Estimate::of(&session, table(&session, vhdl.is_some()).len(), args.parquet).tell(out)?;
+        Estimate::of(&simulation, table(&simulation, vhdl.is_some()).len(), args.parquet).tell(out)?;
     }
     let command = command(&loaded, vhdl.as_ref());
     let recorded = folder.as_mut().map(|folder| (folder, &*command));
     let beside = match (&args.compare, &other) {
-        (Some(_), Some(other)) => Some(Ready::new(&other.scene).map_err(Failure::file)?),
+        (Some(_), Some(other)) => Some(WiredSimulation::new(&other.scene).map_err(Failure::file)?),
         _ => None,
     };
     let against = beside.as_ref().zip(args.compare.as_deref());
-    let mut ran = match simulate(&loaded.scene, &session, args, vhdl.as_ref(), against, recorded) {
+    let mut ran = match simulate(&loaded.scene, &simulation, args, vhdl.as_ref(), against, recorded) {
         Err(failure) if failure.exit() == Exit::Interrupted => return Ok(Exit::Interrupted),
         ran => ran?,
     };
@@ -314,10 +319,10 @@ fn write(
         let command = format!("{command} -o {out}");
         pictures::write(ran, &command, folder)?;
         if let (Some(other), None) = (other, &ran.held) {
-            let session = AnyRig::new(&other.scene, &args.hdl.simulators()?, false)?;
+            let simulation = AnySimulation::new(&other.scene, &args.hdl.simulators()?, false)?;
             let command = format!("{command} --beside {}", other.scene.name);
             let vhdl = ran.rtl.as_ref().map(|_| (other.in_vhdl(other.scene.edges()), args.hdl.setup()));
-            let beside = simulate(&other.scene, &session, args, vhdl.as_ref(), None, None)?;
+            let beside = simulate(&other.scene, &simulation, args, vhdl.as_ref(), None, None)?;
             pictures::write_beside([ran, &beside], &command, folder)?;
         }
     }
@@ -326,8 +331,8 @@ fn write(
 }
 
 /// Returns the nets of the table: those that are drawn and, for VHDL, whether any net has differed.
-pub fn table(session: &AnyRig, of_vhdl: bool) -> Vec<Signal> {
-    let mut nets = shown(session).nets();
+pub fn table(simulation: &AnySimulation, of_vhdl: bool) -> Vec<Signal> {
+    let mut nets = shown(simulation).nets();
     nets.extend(of_vhdl.then(differs));
     nets
 }
@@ -367,35 +372,36 @@ impl Observe for Recorded {
 /// of the files.
 fn simulate<'s>(
     scene: &Experiment,
-    session: &'s AnyRig<'s>,
+    simulation: &'s AnySimulation<'s>,
     args: &Args,
     vhdl: Option<&(LoopScene, Setup)>,
-    against: Option<(&Ready, &[(String, String)])>,
+    against: Option<(&WiredSimulation, &[(String, String)])>,
     folder: Option<(&mut Folder, &str)>,
 ) -> Result<Ran<'s>, Failure> {
-    let pairs = against.map(|(ours, names)| Pairs::new(session, ours, names)).transpose()?;
+    let pairs = against.map(|(ours, names)| Pairs::new(simulation, ours, names)).transpose()?;
     let mut held = None;
     let (driver, name) = match args.driver {
         Some(DriverArg::Events) => (Driver::Events, "events"),
         Some(DriverArg::Clock) => (Driver::Clock, "clock"),
         // The world that the VHDL drives is the one that advances.
         Some(DriverArg::Rtl) => (Driver::Clock, "rtl"),
-        None => match session {
-            AnyRig::Ours(ours) if ours.direct().is_some() => (ours.driver(), scene.setup().solver().name()),
-            AnyRig::Ours(ours) if ours.driver() == Driver::Clock => (Driver::Clock, "clock"),
-            AnyRig::Ours(_) => (Driver::Events, "events"),
-            AnyRig::Dut(_) => (Driver::Clock, "dut"),
+        None => match simulation {
+            AnySimulation::Ours(ours) if ours.direct().is_some() => (ours.driver(), scene.setup().solver().name()),
+            AnySimulation::Ours(ours) if ours.driver() == Driver::Clock => (Driver::Clock, "clock"),
+            AnySimulation::Ours(_) => (Driver::Events, "events"),
+            AnySimulation::Dut(_) => (Driver::Clock, "dut"),
         },
     };
     let control = interrupt::heed();
     // Without pictures the trace needs only the columns for the verdict. The length of the run does not change the
     // memory.
-    let drawn: Vec<&str> = shown(session).nets().iter().map(|net| net.name).collect();
-    let trace = if args.out.is_some() && !args.no_plot { session.drawn_trace(&drawn) } else { session.brief_trace() };
-    let mut trace = trace.bounded(Trace::USUAL, &session.judged());
+    let drawn: Vec<&str> = shown(simulation).nets().iter().map(|net| net.name).collect();
+    let trace =
+        if args.out.is_some() && !args.no_plot { simulation.drawn_trace(&drawn) } else { simulation.brief_trace() };
+    let mut trace = trace.bounded(Trace::USUAL, &simulation.judged());
     let mut advance = |trace: &mut Trace, observer: &mut dyn Observe| -> Result<_, Failure> {
-        with_progress(session.edges(), "edges", control, || match (session, vhdl) {
-            (AnyRig::Dut(dut), _) => {
+        with_progress(simulation.edges(), "edges", control, || match (simulation, vhdl) {
+            (AnySimulation::Dut(dut), _) => {
                 let mut run = |observer: &mut dyn Observe| dut.run(true, trace, observer, control);
                 let (Some(pairs), Some((ours, _))) = (pairs.clone(), against) else {
                     return Ok((run(observer)?, None));
@@ -408,8 +414,8 @@ fn simulate<'s>(
                 held = Some(found);
                 Ok((summary, None))
             }
-            (AnyRig::Ours(ours), None) => Ok((ours.run(driver, trace, observer, control), None)),
-            (AnyRig::Ours(ours), Some((scene, setup))) => {
+            (AnySimulation::Ours(ours), None) => Ok((ours.run(driver, trace, observer, control), None)),
+            (AnySimulation::Ours(ours), Some((scene, setup))) => {
                 let (summary, row) = run_vhdl(scene, setup, ours, trace, observer, control)?;
                 Ok((summary, Some((row, setup.hdl.clone()))))
             }
@@ -419,8 +425,8 @@ fn simulate<'s>(
         None => advance(&mut trace, &mut ())?,
         Some((folder, command)) => {
             let compared = vhdl.is_some() || pairs.is_some();
-            let waves = Waves::begin(session, folder, args.vcd, compared)?;
-            let rows = Rows::begin(session, &table(session, compared), command, args.parquet, folder, control)?;
+            let waves = Waves::begin(simulation, folder, args.vcd, compared)?;
+            let rows = Rows::begin(simulation, &table(simulation, compared), command, args.parquet, folder, control)?;
             let mut recorded = Recorded(waves, rows);
             let advanced = advance(&mut trace, &mut recorded);
             let Recorded(waves, rows) = recorded;
@@ -446,7 +452,7 @@ fn simulate<'s>(
     Ok(Ran {
         driver: name,
         solver: scene.setup().solver().name(),
-        session,
+        simulation,
         unjudged,
         outcome_met: outcome.map(|outcome| (outcome, summary.outcome() == Some(outcome))),
         numbers: numbers.collect(),
@@ -468,12 +474,12 @@ fn interrupted(ran: &Ran, as_json: bool) -> Result<Exit, Failure> {
 }
 
 /// Runs `hpu run --compare`.
-fn compare(session: &Ready, as_json: bool) -> Result<Exit, Failure> {
-    let Comparison { edges, mismatches, first } = session.compare(session.edges());
+fn compare(simulation: &WiredSimulation, as_json: bool) -> Result<Exit, Failure> {
+    let Comparison { edges, mismatches, first } = simulation.compare(simulation.edges());
     let said = verdict(&format!("{mismatches} mismatches"), mismatches == 0);
     let mut page = Page::default();
-    page.data("scene", session.name()).data("edges", edges).data("mismatches", mismatches);
-    page.note(format!("{}: events against clock, {edges} edges, {said}", session.name()));
+    page.data("scene", simulation.name()).data("edges", edges).data("mismatches", mismatches);
+    page.note(format!("{}: events against clock, {edges} edges, {said}", simulation.name()));
     page.data("first", Value::Null);
     if let Some(first) = first {
         let (edge, name, events, clock) = (first.edge, &first.name, first.events, first.clock);

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use std::ops::Range;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 
-use hpu_cosim::{Control, Ready, Rig, Wired};
+use hpu_cosim::{Control, Simulation, Wired, WiredSimulation};
 use hpu_signal::{Cycle, Observe, Signal, UNKNOWN};
 use hpu_study::page::{Cell, Column, Page, Table};
 use serde_json::{Value, json};
@@ -42,7 +42,7 @@ pub struct Pairs(Vec<Pair>);
 impl Pairs {
     /// Finds the ports and nets by name in two scenes. Words are compared bit by bit, so a port and its net must have
     /// the same width.
-    pub fn new(theirs: &impl Rig, ours: &Ready, names: &[(String, String)]) -> Result<Self, Failure> {
+    pub fn new(theirs: &impl Simulation, ours: &WiredSimulation, names: &[(String, String)]) -> Result<Self, Failure> {
         if theirs.clock() != ours.clock() {
             let [of_theirs, of_ours] =
                 [theirs.clock(), ours.clock()].map(|clock| si(clock.frequency_hz() as f64, "Hz"));
@@ -77,14 +77,14 @@ impl Pairs {
 }
 
 /// Words of the compared nets from an edge on, until the next row.
-type Row = (u64, Vec<i64>);
+type NetChange = (u64, Vec<i64>);
 
 /// Observes our nets and sends their changes.
 struct Send<'p> {
     pairs: &'p [Pair],
     last: Vec<i64>,
-    batch: Vec<Row>,
-    to: SyncSender<Vec<Row>>,
+    batch: Vec<NetChange>,
+    to: SyncSender<Vec<NetChange>>,
 }
 
 impl Observe for Send<'_> {
@@ -115,7 +115,7 @@ pub struct First {
 
 /// The result of a comparison.
 #[derive(Clone, PartialEq, Debug)]
-pub struct Held {
+pub struct NetComparison {
     pairs: Pairs,
     /// The name of our scene.
     pub beside: String,
@@ -130,8 +130,8 @@ pub struct Held {
 struct Beside<'a> {
     inner: &'a mut dyn Observe,
     pairs: &'a [Pair],
-    from: Receiver<Vec<Row>>,
-    waiting: VecDeque<Row>,
+    from: Receiver<Vec<NetChange>>,
+    waiting: VecDeque<NetChange>,
     theirs: Vec<i64>,
     ours: Vec<i64>,
     /// The edge of the last change of either side.
@@ -144,7 +144,7 @@ struct Beside<'a> {
 
 impl Beside<'_> {
     /// Returns our next change; `None` when there are no more.
-    fn next(&mut self) -> Option<&Row> {
+    fn next(&mut self) -> Option<&NetChange> {
         while self.waiting.is_empty() {
             self.waiting.extend(self.from.recv().ok()?);
         }
@@ -223,10 +223,10 @@ impl Observe for Beside<'_> {
 /// differed, and is updated when theirs changes.
 pub fn hold<T>(
     pairs: Pairs,
-    ours: &Ready,
+    ours: &WiredSimulation,
     observer: &mut dyn Observe,
     run: impl FnOnce(&mut dyn Observe) -> Result<(T, u64), Failure>,
-) -> Result<(T, Held), Failure> {
+) -> Result<(T, NetComparison), Failure> {
     let (to, from) = sync_channel(WAITING);
     let control = Control::new();
     std::thread::scope(|scope| {
@@ -263,11 +263,11 @@ pub fn hold<T>(
         side.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
         let (ran, edges) = ran?;
         let beside = ours.name().to_string();
-        Ok((ran, Held { pairs: pairs.clone(), beside, edges, mismatches, first }))
+        Ok((ran, NetComparison { pairs: pairs.clone(), beside, edges, mismatches, first }))
     })
 }
 
-impl Held {
+impl NetComparison {
     /// Returns whether no word differed.
     pub fn ok(&self) -> bool {
         self.mismatches == 0

@@ -2,7 +2,7 @@
 //! Numbers are in SI units.
 
 use hpu_cosim::scene::{Metric, Units};
-use hpu_cosim::{AnyRig, Mark, NetUse, Rig, SIGNS, Verdict, unseen_growth_per_s};
+use hpu_cosim::{AnySimulation, Mark, NetUse, SIGNS, Simulation, Verdict, unseen_growth_per_s};
 use hpu_rtl::{CheckRow, Hdl, Mismatch};
 use hpu_signal::{Clock, Cycle};
 use hpu_study::map::outcome_name;
@@ -20,10 +20,15 @@ use crate::{fit, page as pages, parameters};
 
 /// Returns the page.
 pub fn page(ran: &Ran) -> Page {
-    let (session, summary) = (ran.session, &ran.summary);
+    let (simulation, summary) = (ran.simulation, &ran.summary);
     let mut page = Page::default();
-    let clock = si(session.clock().frequency_hz() as f64, "Hz");
-    page.fact("scene", "scene", session.name(), format!("{}, {} at {clock}", session.name(), session.closed_by()));
+    let clock = si(simulation.clock().frequency_hz() as f64, "Hz");
+    page.fact(
+        "scene",
+        "scene",
+        simulation.name(),
+        format!("{}, {} at {clock}", simulation.name(), simulation.closed_by()),
+    );
     page.data("driver", ran.driver).data("solver", ran.solver);
     page.data("fitted", ran.fitted.as_ref().map(|found| fit::model(found).json()));
     if let Some(found) = &ran.fitted {
@@ -41,7 +46,7 @@ pub fn page(ran: &Ran) -> Page {
     if let Some(abort) = summary.aborted {
         page.line("aborted", format!("at {}: {}", si(abort.at_s, "s"), abort.why));
     }
-    let device = shown(session);
+    let device = shown(simulation);
     page.data("realised", device.realised()).data("dut", device.design());
     device.lines(&mut page, ran);
     energy(&mut page, ran);
@@ -49,17 +54,17 @@ pub fn page(ran: &Ran) -> Page {
     work(&mut page, ran);
     page.table(nets(ran)).table(parameters::table(&ran.parameters));
     expectations(&mut page, ran);
-    page.data("rtl", ran.rtl.as_ref().map(|(row, hdl)| of_rtl(row, hdl, session.clock())));
+    page.data("rtl", ran.rtl.as_ref().map(|(row, hdl)| of_rtl(row, hdl, simulation.clock())));
     if let Some((row, hdl)) = &ran.rtl {
         let mismatches = verdict(&format!("{} mismatches", row.mismatches), row.ok());
         page.line("rtl", format!("{} edges in GHDL, {mismatches}; VHDL {hdl}", row.edges));
         if let Some(first) = &row.first {
-            let at = si(session.clock().seconds(Cycle(first.row)), "s");
+            let at = si(simulation.clock().seconds(Cycle(first.row)), "s");
             page.line("", format!("first difference at {at}; from there on `differs` is 1 in trace and waveform"));
             page.note(first.to_string());
         }
     }
-    let held = ran.held.as_ref().map(|held| held.page(session.clock().period_s()));
+    let held = ran.held.as_ref().map(|held| held.page(simulation.clock().period_s()));
     page.data("compared", held.as_ref().map(Page::json));
     if let Some(held) = held {
         page.section("", held);
@@ -159,7 +164,7 @@ fn energy(page: &mut Page, ran: &Ran) {
     let said =
         format!("supplied {supplied} (source {source}, hand {hand}) = stored {stored} + dissipated {dissipated}");
     page.line("energy", said);
-    page.line("energy", format!("dissipated in {}", shown(ran.session).dissipated(energy)));
+    page.line("energy", format!("dissipated in {}", shown(ran.simulation).dissipated(energy)));
     let residual = energy.residual_j.abs() / energy.exchanged_j;
     page.line("energy", format!("residual {residual:.1e} of the {exchanged} exchanged"));
 }
@@ -201,7 +206,7 @@ fn work(page: &mut Page, ran: &Ran) {
 /// Adds the number of times that each fault has happened, and when it happened first.
 fn faults(page: &mut Page, ran: &Ran) {
     let summary = &ran.summary;
-    let seconds = |edge| ran.session.clock().seconds(Cycle(edge));
+    let seconds = |edge| ran.simulation.clock().seconds(Cycle(edge));
     let all =
         summary.faults.iter().map(|mark| json!({ "kind": mark.what, "edge": mark.edge, "at_s": seconds(mark.edge) }));
     page.data("faults", Value::Array(all.collect())).data("faults_waiting", summary.faults_waiting);
@@ -226,7 +231,7 @@ fn faults(page: &mut Page, ran: &Ran) {
 fn nets(ran: &Ran) -> Table {
     let edges = ran.summary.edges;
     // The losses inside a design of the user's own are unknown. The idle bits of its ports are known.
-    let is_own = matches!(ran.session, AnyRig::Dut(_));
+    let is_own = matches!(ran.simulation, AnySimulation::Dut(_));
     let losses = |column: Column| if is_own { column.data() } else { column };
     let idle = Column::integer("idle_bits", "idle bits");
     let seen = |net: &NetUse, word: i64| {
@@ -319,7 +324,7 @@ fn first_difference(first: &Mismatch, clock: Clock) -> Value {
 
 /// Describes the columns of trace.csv and trace.parquet: names, units and meanings.
 fn trace(ran: &Ran) -> Value {
-    let columns = rows::columns(ran.session, &table(ran.session, ran.rtl.is_some() || ran.held.is_some()));
+    let columns = rows::columns(ran.simulation, &table(ran.simulation, ran.rtl.is_some() || ran.held.is_some()));
     let columns: Vec<_> = columns.iter().map(|(name, doc)| json!({ "name": name, "doc": doc })).collect();
     json!({ "signs": SIGNS, "columns": columns })
 }
@@ -330,7 +335,7 @@ fn position(ran: &Ran) -> &'static str {
 }
 
 fn axis_units(ran: &Ran) -> Option<Units> {
-    shown(ran.session).units()
+    shown(ran.simulation).units()
 }
 
 fn unit(ran: &Ran, metric: Metric) -> &'static str {

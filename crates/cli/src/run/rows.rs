@@ -9,7 +9,7 @@ use std::sync::atomic::Ordering;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::{self, JoinHandle};
 
-use hpu_cosim::{AnyRig, Control, Rig, SIGNS};
+use hpu_cosim::{AnySimulation, Control, SIGNS, Simulation};
 use hpu_signal::{Clock, Cycle, Observe, Signal};
 use hpu_study::trace_table::TraceTable;
 use hpu_wave::differs;
@@ -36,9 +36,9 @@ pub struct Estimate {
 
 impl Estimate {
     /// Returns the estimate for a run with `nets` nets in its table.
-    pub fn of(session: &AnyRig, nets: usize, parquet: bool) -> Self {
-        let rows = session.edges() / session.stride() + 1;
-        let reals = (session.columns().len() + session.commands().len()) as u64;
+    pub fn of(simulation: &AnySimulation, nets: usize, parquet: bool) -> Self {
+        let rows = simulation.edges() / simulation.stride() + 1;
+        let reals = (simulation.columns().len() + simulation.commands().len()) as u64;
         let words = nets as u64 + 1;
         Self {
             rows,
@@ -163,8 +163,8 @@ impl Files {
 }
 
 /// Returns the columns of words: first the commands to the actuators, in the plant's units, then the nets in their own.
-fn words(session: &AnyRig, nets: &[Signal]) -> Vec<Column> {
-    let commands = session.commands().into_iter().filter_map(|(net, name, scale)| {
+fn words(simulation: &AnySimulation, nets: &[Signal]) -> Vec<Column> {
+    let commands = simulation.commands().into_iter().filter_map(|(net, name, scale)| {
         let pick = nets.iter().position(|other| other.name == net)?;
         let doc = format!("What the datapath asks of the actuator: the word {net} by {scale:e}");
         Some(Column { name: name.to_string(), doc, pick, net: nets[pick].clone(), scale: Some(scale) })
@@ -184,11 +184,11 @@ fn named(net: &Signal) -> String {
 }
 
 /// Returns the columns of the trace, each with a line about it, in the order of the files.
-pub fn columns(session: &AnyRig, nets: &[Signal]) -> Vec<(String, String)> {
-    let row = session.row();
+pub fn columns(simulation: &AnySimulation, nets: &[Signal]) -> Vec<(String, String)> {
+    let row = simulation.row();
     let time = ("time_s".to_string(), "Time since the reset".to_string());
-    let reals = session.columns().into_iter().map(|column| (row[column].name.into(), row[column].doc.into()));
-    let words = words(session, nets).into_iter().map(|column| (column.name, column.doc));
+    let reals = simulation.columns().into_iter().map(|column| (row[column].name.into(), row[column].doc.into()));
+    let words = words(simulation, nets).into_iter().map(|column| (column.name, column.doc));
     [time].into_iter().chain(reals).chain(words).collect()
 }
 
@@ -196,7 +196,7 @@ impl Rows {
     /// Begins the files with the times, the outputs of the plant, the commands to the actuator, and the nets. Each name
     /// has its unit.
     pub fn begin(
-        session: &AnyRig,
+        simulation: &AnySimulation,
         nets: &[Signal],
         command: &str,
         parquet: bool,
@@ -204,10 +204,10 @@ impl Rows {
         control: &'static Control,
     ) -> Result<Self, Failure> {
         // A run of VHDL also shows the net `differs`.
-        let all = [session.nets(), vec![differs()]].concat();
+        let all = [simulation.nets(), vec![differs()]].concat();
         let picks = nets.iter().filter_map(|net| all.iter().position(|other| other.name == net.name)).collect();
         let mut csv = BufWriter::new(folder.create(CSV)?);
-        let (reals, words, told) = (session.columns(), words(session, nets), columns(session, nets));
+        let (reals, words, told) = (simulation.columns(), words(simulation, nets), columns(simulation, nets));
         let names: Vec<&str> = told.iter().map(|(name, _)| &**name).collect();
         writeln!(csv, "{}", names.join(",")).map_err(|error| Failure::at(&folder.place(CSV), error))?;
         let parquet = match parquet {
@@ -229,7 +229,7 @@ impl Rows {
             written
         });
         Ok(Self {
-            clock: session.clock(),
+            clock: simulation.clock(),
             reals,
             words,
             picks,

@@ -5,7 +5,7 @@ pub mod verify;
 use std::path::PathBuf;
 
 use clap::ValueEnum;
-use hpu_cosim::{Ready, Wired};
+use hpu_cosim::{Wired, WiredSimulation};
 use hpu_datapath::{AnyBlock, registry, variants};
 use hpu_rtl::{Memory, Origin, Source, Vectors, scene_vectors, stimuli, write_committed};
 
@@ -240,8 +240,8 @@ fn tables_of(block: &dyn AnyBlock) -> Vec<String> {
 
 fn of_scene(args: &Args, scene: &str) -> Result<Vec<Named>, Failure> {
     let loaded = Loaded::new(scene, &args.set.set, None)?;
-    let session = Ready::new(&loaded.scene).map_err(Failure::file)?;
-    let (scene, wiring) = (&loaded.scene.name, session.wiring().name());
+    let simulation = WiredSimulation::new(&loaded.scene).map_err(Failure::file)?;
+    let (scene, wiring) = (&loaded.scene.name, simulation.wiring().name());
     // Only one set is written to stdout: that of the loop, unless a block is named.
     let of_loop = args.blocks.is_empty() && args.out.is_none();
     let wanted = |name: &str| {
@@ -250,7 +250,7 @@ fn of_scene(args: &Args, scene: &str) -> Result<Vec<Named>, Failure> {
     let seed = loaded.scene.run.seed;
     let settings: Vec<_> = args.set.set.iter().map(|(key, value)| format!("{key}={value}")).collect();
     let source = Source::Scene { scene: scene.to_string(), settings, seed };
-    let sets: Vec<_> = scene_vectors(&session, args.count.unwrap_or(10_000))
+    let sets: Vec<_> = scene_vectors(&simulation, args.count.unwrap_or(10_000))
         .into_iter()
         .filter(|(_, vectors)| wanted(vectors.header.block))
         .map(|(label, vectors)| Named {

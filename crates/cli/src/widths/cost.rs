@@ -1,7 +1,7 @@
 //! The cost of one more bit of each width, by Yosys alone.
 
 use hpu_cosim::scene::Experiment;
-use hpu_cosim::{Ready, Wired};
+use hpu_cosim::{Wired, WiredSimulation};
 use hpu_rtl::{Cache, Counts, Setup};
 use hpu_study::device;
 use hpu_study::widths::Field;
@@ -20,16 +20,16 @@ pub fn one_more(
     setup: &Setup,
     cache: &Cache,
 ) -> Result<Option<Vec<(Field, OneMore)>>, Failure> {
-    let ready = Ready::new(experiment).map_err(Failure::file)?;
-    let now = cache.counts(ready.wiring().block(), setup)?;
+    let simulation = WiredSimulation::new(experiment).map_err(Failure::file)?;
+    let now = cache.counts(simulation.wiring().block(), setup)?;
     let fields = device(experiment).fields();
     let counts = |field: Field| -> Result<Result<Counts, String>, Failure> {
         let more = match field.with(experiment, field.bits(experiment) + 1) {
             Ok(more) => more,
             Err(why) => return Ok(Err(why)),
         };
-        match Ready::new(&more) {
-            Ok(ready) => or_reason(cache.counts(ready.wiring().block(), setup)),
+        match WiredSimulation::new(&more) {
+            Ok(simulation) => or_reason(cache.counts(simulation.wiring().block(), setup)),
             Err(error) => Ok(Err(error.to_string())),
         }
     };

@@ -8,12 +8,12 @@ use hpu_datapath::LoopOut;
 use hpu_signal::{Cycle, Observe, SignalUse, UNKNOWN};
 
 use super::connect::{Given, Misdriven};
-use super::{Change, DutSession, Fault, Simulation};
+use super::{Change, DutSimulation, Fault, RunningDesign};
 use crate::axis_world::AxisWorld;
 use crate::contact::{Contact, window_start};
 use crate::engine::{Control, Rows};
-use crate::rig::{Recorder, Rig, judged};
 use crate::schedule::Schedule;
+use crate::simulation::{Recorder, Simulation, judged};
 use crate::summary::{NetUse, Summary};
 use crate::trace::Trace;
 use crate::world::World;
@@ -24,9 +24,9 @@ const LOOK: [u64; 2] = [64, 1 << 14];
 
 /// The state of the loop.
 struct Closed<'a> {
-    session: &'a DutSession<'a>,
+    simulation: &'a DutSimulation<'a>,
     world: AxisWorld<'a>,
-    simulation: Box<dyn Simulation>,
+    running: Box<dyn RunningDesign>,
     start: i64,
     /// The words of the ports (`None` if unknown), and their bits.
     words: Vec<Option<i64>>,
@@ -47,7 +47,7 @@ struct Closed<'a> {
     watched: bool,
 }
 
-impl DutSession<'_> {
+impl DutSimulation<'_> {
     /// Runs the scene to its end, or until stopped. Fills the trace anew and shows everything to the observer: motion,
     /// energy and verdict are those of the design in its own loop. The summary has the ranges of the ports if `ranges`
     /// asks for them or the observer watches.
@@ -112,13 +112,13 @@ impl DutSession<'_> {
         let bits: Vec<_> = words.iter().zip(&self.wires.nets).map(|(word, net)| bits(word, net.format)).collect();
         let drives: Vec<_> = wires.iter().map(|wire| wire.connection.drives()).collect();
         let mut changes = Vec::new();
-        let simulation = Arc::clone(&self.design).start(&bits, &drives, &mut changes)?;
+        let running = Arc::clone(&self.design).start(&bits, &drives, &mut changes)?;
         // No output has a word until the simulator reports one.
         words.iter_mut().zip(wires).filter(|(_, wire)| !wire.port.is_input).for_each(|(word, _)| *word = None);
         let mut closed = Closed {
-            session: self,
+            simulation: self,
             world,
-            simulation,
+            running,
             start,
             shown: Vec::new(),
             uses: vec![SignalUse { min: i64::MAX, max: i64::MIN, rounded: 0, overflowed: 0 }; self.wires.nets.len()],
@@ -208,9 +208,9 @@ impl Closed<'_> {
     fn clock(&mut self, edges: u64, watch: &mut Watch) -> Result<bool, Fault> {
         self.changes.clear();
         let before = self.edge;
-        let done = self.simulation.clock(&self.bits, edges, self.watched, &mut self.changes)?;
+        let done = self.running.clock(&self.bits, edges, self.watched, &mut self.changes)?;
         self.edge += done;
-        let drives = |change: &Change| self.session.wires.wires[change.port].connection.drives();
+        let drives = |change: &Change| self.simulation.wires.wires[change.port].connection.drives();
         let changed = self.changes.iter().any(drives);
         self.output_changes += u64::from(changed);
         self.take_changes(before, Some(watch));
@@ -227,7 +227,7 @@ impl Closed<'_> {
                 self.tell(first, watch);
             }
             for &Change { port, bits, .. } in at {
-                let format = self.session.wires.nets[port].format;
+                let format = self.simulation.wires.nets[port].format;
                 self.words[port] = bits.map(|bits| format.from_bits(bits));
             }
             if let (true, Some(watch)) = (self.watched || sensed.take().is_some(), &mut watch) {
@@ -245,13 +245,13 @@ impl Closed<'_> {
     /// Sets the inputs from the world at the edge at which it stands. Returns whether any of them is new.
     fn sense(&mut self) -> bool {
         let given = given(&self.world, self.start);
-        let session = self.session;
+        let simulation = self.simulation;
         let mut changed = false;
-        for (index, wire) in session.wires.wires.iter().enumerate().filter(|(_, wire)| wire.port.is_input) {
-            let word = session.wires.word(wire, given);
+        for (index, wire) in simulation.wires.wires.iter().enumerate().filter(|(_, wire)| wire.port.is_input) {
+            let word = simulation.wires.word(wire, given);
             if self.words[index] != Some(word) {
                 self.words[index] = Some(word);
-                self.bits[index] = session.wires.nets[index].format.bits(word);
+                self.bits[index] = simulation.wires.nets[index].format.bits(word);
                 changed = true;
             }
         }
@@ -259,7 +259,7 @@ impl Closed<'_> {
     }
 
     fn touched(&self) -> bool {
-        self.session.wires.touches(given(&self.world, self.start))
+        self.simulation.wires.touches(given(&self.world, self.start))
     }
 
     /// Shows the nets after an edge to the observer.
@@ -277,8 +277,8 @@ impl Closed<'_> {
 
     /// Drives the device with the words of the outputs from the present edge on.
     fn drive(&mut self) -> Result<(), Fault> {
-        let at = self.session.clock().seconds(Cycle(self.edge));
-        let driven = self.session.wires.drive(&self.words).map_err(|fault| match fault {
+        let at = self.simulation.clock().seconds(Cycle(self.edge));
+        let driven = self.simulation.wires.drive(&self.words).map_err(|fault| match fault {
             Misdriven::Unknown(port) => format!(
                 "output `{port}` has an unknown bit (X, Z or U) at clock edge {} ({at:e} s), where it drives the device; \
                  let the reset or an initial value set it",

@@ -1,7 +1,7 @@
 //! A loop that a design of the user's own closes.
 //!
 //! A simulator of the design is asked to clock a number of edges with the same inputs, up to the first after which an
-//! output that drives the device has another word ([`Simulation::clock`]). The world tells for how many edges its
+//! output that drives the device has another word ([`RunningDesign::clock`]). The world tells for how many edges its
 //! inputs certainly stay as they are, and flows exactly to the edge that the design has reached. So the design closes
 //! its own loop, edge by edge, and simulator and world meet only where something changes.
 //!
@@ -20,8 +20,8 @@ use crate::actuator::{Actuator, Shaping};
 use crate::faults::FaultPlan;
 use crate::outline::Outline;
 use crate::plant::{Around, Plant};
-use crate::rig::Rig;
 use crate::scene::{Connection, Driving, DutScene, SceneError};
+use crate::simulation::Simulation;
 use connect::Wires;
 
 pub use connect::Wire;
@@ -61,12 +61,13 @@ pub trait Design: Send + Sync {
     /// # Errors
     ///
     /// When no simulator is installed, or it fails.
-    fn start(&self, words: &[u64], drives: &[bool], changes: &mut Vec<Change>) -> Result<Box<dyn Simulation>, Fault>;
+    fn start(&self, words: &[u64], drives: &[bool], changes: &mut Vec<Change>)
+    -> Result<Box<dyn RunningDesign>, Fault>;
 }
 
-/// A `Simulation` is a running simulation of a [`Design`], which starts it. The loop calls it once per stretch of
+/// A `RunningDesign` is a running simulation of a [`Design`], which starts it. The loop calls it once per stretch of
 /// edges.
-pub trait Simulation {
+pub trait RunningDesign {
     /// Clocks up to `edges` edges of the fastest clock, with the bits in `words` at the inputs, and stops after the
     /// first edge after which an output that drives the device has another word. Returns the number of edges done.
     /// Appends the changes of outputs on the way: of all outputs if `all` is set, else of those that drive the device.
@@ -120,7 +121,7 @@ pub fn provided() -> Result<&'static dyn Designs, Fault> {
 }
 
 /// A scene with a design of the user's own, made ready.
-pub struct DutSession<'s> {
+pub struct DutSimulation<'s> {
     scene: &'s DutScene,
     plant: Plant,
     design: Arc<dyn Design>,
@@ -128,7 +129,7 @@ pub struct DutSession<'s> {
     outline: Outline,
 }
 
-impl<'s> DutSession<'s> {
+impl<'s> DutSimulation<'s> {
     /// Makes a scene ready: builds its design and connects its ports. If `inside` is set, the signals inside that the
     /// simulator shows are nets too.
     ///
@@ -201,7 +202,7 @@ fn actuator(scene: &DutScene) -> Result<Actuator, SceneError> {
     })
 }
 
-impl Rig for DutSession<'_> {
+impl Simulation for DutSimulation<'_> {
     fn outline(&self) -> &Outline {
         &self.outline
     }

@@ -11,16 +11,16 @@ use crate::arm_loop::ArmLoop;
 use crate::arm_world::ArmWorld;
 use crate::engine::{Comparison, Control, Driver};
 use crate::outline::Outline;
-use crate::rig::{self, Compare, Rig, TheLoop, Visit, Wired};
+use crate::simulation::{self, Compare, LoopVisitor, Simulation, TheLoop, WiredLoop};
 use crate::scene::{GimbalScene, GimbalWords};
-use crate::session_error::SessionError;
+use crate::simulation_error::SimulationError;
 use crate::summary::Summary;
 use crate::trace::Trace;
 
 use side::{GimbalSide, Plan};
 
 /// A scene of a segment on a gimbal made ready: its words, its wiring, its plant.
-pub struct GimbalSession<'s> {
+pub struct GimbalSimulation<'s> {
     scene: &'s GimbalScene,
     plant: ArmPlant<Recorded>,
     plan: Plan<'s>,
@@ -29,15 +29,15 @@ pub struct GimbalSession<'s> {
     outline: Outline,
 }
 
-impl<'s> GimbalSession<'s> {
+impl<'s> GimbalSimulation<'s> {
     /// Makes a scene ready.
     ///
     /// # Errors
     ///
     /// When its words, widths or parameters are impossible.
-    pub fn new(scene: &'s GimbalScene) -> Result<Self, SessionError> {
-        let words = scene.words().map_err(SessionError::Scene)?;
-        let wiring = GimbalLoop::new(scene.method.config).map(ArmLoop::Gimbal).map_err(SessionError::Config)?;
+    pub fn new(scene: &'s GimbalScene) -> Result<Self, SimulationError> {
+        let words = scene.words().map_err(SimulationError::Scene)?;
+        let wiring = GimbalLoop::new(scene.method.config).map(ArmLoop::Gimbal).map_err(SimulationError::Config)?;
         let plant = plant(scene)?;
         let [first, second, third] = plant.command_nm;
         let commands = vec![
@@ -92,7 +92,7 @@ fn still_within_m(scene: &GimbalScene) -> Option<f64> {
     (!scene.target.moves_after(from_s)).then_some(steepest_m * scene.count_rad())
 }
 
-fn plant(scene: &GimbalScene) -> Result<ArmPlant<Recorded>, SessionError> {
+fn plant(scene: &GimbalScene) -> Result<ArmPlant<Recorded>, SimulationError> {
     let servos = [scene.tilt_servo, scene.tilt_servo, scene.crank_servo];
     let joints = Joints {
         // The torque falls with the speed, in a straight line from stall to no load.
@@ -103,14 +103,14 @@ fn plant(scene: &GimbalScene) -> Result<ArmPlant<Recorded>, SessionError> {
         ..Joints::default()
     };
     let arm = Arm::of(&scene.gimbal, joints, scene.clock.period_s());
-    let arm = arm.map_err(|error| SessionError::Arm(error.to_string()))?;
+    let arm = arm.map_err(|error| SimulationError::Arm(error.to_string()))?;
     let arm = match &scene.probe {
         Some(probe) => arm.with_finger(probe.finger),
         None => arm,
     };
     let full = f64::from(1u32 << (scene.method.config.servo.drive_width - 1));
     let start_rad = scene.gimbal.angles_rad(scene.tip_m(scene.target.at(0.0)));
-    let start_rad = start_rad.ok_or_else(|| SessionError::Arm("the target's start is out of reach".into()))?;
+    let start_rad = start_rad.ok_or_else(|| SimulationError::Arm("the target's start is out of reach".into()))?;
     Ok(ArmPlant {
         arm,
         stepping: scene.model.solver.method().map(|method| (method, scene.step_clocks())),
@@ -137,24 +137,24 @@ fn stops(count_rad: f64) -> Stops {
     })
 }
 
-impl Rig for GimbalSession<'_> {
+impl Simulation for GimbalSimulation<'_> {
     fn outline(&self) -> &Outline {
         &self.outline
     }
 }
 
-impl Wired for GimbalSession<'_> {
+impl Wired for GimbalSimulation<'_> {
     fn wiring(&self) -> TheLoop<'_> {
         TheLoop::Arm(&self.wiring)
     }
 
-    fn visit<'v, V: Visit<'v>>(&'v self, visit: V) -> V::Out {
+    fn visit<'v, V: LoopVisitor<'v>>(&'v self, visit: V) -> V::Out {
         let ArmLoop::Gimbal(wiring) = &self.wiring else { unreachable!("made by this module") };
         visit.visit(wiring, ArmWorld::new(&self.plant, GimbalSide::new(&self.plan)), self.input())
     }
 
     fn run(&self, driver: Driver, trace: &mut Trace, observer: &mut dyn Observe, control: &Control) -> Summary {
-        rig::run(self, driver, trace, observer, control)
+        simulation::run(self, driver, trace, observer, control)
     }
 
     fn compare(&self, edges: u64) -> Comparison {

@@ -3,8 +3,8 @@
 //! A *loop* (hybrid, conventional) is a wiring of its own. A *law* is a published method: a block that
 //! [`MethodLoop`](hpu_datapath::MethodLoop) wires between encoder and bridge. The file of a law has its keys, its
 //! words, its layers of the map of all methods, and its reference law in floats. The readers, the accepted keys, `hpu
-//! keys`, the tables of keys, the JSON Schema, `hpu map --all-methods` and the loops of the sessions are functions of
-//! the list.
+//! keys`, the tables of keys, the JSON Schema, `hpu map --all-methods` and the loops of the simulations are functions
+//! of the list.
 //!
 //! # A new law
 //!

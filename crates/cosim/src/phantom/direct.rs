@@ -25,7 +25,7 @@ use crate::arm::{ArmPlant, ArmState};
 use crate::arm_body::ArmBody;
 use crate::columns::ARM_REALS;
 use crate::engine::{Control, TURN};
-use crate::rig::Direct;
+use crate::simulation::Direct;
 use crate::summary::Summary;
 use crate::trace::Trace;
 

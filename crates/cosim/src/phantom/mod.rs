@@ -21,9 +21,9 @@ use crate::arm_world::ArmWorld;
 use crate::engine::{Comparison, Control, Driver};
 use crate::outline::Outline;
 use crate::random::SplitMix64;
-use crate::rig::{self, Compare, Direct, Rig, TheLoop, Visit, Wired};
 use crate::scene::{PhantomLaw, PhantomScene, PhantomWords, Platform, Premium};
-use crate::session_error::SessionError;
+use crate::simulation::{self, Compare, Direct, LoopVisitor, Simulation, TheLoop, Wired};
+use crate::simulation_error::SimulationError;
 use crate::summary::Summary;
 use crate::trace::Trace;
 
@@ -46,7 +46,7 @@ struct PhantomPlant {
 }
 
 /// A scene of a PHANToM made ready: its words, its wiring, its plant.
-pub struct PhantomSession<'s> {
+pub struct PhantomSimulation<'s> {
     scene: &'s PhantomScene,
     plant: PhantomPlant,
     words: PhantomWords,
@@ -54,14 +54,14 @@ pub struct PhantomSession<'s> {
     outline: Outline,
 }
 
-impl<'s> PhantomSession<'s> {
+impl<'s> PhantomSimulation<'s> {
     /// Makes a scene ready.
     ///
     /// # Errors
     ///
     /// When its words, widths or parameters are impossible.
-    pub fn new(scene: &'s PhantomScene) -> Result<Self, SessionError> {
-        let words = scene.words().map_err(SessionError::Scene)?;
+    pub fn new(scene: &'s PhantomScene) -> Result<Self, SimulationError> {
+        let words = scene.words().map_err(SimulationError::Scene)?;
         let config = scene.method.config;
         let wiring = if by_host(scene) {
             PhantomIo::new(config.position_width, config.command_width).map(ArmLoop::PhantomIo)
@@ -70,7 +70,7 @@ impl<'s> PhantomSession<'s> {
         } else {
             PhantomLoop::new(config).map(ArmLoop::Phantom)
         };
-        let wiring = wiring.map_err(SessionError::Config)?;
+        let wiring = wiring.map_err(SimulationError::Config)?;
         let plant = plant(scene)?;
         let [first, second, third] = plant.arm.command_nm;
         let commands = vec![
@@ -175,7 +175,7 @@ fn model(scene: &PhantomScene) -> ArmModel {
     model
 }
 
-fn plant(scene: &PhantomScene) -> Result<PhantomPlant, SessionError> {
+fn plant(scene: &PhantomScene) -> Result<PhantomPlant, SimulationError> {
     let model = model(scene);
     let config = &scene.method.config;
     let count_rad = config.turns.map(|turn| 2.0 * std::f64::consts::PI * f64::from(turn.num) / f64::from(turn.den));
@@ -226,7 +226,7 @@ fn plant(scene: &PhantomScene) -> Result<PhantomPlant, SessionError> {
         missed: if irregular { (scene.irregularity.missed * (1u64 << 32) as f64) as u64 } else { 0 },
         seed: random.next_u64(),
     });
-    let arm = Arm::new(model, scene.clock.period_s()).map_err(|error| SessionError::Arm(error.to_string()))?;
+    let arm = Arm::new(model, scene.clock.period_s()).map_err(|error| SimulationError::Arm(error.to_string()))?;
     let stops = stops(scene, model.lengths_m, count_rad);
     let stepping = scene.model.solver.method().map(|method| (method, scene.step_clocks()));
     let arm = ArmPlant { arm, stepping, count_rad, command_nm, start_rad, start_rad_per_s, stops };
@@ -259,31 +259,31 @@ fn stops(scene: &PhantomScene, lengths_m: [f64; 2], count_rad: [f64; 3]) -> Stop
 /// The greatest speed at which the solenoid releases the tip.
 const RELEASE_M_PER_S: f64 = 1e-3;
 
-impl Rig for PhantomSession<'_> {
+impl Simulation for PhantomSimulation<'_> {
     fn outline(&self) -> &Outline {
         &self.outline
     }
 }
 
-impl Wired for PhantomSession<'_> {
+impl Wired for PhantomSimulation<'_> {
     fn wiring(&self) -> TheLoop<'_> {
         TheLoop::Arm(&self.wiring)
     }
 
-    fn visit<'v, V: Visit<'v>>(&'v self, visit: V) -> V::Out {
+    fn visit<'v, V: LoopVisitor<'v>>(&'v self, visitor: V) -> V::Out {
         let arm = &self.plant.arm;
         match &self.wiring {
-            ArmLoop::Phantom(wiring) => visit.visit(wiring, ArmWorld::new(arm, FpgaSide), self.input()),
-            ArmLoop::PhantomShared(wiring) => visit.visit(wiring, ArmWorld::new(arm, FpgaSide), self.input()),
+            ArmLoop::Phantom(wiring) => visitor.visit(wiring, ArmWorld::new(arm, FpgaSide), self.input()),
+            ArmLoop::PhantomShared(wiring) => visitor.visit(wiring, ArmWorld::new(arm, FpgaSide), self.input()),
             ArmLoop::PhantomIo(wiring) => {
                 let host = self.plant.host.as_ref().expect("a wiring around a host");
-                visit.visit(wiring, ArmWorld::new(arm, HostSide::new(host)), PhantomIoIn::build(|| 0))
+                visitor.visit(wiring, ArmWorld::new(arm, HostSide::new(host)), PhantomIoIn::build(|| 0))
             }
         }
     }
 
     fn run(&self, driver: Driver, trace: &mut Trace, observer: &mut dyn Observe, control: &Control) -> Summary {
-        rig::run(self, driver, trace, observer, control)
+        simulation::run(self, driver, trace, observer, control)
     }
 
     fn compare(&self, edges: u64) -> Comparison {

@@ -23,10 +23,14 @@ impl Observe for Changes {
 }
 
 /// Runs a loop to an edge. Returns the changes of its nets, the changes of friction, and the energies.
-fn run<'p, L: Links + 'p>(session: &PhantomSession, plant: &'p ArmPlant<L>, end: u64) -> (Changes, u64, [f64; 4]) {
-    let ArmLoop::Phantom(wiring) = &session.wiring else { panic!("a loop of its own logic") };
+fn run<'p, L: Links + 'p>(
+    simulation: &PhantomSimulation,
+    plant: &'p ArmPlant<L>,
+    end: u64,
+) -> (Changes, u64, [f64; 4]) {
+    let ArmLoop::Phantom(wiring) = &simulation.wiring else { panic!("a loop of its own logic") };
     let mut changes = Changes::default();
-    let mut run = ClosedLoop::new(wiring.clone(), ArmWorld::new(plant, FpgaSide), session.input(), end);
+    let mut run = ClosedLoop::new(wiring.clone(), ArmWorld::new(plant, FpgaSide), simulation.input(), end);
     assert!(run.run(Driver::Events, end, &mut changes, &Control::default()));
     let Summary { energy, mode_changes, .. } = run.world.summary();
     let energies = [energy.source_j, energy.stored_j, energy.dissipated_j, energy.residual_j];
@@ -44,8 +48,8 @@ fn an_arm_known_by_its_dynamics_alone_has_the_same_events_on_the_same_edges() {
     for (name, seconds) in [("phantom-drop", 4.0), ("phantom-flexible", 0.5), ("phantom-thrown", 2.0)] {
         let scene = shipped().iter().find(|scene| scene.name == name).expect(name).parse(&[]).expect(name);
         let Experiment::Phantom(scene) = &scene else { panic!("{name} is no PHANToM") };
-        let session = PhantomSession::new(scene).expect(name);
-        let plant = &session.plant.arm;
+        let simulation = PhantomSimulation::new(scene).expect(name);
+        let plant = &simulation.plant.arm;
         let other = ArmPlant {
             arm: recorded(plant, scene.clock.period_s()),
             stepping: plant.stepping,
@@ -56,7 +60,7 @@ fn an_arm_known_by_its_dynamics_alone_has_the_same_events_on_the_same_edges() {
             stops: Box::new(|_| None),
         };
         let end = scene.clock.edges(seconds);
-        let (fused, general) = (run(&session, plant, end), run(&session, &other, end));
+        let (fused, general) = (run(&simulation, plant, end), run(&simulation, &other, end));
         assert!(fused.0.0.len() > 1000, "{name}: {} changes", fused.0.0.len());
         let differs = fused.0.0.iter().zip(&general.0.0).find(|(one, other)| one != other);
         assert_eq!(differs, None, "{name}");

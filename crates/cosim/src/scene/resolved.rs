@@ -7,7 +7,7 @@ use toml_edit::{Item, TableLike, Value};
 
 use super::Experiment;
 use super::audit::kinds;
-use super::keys::{self, Row, Takes, kinds_of};
+use super::keys::{self, KeyRow, Takes, kinds_of};
 use super::parameter::{Origin, Parameter, ParameterValue};
 use super::section::Section;
 use super::source::{SceneError, Source, join};
@@ -121,7 +121,7 @@ impl Resolving<'_> {
         self.parameters.iter().find(|parameter| parameter.key == path)
     }
 
-    fn key(&self, s: &Section, section: &str, key: &str, row: &Row) -> Resolved {
+    fn key(&self, s: &Section, section: &str, key: &str, row: &KeyRow) -> Resolved {
         let path = join(section, key);
         let (given, parameter) = (s.get(key), self.parameter(&path));
         let source = match (given, parameter.map(|parameter| parameter.origin)) {

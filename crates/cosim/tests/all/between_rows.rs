@@ -6,7 +6,7 @@
 //! and `h S` to that of an extreme. `M` and `S` follow from the equations of motion and from the greatest states.
 
 use hpu_cosim::scene::{Device, Experiment, Hand, Scene, shipped};
-use hpu_cosim::{AXIS_ROW, Control, Driver, Ready, Rig, Summary, Wired};
+use hpu_cosim::{AXIS_ROW, Control, Driver, Simulation, Summary, Wired, WiredSimulation};
 use hpu_signal::{Cycle, Observe};
 
 /// Columns of an axis's row.
@@ -44,9 +44,9 @@ fn parsed(name: &str, overrides: &[(&str, &str)]) -> Experiment {
 }
 
 fn table(scene: &Experiment, driver: Driver, measures: bool) -> (Table, Summary) {
-    let ready = Ready::new(scene).unwrap_or_else(|error| panic!("{error}"));
+    let simulation = WiredSimulation::new(scene).unwrap_or_else(|error| panic!("{error}"));
     let mut table = Table { measures, ..Table::default() };
-    let summary = ready.run(driver, &mut ready.brief_trace(), &mut table, &Control::default());
+    let summary = simulation.run(driver, &mut simulation.brief_trace(), &mut table, &Control::default());
     (table, summary)
 }
 
@@ -63,13 +63,13 @@ impl Both {
     fn of(name: &str, rate: &str, changes: &[(&str, &str)]) -> (Experiment, Self) {
         let at = |rate| parsed(name, &[changes, &[("record.plant_rate", rate)]].concat());
         let scene = at(rate);
-        let clock = Ready::new(&scene).unwrap().clock();
+        let clock = WiredSimulation::new(&scene).unwrap().clock();
         let (rows, summary) = table(&scene, Driver::Events, true);
         let (dense, _) = table(&at(&format!("{} Hz", clock.frequency_hz())), Driver::Events, false);
         assert!(dense.edges.iter().zip(0..).all(|(edge, index)| *edge == index), "a row at every edge");
         assert!(rows.rows.len() > 4, "{} rows", rows.rows.len());
         let period = scene.clone().axis().and_then(|scene| {
-            let switches = Ready::new(&Experiment::Axis(scene.clone())).unwrap().gates_drive();
+            let switches = WiredSimulation::new(&Experiment::Axis(scene.clone())).unwrap().gates_drive();
             switches.then(|| 1 << scene.method.pwm.bits)
         });
         (scene, Self { rows, dense, summary, edge_s: clock.period_s(), period })
@@ -305,7 +305,7 @@ fn the_hands_torque_does_the_hands_work() {
         ("prescribed-sweep", vec![("run.duration", "4 ms")]),
     ];
     for (name, changes) in cases {
-        let clock = Ready::new(&parsed(name, &[])).unwrap().clock();
+        let clock = WiredSimulation::new(&parsed(name, &[])).unwrap().clock();
         let scene =
             parsed(name, &[&changes[..], &[("record.plant_rate", &format!("{} Hz", clock.frequency_hz()))]].concat());
         let (table, summary) = table(&scene, Driver::Events, true);

@@ -1,20 +1,20 @@
 //! A trace that may hold few rows of a run gives the same verdict and metrics as one that holds all rows.
 
 use hpu_cosim::scene::{Experiment, Metric, shipped};
-use hpu_cosim::{Control, Driver, Ready, Rig, Summary, Trace, Verdict, Wired, metric};
+use hpu_cosim::{Control, Driver, Simulation, Summary, Trace, Verdict, Wired, WiredSimulation, metric};
 
 /// Runs a shipped scene under overrides, with its rows held whole or within this number of values.
 fn run(name: &str, set: &[(&str, &str)], values: Option<usize>) -> (Experiment, Summary, Trace) {
     let set: Vec<_> = set.iter().map(|(key, value)| (key.to_string(), value.to_string())).collect();
     let scene = shipped().iter().find(|scene| scene.name == name).expect("a shipped scene");
     let experiment = scene.parse(&set).unwrap_or_else(|error| panic!("{error}"));
-    let ready = Ready::new(&experiment).expect("a rig");
-    let mut trace = ready.trace(&["position", "command", "command1"]);
+    let simulation = WiredSimulation::new(&experiment).expect("a simulation");
+    let mut trace = simulation.trace(&["position", "command", "command1"]);
     if let Some(values) = values {
-        trace = trace.bounded(values, &ready.judged());
+        trace = trace.bounded(values, &simulation.judged());
     }
-    let summary = ready.run(Driver::Events, &mut trace, &mut (), &Control::default());
-    drop(ready);
+    let summary = simulation.run(Driver::Events, &mut trace, &mut (), &Control::default());
+    drop(simulation);
     (experiment, summary, trace)
 }
 

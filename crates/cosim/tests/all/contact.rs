@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use hpu_cosim::scene::{Experiment, shipped};
-use hpu_cosim::{Control, Driver, Ready, Rig, Session, Summary, Wired};
+use hpu_cosim::{AxisSimulation, Control, Driver, Simulation, Summary, Wired, WiredSimulation};
 use hpu_signal::{Cycle, Observe};
 
 fn scene(name: &str, overrides: &[(&str, &str)]) -> Experiment {
@@ -13,8 +13,8 @@ fn scene(name: &str, overrides: &[(&str, &str)]) -> Experiment {
 }
 
 fn run(scene: &Experiment, driver: Driver) -> Summary {
-    let ready = Ready::new(scene).unwrap();
-    ready.run(driver, &mut ready.brief_trace(), &mut (), &Control::default())
+    let simulation = WiredSimulation::new(scene).unwrap();
+    simulation.run(driver, &mut simulation.brief_trace(), &mut (), &Control::default())
 }
 
 fn share(name: &str, overrides: &[(&str, &str)]) -> f64 {
@@ -87,12 +87,12 @@ fn both_drivers_count_the_same_edges_as_a_look_at_every_edge() {
     let set = [("run.duration", "60 ms"), ("hand.path", "[[0, 1.5], [\"30 ms\", 1.6], [\"58 ms\", 1.44]]")];
     let set = [&set[..], &[("device.initial_angle", "1.5")]].concat();
     let Experiment::Axis(scene) = scene("hybrid-wall", &set) else { unreachable!() };
-    let session = Session::new(&scene).unwrap();
-    let net = session.nets().iter().position(|net| net.name == "penetration").unwrap();
+    let simulation = AxisSimulation::new(&scene).unwrap();
+    let net = simulation.nets().iter().position(|net| net.name == "penetration").unwrap();
     for driver in [Driver::Events, Driver::Clock] {
         // The last 180 of 601 rows are judged.
         let mut every = EveryEdge { net, from: 421 * 5000, last: (0, false), edges: 0 };
-        let summary = session.run(driver, &mut session.brief_trace(), &mut every, &Control::default());
+        let summary = simulation.run(driver, &mut simulation.brief_trace(), &mut every, &Control::default());
         every.nets(Cycle(summary.edges), &[0; 64]);
         assert!(every.edges > 0 && every.edges < 179 * 5000, "in and out: {}", every.edges);
         let expected = every.edges as f64 / (3_000_000 - 421 * 5000) as f64;

@@ -1,7 +1,9 @@
 //! Leaps over whole periods of the modulator give the same registers as gates switched one by one.
 
 use hpu_cosim::scene::{Experiment, shipped};
-use hpu_cosim::{ClosedLoop, Control, Driver, EnergyAudit, Ready, Rig, Summary, Visit, Wired, World};
+use hpu_cosim::{
+    ClosedLoop, Control, Driver, EnergyAudit, LoopVisitor, Simulation, Summary, Wired, WiredSimulation, World,
+};
 use hpu_datapath::{Repeat, Wiring};
 use hpu_signal::{Cycle, Observe, Real, SignalUse};
 
@@ -84,7 +86,7 @@ struct Left {
     energy: EnergyAudit,
 }
 
-/// A visit that runs a scene to an edge.
+/// A visitor that runs a scene to an edge.
 struct Run<'o, O> {
     driver: Driver,
     end: u64,
@@ -93,7 +95,7 @@ struct Run<'o, O> {
     observer: &'o mut O,
 }
 
-impl<'s, O: Observe> Visit<'s> for Run<'_, O> {
+impl<'s, O: Observe> LoopVisitor<'s> for Run<'_, O> {
     type Out = (Left, u64);
 
     fn visit<E, W>(self, wiring: &W, world: E, input: E::In) -> (Left, u64)
@@ -118,8 +120,8 @@ impl<'s, O: Observe> Visit<'s> for Run<'_, O> {
     }
 }
 
-fn run(ready: &Ready, driver: Driver, end: u64, may: bool, observer: &mut impl Observe) -> (Left, u64) {
-    ready.visit(Run { driver, end, stride: ready.stride(), may, observer })
+fn run(simulation: &WiredSimulation, driver: Driver, end: u64, may: bool, observer: &mut impl Observe) -> (Left, u64) {
+    simulation.visit(Run { driver, end, stride: simulation.stride(), may, observer })
 }
 
 fn parsed(name: &str, overrides: &[(&str, &str)]) -> Experiment {
@@ -132,12 +134,12 @@ fn parsed(name: &str, overrides: &[(&str, &str)]) -> Experiment {
 #[track_caller]
 fn agrees(scene: &Experiment) -> u64 {
     let name = &scene.name;
-    let ready = Ready::new(scene).unwrap_or_else(|error| panic!("{name}: {error}"));
+    let simulation = WiredSimulation::new(scene).unwrap_or_else(|error| panic!("{name}: {error}"));
     let end = scene.edges().min(EDGES);
     let (mut one_by_one, mut cruising) = (Dense::default(), Dense::default());
-    let (plain, _) = run(&ready, Driver::Events, end, false, &mut one_by_one);
-    let (watched, cruises) = run(&ready, Driver::Events, end, true, &mut cruising);
-    let (alone, _) = run(&ready, Driver::Events, end, true, &mut ());
+    let (plain, _) = run(&simulation, Driver::Events, end, false, &mut one_by_one);
+    let (watched, cruises) = run(&simulation, Driver::Events, end, true, &mut cruising);
+    let (alone, _) = run(&simulation, Driver::Events, end, true, &mut ());
     assert_eq!(alone, watched, "{name}: watching changes nothing");
 
     let difference = one_by_one.changes.iter().zip(&cruising.changes).find(|(one, other)| one != other);
@@ -182,12 +184,12 @@ fn so_it_is_in_antiphase_with_on_resistance_and_with_friction() {
 #[test]
 fn a_run_may_end_anywhere_in_a_leap() {
     let scene = parsed("hybrid-wall", &[("device.initial_angle", "1.58 rad"), ("hand.path", "[[\"0 s\", 1.9]]")]);
-    let ready = Ready::new(&scene).unwrap();
+    let simulation = WiredSimulation::new(&scene).unwrap();
     let mut ended = 0;
     for end in (0..24).map(|k| 150_000 + 1111 * k).chain([154_009 / 4096 * 4096, 154_009 / 4096 * 4096 + 1]) {
-        let (alone, cruises) = run(&ready, Driver::Events, end, true, &mut ());
-        let (watched, _) = run(&ready, Driver::Events, end, true, &mut Dense::default());
-        let (stepped, _) = run(&ready, Driver::Clock, end, true, &mut ());
+        let (alone, cruises) = run(&simulation, Driver::Events, end, true, &mut ());
+        let (watched, _) = run(&simulation, Driver::Events, end, true, &mut Dense::default());
+        let (stepped, _) = run(&simulation, Driver::Clock, end, true, &mut ());
         assert_eq!(alone, watched, "to {end}");
         assert_eq!(alone, Left { ticks: alone.ticks, ..stepped }, "to {end}");
         ended += u64::from(cruises > 0);

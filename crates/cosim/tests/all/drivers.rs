@@ -3,7 +3,7 @@
 
 use hpu_cosim::replay::PinEdge;
 use hpu_cosim::scene::{Experiment, Hand, shipped};
-use hpu_cosim::{Control, Driver, Ready, Rig, Session, Summary, Wired};
+use hpu_cosim::{AxisSimulation, Control, Driver, Simulation, Summary, Wired, WiredSimulation};
 use hpu_signal::{Clock, Cycle, Observe};
 
 /// Edges over which each scene is compared.
@@ -17,8 +17,8 @@ fn parsed(name: &str, overrides: &[(&str, &str)]) -> Experiment {
 
 #[track_caller]
 fn agree(scene: &Experiment) {
-    let session = Ready::new(scene).unwrap_or_else(|error| panic!("{error}"));
-    let comparison = session.compare(scene.edges().min(EDGES));
+    let simulation = WiredSimulation::new(scene).unwrap_or_else(|error| panic!("{error}"));
+    let comparison = simulation.compare(scene.edges().min(EDGES));
     assert_eq!(comparison.mismatches, 0, "{}: {:?}", scene.name, comparison.first);
 }
 
@@ -75,13 +75,13 @@ fn timeless(summary: Summary) -> Summary {
 fn watching_a_run_changes_nothing_of_it() {
     for scene in shipped() {
         let scene = parsed(scene.name, &[]);
-        let session = Ready::new(&scene).unwrap();
-        let nets: Vec<&str> = session.nets().iter().map(|net| net.name).collect();
-        let alone = session.run(Driver::Events, &mut session.trace(&[]), &mut (), &Control::default());
+        let simulation = WiredSimulation::new(&scene).unwrap();
+        let nets: Vec<&str> = simulation.nets().iter().map(|net| net.name).collect();
+        let alone = simulation.run(Driver::Events, &mut simulation.trace(&[]), &mut (), &Control::default());
         let mut dense = Dense::default();
-        let watched = session.run(Driver::Events, &mut session.trace(&nets), &mut dense, &Control::default());
+        let watched = simulation.run(Driver::Events, &mut simulation.trace(&nets), &mut dense, &Control::default());
         assert_eq!(timeless(watched), timeless(alone), "{}", scene.name);
-        assert_eq!(dense.rows, scene.edges() / session.stride() + 1, "{}", scene.name);
+        assert_eq!(dense.rows, scene.edges() / simulation.stride() + 1, "{}", scene.name);
     }
 }
 
@@ -89,9 +89,9 @@ fn watching_a_run_changes_nothing_of_it() {
 fn a_hundred_times_as_many_rows_change_neither_words_nor_energy() {
     let run = |rate| {
         let scene = parsed("hybrid-wall", &[("record.plant_rate", rate), ("run.duration", "300 ms")]);
-        let session = Ready::new(&scene).unwrap();
+        let simulation = WiredSimulation::new(&scene).unwrap();
         let mut dense = Dense::default();
-        let summary = session.run(Driver::Events, &mut session.trace(&[]), &mut dense, &Control::default());
+        let summary = simulation.run(Driver::Events, &mut simulation.trace(&[]), &mut dense, &Control::default());
         // The verdict's numbers depend on the rows that it judged, and the means begin at a row.
         (Summary { verdict: None, averages: None, ..timeless(summary) }, dense.changes)
     };
@@ -119,18 +119,18 @@ impl Observe for Analyser {
 fn recorded_pins_drive_every_net_as_the_device_did() {
     for name in ["hybrid-wall", "hybrid-wall-25mhz", "conventional-wall-1khz", "wrap-product"] {
         let scene = parsed(name, &[]).axis().unwrap();
-        let session = Session::new(&scene).unwrap();
+        let simulation = AxisSimulation::new(&scene).unwrap();
         let mut analyser = Analyser { clock: scene.clock, edges: Vec::new() };
         let mut closed = Dense::default();
         let control = Control::default();
-        session.run(Driver::Events, &mut session.trace(&[]), &mut analyser, &control);
-        session.run(Driver::Events, &mut session.trace(&[]), &mut closed, &control);
+        simulation.run(Driver::Events, &mut simulation.trace(&[]), &mut analyser, &control);
+        simulation.run(Driver::Events, &mut simulation.trace(&[]), &mut closed, &control);
 
         let mut recording = scene.clone();
         recording.hand = Hand::Capture { edges: analyser.edges };
-        let session = Session::new(&recording).unwrap();
+        let simulation = AxisSimulation::new(&recording).unwrap();
         let mut replayed = Dense::default();
-        let summary = session.run(Driver::Events, &mut session.trace(&[]), &mut replayed, &control);
+        let summary = simulation.run(Driver::Events, &mut simulation.trace(&[]), &mut replayed, &control);
         assert!(closed.changes.len() > 1000, "{name}");
         assert_eq!(summary.verdict, None, "{name}");
         let difference = closed.changes.iter().zip(&replayed.changes).find(|(one, other)| one != other);

@@ -1,17 +1,17 @@
 //! The energy audit of every shipped scene with a device, over its whole length.
 
 use hpu_cosim::scene::shipped;
-use hpu_cosim::{Control, Driver, Ready, Rig, Wired};
+use hpu_cosim::{Control, Driver, Simulation, Wired, WiredSimulation};
 
 #[test]
 fn supply_less_store_less_losses_is_a_billionth_of_the_energy_exchanged() {
     for shipped in shipped() {
         let scene = shipped.parse(&[]).unwrap_or_else(|error| panic!("{error}"));
-        let session = Ready::new(&scene).unwrap_or_else(|error| panic!("{error}"));
-        let summary = session.run(Driver::Events, &mut session.trace(&[]), &mut (), &Control::default());
+        let simulation = WiredSimulation::new(&scene).unwrap_or_else(|error| panic!("{error}"));
+        let summary = simulation.run(Driver::Events, &mut simulation.trace(&[]), &mut (), &Control::default());
         assert!(summary.complete, "{}", shipped.name);
         let energy = summary.energy;
-        if !session.has_device() {
+        if !simulation.has_device() {
             assert_eq!(energy.exchanged_j, 0.0, "{}: a recording has no device", shipped.name);
             continue;
         }
@@ -31,9 +31,9 @@ fn residual(name: &str, more: &[(&str, &str)]) -> f64 {
     let set: Vec<_> = set.iter().map(|(key, value)| ((*key).to_string(), (*value).to_string())).collect();
     let scene = shipped().iter().find(|scene| scene.name == name).expect(name);
     let scene = scene.parse(&set).unwrap_or_else(|error| panic!("{error}"));
-    let session = Ready::new(&scene).unwrap_or_else(|error| panic!("{error}"));
-    assert!(session.direct().is_some(), "{name} {more:?}: no clock");
-    let summary = session.run(session.driver(), &mut session.trace(&[]), &mut (), &Control::default());
+    let simulation = WiredSimulation::new(&scene).unwrap_or_else(|error| panic!("{error}"));
+    assert!(simulation.direct().is_some(), "{name} {more:?}: no clock");
+    let summary = simulation.run(simulation.driver(), &mut simulation.trace(&[]), &mut (), &Control::default());
     assert!(summary.complete && summary.output_changes > 1000, "{name} {more:?}");
     summary.energy.residual_j / summary.energy.exchanged_j
 }

@@ -4,7 +4,7 @@
 use std::f64::consts::TAU;
 
 use hpu_cosim::scene::{Experiment, shipped};
-use hpu_cosim::{Control, Driver, Mark, Ready, Rig, Summary, Wired};
+use hpu_cosim::{Control, Driver, Mark, Simulation, Summary, Wired, WiredSimulation};
 
 const COUNT_RAD: f64 = TAU / 4096.0;
 /// Whole counts in 1.4 rad.
@@ -22,8 +22,8 @@ fn parsed(name: &str, overrides: &[(&str, &str)]) -> Result<Experiment, String> 
 fn sweep(faults: &[(&str, &str)]) -> Summary {
     let path = [("hand.path", "[[0, 0], [1.4, 1.4], [1.5, 1.4]]"), ("run.duration", "1.45 s")];
     let scene = parsed("prescribed-sweep", &[&path, faults].concat()).unwrap_or_else(|error| panic!("{error}"));
-    let ready = Ready::new(&scene).expect("a scene");
-    ready.run(Driver::Events, &mut ready.brief_trace(), &mut (), &Control::default())
+    let simulation = WiredSimulation::new(&scene).expect("a scene");
+    simulation.run(Driver::Events, &mut simulation.brief_trace(), &mut (), &Control::default())
 }
 
 /// Returns the least and the greatest word of a net.
@@ -132,8 +132,8 @@ fn random_faults_follow_the_seed_and_more_of_them_are_those_and_others() {
 fn a_switch_that_is_stuck_open_drives_nothing_and_one_that_shorts_its_leg_ends_the_run() {
     let run = |name: &str, faults: &[(&str, &str)]| {
         let scene = parsed(name, faults).unwrap_or_else(|error| panic!("{error}"));
-        let ready = Ready::new(&scene).expect("a scene");
-        ready.run(Driver::Events, &mut ready.brief_trace(), &mut (), &Control::default())
+        let simulation = WiredSimulation::new(&scene).expect("a scene");
+        simulation.run(Driver::Events, &mut simulation.brief_trace(), &mut (), &Control::default())
     };
     // The wall pushes back through the motor's minus terminal: without its high switch the supply gives nothing.
     let stuck = run("hybrid-wall", &[("faults.stuck_switch", "bridge.minus_high")]);
@@ -166,8 +166,8 @@ fn leaping_and_stepping_agree_at_every_edge_under_every_fault() {
             for bridge in [&[][..], &[("method.pwm.dead_time", "1 us")]] {
                 let scene =
                     parsed(name, &[&moving[..], faults, bridge].concat()).unwrap_or_else(|error| panic!("{error}"));
-                let ready = Ready::new(&scene).expect("a scene");
-                let comparison = ready.compare(2_000_000);
+                let simulation = WiredSimulation::new(&scene).expect("a scene");
+                let comparison = simulation.compare(2_000_000);
                 assert_eq!(comparison.mismatches, 0, "{name} {faults:?}: {:?}", comparison.first);
             }
         }

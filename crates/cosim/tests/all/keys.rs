@@ -5,7 +5,7 @@
 
 use std::collections::BTreeSet;
 
-use hpu_cosim::scene::keys::{Otherwise, Row, Sizes, Takes, markdown, rows};
+use hpu_cosim::scene::keys::{KeyRow, Otherwise, Sizes, Takes, markdown, rows};
 use hpu_cosim::scene::{Experiment, Origin, ParameterValue};
 
 /// A scene that is accepted: its text, the changes that make it, and the kinds that it is for rows of keys.
@@ -126,7 +126,7 @@ impl Base {
         }
     }
 
-    fn takes(&self, row: &Row) -> bool {
+    fn takes(&self, row: &KeyRow) -> bool {
         let kinds = self.kinds(row.section);
         row.kinds.is_empty() || row.kinds.iter().any(|kind| kinds.contains(kind))
     }
@@ -148,7 +148,7 @@ fn is_any(name: &str) -> bool {
     name.split('.').any(|part| !part.is_empty() && part.chars().all(char::is_uppercase))
 }
 
-fn is_named(row: &Row) -> bool {
+fn is_named(row: &KeyRow) -> bool {
     !is_any(row.key) && !is_any(row.section)
 }
 
@@ -205,7 +205,7 @@ fn every_default_is_the_value_of_a_scene_without_the_key() {
             }
         }
     }
-    let has_default = |row: &Row| is_named(row) && matches!(row.otherwise, Otherwise::Is(_));
+    let has_default = |row: &KeyRow| is_named(row) && matches!(row.otherwise, Otherwise::Is(_));
     let all: BTreeSet<_> = rows().filter(has_default).map(|row| (row.section, row.key, row.kinds)).collect();
     let missing: Vec<_> = all.difference(&held).filter(|(_, key, _)| *key != "offset_binary").collect();
     assert!(missing.is_empty(), "defaults that no scene shows: {missing:?}");
@@ -230,7 +230,7 @@ const BESIDE: [(&str, &str, &str); 13] = [
 ];
 
 /// Returns the reason for which a scene refuses a value of a key; `None` if it accepts the value.
-fn said(base: &Base, row: &Row, value: &str) -> Option<String> {
+fn said(base: &Base, row: &KeyRow, value: &str) -> Option<String> {
     let name = path(row.section, row.key);
     let mut set: Set = Vec::new();
     for (of, key, with) in BESIDE {
@@ -264,7 +264,7 @@ fn said(base: &Base, row: &Row, value: &str) -> Option<String> {
 
 /// Whether a scene reads the key: a prescribed hand overrules a start, a mass has no bridge and a motor no amplifier,
 /// and a velocity that is not rescaled has no scale.
-fn reads(base: &Base, row: &Row) -> bool {
+fn reads(base: &Base, row: &KeyRow) -> bool {
     let is_overruled = base.hand == "prescribed" && row.key.starts_with("initial_")
         || base.method == "hybrid" && row.key == "scale_format"
         || base.device == "mass" && row.section == "bridge"
@@ -371,7 +371,7 @@ fn the_table_of_the_documentation_is_made_of_the_rows() {
 #[test]
 fn every_meaning_is_a_sentence() {
     for row in rows() {
-        let Row { section, key, meaning, .. } = &row;
+        let KeyRow { section, key, meaning, .. } = &row;
         assert!(meaning.ends_with('.') && !meaning.contains("  "), "{section}.{key}: {meaning}");
         assert!(meaning.starts_with(|letter: char| letter.is_uppercase()), "{section}.{key}: {meaning}");
     }

@@ -1,7 +1,7 @@
 //! Scenes of the methods: refusals, and the agreement of a datapath in words with its law in floats.
 
 use hpu_cosim::scene::{Experiment, OutcomeKind, shipped};
-use hpu_cosim::{Control, Driver, Ready, Rig, Wired};
+use hpu_cosim::{Control, Driver, Simulation, Wired, WiredSimulation};
 
 fn experiment(name: &str, set: &[(&str, &str)]) -> Result<Experiment, String> {
     let scene = shipped().iter().find(|scene| scene.name == name).expect("a shipped scene");
@@ -20,9 +20,9 @@ fn refused(set: &[(&str, &str)], expected: &[&str]) {
 
 fn outcome(name: &str, set: &[(&str, &str)]) -> OutcomeKind {
     let experiment = experiment(name, set).expect("a scene");
-    let ready = Ready::new(&experiment).expect("ready");
-    let mut trace = ready.trace(&[]);
-    let summary = ready.run(Driver::Events, &mut trace, &mut (), &Control::default());
+    let simulation = WiredSimulation::new(&experiment).expect("ready");
+    let mut trace = simulation.trace(&[]);
+    let summary = simulation.run(Driver::Events, &mut trace, &mut (), &Control::default());
     summary.outcome().expect("a device")
 }
 
@@ -111,7 +111,7 @@ fn events_and_clock_agree_on_a_law_in_floats() {
         ("device.initial_speed", "30 rad/s"),
     ];
     let experiment = experiment("conventional-wall-1khz", &set).expect("a scene");
-    let ready = Ready::new(&experiment).expect("ready");
-    let found = ready.compare(ready.edges());
+    let simulation = WiredSimulation::new(&experiment).expect("ready");
+    let found = simulation.compare(simulation.edges());
     assert_eq!((found.mismatches, found.first), (0, None));
 }

@@ -1,7 +1,7 @@
 //! Scenes that leave some physics out: the drivers agree on them, and their energy balances.
 
 use hpu_cosim::scene::{Experiment, Scene, shipped};
-use hpu_cosim::{Control, Driver, Rig, Session, Wired};
+use hpu_cosim::{AxisSimulation, Control, Driver, Simulation, Wired};
 
 fn parsed(name: &str, overrides: &[(&str, &str)]) -> Scene {
     let overrides: Vec<_> = overrides.iter().map(|(k, v)| (k.to_string(), v.to_string())).collect();
@@ -25,7 +25,7 @@ fn drivers_agree_without_inductance_and_with_smoothed_friction() {
             &[("device.coulomb_friction", "8 mN.m"), ("model.friction", "none")],
         ] {
             let scene = parsed(name, &[&MOVING[..], less].concat());
-            let comparison = Session::new(&scene).unwrap().compare(2_000_000);
+            let comparison = AxisSimulation::new(&scene).unwrap().compare(2_000_000);
             assert_eq!(comparison.mismatches, 0, "{name} {less:?}: {:?}", comparison.first);
         }
     }
@@ -35,8 +35,8 @@ fn drivers_agree_without_inductance_and_with_smoothed_friction() {
 fn energy_balances_without_inductance_and_with_smoothed_friction() {
     for less in [&RESISTIVE[..], &SMOOTHED, &[RESISTIVE.as_slice(), &SMOOTHED].concat()] {
         let scene = parsed("hybrid-wall", less);
-        let session = Session::new(&scene).unwrap();
-        let summary = session.run(Driver::Events, &mut session.trace(&[]), &mut (), &Control::default());
+        let simulation = AxisSimulation::new(&scene).unwrap();
+        let summary = simulation.run(Driver::Events, &mut simulation.trace(&[]), &mut (), &Control::default());
         let energy = summary.energy;
         assert!(energy.residual_j.abs() <= 1e-11 * energy.exchanged_j, "{less:?}: {energy:?}");
         assert!(energy.copper_j > 0.0);
@@ -46,8 +46,8 @@ fn energy_balances_without_inductance_and_with_smoothed_friction() {
 #[test]
 fn a_scene_without_friction_dissipates_nothing_in_it() {
     let scene = parsed("hybrid-wall", &[("device.coulomb_friction", "8 mN.m"), ("model.friction", "none")]);
-    let session = Session::new(&scene).unwrap();
-    let summary = session.run(Driver::Events, &mut session.trace(&[]), &mut (), &Control::default());
+    let simulation = AxisSimulation::new(&scene).unwrap();
+    let summary = simulation.run(Driver::Events, &mut simulation.trace(&[]), &mut (), &Control::default());
     assert_eq!((summary.energy.coulomb_j, summary.energy.viscous_j > 0.0), (0.0, true));
 }
 
@@ -55,6 +55,6 @@ fn a_scene_without_friction_dissipates_nothing_in_it() {
 fn the_scene_says_which_driver_runs_it() {
     for (solver, driver) in [("events", Driver::Events), ("clock", Driver::Clock)] {
         let scene = parsed("hybrid-wall", &[("model.solver", solver)]);
-        assert_eq!(Session::new(&scene).unwrap().driver(), driver);
+        assert_eq!(AxisSimulation::new(&scene).unwrap().driver(), driver);
     }
 }

@@ -1,7 +1,7 @@
 //! Words without a clock: a counter that is loaded at samples, and by a live spring at every step.
 
 use hpu_cosim::scene::{Experiment, Scene, shipped};
-use hpu_cosim::{Control, Rig, Session, Trace, Wired};
+use hpu_cosim::{AxisSimulation, Control, Simulation, Trace, Wired};
 
 type Set<'a> = &'a [(&'a str, &'a str)];
 
@@ -16,9 +16,9 @@ fn read(name: &str, set: Set) -> Result<Scene, String> {
 
 fn run(name: &str, set: Set, nets: &[&str]) -> Trace {
     let scene = read(name, set).unwrap_or_else(|error| panic!("{error}"));
-    let session = Session::new(&scene).unwrap_or_else(|error| panic!("{name}: {error}"));
-    let mut trace = session.trace(nets);
-    let summary = session.run(session.driver(), &mut trace, &mut (), &Control::default());
+    let simulation = AxisSimulation::new(&scene).unwrap_or_else(|error| panic!("{name}: {error}"));
+    let mut trace = simulation.trace(nets);
+    let summary = simulation.run(simulation.driver(), &mut trace, &mut (), &Control::default());
     assert!(summary.complete, "{name}");
     trace
 }

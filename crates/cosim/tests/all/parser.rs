@@ -1,4 +1,4 @@
-//! The parser of scenes knows data, never a thing that runs: no session, world, rig or engine.
+//! The parser of scenes knows data, never a thing that runs: no simulation, world or engine.
 
 use std::fs;
 use std::path::Path;

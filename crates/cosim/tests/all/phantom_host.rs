@@ -2,7 +2,7 @@
 
 use crate::common::{Dense, by_host, law, phantom, run};
 use hpu_cosim::scene::PhantomScene;
-use hpu_cosim::{Control, PhantomSession, Rig, Wired};
+use hpu_cosim::{Control, PhantomSimulation, Simulation, Wired};
 
 /// Nets of `phantom_io`.
 const HOST: usize = 6;
@@ -283,8 +283,8 @@ fn what_computes_the_force_has_its_wiring() {
         ("PMOS-1", "ideal", true),
     ] {
         let scene = phantom("phantom-thrown", &[("platform.kind", platform), ("model.law", law)]);
-        let session = PhantomSession::new(&scene).expect("valid");
-        assert_eq!(session.wiring().name(), if host { "phantom_io" } else { "phantom_loop" });
+        let simulation = PhantomSimulation::new(&scene).expect("valid");
+        assert_eq!(simulation.wiring().name(), if host { "phantom_io" } else { "phantom_loop" });
         assert_eq!(by_host(&scene), host);
     }
 }
@@ -297,9 +297,9 @@ fn in_steps(name: &str, step: &str, more: &[(&str, &str)]) -> PhantomScene {
 
 /// Returns, for every row of the trace, the tip's position by the counts and the true one.
 fn rows(scene: &PhantomScene) -> Vec<[f64; 6]> {
-    let session = PhantomSession::new(scene).expect("valid");
-    let mut trace = session.trace(&[]);
-    let summary = session.run(session.driver(), &mut trace, &mut (), &Control::default());
+    let simulation = PhantomSimulation::new(scene).expect("valid");
+    let mut trace = simulation.trace(&[]);
+    let summary = simulation.run(simulation.driver(), &mut trace, &mut (), &Control::default());
     assert!(summary.complete && summary.aborted.is_none());
     (0..trace.rows()).map(|row| std::array::from_fn(|real| trace.real(real)[row])).collect()
 }
@@ -363,9 +363,9 @@ fn an_ideal_law_that_follows_the_arm_stands_for_its_samples() {
 #[test]
 fn a_law_without_a_clock_shows_its_words_with_the_rows() {
     let scene = in_steps("phantom-thrown-rtos", "50 us", &[]);
-    let session = PhantomSession::new(&scene).expect("valid");
-    let mut trace = session.trace(&["position1", "command1", "host1"]);
-    session.run(session.driver(), &mut trace, &mut (), &Control::default());
+    let simulation = PhantomSimulation::new(&scene).expect("valid");
+    let mut trace = simulation.trace(&["position1", "command1", "host1"]);
+    simulation.run(simulation.driver(), &mut trace, &mut (), &Control::default());
     let count_rad = 3.0 / 92_000.0 * std::f64::consts::TAU;
     let mut moved = 0;
     let mut pushed = 0;

@@ -2,7 +2,7 @@
 
 use crate::common::{phantom, run};
 use hpu_cosim::scene::PhantomScene;
-use hpu_cosim::{Control, Driver, PhantomSession, Rig, Verdict, Wired};
+use hpu_cosim::{Control, Driver, PhantomSimulation, Simulation, Verdict, Wired};
 
 /// The numbers of the scene: the mass at the tip with the hanging weight, that weight, the friction at the tip.
 const WEIGHT_N: f64 = 0.15;
@@ -136,8 +136,8 @@ fn passes(stiffness: f64, more: &[(&str, &str)]) -> bool {
         let own: Vec<_> = own.iter().map(|(key, value)| (*key, value.as_str())).collect();
         let fixed = [("run.duration", "10 s"), ("clock.frequency", "1 MHz")];
         let scene = drop(&[&own[..], &fixed, more].concat());
-        let session = PhantomSession::new(&scene).unwrap_or_else(|error| panic!("{error}"));
-        let summary = session.run(Driver::Events, &mut session.trace(&[]), &mut (), &Control::default());
+        let simulation = PhantomSimulation::new(&scene).unwrap_or_else(|error| panic!("{error}"));
+        let summary = simulation.run(Driver::Events, &mut simulation.trace(&[]), &mut (), &Control::default());
         matches!(summary.verdict, Some(Verdict::Passive { .. }))
     })
 }

@@ -3,14 +3,14 @@
 
 use crate::common::phantom;
 use hpu_cosim::scene::{PhantomScene, Solver, shipped};
-use hpu_cosim::{Control, PhantomSession, Rig, Summary, Trace, Verdict, Wired};
+use hpu_cosim::{Control, PhantomSimulation, Simulation, Summary, Trace, Verdict, Wired};
 
 const STEPPED: [Solver; 4] = [Solver::Euler, Solver::SemiImplicit, Solver::Midpoint, Solver::Rk4];
 
 fn run(scene: &PhantomScene) -> (Summary, Trace) {
-    let session = PhantomSession::new(scene).unwrap_or_else(|error| panic!("{error}"));
-    let mut trace = session.trace(&[]);
-    (session.run(session.driver(), &mut trace, &mut (), &Control::default()), trace)
+    let simulation = PhantomSimulation::new(scene).unwrap_or_else(|error| panic!("{error}"));
+    let mut trace = simulation.trace(&[]);
+    (simulation.run(simulation.driver(), &mut trace, &mut (), &Control::default()), trace)
 }
 
 fn with(name: &str, solver: Solver, step: &str, more: &[(&str, &str)]) -> PhantomScene {
@@ -36,7 +36,7 @@ fn leaping_and_stepping_agree_on_every_solver() {
                 let said = format!("{solver:?} {platform} {step}");
                 assert_eq!((summary.edges, summary.steps), (300_000, 300_000 / scene.step_clocks()), "{said}");
                 assert!(summary.encoder_edges > 60 && summary.output_changes > 0, "{said}");
-                let comparison = PhantomSession::new(&scene).unwrap().compare(300_000);
+                let comparison = PhantomSimulation::new(&scene).unwrap().compare(300_000);
                 assert_eq!((comparison.edges, comparison.mismatches), (300_000, 0), "{said}: {:?}", comparison.first);
             }
         }

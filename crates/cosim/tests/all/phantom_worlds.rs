@@ -3,7 +3,9 @@
 
 use crate::common::{phantom, run};
 use hpu_cosim::scene::{PhantomScene, Platform};
-use hpu_cosim::{ClosedLoop, Control, Driver, PhantomSession, Rig, Summary, Verdict, Visit, Wired, World};
+use hpu_cosim::{
+    ClosedLoop, Control, Driver, LoopVisitor, PhantomSimulation, Simulation, Summary, Verdict, Wired, World,
+};
 use hpu_datapath::Wiring;
 
 /// Edges over which each platform is compared: 6 ms.
@@ -17,14 +19,14 @@ const DRIVES: [&[(&str, &str)]; 3] = [
 ];
 
 fn summary(scene: &PhantomScene, driver: Driver) -> Summary {
-    let session = PhantomSession::new(scene).unwrap_or_else(|error| panic!("{error}"));
-    session.run(driver, &mut session.trace(&[]), &mut (), &Control::default())
+    let simulation = PhantomSimulation::new(scene).unwrap_or_else(|error| panic!("{error}"));
+    simulation.run(driver, &mut simulation.trace(&[]), &mut (), &Control::default())
 }
 
 /// Compares the drivers, after checking that the run has contact, counts and energy to compare.
 #[track_caller]
 fn agree(scene: &PhantomScene, said: &str) {
-    let session = PhantomSession::new(scene).unwrap_or_else(|error| panic!("{error}"));
+    let simulation = PhantomSimulation::new(scene).unwrap_or_else(|error| panic!("{error}"));
     let whole = summary(scene, Driver::Events);
     assert_eq!((whole.edges, whole.aborted), (EDGES, None), "{said}");
     assert!(whole.encoder_edges > 60, "{said}: {} encoder edges", whole.encoder_edges);
@@ -33,7 +35,7 @@ fn agree(scene: &PhantomScene, said: &str) {
     let energy = whole.energy;
     assert!(energy.exchanged_j > 1e-4, "{said}: {energy:?}");
     assert!(energy.residual_j.abs() <= 1e-9 * energy.exchanged_j, "{said}: {energy:?}");
-    let comparison = session.compare(EDGES);
+    let comparison = simulation.compare(EDGES);
     assert_eq!((comparison.edges, comparison.mismatches), (EDGES, 0), "{said}: {:?}", comparison.first);
 }
 
@@ -160,7 +162,7 @@ fn a_device_that_leaves_what_is_modelled_ends_the_run_with_the_reason() {
             (ended.edges, ended.aborted, ended.energy),
             "{why}"
         );
-        let comparison = PhantomSession::new(&scene).expect("valid").compare(scene.edges());
+        let comparison = PhantomSimulation::new(&scene).expect("valid").compare(scene.edges());
         assert_eq!((comparison.edges, comparison.mismatches), (ended.edges, 0), "{why}: {:?}", comparison.first);
     }
 }
@@ -171,9 +173,9 @@ fn it_ends_on_the_count_that_says_so() {
         let mut scene = ending(index);
         // One row per edge, so that the last row is that of the end.
         scene.record.plant_rate_hz = 2e6;
-        let session = PhantomSession::new(&scene).expect("valid");
+        let simulation = PhantomSimulation::new(&scene).expect("valid");
         let mut last = Last::default();
-        session.run(Driver::Events, &mut session.trace(&[]), &mut last, &Control::default());
+        simulation.run(Driver::Events, &mut simulation.trace(&[]), &mut last, &Control::default());
         last.0
     };
     // Only joint 2 has turned: y = l sin of the first count beyond the tables. 11 bits hold -1024; a count is 2 pi /
@@ -209,7 +211,7 @@ impl hpu_signal::Observe for Last {
     }
 }
 
-/// A visit that drives the loop on after its run has ended, and returns the words.
+/// A visitor that drives the loop on after its run has ended, and returns the words.
 struct OnAndOn;
 
 /// The greatest command until the run was over, and the words of validity and commands 200 edges later.
@@ -219,7 +221,7 @@ struct Found {
     commands: Vec<i64>,
 }
 
-impl<'s> Visit<'s> for OnAndOn {
+impl<'s> LoopVisitor<'s> for OnAndOn {
     type Out = Found;
     fn visit<E, W>(self, wiring: &W, world: E, input: E::In) -> Found
     where
@@ -253,7 +255,7 @@ fn beyond_the_tables_the_datapath_says_invalid_and_commands_nothing() {
         if scene.method.shared {
             scene.method.config = scene.method.config.shared();
         }
-        let found = PhantomSession::new(&scene).expect("valid").visit(OnAndOn);
+        let found = PhantomSimulation::new(&scene).expect("valid").visit(OnAndOn);
         // 5 N/m times 3 cm, on a lever of 0.14 m, in counts of 36 uN.m.
         assert!(found.greatest > 500, "{architecture}: {}", found.greatest);
         assert_eq!(found.valid, [1, 0, 1], "{architecture}");
@@ -267,8 +269,8 @@ fn drivers_agree_on_an_arm_that_passes_a_singular_pose() {
     let scene = shipped.iter().find(|scene| scene.name == "phantom-thrown").expect("a shipped scene");
     let set = [("drop.speed", "90"), ("run.duration", "2 ms")].map(|(key, value)| (key.to_string(), value.to_string()));
     let experiment = scene.parse(&set).unwrap_or_else(|error| panic!("{error}"));
-    let ready = hpu_cosim::Ready::new(&experiment).expect("a rig");
-    let found = ready.compare(ready.edges());
-    assert!(found.edges < ready.edges(), "the run ends in the pose");
+    let simulation = hpu_cosim::WiredSimulation::new(&experiment).expect("a simulation");
+    let found = simulation.compare(simulation.edges());
+    assert!(found.edges < simulation.edges(), "the run ends in the pose");
     assert_eq!((found.mismatches, found.first), (0, None));
 }

@@ -2,7 +2,7 @@
 //! change.
 
 use hpu_cosim::scene::{Experiment, Scene, shipped};
-use hpu_cosim::{Control, Driver, Rig, Session, Summary, Trace, Verdict, Wired, WordRamp};
+use hpu_cosim::{AxisSimulation, Control, Driver, Simulation, Summary, Trace, Verdict, Wired, WordRamp};
 use hpu_signal::{Cycle, Observe};
 
 fn parsed(name: &str, overrides: &[(&str, &str)]) -> Scene {
@@ -12,15 +12,15 @@ fn parsed(name: &str, overrides: &[(&str, &str)]) -> Scene {
 }
 
 fn run(scene: &Scene) -> (Summary, Trace) {
-    let session = Session::new(scene).unwrap();
-    let mut trace = session.trace(&["command"]);
-    let summary = session.run(Driver::Events, &mut trace, &mut (), &Control::default());
+    let simulation = AxisSimulation::new(scene).unwrap();
+    let mut trace = simulation.trace(&["command"]);
+    let summary = simulation.run(Driver::Events, &mut trace, &mut (), &Control::default());
     (summary, trace)
 }
 
 #[track_caller]
 fn agree(scene: &Scene, edges: u64) {
-    let comparison = Session::new(scene).unwrap().compare(edges);
+    let comparison = AxisSimulation::new(scene).unwrap().compare(edges);
     assert_eq!(comparison.mismatches, 0, "{}: {:?}", scene.name, comparison.first);
 }
 
@@ -152,11 +152,11 @@ fn a_ramp_changes_the_stiffness_word_by_one_at_the_edges_where_the_nearest_chang
         "hybrid-wall",
         &[("wall.ramp", "{ stiffness = 2, from = \"1 ms\", to = \"5 ms\" }"), ("run.duration", "10 ms")],
     );
-    let session = Session::new(&scene).unwrap();
-    assert_eq!(session.words().schedule.stiffness, Some(WordRamp::new(36, 47, 50_000, 200_000)));
+    let simulation = AxisSimulation::new(&scene).unwrap();
+    assert_eq!(simulation.words().schedule.stiffness, Some(WordRamp::new(36, 47, 50_000, 200_000)));
     for driver in [Driver::Events, Driver::Clock] {
         let mut seen = Stiffness::default();
-        session.run(driver, &mut session.trace(&[]), &mut seen, &Control::default());
+        simulation.run(driver, &mut simulation.trace(&[]), &mut seen, &Control::default());
         let steps = (1..=11u64).map(|k| (50_000 + ((2 * k - 1) * 200_000).div_ceil(22), 36 + k as i64));
         // The constants are on their nets from the start.
         let expected: Vec<_> = [(0, 36)].into_iter().chain(steps).collect();

@@ -1,7 +1,7 @@
 //! A shown scene is the scene: it parses to the same experiment and runs to the same summary.
 
 use hpu_cosim::scene::{Experiment, Resolved, ValueSource, as_scene, resolved, shipped, shipped_file};
-use hpu_cosim::{Control, Driver, Ready, Rig, Summary, Wired};
+use hpu_cosim::{Control, Driver, Simulation, Summary, Wired, WiredSimulation};
 
 fn pairs(set: &[(&str, &str)]) -> Vec<(String, String)> {
     set.iter().map(|(key, value)| (key.to_string(), value.to_string())).collect()
@@ -41,9 +41,9 @@ fn contents(scene: &Experiment) -> String {
 }
 
 fn run(scene: &Experiment) -> Summary {
-    let ready = Ready::new(scene).expect("ready");
-    let mut trace = ready.trace(&[]);
-    let summary = ready.run(Driver::Events, &mut trace, &mut (), &Control::default());
+    let simulation = WiredSimulation::new(scene).expect("ready");
+    let mut trace = simulation.trace(&[]);
+    let summary = simulation.run(Driver::Events, &mut trace, &mut (), &Control::default());
     Summary { wall_s: 0.0, ..summary }
 }
 

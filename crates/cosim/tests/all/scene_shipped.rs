@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use hpu_cosim::scene::{Hand, Loop, Scene, shipped, shipped_file};
-use hpu_cosim::{Control, Driver, Ready, Rig, Wired, metric};
+use hpu_cosim::{Control, Driver, Simulation, Wired, WiredSimulation, metric};
 
 fn parsed(name: &str) -> Scene {
     let scene = shipped().iter().find(|scene| scene.name == name).unwrap();
@@ -18,7 +18,7 @@ fn every_shipped_scene_parses_under_its_name_and_expects_something() {
         assert_eq!(parsed.name, scene.name);
         let expect = &parsed.expect;
         assert!(expect.outcome.is_some() || !expect.numbers.is_empty(), "{}", scene.name);
-        Ready::new(&parsed).unwrap_or_else(|error| panic!("{error}"));
+        WiredSimulation::new(&parsed).unwrap_or_else(|error| panic!("{error}"));
     }
 }
 
@@ -63,9 +63,9 @@ fn the_walls_that_are_compared_differ_in_nothing_but_the_loop() {
 fn every_shipped_scene_does_what_it_expects() {
     for shipped in shipped() {
         let scene = shipped.parse(&[]).unwrap_or_else(|error| panic!("{error}"));
-        let session = Ready::new(&scene).unwrap_or_else(|error| panic!("{}: {error}", shipped.name));
-        let mut trace = session.trace(&[]);
-        let summary = session.run(Driver::Events, &mut trace, &mut (), &Control::default());
+        let simulation = WiredSimulation::new(&scene).unwrap_or_else(|error| panic!("{}: {error}", shipped.name));
+        let mut trace = simulation.trace(&[]);
+        let summary = simulation.run(Driver::Events, &mut trace, &mut (), &Control::default());
         if scene.expect.outcome.is_some() {
             assert_eq!(summary.outcome(), scene.expect.outcome, "{}", shipped.name);
         }

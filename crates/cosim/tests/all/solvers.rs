@@ -1,7 +1,7 @@
 //! Every solver: drivers agree on stepped worlds, and results converge to those of the exact flow as the step shrinks.
 
 use hpu_cosim::scene::{Device, Experiment, Metric, Scene, Solver, shipped};
-use hpu_cosim::{Control, Driver, Rig, Session, Summary, Trace, Verdict, Wired, metric};
+use hpu_cosim::{AxisSimulation, Control, Driver, Simulation, Summary, Trace, Verdict, Wired, metric};
 use hpu_signal::{Cycle, Observe};
 
 const METHODS: [&str; 4] = ["euler", "semi_implicit", "midpoint", "rk4"];
@@ -13,9 +13,9 @@ fn parsed(name: &str, overrides: &[(&str, &str)]) -> Scene {
 }
 
 fn run(scene: &Scene) -> (Summary, Trace) {
-    let session = Session::new(scene).unwrap();
-    let mut trace = session.trace(&["command"]);
-    let summary = session.run(session.driver(), &mut trace, &mut (), &Control::default());
+    let simulation = AxisSimulation::new(scene).unwrap();
+    let mut trace = simulation.trace(&["command"]);
+    let summary = simulation.run(simulation.driver(), &mut trace, &mut (), &Control::default());
     (summary, trace)
 }
 
@@ -25,7 +25,7 @@ fn number(which: Metric, scene: &Scene, summary: &Summary, trace: &Trace) -> f64
 
 #[track_caller]
 fn agree(name: &str, overrides: &[(&str, &str)], edges: u64) {
-    let comparison = Session::new(&parsed(name, overrides)).unwrap().compare(edges);
+    let comparison = AxisSimulation::new(&parsed(name, overrides)).unwrap().compare(edges);
     assert_eq!((comparison.mismatches, comparison.edges), (0, edges), "{name} {overrides:?}: {:?}", comparison.first);
 }
 
@@ -105,10 +105,10 @@ fn drivers_show_the_same_rows_and_the_same_energies_of_a_stepped_world() {
         // Rows on the ends of steps, and between them.
         let fixed = [("run.duration", "5 ms"), ("record.plant_rate", "200 kHz")];
         let scene = parsed("conventional-wall-10khz", &[&MOVING[..], model, &fixed].concat());
-        let session = Session::new(&scene).unwrap();
+        let simulation = AxisSimulation::new(&scene).unwrap();
         let shown = [Driver::Events, Driver::Clock].map(|driver| {
             let mut dense = Dense::default();
-            let summary = session.run(driver, &mut session.trace(&[]), &mut dense, &Control::default());
+            let summary = simulation.run(driver, &mut simulation.trace(&[]), &mut dense, &Control::default());
             (dense, summary.energy, summary.steps, summary.encoder_edges)
         });
         assert!(shown[0] == shown[1], "{model:?}");

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use hpu_cosim::scene::{Device, Experiment, Scene, shipped};
-use hpu_cosim::{AxisWorld, ClosedLoop, Rig, Session, TheLoop, Wired, World, with_axis_loop};
+use hpu_cosim::{AxisSimulation, AxisWorld, ClosedLoop, Simulation, TheLoop, Wired, World, with_axis_loop};
 use hpu_datapath::{LoopIn, LoopOut, Wiring};
 use hpu_signal::{Cycle, Observe};
 
@@ -142,10 +142,10 @@ fn tick<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>>(run: &mut Close
     }
 }
 
-/// Evaluates an expression with the wiring of a session bound to a name, whatever its type.
+/// Evaluates an expression with the wiring of a simulation bound to a name, whatever its type.
 macro_rules! with_wiring {
-    ($session:expr, $wiring:ident => $call:expr) => {
-        match $session.wiring() {
+    ($simulation:expr, $wiring:ident => $call:expr) => {
+        match $simulation.wiring() {
             TheLoop::Axis(axis_loop) => with_axis_loop!(axis_loop, $wiring => $call),
             TheLoop::Law($wiring) => $call,
             TheLoop::Arm(_) => panic!("an axis"),
@@ -155,14 +155,14 @@ macro_rules! with_wiring {
 
 /// Compares the engine's plant with the precise one, to the end of a scene or for a number of ticks.
 pub fn engine_beside_precise(scene: &Scene, ticks: u64) -> Outcome {
-    let session = Session::new(scene).unwrap_or_else(|error| panic!("{}: {error}", scene.name));
+    let simulation = AxisSimulation::new(scene).unwrap_or_else(|error| panic!("{}: {error}", scene.name));
     let laws = Laws::<4>::new(scene);
-    let command = command(&session);
-    let precise = PreciseWorld::new(&laws, command, session.words().schedule);
-    let shipped = AxisWorld::new(session.plant(), command, session.words().schedule);
-    with_wiring!(session, wiring => {
+    let command = command(&simulation);
+    let precise = PreciseWorld::new(&laws, command, simulation.words().schedule);
+    let shipped = AxisWorld::new(simulation.plant(), command, simulation.words().schedule);
+    with_wiring!(simulation, wiring => {
         let (mut outcome, [mut before, precise], shipped) =
-            beside(wiring, precise, shipped, session.input(), [scene.edges(), ticks]);
+            beside(wiring, precise, shipped, simulation.input(), [scene.edges(), ticks]);
         if let Some(difference) = &mut outcome.difference {
             let earlier = difference.edges[0].min(difference.edges[1]);
             while before.edge() < earlier {
@@ -178,21 +178,21 @@ pub fn engine_beside_precise(scene: &Scene, ticks: u64) -> Outcome {
 
 /// Compares the precise plant in the same way with one of twice as many places.
 pub fn precise_beside_twice_as_precise(scene: &Scene, ticks: u64) -> Outcome {
-    let session = Session::new(scene).unwrap_or_else(|error| panic!("{}: {error}", scene.name));
+    let simulation = AxisSimulation::new(scene).unwrap_or_else(|error| panic!("{}: {error}", scene.name));
     let (laws, wide_laws) = (Laws::<4>::new(scene), Laws::<7>::new(scene));
-    let (command, schedule) = (command(&session), session.words().schedule);
+    let (command, schedule) = (command(&simulation), simulation.words().schedule);
     let (precise, wide) =
         (PreciseWorld::new(&laws, command, schedule), PreciseWorld::new(&wide_laws, command, schedule));
-    with_wiring!(session, wiring => {
+    with_wiring!(simulation, wiring => {
         let (mut outcome, [_, wide], precise) =
-            beside(wiring, wide, precise, session.input(), [scene.edges(), ticks]);
+            beside(wiring, wide, precise, simulation.input(), [scene.edges(), ticks]);
         outcome.off_rad = (precise.angle().widened() - wide.angle()).abs().float();
         outcome
     })
 }
 
-fn command(session: &Session) -> usize {
-    session.nets().iter().position(|net| net.name == "command").expect("a haptic loop has a command")
+fn command(simulation: &AxisSimulation) -> usize {
+    simulation.nets().iter().position(|net| net.name == "command").expect("a haptic loop has a command")
 }
 
 /// Returns the shipped scenes of an axis.

@@ -14,7 +14,7 @@ use crate::axis::{Hand, Mode, Shaft};
 use crate::double::{Double, Doubles, Product, versions};
 use crate::energy::{Energy, Powers, stored_j};
 use crate::gauge::{Flow, Gauge, Measured, Pace, Whole};
-use crate::guard::{Band, Guard, Limits, Point, Side, Watch, dyadic};
+use crate::guard::{Band, Guard, Limits, MotionPoint, Side, Watch, dyadic};
 use crate::leap::Integrals;
 use crate::linear::Trajectory;
 use crate::matrix::{ANGLE, CURRENT, INTENT, SPEED, State};
@@ -470,7 +470,7 @@ impl<'a> Device<'a> {
         }
         self.hear(last);
         let encoder = Limits::from(&Band { low: band_rad.0, high: band_rad.1, open: true });
-        let a = Point::of(&self.motion, first);
+        let a = MotionPoint::of(&self.motion, first);
         let event = if self.stays(&encoder, &a, last - first) { None } else { self.search(&encoder, a, last) };
         self.ahead = (self.anchor + last, band_rad, event);
         event.filter(|event| event.0 <= to)
@@ -479,7 +479,7 @@ impl<'a> Device<'a> {
     /// Returns whether a quick look proves that the angle stays in a band, and the mode lasts, for this number of edges
     /// after a point.
     #[inline(always)]
-    fn stays(&self, encoder: &Limits, from: &Point, edges: u64) -> bool {
+    fn stays(&self, encoder: &Limits, from: &MotionPoint, edges: u64) -> bool {
         let stays = |guard: &Guard, limits: &Limits, noise| guard.stays(&self.motion, limits, noise, from, edges);
         if self.shaft != Shaft::Stuck && !stays(&self.mode.angle, encoder, self.noise[0]) {
             return false;
@@ -496,12 +496,12 @@ impl<'a> Device<'a> {
 
     /// Returns the first event from a point to the edge `last`, both counted from the anchor.
     #[inline(always)]
-    fn search(&mut self, encoder: &Limits, mut a: Point, last: u64) -> Option<Event> {
+    fn search(&mut self, encoder: &Limits, mut a: MotionPoint, last: u64) -> Option<Event> {
         while a.edge < last {
             // Searches about as far as the next encoder edge is away at this speed.
             let gap_s = (encoder.high.hi - encoder.low.hi) / a.x[SPEED].abs();
             let guess = (gap_s / self.motion.system().edge_s()).clamp(64.0, 65536.0) as u64;
-            let b = Point::of(&self.motion, last.min(a.edge + guess));
+            let b = MotionPoint::of(&self.motion, last.min(a.edge + guess));
             let check = |index: usize| {
                 self.checks[index].as_ref().map(|check| (check.guard, &check.limits, self.noise[index + 1]))
             };
@@ -512,7 +512,7 @@ impl<'a> Device<'a> {
                 // Events of other functions after this one do not matter.
                 found = guard.exit(&mut watch, &a, found.as_ref().unwrap_or(&b)).or(found);
             }
-            if let Some(Point { edge, x, .. }) = found {
+            if let Some(MotionPoint { edge, x, .. }) = found {
                 return Some((self.anchor + edge, x));
             }
             a = b;

@@ -2,7 +2,7 @@
 
 use super::cruise::Cruise;
 use crate::gauge::{Extent, Flow, ROUNDING, Stretch, turns};
-use crate::guard::{Guard, Point, dyadic};
+use crate::guard::{Guard, MotionPoint, dyadic};
 use crate::matrix::{dot, sizes};
 
 /// Current and speed on a cruise: the smooth motion and the ripple, which is the same in every period.
@@ -44,7 +44,7 @@ impl Waves<'_, '_> {
 
     fn goes_one_way(&self, guard: &Guard, from: u64, to: u64) -> bool {
         let motion = self.flow.motion;
-        let [a, b] = [from, to].map(|edge| Point::of(motion, edge));
+        let [a, b] = [from, to].map(|edge| MotionPoint::of(motion, edge));
         let Some([second, _]) = guard.derivatives(dyadic(to - from)) else { return false };
         let (length_s, bend) = ((to - from) as f64 * motion.system().edge_s(), dot(second, &sizes(&a.w)));
         let [slope, later] = [guard.value(&a.w), guard.value(&b.w)];
@@ -57,7 +57,7 @@ impl Waves<'_, '_> {
         let mut edge = from;
         while edge < to {
             let (begun, ended, motion) = self.cruise.pulse(self.flow.motion, edge);
-            let ends = [edge, ended.min(to)].map(|edge| Point::of(&motion, edge - begun));
+            let ends = [edge, ended.min(to)].map(|edge| MotionPoint::of(&motion, edge - begun));
             for (guard, extent) in self.flow.guards.iter().zip(&mut *extents) {
                 ends.iter().for_each(|end| extent.take(guard.value(&end.x)));
                 turns(&motion, guard, ends[0], ends[1], extent);

@@ -1,6 +1,6 @@
 //! Events at an edge are decided exactly, however near to a limit.
 
-use hpu_plant::{Axis, Band, Bridge, Device, Guard, Hand, Linear, Motor, Point, Trajectory};
+use hpu_plant::{Axis, Band, Bridge, Device, Guard, Hand, Linear, MotionPoint, Motor, Trajectory};
 
 const EDGE_S: f64 = 20e-9;
 
@@ -83,7 +83,7 @@ fn the_first_exit_is_exact_at_limits_that_f64_values_touch() {
             [(at, true, n), (at, false, n + 1), (at.next_down(), false, n), (at.next_up(), true, n + 1)]
         {
             let band = Band { low: f64::NEG_INFINITY, high: limit, open };
-            let found = guard.first(&motion, &band, &Point::of(&motion, 0), &Point::of(&motion, 200_000));
+            let found = guard.first(&motion, &band, &MotionPoint::of(&motion, 0), &MotionPoint::of(&motion, 200_000));
             assert_eq!(found, Some(expected), "{n}, {limit:e}, {open}");
         }
     }

@@ -15,7 +15,7 @@ mod arm_stepper;
 mod arms;
 mod cruise;
 mod decisions;
-mod held;
+mod held_device;
 mod less_model;
 mod motor;
 mod shaper;

@@ -1,6 +1,6 @@
 //! The motor against the known answers of its set of data, closed forms and its own energy balance.
 
-use hpu_plant::{Axis, Band, Bridge, Device, Gates, Guard, Hand, Linear, Motor, Point, Push, Trajectory};
+use hpu_plant::{Axis, Band, Bridge, Device, Gates, Guard, Hand, Linear, MotionPoint, Motor, Push, Trajectory};
 
 const EDGE_S: f64 = 20e-9;
 /// A band of angles that no test leaves.
@@ -264,7 +264,7 @@ fn guards_find_the_first_of_many_close_crossings() {
                 }
                 let to = from + 150_000;
                 let scan = (from + 1..=to).find(|&n| left(n));
-                let found = guard.first(&motion, &band, &Point::of(&motion, from), &Point::of(&motion, to));
+                let found = guard.first(&motion, &band, &MotionPoint::of(&motion, from), &MotionPoint::of(&motion, to));
                 assert_eq!(found, scan, "{band:?} from {from}");
                 from = found.unwrap_or(to);
             }

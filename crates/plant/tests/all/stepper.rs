@@ -27,9 +27,9 @@ fn walk(axis: &Axis, method: Method, step_s: f64, steps: u64, x: State, drive: D
     let mut energy = Energy::default();
     let mut x = axis.taken(drive, &x);
     for _ in 0..steps {
-        let feed = axis.feed(drive, &x, intent);
-        let next = stepper.step(&x, &feed);
-        stepper.account(&mut energy, step_s, &stepper.powers(&x, &feed), &stepper.powers(&next, &feed));
+        let excitation = axis.excitation(drive, &x, intent);
+        let next = stepper.step(&x, &excitation);
+        stepper.account(&mut energy, step_s, &stepper.powers(&x, &excitation), &stepper.powers(&next, &excitation));
         x = next;
     }
     (x, energy)
@@ -144,10 +144,10 @@ fn the_midpoint_solves_its_equation_with_friction() {
         let stepper = Stepper::new(&axis, Method::Midpoint, 1e-3);
         for (speed, angle) in [(0.2, 0.0), (-0.2, 0.001), (0.004, 0.0), (0.02, 0.0005)] {
             let x = [0.1, speed, angle, 0.0];
-            let feed = axis.feed(Drive::Current(0.1), &x, 0.02);
-            let next = stepper.step(&x, &feed);
+            let excitation = axis.excitation(Drive::Current(0.1), &x, 0.02);
+            let next = stepper.step(&x, &excitation);
             let middle = std::array::from_fn(|k| 0.5 * (x[k] + next[k]));
-            let slope = stepper.derivative(&middle, &feed);
+            let slope = stepper.derivative(&middle, &excitation);
             for k in 0..4 {
                 let left = next[k] - x[k] - 1e-3 * slope[k];
                 assert!(left.abs() < 1e-14, "smoothed {smoothed}, {x:?}: state {k} {left}");

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::Command;
 use std::time::Duration;
 
-use hpu_cosim::dut::{Change, Design, Fault, Port, Simulation};
+use hpu_cosim::dut::{Change, Design, Fault, Port, RunningDesign};
 use hpu_cosim::scene::{Dut, Generic, Standard};
 use hpu_signal::Format;
 
@@ -330,7 +330,12 @@ impl Design for Analysed {
         &self.engine
     }
 
-    fn start(&self, words: &[u64], drives: &[bool], changes: &mut Vec<Change>) -> Result<Box<dyn Simulation>, Fault> {
+    fn start(
+        &self,
+        words: &[u64],
+        drives: &[bool],
+        changes: &mut Vec<Change>,
+    ) -> Result<Box<dyn RunningDesign>, Fault> {
         let mut command = simulate(self.dut.standard, self.folder.path(), BENCH);
         // Words are unknown before the reset. The words that reach the device are checked anyway.
         command.arg("--ieee-asserts=disable-at-0");

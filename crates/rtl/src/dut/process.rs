@@ -9,7 +9,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use hpu_cosim::dut::{Change, Fault, Simulation};
+use hpu_cosim::dut::{Change, Fault, RunningDesign};
 
 use super::DutError;
 use super::wire::{DESCRIPTOR, put, take_answer};
@@ -131,7 +131,7 @@ impl Process {
     }
 }
 
-impl Simulation for Process {
+impl RunningDesign for Process {
     fn clock(&mut self, words: &[u64], edges: u64, all: bool, changes: &mut Vec<Change>) -> Result<u64, Fault> {
         self.request.extend([edges, u64::from(all)]);
         self.request.extend_from_slice(words);

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Duration;
 
-use hpu_cosim::dut::{Change, Design, Fault, Port, Simulation};
+use hpu_cosim::dut::{Change, Design, Fault, Port, RunningDesign};
 use hpu_cosim::scene::{Dut, Generic};
 use hpu_signal::Format;
 
@@ -381,7 +381,12 @@ impl Design for Verilated {
         &self.engine
     }
 
-    fn start(&self, words: &[u64], drives: &[bool], changes: &mut Vec<Change>) -> Result<Box<dyn Simulation>, Fault> {
+    fn start(
+        &self,
+        words: &[u64],
+        drives: &[bool],
+        changes: &mut Vec<Change>,
+    ) -> Result<Box<dyn RunningDesign>, Fault> {
         let command = Command::new(self.folder.join(MODEL));
         let process = Process::start(Tool::Verilator, command, self.limit, (words, drives), changes)?;
         Ok(Box::new(process))

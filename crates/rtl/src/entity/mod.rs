@@ -4,9 +4,9 @@
 //! of a scene: VHDL by GHDL, Verilog by Verilator, in a process that is given the bits at its inputs and reports those
 //! at its outputs. It is first clocked some times in reset.
 
+mod block_comparison;
 mod ours;
 mod proof;
-mod told;
 mod wires;
 
 use std::time::Instant;
@@ -20,8 +20,8 @@ use crate::check::all_stimuli;
 use crate::dut::{DutError, Model, Simulators, is_vhdl};
 use crate::report::{CheckRow, Tally};
 use crate::vector::{Vectors, literal};
+use block_comparison::BlockComparison;
 use ours::Ours;
-use told::Told;
 use wires::{What, Wire, not_taken, same, there_are};
 
 /// Clock cycles before the first row. The block has the inputs of that row, and is in reset if it has one.
@@ -203,8 +203,8 @@ impl Entity {
         let ours = Ours { vectors: Vectors::record(&mut **block, stimuli), resets, shift };
         let engine = design.engine().to_string();
         let mut found = CheckRow::new(&self.top, label);
-        let told = self.simulate(&*design, &ours, &wires);
-        found.add(told.map_err(|fault| fault.to_string()), has_clock, began.elapsed().as_secs_f64());
+        let comparison = self.simulate(&*design, &ours, &wires);
+        found.add(comparison.map_err(|fault| fault.to_string()), has_clock, began.elapsed().as_secs_f64());
         Ok(Compared { row: found, not_taken: not_taken(&**block, &wires), engine, has_reset })
     }
 
@@ -224,7 +224,7 @@ impl Entity {
     /// Simulates theirs on the rows that ours was given, and compares the answers.
     fn simulate(&self, design: &dyn Design, ours: &Ours, wires: &[Wire]) -> Result<Tally, Fault> {
         let beside = if self.is_vhdl() { "vhdl" } else { "verilog" };
-        let mut told = Told::new(ours, wires, beside);
+        let mut comparison = BlockComparison::new(ours, wires, beside);
         let count = ours.vectors.rows.len();
         let bits = |row: usize| wires.iter().map(|wire| wire.given(ours, row)).collect::<Vec<_>>();
         let mut words = bits(0);
@@ -235,19 +235,19 @@ impl Entity {
             }
         }
         let mut changes = Vec::new();
-        let mut simulation = design.start(&words, &vec![false; wires.len()], &mut changes)?;
-        told.begin(&changes);
+        let mut running = design.start(&words, &vec![false; wires.len()], &mut changes)?;
+        comparison.begin(&changes);
         let mut row = 0;
         while row < count {
             // Consecutive rows with the same inputs are one request.
             let words = bits(row);
             let end = (row + 1..count).find(|&next| bits(next) != words).unwrap_or(count);
             changes.clear();
-            simulation.clock(&words, (end - row) as u64, true, &mut changes)?;
-            told.rows(row..end, &changes);
+            running.clock(&words, (end - row) as u64, true, &mut changes)?;
+            comparison.rows(row..end, &changes);
             row = end;
         }
-        Ok(told.tally())
+        Ok(comparison.tally())
     }
 
     fn is_vhdl(&self) -> bool {

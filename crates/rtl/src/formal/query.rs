@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 use hpu_datapath::{AnyStep, Lemma, Register};
 use hpu_signal::{Clock, Defined, Format, Signal, Term};
-use hpu_wave::{Around, Column, Row};
+use hpu_wave::{Around, Column, ComparedRow};
 
 use super::ProofError;
 use super::netlist::{Net, Netlist};
@@ -413,12 +413,12 @@ impl Query {
             let ours = |asked: &&Asked| word(asked.ours.as_ref().unwrap_or(&asked.vhdl), asked.format);
             let expected = given.iter().chain(&told).map(ours).collect();
             let got = told.iter().map(|asked| word(&asked.vhdl, asked.format)).collect();
-            Row { number: number as u64, expected, got }
+            ComparedRow { number: number as u64, expected, got }
         };
         let mut rows: Vec<_> =
             (1..=self.values.iter().map(|asked| asked.row + 1).max().unwrap_or(0)).map(row).collect();
         // After the first difference, others are meaningless.
-        let is_difference = |row: &Row| row.expected[given.len()..] != row.got[..];
+        let is_difference = |row: &ComparedRow| row.expected[given.len()..] != row.got[..];
         rows.truncate(rows.iter().position(is_difference).map_or(rows.len(), |row| row + 1));
         let clock = Clock::new(100_000_000).expect("a clock");
         Around { name: block, beside: "vhdl", counted: "edge", columns, inputs: given.len(), clock, rows }

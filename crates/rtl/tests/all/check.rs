@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use hpu_cosim::scene::{Experiment, shipped};
-use hpu_cosim::{Control, Driver, Ready, Rig, Wired};
+use hpu_cosim::{Control, Driver, Simulation, Wired, WiredSimulation};
 use hpu_rtl::{Check, CheckOptions, Contact, Fault, LoopScene, check, junit};
 use hpu_signal::{Cycle, Observe};
 use hpu_wave::{mismatch_gtkw, mismatch_vcd};
@@ -153,11 +153,11 @@ impl Observe for First {
 impl First {
     /// Runs the scene with the driver that ticks every edge.
     fn of(names: &[&str], experiment: &Experiment) -> Option<u64> {
-        let rig = Ready::new(experiment).unwrap_or_else(|error| panic!("{error}"));
-        let nets = rig.nets();
+        let simulation = WiredSimulation::new(experiment).unwrap_or_else(|error| panic!("{error}"));
+        let nets = simulation.nets();
         let nets = (0..nets.len()).filter(|&net| names.contains(&nets[net].name)).collect();
         let mut first = Self { nets, at: None };
-        rig.run(Driver::Clock, &mut rig.brief_trace(), &mut first, &Control::default());
+        simulation.run(Driver::Clock, &mut simulation.brief_trace(), &mut first, &Control::default());
         first.at
     }
 }

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use hpu_cosim::scene::{Scene, shipped, shipped_file};
-use hpu_cosim::{AxisWorld, Control, Driver, NetUse, Rig, Schedule, Session, Wired, World};
+use hpu_cosim::{AxisSimulation, AxisWorld, Control, Driver, NetUse, Schedule, Simulation, Wired, World};
 use hpu_datapath::{AnyBlock, Wiring};
 use hpu_rtl::{LoopScene, closed_loop, scene_vectors};
 
@@ -42,8 +42,8 @@ fn scene(options: &LoopScene) -> Scene {
 /// the wall, the torque is not always full, and (in the emulator, which is equal) the velocity was sampled.
 fn does_something(options: &LoopScene) -> Vec<NetUse> {
     let scene = scene(options);
-    let session = Session::new(&scene).unwrap_or_else(|error| panic!("{error}"));
-    let run = session.run(Driver::Events, &mut session.trace(&[]), &mut (), &Control::default());
+    let simulation = AxisSimulation::new(&scene).unwrap_or_else(|error| panic!("{error}"));
+    let run = simulation.run(Driver::Events, &mut simulation.trace(&[]), &mut (), &Control::default());
     assert!(run.encoder_edges > 100, "{} encoder edges", run.encoder_edges);
     let find = |name| run.nets.iter().find(|net| net.signal.name == name);
     let net = |name| find(name).expect("a net").usage;
@@ -151,16 +151,16 @@ fn a_scene_that_is_refused_is_refused_with_its_own_message() {
 #[test]
 fn vectors_recorded_from_a_scene_are_the_runs_pins_and_gates_edge_by_edge() {
     let scene = scene(&fast("hybrid-wall", &[]));
-    let session = Session::new(&scene).unwrap_or_else(|error| panic!("{error}"));
-    let all = scene_vectors(&session, EDGES);
+    let simulation = AxisSimulation::new(&scene).unwrap_or_else(|error| panic!("{error}"));
+    let all = scene_vectors(&simulation, EDGES);
     let (name, vectors) = &all[0];
     assert_eq!(*name, "hybrid_loop");
-    let mut world = AxisWorld::new(session.plant(), 0, Schedule::default());
+    let mut world = AxisWorld::new(simulation.plant(), 0, Schedule::default());
     assert_eq!(vectors.rows.len() as u64, EDGES + 1);
     assert_eq!(vectors.rows[0][0], 1);
     // Columns: rst, a_pin, b_pin, five constants, four gates. The gates drive the plant, which returns the pins.
     for row in &vectors.rows[1..] {
-        let mut input = session.input();
+        let mut input = simulation.input();
         world.sense();
         world.place(&mut input);
         assert_eq!(row[..3], [0, input.a_pin, input.b_pin]);
@@ -173,13 +173,13 @@ fn vectors_recorded_from_a_scene_are_the_runs_pins_and_gates_edge_by_edge() {
 #[test]
 fn vectors_of_the_blocks_inside_a_loop_give_the_nets_that_the_loop_has() {
     let scene = scene(&fast("hybrid-wall", &[]));
-    let session = Session::new(&scene).unwrap_or_else(|error| panic!("{error}"));
-    let Some(hpu_cosim::AxisLoop::Hybrid(wiring)) = session.axis_loop() else { panic!("a hybrid loop") };
-    let all = scene_vectors(&session, EDGES);
+    let simulation = AxisSimulation::new(&scene).unwrap_or_else(|error| panic!("{error}"));
+    let Some(hpu_cosim::AxisLoop::Hybrid(wiring)) = simulation.axis_loop() else { panic!("a hybrid loop") };
+    let all = scene_vectors(&simulation, EDGES);
     let mut run = hpu_cosim::ClosedLoop::new(
         wiring.clone(),
-        AxisWorld::new(session.plant(), 0, Schedule::default()),
-        session.input(),
+        AxisWorld::new(simulation.plant(), 0, Schedule::default()),
+        simulation.input(),
         u64::MAX,
     );
     let instances = wiring.instances();

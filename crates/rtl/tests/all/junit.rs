@@ -1,6 +1,6 @@
 //! JUnit XML is well formed, whatever text comes from a testbench or GHDL.
 
-use hpu_rtl::{Around, CheckReport, CheckRow, Column, Mismatch, Row, junit};
+use hpu_rtl::{Around, CheckReport, CheckRow, Column, ComparedRow, Mismatch, junit};
 use hpu_signal::{Clock, Format};
 
 fn row(variant: &str, first: Option<Mismatch>, failure: Option<&str>) -> CheckRow {
@@ -31,7 +31,7 @@ fn a_report_is_a_suite_with_a_case_a_configuration_and_special_characters_as_ent
             columns: vec![Column { name: "a_high", format: Format::BIT, unit: "1" }],
             inputs: 0,
             clock: Clock::new(1_000_000).expect("a clock"),
-            rows: vec![Row { number: 7, expected: vec!["1".to_string()], got: vec!["\"<&>'".to_string()] }],
+            rows: vec![ComparedRow { number: 7, expected: vec!["1".to_string()], got: vec!["\"<&>'".to_string()] }],
         },
     };
     let report = CheckReport {

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use hpu_cosim::scene::{PhantomScene, shipped};
-use hpu_cosim::{ClosedLoop, Control, Driver, PhantomSession, Rig, Visit, Wired, World};
+use hpu_cosim::{ClosedLoop, Control, Driver, LoopVisitor, PhantomSimulation, Simulation, Wired, World};
 use hpu_datapath::{AnyBlock, Wiring};
 use hpu_rtl::{LoopScene, Vectors, closed_loop, scene_vectors};
 
@@ -39,8 +39,8 @@ fn scene(options: &LoopScene) -> PhantomScene {
 /// nothing.
 fn does_something(options: &LoopScene) {
     let scene = scene(options);
-    let session = PhantomSession::new(&scene).unwrap_or_else(|error| panic!("{error}"));
-    let run = session.run(Driver::Events, &mut session.trace(&[]), &mut (), &Control::default());
+    let simulation = PhantomSimulation::new(&scene).unwrap_or_else(|error| panic!("{error}"));
+    let run = simulation.run(Driver::Events, &mut simulation.trace(&[]), &mut (), &Control::default());
     assert_eq!((run.edges, run.aborted), (EDGES, None));
     assert!(run.encoder_edges > 40, "{} encoder edges", run.encoder_edges);
     let net = |name: &str| run.nets.iter().find(|net| net.signal.name == name).map(|net| net.usage);
@@ -77,8 +77,8 @@ fn beyond_the_tables_the_vhdl_commands_nothing_as_the_emulator_does() {
     let options =
         fast("phantom-thrown", &[("method.depth_bits", "8"), ("room.stiffness", "50"), ("drop.speed", "8 m/s")]);
     let scene = scene(&options);
-    let session = PhantomSession::new(&scene).unwrap_or_else(|error| panic!("{error}"));
-    let run = session.run(Driver::Events, &mut session.trace(&[]), &mut (), &Control::default());
+    let simulation = PhantomSimulation::new(&scene).unwrap_or_else(|error| panic!("{error}"));
+    let run = simulation.run(Driver::Events, &mut simulation.trace(&[]), &mut (), &Control::default());
     let abort = run.aborted.expect("it leaves the tables");
     assert!(abort.why.contains("tables"), "{abort:?}");
     // The VHDL goes on after the end of the run, for as many edges again.
@@ -107,7 +107,7 @@ fn patched(file: &str, phrase: &str, by: &str) -> PathBuf {
 /// Records the words of a net after each edge in the emulator.
 struct Of(&'static str);
 
-impl<'s> Visit<'s> for Of {
+impl<'s> LoopVisitor<'s> for Of {
     type Out = Vec<i64>;
     fn visit<E, W>(self, wiring: &W, world: E, input: E::In) -> Vec<i64>
     where
@@ -133,8 +133,8 @@ fn a_wall_that_pulls_is_caught_at_the_edge_of_the_first_contact() {
     let row = closed_loop(&options, &(&hdl).into()).unwrap_or_else(|error| panic!("{error}"));
     fs::remove_dir_all(hdl).expect("removed");
     let scene = scene(&options);
-    let session = PhantomSession::new(&scene).expect("valid");
-    let forces = session.visit(Of("force_y"));
+    let simulation = PhantomSimulation::new(&scene).expect("valid");
+    let forces = simulation.visit(Of("force_y"));
     let contact = forces.iter().position(|force| *force != 0).expect("contact");
     let first = row.first.expect("a mismatch");
     assert_eq!((first.row, first.signal.as_str()), (contact as u64 + 1, "force_y"));
@@ -151,11 +151,11 @@ fn a_host_command_held_an_edge_too_long_is_caught_where_it_changes() {
     let row = closed_loop(&options, &(&hdl).into()).unwrap_or_else(|error| panic!("{error}"));
     fs::remove_dir_all(hdl).expect("removed");
     let scene = scene(&options);
-    let session = PhantomSession::new(&scene).expect("valid");
+    let simulation = PhantomSimulation::new(&scene).expect("valid");
     // Samples are 2500 edges apart, so two of three commands change on an edge at which the register does not take
     // them.
     let late = ["command1", "command2", "command3"].map(|name| {
-        let commands = session.visit(Of(name));
+        let commands = simulation.visit(Of(name));
         let changed = |edge: &usize| commands[*edge] != commands[edge - 1];
         // Index 0 has the word after edge 1.
         (1..commands.len())
@@ -173,7 +173,7 @@ fn a_host_command_held_an_edge_too_long_is_caught_where_it_changes() {
 /// Compares each row of each instance's vectors with the nets of the loop.
 struct Replay<'a>(&'a [(&'static str, Vectors)]);
 
-impl<'s> Visit<'s> for Replay<'_> {
+impl<'s> LoopVisitor<'s> for Replay<'_> {
     type Out = ();
     fn visit<E, W>(self, wiring: &W, world: E, input: E::In)
     where
@@ -227,10 +227,10 @@ fn vectors_of_the_blocks_inside_each_loop_give_the_nets_that_the_loop_has() {
         ("phantom-thrown-rtos", "phantom_io"),
     ] {
         let scene = scene(&fast(name, &[]));
-        let session = PhantomSession::new(&scene).expect("valid");
-        let all = scene_vectors(&session, EDGES);
+        let simulation = PhantomSimulation::new(&scene).expect("valid");
+        let all = scene_vectors(&simulation, EDGES);
         assert_eq!((all[0].0, all[0].1.rows.len() as u64), (wiring, EDGES + 1));
-        session.visit(Replay(&all));
+        simulation.visit(Replay(&all));
         for (label, vectors) in &all {
             let again = Vectors::parse(&vectors.to_text(), vectors.header.clone());
             assert!(again.as_ref() == Ok(vectors), "{name} {label}");

@@ -70,7 +70,7 @@ impl Speed {
 
 /// The result of a contestant.
 #[derive(Clone, PartialEq, Debug)]
-pub struct Row {
+pub struct ContestantResult {
     /// How large its error is.
     pub grade: Grade,
     /// The error of every output.
@@ -89,7 +89,7 @@ pub struct Entry {
     /// The contestant.
     pub contestant: Contestant,
     /// The result of the contestant.
-    pub row: Result<Row, String>,
+    pub row: Result<ContestantResult, String>,
 }
 
 /// A finished race.

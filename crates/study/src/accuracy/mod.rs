@@ -20,9 +20,9 @@ mod table;
 
 pub use contestants::{Contestant, EVENTS, SOLVERS, named, time};
 pub(crate) use contestants::{Variant, rungs};
-pub use found::{Chart, Entry, Grade, Row, Speed};
+pub use found::{Chart, ContestantResult, Entry, Grade, Speed};
 pub use front::front;
-pub(crate) use outputs::ready;
+pub(crate) use outputs::simulation;
 pub use outputs::{Outputs, driver, usual, worst};
 pub use over_map::{SHORTEST_STEP_S, Share, Tour, front_of_shares};
 pub use race::{Plan, Race, RaceError};

@@ -13,7 +13,7 @@
 //! | `verdict` | 0 when right, infinite when wrong |
 
 use hpu_cosim::scene::{Datapath, Experiment, Metric, OutcomeKind, Output};
-use hpu_cosim::{Control, Driver, PASSIVE_RMS_M, Ready, Rig, Summary, Trace, Wired, metric};
+use hpu_cosim::{Control, Driver, PASSIVE_RMS_M, Simulation, Summary, Trace, Wired, WiredSimulation, metric};
 use hpu_signal::{Cycle, Observe};
 
 use crate::devices::device;
@@ -93,20 +93,20 @@ impl Observe for Print {
 }
 
 /// Returns a scene made ready to run, if it has a motion that can be compared.
-pub(crate) fn ready(experiment: &Experiment) -> Result<Ready<'_>, String> {
+pub(crate) fn simulation(experiment: &Experiment) -> Result<WiredSimulation<'_>, String> {
     if matches!(experiment, Experiment::Axis(scene) if scene.model.datapath == Datapath::Linear) {
         return Err("model.datapath = \"linear\" is for hpu limits; write \"words\" or \"law\"".into());
     }
-    let ready = Ready::new(experiment).map_err(|error| error.to_string())?;
-    if !ready.has_device() {
+    let simulation = WiredSimulation::new(experiment).map_err(|error| error.to_string())?;
+    if !simulation.has_device() {
         return Err("a recording has no device whose motion could be compared".into());
     }
-    let rows = ready.edges() / ready.stride();
+    let rows = simulation.edges() / simulation.stride();
     if rows > MOST_ROWS {
         let most = format!("{rows} rows would be recorded, of {MOST_ROWS} at most");
         return Err(format!("{most}: lower record.plant_rate or run.duration"));
     }
-    Ok(ready)
+    Ok(simulation)
 }
 
 impl Outputs {
@@ -140,9 +140,9 @@ impl Outputs {
         observer: &mut dyn Observe,
         control: &Control,
     ) -> Result<(Option<Self>, Summary), String> {
-        let ready = ready(experiment)?;
-        let mut trace = ready.brief_trace();
-        let summary = ready.run(driver, &mut trace, observer, control);
+        let simulation = simulation(experiment)?;
+        let mut trace = simulation.brief_trace();
+        let summary = simulation.run(driver, &mut trace, observer, control);
         let outputs = if summary.complete { Some(Self::new(experiment, &summary, &trace)?) } else { None };
         Ok((outputs, summary))
     }

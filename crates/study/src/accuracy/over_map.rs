@@ -11,8 +11,8 @@ use super::found::Speed;
 use super::front::front;
 use super::race::{Plan, Race};
 use crate::criteria;
-use crate::map::{Axis, CellLimits, Map, MapError, Method, Point, outcome};
-use crate::units::{self, Row};
+use crate::map::{Axis, CellIndex, CellLimits, Map, MapError, Method, outcome};
+use crate::units::{self, UnitResult};
 
 /// The shortest step that is run unless all contestants are asked for: shorter ones take too long for a map's many
 /// cells.
@@ -115,9 +115,9 @@ impl Tour {
     pub fn run<E>(
         &self,
         plan: Plan,
-        mut done: BTreeMap<usize, Row>,
+        mut done: BTreeMap<usize, UnitResult>,
         control: &Control,
-        mut keep: impl FnMut(usize, &Row) -> Result<(), E>,
+        mut keep: impl FnMut(usize, &UnitResult) -> Result<(), E>,
     ) -> Result<Option<Vec<Share>>, E> {
         let cells = self.map.len();
         let foretold = done.split_off(&cells);
@@ -175,7 +175,7 @@ impl Tour {
 
     /// Returns the speed at the middle cell; the outer `None` when it was stopped.
     fn time(&self, contestant: &Contestant, plan: Plan, control: &Control) -> Option<Option<Speed>> {
-        let point = Point { method: 0, ix: self.map.x.cells() / 2, iy: self.map.y.cells() / 2 };
+        let point = CellIndex { method: 0, ix: self.map.x.cells() / 2, iy: self.map.y.cells() / 2 };
         let mut middle = self.race.clone();
         middle.set = self.map.overrides(point);
         match middle.time(contestant, None, None, plan, control) {

@@ -11,12 +11,12 @@ use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use hpu_cosim::scene::{Experiment, OutcomeKind, Output, SceneError};
-use hpu_cosim::{Control, Driver, Rig, Wired};
+use hpu_cosim::{Control, Driver, Simulation, Wired};
 
 use super::contestants;
 use super::contestants::{Contestant, named};
-use super::found::{Chart, Entry, Grade, Row, Speed};
-use super::outputs::{Outputs, driver, ready, usual, worst};
+use super::found::{Chart, ContestantResult, Entry, Grade, Speed};
+use super::outputs::{Outputs, driver, simulation, usual, worst};
 use super::profile::Profile;
 use crate::criteria;
 use crate::map::SceneText;
@@ -112,7 +112,7 @@ impl Race {
         load: &mut dyn FnMut(&str) -> io::Result<Vec<u8>>,
     ) -> Result<Self, RaceError> {
         let (scene, written) = SceneText::read(text, set, load).map_err(RaceError::Scene)?;
-        ready(&written).map_err(RaceError::Run)?;
+        simulation(&written).map_err(RaceError::Run)?;
         let mut contestants = contestants(&written);
         if !names.is_empty() {
             contestants = named(&contestants, names).map_err(RaceError::Name)?;
@@ -192,7 +192,7 @@ impl Race {
                     let Some(speed) = self.time(contestant, shortened_s, profile, plan, control)? else {
                         return Ok(None);
                     };
-                    Ok(Row { grade, errors, outcome, shortened_s, speed })
+                    Ok(ContestantResult { grade, errors, outcome, shortened_s, speed })
                 }
                 (None, row) => Err(row.and_then(Result::err).unwrap_or_default()),
             };
@@ -271,9 +271,9 @@ impl Race {
                 black_box(criteria::named(name, scene));
                 return Ok((0, true));
             }
-            let ready = ready(&experiment)?;
-            let trace = rows.get_or_insert_with(|| ready.brief_trace());
-            let summary = ready.run(driver, trace, &mut (), control);
+            let simulation = simulation(&experiment)?;
+            let trace = rows.get_or_insert_with(|| simulation.brief_trace());
+            let summary = simulation.run(driver, trace, &mut (), control);
             Ok((summary.edges, summary.complete))
         };
         let mut speed = Speed {

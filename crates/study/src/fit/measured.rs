@@ -3,9 +3,9 @@
 use std::time::{Duration, Instant};
 
 use hpu_cosim::scene::Experiment;
-use hpu_cosim::{Control, PASSIVE_RMS_M, Rig, Verdict, Wired};
+use hpu_cosim::{Control, PASSIVE_RMS_M, Simulation, Verdict, Wired};
 
-use crate::accuracy::{Outputs, ready};
+use crate::accuracy::{Outputs, simulation};
 
 /// A run's outputs and its wall time.
 #[derive(Clone, PartialEq, Debug)]
@@ -42,9 +42,9 @@ impl Measured {
         let mut rows = None;
         for _ in 0..turns {
             let start = Instant::now();
-            let ready = ready(experiment)?;
-            let trace = rows.get_or_insert_with(|| ready.brief_trace());
-            let summary = ready.run(ready.driver(), trace, &mut (), control);
+            let simulation = simulation(experiment)?;
+            let trace = rows.get_or_insert_with(|| simulation.brief_trace());
+            let summary = simulation.run(simulation.driver(), trace, &mut (), control);
             if !summary.complete {
                 return Err("stopped".to_string());
             }

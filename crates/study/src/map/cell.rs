@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use hpu_cosim::dut::{self, Fault};
 use hpu_cosim::scene::{Experiment, Loop, OutcomeKind, Realised, Scene};
-use hpu_cosim::{AnyRig, Control, Driver, Ready, Rig, Summary, Trace, Verdict, Wired};
+use hpu_cosim::{AnySimulation, Control, Driver, Simulation, Summary, Trace, Verdict, Wired, WiredSimulation};
 
 use super::unseen::unseen_contact;
 use crate::watch::limited;
@@ -166,18 +166,18 @@ impl Cell {
     ///
     /// Returns why the experiment could not be run to its end; too many events are such a reason.
     pub fn run(experiment: &Experiment, limits: CellLimits, control: &Control) -> Result<Option<Self>, String> {
-        let rig = any_rig(experiment)?;
-        let rows = rig.edges() / rig.stride();
+        let simulation = any_simulation(experiment)?;
+        let rows = simulation.edges() / simulation.stride();
         if rows > MOST_ROWS {
             return Err(format!(
                 "{rows} rows would be recorded, a cell may have {MOST_ROWS}: lower record.plant_rate or run.duration"
             ));
         }
-        let mut trace = rig.brief_trace();
+        let mut trace = simulation.brief_trace();
         let CellLimits { events, guard } = limits;
-        let run = |own: &Control| match &rig {
-            AnyRig::Ours(ours) => Ok(ours.run(Driver::Events, &mut trace, &mut (), own)),
-            AnyRig::Dut(dut) => dut.run(false, &mut trace, &mut (), own).map_err(|fault| fault.to_string()),
+        let run = |own: &Control| match &simulation {
+            AnySimulation::Ours(ours) => Ok(ours.run(Driver::Events, &mut trace, &mut (), own)),
+            AnySimulation::Dut(dut) => dut.run(false, &mut trace, &mut (), own).map_err(|fault| fault.to_string()),
         };
         let (summary, late) = limited(Some(events), guard, control, run);
         let summary = summary?;
@@ -226,11 +226,11 @@ impl Cell {
 
 /// Returns any scene made ready to run. If it has a design of the user's own, this is built by what the program has
 /// provided.
-pub(super) fn any_rig(experiment: &Experiment) -> Result<AnyRig<'_>, String> {
+pub(super) fn any_simulation(experiment: &Experiment) -> Result<AnySimulation<'_>, String> {
     let said = |error: Fault| error.to_string();
     match experiment {
-        Experiment::Dut(_) => AnyRig::new(experiment, dut::provided().map_err(said)?, false).map_err(said),
-        ours => Ready::new(ours).map(AnyRig::Ours).map_err(|error| error.to_string()),
+        Experiment::Dut(_) => AnySimulation::new(experiment, dut::provided().map_err(said)?, false).map_err(said),
+        ours => WiredSimulation::new(ours).map(AnySimulation::Ours).map_err(|error| error.to_string()),
     }
 }
 

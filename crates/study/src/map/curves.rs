@@ -3,7 +3,7 @@
 
 use hpu_cosim::scene::{Experiment, Scene};
 
-use super::{Axis, Map, Point};
+use super::{Axis, CellIndex, Map};
 use crate::criteria::{self, Criterion};
 
 /// The key that the criteria limit.
@@ -87,7 +87,7 @@ fn scene(map: &Map, method: usize, over_x: bool, cell: usize) -> Result<(Scene, 
     // If the scene's words cannot hold a cell's values, a neighbouring cell may still be possible.
     for at in 1..stiffness.cells() {
         let (ix, iy) = if over_x { (at, cell) } else { (cell, at) };
-        match map.experiment(Point { method, ix, iy }) {
+        match map.experiment(CellIndex { method, ix, iy }) {
             Ok(Experiment::Axis(scene)) if scene.wall.stiffness_nm_per_rad > 0.0 => {
                 return Ok((scene, stiffness.values()[at]));
             }

@@ -3,7 +3,7 @@
 
 use hpu_cosim::scene::{Experiment, OutcomeKind};
 
-use super::{Cell, Class, Curves, Found, Map, Point, class, nearest};
+use super::{Cell, CellIndex, Class, Curves, Found, Map, class, nearest};
 
 /// The behaviour of a motion just beyond the edge.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
@@ -79,7 +79,7 @@ impl Edge {
     /// Computes the edge of a method; `curves` are its criteria's.
     #[must_use]
     pub fn new(map: &Map, found: &[Found], curves: Option<&Curves>, method: usize) -> Self {
-        let rests = |point: Point| match class(found, map.index(point)) {
+        let rests = |point: CellIndex| match class(found, map.index(point)) {
             Some(Class::Outcome(OutcomeKind::Settled | OutcomeKind::Passive | OutcomeKind::Tracking)) => Some(true),
             Some(Class::Outcome(_)) => Some(false),
             Some(Class::WallNotReached) | None => None,
@@ -88,8 +88,10 @@ impl Edge {
         let mut ratios: Vec<(&'static str, Vec<f64>)> = Vec::new();
         for iy in 0..map.y.cells() {
             for ix in 0..map.x.cells() {
-                let here = Point { method, ix, iy };
-                for (along_x, there) in [(true, Point { ix: ix + 1, ..here }), (false, Point { iy: iy + 1, ..here })] {
+                let here = CellIndex { method, ix, iy };
+                for (along_x, there) in
+                    [(true, CellIndex { ix: ix + 1, ..here }), (false, CellIndex { iy: iy + 1, ..here })]
+                {
                     if there.ix == map.x.cells() || there.iy == map.y.cells() {
                         continue;
                     }
@@ -118,7 +120,7 @@ impl Edge {
         edge
     }
 
-    fn note(&mut self, map: &Map, found: &[Found], beyond: Point) {
+    fn note(&mut self, map: &Map, found: &[Found], beyond: CellIndex) {
         let Some(cell) = nearest(found, map.index(beyond)) else { return };
         let count = match map.experiment(beyond) {
             Ok(Experiment::Axis(scene)) => Some(scene.encoder.count_rad()).filter(|count| *count > 0.0),
@@ -189,7 +191,7 @@ impl Share {
 }
 
 /// Compares an edge between a cell and the next one along the stiffnesses with every criterion.
-fn compare(ratios: &mut Vec<(&'static str, Vec<f64>)>, map: &Map, curves: &Curves, here: Point) {
+fn compare(ratios: &mut Vec<(&'static str, Vec<f64>)>, map: &Map, curves: &Curves, here: CellIndex) {
     let (stiffness, at, other) = if curves.over_x { (&map.x, here.ix, here.iy) } else { (&map.y, here.iy, here.ix) };
     let (low, high) = (stiffness.values()[at], stiffness.values()[at + 1]);
     let middle = if low > 0.0 { (low * high).sqrt() } else { 0.5 * high };

@@ -7,7 +7,7 @@ use std::sync::atomic::Ordering;
 use hpu_cosim::Control;
 
 use super::{Cell, CellLimits, Class, Found, Map, Refinement};
-use crate::units::{self, Row};
+use crate::units::{self, UnitResult};
 
 /// How a map is filled.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -22,7 +22,7 @@ pub struct Plan {
 
 impl Map {
     /// Runs one cell as a unit of work; returns `None` when `control` or the guard stopped it.
-    pub fn run_cell(&self, index: usize, limits: CellLimits, control: &Control) -> Option<Row> {
+    pub fn run_cell(&self, index: usize, limits: CellLimits, control: &Control) -> Option<UnitResult> {
         let made = self.experiment(self.point(index)).map_err(|error| error.to_string());
         match made.and_then(|experiment| Cell::run(&experiment, limits, control)) {
             Ok(cell) => cell.map(|cell| Ok(cell.line())),
@@ -39,9 +39,9 @@ impl Map {
     pub fn run<E>(
         &self,
         plan: Plan,
-        done: BTreeMap<usize, Row>,
+        done: BTreeMap<usize, UnitResult>,
         control: &Control,
-        mut keep: impl FnMut(usize, &Row) -> Result<(), E>,
+        mut keep: impl FnMut(usize, &UnitResult) -> Result<(), E>,
     ) -> Result<Option<Vec<Found>>, E> {
         // For each cell only its result is in memory.
         let mut found: Vec<Option<Found>> = vec![None; self.len()];
@@ -110,6 +110,6 @@ fn scattered(index: &usize) -> u64 {
 }
 
 /// Reads a row as the cell that it describes.
-fn read(row: Row) -> Result<Cell, String> {
+fn read(row: UnitResult) -> Result<Cell, String> {
     row.and_then(|line| Cell::read(&line).ok_or_else(|| format!("`{line}` in the journal is no cell")))
 }

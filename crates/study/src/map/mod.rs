@@ -19,7 +19,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::io;
 
-use hpu_cosim::Rig;
+use hpu_cosim::Simulation;
 use hpu_cosim::scene::{Datapath, Experiment, OutcomeKind, SceneError};
 
 pub use axis::Axis;
@@ -96,7 +96,7 @@ pub struct Map {
 
 /// The place of a cell.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Point {
+pub struct CellIndex {
     /// Index of the method.
     pub method: usize,
     /// Column.
@@ -181,7 +181,7 @@ impl Map {
             let mut refused = None;
             let mut runs = false;
             for (ix, iy) in corners {
-                let overrides = map.overrides(Point { method, ix, iy });
+                let overrides = map.overrides(CellIndex { method, ix, iy });
                 let mut keep = |file: &str| {
                     let bytes = load(file)?;
                     map.scene.files.insert(file.to_string(), bytes.clone());
@@ -195,7 +195,7 @@ impl Map {
                     if experiment.clone().axis().is_some_and(|scene| scene.model.datapath == Datapath::Linear) {
                         return Err("model.datapath = \"linear\" is for hpu limits; write \"words\"".into());
                     }
-                    cell::any_rig(&experiment).map(|rig| rig.has_device())
+                    cell::any_simulation(&experiment).map(|simulation| simulation.has_device())
                 });
                 match made {
                     Ok(true) => runs = true,
@@ -232,20 +232,20 @@ impl Map {
 
     /// Returns the place of cell number `index`: column by column, row by row, method by method.
     #[must_use]
-    pub fn point(&self, index: usize) -> Point {
+    pub fn point(&self, index: usize) -> CellIndex {
         let (method, cell) = (index / self.layer(), index % self.layer());
-        Point { method, ix: cell % self.x.cells(), iy: cell / self.x.cells() }
+        CellIndex { method, ix: cell % self.x.cells(), iy: cell / self.x.cells() }
     }
 
     /// Returns the number of the cell at a place.
     #[must_use]
-    pub fn index(&self, Point { method, ix, iy }: Point) -> usize {
+    pub fn index(&self, CellIndex { method, ix, iy }: CellIndex) -> usize {
         method * self.layer() + iy * self.x.cells() + ix
     }
 
     /// Returns the overrides that turn the scene into a cell's: with them, `hpu run` runs the cell.
     #[must_use]
-    pub fn overrides(&self, Point { method, ix, iy }: Point) -> Vec<(String, String)> {
+    pub fn overrides(&self, CellIndex { method, ix, iy }: CellIndex) -> Vec<(String, String)> {
         let axes = [(self.x.key().to_string(), self.x.text(ix)), (self.y.key().to_string(), self.y.text(iy))];
         self.set.iter().cloned().chain(axes).chain(self.methods[method].set.iter().cloned()).collect()
     }
@@ -255,7 +255,7 @@ impl Map {
     /// # Errors
     ///
     /// Returns a [`SceneError`] if the cell's values make no valid scene.
-    pub fn experiment(&self, point: Point) -> Result<Experiment, SceneError> {
+    pub fn experiment(&self, point: CellIndex) -> Result<Experiment, SceneError> {
         self.scene.parse(&self.overrides(point))
     }
 

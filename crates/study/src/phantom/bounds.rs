@@ -1,9 +1,9 @@
 //! The words of an arm: turns the [`bounds`] of its postures into rows of a scene.
 
-use hpu_cosim::Rig;
+use hpu_cosim::Simulation;
 use hpu_signal::{Format, Signal};
 
-use super::{Scene, Session, SignalBound, bounds};
+use super::{AxisSimulation, Scene, SignalBound, bounds};
 use crate::widths::proof::{Bound, How, Proof};
 
 /// Proves the bounds of a scene for every posture that its tables hold; each joint may be anywhere.
@@ -12,9 +12,9 @@ use crate::widths::proof::{Bound, How, Proof};
 ///
 /// The reason why nothing can be proved: words that do not fit, or make no datapath.
 pub fn proof(scene: &Scene) -> Result<Proof, String> {
-    let session = Session::new(scene).map_err(|error| error.to_string())?;
-    let (words, config) = (session.words(), scene.method.config);
-    let nets = session.nets();
+    let simulation = AxisSimulation::new(scene).map_err(|error| error.to_string())?;
+    let (words, config) = (simulation.words(), scene.method.config);
+    let nets = simulation.nets();
     if scene.platform.is_host() {
         let remark = "a host computes the forces, in floats: all words of the net".to_string();
         let rows = nets.iter().map(|net| by_format(net, &remark)).collect();

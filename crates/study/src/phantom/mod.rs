@@ -13,7 +13,7 @@ pub mod tables;
 use hpu_cosim::scene::{
     Experiment, PhantomLaw as Law, PhantomModel as Model, PhantomScene as Scene, Scene as AxisScene,
 };
-use hpu_cosim::{PhantomSession as Session, Trace};
+use hpu_cosim::{PhantomSimulation as AxisSimulation, Trace};
 use hpu_datapath::phantom::{self as datapath, Config, PhantomLoop as Datapath, PhantomSharedLoop as SharedDatapath};
 use hpu_signal::Format;
 

@@ -1,7 +1,7 @@
 //! Measures ranges and losses of every signal of a scene: in one run, in a set of scenes, in random motion.
 
 use hpu_cosim::scene::{Experiment, OutcomeKind};
-use hpu_cosim::{ClosedLoop, Control, Driver, NetUse, Ready, Rig, Visit, Wired, World};
+use hpu_cosim::{ClosedLoop, Control, Driver, LoopVisitor, NetUse, Simulation, Wired, WiredSimulation, World};
 use hpu_datapath::Wiring;
 use hpu_signal::{Cycle, Format, Signal, SignalUse};
 
@@ -31,9 +31,9 @@ pub struct Measured {
 /// # Errors
 ///
 /// Why the scene cannot be run, or that its loop is not in words.
-pub(super) fn ready(experiment: &Experiment) -> Result<Ready<'_>, String> {
+pub(super) fn simulation(experiment: &Experiment) -> Result<WiredSimulation<'_>, String> {
     device(experiment).in_words()?;
-    Ready::new(experiment).map_err(|error| error.to_string())
+    WiredSimulation::new(experiment).map_err(|error| error.to_string())
 }
 
 /// Runs a scene and returns the ranges and losses of every signal; `None` when `control` stopped it.
@@ -42,19 +42,19 @@ pub(super) fn ready(experiment: &Experiment) -> Result<Ready<'_>, String> {
 ///
 /// Why the scene cannot be run, or that its loop is not in words.
 pub fn measured(experiment: &Experiment, control: &Control) -> Result<Option<Measured>, String> {
-    let ready = ready(experiment)?;
-    let mut beside = beside(experiment, &ready);
-    let mut trace = ready.brief_trace();
-    let summary = ready.run(ready.driver(), &mut trace, &mut beside, control);
+    let simulation = simulation(experiment)?;
+    let mut beside = beside(experiment, &simulation);
+    let mut trace = simulation.brief_trace();
+    let summary = simulation.run(simulation.driver(), &mut trace, &mut beside, control);
     if !summary.complete {
         return Ok(None);
     }
     beside.finish(summary.edges);
     let nets: Vec<_> = summary.nets.iter().map(|net| (net.signal.clone(), net.usage)).collect();
     let mut rows = rows(&nets, &beside);
-    first_losses(&ready, &mut rows, summary.edges);
+    first_losses(&simulation, &mut rows, summary.edges);
     Ok(Some(Measured {
-        wiring: ready.wiring().name(),
+        wiring: simulation.wiring().name(),
         rows,
         edges: summary.edges,
         motion_s: summary.motion_s,
@@ -65,8 +65,8 @@ pub fn measured(experiment: &Experiment, control: &Control) -> Result<Option<Mea
 
 /// Returns an observer that computes the law beside the words during the run of a ready scene.
 #[must_use]
-pub fn beside(experiment: &Experiment, ready: &Ready) -> Beside {
-    let wiring = ready.wiring();
+pub fn beside(experiment: &Experiment, simulation: &WiredSimulation) -> Beside {
+    let wiring = simulation.wiring();
     let (device, inputs) = (device(experiment), wiring.block().inputs().len());
     Beside::new(&wiring.nets(), inputs, &wiring.instances(), &device.asked(), device.law(&wiring))
 }
@@ -121,7 +121,7 @@ pub(super) fn bits(signed: bool, min: i128, max: i128) -> u32 {
 
 /// Finds the first losses of nets whose blocks do not report them: repeats the run until each of these nets has lost
 /// bits.
-fn first_losses(ready: &Ready, rows: &mut [SignalRow], last: u64) {
+fn first_losses(simulation: &WiredSimulation, rows: &mut [SignalRow], last: u64) {
     let left: Vec<_> = rows
         .iter()
         .enumerate()
@@ -132,7 +132,8 @@ fn first_losses(ready: &Ready, rows: &mut [SignalRow], last: u64) {
     if left.is_empty() {
         return;
     }
-    for (net, above, first) in ready.visit(First { driver: ready.driver(), modulated: ready.gates_drive(), left, last })
+    for (net, above, first) in
+        simulation.visit(First { driver: simulation.driver(), modulated: simulation.gates_drive(), left, last })
     {
         let row = &mut rows[net];
         let loss = if above { &mut row.overflowed } else { &mut row.rounded };
@@ -148,7 +149,7 @@ struct First {
     last: u64,
 }
 
-impl<'s> Visit<'s> for First {
+impl<'s> LoopVisitor<'s> for First {
     type Out = Vec<(usize, bool, Cycle)>;
 
     fn visit<E, W>(mut self, wiring: &W, world: E, input: E::In) -> Self::Out

@@ -4,11 +4,11 @@
 //! of up to [`BAND_HZ`]. It is reflected at both ends of its range, so that it reaches every count in the range.
 
 use hpu_cosim::scene::Experiment;
-use hpu_cosim::{Control, Rig, SplitMix64, Visit, Wired, World};
+use hpu_cosim::{Control, LoopVisitor, Simulation, SplitMix64, Wired, World};
 use hpu_datapath::{Wiring, flatten};
 use hpu_signal::{Cycle, Observe, Ports, Signal, SignalUse};
 
-use super::measured::{Measured, beside, ready, rows};
+use super::measured::{Measured, beside, rows, simulation};
 use crate::device::Reach;
 use crate::devices::device;
 
@@ -70,19 +70,19 @@ impl Walk {
 ///
 /// Why the scene cannot be run, or that its loop is not in words or no device could move.
 pub fn random(experiment: &Experiment, seconds: f64, seed: u64, control: &Control) -> Result<Option<Measured>, String> {
-    let ready = ready(experiment)?;
+    let simulation = simulation(experiment)?;
     let mut random = SplitMix64::new(seed);
-    let slowest = ready.clock().frequency_hz() as f64 / 8.0;
+    let slowest = simulation.clock().frequency_hz() as f64 / 8.0;
     let walk = |Reach { counts, most_per_s }| Walk::new(&mut random, counts, most_per_s.min(slowest));
     let walks = device(experiment).reaches()?.into_iter().map(walk).collect();
-    let mut beside = beside(experiment, &ready);
-    let end = ready.clock().edges(seconds);
-    let drive = Drive { walks, clock_s: ready.clock().period_s(), end, beside: &mut beside, control };
-    let Some(nets) = ready.visit(drive) else { return Ok(None) };
+    let mut beside = beside(experiment, &simulation);
+    let end = simulation.clock().edges(seconds);
+    let drive = Drive { walks, clock_s: simulation.clock().period_s(), end, beside: &mut beside, control };
+    let Some(nets) = simulation.visit(drive) else { return Ok(None) };
     beside.finish(end);
     let rows = rows(&nets, &beside);
     Ok(Some(Measured {
-        wiring: ready.wiring().name(),
+        wiring: simulation.wiring().name(),
         rows,
         edges: end,
         motion_s: seconds,
@@ -135,7 +135,7 @@ struct Drive<'a> {
     control: &'a Control,
 }
 
-impl<'s> Visit<'s> for Drive<'_> {
+impl<'s> LoopVisitor<'s> for Drive<'_> {
     type Out = Option<Vec<(Signal, SignalUse)>>;
 
     fn visit<E, W>(self, wiring: &W, _: E, input: E::In) -> Self::Out

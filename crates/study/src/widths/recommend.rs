@@ -5,11 +5,11 @@ use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use hpu_cosim::scene::{Experiment, Output};
-use hpu_cosim::{Control, Rig, Wired};
+use hpu_cosim::{Control, Simulation, Wired};
 use hpu_signal::Format;
 
 use super::field::Field;
-use super::measured::{Measured, ready};
+use super::measured::{Measured, simulation};
 use crate::accuracy::{Outputs, driver, usual, worst};
 use crate::devices::device;
 use crate::fit::percent;
@@ -67,7 +67,7 @@ pub fn recommend(
     jobs: NonZeroUsize,
     control: &Control,
 ) -> Result<Option<Recommended>, String> {
-    let made = ready(experiment)?;
+    let made = simulation(experiment)?;
     if !made.has_device() {
         return Err("a recording has no outputs that a width could break".into());
     }
@@ -83,7 +83,7 @@ pub fn recommend(
     let found = on_threads(fields.len(), jobs, control, |index| trial.least(fields[index], measured));
     let Some(needed) = found.into_iter().map(Option::flatten).collect::<Option<Vec<_>>>() else { return Ok(None) };
     let Some((together, error, scene)) = trial.together(&needed) else { return Ok(None) };
-    let formats = ready(&scene)?.wiring().nets().iter().map(|net| (net.name, net.format)).collect();
+    let formats = simulation(&scene)?.wiring().nets().iter().map(|net| (net.name, net.format)).collect();
     let runs = trial.runs.into_inner();
     Ok(Some(Recommended { within, outputs, needed, together, error, formats, runs }))
 }
@@ -194,7 +194,7 @@ impl Recommended {
         let pairs = needed.iter().zip(&together);
         let scene =
             pairs.into_iter().try_fold(scene.clone(), |scene, (needed, &bits)| needed.field.with(&scene, bits))?;
-        let formats = ready(&scene)?.wiring().nets().iter().map(|net| (net.name, net.format)).collect();
+        let formats = simulation(&scene)?.wiring().nets().iter().map(|net| (net.name, net.format)).collect();
         Ok(Self {
             within: self.within.max(other.within),
             outputs: self.outputs,

@@ -2,7 +2,7 @@
 //! and scenes that are designed to mislead the choice do not mislead it.
 
 use hpu_cosim::scene::{Experiment, Hand, Output, Solver, shipped, shipped_file};
-use hpu_cosim::{Control, Ready, Wired};
+use hpu_cosim::{Control, Wired, WiredSimulation};
 use hpu_study::accuracy::{Outputs, usual, worst};
 use hpu_study::fit::{Fit, fit, models, overrides, simplifications};
 use hpu_study::map::SceneText;
@@ -42,7 +42,7 @@ fn leaps_samples(name: &str) -> bool {
 /// Runs a scene under overrides; returns its outputs, and which of them count.
 fn run(name: &str, set: &Set) -> (Outputs, Vec<Output>) {
     let (_, experiment) = read(name, set);
-    let driver = Ready::new(&experiment).unwrap_or_else(|error| panic!("{name}: {error}")).driver();
+    let driver = WiredSimulation::new(&experiment).unwrap_or_else(|error| panic!("{name}: {error}")).driver();
     let (outputs, _) = Outputs::of(&experiment, driver, &Control::default()).unwrap_or_else(|error| panic!("{error}"));
     let outputs = outputs.expect("nobody stops it");
     let counted = experiment.accuracy.outputs.clone().unwrap_or_else(|| usual(outputs.outcome));

@@ -12,8 +12,8 @@ use std::time::Duration;
 use hpu_cosim::Control;
 use hpu_cosim::scene::{OutcomeKind, shipped, shipped_file};
 use hpu_study::criteria::named;
-use hpu_study::map::{self, Axis, Cell, CellLimits, Curves, Found, Map, MapError, Method, Plan, Point};
-use hpu_study::units::Row;
+use hpu_study::map::{self, Axis, Cell, CellIndex, CellLimits, Curves, Found, Map, MapError, Method, Plan};
+use hpu_study::units::UnitResult;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
 
@@ -213,7 +213,7 @@ fn threads_and_interruptions_change_nothing_and_no_cell_is_run_twice() {
     assert_eq!(run(&map, plan(false, 3)), expected);
     for stop_after in [1, 7, 20] {
         let control = Control::default();
-        let mut done: BTreeMap<usize, Row> = BTreeMap::new();
+        let mut done: BTreeMap<usize, UnitResult> = BTreeMap::new();
         let stopped = map.run(plan(false, 2), BTreeMap::new(), &control, |index, row| {
             done.insert(index, row.clone());
             control.stop.store(done.len() >= stop_after, Ordering::Relaxed);
@@ -232,8 +232,8 @@ fn threads_and_interruptions_change_nothing_and_no_cell_is_run_twice() {
 #[test]
 fn a_refined_map_does_not_depend_on_what_else_is_known() {
     let map = pressed("wall.stiffness=0.5..6.5 N.m/rad:13", "wall.damping=0..0.4 mN.m.s/rad:5", &["a"]);
-    let mut all: BTreeMap<usize, Row> = BTreeMap::new();
-    let keep = |index: usize, row: &Row| {
+    let mut all: BTreeMap<usize, UnitResult> = BTreeMap::new();
+    let keep = |index: usize, row: &UnitResult| {
         all.insert(index, row.clone());
         Ok::<_, Infallible>(())
     };
@@ -298,8 +298,8 @@ fn a_cell_that_the_guard_stops_is_late_and_has_no_row_and_is_run_by_whoever_goes
     let map = of_many_events();
     let limits = CellLimits { guard: Duration::ZERO, ..CellLimits::default() };
     // A cell is late after the guard's first look, which comes after 20 ms; this stops at least the longest cells.
-    let mut rows: BTreeMap<usize, Row> = BTreeMap::new();
-    let mut keep = |index: usize, row: &Row| {
+    let mut rows: BTreeMap<usize, UnitResult> = BTreeMap::new();
+    let mut keep = |index: usize, row: &UnitResult| {
         rows.insert(index, row.clone());
         Ok::<_, Infallible>(())
     };
@@ -313,7 +313,7 @@ fn a_cell_that_the_guard_stops_is_late_and_has_no_row_and_is_run_by_whoever_goes
     map::csv(&mut csv, &map, &guarded, "hpu map", |_| String::new()).unwrap();
     assert_eq!(String::from_utf8(csv).unwrap().matches(",not_run,0,").count(), late.len());
     let again = Mutex::new(Vec::new());
-    let note = |index: usize, _: &Row| {
+    let note = |index: usize, _: &UnitResult| {
         again.lock().unwrap().push(index);
         Ok::<_, Infallible>(())
     };
@@ -364,7 +364,7 @@ fn curves_are_the_limits_that_hpu_limits_tells_in_the_axiss_unit_and_over_either
         assert_eq!(names, ["spectral_radius", "routh", "describing_function"]);
         for at in 0..3 {
             let (ix, iy) = if curves.over_x { (2, at) } else { (at, 2) };
-            let scene = map.experiment(Point { method: 0, ix, iy }).unwrap().axis().unwrap();
+            let scene = map.experiment(CellIndex { method: 0, ix, iy }).unwrap().axis().unwrap();
             for curve in &curves.curves {
                 let criterion = named(curve.name, &scene).expect("one of its criteria").expect("told");
                 let (found, told) = (curve.limits[at].expect("a limit") / 1000.0, criterion.limit);

@@ -3,8 +3,8 @@
 use hpu_chart as chart;
 use hpu_cosim::scene::{Direction, Platform};
 use hpu_study::reproduce::{
-    Agreement, CSV_HEADER, Claim, Class, Outcomes, Point, Published, RUNGS, Rung, STIFFNESSES_N_PER_M, Study, Table,
-    Tables, Trial, Verdict, claims, csv, formats, ladder, scene, sines, table_text,
+    Agreement, CSV_HEADER, Claim, Class, Outcomes, Published, RUNGS, Rung, STIFFNESSES_N_PER_M, Study, Table, Tables,
+    Trial, TrialSetup, Verdict, claims, csv, formats, ladder, scene, sines, table_text,
 };
 
 use crate::looks::assert_readable;
@@ -12,7 +12,7 @@ use crate::looks::assert_readable;
 const COMMAND: &str = "hpu reproduce phantom-table-2 -o there";
 
 /// Returns the trial of a platform that is passive up to a stiffness, then not, and unstable from ten times that on.
-fn trial(limit_n_per_m: f64, point: &Point) -> Trial {
+fn trial(limit_n_per_m: f64, point: &TrialSetup) -> Trial {
     let k = point.stiffness_n_per_m;
     let rms_m = 30e-6 * k / limit_n_per_m;
     let verdict = if k <= limit_n_per_m {
@@ -27,7 +27,7 @@ fn trial(limit_n_per_m: f64, point: &Point) -> Trial {
 
 /// Returns the limit that the paper reports: 750 N/m at 1 kHz, at most twice that for an RTOS, over six times for the
 /// FPGA.
-fn as_told(point: &Point) -> f64 {
+fn as_told(point: &TrialSetup) -> f64 {
     match point.platform {
         Platform::Pmos1 | Platform::Rtos(1) => 750.0,
         Platform::Rtos(_) | Platform::Fpga(20) => 1500.0,
@@ -36,7 +36,7 @@ fn as_told(point: &Point) -> f64 {
 }
 
 /// Returns the outcomes of a study of one rung at its first seed.
-fn outcomes_of(study: &Study, made: impl Fn(&Point) -> Result<Trial, String>) -> Outcomes {
+fn outcomes_of(study: &Study, made: impl Fn(&TrialSetup) -> Result<Trial, String>) -> Outcomes {
     study.points().iter().map(made).enumerate().collect()
 }
 
@@ -44,12 +44,12 @@ fn one_seed(study: &Study) -> Study {
     Study { seeds: 1, ..study.clone() }
 }
 
-fn tables_of(study: &Study, made: impl Fn(&Point) -> Result<Trial, String>) -> Tables {
+fn tables_of(study: &Study, made: impl Fn(&TrialSetup) -> Result<Trial, String>) -> Tables {
     let study = one_seed(study);
     Tables::new(&study, 0, &outcomes_of(&study, made))
 }
 
-fn table_of(study: &Study, made: impl Fn(&Point) -> Result<Trial, String>) -> Table {
+fn table_of(study: &Study, made: impl Fn(&TrialSetup) -> Result<Trial, String>) -> Table {
     tables_of(study, made).first().clone()
 }
 
@@ -66,7 +66,7 @@ fn the_whole_study_has_every_trial_of_the_paper_once_and_in_order() {
     let points = Study::whole(&[Rung::SHIPPED]).points();
     assert_eq!(points.len(), 3 * 8 * 20 * 12 * 3);
     assert!(STIFFNESSES_N_PER_M.is_sorted());
-    let key = |point: &Point| {
+    let key = |point: &TrialSetup| {
         let platform = Platform::ALL.iter().position(|platform| *platform == point.platform);
         (point.rung, point.axis.index(), platform, point.stiffness_n_per_m as u64, point.seed, point.trial)
     };
@@ -138,7 +138,7 @@ fn legible_cells_are_those_of_the_paper() {
     assert_eq!(Published::passive(Direction::Z, 750.0), None);
     assert_eq!(Published::passive(Direction::X, 1000.0), None);
 
-    let of = |made: &dyn Fn(&Point) -> Result<Trial, String>| {
+    let of = |made: &dyn Fn(&TrialSetup) -> Result<Trial, String>| {
         Agreement::of(&tables_of(&Study::whole(&[Rung::SHIPPED]), made))
     };
     let agreement = |same| Agreement { legible: 112, same, mixed: 0 };
@@ -161,7 +161,7 @@ fn each_claim_fails_when_its_platform_is_otherwise_and_names_the_axis() {
     let study = Study::whole(&[Rung::SHIPPED]);
     let with = |axis: Direction, platform: Platform, limit: f64| {
         let here =
-            |point: &Point| if (point.axis, point.platform) == (axis, platform) { limit } else { as_told(point) };
+            |point: &TrialSetup| if (point.axis, point.platform) == (axis, platform) { limit } else { as_told(point) };
         table_of(&study, |point| Ok(trial(here(point), point)))
     };
     use Direction::{X, Y, Z};
@@ -181,7 +181,8 @@ fn each_claim_fails_when_its_platform_is_otherwise_and_names_the_axis() {
         assert!(claim.found.contains(said), "{name}: `{said}` is not in {}", claim.found);
     }
     // The best of a family counts, so both fast FPGA platforms must be slow.
-    let slow = |point: &Point| if point.axis == Direction::X { as_told(point).min(3000.0) } else { as_told(point) };
+    let slow =
+        |point: &TrialSetup| if point.axis == Direction::X { as_told(point).min(3000.0) } else { as_told(point) };
     let slow = table_of(&study, |point| Ok(trial(slow(point), point)));
     assert_eq!((claim(&slow, "d1").met, claim(&slow, "d2").met), (Some(false), Some(true)));
 }

@@ -5,8 +5,8 @@ use hpu_chart as chart;
 use hpu_cosim::Control;
 use hpu_cosim::scene::{Direction, Platform};
 use hpu_study::reproduce::{
-    Agreement, Class, FIRST_SEED, Outcomes, Point, Rung, Share, Study, Tables, Trial, Verdict, csv, ladder, run_trial,
-    scene, table_text,
+    Agreement, Class, FIRST_SEED, Outcomes, Rung, Share, Study, Tables, Trial, TrialSetup, Verdict, csv, ladder,
+    run_trial, scene, table_text,
 };
 use hpu_study::studies::summing::Finding;
 
@@ -34,7 +34,7 @@ fn of(class: Class) -> Result<Trial, String> {
 }
 
 /// Returns trials that are passive up to a limit that depends on the seed, non-passive up to 8 N/m, and aborted beyond.
-fn up_to(limit: impl Fn(u64) -> f64) -> impl Fn(&Point) -> Result<Trial, String> {
+fn up_to(limit: impl Fn(u64) -> f64) -> impl Fn(&TrialSetup) -> Result<Trial, String> {
     move |point| {
         of(match point.stiffness_n_per_m {
             row if row <= limit(point.seed) => Class::Passive,
@@ -45,7 +45,7 @@ fn up_to(limit: impl Fn(u64) -> f64) -> impl Fn(&Point) -> Result<Trial, String>
 }
 
 /// Runs the wanted trials, so many at a time, until none is wanted.
-fn run(study: &Study, at_a_time: usize, made: impl Fn(&Point) -> Result<Trial, String>) -> Outcomes {
+fn run(study: &Study, at_a_time: usize, made: impl Fn(&TrialSetup) -> Result<Trial, String>) -> Outcomes {
     let points = study.points();
     let mut outcomes = Outcomes::new();
     loop {
@@ -117,7 +117,7 @@ fn an_end_of_the_rows_is_near_a_boundary_unless_its_class_is_the_one_beyond() {
 fn outcomes_do_not_depend_on_order_or_interruptions() {
     let study = Study { trials: 3, ..column(12) };
     // Rows and seeds with outcomes in no order at all.
-    let made = |point: &Point| {
+    let made = |point: &TrialSetup| {
         let mixed = (point.stiffness_n_per_m as u64 * 7 + point.seed * 5 + point.trial * 3) % 11;
         of(if mixed < 9 { Class::Passive } else { Class::NonPassive })
     };
@@ -255,7 +255,7 @@ fn at_the_boundary_of_the_drop_test_seeds_differ() {
     let fails = |axis, platform, stiffness_n_per_m| {
         let passive = |seed| {
             (1..=study.trials).all(|trial| {
-                let point = Point { rung: 0, axis, platform, stiffness_n_per_m, seed, trial };
+                let point = TrialSetup { rung: 0, axis, platform, stiffness_n_per_m, seed, trial };
                 let made = run_trial(&study.overrides(&point), &Control::default()).expect("it can be run");
                 matches!(made.expect("nobody stops it").verdict, Verdict::Passive { .. })
             })

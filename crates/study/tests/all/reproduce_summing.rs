@@ -2,7 +2,7 @@
 
 use hpu_cosim::Control;
 use hpu_cosim::scene::{Direction, Platform};
-use hpu_study::reproduce::{Point, RUNGS, Rung, Study, Tables, Trial, Verdict, ladder, lag, table_text};
+use hpu_study::reproduce::{RUNGS, Rung, Study, Tables, Trial, TrialSetup, Verdict, ladder, lag, table_text};
 use hpu_study::studies::comparison::{Comparison, Found, Line, beside_text, sums};
 use hpu_study::studies::shipped;
 use hpu_study::studies::summing::{Finding, Sum, summing_up};
@@ -143,7 +143,7 @@ fn the_rows_of_figure_4_say_that_they_are_ramps_of_equal_impulse() {
 /// Returns a table of one seed in which PMOS-1 and RTOS-1 hold 750 N/m, and the other platforms the limit of `others`.
 fn tables(others: impl Fn(Platform) -> f64) -> Tables {
     let study = Study { seeds: 1, ..Study::whole(&[Rung::SHIPPED]) };
-    let trial = |point: &Point| {
+    let trial = |point: &TrialSetup| {
         let limit = match point.platform {
             Platform::Pmos1 | Platform::Rtos(1) => 750.0,
             platform => others(platform),

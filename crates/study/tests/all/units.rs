@@ -9,7 +9,7 @@ use std::thread;
 use std::time::Duration;
 
 use hpu_cosim::Control;
-use hpu_study::units::{Journal, JournalError, Row, fingerprint, run};
+use hpu_study::units::{Journal, JournalError, UnitResult, fingerprint, run};
 
 const COUNT: usize = 40;
 
@@ -18,11 +18,11 @@ fn jobs(jobs: usize) -> NonZeroUsize {
 }
 
 /// Returns a row that contains the unit's index; one unit in seven fails.
-fn unit(index: usize) -> Row {
+fn unit(index: usize) -> UnitResult {
     if index % 7 == 3 { Err(format!("unit {index} cannot")) } else { Ok(format!("{index},{}", index * index)) }
 }
 
-fn all(jobs_: usize, unit: impl Fn(usize) -> Row + Sync) -> Vec<Row> {
+fn all(jobs_: usize, unit: impl Fn(usize) -> UnitResult + Sync) -> Vec<UnitResult> {
     let unit = |index: usize, _: &Control| Some(unit(index));
     let rows =
         run(COUNT, jobs(jobs_), BTreeMap::new(), &Control::default(), unit, |_, _| Ok::<_, Infallible>(())).unwrap();
@@ -31,7 +31,7 @@ fn all(jobs_: usize, unit: impl Fn(usize) -> Row + Sync) -> Vec<Row> {
 
 #[test]
 fn rows_are_in_the_order_of_the_units_whatever_the_threads() {
-    let expected: Vec<Row> = (0..COUNT).map(unit).collect();
+    let expected: Vec<UnitResult> = (0..COUNT).map(unit).collect();
     for threads in [1, 2, 3, 64] {
         // Later units finish sooner.
         let slow = |index: usize| {
@@ -49,7 +49,8 @@ fn a_unit_that_panics_is_a_row_with_what_it_said_and_the_others_are_done() {
         unit(index)
     });
     assert_eq!(rows[5], Err("panicked: no 5 at all".to_string()));
-    let others = |rows: Vec<Row>| rows.into_iter().enumerate().filter(|(index, _)| *index != 5).collect::<Vec<_>>();
+    let others =
+        |rows: Vec<UnitResult>| rows.into_iter().enumerate().filter(|(index, _)| *index != 5).collect::<Vec<_>>();
     assert_eq!(others(rows), others((0..COUNT).map(unit).collect()));
 }
 
@@ -83,7 +84,7 @@ fn interrupted(threads: usize, header: &str, stop_after: usize) -> String {
 
 #[test]
 fn a_set_that_goes_on_equals_one_that_was_never_interrupted_and_does_no_unit_twice() {
-    let expected: Vec<Row> = (0..COUNT).map(unit).collect();
+    let expected: Vec<UnitResult> = (0..COUNT).map(unit).collect();
     for (threads, stop_after) in [(1, 1), (2, 13), (3, 39)] {
         let mut text = interrupted(threads, "a set", stop_after);
         // A power cut in the middle of a line.
@@ -125,12 +126,12 @@ fn a_row_that_cannot_be_kept_ends_the_set_with_that_error() {
 
 const NAME: &str = "study 1 of a";
 
-fn read(bytes: &[u8]) -> Result<(BTreeMap<usize, Row>, usize), JournalError> {
+fn read(bytes: &[u8]) -> Result<(BTreeMap<usize, UnitResult>, usize), JournalError> {
     Journal::read(bytes, NAME, 10).map(|journal| (journal.rows, journal.damaged))
 }
 
 /// Returns a journal of three rows: its bytes, its rows, and where each row begins and ends.
-fn small() -> (Vec<u8>, BTreeMap<usize, Row>, Vec<std::ops::Range<usize>>) {
+fn small() -> (Vec<u8>, BTreeMap<usize, UnitResult>, Vec<std::ops::Range<usize>>) {
     let rows = BTreeMap::from([
         (0, Ok("settled,1.5e-3,,0e0,7500000".to_string())),
         (3, Err("no, \"never\"".to_string())),
@@ -147,7 +148,7 @@ fn small() -> (Vec<u8>, BTreeMap<usize, Row>, Vec<std::ops::Range<usize>>) {
 }
 
 /// Returns the rows except the one whose place holds this byte.
-fn without(byte: usize) -> BTreeMap<usize, Row> {
+fn without(byte: usize) -> BTreeMap<usize, UnitResult> {
     let (_, rows, places) = small();
     rows.into_iter().zip(places).filter(|(_, place)| !place.contains(&byte)).map(|(row, _)| row).collect()
 }

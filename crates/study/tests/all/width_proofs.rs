@@ -2,7 +2,7 @@
 
 use crate::proofs_common::{Wander, axis, bits, contains, of, run, traced, wander};
 use hpu_cosim::scene::{Experiment, Scene, shipped};
-use hpu_cosim::{Session, Wired, with_axis_loop};
+use hpu_cosim::{AxisSimulation, Wired, with_axis_loop};
 use hpu_signal::SignalUse;
 use hpu_study::widths::proof::{How, MOST_INPUTS, Proof, axis_bounds, exhausted, gappa};
 
@@ -11,14 +11,14 @@ const STEPS: u64 = 10_000_000;
 
 /// Returns the ranges that a scene's wiring shows under random motion within the proved limits of its device.
 fn at_random(scene: &Scene, proof: &Proof, see: impl FnMut(&[i64])) -> Vec<SignalUse> {
-    let session = Session::new(scene).unwrap();
-    let (input, shaft) = (session.input(), Wander::new(scene, proof, 1));
-    with_axis_loop!(session.axis_loop().expect("words"), wiring => wander(wiring.clone(), input, shaft, STEPS, see))
+    let simulation = AxisSimulation::new(scene).unwrap();
+    let (input, shaft) = (simulation.input(), Wander::new(scene, proof, 1));
+    with_axis_loop!(simulation.axis_loop().expect("words"), wiring => wander(wiring.clone(), input, shaft, STEPS, see))
 }
 
 /// Asserts that every bound holds the values seen. Returns the nets whose bound is more than two bits wider.
 fn compared(scene: &Scene, proof: &Proof, uses: &[SignalUse]) -> Vec<&'static str> {
-    let nets = Session::new(scene).unwrap().wiring().nets();
+    let nets = AxisSimulation::new(scene).unwrap().wiring().nets();
     let mut wide = Vec::new();
     println!("{}: measured in {STEPS} steps of random motion, proved", scene.name);
     for ((net, usage), bound) in nets.iter().zip(uses).zip(&proof.bounds) {

@@ -2,7 +2,7 @@
 
 use crate::proofs_common::{bits, contains, experiment, of};
 use hpu_cosim::scene::PhantomScene;
-use hpu_cosim::{Control, Driver, PhantomSession, Rig, SplitMix64, Wired};
+use hpu_cosim::{Control, Driver, PhantomSimulation, Simulation, SplitMix64, Wired};
 use hpu_datapath::phantom::{
     CommandScaler, CubeRoom, PhantomForward, PhantomTorque, TrigTable, command_scaler, cube_room, phantom_forward,
     phantom_torque,
@@ -129,10 +129,10 @@ fn ten_million_postures_stay_inside_the_bounds_and_come_within_two_bits_of_them(
 fn a_run_stays_inside_its_bounds() {
     let scene = experiment("phantom-drop", &[]).phantom().unwrap();
     let proof = scene.bounds().unwrap();
-    let session = PhantomSession::new(&scene).unwrap();
-    let mut trace = session.trace(&[]);
+    let simulation = PhantomSimulation::new(&scene).unwrap();
+    let mut trace = simulation.trace(&[]);
     let start = std::time::Instant::now();
-    let summary = session.run(Driver::Events, &mut trace, &mut (), &Control::default());
+    let summary = simulation.run(Driver::Events, &mut trace, &mut (), &Control::default());
     println!("{:?}", start.elapsed());
     for (net, bound) in summary.nets.iter().zip(&proof.bounds) {
         contains(bound, &net.signal, &net.usage);

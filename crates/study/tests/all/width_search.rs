@@ -12,7 +12,7 @@ use hpu_datapath::{LoopConfig, PwmConfig};
 use hpu_signal::Format;
 use hpu_study::accuracy::{Outputs, worst};
 use hpu_study::map::{Cell, CellLimits, SceneText};
-use hpu_study::units::Row;
+use hpu_study::units::UnitResult;
 use hpu_study::widths::Field;
 use hpu_study::widths::search::{
     Cost, Design, ESTIMATE_ERROR, Ended, Found, Knob, Merit, Plan, SearchError, estimate, search,
@@ -43,7 +43,7 @@ pub fn scene(name: &str, set: &Set) -> (String, Experiment) {
 }
 
 pub fn found(scenes: &[(String, Experiment)], knobs: &[Knob], plan: Plan) -> Result<Found, SearchError> {
-    let keep = |_: usize, _: &Row| Ok::<(), Infallible>(());
+    let keep = |_: usize, _: &UnitResult| Ok::<(), Infallible>(());
     match search(scenes, knobs, plan, BTreeMap::new(), &Control::default(), keep, |_| ()) {
         Ok(found) => Ok(found),
         Err(Ended::Refused(error)) => Err(error),
@@ -204,8 +204,8 @@ fn so_it_is_of_a_held_position_and_where_designs_that_are_far_off_are_none() {
 fn a_search_goes_on_from_its_rows_and_finds_the_same_on_any_number_of_threads() {
     let scene = [scene("thrown-hybrid", &set(&[("run.duration", "40 ms")]))];
     let knobs = knobs(&["position_bits=5..7", "velocity_bits=3..5"]);
-    let mut rows: BTreeMap<usize, Row> = BTreeMap::new();
-    let keep = |index: usize, row: &Row| {
+    let mut rows: BTreeMap<usize, UnitResult> = BTreeMap::new();
+    let keep = |index: usize, row: &UnitResult| {
         rows.insert(index, row.clone());
         if rows.len() < 7 { Ok(()) } else { Err("the disk is full") }
     };
@@ -213,7 +213,7 @@ fn a_search_goes_on_from_its_rows_and_finds_the_same_on_any_number_of_threads() 
     assert!(matches!(ended, Err(Ended::Kept("the disk is full"))));
     let kept = rows.len();
     let mut more = 0;
-    let keep = |_: usize, _: &Row| {
+    let keep = |_: usize, _: &UnitResult| {
         more += 1;
         Ok::<(), Infallible>(())
     };
@@ -228,7 +228,7 @@ fn a_search_goes_on_from_its_rows_and_finds_the_same_on_any_number_of_threads() 
 fn a_search_that_is_stopped_says_so() {
     let control = Control::default();
     control.stop.store(true, Ordering::Relaxed);
-    let keep = |_: usize, _: &Row| Ok::<(), Infallible>(());
+    let keep = |_: usize, _: &UnitResult| Ok::<(), Infallible>(());
     let knobs = knobs(&["velocity_bits=3..5"]);
     let ended = search(&[scene("thrown-hybrid", &Set::new())], &knobs, PLAN, BTreeMap::new(), &control, keep, |_| ());
     assert!(matches!(ended, Err(Ended::Stopped)));

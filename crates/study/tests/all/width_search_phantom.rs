@@ -9,9 +9,9 @@ use hpu_cosim::{Control, Driver};
 use hpu_study::accuracy::{Outputs, worst};
 use hpu_study::map::SceneText;
 use hpu_study::phantom::{cells, proved, rams, rung};
-use hpu_study::units::Row;
+use hpu_study::units::UnitResult;
 use hpu_study::widths::Field;
-use hpu_study::widths::search::{Cost, Design, Ended, Found, Knob, Merit, Plan, Point, SearchError, search};
+use hpu_study::widths::search::{Cost, Design, Ended, Found, Knob, Merit, Plan, RatedDesign, SearchError, search};
 
 type Set = Vec<(String, String)>;
 
@@ -34,7 +34,7 @@ fn plan(within: f64, jobs: usize) -> Plan {
 
 fn found(set: &Set, knobs: &[Knob], plan: Plan) -> Result<Found, SearchError> {
     let scene = [("phantom-drop".to_string(), text("phantom-drop").parse(set).expect("the scene"))];
-    let keep = |_: usize, _: &Row| Ok::<(), Infallible>(());
+    let keep = |_: usize, _: &UnitResult| Ok::<(), Infallible>(());
     match search(&scene, knobs, plan, BTreeMap::new(), &Control::default(), keep, |_| ()) {
         Ok(found) => Ok(found),
         Err(Ended::Refused(error)) => Err(error),
@@ -103,15 +103,16 @@ fn holds_to_the_grid(set: &Set, texts: &[&str], within: f64) {
         }
         let cost = Cost { rams: rams(&config).expect("tables"), logic: Some(cells(&config).iter().sum()) };
         let stiffness = own_n_per_m * rung(stable(&experiment, &mut runs));
-        grid.push(Point { design, merit: Merit { cost, error, stiffness }, capped: false });
+        grid.push(RatedDesign { design, merit: Merit { cost, error, stiffness }, capped: false });
     }
     assert_eq!((found.refused.iter().map(|(_, count)| count).sum::<usize>(), found.off), (refused, off));
     assert!(found.failed.is_empty());
 
     type Figures = (Cost, u64, u64);
-    let merit =
-        |Point { merit, .. }: &Point| -> Figures { (merit.cost, merit.error.to_bits(), merit.stiffness.to_bits()) };
-    let best = |point: &&Point| !grid.iter().any(|other: &Point| other.merit.beats(&point.merit));
+    let merit = |RatedDesign { merit, .. }: &RatedDesign| -> Figures {
+        (merit.cost, merit.error.to_bits(), merit.stiffness.to_bits())
+    };
+    let best = |point: &&RatedDesign| !grid.iter().any(|other: &RatedDesign| other.merit.beats(&point.merit));
     let mut wanted: Vec<Figures> = grid.iter().filter(best).map(merit).collect();
     wanted.sort_unstable();
     wanted.dedup();
@@ -119,7 +120,8 @@ fn holds_to_the_grid(set: &Set, texts: &[&str], within: f64) {
     front.sort_unstable();
     assert!(!wanted.is_empty(), "a front of none says nothing");
     assert_eq!(front, wanted);
-    let own = |point: &Point| grid.iter().any(|other| other.design == point.design && merit(other) == merit(point));
+    let own =
+        |point: &RatedDesign| grid.iter().any(|other| other.design == point.design && merit(other) == merit(point));
     assert!(found.best().all(own), "a design with another's figures");
     assert!(found.grid_runs <= runs, "{} runs of the grid, which took {runs}", found.grid_runs);
     assert!(found.runs < runs, "{} runs instead of {runs}", found.runs);

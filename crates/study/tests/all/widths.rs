@@ -2,7 +2,7 @@
 
 use hpu_chart::ranges;
 use hpu_cosim::scene::{Experiment, shipped};
-use hpu_cosim::{Control, Ready, Rig, SplitMix64, Wired};
+use hpu_cosim::{Control, Simulation, SplitMix64, Wired, WiredSimulation};
 use hpu_datapath::{AnyBlock, Connection, Instance, TruncatingMultiplier};
 use hpu_signal::{Cycle, Format, Observe, Signal};
 use hpu_study::widths::proof::{Bound, How};
@@ -85,11 +85,11 @@ impl Observe for Words {
 
 /// Returns every change of the nets of a scene.
 fn recorded(experiment: &Experiment) -> (Vec<&'static str>, Vec<(u64, Vec<i64>)>) {
-    let ready = Ready::new(experiment).expect("ready");
+    let simulation = WiredSimulation::new(experiment).expect("ready");
     let mut words = Words(Vec::new());
-    let mut trace = ready.trace(&[]);
-    ready.run(ready.driver(), &mut trace, &mut words, &Control::default());
-    (ready.nets().iter().map(|net| net.name).collect(), words.0)
+    let mut trace = simulation.trace(&[]);
+    simulation.run(simulation.driver(), &mut trace, &mut words, &Control::default());
+    (simulation.nets().iter().map(|net| net.name).collect(), words.0)
 }
 
 #[test]
@@ -123,10 +123,10 @@ fn what_the_law_beside_says_was_lost_is_what_the_wiring_counted() {
         ("phantom-thrown-shared", &[("run.duration", "300 ms")]),
     ] {
         let experiment = scene(name, set);
-        let ready = Ready::new(&experiment).expect("ready");
-        let mut law = beside(&experiment, &ready);
-        let mut trace = ready.trace(&[]);
-        let summary = ready.run(ready.driver(), &mut trace, &mut law, &Control::default());
+        let simulation = WiredSimulation::new(&experiment).expect("ready");
+        let mut law = beside(&experiment, &simulation);
+        let mut trace = simulation.trace(&[]);
+        let summary = simulation.run(simulation.driver(), &mut trace, &mut law, &Control::default());
         law.finish(summary.edges);
         for (index, net) in summary.nets.iter().enumerate() {
             let counted = (net.usage.rounded, net.usage.overflowed);

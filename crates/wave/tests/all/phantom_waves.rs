@@ -4,7 +4,7 @@
 use std::io::Cursor;
 
 use hpu_cosim::scene::{PhantomScene, shipped};
-use hpu_cosim::{Control, Driver, PhantomSession, Rig, Wired};
+use hpu_cosim::{Control, Driver, PhantomSimulation, Simulation, Wired};
 use hpu_signal::{Cycle, Observe};
 use hpu_wave::{Fst, Layout, Vcd};
 
@@ -45,19 +45,19 @@ fn put(changes: &mut Changes, name: String, time_ps: u64, value: String) {
 fn every_word_and_every_output_of_the_plant_is_read_back_by_another_parser() {
     for name in ["phantom-thrown", "phantom-thrown-shared", "phantom-thrown-rtos"] {
         let scene = scene(name);
-        let session = PhantomSession::new(&scene).expect("valid");
-        let layout = Layout::of(&session);
+        let simulation = PhantomSimulation::new(&scene).expect("valid");
+        let layout = Layout::of(&simulation);
         let mut shown = Shown::default();
         let mut vcd = Vcd::new(Vec::new(), &layout, scene.clock).expect("memory");
         let mut fst = Fst::new(Cursor::new(Vec::new()), &layout, scene.clock).expect("memory");
         let control = Control::default();
-        let alone = session.run(Driver::Events, &mut session.trace(&[]), &mut shown, &control);
+        let alone = simulation.run(Driver::Events, &mut simulation.trace(&[]), &mut shown, &control);
         assert!(alone.output_changes > 0, "{name}: no contact");
-        session.run(Driver::Events, &mut session.trace(&[]), &mut vcd, &control);
-        session.run(Driver::Events, &mut session.trace(&[]), &mut fst, &control);
+        simulation.run(Driver::Events, &mut simulation.trace(&[]), &mut vcd, &control);
+        simulation.run(Driver::Events, &mut simulation.trace(&[]), &mut fst, &control);
 
         // At 50 MHz an edge takes 20000 ps.
-        let (nets, wiring) = (session.nets(), session.wiring().name());
+        let (nets, wiring) = (simulation.nets(), simulation.wiring().name());
         let mut expected = Changes::new();
         for (cycle, words) in &shown.nets {
             for (net, &word) in nets.iter().zip(words) {
@@ -67,7 +67,7 @@ fn every_word_and_every_output_of_the_plant_is_read_back_by_another_parser() {
             }
         }
         for (cycle, values) in &shown.reals {
-            for (real, value) in session.reals().iter().zip(values) {
+            for (real, value) in simulation.reals().iter().zip(values) {
                 put(&mut expected, format!("plant.{}", real.name), 20_000 * cycle.0, format!("{value:?}"));
             }
         }

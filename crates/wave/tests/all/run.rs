@@ -5,7 +5,7 @@ use std::io::Cursor;
 
 use hpu_cosim::replay::read_capture;
 use hpu_cosim::scene::Scene;
-use hpu_cosim::{Control, Driver, Rig, Session, Summary, Wired};
+use hpu_cosim::{AxisSimulation, Control, Driver, Simulation, Summary, Wired};
 use hpu_datapath::{HybridLoop, LoopConfig, Wiring};
 use hpu_signal::{Clock, Cycle, Observe};
 use hpu_wave::{Fst, Layout, Vcd};
@@ -20,24 +20,24 @@ fn scene() -> Scene {
 }
 
 /// Runs the scene, and sets the wall time, which differs from run to run, to zero.
-fn run(session: &Session, driver: Driver, observer: &mut impl Observe) -> Summary {
-    let summary = session.run(driver, &mut session.trace(&[]), observer, &Control::default());
+fn run(simulation: &AxisSimulation, driver: Driver, observer: &mut impl Observe) -> Summary {
+    let summary = simulation.run(driver, &mut simulation.trace(&[]), observer, &Control::default());
     Summary { wall_s: 0.0, ..summary }
 }
 
 #[test]
 fn a_run_with_a_waveform_equals_one_without_and_both_drivers_write_the_same_files() {
     let scene = scene();
-    let session = Session::new(&scene).expect("a shipped scene");
+    let simulation = AxisSimulation::new(&scene).expect("a shipped scene");
     let end = Cycle(scene.edges());
-    let unwatched = run(&session, Driver::Events, &mut ());
+    let unwatched = run(&simulation, Driver::Events, &mut ());
     assert!(unwatched.output_changes > 100, "the wall is hit: {} gate changes", unwatched.output_changes);
     let record = |driver| {
-        let layout = Layout::of(&session);
+        let layout = Layout::of(&simulation);
         let mut vcd = Vcd::new(Vec::new(), &layout, scene.clock).expect("memory");
         let mut fst = Fst::new(Cursor::new(Vec::new()), &layout, scene.clock).expect("memory");
-        let with_vcd = run(&session, driver, &mut vcd);
-        let with_fst = run(&session, driver, &mut fst);
+        let with_vcd = run(&simulation, driver, &mut vcd);
+        let with_fst = run(&simulation, driver, &mut fst);
         assert_eq!(with_vcd, with_fst);
         let fst = fst.finish(end).expect("memory").into_inner();
         (with_vcd, vcd.finish(end).expect("memory"), fst)

@@ -3,23 +3,23 @@
 use hpu_rtl::{Cost, HX8K_BRAM, HX8K_CELLS};
 use hpu_study::studies::summing::{Finding, Statement, Sum};
 
-use super::row::Row;
+use super::row::CostRow;
 
 /// Clocks of the sample period in which the shared loop shows a result: one more than its engine takes.
 const CLOCKS: f64 = 33.0;
 
 /// Returns the paper's claims with the findings from the rows. A claim whose rows were not asked for, or failed, cannot
 /// be judged.
-pub fn sums(rows: &[Row]) -> Vec<Sum> {
+pub fn sums(rows: &[CostRow]) -> Vec<Sum> {
     vec![rate(rows), modest(rows), costly(rows)]
 }
 
 /// Returns the costs in the rows of a block, by label.
-fn of<'a>(rows: &'a [Row], name: &'a str) -> impl Iterator<Item = (&'static str, &'a Cost)> {
+fn of<'a>(rows: &'a [CostRow], name: &'a str) -> impl Iterator<Item = (&'static str, &'a Cost)> {
     rows.iter().filter(move |row| row.name == name).filter_map(|row| Some((row.label, row.cost.as_ref().ok()?)))
 }
 
-fn rate(rows: &[Row]) -> Sum {
+fn rate(rows: &[CostRow]) -> Sum {
     let rates: Vec<_> = of(rows, "phantom_shared_loop")
         .filter_map(|(label, cost)| Some((label, 1e3 * cost.fmax_mhz()? / CLOCKS)))
         .collect();
@@ -39,7 +39,7 @@ fn rate(rows: &[Row]) -> Sum {
     }
 }
 
-fn modest(rows: &[Row]) -> Sum {
+fn modest(rows: &[CostRow]) -> Sum {
     let loops: Vec<_> = ["phantom_shared_loop", "phantom_loop"]
         .into_iter()
         .filter_map(|name| Some((name, of(rows, name).find(|(label, _)| *label == "default")?.1)))
@@ -59,7 +59,7 @@ fn modest(rows: &[Row]) -> Sum {
     }
 }
 
-fn costly(rows: &[Row]) -> Sum {
+fn costly(rows: &[CostRow]) -> Sum {
     let cells = of(rows, "trig_cordic").next().map(|(_, cost)| cost.cells);
     Sum {
         statement: Statement {
@@ -80,14 +80,14 @@ mod tests {
     use super::*;
 
     /// Returns a row with the numbers that claims read: cells, and the fastest clock of a block that fits.
-    fn row(name: &'static str, label: &'static str, cells: u64, mhz: Option<f64>) -> Row {
+    fn row(name: &'static str, label: &'static str, cells: u64, mhz: Option<f64>) -> CostRow {
         let some = Counts { lut4: 1, ff: 1, carry: 1, bram: 1, dsp: 0 };
         let ecp5 = mhz.is_none().then_some(some);
         let placed = mhz.map(|mhz| [Placed::Mhz(mhz); 3]);
-        Row { name, label, clocked: true, cost: Ok(Cost { ice40: some, cells, ecp5, placed }), proof: None }
+        CostRow { name, label, clocked: true, cost: Ok(Cost { ice40: some, cells, ecp5, placed }), proof: None }
     }
 
-    fn findings(rows: &[Row]) -> [Finding; 3] {
+    fn findings(rows: &[CostRow]) -> [Finding; 3] {
         let sums = sums(rows);
         [0, 1, 2].map(|claim: usize| sums[claim].finding)
     }
@@ -110,7 +110,7 @@ mod tests {
             row("trig_cordic", "default", 2560, Some(6.0)),
         ];
         assert_eq!(findings(&slow), [NotConfirmed, CannotBeTold, NotConfirmed]);
-        let failed = Row { cost: Err("no Yosys".into()), ..row("trig_cordic", "default", 1, None) };
+        let failed = CostRow { cost: Err("no Yosys".into()), ..row("trig_cordic", "default", 1, None) };
         assert_eq!([findings(&[]), findings(&[failed])], [[CannotBeTold; 3]; 2]);
     }
 }

@@ -21,7 +21,7 @@ use crate::reproduce::beside::claim;
 use crate::terminal::{print, print_json, with_progress};
 use crate::{hdl, interrupt, journal};
 use claims::sums;
-use row::{Proof, Row};
+use row::{CostRow, Proof};
 use text::{csv, object, text};
 
 /// Blocks and loops, each with the label of its configuration: the cheap ones first, full tables last.
@@ -106,11 +106,11 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let read = |row: Result<String, String>| {
         row.and_then(|text| Cost::from_line(&text).ok_or_else(|| format!("`{text}` in the journal is no cost")))
     };
-    let rows: Vec<Row> = plan
+    let rows: Vec<CostRow> = plan
         .iter()
         .zip(&blocks)
         .zip(rows)
-        .map(|(((name, label), block), cost)| Row {
+        .map(|(((name, label), block), cost)| CostRow {
             name,
             label,
             clocked: block.clocked(),
@@ -121,7 +121,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     give(args, folder, &versions, &rows)
 }
 
-fn give(args: &Args, folder: Option<Folder>, versions: &[String], rows: &[Row]) -> Result<Exit, Failure> {
+fn give(args: &Args, folder: Option<Folder>, versions: &[String], rows: &[CostRow]) -> Result<Exit, Failure> {
     let (text, mut places) = (text(versions, rows), Vec::new());
     if let Some(mut folder) = folder {
         folder.write(&format!("{COST}.csv"), csv(versions, rows))?;

@@ -6,7 +6,7 @@ use hpu_study::reproduce::formats::{STIFFNESS_MAX_N_PER_M, full_scales_nm};
 use super::{Config, bounds, loop_variants};
 
 /// A block or loop with its result.
-pub struct Row {
+pub struct CostRow {
     /// Its name.
     pub name: &'static str,
     /// Label of its configuration.

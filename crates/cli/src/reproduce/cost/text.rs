@@ -7,11 +7,11 @@ use serde_json::{Value, json};
 
 use super::Config;
 use super::claims::sums;
-use super::row::{Proof, Row};
+use super::row::{CostRow, Proof};
 use crate::cost::{speed, target};
 
 /// Returns all rows as text.
-pub fn text(versions: &[String], rows: &[Row]) -> String {
+pub fn text(versions: &[String], rows: &[CostRow]) -> String {
     let mut text = format!(
         "{DEVICE}: what its blocks and loops cost\n$ hpu reproduce {COST}\n{}\n\n\
          Counts are of each block alone, for the iCE40 HX8K ({HX8K_CELLS} logic cells, {HX8K_BRAM} block RAMs of 4096 \
@@ -46,8 +46,8 @@ pub fn text(versions: &[String], rows: &[Row]) -> String {
     text + &tables() + &summing_up(&sums(rows))
 }
 
-fn table_row(row: &Row) -> String {
-    let Row { name, label, clocked, cost, proof } = row;
+fn table_row(row: &CostRow) -> String {
+    let CostRow { name, label, clocked, cost, proof } = row;
     let proof = proof.as_ref().map_or(String::new(), |proof| {
         let Proof { depth_width, position_um, position_13_um, torque_percent, length_um } = proof;
         format!(" |{depth_width:>6}{position_um:>9.3}{position_13_um:>9.3}{torque_percent:>10.5}{length_um:>8.3}")
@@ -102,9 +102,9 @@ const CSV_HEADER: &str = "block,variant,target,lut4,ff,carry,bram,dsp,hx8k_cells
      depth_bits,position_error_um,position_error_13_bits_um,torque_error_13_bits_percent,length_error_um,failure\n";
 
 /// Returns a CSV with a row for each block or loop, below a line with the tools.
-pub fn csv(versions: &[String], rows: &[Row]) -> String {
+pub fn csv(versions: &[String], rows: &[CostRow]) -> String {
     let mut text = format!("# {}\n{CSV_HEADER}", versions.join(", "));
-    for Row { name, label, clocked, cost, proof } in rows {
+    for CostRow { name, label, clocked, cost, proof } in rows {
         let proof = proof.as_ref().map_or(",,,,".to_string(), |proof| {
             let Proof { depth_width, position_um, position_13_um, torque_percent, length_um } = proof;
             format!("{depth_width},{position_um:.4},{position_13_um:.4},{torque_percent:.6},{length_um:.4}")
@@ -128,7 +128,7 @@ pub fn csv(versions: &[String], rows: &[Row]) -> String {
 }
 
 /// Returns a row as JSON.
-pub fn object(row: &Row) -> Value {
+pub fn object(row: &CostRow) -> Value {
     let mut object = crate::cost::object(row.label, row.clocked, &row.cost);
     object["block"] = json!(row.name);
     object["proved"] = json!(row.proof.as_ref().map(|proof| json!({

@@ -8,8 +8,8 @@ use std::sync::atomic::Ordering;
 use hpu_chart::{self as chart, Picture};
 use hpu_cosim::Control;
 use hpu_cosim::scene::{Direction, Platform};
-use hpu_study::reproduce::{self as study, Class, Outcomes, Point, RUNGS, Rung, Study, Tables, Trial, ladder};
-use hpu_study::units::{self, Row};
+use hpu_study::reproduce::{self as study, Class, Outcomes, RUNGS, Rung, Study, Tables, Trial, TrialSetup, ladder};
+use hpu_study::units::{self, UnitResult};
 
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
@@ -196,11 +196,11 @@ pub fn run(name: Name, args: &Args) -> Result<Exit, Failure> {
 /// turn out to be near a boundary at the other seeds.
 fn fill(
     study: &Study,
-    points: &[Point],
+    points: &[TrialSetup],
     args: &Args,
     outcomes: &mut Outcomes,
     control: &'static Control,
-    mut keep: impl FnMut(usize, &Row) -> Result<(), Failure>,
+    mut keep: impl FnMut(usize, &UnitResult) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
     let unit = |place: usize, control: &_| match study::run_trial(&study.overrides(&points[place]), control) {
         Ok(trial) => trial.map(|trial| Ok(trial.line())),
@@ -223,7 +223,7 @@ fn fill(
 }
 
 /// Reads a trial from a row of the journal.
-fn read(row: Row) -> Result<Trial, String> {
+fn read(row: UnitResult) -> Result<Trial, String> {
     row.and_then(|line| Trial::read(&line).ok_or_else(|| format!("`{line}` in the journal is no trial")))
 }
 
@@ -234,7 +234,7 @@ pub struct Outcome {
     /// The study that was run.
     pub study: Study,
     /// All trials that might have been run.
-    points: Vec<Point>,
+    points: Vec<TrialSetup>,
     /// The result of each trial that was run.
     pub outcomes: Outcomes,
     /// The tables of each rung.
@@ -284,12 +284,12 @@ impl Outcome {
     /// Returns the command of one trial. Prefers a cell that differs from the printed table at every seed, then a cell
     /// that is not passive at some seed, then the first trial.
     pub fn replay(&self) -> String {
-        let differs = |point: &&Point| {
+        let differs = |point: &&TrialSetup| {
             let tables = &self.tables[point.rung];
             let same = study::Agreement::at(tables, point.axis, point.platform, point.stiffness_n_per_m);
             same.is_some_and(|same| same.so == 0)
         };
-        let moves = |point: &&Point| {
+        let moves = |point: &&TrialSetup| {
             let tally = self.tables[point.rung].cell(point.axis, point.platform, point.stiffness_n_per_m);
             tally.is_some_and(|tally| tally.class() != Some(Class::Passive))
         };

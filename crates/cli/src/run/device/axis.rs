@@ -2,7 +2,7 @@
 
 use hpu_chart::{self as chart, Picture, run_pictures};
 use hpu_cosim::scene::{Device, Units};
-use hpu_cosim::{Rig, Session, Trace};
+use hpu_cosim::{AxisSimulation, Simulation, Trace};
 use hpu_signal::{Notation, Signal};
 use hpu_study::page::Page;
 use serde_json::{Value, json};
@@ -17,7 +17,7 @@ use crate::units::{error_percent, si};
 /// The index of the torque or force of its actuator.
 const TORQUE: usize = 3;
 
-impl Shown for Session<'_> {
+impl Shown for AxisSimulation<'_> {
     fn lines(&self, page: &mut Page, ran: &Ran) {
         if ran.summary.verdict.is_some() {
             let scene = self.scene();
@@ -43,7 +43,7 @@ impl Shown for Session<'_> {
     }
 
     fn nets(&self) -> Vec<Signal> {
-        named(Rig::nets(self), chart::nets(self.scene()))
+        named(Simulation::nets(self), chart::nets(self.scene()))
     }
 
     fn pictures(&self, ran: &Ran, command: &str) -> Vec<Picture> {
@@ -59,7 +59,7 @@ impl Shown for Session<'_> {
         Some((wall.position_rad, wall.stiffness_nm_per_rad))
     }
 
-    fn axis(&self) -> Option<&Session<'_>> {
+    fn axis(&self) -> Option<&AxisSimulation<'_>> {
         Some(self)
     }
 }
@@ -79,8 +79,8 @@ pub(super) fn motion(device: &Device, wall_rad: f64, trace: &Trace) -> String {
     )
 }
 
-fn words(session: &Session, notation: Notation) -> [String; 4] {
-    let (scene, words) = (session.scene(), session.words());
+fn words(simulation: &AxisSimulation, notation: Notation) -> [String; 4] {
+    let (scene, words) = (simulation.scene(), simulation.words());
     let units = scene.device.units();
     let (realised, method) = (&words.realised, &scene.method);
     [

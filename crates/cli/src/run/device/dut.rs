@@ -1,7 +1,7 @@
 //! An axis whose loop is closed by a design of the user's own.
 
 use hpu_chart::{self as chart, Picture};
-use hpu_cosim::dut::{DutSession, Wire};
+use hpu_cosim::dut::{DutSimulation, Wire};
 use hpu_cosim::scene::Units;
 use hpu_signal::Signal;
 use hpu_study::page::Page;
@@ -11,7 +11,7 @@ use super::Shown;
 use super::axis::motion;
 use crate::run::Ran;
 
-impl Shown for DutSession<'_> {
+impl Shown for DutSimulation<'_> {
     fn lines(&self, page: &mut Page, ran: &Ran) {
         let scene = self.scene();
         page.line("motion", motion(&scene.device, scene.wall_rad, &ran.trace));

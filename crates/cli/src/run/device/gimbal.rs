@@ -2,7 +2,7 @@
 
 use hpu_chart::Picture;
 use hpu_cosim::scene::{GimbalScene, Units};
-use hpu_cosim::{EnergyAudit, GimbalSession, Rig, Trace};
+use hpu_cosim::{EnergyAudit, GimbalSimulation, Simulation, Trace};
 use hpu_signal::{Notation, Signal};
 use hpu_study::page::Page;
 use serde_json::{Value, json};
@@ -15,7 +15,7 @@ use crate::units::si;
 /// The nets that are drawn and written to the table.
 const NETS: [&str; 8] = ["drive1", "drive2", "drive3", "mode", "finger_force", "radius", "equilibrium", "out_of_reach"];
 
-impl Shown for GimbalSession<'_> {
+impl Shown for GimbalSimulation<'_> {
     fn lines(&self, page: &mut Page, ran: &Ran) {
         page.line("device", device(self.scene()));
         page.line("motion", motion(&ran.trace));
@@ -38,7 +38,7 @@ impl Shown for GimbalSession<'_> {
     }
 
     fn nets(&self) -> Vec<Signal> {
-        named(Rig::nets(self), &NETS)
+        named(Simulation::nets(self), &NETS)
     }
 
     fn pictures(&self, _: &Ran, _: &str) -> Vec<Picture> {
@@ -89,22 +89,22 @@ fn motion(trace: &Trace) -> String {
     )
 }
 
-fn stiffness_n_per_m(session: &GimbalSession) -> f64 {
-    let (scene, config) = (session.scene(), &session.scene().method.config);
+fn stiffness_n_per_m(simulation: &GimbalSimulation) -> f64 {
+    let (scene, config) = (simulation.scene(), &simulation.scene().method.config);
     let lsb = config.impedance.stiffness.lsb() * scene.force_lsb_n() / config.gimbal.length.lsb();
-    session.words().stiffness as f64 * lsb
+    simulation.words().stiffness as f64 * lsb
 }
 
 /// Returns the gains that the words realise.
-fn words(session: &GimbalSession, notation: Notation) -> [String; 2] {
-    let (scene, words) = (session.scene(), session.words());
+fn words(simulation: &GimbalSimulation, notation: Notation) -> [String; 2] {
+    let (scene, words) = (simulation.scene(), simulation.words());
     let config = &scene.method.config;
     [
         format!(
             "stiffness {} of {} is {}, asked {}",
             words.stiffness,
             notation.of(config.impedance.stiffness),
-            si(stiffness_n_per_m(session), "N/m"),
+            si(stiffness_n_per_m(simulation), "N/m"),
             si(scene.stiffness_n_per_m, "N/m")
         ),
         format!(

@@ -7,7 +7,7 @@ mod phantom;
 
 use hpu_chart::Picture;
 use hpu_cosim::scene::Units;
-use hpu_cosim::{AnyRig, EnergyAudit, Ready, Session};
+use hpu_cosim::{AnySimulation, AxisSimulation, EnergyAudit, WiredSimulation};
 use hpu_signal::Signal;
 use hpu_study::page::Page;
 use serde_json::Value;
@@ -15,8 +15,8 @@ use serde_json::Value;
 use crate::run::Ran;
 use crate::units::si;
 
-/// A `Shown` is a rig that tells what only its device knows, for the page, the files and the pictures of its run.
-/// Implemented by the rig of each device in a file of its own; [`shown`] returns it.
+/// A `Shown` is a simulation that tells what only its device knows, for the page, the files and the pictures of its
+/// run. Implemented by the simulation of each device in a file of its own; [`shown`] returns it.
 pub trait Shown {
     /// Adds the lines of the device: its motion, and its words or the ports of a design.
     fn lines(&self, page: &mut Page, ran: &Ran);
@@ -39,8 +39,8 @@ pub trait Shown {
     fn wall(&self) -> Option<(f64, f64)> {
         None
     }
-    /// Returns the session of an axis whose words are known.
-    fn axis(&self) -> Option<&Session<'_>> {
+    /// Returns the simulation of an axis whose words are known.
+    fn axis(&self) -> Option<&AxisSimulation<'_>> {
         None
     }
     /// Tells where energy was dissipated.
@@ -51,13 +51,13 @@ pub trait Shown {
     }
 }
 
-/// Returns the device of a rig.
-pub fn shown<'r>(rig: &'r AnyRig) -> &'r dyn Shown {
-    match rig {
-        AnyRig::Ours(Ready::Axis(session)) => session,
-        AnyRig::Ours(Ready::Phantom(session)) => session,
-        AnyRig::Ours(Ready::Gimbal(session)) => session,
-        AnyRig::Dut(session) => session,
+/// Returns the device of a simulation.
+pub fn shown<'r>(simulation: &'r AnySimulation) -> &'r dyn Shown {
+    match simulation {
+        AnySimulation::Ours(WiredSimulation::Axis(simulation)) => simulation,
+        AnySimulation::Ours(WiredSimulation::Phantom(simulation)) => simulation,
+        AnySimulation::Ours(WiredSimulation::Gimbal(simulation)) => simulation,
+        AnySimulation::Dut(simulation) => simulation,
     }
 }
 

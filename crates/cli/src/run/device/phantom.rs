@@ -2,7 +2,7 @@
 
 use hpu_chart::{self as chart, Picture};
 use hpu_cosim::scene::{PhantomLaw, PhantomScene};
-use hpu_cosim::{EnergyAudit, PhantomSession, Rig, Trace};
+use hpu_cosim::{EnergyAudit, PhantomSimulation, Simulation, Trace};
 use hpu_signal::{Notation, Signal};
 use hpu_study::page::Page;
 use serde_json::{Value, json};
@@ -12,7 +12,7 @@ use crate::parameters;
 use crate::run::Ran;
 use crate::units::si;
 
-impl Shown for PhantomSession<'_> {
+impl Shown for PhantomSimulation<'_> {
     fn lines(&self, page: &mut Page, ran: &Ran) {
         page.line("platform", platform(self.scene()));
         page.line("motion", motion(self.scene(), &ran.trace));
@@ -35,7 +35,7 @@ impl Shown for PhantomSession<'_> {
     }
 
     fn nets(&self) -> Vec<Signal> {
-        named(Rig::nets(self), &chart::DROP_NETS)
+        named(Simulation::nets(self), &chart::DROP_NETS)
     }
 
     fn pictures(&self, ran: &Ran, command: &str) -> Vec<Picture> {
@@ -81,8 +81,8 @@ fn motion(scene: &PhantomScene, trace: &Trace) -> String {
 }
 
 /// Returns the stiffness and the walls that the words realise.
-fn words(session: &PhantomSession, notation: Notation) -> [String; 3] {
-    let (scene, words) = (session.scene(), session.words());
+fn words(simulation: &PhantomSimulation, notation: Notation) -> [String; 3] {
+    let (scene, words) = (simulation.scene(), simulation.words());
     let formats = &scene.method.config.formats;
     [
         format!(
@@ -99,15 +99,15 @@ fn words(session: &PhantomSession, notation: Notation) -> [String; 3] {
             si(formats.position.to_f64(words.high), "m"),
             si(scene.room.distance_m, "m")
         ),
-        realised(session),
+        realised(simulation),
     ]
 }
 
 /// Returns the size of a count of each encoder and of each DAC, and the apparent mass.
-fn realised(session: &PhantomSession) -> String {
-    let counts = session.count_rad().map(|count_rad| si(count_rad, "rad")).join(", ");
-    let torques: Vec<String> = session.commands().iter().map(|command| si(command.2, "N.m")).collect();
-    let mass = session
+fn realised(simulation: &PhantomSimulation) -> String {
+    let counts = simulation.count_rad().map(|count_rad| si(count_rad, "rad")).join(", ");
+    let torques: Vec<String> = simulation.commands().iter().map(|command| si(command.2, "N.m")).collect();
+    let mass = simulation
         .apparent_kg()
         .map_or(String::new(), |mass_kg| format!("; apparent mass {} at the tip", si(1e3 * mass_kg, "g")));
     format!("joints 1, 2, 3: a count is {counts}; a DAC count is {}{mass}", torques.join(", "))

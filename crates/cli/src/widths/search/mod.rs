@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use hpu_cosim::scene::Experiment;
 use hpu_rtl::{Cache, Counts, Setup};
 use hpu_study::map::SceneText;
-use hpu_study::widths::search::{Design, Ended, Found, Knob, Plan, Point, Progress, SearchError, search};
+use hpu_study::widths::search::{Design, Ended, Found, Knob, Plan, Progress, RatedDesign, SearchError, search};
 
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
@@ -128,13 +128,13 @@ struct Searched {
 
 impl Searched {
     /// Returns the command that runs the scene with a design.
-    fn replay(&self, point: &Point) -> String {
+    fn replay(&self, point: &RatedDesign) -> String {
         let set: Vec<_> = self.set.iter().cloned().chain(point.design.set()).collect();
         format!("hpu run {}{}", quoted(&self.scene), set_options(&set))
     }
 
     /// Returns Yosys's primitives of the reference, or of a design that is on the front.
-    fn price_of(&self, point: &Point) -> Option<Counts> {
+    fn price_of(&self, point: &RatedDesign) -> Option<Counts> {
         let (reference, front) = self.prices.as_ref()?;
         if point.design == self.found.reference.design {
             return Some(*reference);
@@ -142,7 +142,7 @@ impl Searched {
         self.found.best().position(|best| best == point).map(|place| front[place])
     }
 
-    fn smallest(&self) -> Option<&Point> {
+    fn smallest(&self) -> Option<&RatedDesign> {
         self.found.smallest(self.lose)
     }
 }

@@ -2,7 +2,7 @@
 
 use hpu_study::fit::percent;
 use hpu_study::page::{Column, Field, Page, Table};
-use hpu_study::widths::search::Point;
+use hpu_study::widths::search::RatedDesign;
 use serde_json::{Value, json};
 
 use super::Searched;
@@ -61,8 +61,8 @@ pub fn page(searched: &Searched) -> Page {
     data.into_iter().for_each(|(key, value)| _ = page.data(key, value));
 
     // The reference, the front and the smallest design are objects of the same columns.
-    let best: Vec<&Point> = found.best().collect();
-    let one = |point: &Point, fields: &[Field<Point>]| {
+    let best: Vec<&RatedDesign> = found.best().collect();
+    let one = |point: &RatedDesign, fields: &[Field<RatedDesign>]| {
         let mut table = Table::new("", fields.iter().map(|field| field.column.clone()));
         table.add(fields.iter().map(|field| field.cell(point)));
         table.json()[0].clone()
@@ -72,7 +72,7 @@ pub fn page(searched: &Searched) -> Page {
     page.data("smallest", searched.smallest().map(|point| one(point, &fields)));
 
     let first = best.first().copied();
-    let name = move |point: &Point| match point {
+    let name = move |point: &RatedDesign| match point {
         _ if point == &found.reference => "reference",
         _ if Some(point) == first => "front",
         _ => "",

@@ -1,15 +1,15 @@
 //! The part of a search's page that depends on the device.
 
 use hpu_study::page::{Column, Field, Place};
-use hpu_study::widths::search::Point;
+use hpu_study::widths::search::RatedDesign;
 use serde_json::Value;
 
 /// The part of a page that depends on the device.
 pub struct Shown<'a> {
     /// The columns of a design.
-    pub fields: Vec<Field<'a, Point>>,
+    pub fields: Vec<Field<'a, RatedDesign>>,
     /// The designs of the CSV.
-    pub designs: Vec<&'a Point>,
+    pub designs: Vec<&'a RatedDesign>,
     /// The text of the reference.
     pub reference: String,
     /// Lines on the conditions, with their labels.

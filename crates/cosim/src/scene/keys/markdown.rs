@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::{Row, rows};
+use super::{KeyRow, rows};
 
 /// Returns every key in Markdown, with a table for the keys of a section that the same kinds take.
 #[must_use]
@@ -11,10 +11,10 @@ pub fn markdown() -> String {
 }
 
 /// Returns the rows of a section in groups of the same kinds, in the order of each group's first row.
-pub fn grouped(rows: impl Iterator<Item = Row>) -> Vec<Vec<Row>> {
-    let mut groups: Vec<Vec<Row>> = Vec::new();
+pub fn grouped(rows: impl Iterator<Item = KeyRow>) -> Vec<Vec<KeyRow>> {
+    let mut groups: Vec<Vec<KeyRow>> = Vec::new();
     for row in rows {
-        let of_group = |group: &&mut Vec<Row>| (group[0].section, group[0].kinds) == (row.section, row.kinds);
+        let of_group = |group: &&mut Vec<KeyRow>| (group[0].section, group[0].kinds) == (row.section, row.kinds);
         match groups.iter_mut().find(of_group) {
             Some(group) => group.push(row),
             None => groups.push(vec![row]),
@@ -23,7 +23,7 @@ pub fn grouped(rows: impl Iterator<Item = Row>) -> Vec<Vec<Row>> {
     groups
 }
 
-fn table(group: &[Row]) -> String {
+fn table(group: &[KeyRow]) -> String {
     let mut text = group.first().map_or(String::new(), |row| format!("{}\n\n", row.heading()));
     text += "| Key | Unit | Default | Accepted | Meaning |\n|---|---|---|---|---|\n";
     for row in group {
@@ -33,7 +33,7 @@ fn table(group: &[Row]) -> String {
     text
 }
 
-impl Row {
+impl KeyRow {
     /// Returns the section and the kinds that take the key, as in "`[hand]` of `prescribed`".
     #[must_use]
     pub fn heading(&self) -> String {

@@ -33,7 +33,7 @@ pub(crate) use {axis_rows::*, dut_rows::*, every_rows::*, faults_rows::*, gimbal
 
 /// A key of a scene, as the documentation, the schema and `hpu keys` show it.
 #[derive(Clone, PartialEq, Debug)]
-pub struct Row {
+pub struct KeyRow {
     /// The section; empty for the scene itself. A word in capitals stands for any name, as in `dut.ports.PORT`.
     pub section: &'static str,
     /// The kinds that take the key: of `[method]` and `[hand]` values of their own `kind`, else a kind of device
@@ -68,7 +68,7 @@ pub(crate) trait AnyKey: Sync {
     fn is_required(&self) -> bool;
     /// Reads the key only to find whether it is refused.
     fn check(&self, s: &Section) -> Result<(), SceneError>;
-    fn row(&self, group: &Group) -> Row;
+    fn row(&self, group: &Group) -> KeyRow;
 }
 
 impl<V: Read> AnyKey for Key<V> {
@@ -92,9 +92,9 @@ impl<V: Read> AnyKey for Key<V> {
         s.read(self).map(drop)
     }
 
-    fn row(&self, group: &Group) -> Row {
+    fn row(&self, group: &Group) -> KeyRow {
         let (takes, otherwise) = (self.value.takes(), self.value.otherwise());
-        Row {
+        KeyRow {
             section: group.section,
             kinds: group.kinds,
             key: self.name,
@@ -154,7 +154,7 @@ pub fn is_any_name(key: &str) -> bool {
 }
 
 /// Returns every key of every section.
-pub fn rows() -> impl Iterator<Item = Row> {
+pub fn rows() -> impl Iterator<Item = KeyRow> {
     groups().flat_map(|group| group.keys.iter().map(|key| key.row(group)))
 }
 
@@ -201,6 +201,6 @@ pub(crate) fn accepted<'a>(section: &'a str, kinds: &'a [&'a str]) -> impl Itera
 pub(crate) fn taken<'a>(
     section: &'a str,
     kinds: &'a [&'a str],
-) -> impl Iterator<Item = (&'static dyn AnyKey, Row)> + 'a {
+) -> impl Iterator<Item = (&'static dyn AnyKey, KeyRow)> + 'a {
     groups_of(section, kinds).flat_map(|group| group.keys.iter().map(|key| (*key, key.row(group))))
 }

@@ -1,10 +1,10 @@
 //! A row in words, as `hpu keys` and the documentation show it.
 
-use super::{Otherwise, Row, Shape, Sizes, Takes};
+use super::{KeyRow, Otherwise, Shape, Sizes, Takes};
 use crate::message::number;
 use crate::scene::ParameterValue;
 
-impl Row {
+impl KeyRow {
     /// Returns the unit of a quantity or width, else the type of the value.
     #[must_use]
     pub fn unit(&self) -> String {

@@ -1,7 +1,7 @@
 //! Helpers of the tests of PHANToM scenes: dense runs, and the textbook's law in floats.
 
 use hpu_cosim::scene::{PhantomLaw, PhantomScene, Platform, shipped};
-use hpu_cosim::{Control, Driver, PhantomSession, Rig, Summary, Wired};
+use hpu_cosim::{Control, Driver, PhantomSimulation, Simulation, Summary, Wired};
 use hpu_signal::{Cycle, Observe};
 
 /// Returns a shipped scene with overrides.
@@ -49,9 +49,9 @@ impl Dense {
 
 /// Runs a scene from event to event.
 pub fn run(scene: &PhantomScene) -> (Summary, Dense) {
-    let session = PhantomSession::new(scene).unwrap_or_else(|error| panic!("{error}"));
+    let simulation = PhantomSimulation::new(scene).unwrap_or_else(|error| panic!("{error}"));
     let mut dense = Dense::default();
-    let summary = session.run(Driver::Events, &mut session.trace(&[]), &mut dense, &Control::default());
+    let summary = simulation.run(Driver::Events, &mut simulation.trace(&[]), &mut dense, &Control::default());
     dense.end = summary.edges;
     (summary, dense)
 }

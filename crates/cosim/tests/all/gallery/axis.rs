@@ -1,7 +1,7 @@
 //! Helpers of the gallery's tests of one axis.
 
 use hpu_cosim::scene::{Experiment, OutcomeKind, Scene, shipped};
-use hpu_cosim::{Control, Driver, Rig, Session, Summary, Trace, Wired};
+use hpu_cosim::{AxisSimulation, Control, Driver, Simulation, Summary, Trace, Wired};
 
 /// Returns a shipped scene with overrides.
 pub fn scene(name: &str, overrides: &[(&str, &str)]) -> Scene {
@@ -12,9 +12,9 @@ pub fn scene(name: &str, overrides: &[(&str, &str)]) -> Scene {
 
 /// Runs a scene and returns its summary and its trace with these nets.
 pub fn run(scene: &Scene, nets: &[&str]) -> (Summary, Trace) {
-    let session = Session::new(scene).unwrap_or_else(|error| panic!("{error}"));
-    let mut trace = session.trace(nets);
-    let summary = session.run(Driver::Events, &mut trace, &mut (), &Control::default());
+    let simulation = AxisSimulation::new(scene).unwrap_or_else(|error| panic!("{error}"));
+    let mut trace = simulation.trace(nets);
+    let summary = simulation.run(Driver::Events, &mut trace, &mut (), &Control::default());
     (summary, trace)
 }
 

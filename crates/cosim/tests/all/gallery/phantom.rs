@@ -1,14 +1,14 @@
 //! A PHANToM's delay and its transmission.
 
 use hpu_cosim::scene::{Experiment, OutcomeKind, shipped};
-use hpu_cosim::{Control, Driver, Ready, Rig, Wired};
+use hpu_cosim::{Control, Driver, Simulation, Wired, WiredSimulation};
 
 fn outcome(name: &str, overrides: &[(&str, &str)]) -> Option<OutcomeKind> {
     let overrides: Vec<_> = overrides.iter().map(|(k, v)| (k.to_string(), v.to_string())).collect();
     let scene = shipped().iter().find(|scene| scene.name == name).expect("shipped");
     let scene: Experiment = scene.parse(&overrides).unwrap_or_else(|error| panic!("{error}"));
-    let session = Ready::new(&scene).unwrap_or_else(|error| panic!("{error}"));
-    session.run(Driver::Events, &mut session.trace(&[]), &mut (), &Control::default()).outcome()
+    let simulation = WiredSimulation::new(&scene).unwrap_or_else(|error| panic!("{error}"));
+    simulation.run(Driver::Events, &mut simulation.trace(&[]), &mut (), &Control::default()).outcome()
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use hpu_cosim::scene::Scene;
-use hpu_cosim::{Control, Driver, Rig, Session, SplitMix64, Wired};
+use hpu_cosim::{AxisSimulation, Control, Driver, Simulation, SplitMix64, Wired};
 use hpu_datapath::Generic;
 use hpu_signal::{Cycle, Format, Observe};
 
@@ -120,11 +120,11 @@ impl Push {
         let text = self.text(seed);
         let scene = Scene::parse("push.toml", &text, &[], &mut |_| unreachable!("no file is named"));
         let scene = scene.unwrap_or_else(|error| panic!("{error}"));
-        let session = Session::new(&scene).unwrap_or_else(|error| panic!("{error}"));
-        let (words, nets) = (session.words(), session.nets());
+        let simulation = AxisSimulation::new(&scene).unwrap_or_else(|error| panic!("{error}"));
+        let (words, nets) = (simulation.words(), simulation.nets());
         let period = words.period.unsigned_abs();
         let mut seen = Boundaries { period, next: 0, last: Vec::new(), rows: Vec::new() };
-        let run = session.run(Driver::Events, &mut session.trace(&[]), &mut seen, &Control::default());
+        let run = simulation.run(Driver::Events, &mut simulation.trace(&[]), &mut seen, &Control::default());
         assert_eq!(run.edges, period * u64::from(self.samples));
         seen.until(run.edges + 1);
         let [delta, torque, shaped, memory] =
@@ -147,7 +147,7 @@ impl Push {
             asked: scene.wall.stiffness_nm_per_rad / unit,
             start,
             samples: samples.collect(),
-            generics: session.wiring().block().generics(),
+            generics: simulation.wiring().block().generics(),
         }
     }
 }

@@ -8,7 +8,7 @@ use hpu_cosim::scene::{Direction, Platform};
 
 use super::claims::PMOS_1;
 use super::trial::{Verdict, run_trial};
-use super::{LAG, Point, Rung, Study, TITLE_OF_LAG, TRIALS};
+use super::{LAG, Rung, Study, TITLE_OF_LAG, TRIALS, TrialSetup};
 use crate::studies::Variables;
 use crate::studies::comparison::{Claim, Comparison, Found, Line, measure};
 use crate::studies::summing::Statement;
@@ -133,7 +133,7 @@ fn passive_rows(study: &Study, axis: Direction, control: &Control) -> Option<Res
     for (row, stiffness_n_per_m) in ROWS_N_PER_M.into_iter().enumerate() {
         for trial in 1..=TRIALS {
             let seed = study.first_seed;
-            let point = Point { rung: 0, axis, platform: Platform::Pmos1, stiffness_n_per_m, seed, trial };
+            let point = TrialSetup { rung: 0, axis, platform: Platform::Pmos1, stiffness_n_per_m, seed, trial };
             match run_trial(&study.overrides(&point), control) {
                 Ok(None) => return None,
                 Ok(Some(trial)) if matches!(trial.verdict, Verdict::Passive { .. }) => {}

@@ -100,7 +100,7 @@ pub struct Study {
 
 /// One drop trial.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Point {
+pub struct TrialSetup {
     /// Index of the rung in the study.
     pub rung: usize,
     /// The axis.
@@ -134,14 +134,14 @@ impl Study {
     /// Returns all trials that may be run. They are ordered by rung, axis, platform, stiffness, seed and trial; the
     /// trial changes fastest.
     #[must_use]
-    pub fn points(&self) -> Vec<Point> {
+    pub fn points(&self) -> Vec<TrialSetup> {
         let mut points = Vec::new();
         for rung in 0..self.rungs.len() {
             for &axis in &self.axes {
                 for &platform in &self.platforms {
                     for &stiffness_n_per_m in &self.stiffnesses_n_per_m {
                         for seed in self.all_seeds() {
-                            let point = |trial| Point { rung, axis, platform, stiffness_n_per_m, seed, trial };
+                            let point = |trial| TrialSetup { rung, axis, platform, stiffness_n_per_m, seed, trial };
                             points.extend((1..=self.trials).map(point));
                         }
                     }
@@ -159,7 +159,7 @@ impl Study {
     /// Returns a trial's overrides of the scene: first its place in the table, then its rung's model, then the user's
     /// overrides, last its seed.
     #[must_use]
-    pub fn overrides(&self, point: &Point) -> Vec<(String, String)> {
+    pub fn overrides(&self, point: &TrialSetup) -> Vec<(String, String)> {
         let own = [
             ("platform.kind", point.platform.name().to_string()),
             ("drop.axis", point.axis.name().to_string()),

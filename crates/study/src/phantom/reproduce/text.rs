@@ -8,7 +8,7 @@ use super::published::Agreement;
 use super::table::{Class, Table};
 use super::tables::{Repeated, Tables, Tally};
 use super::trial::{Trial, Verdict};
-use super::{Outcomes, Point, Study};
+use super::{Outcomes, Study, TrialSetup};
 use crate::studies::summing::summing_up;
 
 /// First line of a study's CSV; the unit is in the name.
@@ -21,7 +21,7 @@ pub fn csv(study: &Study, outcomes: &Outcomes) -> String {
     let mut text = CSV_HEADER.to_string();
     let points = study.points();
     for (place, outcome) in outcomes {
-        let Point { rung, axis, platform, stiffness_n_per_m, seed, trial } = points[*place];
+        let TrialSetup { rung, axis, platform, stiffness_n_per_m, seed, trial } = points[*place];
         let (outcome, rms_m, at_s, edges, reason) = match outcome {
             Err(reason) => ("failed", None, None, String::new(), reason),
             Ok(Trial { verdict, edges, why }) => {

@@ -1,7 +1,7 @@
 //! One drop trial: the scene, run and judged.
 
 use hpu_cosim::scene::{Shipped, shipped};
-use hpu_cosim::{Control, Driver, Ready, Rig, Verdict as Outcome, Wired};
+use hpu_cosim::{Control, Driver, Simulation, Verdict as Outcome, Wired, WiredSimulation};
 
 use super::SCENE;
 
@@ -82,9 +82,9 @@ impl Trial {
 /// Returns why the scene could not be run.
 pub fn run_trial(overrides: &[(String, String)], control: &Control) -> Result<Option<Trial>, String> {
     let experiment = scene().parse(overrides).map_err(|error| error.to_string())?;
-    let ready = Ready::new(&experiment).map_err(|error| error.to_string())?;
-    let mut trace = ready.brief_trace();
-    let summary = ready.run(Driver::Events, &mut trace, &mut (), control);
+    let simulation = WiredSimulation::new(&experiment).map_err(|error| error.to_string())?;
+    let mut trace = simulation.brief_trace();
+    let summary = simulation.run(Driver::Events, &mut trace, &mut (), control);
     if !summary.complete {
         return Ok(None);
     }

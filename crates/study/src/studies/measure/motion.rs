@@ -1,7 +1,7 @@
 //! Measures of runs: verdict, energies, and what is read from the trace of an axis.
 
 use hpu_cosim::scene::{Experiment, OutcomeKind, Scene};
-use hpu_cosim::{Control, Driver, Ready, Rig, Summary, Trace, Verdict, Wired};
+use hpu_cosim::{Control, Driver, Simulation, Summary, Trace, Verdict, Wired, WiredSimulation};
 
 use super::super::template::{Value, Values, length};
 use super::{Asked, Taken, numbers, text};
@@ -16,9 +16,9 @@ struct Made {
 /// Runs the scene under its overrides and further ones.
 fn make(asked: &Asked, more: &[(String, String)], control: &Control) -> Result<Made, String> {
     let experiment = asked.experiment(more)?;
-    let ready = Ready::new(&experiment).map_err(|error| error.to_string())?;
-    let mut trace = ready.brief_trace();
-    let summary = ready.run(Driver::Events, &mut trace, &mut (), control);
+    let simulation = WiredSimulation::new(&experiment).map_err(|error| error.to_string())?;
+    let mut trace = simulation.brief_trace();
+    let summary = simulation.run(Driver::Events, &mut trace, &mut (), control);
     Ok(Made { experiment, summary, trace })
 }
 

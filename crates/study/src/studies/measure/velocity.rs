@@ -3,7 +3,7 @@
 use std::sync::atomic::Ordering;
 
 use hpu_cosim::scene::{Device, Experiment, LawMethod, Loop};
-use hpu_cosim::{Control, Driver, Ready, Rig, Wired};
+use hpu_cosim::{Control, Driver, Simulation, Wired, WiredSimulation};
 
 use super::super::template::Values;
 use super::{Asked, numbers};
@@ -48,12 +48,12 @@ impl Velocities {
         };
         let lsb = scene.encoder.count_rad() / scene.velocity_span_s() / f64::from(1u32 << method.velocity_frac);
         let experiment = Experiment::Axis(scene);
-        let ready = Ready::new(&experiment).map_err(|error| error.to_string())?;
-        if !ready.nets().iter().any(|net| net.name == "memory") {
+        let simulation = WiredSimulation::new(&experiment).map_err(|error| error.to_string())?;
+        if !simulation.nets().iter().any(|net| net.name == "memory") {
             return Err("a law in floats has no words; write model.datapath = \"words\"".into());
         }
-        let mut trace = ready.trace(&["memory"]);
-        ready.run(Driver::Events, &mut trace, &mut (), control);
+        let mut trace = simulation.trace(&["memory"]);
+        simulation.run(Driver::Events, &mut trace, &mut (), control);
         let interval_s = trace.interval_s();
         let aside = (0.5 * asked.number("over").unwrap_or(0.0) / interval_s).round() as usize;
         let true_speeds = match aside {

@@ -1,7 +1,7 @@
 //! Tries every input of the combinational blocks whose proved inputs are few.
 
 use hpu_cosim::scene::Scene;
-use hpu_cosim::{Session, Visit, Wired, World};
+use hpu_cosim::{AxisSimulation, LoopVisitor, Wired, World};
 use hpu_datapath::{AnyStep, Instance, Wiring};
 
 use super::span::Span;
@@ -19,8 +19,8 @@ pub const MOST_INPUTS: u128 = 1 << 26;
 ///
 /// When the scene makes no datapath.
 pub fn exhausted(scene: &Scene, proof: &Proof, most: u128) -> Result<Vec<Bound>, String> {
-    let session = Session::new(scene).map_err(|error| error.to_string())?;
-    Ok(session.visit(Exhaust { proof, most: most.min(MOST_INPUTS) }))
+    let simulation = AxisSimulation::new(scene).map_err(|error| error.to_string())?;
+    Ok(simulation.visit(Exhaust { proof, most: most.min(MOST_INPUTS) }))
 }
 
 struct Exhaust<'a> {
@@ -28,7 +28,7 @@ struct Exhaust<'a> {
     most: u128,
 }
 
-impl<'s> Visit<'s> for Exhaust<'_> {
+impl<'s> LoopVisitor<'s> for Exhaust<'_> {
     type Out = Vec<Bound>;
     fn visit<E, W>(self, wiring: &W, _: E, _: E::In) -> Vec<Bound>
     where

@@ -8,7 +8,7 @@
 use std::fmt::Write;
 
 use hpu_cosim::scene::{Loop, Scene};
-use hpu_cosim::{Session, Wired};
+use hpu_cosim::{AxisSimulation, Wired};
 use hpu_signal::{Format, Word as _};
 
 use super::text::Text;
@@ -26,7 +26,7 @@ pub fn gappa(scene: &Scene, proof: &Proof) -> Result<String, String> {
             scene.method.kind.name()
         ));
     }
-    let session = Session::new(scene).map_err(|error| error.to_string())?;
+    let simulation = AxisSimulation::new(scene).map_err(|error| error.to_string())?;
     let of =
         |name: &str| proof.bounds.iter().find(|bound| bound.name == name).ok_or_else(|| format!("no net `{name}`"));
     let (depth, velocity) = (of("penetration")?, of("velocity")?);
@@ -34,7 +34,7 @@ pub fn gappa(scene: &Scene, proof: &Proof) -> Result<String, String> {
     let (spring, drag) = (of("spring")?, of("drag")?);
 
     let mut text = format!("# {}: the straight-line parts, in counts and PWM counts.\n", scene.name);
-    for instance in session.wiring().instances() {
+    for instance in simulation.wiring().instances() {
         let Some(equations) = instance.model.equations() else { continue };
         let (inputs, outputs) = instance.connections.split_at(instance.model.inputs().len());
         let bound = &proof.bounds[outputs[0].net];

@@ -13,7 +13,7 @@ use super::{Bound, How, laws};
 
 /// The range and error of one net.
 #[derive(Clone, Debug)]
-pub(crate) struct Row {
+pub(crate) struct NetRange {
     name: &'static str,
     pub span: Span,
     error: Option<(Span, i32)>,
@@ -23,9 +23,9 @@ pub(crate) struct Row {
 }
 
 /// Rows in the order of the wiring's nets.
-pub(crate) struct Rows(Vec<Row>);
+pub(crate) struct NetRanges(Vec<NetRange>);
 
-impl Rows {
+impl NetRanges {
     /// Reads the words of a wiring's nets, block after block.
     pub fn of(settings: &Settings, travel: &Travel, wiring: &AxisLoop) -> Self {
         let (nets, instances) = (wiring.nets(), wiring.instances());
@@ -66,13 +66,13 @@ impl Rows {
                 // Below the start the word wraps; it may, as long as the displacement is read correctly.
                 let is_all = span == Span::of(net.format) && turns.is_some() && travel.delta.is_some();
                 remarks.extend(is_all.then(|| format!("turns over every {turn}; the displacement reads through that")));
-                Some(Row { name, span, error: word.error(), fits, remarks })
+                Some(NetRange { name, span, error: word.error(), fits, remarks })
             };
             Self(nets.iter().zip(&walk.nets).filter_map(row).collect())
         })
     }
 
-    pub fn get(&self, name: &str) -> &Row {
+    pub fn get(&self, name: &str) -> &NetRange {
         self.0.iter().find(|row| row.name == name).expect("a net of the wiring")
     }
 
@@ -81,7 +81,7 @@ impl Rows {
         let bound = |net: &Signal| {
             let bit = net.format == Format::BIT;
             let remark = if bit { Vec::new() } else { vec!["no proof of this net: all its words".to_string()] };
-            let unknown = Row {
+            let unknown = NetRange {
                 name: net.name,
                 span: Span::of(net.format),
                 error: bit.then_some((Span::exact(0), 0)),
@@ -90,7 +90,7 @@ impl Rows {
             };
             let found = self.0.iter().find(|row| row.name == net.name);
             let assumptions = found.map_or(remark, |row| row.remarks.iter().chain(assumptions).cloned().collect());
-            let Row { span, error, fits, .. } = found.unwrap_or(&unknown);
+            let NetRange { span, error, fits, .. } = found.unwrap_or(&unknown);
             Bound {
                 name: net.name,
                 format: net.format,

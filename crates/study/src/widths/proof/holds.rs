@@ -5,7 +5,7 @@ use hpu_cosim::scene::{Loop, Scene};
 use hpu_datapath::{ConventionalLoop, HybridLoop};
 
 use super::device::Shaft;
-use super::haptic::Rows;
+use super::haptic::NetRanges;
 use super::narrowed;
 use super::settings::Settings;
 use super::span::Span;
@@ -13,7 +13,7 @@ use super::span::Span;
 /// The proved ranges of a loop's words. They hold for every motion within the device's limits, and for every stiffness
 /// from the scene's own up to the stiffest that its format holds.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Held {
+pub struct ProvedRanges {
     /// Least and greatest displacement, in counts.
     pub delta: (i64, i64),
     /// Least and greatest velocity, in its unit.
@@ -44,7 +44,7 @@ impl<'s> Limits<'s> {
     /// # Errors
     ///
     /// The width that is too narrow, or why the scene has no words.
-    pub fn held(&self, scene: &Scene) -> Result<Held, String> {
+    pub fn held(&self, scene: &Scene) -> Result<ProvedRanges, String> {
         let words = scene.words().map_err(|error| error.to_string())?;
         let mut settings = Settings::new(&words, scene.device.units().position);
         settings.stiffness = settings.stiffness.hull(Span::exact(scene.method.stiffness_format.max()));
@@ -53,7 +53,7 @@ impl<'s> Limits<'s> {
             _ => HybridLoop::new(words.config).map(AxisLoop::Hybrid),
         };
         let wiring = wiring.map_err(|error| error.to_string())?;
-        let found = narrowed(&self.shaft, &words, scene, &settings, |travel| Rows::of(&settings, travel, &wiring));
+        let found = narrowed(&self.shaft, &words, scene, &settings, |travel| NetRanges::of(&settings, travel, &wiring));
         if found.travel.counts.is_none() {
             return Err("no limit of the travel is proved".into());
         }
@@ -67,6 +67,6 @@ impl<'s> Limits<'s> {
             return Err("method.product: \"drop_upper\" drops bits within the range proved; write \"saturate\"".into());
         }
         let ends = |net: &str| (word(net).span.min as i64, word(net).span.max as i64);
-        Ok(Held { delta: ends("delta"), velocity: ends("velocity") })
+        Ok(ProvedRanges { delta: ends("delta"), velocity: ends("velocity") })
     }
 }

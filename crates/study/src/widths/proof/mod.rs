@@ -32,15 +32,15 @@ pub(crate) mod word;
 mod wrap;
 
 use hpu_cosim::scene::{Datapath, LoopWords, Scene};
-use hpu_cosim::{Rig, Session};
+use hpu_cosim::{AxisSimulation, Simulation};
 use hpu_signal::Format;
 
 use device::{Motion, Shaft};
 pub use exhaust::{MOST_INPUTS, exhausted};
 pub use gappa::gappa;
-use haptic::Rows;
-pub use holds::Held;
+use haptic::NetRanges;
 pub(crate) use holds::Limits;
+pub use holds::ProvedRanges;
 use settings::Settings;
 use span::Span;
 pub(crate) use system::System;
@@ -144,9 +144,9 @@ pub fn axis_bounds(scene: &Scene) -> Result<Proof, String> {
     if scene.model.datapath == Datapath::Linear {
         return Err("the scene's law is linear: it has no words".into());
     }
-    let session = Session::new(scene).map_err(|error| error.to_string())?;
-    let wiring = session.axis_loop().ok_or("the scene's law is computed in floats: it has no words")?;
-    let (words, nets) = (session.words(), session.nets());
+    let simulation = AxisSimulation::new(scene).map_err(|error| error.to_string())?;
+    let wiring = simulation.axis_loop().ok_or("the scene's law is computed in floats: it has no words")?;
+    let (words, nets) = (simulation.words(), simulation.nets());
     let settings = Settings::new(words, scene.device.units().position);
     let mut assumptions = vec![format!("a clock of {} Hz, words as the scene sets them", scene.clock.frequency_hz())];
     if scene.model.solver.is_fixed_step() {
@@ -156,12 +156,12 @@ pub fn axis_bounds(scene: &Scene) -> Result<Proof, String> {
         Ok(shaft) => shaft,
         Err(reason) => {
             assumptions.push(format!("no limit of the motion: {reason}"));
-            let rows = Rows::of(&settings, &Travel::unlimited(), wiring);
+            let rows = NetRanges::of(&settings, &Travel::unlimited(), wiring);
             return Ok(Proof { bounds: rows.bounds(&nets, &assumptions), limits: Vec::new(), wraps_at: None });
         }
     };
     let Narrowed { motion, travel, rows } =
-        narrowed(&shaft, words, scene, &settings, |travel| Rows::of(&settings, travel, wiring));
+        narrowed(&shaft, words, scene, &settings, |travel| NetRanges::of(&settings, travel, wiring));
     let assumptions: Vec<_> = assumptions.iter().chain(&motion.why).cloned().collect();
     let wraps_at = wrap::wraps_at(scene, words, &settings, &travel, &rows);
     Ok(Proof { bounds: rows.bounds(&nets, &assumptions), limits: motion.limits(scene), wraps_at })
@@ -171,7 +171,7 @@ pub fn axis_bounds(scene: &Scene) -> Result<Proof, String> {
 struct Narrowed {
     motion: Motion,
     travel: Travel,
-    rows: Rows,
+    rows: NetRanges,
 }
 
 /// Starts with any command. The words that follow allow a narrower range of commands, and that range is valid as well.
@@ -181,7 +181,7 @@ fn narrowed(
     words: &LoopWords,
     scene: &Scene,
     settings: &Settings,
-    rows: impl Fn(&Travel) -> Rows,
+    rows: impl Fn(&Travel) -> NetRanges,
 ) -> Narrowed {
     let full = (1i128 << settings.config.pwm.width) - 1;
     let made = |commands| {

@@ -4,7 +4,7 @@ use hpu_cosim::scene::{Device, Hand, Loop, LoopWords, Scene};
 use hpu_signal::Format;
 
 use super::WrapsAt;
-use super::haptic::Rows;
+use super::haptic::NetRanges;
 use super::settings::Settings;
 use super::travel::Travel;
 
@@ -15,7 +15,7 @@ pub(crate) fn wraps_at(
     words: &LoopWords,
     settings: &Settings,
     travel: &Travel,
-    rows: &Rows,
+    rows: &NetRanges,
 ) -> Option<WrapsAt> {
     if !matches!(scene.method.kind, Loop::Hybrid | Loop::Conventional) {
         return None;

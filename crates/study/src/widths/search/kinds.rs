@@ -10,7 +10,7 @@ use super::front::{Cost, Merit};
 use super::knob::{Design, Knob};
 use super::loops::{Limits, Loops, Standing};
 use super::memory::{Memory, Run};
-use crate::widths::proof::Held;
+use crate::widths::proof::ProvedRanges;
 
 /// The knowledge about a kind on one scene.
 struct On {
@@ -175,7 +175,7 @@ impl Kind {
     /// # Errors
     ///
     /// The scene whose proved range the words do not hold, and why.
-    pub fn held(&self, cases: &Cases, limits: &[Limits]) -> Result<Vec<Held>, String> {
+    pub fn held(&self, cases: &Cases, limits: &[Limits]) -> Result<Vec<ProvedRanges>, String> {
         let held = cases.all.iter().zip(limits).map(|(case, limits)| {
             let held = self.loops.scene(&self.designs[0], &case.scene).and_then(|scene| limits(&scene));
             held.map_err(|why| format!("{}: {why}", case.name))

@@ -7,7 +7,7 @@ use super::climb::Climb;
 use super::front::Cost;
 use super::knob::{Depth, Design, Keys, Knob};
 use crate::widths::Field;
-use crate::widths::proof::Held;
+use crate::widths::proof::ProvedRanges;
 
 /// The place of a design on one scene.
 pub struct Standing {
@@ -88,7 +88,7 @@ pub trait Loops: Sync {
 }
 
 /// Checks the words of a scene against proved ranges.
-pub type Limits<'s> = Box<dyn Fn(&Experiment) -> Result<Held, String> + 's>;
+pub type Limits<'s> = Box<dyn Fn(&Experiment) -> Result<ProvedRanges, String> + 's>;
 
 /// Returns the knob of a width from so many bits below a scene's own up to it, but from `least` on.
 pub(crate) fn below(own: &Design, field: Field, bits: i32, least: i32) -> Option<Knob> {

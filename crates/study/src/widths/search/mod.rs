@@ -12,7 +12,8 @@
 //!
 //! A design that is good for one motion may fail for another. So a search takes several scenes of one hardware: a
 //! design's error is the worst of all scenes, its stable stiffness the least. With [`Plan::proved`], a design's
-//! position and velocity also hold the range that is proved for every motion within the device's limits ([`Held`]).
+//! position and velocity also hold the range that is proved for every motion within the device's limits
+//! ([`ProvedRanges`]).
 //!
 //! The front is always that of the whole grid. Nothing is assumed of verdicts and errors; they need not be monotone.
 //! Three theorems save runs.
@@ -52,11 +53,11 @@ pub use loops::Loops;
 pub use refused::SearchError;
 pub use wave::{Ended, Plan, Progress, search};
 
-use super::proof::Held;
+use super::proof::ProvedRanges;
 
 /// A design whose three figures are known.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Point {
+pub struct RatedDesign {
     /// Its widths.
     pub design: Design,
     /// Cost, error against the reference, and stable stiffness in the scene's unit.
@@ -92,12 +93,12 @@ pub struct On {
 #[derive(Clone, PartialEq, Debug)]
 pub struct Found {
     /// The design that errors are measured against.
-    pub reference: Point,
+    pub reference: RatedDesign,
     /// The scenes on which every design was run.
     pub on: Vec<On>,
     /// The proved ranges of the reference's words on each scene; `None` where they were not requested, or where the
     /// words do not hold them.
-    pub proved: Option<Vec<Held>>,
+    pub proved: Option<Vec<ProvedRanges>>,
     /// Unit of stiffness.
     pub unit: &'static str,
     /// The largest relative error of the estimate of logic.
@@ -111,7 +112,7 @@ pub struct Found {
     /// Designs whose outputs have a larger error than is allowed.
     pub off: usize,
     /// The cheapest design of every kind whose stiffness was found, cheapest first.
-    pub points: Vec<Point>,
+    pub points: Vec<RatedDesign>,
     /// Indices of the points that no other point beats, equal ones included.
     pub front: Vec<usize>,
     /// Errors around the reference, width by width.
@@ -139,7 +140,7 @@ impl Found {
     }
 
     /// Returns the points of the front, cheapest first; of equal ones, the one with the fewest bits.
-    pub fn best(&self) -> impl Iterator<Item = &Point> {
+    pub fn best(&self) -> impl Iterator<Item = &RatedDesign> {
         let front = self.front.iter().enumerate();
         let first = front.filter(|&(place, &index)| {
             self.front[..place].last().is_none_or(|&before| self.points[before].merit != self.points[index].merit)
@@ -149,7 +150,7 @@ impl Found {
 
     /// Returns the cheapest design whose stable stiffness falls short of the reference's by at most this share of it.
     #[must_use]
-    pub fn smallest(&self, share: f64) -> Option<&Point> {
+    pub fn smallest(&self, share: f64) -> Option<&RatedDesign> {
         let enough = (1.0 - share) * self.reference.merit.stiffness;
         self.best().find(|point| point.merit.stiffness >= enough)
     }

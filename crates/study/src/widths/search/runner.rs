@@ -4,11 +4,11 @@ use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use hpu_cosim::scene::{Experiment, Output};
-use hpu_cosim::{Control, Driver, Rig, Summary, Wired};
+use hpu_cosim::{Control, Driver, Simulation, Summary, Wired};
 
 use super::loops::Loops;
 use super::memory::{Ran, Run};
-use crate::accuracy::{Outputs, ready, worst};
+use crate::accuracy::{Outputs, simulation, worst};
 use crate::map::{CellLimits, more_events};
 use crate::watch::limited;
 
@@ -23,10 +23,10 @@ pub(super) struct Runner<'a> {
 
 /// Runs a scene; `None` when stopped.
 pub(super) fn run(experiment: &Experiment, control: &Control) -> Result<Option<(Outputs, Summary)>, String> {
-    let ready = ready(experiment)?;
-    let mut trace = ready.brief_trace();
+    let simulation = simulation(experiment)?;
+    let mut trace = simulation.brief_trace();
     let most = CellLimits::default().events;
-    let run = |own: &Control| ready.run(Driver::Events, &mut trace, &mut (), own);
+    let run = |own: &Control| simulation.run(Driver::Events, &mut trace, &mut (), own);
     let (summary, _) = limited(Some(most), Duration::MAX, control, run);
     if !summary.complete {
         return if control.stop.load(Ordering::Relaxed) { Ok(None) } else { Err(more_events(most)) };

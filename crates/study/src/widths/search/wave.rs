@@ -15,9 +15,9 @@ use super::loops::Limits;
 use super::memory::{Memory, Ran, Run};
 use super::refused::SearchError;
 use super::runner::{Runner, run};
-use super::{Found, Line, On, Point};
+use super::{Found, Line, On, RatedDesign};
 use crate::accuracy::usual;
-use crate::units::{Row, run_some};
+use crate::units::{UnitResult, run_some};
 
 /// The options of a search.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -49,8 +49,8 @@ struct Search<'a, E> {
     memory: Memory,
     jobs: NonZeroUsize,
     control: &'a Control,
-    done: BTreeMap<usize, Row>,
-    keep: &'a mut dyn FnMut(usize, &Row) -> Result<(), E>,
+    done: BTreeMap<usize, UnitResult>,
+    keep: &'a mut dyn FnMut(usize, &UnitResult) -> Result<(), E>,
     runs: usize,
     failed: BTreeMap<Run, String>,
 }
@@ -82,7 +82,7 @@ impl<E> Search<'_, E> {
             *known = depth.max(*known);
         }
         let units: Vec<Run> = widest.into_iter().map(|(run, depth)| run.joined(depth)).collect();
-        let mut rows: BTreeMap<usize, Row> = BTreeMap::new();
+        let mut rows: BTreeMap<usize, UnitResult> = BTreeMap::new();
         let mut left = Vec::new();
         for index in self.runs..self.runs + units.len() {
             match self.done.remove(&index) {
@@ -174,9 +174,9 @@ pub fn search<E>(
     scenes: &[(String, Experiment)],
     knobs: &[Knob],
     plan: Plan,
-    done: BTreeMap<usize, Row>,
+    done: BTreeMap<usize, UnitResult>,
     control: &Control,
-    mut keep: impl FnMut(usize, &Row) -> Result<(), E>,
+    mut keep: impl FnMut(usize, &UnitResult) -> Result<(), E>,
     mut told: impl FnMut(Progress),
 ) -> Result<Found, Ended<E>> {
     let cases = Cases::new(scenes)?;
@@ -234,7 +234,7 @@ pub fn search<E>(
     search.settle(&mut kinds, unknown, look(plan.within), &mut told)?;
     search.settle(&mut kinds, hopeful, Kind::follow, &mut told)?;
     let known = kinds.iter().filter(|kind| kind.is_climbed() && kind.at_best().is_some());
-    let mut points: Vec<Point> =
+    let mut points: Vec<RatedDesign> =
         known.flat_map(|kind| kind.designs.iter().map(|&design| point(kind, design))).collect();
     points.sort_by_key(|point| (point.merit.cost, point.design.bits()));
     let merits: Vec<Merit> = points.iter().map(|point| point.merit).collect();
@@ -298,6 +298,6 @@ fn lines_of(values: Values, around: &[Kind]) -> Vec<Line> {
     lines
 }
 
-fn point(kind: &Kind, design: Design) -> Point {
-    Point { design, merit: kind.at_best(), capped: kind.is_capped() }
+fn point(kind: &Kind, design: Design) -> RatedDesign {
+    RatedDesign { design, merit: kind.at_best(), capped: kind.is_capped() }
 }

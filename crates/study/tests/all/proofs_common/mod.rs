@@ -1,7 +1,7 @@
 //! Helpers of the tests of proofs: scenes under overrides, and a shaft that moves at random within limits.
 
 use hpu_cosim::scene::{Experiment, Scene, shipped};
-use hpu_cosim::{Control, Driver, Pins, Rig, Session, SplitMix64, Summary, Wired};
+use hpu_cosim::{AxisSimulation, Control, Driver, Pins, Simulation, SplitMix64, Summary, Wired};
 use hpu_datapath::{LoopIn, LoopOut, Wiring};
 use hpu_signal::{Signal, SignalUse};
 use hpu_study::widths::proof::{Bound, Proof};
@@ -25,9 +25,9 @@ pub fn run(scene: &Scene) -> Summary {
 
 /// Returns the summary of a complete run, and the shaft's angles at the rate at which the scene records them.
 pub fn traced(scene: &Scene) -> (Summary, Vec<f64>) {
-    let session = Session::new(scene).unwrap_or_else(|error| panic!("{error}"));
-    let mut trace = session.trace(&[]);
-    let summary = session.run(Driver::Events, &mut trace, &mut (), &Control::default());
+    let simulation = AxisSimulation::new(scene).unwrap_or_else(|error| panic!("{error}"));
+    let mut trace = simulation.trace(&[]);
+    let summary = simulation.run(Driver::Events, &mut trace, &mut (), &Control::default());
     (summary, trace.angles_rad().to_vec())
 }
 

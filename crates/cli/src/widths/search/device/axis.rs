@@ -9,7 +9,7 @@ use hpu_study::fit::percent;
 use hpu_study::map::outcome_name;
 use hpu_study::page::{Cell, Column, Table};
 use hpu_study::widths::Field;
-use hpu_study::widths::search::{Design, Line, Point};
+use hpu_study::widths::search::{Design, Line, RatedDesign};
 use serde_json::{Map, Value, json};
 
 use super::super::Searched;
@@ -42,8 +42,9 @@ impl Device for Axis {
 
 fn shown(searched: &Searched) -> Shown<'_> {
     let found = &searched.found;
-    let text =
-        |head, least, shown: fn(&Design) -> String| said(head, least).of(move |point: &Point| shown(&point.design));
+    let text = |head, least, shown: fn(&Design) -> String| {
+        said(head, least).of(move |point: &RatedDesign| shown(&point.design))
+    };
     let counted = |counts: Counts| json!({ "lut4": counts.lut4, "ff": counts.ff, "carry": counts.carry });
     let mut fields = vec![
         text("position", 8, |design| design.get(Field::POSITION).to_string()),
@@ -51,32 +52,32 @@ fn shown(searched: &Searched) -> Shown<'_> {
         text("damping", 10, damping),
         text("velocity", 8, |design| design.get(Field::VELOCITY).to_string()),
         text("pwm", 4, |design| design.get(Field::PWM).to_string()),
-        told("set").of(|point: &Point| {
+        told("set").of(|point: &RatedDesign| {
             let set: Map<_, _> = point.design.set().into_iter().map(|(key, value)| (key, json!(value))).collect();
             Value::from(set)
         }),
     ];
     fields.extend(
-        found
-            .reference
-            .design
-            .widths()
-            .map(|(key, _)| filed(&key.name.replace('.', "_")).of(move |point: &Point| point.design.get(key.field))),
+        found.reference.design.widths().map(|(key, _)| {
+            filed(&key.name.replace('.', "_")).of(move |point: &RatedDesign| point.design.get(key.field))
+        }),
     );
     fields.extend([
-        Column::integer("lut4_estimated", "LUT4").least(6).of(|point: &Point| point.merit.cost.lut4()),
+        Column::integer("lut4_estimated", "LUT4").least(6).of(|point: &RatedDesign| point.merit.cost.lut4()),
         told("counted").of(move |point| searched.price_of(point).map(counted)),
         said("counted", 8).of(|point| searched.price_of(point).map(|counts| counts.lut4)),
         Column::number("error", "error")
             .least(12)
-            .of(|point: &Point| Cell::new(point.merit.error).shown(percent(point.merit.error))),
-        Column::number("stable_stiffness", "stiffness").least(12).of(|Point { merit, capped, .. }: &Point| {
-            Cell::new(merit.stiffness).shown(format!("{:.6}{}", merit.stiffness, if *capped { "+" } else { " " }))
-        }),
+            .of(|point: &RatedDesign| Cell::new(point.merit.error).shown(percent(point.merit.error))),
+        Column::number("stable_stiffness", "stiffness").least(12).of(
+            |RatedDesign { merit, capped, .. }: &RatedDesign| {
+                Cell::new(merit.stiffness).shown(format!("{:.6}{}", merit.stiffness, if *capped { "+" } else { " " }))
+            },
+        ),
         filed("unit").of(|_| found.unit),
-        Column::flag("capped", "").data().of(|point: &Point| point.capped),
+        Column::flag("capped", "").data().of(|point: &RatedDesign| point.capped),
         told("command").of(|point| searched.replay(point)),
-        filed("front").of(|point: &Point| found.front.iter().any(|&index| found.points[index] == *point)),
+        filed("front").of(|point: &RatedDesign| found.front.iter().any(|&index| found.points[index] == *point)),
         filed("replay").of(|point| searched.replay(point)),
     ]);
     Shown {
@@ -155,7 +156,7 @@ fn holds_for(searched: &Searched) -> Vec<String> {
     [motions, words.into()].into_iter().chain(ranges).collect()
 }
 
-fn smallest(searched: &Searched, point: &Point) -> String {
+fn smallest(searched: &Searched, point: &RatedDesign) -> String {
     let Searched { found, lose, .. } = searched;
     let saved = |ours: u64, theirs: u64| {
         let saved = 1.0 - ours as f64 / theirs as f64;

@@ -6,7 +6,7 @@ use hpu_cosim::scene::Experiment;
 use hpu_study::fit::percent;
 use hpu_study::page::{Cell, Column};
 use hpu_study::phantom::proved;
-use hpu_study::widths::search::Point;
+use hpu_study::widths::search::RatedDesign;
 use serde_json::{Map, Value, json};
 
 use super::super::shown::{Shown, filed, said, told};
@@ -45,38 +45,38 @@ fn shown(searched: &Searched) -> Shown<'_> {
         .filter_map(|point| Some((point.design, proved(base, &point.design).ok()?)))
         .collect();
     let tip = proofs.clone();
-    let tip_m = move |point: &Point| tip.get(&point.design).map(|(tip_m, _)| *tip_m);
-    let share = move |point: &Point| proofs.get(&point.design).map(|(_, share)| *share);
+    let tip_m = move |point: &RatedDesign| tip.get(&point.design).map(|(tip_m, _)| *tip_m);
+    let share = move |point: &RatedDesign| proofs.get(&point.design).map(|(_, share)| *share);
     let shown_as = |text: Option<String>| text.unwrap_or_else(|| "-".into());
 
     let keys: Vec<_> = found.reference.design.widths().map(|(key, _)| key).collect();
     let mut fields: Vec<_> = HEADS
         .iter()
         .zip(keys.clone())
-        .map(|((head, least), key)| said(head, *least).of(move |point: &Point| point.design.get(key.field)))
+        .map(|((head, least), key)| said(head, *least).of(move |point: &RatedDesign| point.design.get(key.field)))
         .collect();
     fields.extend(
         keys.iter()
             .copied()
-            .map(|key| filed(&key.name.replace('.', "_")).of(move |point: &Point| point.design.get(key.field))),
+            .map(|key| filed(&key.name.replace('.', "_")).of(move |point: &RatedDesign| point.design.get(key.field))),
     );
     fields.extend([
-        told("widths").of(|point: &Point| {
+        told("widths").of(|point: &RatedDesign| {
             let widths: Map<_, _> =
                 point.design.widths().map(|(key, bits)| (key.name.to_string(), json!(bits))).collect();
             Value::from(widths)
         }),
-        Column::integer("block_rams", "RAM").least(5).of(|point: &Point| point.merit.cost.rams),
-        Column::integer("cells_estimated", "cells").least(6).of(|point: &Point| point.merit.cost.logic),
+        Column::integer("block_rams", "RAM").least(5).of(|point: &RatedDesign| point.merit.cost.rams),
+        Column::integer("cells_estimated", "cells").least(6).of(|point: &RatedDesign| point.merit.cost.logic),
         Column::number("error", "error")
             .least(9)
-            .of(|point: &Point| Cell::new(point.merit.error).shown(percent(point.merit.error))),
-        told("stable_stiffness").of(|point: &Point| point.merit.stiffness),
-        filed("stable_stiffness_n_per_m").of(|point: &Point| format!("{:.3}", point.merit.stiffness)),
-        said("N/m", 10).of(|Point { merit, capped, .. }: &Point| {
+            .of(|point: &RatedDesign| Cell::new(point.merit.error).shown(percent(point.merit.error))),
+        told("stable_stiffness").of(|point: &RatedDesign| point.merit.stiffness),
+        filed("stable_stiffness_n_per_m").of(|point: &RatedDesign| format!("{:.3}", point.merit.stiffness)),
+        said("N/m", 10).of(|RatedDesign { merit, capped, .. }: &RatedDesign| {
             format!("{:.1}{}", merit.stiffness, if *capped { "+" } else { "" })
         }),
-        Column::flag("capped", "").data().of(|point: &Point| point.capped),
+        Column::flag("capped", "").data().of(|point: &RatedDesign| point.capped),
     ]);
     let (of_tip, of_torque) = (tip_m.clone(), share.clone());
     fields.extend([
@@ -138,7 +138,7 @@ fn lines(searched: &Searched) -> Vec<(&'static str, String)> {
     ]
 }
 
-fn smallest(searched: &Searched, point: &Point) -> String {
+fn smallest(searched: &Searched, point: &RatedDesign) -> String {
     let (ours, theirs) = (point.merit.cost, searched.found.reference.merit.cost);
     let mut text = format!(
         "the least block RAM that keeps the reference's stable stiffness within {}\n  {}\n  {} block RAMs \

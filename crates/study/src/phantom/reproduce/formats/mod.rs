@@ -81,7 +81,7 @@ impl Fate {
 
 /// A signal's proved range and, unless the signal is inside a block, its measured range.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Row {
+pub struct SignalRange {
     /// The range proved for every posture.
     pub proved: SignalBound,
     /// The range measured over some postures.
@@ -90,7 +90,7 @@ pub struct Row {
     pub scale: (f64, &'static str),
 }
 
-impl Row {
+impl SignalRange {
     /// Returns what happens to a value that is too large for the signal's word.
     #[must_use]
     pub fn fate(&self) -> Fate {
@@ -122,7 +122,7 @@ pub struct Formats {
     /// The configuration.
     pub words: Words,
     /// The signals, in the order of the datapath.
-    pub rows: Vec<Row>,
+    pub rows: Vec<SignalRange>,
 }
 
 impl Formats {
@@ -143,14 +143,14 @@ impl Formats {
                 ("N.m", Some(joint)) => (100.0 / full_scales_nm(&config)[joint as usize - 1], "% of full scale"),
                 (unit, _) => (1.0, unit),
             };
-            Row { proved, measured: index.map(|index| measured[index]), scale }
+            SignalRange { proved, measured: index.map(|index| measured[index]), scale }
         };
         Ok(Self { words, rows: bounds(&config, stiffness_max_n_per_m)?.into_iter().map(row).collect() })
     }
 
     /// Returns the row of a signal, if there is one.
     #[must_use]
-    pub fn row(&self, signal: &str) -> Option<&Row> {
+    pub fn row(&self, signal: &str) -> Option<&SignalRange> {
         self.rows.iter().find(|row| row.proved.name == signal)
     }
 }

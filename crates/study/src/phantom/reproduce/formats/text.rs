@@ -8,7 +8,7 @@ use super::super::SignalBound;
 use super::super::postures::Measured;
 use super::super::text::quoted;
 use super::super::workspace::Workspace;
-use super::{Fate, Formats, Row, full_scales_nm, greatest, stiffness, sums};
+use super::{Fate, Formats, SignalRange, full_scales_nm, greatest, stiffness, sums};
 use crate::studies::summing::summing_up;
 
 /// First line of the CSV; units are in their own columns.
@@ -25,7 +25,7 @@ pub fn formats_csv(all: &[Formats]) -> String {
     let mut text = FORMATS_CSV_HEADER.to_string();
     for Formats { words, rows } in all {
         for row in rows {
-            let Row { proved, measured, scale: (factor, scaled_unit) } = row;
+            let SignalRange { proved, measured, scale: (factor, scaled_unit) } = row;
             let SignalBound { name, unit, min, max, error, format, .. } = proved;
             let least = format.min() as f64 * format.lsb();
             let _ = writeln!(
@@ -101,7 +101,7 @@ fn table(Formats { words, rows }: &Formats, notation: Notation) -> String {
         "error"
     );
     for row in rows {
-        let Row { proved, measured, scale: (factor, unit) } = row;
+        let SignalRange { proved, measured, scale: (factor, unit) } = row;
         let mut line = format!(
             "{:<10}{:<10}{:<wide$}{:>10} |{:>12}{:>12}{:>12} {unit:<16}{:>9.2}  {:<10}|",
             proved.name,

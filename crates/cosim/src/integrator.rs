@@ -1,33 +1,33 @@
 //! Moves a device over the steps of a run without a clock.
 
-use hpu_plant::{Axis, Device, Drive, Energy, Feed, Held, Method, Powers, State, Stepper};
+use hpu_plant::{Axis, Device, Drive, Energy, Excitation, HeldDevice, Method, Powers, State, Stepper};
 
 /// The device with its integrator: fixed steps of a method, or exact flows.
 #[allow(clippy::large_enum_variant, reason = "one of them exists a run")]
-pub(crate) enum Mover<'p> {
+pub(crate) enum Integrator<'p> {
     Fixed {
         full: Stepper,
         /// The stepper for steps that are cut short.
         part: Stepper,
         energy: Energy,
-        feed: Feed,
-        /// The feed's powers in the present state, as long as they stand (drive and state unchanged since the last
-        /// step).
+        excitation: Excitation,
+        /// The excitation's powers in the present state, as long as they stand (drive and state unchanged since the
+        /// last step).
         powers: Option<Powers>,
     },
-    Exact(Held<'p>),
+    Exact(HeldDevice<'p>),
 }
 
-impl<'p> Mover<'p> {
-    /// Creates a mover with steps of `step` clock edges, by a method or, without one, by exact flows. It starts in the
-    /// device's state at edge 0.
+impl<'p> Integrator<'p> {
+    /// Creates an integrator with steps of `step` clock edges, by a method or, without one, by exact flows. It starts
+    /// in the device's state at edge 0.
     pub(crate) fn new(axis: &Axis, device: Device<'p>, method: Option<Method>, step: u64, edge_s: f64) -> Self {
-        let Some(method) = method else { return Self::Exact(Held::new(device, step)) };
+        let Some(method) = method else { return Self::Exact(HeldDevice::new(device, step)) };
         Self::Fixed {
             full: Stepper::new(axis, method, step as f64 * edge_s),
             part: Stepper::new(axis, method, edge_s),
             energy: Energy::default(),
-            feed: axis.feed(device.drive_now(), &device.state(0), 0.0),
+            excitation: axis.excitation(device.drive_now(), &device.state(0), 0.0),
             powers: None,
         }
     }
@@ -47,10 +47,10 @@ impl<'p> Mover<'p> {
     pub(crate) fn driven(&mut self, axis: &Axis, edge: u64, drive: Drive, x: &State, intent_rad_per_s: f64) -> State {
         match self {
             Self::Exact(held) => held.driven(edge, drive),
-            Self::Fixed { feed, powers, .. } => {
+            Self::Fixed { excitation, powers, .. } => {
                 let x = axis.taken(drive, x);
                 *powers = None;
-                *feed = axis.feed(drive, &x, intent_rad_per_s);
+                *excitation = axis.excitation(drive, &x, intent_rad_per_s);
                 x
             }
         }
@@ -84,15 +84,15 @@ impl<'p> Mover<'p> {
     pub(crate) fn flow(&mut self, (from, to): (u64, u64), edge_s: f64, x: &State) -> State {
         match self {
             Self::Exact(held) => held.flow(from, to),
-            Self::Fixed { full, part, energy, feed, powers } => {
+            Self::Fixed { full, part, energy, excitation, powers } => {
                 let step_s = (to - from) as f64 * edge_s;
                 if full.step_s() != step_s && part.step_s() != step_s {
                     *part = part.with_step(step_s);
                 }
                 let stepper = if full.step_s() == step_s { full } else { part };
-                let to = stepper.step(x, feed);
-                let before = powers.unwrap_or_else(|| stepper.powers(x, feed));
-                let after = stepper.powers(&to, feed);
+                let to = stepper.step(x, excitation);
+                let before = powers.unwrap_or_else(|| stepper.powers(x, excitation));
+                let after = stepper.powers(&to, excitation);
                 stepper.account(energy, step_s, &before, &after);
                 *powers = Some(after);
                 to

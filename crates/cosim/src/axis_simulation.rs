@@ -11,14 +11,14 @@ use crate::engine::{Comparison, Control, Driver};
 use crate::method::AxisLoop;
 use crate::outline::Outline;
 use crate::plant::Plant;
-use crate::rig::{self, Compare, Direct, Rig, TheLoop, Visit, Wired};
 use crate::scene::{Device, EncoderModel, LoopWords, Scene, Solver};
-use crate::session_error::SessionError;
+use crate::simulation::{self, Compare, Direct, LoopVisitor, Simulation, TheLoop, Wired};
+use crate::simulation_error::SimulationError;
 use crate::summary::Summary;
 use crate::trace::Trace;
 
 /// A scene made ready: its words, its wiring, its plant.
-pub struct Session<'s> {
+pub struct AxisSimulation<'s> {
     scene: &'s Scene,
     plant: Plant,
     words: LoopWords,
@@ -26,15 +26,15 @@ pub struct Session<'s> {
     outline: Outline,
 }
 
-impl<'s> Session<'s> {
+impl<'s> AxisSimulation<'s> {
     /// Makes a scene ready.
     ///
     /// # Errors
     ///
     /// When its words, widths or parameters are impossible, or its device has no datapath.
-    pub fn new(scene: &'s Scene) -> Result<Self, SessionError> {
-        let words = scene.words().map_err(SessionError::Scene)?;
-        let mut plant = Plant::new(scene).map_err(SessionError::Plant)?;
+    pub fn new(scene: &'s Scene) -> Result<Self, SimulationError> {
+        let words = scene.words().map_err(SimulationError::Scene)?;
+        let mut plant = Plant::new(scene).map_err(SimulationError::Plant)?;
         let closed = Closed::new(scene, &words)?;
         if let (Solver::Sample, Some(stepping)) = (scene.model.solver, &mut plant.stepping) {
             // Outputs are taken when a sample has passed through: at edge 1, after the law, after a shaper.
@@ -99,13 +99,13 @@ impl<'s> Session<'s> {
     }
 }
 
-impl Rig for Session<'_> {
+impl Simulation for AxisSimulation<'_> {
     fn outline(&self) -> &Outline {
         &self.outline
     }
 }
 
-impl Wired for Session<'_> {
+impl Wired for AxisSimulation<'_> {
     fn wiring(&self) -> TheLoop<'_> {
         self.closed.wiring()
     }
@@ -114,17 +114,17 @@ impl Wired for Session<'_> {
         self.plant.actuator == Actuator::Switching
     }
 
-    fn visit<'v, V: Visit<'v>>(&'v self, visit: V) -> V::Out {
+    fn visit<'v, V: LoopVisitor<'v>>(&'v self, visitor: V) -> V::Out {
         match &self.closed {
             Closed::Words(axis_loop) => {
-                with_axis_loop!(axis_loop, wiring => visit.visit(wiring, self.world(wiring), self.input()))
+                with_axis_loop!(axis_loop, wiring => visitor.visit(wiring, self.world(wiring), self.input()))
             }
-            Closed::Law(wiring) => visit.visit(wiring, self.world(wiring), self.input()),
+            Closed::Law(wiring) => visitor.visit(wiring, self.world(wiring), self.input()),
         }
     }
 
     fn run(&self, driver: Driver, trace: &mut Trace, observer: &mut dyn Observe, control: &Control) -> Summary {
-        rig::run(self, driver, trace, observer, control)
+        simulation::run(self, driver, trace, observer, control)
     }
 
     fn compare(&self, edges: u64) -> Comparison {

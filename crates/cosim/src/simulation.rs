@@ -73,9 +73,9 @@ impl<'s> TheLoop<'s> {
     }
 }
 
-/// `Visit` is a generic callback: [`Wired::visit`] calls it with the concrete wiring and world types, so that run,
-/// compare, record and check are each written once.
-pub trait Visit<'s> {
+/// `LoopVisitor` is a generic callback: [`Wired::visit`] calls it with the concrete wiring and world types, so that
+/// run, compare, record and check are each written once.
+pub trait LoopVisitor<'s> {
     /// The result of the visit.
     type Out;
     /// Called with the wiring as after reset and the world at edge 0; `input` holds the constant words.
@@ -85,9 +85,9 @@ pub trait Visit<'s> {
         W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone + 'static;
 }
 
-/// A `Rig` is a scene made ready, whatever closes its loop. Recordings, pictures and verdicts use it. Implemented by
-/// the sessions of an axis, of an arm and of a design of the user's own, and by the enums over them.
-pub trait Rig {
+/// A `Simulation` is a scene made ready, whatever closes its loop. Recordings, pictures and verdicts use it.
+/// Implemented for axes, arms and designs of the user's own, and by the enums over them.
+pub trait Simulation {
     /// Returns the facts that all other functions answer from.
     fn outline(&self) -> &Outline;
 
@@ -177,13 +177,13 @@ pub trait Rig {
     }
 }
 
-/// A `Wired` rig is a scene made ready whose loop blocks of this project close. Implemented by the sessions of an axis
-/// and of an arm, and by [`Ready`](crate::Ready), which is either.
-pub trait Wired: Rig {
+/// A `Wired` simulation is a scene made ready whose loop blocks of this project close. Implemented for axes
+/// and arms, and by [`WiredSimulation`](crate::WiredSimulation), which is either.
+pub trait Wired: Simulation {
     /// Returns the wiring before reset.
     fn wiring(&self) -> TheLoop<'_>;
-    /// Calls `visit` with the concrete wiring and world.
-    fn visit<'v, V: Visit<'v>>(&'v self, visit: V) -> V::Out;
+    /// Calls `visitor` with the concrete wiring and world.
+    fn visit<'v, V: LoopVisitor<'v>>(&'v self, visitor: V) -> V::Out;
     /// Returns the driver that the scene's solver asks for.
     fn driver(&self) -> Driver;
     /// Returns the scene's loop without wiring and clock, if its model asks for that; [`run`](Self::run) then ignores
@@ -222,50 +222,51 @@ pub trait Direct {
     ) -> (Summary, f64, Option<&'static str>);
 }
 
-/// Implements [`Wired::run`] for any rig.
+/// Implements [`Wired::run`] for any simulation.
 pub(crate) fn run<R: Wired>(
-    rig: &R,
+    simulation: &R,
     driver: Driver,
     trace: &mut Trace,
     observer: &mut dyn Observe,
     control: &Control,
 ) -> Summary {
-    let (end, stride, modulated) = (rig.edges(), rig.stride(), rig.gates_drive());
+    let (end, stride, modulated) = (simulation.edges(), simulation.stride(), simulation.gates_drive());
     trace.begin(end / stride + 1);
     let from = window_start(end, stride);
-    let (summary, contact, over) = match rig.direct() {
+    let (summary, contact, over) = match simulation.direct() {
         Some(direct) => direct.run((from, end), stride, trace, observer, control),
         None => {
             let observer: Option<&mut dyn Observe> = if observer.watches() { Some(observer) } else { None };
             // The first output that judges an arm is the number of the joint under test.
-            let contact = Contact::new(&rig.nets(), from, rig.judged()[0]);
-            let observer = Recorder { trace, contact, observer, reals: rig.reals().len() };
-            let edge_s = rig.clock().period_s();
-            rig.visit(Run { driver, window: (from, end), stride, modulated, edge_s, observer, control })
+            let contact = Contact::new(&simulation.nets(), from, simulation.judged()[0]);
+            let observer = Recorder { trace, contact, observer, reals: simulation.reals().len() };
+            let edge_s = simulation.clock().period_s();
+            simulation.visit(Run { driver, window: (from, end), stride, modulated, edge_s, observer, control })
         }
     };
-    judged(rig, trace, summary, contact, over)
+    judged(simulation, trace, summary, contact, over)
 }
 
-/// Runs a rig's world with another program as the driver, such as a simulator of VHDL. `play` shows the run to the
-/// observer as [`Wired::run`] does, and returns its summary and why it ended early, if it did. Fills the trace anew,
-/// with unknown words as 0, and judges it.
+/// Runs a simulation's world with another program as the driver, such as a simulator of VHDL. `play` shows the run to
+/// the observer as [`Wired::run`] does, and returns its summary and why it ended early, if it did. Fills the trace
+/// anew, with unknown words as 0, and judges it.
 ///
 /// # Errors
 ///
 /// The error that `play` returns.
-pub fn follow<R: Rig, E>(
-    rig: &R,
+pub fn follow<R: Simulation, E>(
+    simulation: &R,
     trace: &mut Trace,
     observer: &mut dyn Observe,
     play: impl FnOnce(&mut dyn Observe) -> Result<(Summary, Option<&'static str>), E>,
 ) -> Result<Summary, E> {
-    trace.begin(rig.edges() / rig.stride() + 1);
-    let contact = Contact::new(&rig.nets(), window_start(rig.edges(), rig.stride()), rig.judged()[0]);
+    trace.begin(simulation.edges() / simulation.stride() + 1);
+    let contact =
+        Contact::new(&simulation.nets(), window_start(simulation.edges(), simulation.stride()), simulation.judged()[0]);
     let mut follow = Follow { trace, observer, contact, known: Vec::new() };
     let (summary, over) = play(&mut follow)?;
     let contact = follow.contact.edges(summary.edges) as f64;
-    Ok(judged(rig, trace, summary, contact, over))
+    Ok(judged(simulation, trace, summary, contact, over))
 }
 
 /// Fills the trace, counts contact and forwards everything, unknown words too, to an observer.
@@ -292,18 +293,18 @@ impl Observe for Follow<'_> {
 }
 
 /// Returns the summary with verdict and figures from the trace of its run.
-pub(crate) fn judged<R: Rig>(
-    rig: &R,
+pub(crate) fn judged<R: Simulation>(
+    simulation: &R,
     trace: &Trace,
     mut summary: Summary,
     contact_edges: f64,
     over: Option<&'static str>,
 ) -> Summary {
-    summary.motion_s = rig.clock().seconds(Cycle(summary.edges));
+    summary.motion_s = simulation.clock().seconds(Cycle(summary.edges));
     summary.aborted = over.map(|why| Abort { at_s: summary.motion_s, why });
-    if summary.complete && rig.has_device() {
-        summary.verdict = Some(rig.outline().judge(trace, summary.aborted));
-        let window = rig.edges() - window_start(rig.edges(), rig.stride());
+    if summary.complete && simulation.has_device() {
+        summary.verdict = Some(simulation.outline().judge(trace, summary.aborted));
+        let window = simulation.edges() - window_start(simulation.edges(), simulation.stride());
         summary.contact_share = over.is_none().then_some(contact_edges / window as f64);
     }
     summary
@@ -343,10 +344,10 @@ impl Observe for Recorder<'_> {
     }
 }
 
-/// Implements [`Wired::compare`] for any rig, over this number of edges.
+/// Implements [`Wired::compare`] for any simulation, over this number of edges.
 pub(crate) struct Compare(pub(crate) u64);
 
-impl<'s> Visit<'s> for Compare {
+impl<'s> LoopVisitor<'s> for Compare {
     type Out = Comparison;
     fn visit<E, W>(self, wiring: &W, world: E, input: E::In) -> Comparison
     where
@@ -368,7 +369,7 @@ struct Run<'a> {
     control: &'a Control,
 }
 
-impl<'s> Visit<'s> for Run<'_> {
+impl<'s> LoopVisitor<'s> for Run<'_> {
     /// The summary, the edges of contact in the window, and why the world ended the run.
     type Out = (Summary, f64, Option<&'static str>);
     fn visit<E, W>(mut self, wiring: &W, world: E, input: E::In) -> Self::Out

@@ -37,7 +37,7 @@ impl<'a> Map<'a> {
 }
 
 /// An axis in motion whose drive is set anew every fixed number of edges.
-pub struct Held<'a> {
+pub struct HeldDevice<'a> {
     /// Its drive and mode are always the present ones; its state is the present one only while `ahead` is not set.
     device: Device<'a>,
     edges: u64,
@@ -51,7 +51,7 @@ pub struct Held<'a> {
     energy: Energy,
 }
 
-impl<'a> Held<'a> {
+impl<'a> HeldDevice<'a> {
     /// Creates a device that mostly flows by this number of edges at a time.
     #[must_use]
     pub fn new(device: Device<'a>, edges: u64) -> Self {

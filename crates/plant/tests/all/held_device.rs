@@ -1,6 +1,6 @@
 //! Steps of one length against the exact flow, which other tests cover.
 
-use hpu_plant::{Axis, Bridge, Device, Drive, Hand, Held, Motor, Push};
+use hpu_plant::{Axis, Bridge, Device, Drive, Hand, HeldDevice, Motor, Push};
 
 const EDGE_S: f64 = 1e-6;
 const STEP: u64 = 1_000;
@@ -31,7 +31,7 @@ fn rail(coulomb_n: f64) -> Axis {
 /// exchanged, and the changes of mode exactly. Returns the number of these.
 fn agree(what: &str, axis: &Axis, drive: impl Fn(f64) -> Drive, steps: u64) -> u64 {
     let mut exact = Device::new(axis, START[0], START[1], START[2]);
-    let mut held = Held::new(Device::new(axis, START[0], START[1], START[2]), STEP);
+    let mut held = HeldDevice::new(Device::new(axis, START[0], START[1], START[2]), STEP);
     let mut greatest = [f64::MIN_POSITIVE; 4];
     let mut edge = 0;
     let mut seed = 1u64;

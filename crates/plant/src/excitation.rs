@@ -8,7 +8,7 @@ use crate::{Bridge, Circuit};
 
 /// The drive of an axis over one step: its circuit at the step's start, and the hand's speed.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Feed {
+pub struct Excitation {
     /// Voltage across resistance, inductance and back-EMF.
     pub(crate) voltage_v: f64,
     pub(crate) resistance_ohm: f64,
@@ -27,16 +27,16 @@ pub struct Feed {
 }
 
 impl Axis {
-    /// Returns the feed from this state on, with the hand's intention moving at `intent_rad_per_s`.
+    /// Returns the excitation from this state on, with the hand's intention moving at `intent_rad_per_s`.
     #[must_use]
-    pub fn feed(&self, drive: Drive, x: &State, intent_rad_per_s: f64) -> Feed {
+    pub fn excitation(&self, drive: Drive, x: &State, intent_rad_per_s: f64) -> Excitation {
         let motor = &self.motor;
         let circuit = match drive {
             Drive::Current(_) => Circuit::Amplified,
             Drive::Average(duty) => Bridge::averaged(duty),
             Drive::Gates(gates) => self.bridge.circuit(gates, x[CURRENT], motor.torque_constant_nm_per_a * x[SPEED]),
         };
-        let mut feed = Feed {
+        let mut excitation = Excitation {
             voltage_v: self.bridge.voltage_v(circuit),
             resistance_ohm: motor.resistance_ohm,
             per_henry: 0.0,
@@ -49,23 +49,23 @@ impl Axis {
         };
         match circuit {
             Circuit::Closed { supply_share, diodes, direction, switches } => {
-                feed.resistance_ohm = self.path_ohm(switches);
-                feed.source_v = self.bridge.supply_v * supply_share;
-                feed.diode_v = f64::from(diodes) * self.bridge.diode_drop_v;
-                feed.direction = f64::from(direction);
-                feed.ohmic = self.is_resistive();
-                feed.per_henry = if feed.ohmic { 0.0 } else { 1.0 / motor.inductance_h };
+                excitation.resistance_ohm = self.path_ohm(switches);
+                excitation.source_v = self.bridge.supply_v * supply_share;
+                excitation.diode_v = f64::from(diodes) * self.bridge.diode_drop_v;
+                excitation.direction = f64::from(direction);
+                excitation.ohmic = self.is_resistive();
+                excitation.per_henry = if excitation.ohmic { 0.0 } else { 1.0 / motor.inductance_h };
             }
             Circuit::Amplified => {
-                feed.source_v = motor.resistance_ohm * x[CURRENT];
-                feed.source_nm = motor.torque_constant_nm_per_a * x[CURRENT];
+                excitation.source_v = motor.resistance_ohm * x[CURRENT];
+                excitation.source_nm = motor.torque_constant_nm_per_a * x[CURRENT];
             }
             Circuit::Open { .. } => {}
         }
-        feed
+        excitation
     }
 
-    /// Returns whether a drive gives the same feed in every state.
+    /// Returns whether a drive gives the same excitation in every state.
     #[must_use]
     pub fn feeds_alike(&self, drive: Drive) -> bool {
         match drive {

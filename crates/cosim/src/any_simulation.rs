@@ -1,46 +1,46 @@
 //! Any scene made ready, whether blocks of this project or a design of the user's own close its loop.
 
-use crate::dut::{Designs, DutSession, Fault};
+use crate::dut::{Designs, DutSimulation, Fault};
 use crate::outline::Outline;
-use crate::ready::Ready;
-use crate::rig::Rig;
 use crate::scene::Experiment;
+use crate::simulation::Simulation;
+use crate::wired_simulation::WiredSimulation;
 
 /// Any scene made ready.
 #[allow(clippy::large_enum_variant, reason = "one of them exists a run")]
-pub enum AnyRig<'s> {
+pub enum AnySimulation<'s> {
     /// Blocks of this project close the loop.
-    Ours(Ready<'s>),
+    Ours(WiredSimulation<'s>),
     /// A design of the user's own closes the loop.
-    Dut(DutSession<'s>),
+    Dut(DutSimulation<'s>),
 }
 
-impl<'s> AnyRig<'s> {
+impl<'s> AnySimulation<'s> {
     /// Makes a scene ready. If the scene has a design, `designs` builds it, with the signals `inside` if they are asked
     /// for.
     ///
     /// # Errors
     ///
-    /// As [`Ready::new`] and [`DutSession::new`].
+    /// As [`WiredSimulation::new`] and [`DutSimulation::new`].
     pub fn new(experiment: &'s Experiment, designs: &dyn Designs, inside: bool) -> Result<Self, Fault> {
         Ok(match experiment {
-            Experiment::Dut(scene) => Self::Dut(DutSession::new(scene, designs, inside)?),
-            ours => Self::Ours(Ready::new(ours)?),
+            Experiment::Dut(scene) => Self::Dut(DutSimulation::new(scene, designs, inside)?),
+            ours => Self::Ours(WiredSimulation::new(ours)?),
         })
     }
 }
 
 macro_rules! forward {
-    ($self:ident, $rig:ident => $call:expr) => {
+    ($self:ident, $simulation:ident => $call:expr) => {
         match $self {
-            Self::Ours($rig) => $call,
-            Self::Dut($rig) => $call,
+            Self::Ours($simulation) => $call,
+            Self::Dut($simulation) => $call,
         }
     };
 }
 
-impl Rig for AnyRig<'_> {
+impl Simulation for AnySimulation<'_> {
     fn outline(&self) -> &Outline {
-        forward!(self, rig => rig.outline())
+        forward!(self, simulation => simulation.outline())
     }
 }

@@ -11,7 +11,7 @@ const ANGLE: usize = 2;
 /// A device in motion. Both kinds have the same functions.
 #[derive(Clone)]
 #[allow(clippy::large_enum_variant, reason = "one of them exists a run, and the larger is the usual one")]
-pub(crate) enum Body<'p> {
+pub(crate) enum AnyDevice<'p> {
     /// Flowed exactly.
     Exact(Device<'p>),
     /// In fixed steps.
@@ -27,7 +27,7 @@ macro_rules! forward {
     };
 }
 
-impl Body<'_> {
+impl AnyDevice<'_> {
     /// Returns the angle at an edge that has not been left yet.
     #[inline]
     pub(crate) fn angle_rad(&self, edge: u64) -> f64 {

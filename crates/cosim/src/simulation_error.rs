@@ -8,7 +8,7 @@ use crate::scene::SceneError;
 
 /// The reason why a scene cannot run.
 #[derive(Debug)]
-pub enum SessionError {
+pub enum SimulationError {
     /// Its words do not fit.
     Scene(SceneError),
     /// Its widths do not make a datapath.
@@ -19,7 +19,7 @@ pub enum SessionError {
     Arm(String),
 }
 
-impl fmt::Display for SessionError {
+impl fmt::Display for SimulationError {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self {
             Self::Scene(error) => error.fmt(f),
@@ -30,9 +30,9 @@ impl fmt::Display for SessionError {
     }
 }
 
-impl std::error::Error for SessionError {}
+impl std::error::Error for SimulationError {}
 
-impl From<Unmade> for SessionError {
+impl From<Unmade> for SimulationError {
     fn from(error: Unmade) -> Self {
         match error {
             Unmade::Scene(error) => Self::Scene(error),

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use hpu_cosim::dut::Change;
 use hpu_signal::Format;
-use hpu_wave::{Around, Column, Row};
+use hpu_wave::{Around, Column, ComparedRow};
 
 use super::ours::Ours;
 use super::wires::{What, Wire, same};
@@ -14,7 +14,7 @@ use crate::report::{Mismatch, Tally};
 use crate::vector::{Vectors, digits, hex};
 
 /// The answers of theirs so far.
-pub(super) struct Told<'a> {
+pub(super) struct BlockComparison<'a> {
     ours: &'a Ours,
     wires: &'a [Wire],
     /// The bits at the ports of theirs, `None` where one of them is unknown.
@@ -23,10 +23,10 @@ pub(super) struct Told<'a> {
     mismatches: u64,
     first: Option<Mismatch>,
     around: Around,
-    last: VecDeque<Row>,
+    last: VecDeque<ComparedRow>,
 }
 
-impl<'a> Told<'a> {
+impl<'a> BlockComparison<'a> {
     pub(super) fn new(ours: &'a Ours, wires: &'a [Wire], beside: &'static str) -> Self {
         let around = Around { beside, ..around::of_block(&ours.vectors.header) };
         let (now, last) = (vec![None; wires.len()], VecDeque::new());
@@ -85,7 +85,7 @@ impl<'a> Told<'a> {
         if before || self.last.len() < BEFORE + AFTER {
             let expected = header.columns().zip(rows[row][..inputs].iter().chain(own));
             let expected = expected.map(|(column, &word)| hex(column.format, word)).collect();
-            self.last.push_back(Row { number, expected, got });
+            self.last.push_back(ComparedRow { number, expected, got });
         }
     }
 

@@ -1,0 +1,90 @@
+//! A scene made ready whose loop blocks of this project close: an axis or a PHANToM.
+
+use hpu_signal::Observe;
+
+use crate::axis_simulation::AxisSimulation;
+use crate::engine::{Comparison, Control, Driver};
+use crate::outline::Outline;
+use crate::gimbal::GimbalSimulation;
+use crate::phantom::PhantomSimulation;
+use crate::scene::Experiment;
+use crate::simulation::{Direct, LoopVisitor, Simulation, TheLoop, Wired};
+use crate::simulation_error::SimulationError;
+use crate::summary::Summary;
+use crate::trace::Trace;
+
+/// A scene made ready whose loop blocks of this project close: an axis or a PHANToM.
+#[allow(clippy::large_enum_variant, reason = "one of them exists a run")]
+pub enum WiredSimulation<'s> {
+    /// An axis.
+    Axis(AxisSimulation<'s>),
+    /// A PHANToM.
+    Phantom(PhantomSimulation<'s>),
+    /// A segment on a gimbal.
+    Gimbal(GimbalSimulation<'s>),
+}
+
+macro_rules! forward {
+    ($self:ident, $simulation:ident => $call:expr) => {
+        match $self {
+            Self::Axis($simulation) => $call,
+            Self::Phantom($simulation) => $call,
+            Self::Gimbal($simulation) => $call,
+        }
+    };
+}
+
+impl<'s> WiredSimulation<'s> {
+    /// Makes a scene ready.
+    ///
+    /// # Errors
+    ///
+    /// When its words, widths or parameters are impossible, or its device has no datapath.
+    pub fn new(experiment: &'s Experiment) -> Result<Self, SimulationError> {
+        match experiment {
+            Experiment::Axis(scene) => AxisSimulation::new(scene).map(Self::Axis),
+            Experiment::Phantom(scene) => PhantomSimulation::new(scene).map(Self::Phantom),
+            Experiment::Gimbal(scene) => GimbalSimulation::new(scene).map(Self::Gimbal),
+            Experiment::Dut(scene) => {
+                let reason = "this asks for blocks of hpu's own, and the scene has a design of yours";
+                Err(SimulationError::Scene(scene.error("dut", reason)))
+            }
+        }
+    }
+}
+
+impl Simulation for WiredSimulation<'_> {
+    fn outline(&self) -> &Outline {
+        forward!(self, simulation => simulation.outline())
+    }
+}
+
+impl Wired for WiredSimulation<'_> {
+    fn wiring(&self) -> TheLoop<'_> {
+        forward!(self, simulation => simulation.wiring())
+    }
+
+    fn gates_drive(&self) -> bool {
+        forward!(self, simulation => simulation.gates_drive())
+    }
+
+    fn visit<'v, V: LoopVisitor<'v>>(&'v self, visitor: V) -> V::Out {
+        forward!(self, simulation => simulation.visit(visitor))
+    }
+
+    fn run(&self, driver: Driver, trace: &mut Trace, observer: &mut dyn Observe, control: &Control) -> Summary {
+        forward!(self, simulation => simulation.run(driver, trace, observer, control))
+    }
+
+    fn compare(&self, edges: u64) -> Comparison {
+        forward!(self, simulation => simulation.compare(edges))
+    }
+
+    fn direct(&self) -> Option<Box<dyn Direct + '_>> {
+        forward!(self, simulation => simulation.direct())
+    }
+
+    fn driver(&self) -> Driver {
+        forward!(self, simulation => simulation.driver())
+    }
+}
