@@ -17,7 +17,8 @@
 -- so that always its last place is read, and is as before after all of them.
 --
 -- generics IN_INT, IN_FRAC        format of u
---          OUT_INT, OUT_FRAC      format of y
+--          OUT_INT, OUT_FRAC      format of y; the integer bits of either may be
+--                                 negative
 --          GAIN_WIDTH, GAIN_FRAC  bits of the gain, its fraction
 --          COEF_FRAC              fraction bits of the weights, 1 to 30
 --          ORDER_NUM, ORDER_DEN   order of the derivative, above 0 and below 2;
@@ -44,9 +45,9 @@ use ieee.numeric_std.all;
 
 entity fractional_difference is
   generic (
-    IN_INT     : natural  := 7;
+    IN_INT     : integer  := 7;
     IN_FRAC    : natural  := 8;
-    OUT_INT    : natural  := 15;
+    OUT_INT    : integer  := 15;
     OUT_FRAC   : natural  := 8;
     GAIN_WIDTH : positive := 24;
     GAIN_FRAC  : natural  := 8;

@@ -1,6 +1,8 @@
 //! The catalogue of all blocks.
 
-use crate::gimbal::{ControlSwitch, CrankTable, GimbalInverse, ImpedanceControl, ServoControl};
+use crate::gimbal::{
+    ControlSwitch, CrankTable, GimbalInverse, GimbalLoop, GimbalShearLoop, ImpedanceControl, ServoControl,
+};
 use crate::listed::{Given, Listed};
 use crate::phantom::{
     CommandRegister, CommandScaler, CubeRoom, PhantomEngine, PhantomForward, PhantomIo, PhantomLoop, PhantomSharedLoop,
@@ -9,8 +11,8 @@ use crate::phantom::{
 use crate::{
     AnyBlock, AxisFront, Biquad, Block, CommandLimiter, ConfigError, ConventionalLoop, Cordic, Displacement, EdgeTimer,
     FilteredDifference, Foaw, FractionalDifference, Generic, HybridLoop, InputShaper, LevantDifferentiator, MethodLoop,
-    PositionCounter, Pwm, QuadratureDecoder, Saturator, SequentialDivider, SquareRoot, Synchronizer, TorqueSum,
-    TruncatingMultiplier, Unilateral, VelocityRegister, WindowDifference, ZeroOrderHold,
+    PositionCounter, Pwm, QuadratureDecoder, SampleTimer, Saturator, SequentialDivider, SquareRoot, Synchronizer,
+    TorqueSum, TruncatingMultiplier, Unilateral, VelocityRegister, WindowDifference, ZeroOrderHold,
 };
 
 /// Lists every block and wiring once; what is known of all of them follows.
@@ -48,8 +50,9 @@ macro_rules! around_laws {
             Cordic, Biquad, FilteredDifference, WindowDifference, Foaw, EdgeTimer, LevantDifferentiator, HybridLoop,
             ConventionalLoop, AxisFront, InputShaper, $(crate::$Law,)* $(MethodLoop<crate::$Law>,)* TrigTable,
             TrigQuarter, TrigInterpolated, TrigCordic, SampleRegister, PhantomForward, CubeRoom, PhantomTorque,
-            CommandScaler, CommandRegister, PhantomEngine, PhantomLoop, PhantomSharedLoop, PhantomIo, GimbalInverse, CrankTable, ServoControl,
-            ImpedanceControl, ControlSwitch, FractionalDifference,
+            CommandScaler, CommandRegister, PhantomEngine, PhantomLoop, PhantomSharedLoop, PhantomIo, GimbalInverse,
+            CrankTable, ServoControl, ImpedanceControl, ControlSwitch, FractionalDifference, SampleTimer, GimbalLoop,
+            GimbalShearLoop,
         }
     };
 }

@@ -26,6 +26,7 @@ use crate::config::within;
 use crate::history::History;
 use crate::law::ZERO;
 use crate::listed::{Given, Listed};
+use crate::part::Part;
 use crate::phantom::words::{accept, natural, parts};
 use crate::{AnyStep, Block, ConfigError, Generic, Register, Rom, Step};
 
@@ -138,8 +139,13 @@ impl FractionalDifference {
         }
         within(Self::NAME, "MEMORY", memory, 2..=254)?;
         within(Self::NAME, "COEF_FRAC", coef_frac, 1..=30)?;
-        accept(Self::NAME, "IN", input, true)?;
-        accept(Self::NAME, "OUT", output, true)?;
+        for (word, format) in [("IN", input), ("OUT", output)] {
+            // A word may have more fraction bits than bits: it is then a value below 1/2.
+            if !(format.is_signed() && (2..=40).contains(&format.width()) && (0..=30).contains(&format.frac())) {
+                let accepted = "signed, 2 to 40 bits, 0 to 30 of them fraction bits";
+                return Err(ConfigError::new(Self::NAME, format!("{word} is {format}"), accepted));
+            }
+        }
         accept(Self::NAME, "GAIN", gain, false)?;
         within(Self::NAME, "IN_INT + IN_FRAC + 1 + COEF_FRAC", input.width() + coef_frac, 3..=57)?;
         let sum_frac = input.frac() + coef_frac.cast_signed();
@@ -340,6 +346,7 @@ impl Listed for FractionalDifference {
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
         let format = |signed, int, frac| Format::new(signed, int, frac).expect("a constant");
         let normal = FractionalConfig::default();
+        let small = format(true, -2, 7);
         let narrow = FractionalConfig {
             input: format(true, 2, 1),
             output: format(true, 2, 3),
@@ -351,7 +358,20 @@ impl Listed for FractionalDifference {
         Ok(vec![
             ("narrow", Self::new(narrow)?),
             ("first_order", Self::new(FractionalConfig { order: [1, 1], memory: 4, ..narrow })?),
+            ("small", Self::new(FractionalConfig { input: small, output: small, ..narrow })?),
             ("long", Self::new(FractionalConfig { order: [7, 5], memory: 64, ..normal })?),
         ])
+    }
+}
+
+impl Part for FractionalDifference {
+    #[inline]
+    fn follow(&mut self, _: &Self::In<i64>, _: Self::Out<i64>) -> Self::Out<Narrowed> {
+        Out { y: self.latest }
+    }
+
+    #[inline]
+    fn hidden(&self) -> Option<Self::Out<Narrowed>> {
+        Some(Out { y: self.latest })
     }
 }

@@ -26,6 +26,7 @@ use hpu_signal::{Format, Machine, Narrowed, Narrowing, Overflow, Rounding, Signa
 use crate::config::within;
 use crate::law::ZERO;
 use crate::listed::{Given, Listed};
+use crate::part::Part;
 use crate::phantom::words::natural;
 use crate::{AnyStep, Block, ConfigError, Generic, Register, Step};
 
@@ -290,13 +291,20 @@ impl Block for ControlSwitch {
     }
 }
 
-impl Listed for ControlSwitch {
-    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
+impl SwitchConfig {
+    /// Reads the generics.
+    pub(super) fn given(given: &Given) -> Result<Self, ConfigError> {
         let [drive_width, force_width, decay] = given.naturals(["DRIVE_WIDTH", "FORCE_WIDTH", "DECAY"])?;
         let [width, frac] = [given.word("LENGTH_WIDTH")?, given.word("LENGTH_FRAC")?];
         let length = given.format(true, width.saturating_sub(frac).saturating_sub(1), frac)?;
         let [take_radius, bumpless] = [given.is("TAKE_RADIUS"), given.is("BUMPLESS")];
-        Self::new(SwitchConfig { drive_width, force_width, length, take_radius, bumpless, decay })
+        Ok(Self { drive_width, force_width, length, take_radius, bumpless, decay })
+    }
+}
+
+impl Listed for ControlSwitch {
+    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
+        Self::new(SwitchConfig::given(given)?)
     }
 
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
@@ -310,5 +318,19 @@ impl Listed for ControlSwitch {
             ("at_once", Self::new(SwitchConfig { take_radius: false, decay: 0, ..narrow })?),
             ("slow", Self::new(SwitchConfig { drive_width: 24, decay: 15, ..normal })?),
         ])
+    }
+}
+
+impl Part for ControlSwitch {
+    #[inline]
+    fn follow(&mut self, _: &Self::In<i64>, _: Self::Out<i64>) -> Self::Out<Narrowed> {
+        let State { drive, mode, equilibrium, .. } = self.state;
+        Out { drive, mode, equilibrium }
+    }
+
+    #[inline]
+    fn hidden(&self) -> Option<Self::Out<Narrowed>> {
+        let State { drive, mode, equilibrium, .. } = self.state;
+        Some(Out { drive, mode, equilibrium })
     }
 }

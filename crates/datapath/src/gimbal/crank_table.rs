@@ -171,3 +171,5 @@ impl Listed for CrankTable {
         Ok(vec![("narrow", Self::new(GimbalConfig::narrow())?), ("short", Self::new(GimbalConfig::short())?)])
     }
 }
+
+crate::part::registers!(CrankTable);

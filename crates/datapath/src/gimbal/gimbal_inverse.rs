@@ -402,3 +402,5 @@ impl Listed for GimbalInverse {
         Ok(vec![("narrow", Self::new(GimbalConfig::narrow())?), ("short", Self::new(GimbalConfig::short())?)])
     }
 }
+
+crate::part::registers!(GimbalInverse);

@@ -217,23 +217,21 @@ impl Block for ImpedanceControl {
     fn skip(&mut self, _: u64, _: &In<i64>) {}
 }
 
-impl Listed for ImpedanceControl {
-    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
+impl ImpedanceConfig {
+    /// Reads the generics.
+    pub(super) fn given(given: &Given) -> Result<Self, ConfigError> {
         let [force_width, force_limit, gain, gain_frac, drive_width] =
             given.naturals(["FORCE_WIDTH", "FORCE_LIMIT", "GAIN", "GAIN_FRAC", "DRIVE_WIDTH"])?;
         let [width, frac] = [given.word("LENGTH_WIDTH")?, given.word("LENGTH_FRAC")?];
         let length = given.format(true, width.saturating_sub(frac).saturating_sub(1), frac)?;
         let [stiffness, feedback] = [given.unsigned("S")?, given.unsigned("K")?];
-        Self::new(ImpedanceConfig {
-            length,
-            force_width,
-            force_limit,
-            stiffness,
-            feedback,
-            gain,
-            gain_frac,
-            drive_width,
-        })
+        Ok(Self { length, force_width, force_limit, stiffness, feedback, gain, gain_frac, drive_width })
+    }
+}
+
+impl Listed for ImpedanceControl {
+    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
+        Self::new(ImpedanceConfig::given(given)?)
     }
 
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
@@ -272,3 +270,5 @@ impl Listed for ImpedanceControl {
         Ok(vec![("narrow", Self::new(narrow)?), ("whole", Self::new(whole)?), ("wide", Self::new(wide)?)])
     }
 }
+
+crate::part::telling!(ImpedanceControl);

@@ -1,27 +1,32 @@
-//! Position control of one servo: proportional to the error, and to its change from sample to sample.
+//! Position control of one servo: proportional to the error, and to its change over a window of samples.
 //!
-//! - **Equation**: at a sample `measured = round(count STEP / 2^STEP_FRAC)`, `e = desired - measured`, exact and
-//!   without wrapping, `d = e - e_before`, or 0 at the first sample after a reset, and `drive =
-//!   saturate(round(proportional e + derivative d))`; then `e` becomes `e_before`.
+//! - **Equation**: at sample `n`, the first after a reset being 0, `measured = round(count STEP / 2^STEP_FRAC)`, `e(n) =
+//!   desired - measured`, exact and without wrapping, `d = e(n) - e(max(n - WINDOW, 0))`, and `drive =
+//!   saturate(round(proportional e(n) + derivative d))`.
 //! - **Ports**: `desired` (1,0,ANGLE_WIDTH-1) in half turns, `count` (1,COUNT_WIDTH-1,0) of the servo's own sensor,
 //!   `proportional` (0,P_WIDTH-P_FRAC,P_FRAC) in drive counts per half turn, `derivative` (0,D_WIDTH-D_FRAC,D_FRAC) in
-//!   drive counts per half turn a sample, `sample` in; `drive` (1,DRIVE_WIDTH-1,0) out. The sample period is in the
-//!   word of `derivative`: a gain in seconds, divided by the period.
+//!   drive counts per half turn a window, `sample` in; `drive` (1,DRIVE_WIDTH-1,0) out. The sample period is in the
+//!   word of `derivative`: a gain in seconds, divided by the period and by `WINDOW`.
 //! - **Latency**: 1 edge, at edges with `sample`.
-//! - **Reset**: drive and error 0. The next sample knows no error before its own, so that its derivative is 0 and the
-//!   drive makes no leap.
+//! - **Reset**: drive and errors 0. The next sample knows no error before its own: it sets all errors of the window to
+//!   its own, so that its derivative is 0 and the drive makes no leap.
 //! - **Overflow**: both roundings are to the nearest, ties up; the drive saturates, nothing else can overflow.
 //! - **VHDL twin**: `hdl/servo_control.vhd`.
 //! - **Source**: Pediredla et al., the PD control of the three motors; the paper has `K_1 = 1.5`, `K_2 = 2.8` without
 //!   units.
 //! - **Differs from the hardware**: the paper's controller runs in software and takes the speed from the servo; this
 //!   one differences the error. Both products take one edge, so no limit on the clock.
+//!
+//! One count of a coarse sensor is a large part of a drive, if the derivative divides it by one short sample period. A
+//! window of `W` samples makes the drive of one count `W` times smaller, and the derivative half a window late.
 
 use hpu_signal::{Format, Machine, Narrowed, Narrowing, Overflow, Rounding, Signal, Word};
 
 use crate::config::{NATURAL, within};
+use crate::history::History;
 use crate::law::ZERO;
 use crate::listed::{Given, Listed};
+use crate::part::Part;
 use crate::phantom::words::{accept, natural};
 use crate::{AnyStep, Block, ConfigError, Generic, Register, Step};
 
@@ -52,6 +57,8 @@ pub struct ServoConfig {
     pub derivative: Format,
     /// Width of the drive, in bits.
     pub drive_width: u32,
+    /// Number of samples over which the derivative is taken.
+    pub window: u32,
 }
 
 impl Default for ServoConfig {
@@ -66,6 +73,7 @@ impl Default for ServoConfig {
             proportional: gain(12, 4),
             derivative: gain(24, 0),
             drive_width: 11,
+            window: 1,
         }
     }
 }
@@ -78,7 +86,8 @@ pub struct ServoControl {
     error: Format,
     narrowing: Narrowing,
     fits_64: bool,
-    before: i64,
+    /// The errors of the latest samples.
+    before: History,
     primed: bool,
     latest: Narrowed,
 }
@@ -90,14 +99,16 @@ impl ServoControl {
     ///
     /// Returns an error unless the angle has 2 to 32 bits, the count 2 to 24, the drive 2 to 31, both gains are
     /// unsigned with 2 to 40 bits, 0 to 30 of them fraction bits, the step is a positive VHDL `natural` with at most 30
-    /// fraction bits, and every count is an angle of less than two half turns.
+    /// fraction bits, every count is an angle of less than two half turns, and the window has 1 to 64 samples.
     pub fn new(config: ServoConfig) -> Result<Self, ConfigError> {
-        let ServoConfig { angle_width, count_width, step, step_frac, proportional, derivative, drive_width } = config;
+        let ServoConfig { angle_width, count_width, step, step_frac, proportional, derivative, drive_width, window } =
+            config;
         within(Self::NAME, "ANGLE_WIDTH", angle_width, 2..=32)?;
         within(Self::NAME, "COUNT_WIDTH", count_width, 2..=24)?;
         within(Self::NAME, "STEP", step, 1..=NATURAL)?;
         within(Self::NAME, "STEP_FRAC", step_frac, 0..=30)?;
         within(Self::NAME, "DRIVE_WIDTH", drive_width, 2..=31)?;
+        within(Self::NAME, "WINDOW", window, 1..=64)?;
         accept(Self::NAME, "P", proportional, false)?;
         accept(Self::NAME, "D", derivative, false)?;
         if i128::from(step) << (count_width - 1) >= 1 << (angle_width + step_frac) {
@@ -113,8 +124,8 @@ impl ServoControl {
             overflow: Overflow::Saturate,
         };
         let (angle, error) = (format(0), format(2));
-        let mut block =
-            Self { config, angle, error, narrowing, fits_64: false, before: 0, primed: false, latest: ZERO };
+        let before = History::new(window);
+        let mut block = Self { config, angle, error, narrowing, fits_64: false, before, primed: false, latest: ZERO };
         block.fits_64 = Step::fits_64(&block);
         Ok(block)
     }
@@ -126,14 +137,15 @@ impl ServoControl {
         self.latest
     }
 
-    /// Returns the error and the drive of a sample with these inputs, from the error before it, if there was one.
+    /// Returns the error and the drive of a sample with these inputs, from the error a window before it, if there was a
+    /// sample.
     #[inline]
-    fn moved<W: Word>(&self, before: W, primed: W::Bit, input: &In<W>) -> [W; 2] {
+    fn moved<W: Word>(&self, oldest: W, primed: W::Bit, input: &In<W>) -> [W; 2] {
         let ServoConfig { step, step_frac, proportional, derivative, .. } = self.config;
         let half = (1 << step_frac) >> 1;
         let measured = (input.count * W::int(step.into()) + W::int(half)).shr(step_frac);
         let error = (input.desired - measured).cut("e", self.error.width());
-        let difference = W::select(primed, error - before, W::int(0)).cut("d", self.error.width() + 1);
+        let difference = W::select(primed, error - oldest, W::int(0)).cut("d", self.error.width() + 1);
         let frac = proportional.frac().max(derivative.frac());
         // At the finer fraction of the two gains.
         let gained = |gain: W, format: Format, value: W, name: &str| {
@@ -154,33 +166,56 @@ impl ServoControl {
 
     /// Returns the error and the drive that a sample makes.
     #[inline]
-    fn sampled(&self, before: i64, primed: bool, input: &In<i64>) -> (i64, Narrowed) {
+    fn sampled(&self, oldest: i64, primed: bool, input: &In<i64>) -> (i64, Narrowed) {
         let [error, drive] = if self.fits_64 {
-            self.moved(Machine::<i64>::of(before), primed, &input.map(Machine::of)).map(Machine::narrowed)
+            self.moved(Machine::<i64>::of(oldest), primed, &input.map(Machine::of)).map(Machine::narrowed)
         } else {
-            self.moved(Machine::<i128>::of(before), primed, &input.map(Machine::of)).map(Machine::narrowed)
+            self.moved(Machine::<i128>::of(oldest), primed, &input.map(Machine::of)).map(Machine::narrowed)
         };
         (error.word, drive)
     }
+
+    /// Returns the error and the drive of a sample with these inputs, before which come `waiting` other samples with
+    /// the same inputs.
+    #[inline]
+    fn after(&self, waiting: usize, input: &In<i64>) -> (i64, Narrowed) {
+        let (error, first) = self.sampled(self.before.ago(0, 0, self.before.window()), self.primed, input);
+        if waiting == 0 || !self.primed {
+            return (error, first);
+        }
+        self.sampled(self.before.ago(error, waiting, self.before.window()), true, input)
+    }
+
+    /// Takes `samples` samples of the same error.
+    #[inline]
+    fn push(&mut self, error: i64, samples: u64) {
+        self.before.push(error, if self.primed { samples } else { u64::MAX });
+        self.primed = true;
+    }
 }
 
+/// The registers of the VHDL, whose array has the latest error in its uppermost bits.
 impl Step for ServoControl {
     fn registers(&self) -> Vec<Register> {
-        vec![
-            Register::new("before", self.error),
-            Register::new("primed", Format::BIT),
-            Register::new("drive", self.narrowing.to),
-        ]
+        let (window, width) = (self.config.window, self.error.width());
+        let before = |ago| Register { low: (window - ago) * width, ..Register::new("before", self.error) };
+        let own = [Register::new("primed", Format::BIT), Register::new("drive", self.narrowing.to)];
+        own.into_iter().chain((1..=window).map(before)).collect()
     }
 
     fn step<W: Word>(&self, registers: &[W], input: In<W>) -> (Vec<W>, Out<W>) {
-        let [before, primed, drive] = *registers else { unreachable!("three registers") };
-        let sampled = || {
-            let [error, drive] = self.moved(before, primed.is_set(), &input);
-            [error, W::int(1), drive]
-        };
-        let next = W::branch(input.sample.is_set(), sampled, || [before, primed, drive]);
-        (next.to_vec(), Out { drive })
+        let [primed, drive, ref before @ ..] = *registers else { unreachable!("registers") };
+        let samples = input.sample.is_set();
+        let sampled = || self.moved(before[before.len() - 1], primed.is_set(), &input);
+        let [error, next] = W::branch(samples, sampled, || [before[0], drive]);
+        let mut all = vec![W::of_bit(samples | primed.is_set()), next];
+        let newer = [error].into_iter().chain(before.iter().copied());
+        let shifted = newer.zip(before).map(|(newer, &kept)| {
+            let [shifted] = W::branch(samples, || [W::select(primed.is_set(), newer, error)], || [kept]);
+            shifted
+        });
+        all.extend(shifted);
+        (all, Out { drive })
     }
 }
 
@@ -202,7 +237,7 @@ impl Block for ServoControl {
             desired: Signal::new("desired", self.angle, "half turn", "Desired angle"),
             count: Signal::new("count", Format::signed(count_width), "count", "Position word of the servo"),
             proportional: Signal::new("proportional", proportional, "count/half turn", "Gain of the error"),
-            derivative: Signal::new("derivative", derivative, "count/half turn", "Gain of its change in a sample"),
+            derivative: Signal::new("derivative", derivative, "count/half turn", "Gain of its change in a window"),
             sample: Signal::bit("sample", "The edge samples"),
         }
     }
@@ -212,7 +247,7 @@ impl Block for ServoControl {
     }
 
     fn generics(&self) -> Vec<(&'static str, Generic)> {
-        let ServoConfig { angle_width, count_width, step, step_frac, proportional, derivative, drive_width } =
+        let ServoConfig { angle_width, count_width, step, step_frac, proportional, derivative, drive_width, window } =
             self.config;
         [
             ("ANGLE_WIDTH", angle_width),
@@ -224,6 +259,7 @@ impl Block for ServoControl {
             ("D_WIDTH", derivative.width()),
             ("D_FRAC", derivative.frac().unsigned_abs()),
             ("DRIVE_WIDTH", drive_width),
+            ("WINDOW", window),
         ]
         .map(|(name, value)| natural(name, value))
         .to_vec()
@@ -234,15 +270,17 @@ impl Block for ServoControl {
     }
 
     fn reset(&mut self) -> Out<i64> {
-        (self.before, self.primed, self.latest) = (0, false, ZERO);
+        self.before.reset();
+        (self.primed, self.latest) = (false, ZERO);
         Out { drive: 0 }
     }
 
     #[inline]
     fn tick(&mut self, input: In<i64>) -> Out<i64> {
         if input.sample != 0 {
-            (self.before, self.latest) = self.sampled(self.before, self.primed, &input);
-            self.primed = true;
+            let (error, drive) = self.after(0, &input);
+            self.latest = drive;
+            self.push(error, 1);
         }
         Out { drive: self.latest.word }
     }
@@ -252,43 +290,73 @@ impl Block for ServoControl {
         if input.sample == 0 {
             return u64::MAX;
         }
-        // The second of two samples with the same inputs has no derivative, and so have those after it.
-        let (error, first) = self.sampled(self.before, self.primed, input);
-        let (_, second) = self.sampled(error, true, input);
-        match self.latest.word {
-            drive if drive != first.word => 0,
-            drive if drive != second.word => 1,
-            _ => u64::MAX,
-        }
+        // After a window of samples with the same inputs there is no derivative, and nothing changes any more.
+        let changes = |waiting: &usize| self.after(*waiting, input).1.word != self.latest.word;
+        (0..=self.before.window()).find(changes).map_or(u64::MAX, |samples| samples as u64)
     }
 
     #[inline]
     fn skip(&mut self, edges: u64, input: &In<i64>) {
         debug_assert!(edges <= self.quiet(input));
-        for _ in 0..edges.min(2) {
-            self.tick(*input);
+        if edges > 0 && input.sample != 0 {
+            let waiting = (edges - 1).min(self.before.window() as u64);
+            let (error, drive) = self.after(waiting as usize, input);
+            self.latest = drive;
+            self.push(error, edges);
         }
+    }
+}
+
+impl ServoConfig {
+    /// Reads the generics of a servo, of which those that a loop has for each servo begin with a stem.
+    pub(super) fn given(given: &Given, stem: &str) -> Result<Self, ConfigError> {
+        let of = |name: &str| format!("{stem}{name}");
+        let [angle_width, count_width, drive_width] = given.naturals(["ANGLE_WIDTH", "COUNT_WIDTH", "DRIVE_WIDTH"])?;
+        let [step, step_frac, window] = given.naturals([&*of("STEP"), &of("STEP_FRAC"), &of("WINDOW")])?;
+        let [proportional, derivative] = [given.unsigned(&of("P"))?, given.unsigned(&of("D"))?];
+        Ok(Self { angle_width, count_width, step, step_frac, proportional, derivative, drive_width, window })
     }
 }
 
 impl Listed for ServoControl {
     fn of_generics(given: &Given) -> Result<Self, ConfigError> {
-        let [angle_width, count_width, step, step_frac, drive_width] =
-            given.naturals(["ANGLE_WIDTH", "COUNT_WIDTH", "STEP", "STEP_FRAC", "DRIVE_WIDTH"])?;
-        let [proportional, derivative] = [given.unsigned("P")?, given.unsigned("D")?];
-        Self::new(ServoConfig { angle_width, count_width, step, step_frac, proportional, derivative, drive_width })
+        Self::new(ServoConfig::given(given, "")?)
     }
 
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
         let gain = |int, frac| Format::new(false, int, frac).expect("a constant");
-        let servo = |[angle_width, count_width, step, step_frac, drive_width]: [u32; 5], proportional, derivative| {
-            Self::new(ServoConfig { angle_width, count_width, step, step_frac, proportional, derivative, drive_width })
-        };
+        let servo =
+            |[angle_width, count_width, step, step_frac, drive_width, window]: [u32; 6], proportional, derivative| {
+                Self::new(ServoConfig {
+                    angle_width,
+                    count_width,
+                    step,
+                    step_frac,
+                    proportional,
+                    derivative,
+                    drive_width,
+                    window,
+                })
+            };
         Ok(vec![
-            ("narrow", servo([6, 4, 37, 3, 5], gain(3, 1), gain(2, 2))?),
+            ("narrow", servo([6, 4, 37, 3, 5, 1], gain(3, 1), gain(2, 2))?),
             // Whole angles a count, and gains of different fractions.
-            ("whole_step", servo([8, 5, 9, 0, 6], gain(2, 4), gain(4, 0))?),
-            ("wide", servo([32, 16, 1_999_999_999, 18, 31], gain(10, 30), gain(30, 10))?),
+            ("whole_step", servo([8, 5, 9, 0, 6, 1], gain(2, 4), gain(4, 0))?),
+            ("wide", servo([32, 16, 1_999_999_999, 18, 31, 1], gain(10, 30), gain(30, 10))?),
+            ("window_4", servo([6, 4, 37, 3, 5, 4], gain(3, 1), gain(2, 2))?),
+            ("window_64", Self::new(ServoConfig { window: 64, ..ServoConfig::default() })?),
         ])
+    }
+}
+
+impl Part for ServoControl {
+    #[inline]
+    fn follow(&mut self, _: &Self::In<i64>, _: Self::Out<i64>) -> Self::Out<Narrowed> {
+        Out { drive: self.latest }
+    }
+
+    #[inline]
+    fn hidden(&self) -> Option<Self::Out<Narrowed>> {
+        Some(Out { drive: self.latest })
     }
 }

@@ -1,0 +1,185 @@
+//! The loop of the segment on a gimbal: inverse kinematics, three servos, and the crank's switch to impedance control.
+//!
+//! - **Ports**: `count1` `count2` `count3` (1,COUNT_WIDTH-1,0) of the servos of pitch, roll and crank, `finger_force`
+//!   (0,FORCE_WIDTH,0), the target `x` `y` `z` (1,LENGTH_WIDTH-1-LENGTH_FRAC,LENGTH_FRAC) in metres, the gains
+//!   `proportional` `derivative` of pitch and roll, `crank_proportional` `crank_derivative`, `stiffness`, `feedback`,
+//!   `threshold_on` `threshold_off`, `period` (0,PERIOD_WIDTH,0) in clocks, `shear_gain` in; `drive1` `drive2` `drive3`
+//!   (1,DRIVE_WIDTH-1,0), `mode` (0,1,0) out. Formats are those of the blocks. This loop does not read `shear_gain`.
+//! - **Latency**: `3 ROTATIONS + LENGTH_WIDTH + 13` edges from a sample of the target to the joints; 1 more to the
+//!   drives of pitch and roll and to the mode, 2 more to the drive of the crank. The counts and the force are read with
+//!   the joints, the target at the sample.
+//! - **Reset**: all registers 0. The first edge after it raises the sample strobe, the second samples.
+//! - **Overflow**: of its blocks. A period shorter than the latency starts the kinematics again before it ends:
+//!   [`GimbalLoopConfig::least_period`].
+//! - **VHDL twin**: `hdl/gimbal_loop.vhd`; the instances and nets have the names of [`Wiring`](crate::Wiring)'s.
+//! - **Source**: Pediredla, Chandrasekaran, Annamraju, Thondiyath.
+//! - **Differs from the hardware**: the paper computes on a host. Combinational paths settle within the clock they
+//!   change in, whatever their length.
+
+use hpu_signal::Signal;
+
+use super::{
+    ControlSwitch, CrankTable, GimbalInverse, GimbalLoopConfig, ImpedanceControl, ServoControl, control_switch,
+    crank_table, gimbal_inverse, impedance_control, servo_control,
+};
+use crate::circuit::circuit;
+use crate::circuit_loop::{CircuitLoop, LoopCircuit};
+use crate::listed::{Given, Listed};
+use crate::{Block, ConfigError, FractionalDifference, Generic, SampleTimer, fractional_difference, sample_timer};
+
+hpu_signal::ports! {
+    /// Inputs of a gimbal's loop: the servos' counts, the finger's force, and the words that the scene sets.
+    pub struct GimbalIn {
+        count1, count2, count3, finger_force, x, y, z, proportional, derivative, crank_proportional, crank_derivative,
+        stiffness, feedback, threshold_on, threshold_off, period, shear_gain,
+    }
+}
+
+hpu_signal::ports! {
+    /// Outputs of a gimbal's loop: the drives of the servos, and whether the crank is under impedance control.
+    pub struct GimbalOut { drive1, drive2, drive3, mode }
+}
+
+/// The loop without shear. See the [module](self).
+pub type GimbalLoop = GimbalWiring<false>;
+
+/// A gimbal's loop. With `SHEAR` ([`GimbalShearLoop`](super::GimbalShearLoop)) the kinematics follow a fractional
+/// derivative of the target `x`, otherwise `x` itself.
+pub type GimbalWiring<const SHEAR: bool> = CircuitLoop<GimbalCircuit<SHEAR>, 35>;
+
+circuit! {
+    /// The blocks of a gimbal's loop.
+    pub struct GimbalCircuit[const SHEAR: bool][SHEAR][35] { config: GimbalLoopConfig }
+    nets {
+        count1, count2, count3, finger_force, x, y, z, proportional, derivative, crank_proportional, crank_derivative,
+        stiffness, feedback, threshold_on, threshold_off, period, shear_gain,
+        drive1, drive2, drive3, mode,
+        sample, shear_x if SHEAR else x, pitch, roll, crank, rest, out_of_reach, busy, ready,
+        position_drive, radius, slope, impedance_drive, equilibrium,
+    }
+    timer: SampleTimer = sample_timer { period } -> { sample };
+    shear: FractionalDifference = fractional_difference { u: x, gain: shear_gain, sample } -> { y: shear_x } if SHEAR;
+    inverse: GimbalInverse = gimbal_inverse { start: sample, x: shear_x, y, z }
+        -> { pitch, roll, crank, radius: rest, out_of_reach, busy, ready };
+    servo1: ServoControl = servo_control { desired: pitch, count: count1, proportional, derivative, sample: ready }
+        -> { drive: drive1 };
+    servo2: ServoControl = servo_control { desired: roll, count: count2, proportional, derivative, sample: ready }
+        -> { drive: drive2 };
+    servo3: ServoControl = servo_control {
+        desired: crank, count: count3, proportional: crank_proportional, derivative: crank_derivative, sample: ready,
+    } -> { drive: position_drive };
+    table: CrankTable = crank_table { count: count3 } -> { radius, slope };
+    impedance: ImpedanceControl = impedance_control {
+        rest: equilibrium, radius, slope, finger_force, stiffness, feedback,
+    } -> { drive: impedance_drive };
+    switch: ControlSwitch = control_switch {
+        position_drive, impedance_drive, finger_force, threshold_on, threshold_off, radius, rest, sample: ready,
+    } -> { drive: drive3, mode, equilibrium };
+}
+
+impl<const SHEAR: bool> GimbalWiring<SHEAR> {
+    /// Returns a loop in its state after reset.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error when a block refuses its words.
+    pub fn new(config: GimbalLoopConfig) -> Result<Self, ConfigError> {
+        let servo = ServoControl::new(config.servo())?;
+        Ok(Self::of(GimbalCircuit {
+            config,
+            timer: SampleTimer::new(config.period_width)?,
+            shear: FractionalDifference::new(config.shear())?,
+            inverse: GimbalInverse::new(config.gimbal)?,
+            servo1: servo.clone(),
+            servo2: servo,
+            servo3: ServoControl::new(config.crank())?,
+            table: CrankTable::new(config.gimbal)?,
+            impedance: ImpedanceControl::new(config.impedance())?,
+            switch: ControlSwitch::new(config.switch())?,
+        }))
+    }
+}
+
+impl<const SHEAR: bool> Default for GimbalWiring<SHEAR> {
+    fn default() -> Self {
+        Self::new(GimbalLoopConfig::default()).expect("the data sheet's default")
+    }
+}
+
+impl<const SHEAR: bool> LoopCircuit<35> for GimbalCircuit<SHEAR> {
+    const NAME: &'static str = if SHEAR { "gimbal_shear_loop" } else { "gimbal_loop" };
+    const INPUTS: usize = 17;
+    type In<T> = GimbalIn<T>;
+    type Out<T> = GimbalOut<T>;
+
+    fn inputs(&self) -> GimbalIn<Signal> {
+        let named = |name, doc, signal: Signal| Signal { name, doc, ..signal };
+        let servo_control::In { count, proportional, derivative, .. } = self.servo1.inputs();
+        let count = |name, doc| Signal { name, doc, ..count.clone() };
+        let crank = self.servo3.inputs();
+        let gimbal_inverse::In { x, y, z, .. } = self.inverse.inputs();
+        let impedance_control::In { finger_force, stiffness, feedback, .. } = self.impedance.inputs();
+        let control_switch::In { threshold_on, threshold_off, .. } = self.switch.inputs();
+        GimbalIn {
+            count1: count("count1", "Position word of the servo of pitch"),
+            count2: count("count2", "Position word of the servo of roll"),
+            count3: count("count3", "Position word of the servo of the crank"),
+            finger_force,
+            x,
+            y,
+            z,
+            proportional,
+            derivative,
+            crank_proportional: named("crank_proportional", "Gain of the crank's error", crank.proportional),
+            crank_derivative: named("crank_derivative", "Gain of its change in a window", crank.derivative),
+            stiffness,
+            feedback,
+            threshold_on,
+            threshold_off,
+            period: self.timer.inputs().period,
+            shear_gain: named("shear_gain", "Gain of the fractional derivative of x", self.shear.inputs().gain),
+        }
+    }
+
+    fn outputs(&self) -> GimbalOut<Signal> {
+        let drive = |name, doc| Signal { name, doc, ..self.servo1.outputs().drive };
+        let control_switch::Out { mode, .. } = self.switch.outputs();
+        GimbalOut {
+            drive1: drive("drive1", "Command of the servo of pitch"),
+            drive2: drive("drive2", "Command of the servo of roll"),
+            drive3: drive("drive3", "Command of the servo of the crank"),
+            mode,
+        }
+    }
+
+    fn generics(&self) -> Vec<(&'static str, Generic)> {
+        self.config.generics(SHEAR)
+    }
+
+    fn described(&self, net: Signal) -> Signal {
+        let doc = match net.name {
+            "shear_x" => {
+                return Signal { name: "shear_x", doc: "Target of the sheared tip", ..self.inverse.inputs().x };
+            }
+            "rest" => "Desired radius",
+            "position_drive" => "Drive of the position control",
+            "impedance_drive" => "Drive of the impedance control",
+            _ => net.doc,
+        };
+        Signal { doc, ..net }
+    }
+}
+
+impl<const SHEAR: bool> Listed for GimbalWiring<SHEAR> {
+    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
+        Self::new(GimbalLoopConfig::given(given, SHEAR)?)
+    }
+
+    fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
+        Ok(vec![
+            ("plain", Self::new(GimbalLoopConfig::plain())?),
+            ("short", Self::new(GimbalLoopConfig::short())?),
+            ("distinct", Self::new(GimbalLoopConfig::distinct())?),
+        ])
+    }
+}
