@@ -1,6 +1,5 @@
 //! The wirings of an arm.
 
-use hpu_datapath::gimbal::GimbalLoop;
 use hpu_datapath::phantom::{PhantomIo, PhantomLoop, PhantomSharedLoop};
 use hpu_datapath::{AnyBlock, Instance, Wiring};
 use hpu_signal::Signal;
@@ -15,8 +14,6 @@ pub enum ArmLoop {
     PhantomShared(PhantomSharedLoop),
     /// Counters and DACs around a host.
     PhantomIo(PhantomIo),
-    /// The loop of a segment on a gimbal.
-    Gimbal(GimbalLoop),
 }
 
 impl ArmLoop {
@@ -27,7 +24,6 @@ impl ArmLoop {
             Self::Phantom(PhantomLoop::default()),
             Self::PhantomShared(PhantomSharedLoop::default()),
             Self::PhantomIo(PhantomIo::default()),
-            Self::Gimbal(GimbalLoop::default()),
         ]
     }
 
@@ -38,7 +34,6 @@ impl ArmLoop {
             Self::Phantom(wiring) => wiring,
             Self::PhantomShared(wiring) => wiring,
             Self::PhantomIo(wiring) => wiring,
-            Self::Gimbal(wiring) => wiring,
         }
     }
 
@@ -49,7 +44,6 @@ impl ArmLoop {
             Self::Phantom(wiring) => wiring.nets(),
             Self::PhantomShared(wiring) => wiring.nets(),
             Self::PhantomIo(wiring) => wiring.nets(),
-            Self::Gimbal(wiring) => wiring.nets(),
         }
     }
 
@@ -60,7 +54,6 @@ impl ArmLoop {
             Self::Phantom(wiring) => wiring.instances(),
             Self::PhantomShared(wiring) => wiring.instances(),
             Self::PhantomIo(wiring) => wiring.instances(),
-            Self::Gimbal(wiring) => wiring.instances(),
         }
     }
 }

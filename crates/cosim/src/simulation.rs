@@ -3,6 +3,7 @@
 use std::ops::Range;
 use std::time::Instant;
 
+use hpu_datapath::gimbal::GimbalLoop;
 use hpu_datapath::{AnyBlock, Instance, Wiring};
 use hpu_signal::{Clock, Cycle, Observe, Real, Signal, UNKNOWN};
 
@@ -25,8 +26,10 @@ pub enum TheLoop<'s> {
     Axis(&'s AxisLoop),
     /// An axis's law in floats.
     Law(&'s LawLoop),
-    /// An arm's loop.
+    /// A PHANToM's loop.
     Arm(&'s ArmLoop),
+    /// The loop of a segment on a gimbal.
+    Gimbal(&'s GimbalLoop),
 }
 
 impl<'s> TheLoop<'s> {
@@ -37,6 +40,7 @@ impl<'s> TheLoop<'s> {
             Self::Axis(axis_loop) => axis_loop.block(),
             Self::Law(wiring) => wiring,
             Self::Arm(arm_loop) => arm_loop.block(),
+            Self::Gimbal(wiring) => wiring,
         }
     }
 
@@ -53,6 +57,7 @@ impl<'s> TheLoop<'s> {
             Self::Axis(axis_loop) => axis_loop.nets(),
             Self::Law(wiring) => wiring.nets(),
             Self::Arm(arm_loop) => arm_loop.nets(),
+            Self::Gimbal(wiring) => wiring.nets(),
         }
     }
 
@@ -63,6 +68,7 @@ impl<'s> TheLoop<'s> {
             Self::Axis(axis_loop) => axis_loop.instances(),
             Self::Law(wiring) => wiring.instances(),
             Self::Arm(arm_loop) => arm_loop.instances(),
+            Self::Gimbal(wiring) => wiring.instances(),
         }
     }
 

@@ -4,8 +4,8 @@ use hpu_signal::Observe;
 
 use crate::axis_simulation::AxisSimulation;
 use crate::engine::{Comparison, Control, Driver};
-use crate::outline::Outline;
 use crate::gimbal::GimbalSimulation;
+use crate::outline::Outline;
 use crate::phantom::PhantomSimulation;
 use crate::scene::Experiment;
 use crate::simulation::{Direct, LoopVisitor, Simulation, TheLoop, Wired};

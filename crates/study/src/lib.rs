@@ -3,8 +3,8 @@
 pub mod accuracy;
 pub mod criteria;
 pub mod fit;
-mod gimbal;
 pub mod formula;
+mod gimbal;
 pub mod limits;
 pub mod map;
 pub mod page;

@@ -2,17 +2,17 @@
 
 mod side;
 
+use hpu_datapath::Wiring as _;
 use hpu_datapath::gimbal::{GimbalIn, GimbalLoop};
 use hpu_plant::arm::{Arm, Gimbal, Joints, Recorded};
 use hpu_signal::{Observe, Ports};
 
 use crate::arm::{ArmPlant, Stops};
-use crate::arm_loop::ArmLoop;
 use crate::arm_world::ArmWorld;
 use crate::engine::{Comparison, Control, Driver};
 use crate::outline::Outline;
-use crate::simulation::{self, Compare, LoopVisitor, Simulation, TheLoop, WiredLoop};
 use crate::scene::{GimbalScene, GimbalWords};
+use crate::simulation::{self, Compare, LoopVisitor, Simulation, TheLoop, Wired};
 use crate::simulation_error::SimulationError;
 use crate::summary::Summary;
 use crate::trace::Trace;
@@ -25,7 +25,7 @@ pub struct GimbalSimulation<'s> {
     plant: ArmPlant<Recorded>,
     plan: Plan<'s>,
     words: GimbalWords,
-    wiring: ArmLoop,
+    wiring: GimbalLoop,
     outline: Outline,
 }
 
@@ -37,7 +37,7 @@ impl<'s> GimbalSimulation<'s> {
     /// When its words, widths or parameters are impossible.
     pub fn new(scene: &'s GimbalScene) -> Result<Self, SimulationError> {
         let words = scene.words().map_err(SimulationError::Scene)?;
-        let wiring = GimbalLoop::new(scene.method.config).map(ArmLoop::Gimbal).map_err(SimulationError::Config)?;
+        let wiring = GimbalLoop::new(scene.method.config).map_err(SimulationError::Config)?;
         let plant = plant(scene)?;
         let [first, second, third] = plant.command_nm;
         let commands = vec![
@@ -45,7 +45,7 @@ impl<'s> GimbalSimulation<'s> {
             ("drive2", "stall_torque2_nm", second),
             ("drive3", "stall_torque3_nm", third),
         ];
-        let closed_by = (wiring.block().name(), wiring.nets());
+        let closed_by = (TheLoop::Gimbal(&wiring).name(), wiring.nets());
         let outline = Outline::of_gimbal(scene, still_within_m(scene), closed_by, commands);
         Ok(Self { scene, plant, plan: Plan::new(scene), words, wiring, outline })
     }
@@ -108,7 +108,7 @@ fn plant(scene: &GimbalScene) -> Result<ArmPlant<Recorded>, SimulationError> {
         Some(probe) => arm.with_finger(probe.finger),
         None => arm,
     };
-    let full = f64::from(1u32 << (scene.method.config.servo.drive_width - 1));
+    let full = f64::from(1u32 << (scene.method.config.impedance.drive_width - 1));
     let start_rad = scene.gimbal.angles_rad(scene.tip_m(scene.target.at(0.0)));
     let start_rad = start_rad.ok_or_else(|| SimulationError::Arm("the target's start is out of reach".into()))?;
     Ok(ArmPlant {
@@ -145,12 +145,11 @@ impl Simulation for GimbalSimulation<'_> {
 
 impl Wired for GimbalSimulation<'_> {
     fn wiring(&self) -> TheLoop<'_> {
-        TheLoop::Arm(&self.wiring)
+        TheLoop::Gimbal(&self.wiring)
     }
 
     fn visit<'v, V: LoopVisitor<'v>>(&'v self, visit: V) -> V::Out {
-        let ArmLoop::Gimbal(wiring) = &self.wiring else { unreachable!("made by this module") };
-        visit.visit(wiring, ArmWorld::new(&self.plant, GimbalSide::new(&self.plan)), self.input())
+        visit.visit(&self.wiring, ArmWorld::new(&self.plant, GimbalSide::new(&self.plan)), self.input())
     }
 
     fn run(&self, driver: Driver, trace: &mut Trace, observer: &mut dyn Observe, control: &Control) -> Summary {

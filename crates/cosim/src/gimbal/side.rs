@@ -103,7 +103,8 @@ impl<'p> GimbalSide<'p> {
     /// Returns the words of a target.
     fn words(&self, target_m: [f64; 3]) -> [i64; 3] {
         let length = self.plan.scene.method.config.gimbal.length;
-        target_m.map(|length_m| (length_m / length.lsb()).round().clamp(length.min() as f64, length.max() as f64) as i64)
+        target_m
+            .map(|length_m| (length_m / length.lsb()).round().clamp(length.min() as f64, length.max() as f64) as i64)
     }
 
     /// Returns the word of a force with noise.
@@ -113,7 +114,7 @@ impl<'p> GimbalSide<'p> {
         let (far, turn) = (unit(), unit());
         let normal = libm::sqrt(-2.0 * libm::log(far)) * libm::cos(std::f64::consts::TAU * turn);
         let scene = self.plan.scene;
-        let most = (1i64 << scene.method.config.force_width) - 1;
+        let most = (1i64 << scene.method.config.impedance.force_width) - 1;
         ((force_n + scene.force_sensor.noise_n * normal) / scene.force_lsb_n()).round().clamp(0.0, most as f64) as i64
     }
 

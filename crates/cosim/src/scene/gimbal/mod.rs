@@ -173,7 +173,7 @@ impl GimbalScene {
     /// Returns the force of one LSB of the sensor.
     #[must_use]
     pub fn force_lsb_n(&self) -> f64 {
-        self.force_sensor.full_scale_n / f64::from(1u32 << self.method.config.force_width)
+        self.force_sensor.full_scale_n / f64::from(1u32 << self.method.config.impedance.force_width)
     }
 
     /// Returns the tip at a posture.
@@ -196,13 +196,14 @@ impl GimbalScene {
                 return Err(self.error(key, format!("{} does not fit {format}; write at most {most}", number(asked))));
             }
             if word == 0.0 && asked > 0.0 {
-                let reason = format!("{} rounds to zero in {format}; write 0 or at least {}", number(asked), number(lsb));
+                let reason =
+                    format!("{} rounds to zero in {format}; write 0 or at least {}", number(asked), number(lsb));
                 return Err(self.error(key, reason));
             }
             Ok(word as i64)
         };
         // A half turn of error asks for this many counts of drive at a gain of one full drive per radian.
-        let full = f64::from(1u32 << (config.servo.drive_width - 1)) * PI;
+        let full = f64::from(1u32 << (config.impedance.drive_width - 1)) * PI;
         let span_s = f64::from(config.servo.window) * self.period_clocks() as f64 * self.clock.period_s();
         let p_lsb = config.servo.proportional.lsb() / full;
         let d_lsb = config.servo.derivative.lsb() / full * span_s;
@@ -217,7 +218,7 @@ impl GimbalScene {
         let stiffness = config.impedance.stiffness;
         let stiffness_lsb = stiffness.lsb() * force_lsb_n / config.gimbal.length.lsb();
         let feedback = config.impedance.feedback;
-        let force = Format::unsigned(config.force_width);
+        let force = Format::unsigned(config.impedance.force_width);
         let asked = self.stiffness_n_per_m;
         Ok(GimbalWords {
             proportional: [p_tilt?, p_crank?],

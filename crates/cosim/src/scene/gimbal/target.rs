@@ -96,8 +96,8 @@ impl Target {
         [0, 1, 2].map(|i| {
             let swing: f64 = self.waves[i].iter().map(|wave| wave[0].abs()).sum();
             let values = self.points.iter().map(|point| point.1[i]);
-            let [low, high] = values
-                .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| [low.min(value), high.max(value)]);
+            let [low, high] =
+                values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| [low.min(value), high.max(value)]);
             [low - swing, high + swing]
         })
     }

@@ -29,7 +29,9 @@ pub use value::{Otherwise, Shape, Takes};
 
 pub(crate) use choice::{Choice, Flag, GainFormat, Own, Text, named, none_of, quoted};
 pub(crate) use value::{Expected, Quantity, Read, Whole};
-pub(crate) use {axis_rows::*, dut_rows::*, every_rows::*, faults_rows::*, gimbal_rows::*, method_rows::*, phantom_rows::*};
+pub(crate) use {
+    axis_rows::*, dut_rows::*, every_rows::*, faults_rows::*, gimbal_rows::*, method_rows::*, phantom_rows::*,
+};
 
 /// A key of a scene, as the documentation, the schema and `hpu keys` show it.
 #[derive(Clone, PartialEq, Debug)]

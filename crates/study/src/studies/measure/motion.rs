@@ -118,7 +118,9 @@ pub(super) fn run(asked: &Asked, control: &Control) -> Result<Values, String> {
     let (rms, amplitude) = match made.summary.verdict {
         Some(Verdict::Settled { rms_rad }) => (rms_rad, 0.0),
         Some(Verdict::LimitCycle { rms_rad, amplitude_rad, .. }) => (rms_rad, amplitude_rad),
-        Some(Verdict::Passive { rms_m } | Verdict::NonPassive { rms_m } | Verdict::Tracking { rms_m, .. }) => (rms_m, 0.0),
+        Some(Verdict::Passive { rms_m } | Verdict::NonPassive { rms_m } | Verdict::Tracking { rms_m, .. }) => {
+            (rms_m, 0.0)
+        }
         Some(Verdict::Diverged { amplitude_rad, .. }) => (f64::INFINITY, amplitude_rad),
         _ => (f64::INFINITY, f64::INFINITY),
     };
