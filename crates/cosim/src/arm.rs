@@ -18,7 +18,7 @@ pub(crate) struct ArmPlant<L = ArmModel> {
     pub(crate) arm: Arm<L>,
     /// The method and the clock edges of a step, if the arm is stepped.
     pub(crate) stepping: Option<(Method, u64)>,
-    /// Angle of one count of each joint, in rad.
+    /// Angle of one count of each joint, in rad; infinite where no encoder counts.
     pub(crate) count_rad: [f64; 3],
     /// Torque of one count of each joint's DAC, in N·m.
     pub(crate) command_nm: [f64; 3],

@@ -36,10 +36,15 @@ pub(crate) struct Encoder {
 const MOST_COUNT: f64 = (1u64 << 52) as f64;
 
 impl Encoder {
-    /// Creates an encoder whose count changes every `step_rad`, at an angle.
+    /// Creates an encoder whose count changes every `step_rad`, at an angle; with an infinite step the count never
+    /// changes.
     pub(crate) fn new(step_rad: f64, angle_rad: f64) -> Self {
         let mut encoder =
             Self { step_rad, count: 0, band: Band { low: 0.0, high: 0.0, open: true }, edges: 0, lost: false };
+        if step_rad == f64::INFINITY {
+            encoder.band = Band { low: f64::NEG_INFINITY, high: f64::INFINITY, open: true };
+            return encoder;
+        }
         encoder.recount(angle_rad, |(low, high)| i8::from(angle_rad >= high) - i8::from(angle_rad < low));
         encoder.edges = 0;
         encoder

@@ -6,7 +6,7 @@
 //! edge. The crank's servo takes its drive at the instants of its pulses. So a drive is late by up to a period.
 
 use hpu_datapath::gimbal::{GimbalIn, GimbalOut};
-use hpu_plant::arm::Links;
+use hpu_plant::arm::{Gimbal, Links};
 use hpu_signal::{Cycle, Real};
 
 use crate::arm::ArmState;
@@ -30,6 +30,7 @@ pub(super) struct Plan<'s> {
     /// Edges at which the finger's speed changes.
     knots: Vec<u64>,
     least_radius_m: f64,
+    count_rad: f64,
 }
 
 impl<'s> Plan<'s> {
@@ -42,6 +43,7 @@ impl<'s> Plan<'s> {
             periods: rates_hz.map(|rate_hz| scene.clock.edges(1.0 / rate_hz).max(1)),
             knots: knots.filter(|edge| *edge > 0).collect(),
             least_radius_m: scene.gimbal.radii_m()[0],
+            count_rad: scene.count_rad(),
         }
     }
 
@@ -60,6 +62,17 @@ impl<'s> Plan<'s> {
         // Just after the edge, so that a knot begins the stretch after it.
         let [height_m, speed] = along(&probe.path, self.time_s(edge) + 0.5 * self.scene.clock.period_s());
         Some([self.least_radius_m + height_m - speed * 0.5 * self.scene.clock.period_s(), speed])
+    }
+}
+
+/// Returns why a run ends in a posture in which the model does not hold; `None` elsewhere.
+fn beyond([pitch_rad, roll_rad, crank_rad]: [f64; 3]) -> Option<&'static str> {
+    if pitch_rad.abs().max(roll_rad.abs()) > Gimbal::TILT_RAD {
+        Some("the segment tilted by more than 55 degrees, where the gimbal ends")
+    } else if !(0.0..=std::f64::consts::PI).contains(&crank_rad) {
+        Some("the crank passed a dead centre, behind which position control drives it the wrong way")
+    } else {
+        None
     }
 }
 
@@ -87,8 +100,8 @@ impl<'p> GimbalSide<'p> {
         let mut side = Self {
             plan,
             random: SplitMix64::new(plan.scene.run.seed),
-            next: [0, 0, 0, 0, 0],
-            due: 0,
+            next: [1; 5],
+            due: 1,
             counts: [0; 3],
             target: [0; 3],
             force: 0,
@@ -131,7 +144,9 @@ impl<'p> GimbalSide<'p> {
                     self.target = self.words(self.target_m);
                 }
                 BUS => {
-                    self.counts = arm.counts();
+                    let angles_rad = arm.motion.state(edge).motor_angles_rad;
+                    self.counts = angles_rad.map(|angle_rad| (angle_rad / self.plan.count_rad).round() as i64);
+                    arm.over = arm.over.or_else(|| beyond(angles_rad));
                     (self.takes[0], self.takes[1]) = (true, true);
                 }
                 PULSE => self.takes[2] = true,
