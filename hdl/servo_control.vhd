@@ -1,16 +1,17 @@
 -- servo_control : position control of one servo
 --
--- At an edge with sample:
+-- At the edge with sample number n, the first after a reset being 0:
 --   measured := round(count * STEP / 2^STEP_FRAC)
---   e        := desired - measured
---   d        := e - before       0 at the first sample after a reset
---   drive    := saturate(round(proportional * e + derivative * d))
---   before   := e
+--   e(n)     := desired - measured
+--   d        := e(n) - e(max(n - WINDOW, 0))
+--   drive    := saturate(round(proportional * e(n) + derivative * d))
 --
 -- The error is exact: desired is a word of half a turn at most, measured of less
 -- than two half turns, and neither wraps, because a servo has stops. The sample
--- period is in the word of derivative. A first sample without a derivative makes
--- no leap of the drive.
+-- period and WINDOW are in the word of derivative. A first sample without a
+-- derivative makes no leap of the drive; it sets all errors of the window to its
+-- own. In a longer window, one count of a coarse sensor is a smaller part of the
+-- drive.
 --
 -- generics ANGLE_WIDTH      bits of the desired angle
 --          COUNT_WIDTH      bits of the servo's position word
@@ -19,11 +20,12 @@
 --          P_WIDTH, P_FRAC  bits of the gain of the error, its fraction
 --          D_WIDTH, D_FRAC  bits of the gain of its change, its fraction
 --          DRIVE_WIDTH      bits of the drive
+--          WINDOW           samples over which the derivative is taken, 1 to 64
 -- in       desired      (1,0,ANGLE_WIDTH-1)       half turns
 --          count        (1,COUNT_WIDTH-1,0)
 --          proportional (0,P_WIDTH-P_FRAC,P_FRAC) drive counts per half turn
 --          derivative   (0,D_WIDTH-D_FRAC,D_FRAC) drive counts per half turn a
---                                                 sample
+--                                                 window
 --          sample       (0,1,0)                   the edge samples
 -- out      drive        (1,DRIVE_WIDTH-1,0)
 -- latency  1 edge, edges with sample only
@@ -48,7 +50,8 @@ entity servo_control is
     P_FRAC      : natural  := 4;
     D_WIDTH     : positive := 24;
     D_FRAC      : natural  := 0;
-    DRIVE_WIDTH : positive := 11
+    DRIVE_WIDTH : positive := 11;
+    WINDOW      : positive := 1
   );
   port (
     clk          : in  std_logic;
@@ -76,6 +79,7 @@ architecture rtl of servo_control is
 
   subtype error_word is signed(ERROR_WIDTH - 1 downto 0);
   subtype total_word is signed(TOTAL_WIDTH - 1 downto 0);
+  type history is array (1 to WINDOW) of error_word;
 
   constant HIGHEST : signed(DRIVE_WIDTH - 1 downto 0) := '0' & (DRIVE_WIDTH - 2 downto 0 => '1');
 
@@ -110,7 +114,8 @@ architecture rtl of servo_control is
     return std_logic_vector(HIGHEST);
   end function;
 
-  signal before : error_word;
+  -- The error j samples ago.
+  signal before : history;
   -- An error before this one is known.
   signal primed : std_logic;
   signal e      : error_word;
@@ -122,7 +127,7 @@ begin
 
   e    <= resize(signed(desired), ERROR_WIDTH) - angle(count);
   -- Gated instead of chosen, so that an unknown value stays unknown.
-  d    <= signed(std_logic_vector(resize(e, ERROR_WIDTH + 1) - before) and primed);
+  d    <= signed(std_logic_vector(resize(e, ERROR_WIDTH + 1) - before(WINDOW)) and primed);
   pull <= gained(proportional, P_FRAC, e);
   drag <= gained(derivative, D_FRAC, d);
 
@@ -131,12 +136,17 @@ begin
     if rising_edge(clk) then
       if sample = '1' then
         drive  <= narrowed(pull + drag);
-        before <= e;
         primed <= '1';
+        before(1) <= e;
+        for j in 2 to WINDOW loop
+          -- Gated instead of chosen, so that an unknown value stays unknown.
+          before(j) <= signed((std_logic_vector(before(j - 1)) and primed)
+                              or (std_logic_vector(e) and not primed));
+        end loop;
       end if;
 
       if rst = '1' then
-        before <= (others => '0');
+        before <= (others => (others => '0'));
         primed <= '0';
         drive  <= (others => '0');
       end if;

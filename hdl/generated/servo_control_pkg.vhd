@@ -5,7 +5,7 @@
 
 package servo_control_pkg is
 
-  constant FORMAT : string := "# servo_control in rst(0,1,0) desired(1,0,19) count(1,10,0) proportional(0,12,4) derivative(0,24,0) sample(0,1,0) out drive(1,10,0) generics ANGLE_WIDTH=20 COUNT_WIDTH=11 STEP=873813 STEP_FRAC=10 P_WIDTH=16 P_FRAC=4 D_WIDTH=24 D_FRAC=0 DRIVE_WIDTH=11";
+  constant FORMAT : string := "# servo_control in rst(0,1,0) desired(1,0,19) count(1,10,0) proportional(0,12,4) derivative(0,24,0) sample(0,1,0) out drive(1,10,0) generics ANGLE_WIDTH=20 COUNT_WIDTH=11 STEP=873813 STEP_FRAC=10 P_WIDTH=16 P_FRAC=4 D_WIDTH=24 D_FRAC=0 DRIVE_WIDTH=11 WINDOW=1";
   constant ANGLE_WIDTH : integer := 20;
   constant COUNT_WIDTH : integer := 11;
   constant STEP : integer := 873813;
@@ -15,6 +15,7 @@ package servo_control_pkg is
   constant D_WIDTH : integer := 24;
   constant D_FRAC : integer := 0;
   constant DRIVE_WIDTH : integer := 11;
+  constant WINDOW : integer := 1;
 
   -- desired (1,0,19) [half turn] Desired angle
   constant DESIRED_BITS : positive := 20;
@@ -31,7 +32,7 @@ package servo_control_pkg is
   constant PROPORTIONAL_FRACTION_BITS : integer := 4;
   constant PROPORTIONAL_IS_SIGNED : boolean := false;
 
-  -- derivative (0,24,0) [count/half turn] Gain of its change in a sample
+  -- derivative (0,24,0) [count/half turn] Gain of its change in a window
   constant DERIVATIVE_BITS : positive := 24;
   constant DERIVATIVE_FRACTION_BITS : integer := 0;
   constant DERIVATIVE_IS_SIGNED : boolean := false;

@@ -71,9 +71,13 @@ impl Targets {
     pub(crate) fn step(&mut self, random: &mut SplitMix64, inputs: &[Signal], words: &mut [i64]) {
         let starts = if self.passed > self.latency { random.one_in(4) } else { random.one_in(2000) };
         (words[0], self.passed) = (i64::from(starts), if starts { 0 } else { self.passed + 1 });
-        if !starts || random.one_in(4) {
-            return;
+        if starts && !random.one_in(4) {
+            self.aim(random, &inputs[1..], &mut words[1..]);
         }
+    }
+
+    /// Puts the first three words at a position within 60 degrees and close to the reach.
+    pub(crate) fn aim(&self, random: &mut SplitMix64, inputs: &[Signal], words: &mut [i64]) {
         let mut angle =
             || if random.one_in(8) { 0.0 } else { (2.0 * unit(random) - 1.0) * std::f64::consts::FRAC_PI_3 };
         let [(pitch_sine, pitch_cosine), (roll_sine, roll_cosine)] = [angle(), angle()].map(f64::sin_cos);
@@ -81,7 +85,7 @@ impl Targets {
         let share = if random.one_in(8) { random.below(2) as f64 } else { 1.1 * unit(random) - 0.05 };
         let radius = least + share * (most - least);
         let tip = [-pitch_cosine * roll_sine, pitch_cosine * roll_cosine, pitch_sine];
-        for ((word, signal), along) in words[1..].iter_mut().zip(&inputs[1..]).zip(tip) {
+        for ((word, signal), along) in words.iter_mut().zip(inputs).zip(tip) {
             *word = signal.format.wrap((radius * along).round() as i128);
         }
     }

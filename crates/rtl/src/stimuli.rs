@@ -1,5 +1,6 @@
 //! Stimuli for any block: corner cases, random words from a seed, and products in strata.
 
+mod gimbal;
 mod sequences;
 mod walls;
 
@@ -93,6 +94,7 @@ pub fn directed(block: &dyn AnyBlock) -> Vec<Stimulus> {
         _ if inputs.last().is_some_and(|signal| signal.name == "sample") => {
             strobed(&inputs, generic(block, "MEMORY").unwrap_or(0) + 2)
         }
+        _ if let Some(samples) = gimbal::Samples::of(block) => gimbal::directed(&inputs, samples),
         _ if inputs[0].name == "start" => computations(&inputs, latency(block)),
         _ if is_estimator(&inputs) => [samples(&inputs), motions(&inputs)].concat(),
         _ => samples(&inputs),
@@ -315,6 +317,7 @@ pub fn random(block: &dyn AnyBlock, seed: u64, rows: usize) -> Vec<Stimulus> {
     let encoders = lines(&inputs);
     let posed = is_posed(&inputs);
     let is_loop = encoders > 0 && inputs.len() > 2;
+    let mut samples = gimbal::Samples::of(block);
     let mut words: Vec<_> = inputs.iter().map(|signal| draw(random, signal, 0)).collect();
     let mut walks = vec![(0, 1); encoders];
     // A loop's PWM latches a command once a period: 4096 edges for 12 bits.
@@ -322,6 +325,8 @@ pub fn random(block: &dyn AnyBlock, seed: u64, rows: usize) -> Vec<Stimulus> {
         (true, false) => 6000,
         // Often enough to walk through a short table again.
         (true, true) => 1200,
+        // Some windows of 64 samples of 96 edges are full.
+        _ if samples.is_some() => 9000,
         _ => 700,
     };
     let mut walker = is_law(&inputs).then(Walker::new);
@@ -329,6 +334,7 @@ pub fn random(block: &dyn AnyBlock, seed: u64, rows: usize) -> Vec<Stimulus> {
     let mut next = |row: usize| {
         for (index, signal) in inputs.iter().enumerate().skip(2 * encoders) {
             let odds = match signal.name {
+                _ if samples.is_some() => break,
                 _ if !block.clocked() => 1,
                 _ if is_loop && posed => 100,
                 _ if is_loop => 500,
@@ -352,6 +358,9 @@ pub fn random(block: &dyn AnyBlock, seed: u64, rows: usize) -> Vec<Stimulus> {
         }
         if posed && (!block.clocked() || random.one_in(100)) {
             pose(random, &inputs, &mut words);
+        }
+        if let Some(samples) = &mut samples {
+            samples.step(random, &inputs, &mut words);
         }
         if let Some(targets) = &mut targets {
             targets.step(random, &inputs, &mut words);

@@ -18,6 +18,7 @@ entity tb_servo_control is
     D_WIDTH : integer := work.servo_control_pkg.D_WIDTH;
     D_FRAC : integer := work.servo_control_pkg.D_FRAC;
     DRIVE_WIDTH : integer := work.servo_control_pkg.DRIVE_WIDTH;
+    WINDOW : integer := work.servo_control_pkg.WINDOW;
     FORMAT : string := work.servo_control_pkg.FORMAT;
     VECTORS : string := "vectors/servo_control/default-directed.txt"
   );
@@ -35,7 +36,7 @@ architecture test of tb_servo_control is
 begin
 
   dut : entity work.servo_control
-    generic map (ANGLE_WIDTH => ANGLE_WIDTH, COUNT_WIDTH => COUNT_WIDTH, STEP => STEP, STEP_FRAC => STEP_FRAC, P_WIDTH => P_WIDTH, P_FRAC => P_FRAC, D_WIDTH => D_WIDTH, D_FRAC => D_FRAC, DRIVE_WIDTH => DRIVE_WIDTH)
+    generic map (ANGLE_WIDTH => ANGLE_WIDTH, COUNT_WIDTH => COUNT_WIDTH, STEP => STEP, STEP_FRAC => STEP_FRAC, P_WIDTH => P_WIDTH, P_FRAC => P_FRAC, D_WIDTH => D_WIDTH, D_FRAC => D_FRAC, DRIVE_WIDTH => DRIVE_WIDTH, WINDOW => WINDOW)
     port map (clk => clk, rst => rst, desired => desired, count => count, proportional => proportional, derivative => derivative, sample => sample, drive => drive);
 
   process
