@@ -190,14 +190,15 @@ impl<'p, L: Links> ArmState<'p, L> {
         let dissipated_j = energy.viscous_j + energy.coulomb_j + energy.transmission_j;
         let energy = EnergyAudit {
             source_j: energy.source_j,
-            supplied_j: energy.source_j,
+            hand_j: energy.finger_j,
+            supplied_j: energy.source_j + energy.finger_j,
             stored_j,
             viscous_j: energy.viscous_j,
             coulomb_j: energy.coulomb_j,
             transmission_j: energy.transmission_j,
             dissipated_j,
             exchanged_j: energy.exchanged_j,
-            residual_j: energy.source_j - stored_j - dissipated_j,
+            residual_j: energy.source_j + energy.finger_j - stored_j - dissipated_j,
             ..EnergyAudit::default()
         };
         Summary {

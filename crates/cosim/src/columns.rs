@@ -90,7 +90,7 @@ pub const GIMBAL_REALS: [Real; 13] = [
     real("torque1_nm", "Torque that the servo of the pitch would have at no speed, positive along its positive angle"),
     real("torque2_nm", "Torque that the servo of the roll would have at no speed, positive along its positive angle"),
     real("torque3_nm", "Torque that the crank's servo would have at no speed, positive along its positive angle"),
-    real("radius_m", "Distance of the tip from the centre of the gimbal"),
+    real("tip_radius_m", "Distance of the tip from the centre of the gimbal"),
     real("error_m", "Distance of the tip from the target"),
     real("finger_force_n", "Force of the finger on the segment, positive inwards"),
     real("finger_radius_m", "Distance of the finger's pad, at rest, from the centre of the gimbal; 0 without a finger"),
