@@ -2,7 +2,7 @@
 //! finger's motion.
 //!
 //! All of them act at instants of their own, each at whole multiples of its period. At an instant of the bus, the
-//! positions of all servos are read, and the drives of pitch and roll are taken as the datapath shows them at that
+//! positions of all servos are read, and the drives of pitch and roll are taken as the datapath shows them before that
 //! edge. The crank's servo takes its drive at the instants of its pulses. So a drive is late by up to a period.
 
 use hpu_datapath::gimbal::{GimbalIn, GimbalOut};
@@ -89,9 +89,9 @@ pub(super) struct GimbalSide<'p> {
     target: [i64; 3],
     force: i64,
     target_m: [f64; 3],
-    /// The drives that the servos follow, and which of them are taken at the present edge.
+    /// The drives that the datapath shows, and those that the servos follow.
+    shown: [i64; 3],
     drives: [i64; 3],
-    takes: [bool; 3],
 }
 
 impl<'p> GimbalSide<'p> {
@@ -106,8 +106,8 @@ impl<'p> GimbalSide<'p> {
             target: [0; 3],
             force: 0,
             target_m: plan.target_m(0),
+            shown: [0; 3],
             drives: [0; 3],
-            takes: [false; 3],
         };
         side.target = side.words(side.target_m);
         side
@@ -147,12 +147,13 @@ impl<'p> GimbalSide<'p> {
                     let angles_rad = arm.motion.state(edge).motor_angles_rad;
                     self.counts = angles_rad.map(|angle_rad| (angle_rad / self.plan.count_rad).round() as i64);
                     arm.over = arm.over.or_else(|| beyond(angles_rad));
-                    (self.takes[0], self.takes[1]) = (true, true);
+                    [self.drives[0], self.drives[1], _] = self.shown;
                 }
-                PULSE => self.takes[2] = true,
+                PULSE => self.drives[2] = self.shown[2],
                 _ => self.force = self.converted(arm.motion.state(edge).finger_n),
             }
         }
+        arm.drive(self.drives);
         if self.next[FINGER] <= edge {
             if let Some([height_m, speed]) = self.plan.finger(edge) {
                 arm.press(height_m, speed);
@@ -190,14 +191,7 @@ impl Side for GimbalSide<'_> {
 
     #[inline]
     fn drive(&mut self, out: GimbalOut<i64>) -> [i64; 3] {
-        if self.takes != [false; 3] {
-            for (index, drive) in [out.drive1, out.drive2, out.drive3].into_iter().enumerate() {
-                if self.takes[index] {
-                    self.drives[index] = drive;
-                }
-            }
-            self.takes = [false; 3];
-        }
+        self.shown = [out.drive1, out.drive2, out.drive3];
         self.drives
     }
 
