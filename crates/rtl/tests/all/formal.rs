@@ -147,7 +147,7 @@ fn an_error_in_the_vhdl_is_refuted_with_the_words_of_which_it_is_one() {
         ("sample_timer", "6_bit", "countdown - 1", "countdown - 2", "countdown'"),
         ("impedance_control", "narrow", "to_signed(FORCE_LIMIT,", "to_signed(FORCE_LIMIT + 1,", "drive"),
         ("control_switch", "narrow", "to_signed(2**DECAY - 1,", "to_signed(2**DECAY,", "offset'"),
-        ("fractional_difference", "narrow", "2 * rest >= q", "2 * rest > q + 1", "sum'"),
+        ("fractional_difference", "narrow", "sum + term", "sum - term", "sum'"),
         ("trig_quarter", "narrow", "if NEGATIVE = '1' then", "if NEGATIVE = '1' and index /= 77 then", "sine|cosine"),
         ("trig_cordic", "narrow", "valid  <= '0'", "valid  <= '1'", "valid'"),
     ];
