@@ -274,8 +274,9 @@ impl Block for ControlSwitch {
     fn quiet(&self, input: &In<i64>) -> u64 {
         let next = self.next(input);
         let stays = if input.sample == 0 {
-            // Only a drive is still to come.
-            next.drive.word == self.state.drive.word
+            // Only a drive is still to come. An edge at which it loses other bits is not skipped, because a loop counts
+            // them.
+            next.drive == self.state.drive
         } else {
             next == self.state
         };

@@ -56,8 +56,9 @@ impl GimbalLoopConfig {
         Self { switch, ..Self::default() }
     }
 
-    /// Returns another device in short words, with a window of 4 samples.
-    pub(super) fn short() -> Self {
+    /// Returns another device in short words, with a window of 4 samples, for tests and proofs.
+    #[must_use]
+    pub fn short() -> Self {
         let format = |int, frac| Format::new(false, int, frac).expect("a constant");
         let normal = Self::default();
         let servo = ServoConfig {

@@ -291,7 +291,8 @@ impl Block for ServoControl {
             return u64::MAX;
         }
         // After a window of samples with the same inputs there is no derivative, and nothing changes any more.
-        let changes = |waiting: &usize| self.after(*waiting, input).1.word != self.latest.word;
+        // An edge at which the drive loses other bits is not skipped, because a loop counts them.
+        let changes = |waiting: &usize| self.after(*waiting, input).1 != self.latest;
         (0..=self.before.window()).find(changes).map_or(u64::MAX, |samples| samples as u64)
     }
 

@@ -49,7 +49,8 @@ fn format(signed: bool, int: i32, frac: i32) -> Format {
 /// The equations of `servo_control`.
 struct Servo {
     config: ServoConfig,
-    before: Option<i128>,
+    /// The errors of all samples since the reset.
+    errors: Vec<i128>,
     drive: i64,
 }
 
@@ -60,29 +61,30 @@ impl Servo {
         }
         let ServoConfig { angle_width, step, step_frac, proportional, derivative, drive_width, .. } = self.config;
         let error = i128::from(input.desired) - nearest(i128::from(input.count) * i128::from(step), step_frac);
-        let change = self.before.map_or(0, |before| error - before);
+        self.errors.push(error);
+        let before = (self.errors.len() - 1).saturating_sub(self.config.window as usize);
+        let change = error - self.errors[before];
         // Over the common denominator of both gains.
         let (p, d) = (proportional.frac() as u32, derivative.frac() as u32);
         let sum = i128::from(input.proportional) * error * 2i128.pow(d)
             + i128::from(input.derivative) * change * 2i128.pow(p);
         self.drive = saturated(nearest(sum, p + d + angle_width - 1), drive_width);
-        self.before = Some(error);
         self.drive
     }
 }
 
-const NARROW_SERVO: [u32; 5] = [6, 4, 37, 3, 5];
+const NARROW_SERVO: [u32; 6] = [6, 4, 37, 3, 5, 1];
 
 fn narrow_servo() -> ServoConfig {
-    let [angle_width, count_width, step, step_frac, drive_width] = NARROW_SERVO;
+    let [angle_width, count_width, step, step_frac, drive_width, window] = NARROW_SERVO;
     let (proportional, derivative) = (format(false, 3, 1), format(false, 2, 2));
-    ServoConfig { angle_width, count_width, step, step_frac, proportional, derivative, drive_width }
+    ServoConfig { angle_width, count_width, step, step_frac, proportional, derivative, drive_width, window }
 }
 
 /// Samples each of the inputs after a reset and compares the drives with those of the model.
 fn samples_as_its_model(config: ServoConfig, inputs: &[servo_control::In<i64>]) {
     let mut servo = ServoControl::new(config).expect("a configuration");
-    let mut model = Servo { config, before: None, drive: 0 };
+    let mut model = Servo { config, errors: Vec::new(), drive: 0 };
     for input in inputs {
         assert_eq!(servo.tick(*input).drive, model.tick(*input), "{config:?}: {input:?} of {inputs:?}");
     }
@@ -106,7 +108,7 @@ fn every_first_and_second_sample_of_a_narrow_servo_is_its_equation() {
                 // The state before is any error that the desired angles and a far count make.
                 let first = sampled((desired * 5 + 3 * p) % 32, if d % 2 == 0 { 7 } else { -8 }, p, d);
                 let second = sampled(desired, count, p, d);
-                let mut model = Servo { config, before: None, drive: 0 };
+                let mut model = Servo { config, errors: Vec::new(), drive: 0 };
                 servo.reset();
                 assert_eq!(servo.tick(first).drive, model.tick(first), "{first:?}");
                 assert_eq!(servo.tick(second).drive, model.tick(second), "{first:?} {second:?}");
@@ -127,13 +129,17 @@ fn every_history_of_a_servo_is_its_equation() {
         proportional: format(false, 10, 30),
         derivative: format(false, 30, 10),
         drive_width: 31,
+        window: 1,
     };
-    for (seed, config) in [ServoConfig::default(), narrow_servo(), wide].into_iter().enumerate() {
+    let windowed = [4, 7, 64].map(|window| ServoConfig { window, ..narrow_servo() });
+    let configs = [ServoConfig::default(), narrow_servo(), wide, ServoConfig { window: 3, ..wide }];
+    for (seed, config) in configs.into_iter().chain(windowed).enumerate() {
         let random = &mut Random(seed as u64);
         let block = ServoControl::new(config).expect("a configuration");
         let formats = block.inputs().map(|signal| signal.format);
         for _ in 0..2000 {
-            let inputs: Vec<_> = (0..20).map(|_| formats.map(|format| random.word(format))).collect();
+            let inputs: Vec<_> =
+                (0..20 + 5 * config.window).map(|_| formats.map(|format| random.word(format))).collect();
             samples_as_its_model(config, &inputs);
         }
     }
@@ -156,6 +162,23 @@ fn a_servo_makes_no_kick_at_the_first_sample_and_one_count_is_five_parts_of_3072
         let exact = -(count as f64) * 5.0 / 3072.0 * 2048.0;
         assert!((drive - exact).abs() <= allowed, "{count}: {drive} for {exact}");
     }
+}
+
+#[test]
+fn a_window_makes_the_drive_of_one_count_that_much_smaller_and_full_for_as_many_samples() {
+    let samples = |window: u32, gain: i64| -> Vec<i64> {
+        let mut servo = ServoControl::new(ServoConfig { window, ..ServoConfig::default() }).expect("a configuration");
+        let input = servo_control::In { desired: 0, count: 0, proportional: 0, derivative: gain, sample: 1 };
+        let counts = [0, 0, 0].into_iter().chain([-1; 80]);
+        counts.map(|count| servo.tick(servo_control::In { count, ..input }).drive).collect()
+    };
+    // A motion of one count is 853 LSBs of an angle. The gain of 64 samples is that of one sample, divided by 64.
+    let gain = 640_000;
+    let leap = 853 * gain / (1 << 19);
+    assert_eq!(samples(1, gain)[..5], [0, 0, 0, 1023.min(leap), 0]);
+    let share = (853 * (gain / 64) + (1 << 18)) >> 19;
+    let expected: Vec<_> = [0; 3].into_iter().chain([share; 64]).chain([0; 16]).collect();
+    assert_eq!(samples(64, gain / 64), expected);
 }
 
 /// The equation of `impedance_control`.

@@ -13,6 +13,7 @@ mod fractional_difference;
 mod frequency_response;
 mod gimbal;
 mod gimbal_control;
+mod gimbal_loops;
 mod law;
 mod laws_common;
 mod laws_energy;
