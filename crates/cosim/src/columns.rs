@@ -122,9 +122,12 @@ pub const GIMBAL_ROW: [Real; 22] = [
     ARM_ROW[17],
 ];
 
-/// Indices of radius and error in a row of a gimbal.
+/// Index of the radius in a row of a gimbal.
 pub const RADIUS: usize = 9;
-pub(crate) const ERROR: usize = 10;
+/// Index of the distance from the target in a row of a gimbal.
+pub const ERROR: usize = 10;
+/// Index of the force of the finger in a row of a gimbal.
+pub const FORCE: usize = 11;
 
 /// Columns of an arm's row.
 pub const ARM_ROW: [Real; 18] = [

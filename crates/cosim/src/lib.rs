@@ -49,7 +49,9 @@ pub use arm_loop::ArmLoop;
 pub use axis_simulation::AxisSimulation;
 pub use axis_world::AxisWorld;
 pub use closed::law_as_asked;
-pub use columns::{ARM_REALS, ARM_ROW, AXIS_ROW, GIMBAL_REALS, GIMBAL_ROW, RADIUS, RAIL_ROW, SIGNS, TORQUE_BETWEEN};
+pub use columns::{
+    ARM_REALS, ARM_ROW, AXIS_ROW, ERROR, FORCE, GIMBAL_REALS, GIMBAL_ROW, RADIUS, RAIL_ROW, SIGNS, TORQUE_BETWEEN,
+};
 pub use contact::judged_window_s;
 pub use encoder::Pins;
 pub use engine::{ClosedLoop, Comparison, Control, Difference, Driver, compare};

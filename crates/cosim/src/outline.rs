@@ -4,7 +4,7 @@ use hpu_plant::REALS;
 use hpu_signal::{Clock, Real, Signal};
 
 use crate::columns::{
-    ARM_REALS, ARM_ROW, AXIS_ROW, CURRENTS, ERROR, GIMBAL_REALS, GIMBAL_ROW, RADIUS, RAIL_ROW, TORQUE_BETWEEN,
+    ARM_REALS, ARM_ROW, AXIS_ROW, CURRENTS, ERROR, FORCE, GIMBAL_REALS, GIMBAL_ROW, RADIUS, RAIL_ROW, TORQUE_BETWEEN,
 };
 use crate::scene::{Device, Head, Record};
 use crate::trace::{ANGLE, TORQUE, Trace};
@@ -122,7 +122,7 @@ impl Outline {
             commands,
             drawn: Vec::new(),
             has_device: true,
-            judged: vec![RADIUS, ERROR],
+            judged: vec![RADIUS, ERROR, FORCE],
             rule: still_within_m.map_or(Rule::Follow, Rule::Radius),
         }
     }

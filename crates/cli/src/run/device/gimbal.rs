@@ -2,7 +2,7 @@
 
 use hpu_chart::Picture;
 use hpu_cosim::scene::{GimbalScene, Units};
-use hpu_cosim::{EnergyAudit, GimbalSimulation, Simulation, Trace};
+use hpu_cosim::{ERROR, EnergyAudit, FORCE, GimbalSimulation, RADIUS, Simulation, Trace};
 use hpu_signal::{Notation, Signal};
 use hpu_study::page::Page;
 use serde_json::{Value, json};
@@ -83,9 +83,9 @@ fn device(scene: &GimbalScene) -> String {
 fn motion(trace: &Trace) -> String {
     format!(
         "radius ends at {}, at most {} from the target; the finger pushes with at most {}",
-        si(trace.last(9).unwrap_or(0.0), "m"),
-        si(trace.greatest(10), "m"),
-        si(trace.greatest(11), "N")
+        si(trace.last(RADIUS).unwrap_or(0.0), "m"),
+        si(trace.greatest(ERROR), "m"),
+        si(trace.greatest(FORCE), "N")
     )
 }
 
