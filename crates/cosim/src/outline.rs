@@ -30,6 +30,8 @@ pub struct Outline {
     pub(crate) drawn: Vec<[usize; 3]>,
     pub(crate) has_device: bool,
     pub(crate) judged: Vec<usize>,
+    /// Whether the device can touch anything: a wall, or a finger that presses on a segment.
+    pub(crate) has_contact: bool,
     rule: Rule,
 }
 
@@ -71,6 +73,7 @@ impl Outline {
             drawn: vec![TORQUE_BETWEEN],
             has_device,
             judged: vec![ANGLE, TORQUE],
+            has_contact: true,
             rule: Rule::Axis(count_rad),
         }
     }
@@ -97,15 +100,16 @@ impl Outline {
             drawn: Vec::new(),
             has_device: true,
             judged: vec![axis, logged],
+            has_contact: true,
             rule: Rule::Drop(logged),
         }
     }
 
     /// Returns the outline of a segment on a gimbal, whose target stands still in the judged window if its radius is to
-    /// come to rest within `still_within_m`.
+    /// come to rest within `still_within_m`. Without a finger it has no contact.
     pub(crate) fn of_gimbal(
         head: &Head,
-        still_within_m: Option<f64>,
+        (still_within_m, has_contact): (Option<f64>, bool),
         (closed_by, nets): (&str, Vec<Signal>),
         commands: Vec<Command>,
     ) -> Self {
@@ -123,6 +127,7 @@ impl Outline {
             drawn: Vec::new(),
             has_device: true,
             judged: vec![RADIUS, ERROR, FORCE],
+            has_contact,
             rule: still_within_m.map_or(Rule::Follow, Rule::Radius),
         }
     }

@@ -311,7 +311,8 @@ pub(crate) fn judged<R: Simulation>(
     if summary.complete && simulation.has_device() {
         summary.verdict = Some(simulation.outline().judge(trace, summary.aborted));
         let window = simulation.edges() - window_start(simulation.edges(), simulation.stride());
-        summary.contact_share = over.is_none().then_some(contact_edges / window as f64);
+        let is_told = over.is_none() && simulation.outline().has_contact;
+        summary.contact_share = is_told.then_some(contact_edges / window as f64);
     }
     summary
 }

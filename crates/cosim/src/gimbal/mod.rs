@@ -46,7 +46,7 @@ impl<'s> GimbalSimulation<'s> {
             ("drive3", "stall_torque3_nm", third),
         ];
         let closed_by = (TheLoop::Gimbal(&wiring).name(), wiring.nets());
-        let outline = Outline::of_gimbal(scene, still_within_m(scene), closed_by, commands);
+        let outline = Outline::of_gimbal(scene, (still_within_m(scene), scene.probe.is_some()), closed_by, commands);
         Ok(Self { scene, plant, plan: Plan::new(scene), words, wiring, outline })
     }
 

@@ -86,6 +86,10 @@ static SCENES: &[Shipped] = scenes![
     "phantom-thrown-rtos",
     "phantom-late",
     "phantom-flexible",
+    "gimbal-shape",
+    "gimbal-spring",
+    "gimbal-switch",
+    "gimbal-switch-held",
 ];
 
 static FILES: &[(&str, &str)] = &[
