@@ -235,3 +235,62 @@ impl LawWidths {
         })
     }
 }
+
+/// The part of `impl Block` that is alike in all laws: their ports, with the description of the memory, and their
+/// generics.
+macro_rules! law_ports {
+    ($self:ident => $memory:expr) => {
+        const CLOCKED: bool = true;
+        type In<T> = LawIn<T>;
+        type Out<T> = LawOut<T>;
+
+        fn inputs(&self) -> LawIn<Signal> {
+            self.config.widths.inputs()
+        }
+
+        fn outputs(&$self) -> LawOut<Signal> {
+            LawOut { torque: $self.config.widths.torque(), memory: $memory }
+        }
+
+        fn generics(&self) -> Vec<(&'static str, Generic)> {
+            [self.config.widths.generics(), self.own_generics()].concat()
+        }
+    };
+}
+
+/// The part of `impl Block` that is alike in the laws that capture at a sample edge and load some edges later.
+macro_rules! law_in_sequence {
+    () => {
+        fn equations(&self) -> Option<&dyn crate::AnyStep> {
+            Some(self)
+        }
+
+        fn reset(&mut self) -> LawOut<i64> {
+            self.sequence.reset(RESET);
+            self.shown().words()
+        }
+
+        #[inline]
+        fn tick(&mut self, input: LawIn<i64>) -> LawOut<i64> {
+            if self.sequence.tick(input.period) {
+                self.sequence.captures(self.capture(self.sequence.loaded(), &input));
+            }
+            self.shown().words()
+        }
+
+        #[inline]
+        fn quiet(&self, input: &LawIn<i64>) -> u64 {
+            let stays =
+                |last: &Registers<Narrowed>| last.position.word == input.position && self.capture(last, input) == *last;
+            self.sequence.quiet(input.period, stays)
+        }
+
+        #[inline]
+        fn skip(&mut self, edges: u64, input: &LawIn<i64>) {
+            debug_assert!(edges <= self.quiet(input));
+            self.sequence.skip(edges, input.period);
+        }
+    };
+}
+
+pub(crate) use {law_in_sequence, law_ports};
