@@ -203,13 +203,11 @@ const ROUNDED: f64 = 1e-9;
 
 /// Returns the rate, in 1/s, below which exponential growth is not seen within a judged window of this length. The
 /// quarters that are compared end three quarters of the window apart.
-#[must_use]
 pub fn unseen_growth_per_s(window_s: f64) -> f64 {
     libm::log(GROWN) / (0.75 * window_s)
 }
 
 /// Judges a recorded motion; `count_rad` is the angle of one encoder count.
-#[must_use]
 pub fn judge(trace: &Trace, count_rad: f64) -> Verdict {
     let window = Window::of(trace, ANGLE);
     let at_s = trace.time_of_s(window.start(trace));
@@ -237,7 +235,6 @@ pub fn judge(trace: &Trace, count_rad: f64) -> Verdict {
 pub const PASSIVE_RMS_M: f64 = 30e-6;
 
 /// Judges a drop test by the output `logged` of the trace, the coordinate as the counts tell it.
-#[must_use]
 pub fn judge_drop(trace: &Trace, logged: usize, aborted: Option<Abort>) -> Verdict {
     if let Some(Abort { at_s, .. }) = aborted {
         return Verdict::HighlyUnstable { at_s };

@@ -93,7 +93,6 @@ impl BrakingPulse {
     }
 
     /// Returns the widths and the gain.
-    #[must_use]
     pub fn config(&self) -> &PulseConfig {
         &self.config
     }

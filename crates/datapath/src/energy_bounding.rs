@@ -146,7 +146,6 @@ impl EnergyBounding {
     }
 
     /// Returns the widths and constants.
-    #[must_use]
     pub fn config(&self) -> &BoundingConfig {
         &self.config
     }

@@ -108,7 +108,6 @@ impl LawWidths {
     }
 
     /// Returns the generics that every law begins with, in the order of the entity.
-    #[must_use]
     pub fn generics(&self) -> Vec<(&'static str, Generic)> {
         let integer = |value: u32| Generic::Integer(value.into());
         let frac = |format: Format| Generic::Integer(format.frac().into());
@@ -126,7 +125,6 @@ impl LawWidths {
     }
 
     /// Returns the inputs of every law.
-    #[must_use]
     pub fn inputs(&self) -> LawIn<Signal> {
         let (counts, whole) = (Format::unsigned(self.width), "count");
         LawIn {
@@ -142,20 +140,17 @@ impl LawWidths {
     }
 
     /// Returns the torque signal of every law.
-    #[must_use]
     pub fn torque(&self) -> Signal {
         Signal::new("torque", Format::signed(self.torque_width + 2), "PWM count", "Torque against the penetration")
     }
 
     /// The torque that the plain wall wants with these inputs, after that much motion since the sample before.
-    #[must_use]
     pub fn wanted<W: Word>(&self, input: &LawIn<W>, motion: W) -> W {
         Wanted::new(self).torque(input, motion)
     }
 
     /// Returns the greatest torque magnitude that the bridge can show, in PWM counts.
     #[inline]
-    #[must_use]
     pub fn top(&self) -> i64 {
         (1 << self.torque_width) - 1
     }

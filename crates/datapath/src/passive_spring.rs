@@ -52,7 +52,6 @@ pub struct SpringConfig {
 
 impl SpringConfig {
     /// Returns the width of the radicand.
-    #[must_use]
     pub const fn root_width(self) -> u32 {
         2 * (self.widths.width + self.extension_frac) + 2
     }
@@ -167,7 +166,6 @@ impl PassiveSpring {
     }
 
     /// Returns the widths and constants.
-    #[must_use]
     pub fn config(&self) -> &SpringConfig {
         &self.config
     }

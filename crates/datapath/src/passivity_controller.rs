@@ -106,7 +106,6 @@ impl PassivityController {
     }
 
     /// Returns the widths and constants.
-    #[must_use]
     pub fn config(&self) -> &PassivityConfig {
         &self.config
     }

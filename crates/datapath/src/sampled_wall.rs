@@ -166,13 +166,11 @@ impl SampledWall {
 
     /// Returns the velocity's period, computed from the spring's.
     #[inline]
-    #[must_use]
     pub fn velocity_period(&self, period: i64) -> i64 {
         self.period.wrap(i128::from(period) * i128::from(self.config.ratio))
     }
 
     /// Returns the widths and modes.
-    #[must_use]
     pub fn config(&self) -> &SampledWallConfig {
         &self.config
     }
@@ -186,7 +184,6 @@ impl SampledWall {
     }
 
     /// Returns the block that estimates the velocity, if it has equations.
-    #[must_use]
     pub fn estimator(&self) -> Option<&dyn crate::AnyBlock> {
         self.velocity.block()
     }

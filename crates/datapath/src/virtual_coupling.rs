@@ -117,7 +117,6 @@ impl VirtualCoupling {
     }
 
     /// Returns the widths and gains.
-    #[must_use]
     pub fn config(&self) -> &CouplingConfig {
         &self.config
     }

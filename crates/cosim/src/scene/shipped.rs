@@ -96,7 +96,6 @@ static FILES: &[(&str, &str)] = &[
 ];
 
 /// Returns the shipped scenes.
-#[must_use]
 pub fn shipped() -> &'static [Shipped] {
     SCENES
 }

@@ -121,7 +121,6 @@ impl ServoControl {
 
     /// Returns the drive, and which bits were lost to make it.
     #[inline]
-    #[must_use]
     pub fn latest(&self) -> Narrowed {
         self.latest
     }
