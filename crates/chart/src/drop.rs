@@ -34,7 +34,6 @@ fn conditions(scene: &PhantomScene, trace: &Trace) -> String {
 }
 
 /// Returns the pictures of a drop test, from its trace of [`DROP_NETS`](crate::DROP_NETS).
-#[must_use]
 pub fn drop_pictures(simulation: &PhantomSimulation, trace: &Trace, summary: &Summary, command: &str) -> Vec<Picture> {
     if trace.rows() == 0 {
         return Vec::new();

@@ -31,7 +31,6 @@ fn style(width: Field) -> Style {
 }
 
 /// Returns the picture of a search's errors: bits across, error up. All other widths are those of the reference.
-#[must_use]
 pub fn error_by_width(scene: &str, found: &Found, command: &str) -> Picture {
     let outputs: Vec<_> = found.outputs().iter().map(|output| output.name().replace('_', " ")).collect();
     let conditions = format!(

@@ -16,7 +16,6 @@ const POWERS: std::ops::Range<f64> = -26.0..20.0;
 
 /// Returns a picture with a panel for each configuration and a row for each signal, on a logarithmic axis: the format
 /// from its last place to its end, and the signal from its error to its greatest value.
-#[must_use]
 pub fn formats(all: &[Formats], command: &str) -> Picture {
     let conditions =
         "a word reaches from its last place to its end, a signal from its proved error to its greatest value";

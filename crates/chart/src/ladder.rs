@@ -23,7 +23,6 @@ const ROW: i32 = 50;
 /// # Panics
 ///
 /// If there is no rung.
-#[must_use]
 pub fn ladder(rungs: &[Summary], command: &str) -> Picture {
     let title = format!("{DEVICE} drop test: which claims of Sevcik et al. 2009 each model reproduces");
     let drawn = rungs[0].tables.drawn();

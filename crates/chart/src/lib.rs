@@ -51,7 +51,6 @@ pub use table_2::{rms, table_2};
 pub use velocities::{Estimate, velocities};
 
 /// Returns the nets that a run's trace must hold for its pictures, in this order.
-#[must_use]
 pub fn nets(scene: &Scene) -> &'static [&'static str] {
     match (scene.model.datapath, scene.method.kind) {
         (Datapath::Law, _) => &["position", "penetration", "command"],
@@ -134,7 +133,6 @@ pub struct Picture {
 
 /// Returns the pictures of one run. A recording has no device, so only its bits are shown. A law without a wiring has
 /// no bits.
-#[must_use]
 pub fn run_pictures(run: &Run) -> Vec<Picture> {
     let mut pictures = Vec::new();
     if run.summary.verdict.is_some() {
@@ -152,7 +150,6 @@ fn motion_pictures(motion: &Motion) -> [Picture; 2] {
 
 /// Returns the nets that a trace must hold for [`dut_pictures`], in this order: the ports, and whether the wall is
 /// touched.
-#[must_use]
 pub fn dut_nets(simulation: &DutSimulation) -> Vec<Signal> {
     let inside = simulation.wires().iter().map(|wire| wire.port.is_inside).chain([false]);
     simulation.nets().into_iter().zip(inside).filter(|(_, inside)| !inside).map(|(net, _)| net).collect()
@@ -163,7 +160,6 @@ pub fn dut_nets(simulation: &DutSimulation) -> Vec<Signal> {
 /// # Panics
 ///
 /// If the trace does not hold these nets.
-#[must_use]
 pub fn dut_pictures(simulation: &DutSimulation, trace: &Trace, summary: &Summary, command: &str) -> Vec<Picture> {
     motion_pictures(&dut_motion(simulation, trace, summary, command)).into()
 }
@@ -173,7 +169,6 @@ pub fn dut_pictures(simulation: &DutSimulation, trace: &Trace, summary: &Summary
 /// # Panics
 ///
 /// If the traces do not hold what their pictures need.
-#[must_use]
 pub fn dut_beside(simulation: &DutSimulation, trace: &Trace, summary: &Summary, ours: &Run, command: &str) -> Picture {
     motion::beside(&[dut_motion(simulation, trace, summary, command), Motion::of(ours)], command)
 }

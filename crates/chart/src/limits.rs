@@ -40,7 +40,6 @@ impl Scale<'_> {
 
 /// Returns the picture of a scene's limits over stiffness: the linear loop's set, its set over a box if one was asked
 /// for, the stiffness words that were run with the number of phases at which each settles, and the criteria.
-#[must_use]
 pub fn limits(scene: &str, found: &Limits, over: &[Unknown], command: &str) -> Picture {
     let unit = dotted(unit_of(found));
     let what = found.varied.as_deref().unwrap_or("stiffnesses");

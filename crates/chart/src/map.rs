@@ -60,7 +60,6 @@ const QUANTITIES: [Quantity; 4] = [
 /// Returns the map of outcomes with the criteria's curves, then one picture for each quantity that any cell has.
 ///
 /// `curves` holds each method's curves, or why the method has none.
-#[must_use]
 pub fn map_pictures(map: &Map, found: &[Found], curves: &[Result<Curves, String>], command: &str) -> Vec<Picture> {
     let mut pictures = vec![outcomes(map, found, curves, command)];
     for quantity in &QUANTITIES {

@@ -15,7 +15,6 @@ const BOTTOM: i32 = 1290;
 
 /// Returns a picture with a row for each signal of more than one bit: the format from its last place to its end, over
 /// it the greatest absolute value measured and the greatest proved, on an axis of powers of two.
-#[must_use]
 pub fn ranges(title: &str, measured: &Measured, proved: &[Bound], command: &str) -> Picture {
     let conditions =
         "a word reaches from its last place to its end; proved: for every motion within the device's limits";

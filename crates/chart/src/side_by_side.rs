@@ -22,7 +22,6 @@ fn push<'a>(run: &Run<'a>) -> impl Iterator<Item = (f64, f64)> + Clone + 'a {
 /// # Panics
 ///
 /// If there is no run.
-#[must_use]
 pub fn side_by_side(title: &str, runs: &[Run], command: &str) -> Picture {
     let names: Vec<&str> = runs.iter().map(|run| run.scene.name.as_str()).collect();
     let mut canvas = page(title, &names.join(" and "), command);

@@ -22,7 +22,6 @@ fn style(source: Source) -> Style {
 }
 
 /// Returns a picture with a curve for each source and a dot for each size; the default sizes are framed.
-#[must_use]
 pub fn sines(all: &[Sine], command: &str) -> Picture {
     let angles = all.first().map_or(0, |sine| sine.angles);
     let title = format!("{DEVICE}: four sources of sine, error against ROM");

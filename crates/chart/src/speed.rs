@@ -146,7 +146,6 @@ fn findings(chart: &Chart) -> String {
 }
 
 /// Returns the picture of a chart: speed across, error up, with bands for errors that have no logarithm.
-#[must_use]
 pub fn speed(scene: &str, chart: &Chart, command: &str) -> Picture {
     let mut indices = Vec::new();
     let mut ran = Vec::new();
@@ -184,7 +183,6 @@ pub fn speed(scene: &str, chart: &Chart, command: &str) -> Picture {
 }
 
 /// Returns the picture of a race over a map: speed across, share of wrong verdicts up.
-#[must_use]
 pub fn shares(scene: &str, map: &Map, shares: &[Share], command: &str) -> Picture {
     let mut indices = Vec::new();
     let mut ran = Vec::new();

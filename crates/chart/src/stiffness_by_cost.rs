@@ -20,7 +20,6 @@ fn style(error: f64) -> Style {
 
 /// Returns the picture of a search's designs: estimated LUT4s across, stable stiffness up. `share` is the part of the
 /// reference's stiffness that the smallest design may lose.
-#[must_use]
 pub fn stiffness_by_cost(scene: &str, found: &Found, share: f64, command: &str) -> Picture {
     let outputs: Vec<_> = found.outputs().iter().map(|output| output.name().replace('_', " ")).collect();
     let motions = match found.on.len() {

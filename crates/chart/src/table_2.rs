@@ -18,7 +18,6 @@ const BOTTOM: i32 = 1240;
 const GAP: i32 = 36;
 
 /// Returns the picture of the whole table: the axes side by side, the platforms in each, a row for each stiffness.
-#[must_use]
 pub fn table_2(tables: &Tables, command: &str) -> Picture {
     let table = tables.first();
     let Agreement { legible, same, mixed } = Agreement::of(tables);
@@ -164,7 +163,6 @@ const BAND: i32 = 150;
 
 /// Returns the picture of the rms over the stiffness at the first seed: a curve for each platform, along y or along the
 /// first axis that the study has.
-#[must_use]
 pub fn rms(tables: &Tables, command: &str) -> Picture {
     let table = tables.first();
     let axis = table.axes.iter().copied().find(|axis| *axis == Direction::Y).or(table.axes.first().copied());

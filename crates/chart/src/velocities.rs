@@ -26,7 +26,6 @@ pub struct Estimate {
 }
 
 /// Returns a picture with a panel for each estimate. All panels have the same ranges.
-#[must_use]
 pub fn velocities(title: &str, estimates: &[Estimate], command: &str) -> Picture {
     let unit = estimates.first().map_or("", |estimate| estimate.velocities.unit);
     let mut canvas = page(title, "the speed of the device, and the velocity that the damper reads", command);

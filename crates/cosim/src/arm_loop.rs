@@ -18,7 +18,6 @@ pub enum ArmLoop {
 
 impl ArmLoop {
     /// Returns every wiring in its default configuration.
-    #[must_use]
     pub fn all() -> Vec<Self> {
         vec![
             Self::Phantom(PhantomLoop::default()),
@@ -28,7 +27,6 @@ impl ArmLoop {
     }
 
     /// Returns the wiring as a block.
-    #[must_use]
     pub fn block(&self) -> &dyn AnyBlock {
         match self {
             Self::Phantom(wiring) => wiring,
@@ -38,7 +36,6 @@ impl ArmLoop {
     }
 
     /// Returns the nets.
-    #[must_use]
     pub fn nets(&self) -> Vec<Signal> {
         match self {
             Self::Phantom(wiring) => wiring.nets(),
@@ -48,7 +45,6 @@ impl ArmLoop {
     }
 
     /// Returns the instances, in the order of the VHDL.
-    #[must_use]
     pub fn instances(&self) -> Vec<Instance> {
         match self {
             Self::Phantom(wiring) => wiring.instances(),

@@ -53,13 +53,11 @@ impl<'s> AxisSimulation<'s> {
     }
 
     /// Returns the scene.
-    #[must_use]
     pub fn scene(&self) -> &'s Scene {
         self.scene
     }
 
     /// Returns the plant.
-    #[must_use]
     pub fn plant(&self) -> &Plant {
         &self.plant
     }
@@ -70,7 +68,6 @@ impl<'s> AxisSimulation<'s> {
     }
 
     /// Returns the loop in words; `None` for a law in floats.
-    #[must_use]
     pub fn axis_loop(&self) -> Option<&AxisLoop> {
         match &self.closed {
             Closed::Words(axis_loop) => Some(axis_loop),
@@ -79,13 +76,11 @@ impl<'s> AxisSimulation<'s> {
     }
 
     /// Returns the scene's words.
-    #[must_use]
     pub fn words(&self) -> &LoopWords {
         &self.words
     }
 
     /// Returns the constant inputs of the wiring, with the pins at 0.
-    #[must_use]
     pub fn input(&self) -> LoopIn<i64> {
         LoopIn {
             a_pin: 0,

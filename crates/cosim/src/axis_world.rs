@@ -55,7 +55,6 @@ pub struct AxisWorld<'p> {
 impl<'p> AxisWorld<'p> {
     /// Creates the world at edge 0, all gates off. `command` is the index of the net that an averaged bridge or an
     /// amplifier follows.
-    #[must_use]
     pub fn new(plant: &'p Plant, command: usize, schedule: Schedule) -> Self {
         let mut world = Self {
             plant,
@@ -104,7 +103,6 @@ impl<'p> AxisWorld<'p> {
     }
 
     /// Returns the device, unless it is stepped or a recording stands in for it.
-    #[must_use]
     pub fn device(&self) -> Option<&Device<'p>> {
         match &self.device {
             Some(AnyDevice::Exact(device)) => Some(device),

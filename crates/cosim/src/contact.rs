@@ -26,7 +26,6 @@ pub(crate) fn window_start(edges: u64, stride: u64) -> u64 {
 }
 
 /// Returns begin and end of the judged window of a scene's complete run, in seconds.
-#[must_use]
 pub fn judged_window_s(experiment: &Experiment) -> [f64; 2] {
     let clock = experiment.clock;
     let (edges, stride) = (experiment.edges(), stride(clock, experiment.record.plant_rate_hz));

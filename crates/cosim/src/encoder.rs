@@ -13,7 +13,6 @@ pub struct Pins {
 
 impl Pins {
     /// Returns the lines at a count: forward they run 00, 01, 11, 10.
-    #[must_use]
     pub fn at(count: i64) -> Self {
         let phase = count & 3;
         Self { a: phase >> 1, b: (phase >> 1) ^ (phase & 1) }

@@ -48,7 +48,6 @@ pub struct Control {
 
 impl Control {
     /// Creates a control that does not stop the run, with any number of events allowed.
-    #[must_use]
     pub const fn new() -> Self {
         Self { stop: AtomicBool::new(false), progress: AtomicU64::new(0), most_events: None }
     }
@@ -114,7 +113,6 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
 
     /// Returns the means of the actuator's torque and of the position from the requested row to the present edge.
     /// `edge_s` is the clock period in seconds.
-    #[must_use]
     pub fn averages(&self, edge_s: f64) -> Option<[f64; 2]> {
         self.rows.averages(&self.world, self.edge, edge_s)
     }

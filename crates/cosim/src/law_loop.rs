@@ -44,7 +44,6 @@ impl LawConfig {
     }
 
     /// Returns whether an input shaper is behind the law.
-    #[must_use]
     pub fn is_shaped(&self) -> bool {
         matches!(self.law, AnyLaw::Shaped(_))
     }
@@ -79,7 +78,6 @@ pub(crate) const NETS: usize = 14;
 
 impl LawLoop {
     /// Creates a loop after reset.
-    #[must_use]
     pub fn new(config: LawConfig) -> Self {
         let law = config.law.clone();
         Self {
@@ -95,7 +93,6 @@ impl LawLoop {
     }
 
     /// Returns the configuration.
-    #[must_use]
     pub fn config(&self) -> &LawConfig {
         &self.config
     }

@@ -29,7 +29,6 @@ pub struct LinearLoop {
 
 impl LinearLoop {
     /// Creates the loop of a scene with another wall: stiffness in N·m/rad (N/m), damping in N·m·s/rad (N·s/m).
-    #[must_use]
     pub fn new(scene: &Scene, stiffness: f64, damping: f64) -> Self {
         let (mut a, input): (Matrix, State) = match &scene.device {
             Device::Motor(motor) => {
@@ -116,7 +115,6 @@ impl LinearLoop {
     }
 
     /// Returns the growth rate of the motion in 1/s, over `samples` samples: negative settles, positive diverges.
-    #[must_use]
     pub fn growth_per_s(&self, samples: usize) -> f64 {
         let window = samples / 2;
         let mut logs = [f64::NEG_INFINITY; 2];

@@ -13,26 +13,22 @@ const MOST_REPEATED: usize = 60;
 /// assert_eq!(number(2e-7), "2e-7");
 /// assert_eq!(number(-1e300), "-1e300");
 /// ```
-#[must_use]
 pub fn number(value: f64) -> String {
     let plain = value == 0.0 || !value.is_finite() || (1e-4..1e10).contains(&value.abs());
     if plain { value.to_string() } else { format!("{value:e}") }
 }
 
 /// Returns a computed number with seven digits.
-#[must_use]
 pub fn figure(value: f64) -> String {
     number(rounded(value, |_| false, 0.0))
 }
 
 /// Returns a number with seven digits, rounded down, as messages show the greatest accepted number.
-#[must_use]
 pub(crate) fn number_below(value: f64) -> String {
     number(rounded(value, |near| near > value, -1e-6))
 }
 
 /// Returns a number with seven digits, rounded up, as messages show the least accepted number.
-#[must_use]
 pub(crate) fn number_above(value: f64) -> String {
     number(rounded(value, |near| near < value, 1e-6))
 }
@@ -48,7 +44,6 @@ fn rounded(value: f64, is_wrong: impl Fn(f64) -> bool, next: f64) -> f64 {
 }
 
 /// Returns text as a message repeats it: only its beginning when it is long.
-#[must_use]
 pub fn excerpt(text: &str) -> String {
     match text.char_indices().nth(MOST_REPEATED) {
         None => text.to_string(),
@@ -58,7 +53,6 @@ pub fn excerpt(text: &str) -> String {
 
 /// Returns the end of a message about an unknown name, as `; did you mean stiffness?`; empty if no accepted name is
 /// near. A name is near if at most two letters are added, left out or changed, or two neighbours swapped.
-#[must_use]
 pub fn did_you_mean(name: &str, names: &[&str]) -> String {
     let near = names.iter().map(|other| (letters_apart(name, other), *other));
     let near = near.filter(|(apart, other)| *apart <= 2 && 2 * apart <= name.len().max(other.len()));

@@ -175,7 +175,6 @@ impl Plant {
     }
 
     /// Returns whether there is a device, not a recording in its place.
-    #[must_use]
     pub fn has_device(&self) -> bool {
         matches!(self.kind, Kind::Axis { .. })
     }

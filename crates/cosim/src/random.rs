@@ -15,7 +15,6 @@ pub struct SplitMix64 {
 
 impl SplitMix64 {
     /// Creates a sequence; every seed is a good one.
-    #[must_use]
     pub const fn new(seed: u64) -> Self {
         Self { state: seed }
     }

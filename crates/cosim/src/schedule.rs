@@ -16,7 +16,6 @@ impl WordRamp {
     /// # Panics
     ///
     /// When `edges` is 0.
-    #[must_use]
     pub fn new(from: i64, to: i64, start: u64, edges: u64) -> Self {
         assert!(edges > 0, "a ramp takes time");
         Self { from, to, start, edges }
@@ -32,7 +31,6 @@ impl WordRamp {
 
     /// Returns the word at an edge.
     #[inline]
-    #[must_use]
     pub fn word(&self, edge: u64) -> i64 {
         let steps = self.steps(edge) as i64;
         if self.to >= self.from { self.from + steps } else { self.from - steps }
@@ -40,7 +38,6 @@ impl WordRamp {
 
     /// Returns the first edge after this one at which the word changes.
     #[inline]
-    #[must_use]
     pub fn next(&self, edge: u64) -> Option<u64> {
         let (distance, step) = (self.from.abs_diff(self.to), self.steps(edge) + 1);
         let late = || {
@@ -73,7 +70,6 @@ pub struct Schedule {
 
 impl Schedule {
     /// Returns the first edge after this one at which a word changes.
-    #[must_use]
     pub fn next(&self, edge: u64) -> Option<u64> {
         let ramps = [self.stiffness, self.scale];
         ramps.into_iter().flatten().filter_map(|ramp| ramp.next(edge)).min()

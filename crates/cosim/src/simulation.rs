@@ -34,7 +34,6 @@ pub enum TheLoop<'s> {
 
 impl<'s> TheLoop<'s> {
     /// Returns the wiring as a block.
-    #[must_use]
     pub fn block(self) -> &'s dyn AnyBlock {
         match self {
             Self::Axis(axis_loop) => axis_loop.block(),
@@ -45,13 +44,11 @@ impl<'s> TheLoop<'s> {
     }
 
     /// Returns the wiring's name.
-    #[must_use]
     pub fn name(self) -> &'static str {
         self.block().name()
     }
 
     /// Returns the nets.
-    #[must_use]
     pub fn nets(self) -> Vec<Signal> {
         match self {
             Self::Axis(axis_loop) => axis_loop.nets(),
@@ -62,7 +59,6 @@ impl<'s> TheLoop<'s> {
     }
 
     /// Returns the instances, in the order of the VHDL.
-    #[must_use]
     pub fn instances(self) -> Vec<Instance> {
         match self {
             Self::Axis(axis_loop) => axis_loop.instances(),
@@ -73,7 +69,6 @@ impl<'s> TheLoop<'s> {
     }
 
     /// Returns whether there is VHDL of the wiring.
-    #[must_use]
     pub fn is_hardware(self) -> bool {
         !matches!(self, Self::Law(_))
     }

@@ -115,20 +115,17 @@ pub struct Summary {
 impl Summary {
     /// Returns the number of events of all kinds: ticks of the datapath, changes of the plant's mode, and its steps. A
     /// law that runs without a clock ticks with the steps, which then count once.
-    #[must_use]
     pub fn events(&self) -> u64 {
         let steps = if self.nets.is_empty() { 0 } else { self.steps };
         self.ticks + self.mode_changes + steps
     }
 
     /// Returns the share of the clock edges at which anything happened.
-    #[must_use]
     pub fn activity(&self) -> f64 {
         self.ticks as f64 / self.edges.max(1) as f64
     }
 
     /// Returns the kind of the verdict.
-    #[must_use]
     pub fn outcome(&self) -> Option<OutcomeKind> {
         self.verdict.map(|verdict| match verdict {
             Verdict::Settled { .. } => OutcomeKind::Settled,
@@ -143,7 +140,6 @@ impl Summary {
 }
 
 /// Returns a number that a scene may expect, from summary and trace of a run; `None` if it has no meaning.
-#[must_use]
 pub fn metric(metric: Metric, experiment: &Experiment, summary: &Summary, trace: &Trace) -> Option<f64> {
     // A recording has no motion, but its edges and its words are counted.
     if !matches!(metric, Metric::EncoderEdges | Metric::SpringOverflowShare) {

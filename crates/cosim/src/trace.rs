@@ -57,7 +57,6 @@ impl Trace {
     pub const USUAL: usize = 1 << 23;
 
     /// Creates a trace, with a row every `stride` edges, of the plant's outputs and of the nets at these indices.
-    #[must_use]
     pub fn new(clock: Clock, stride: u64, kept: Vec<usize>, picks: Vec<usize>) -> Self {
         Self {
             clock,
@@ -202,37 +201,31 @@ impl Trace {
     }
 
     /// Returns the number of rows from one held row to the next: 1 if all are held.
-    #[must_use]
     pub fn every(&self) -> u64 {
         self.beyond.as_ref().map_or(1, |beyond| beyond.every)
     }
 
     /// Returns the number of rows of the run, held or not.
-    #[must_use]
     pub fn came(&self) -> u64 {
         self.beyond.as_ref().map_or(self.rows as u64, |beyond| beyond.came)
     }
 
     /// Returns the clock edges between held rows.
-    #[must_use]
     pub fn edges_apart(&self) -> u64 {
         self.every() * self.stride
     }
 
     /// Returns the seconds between held rows.
-    #[must_use]
     pub fn interval_s(&self) -> f64 {
         (self.every() * self.stride) as f64 * self.clock.period_s()
     }
 
     /// Returns the number of held rows.
-    #[must_use]
     pub fn rows(&self) -> usize {
         self.rows
     }
 
     /// Returns the time in seconds of a held row.
-    #[must_use]
     pub fn time_s(&self, row: usize) -> f64 {
         self.clock.seconds(Cycle(row as u64 * self.every() * self.stride))
     }
@@ -247,7 +240,6 @@ impl Trace {
     /// # Panics
     ///
     /// When the trace does not keep it.
-    #[must_use]
     pub fn real(&self, index: usize) -> &[f64] {
         &self.reals[self.column(index)]
     }
@@ -261,7 +253,6 @@ impl Trace {
     /// # Panics
     ///
     /// When the trace does not keep it.
-    #[must_use]
     pub fn least(&self, index: usize) -> f64 {
         match &self.beyond {
             Some(beyond) => beyond.extremes[self.column(index)][0],
@@ -274,7 +265,6 @@ impl Trace {
     /// # Panics
     ///
     /// When the trace does not keep it.
-    #[must_use]
     pub fn greatest(&self, index: usize) -> f64 {
         match &self.beyond {
             Some(beyond) => beyond.extremes[self.column(index)][1],
@@ -287,7 +277,6 @@ impl Trace {
     /// # Panics
     ///
     /// When the trace does not keep it.
-    #[must_use]
     pub fn greatest_size(&self, index: usize) -> f64 {
         self.greatest(index).max(-self.least(index)).max(0.0).abs()
     }
@@ -297,7 +286,6 @@ impl Trace {
     /// # Panics
     ///
     /// When the trace does not keep it.
-    #[must_use]
     pub fn last(&self, index: usize) -> Option<f64> {
         match &self.beyond {
             Some(beyond) if beyond.came > 0 => Some(beyond.extremes[self.column(index)][2]),
@@ -326,13 +314,11 @@ impl Trace {
     /// # Panics
     ///
     /// When the trace does not keep it.
-    #[must_use]
     pub fn angles_rad(&self) -> &[f64] {
         self.real(ANGLE)
     }
 
     /// Returns the words of the picked net number `index` in the held rows.
-    #[must_use]
     pub fn words(&self, index: usize) -> &[i64] {
         &self.words[index]
     }

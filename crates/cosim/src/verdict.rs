@@ -215,13 +215,11 @@ const ROUNDED: f64 = 1e-9;
 
 /// Returns the rate, in 1/s, below which exponential growth is not seen within a judged window of this length. The
 /// quarters that are compared end three quarters of the window apart.
-#[must_use]
 pub fn unseen_growth_per_s(window_s: f64) -> f64 {
     libm::log(GROWN) / (0.75 * window_s)
 }
 
 /// Judges the motion in this column of a trace; `count_rad` is the angle, or length, of one encoder count.
-#[must_use]
 pub fn judge(trace: &Trace, column: usize, count_rad: f64) -> Verdict {
     let window = Window::of(trace, column);
     let at_s = trace.time_of_s(window.start(trace));
@@ -249,7 +247,6 @@ pub fn judge(trace: &Trace, column: usize, count_rad: f64) -> Verdict {
 pub const PASSIVE_RMS_M: f64 = 30e-6;
 
 /// Judges a drop test by the output `logged` of the trace, the coordinate as the counts tell it.
-#[must_use]
 pub fn judge_drop(trace: &Trace, logged: usize, aborted: Option<Abort>) -> Verdict {
     if let Some(Abort { at_s, .. }) = aborted {
         return Verdict::HighlyUnstable { at_s };
@@ -259,7 +256,6 @@ pub fn judge_drop(trace: &Trace, logged: usize, aborted: Option<Abort>) -> Verdi
 }
 
 /// Judges how a segment follows its target, by the column of a trace with the distance between the two.
-#[must_use]
 pub(crate) fn judge_following(trace: &Trace, column: usize) -> Verdict {
     let window = Window::of(trace, column);
     if !window.is_finite() {

@@ -126,7 +126,6 @@ impl Biquad {
 
     /// Returns the output, and which bits were lost to make it.
     #[inline]
-    #[must_use]
     pub fn latest(&self) -> Narrowed {
         self.latest
     }

@@ -93,7 +93,6 @@ impl BrakingPulse {
     }
 
     /// Returns the widths and the gain.
-    #[must_use]
     pub fn config(&self) -> &PulseConfig {
         &self.config
     }
@@ -184,22 +183,7 @@ impl Law for BrakingPulse {
 
 impl Block for BrakingPulse {
     const NAME: &'static str = "braking_pulse";
-    const CLOCKED: bool = true;
-    type In<T> = LawIn<T>;
-    type Out<T> = LawOut<T>;
-
-    fn inputs(&self) -> LawIn<Signal> {
-        self.config.widths.inputs()
-    }
-
-    fn outputs(&self) -> LawOut<Signal> {
-        let memory = Signal::new("memory", self.brake.to, "PWM count", "Braking pulse");
-        LawOut { torque: self.config.widths.torque(), memory }
-    }
-
-    fn generics(&self) -> Vec<(&'static str, Generic)> {
-        [self.config.widths.generics(), self.own_generics()].concat()
-    }
+    crate::law::law_ports!(self => Signal::new("memory", self.brake.to, "PWM count", "Braking pulse"));
 
     fn equations(&self) -> Option<&dyn AnyStep> {
         Some(self)

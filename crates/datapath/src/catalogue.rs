@@ -19,7 +19,6 @@ use crate::{
 macro_rules! blocks {
     ($($block:ty),* $(,)?) => {
         /// Returns every block and wiring in its default configuration.
-        #[must_use]
         pub fn registry() -> Vec<Box<dyn AnyBlock>> {
             vec![$(Box::<$block>::default()),*]
         }
@@ -65,7 +64,6 @@ laws!(around_laws);
 /// # Panics
 ///
 /// It never panics, because the configurations are constants.
-#[must_use]
 pub fn variants() -> Vec<(String, Box<dyn AnyBlock>)> {
     let mut all: Vec<_> = registry().into_iter().map(|block| ("default".to_string(), block)).collect();
     all.extend(others().expect("constant configurations"));
@@ -73,7 +71,6 @@ pub fn variants() -> Vec<(String, Box<dyn AnyBlock>)> {
 }
 
 /// Returns the block of that name in its default configuration.
-#[must_use]
 pub fn block_by_name(name: &str) -> Option<Box<dyn AnyBlock>> {
     registry().into_iter().find(|block| block.name() == name)
 }

@@ -47,14 +47,12 @@ impl CommandLimiter {
 
     /// Whether the limiter has registers.
     #[inline]
-    #[must_use]
     pub fn settles(&self) -> bool {
         !self.late.is_empty()
     }
 
     /// Returns the limited value, before any register.
     #[inline]
-    #[must_use]
     pub fn limit(&self, value: i64) -> i64 {
         self.limiter.eval(saturator::In { value }).limited
     }

@@ -66,13 +66,11 @@ pub struct CordicBound {
 
 impl CordicConfig {
     /// Returns the number of edges from the start to the results.
-    #[must_use]
     pub const fn steps(self) -> u32 {
         self.rotations + 1
     }
 
     /// Returns the format of the angle: half turns, from -1 to just below 1.
-    #[must_use]
     pub fn angle(self) -> Format {
         Format::new(true, 0, self.angle_width.cast_signed() - 1).expect("3 to 31 bits")
     }
@@ -109,7 +107,6 @@ impl CordicConfig {
     /// are at most `turned` and one last rotation. The rounding of each constant and of the result is added. The radius
     /// has the error of the displacements, the cosine of the remaining angle, and the rounding of `C` and of the
     /// result.
-    #[must_use]
     pub fn bound(self, radius: f64) -> CordicBound {
         let turn = libm::scalbn(1.0, (self.angle_width - 1).cast_signed());
         let guarded = libm::scalbn(1.0, self.guard.cast_signed());
@@ -168,14 +165,12 @@ impl Cordic {
     }
 
     /// Returns the widths.
-    #[must_use]
     pub fn config(&self) -> CordicConfig {
         self.config
     }
 
     /// Returns radius and angle of a vector.
     #[inline]
-    #[must_use]
     pub fn measure(&self, x: i64, y: i64) -> (i64, i64) {
         let CordicConfig { width, angle_width, guard, .. } = self.config;
         if (x, y) == (0, 0) {

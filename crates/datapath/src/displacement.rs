@@ -45,7 +45,6 @@ impl Displacement {
 
     /// Returns the outputs for these inputs.
     #[inline]
-    #[must_use]
     pub fn eval(&self, input: In<i64>) -> Out<i64> {
         in_machine!(true, input, |input| self.made(input)).map(|port| port.word)
     }

@@ -37,7 +37,7 @@ use crate::listed::{Given, Listed};
 use crate::method_variants::{InLoops, bare, distinct, shaped, short};
 use crate::sequence::{Sequence, captures, loads_before_it_reads};
 use crate::{
-    AnyStep, Block, ConfigError, Generic, Law, LawIn, LawOut, LawWidths, Lemma, MethodLoop, Register, SquareRoot, Step,
+    Block, ConfigError, Generic, Law, LawIn, LawOut, LawWidths, Lemma, MethodLoop, Register, SquareRoot, Step,
     square_root,
 };
 
@@ -107,13 +107,6 @@ struct Begun<W> {
     radicand: W,
 }
 
-impl Registers<Narrowed> {
-    #[inline]
-    fn shown(&self) -> LawOut<Narrowed> {
-        LawOut { torque: self.torque, memory: self.energy }
-    }
-}
-
 impl EnergyBounding {
     /// Returns a law with these widths and bounds.
     ///
@@ -153,7 +146,6 @@ impl EnergyBounding {
     }
 
     /// Returns the widths and constants.
-    #[must_use]
     pub fn config(&self) -> &BoundingConfig {
         &self.config
     }
@@ -218,6 +210,12 @@ impl EnergyBounding {
     #[inline]
     fn floor<W: Word>(&self, value: W) -> W {
         value.narrow(&self.whole)
+    }
+
+    #[inline]
+    fn shown(&self) -> LawOut<Narrowed> {
+        let Registers { torque, energy: memory, .. } = *self.sequence.loaded();
+        LawOut { torque, memory }
     }
 
     /// Returns the registers after a capture.
@@ -323,59 +321,15 @@ impl Law for EnergyBounding {
     }
 
     fn lost(&self) -> [(bool, bool); 2] {
-        self.sequence.loaded().shown().lost()
+        self.shown().lost()
     }
 }
 
 impl Block for EnergyBounding {
     const NAME: &'static str = "energy_bounding";
-    const CLOCKED: bool = true;
-    type In<T> = LawIn<T>;
-    type Out<T> = LawOut<T>;
+    crate::law::law_ports!(self => Signal::new("memory", self.energy.to, "PWM count*count", "Energy stored"));
 
-    fn inputs(&self) -> LawIn<Signal> {
-        self.config.widths.inputs()
-    }
-
-    fn outputs(&self) -> LawOut<Signal> {
-        LawOut {
-            torque: self.config.widths.torque(),
-            memory: Signal::new("memory", self.energy.to, "PWM count*count", "Energy stored"),
-        }
-    }
-
-    fn generics(&self) -> Vec<(&'static str, Generic)> {
-        [self.config.widths.generics(), self.own_generics()].concat()
-    }
-
-    fn equations(&self) -> Option<&dyn AnyStep> {
-        Some(self)
-    }
-
-    fn reset(&mut self) -> LawOut<i64> {
-        self.sequence.reset(RESET);
-        RESET.shown().words()
-    }
-
-    #[inline]
-    fn tick(&mut self, input: LawIn<i64>) -> LawOut<i64> {
-        if self.sequence.tick(input.period) {
-            self.sequence.captures(self.capture(self.sequence.loaded(), &input));
-        }
-        self.sequence.loaded().shown().words()
-    }
-
-    #[inline]
-    fn quiet(&self, input: &LawIn<i64>) -> u64 {
-        self.sequence
-            .quiet(input.period, |last| last.position.word == input.position && self.capture(last, input) == *last)
-    }
-
-    #[inline]
-    fn skip(&mut self, edges: u64, input: &LawIn<i64>) {
-        debug_assert!(edges <= self.quiet(input));
-        self.sequence.skip(edges, input.period);
-    }
+    crate::law::law_in_sequence!();
 }
 
 impl Listed for EnergyBounding {

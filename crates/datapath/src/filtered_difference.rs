@@ -98,7 +98,6 @@ impl FilteredDifference {
 
     /// Returns the velocity, and which bits the latest sample lost to make it.
     #[inline]
-    #[must_use]
     pub fn latest(&self) -> Narrowed {
         self.latest
     }

@@ -96,7 +96,6 @@ impl Foaw {
 
     /// Returns the velocity, and which bits were lost to make it.
     #[inline]
-    #[must_use]
     pub fn latest(&self) -> Narrowed {
         self.latest
     }

@@ -79,7 +79,6 @@ const GUARD: u32 = 10;
 ///
 /// The weights from `w_2` on have one sign and all weights add up to 0, so this is the absolute value of the sum of the
 /// first `memory` weights, which is the product of `1 - order / k` for `k = 1 .. memory - 1`.
-#[must_use]
 pub fn memory_bound(order: f64, memory: u32) -> f64 {
     (1..memory).map(|k| 1.0 - order / f64::from(k)).product::<f64>().abs()
 }
@@ -185,13 +184,11 @@ impl FractionalDifference {
 
     /// Returns the derivative, and which bits were lost to make it.
     #[inline]
-    #[must_use]
     pub fn latest(&self) -> Narrowed {
         self.latest
     }
 
     /// Returns the weights, from that of the present sample on, in units of `2^-COEF_FRAC`.
-    #[must_use]
     pub fn weights(&self) -> &[i64] {
         &self.weights
     }

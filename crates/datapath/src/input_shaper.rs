@@ -201,7 +201,6 @@ impl InputShaper {
 
     /// Returns the output, whether it was rounded, and whether the filter overflowed.
     #[inline]
-    #[must_use]
     pub fn latest(&self) -> Narrowed {
         self.shown
     }

@@ -108,7 +108,6 @@ impl LawWidths {
     }
 
     /// Returns the generics that every law begins with, in the order of the entity.
-    #[must_use]
     pub fn generics(&self) -> Vec<(&'static str, Generic)> {
         let integer = |value: u32| Generic::Integer(value.into());
         let frac = |format: Format| Generic::Integer(format.frac().into());
@@ -126,7 +125,6 @@ impl LawWidths {
     }
 
     /// Returns the inputs of every law.
-    #[must_use]
     pub fn inputs(&self) -> LawIn<Signal> {
         let (counts, whole) = (Format::unsigned(self.width), "count");
         LawIn {
@@ -142,20 +140,17 @@ impl LawWidths {
     }
 
     /// Returns the torque signal of every law.
-    #[must_use]
     pub fn torque(&self) -> Signal {
         Signal::new("torque", Format::signed(self.torque_width + 2), "PWM count", "Torque against the penetration")
     }
 
     /// The torque that the plain wall wants with these inputs, after that much motion since the sample before.
-    #[must_use]
     pub fn wanted<W: Word>(&self, input: &LawIn<W>, motion: W) -> W {
         Wanted::new(self).torque(input, motion)
     }
 
     /// Returns the greatest torque magnitude that the bridge can show, in PWM counts.
     #[inline]
-    #[must_use]
     pub fn top(&self) -> i64 {
         (1 << self.torque_width) - 1
     }
@@ -235,3 +230,62 @@ impl LawWidths {
         })
     }
 }
+
+/// The part of `impl Block` that is alike in all laws: their ports, with the description of the memory, and their
+/// generics.
+macro_rules! law_ports {
+    ($self:ident => $memory:expr) => {
+        const CLOCKED: bool = true;
+        type In<T> = LawIn<T>;
+        type Out<T> = LawOut<T>;
+
+        fn inputs(&self) -> LawIn<Signal> {
+            self.config.widths.inputs()
+        }
+
+        fn outputs(&$self) -> LawOut<Signal> {
+            LawOut { torque: $self.config.widths.torque(), memory: $memory }
+        }
+
+        fn generics(&self) -> Vec<(&'static str, Generic)> {
+            [self.config.widths.generics(), self.own_generics()].concat()
+        }
+    };
+}
+
+/// The part of `impl Block` that is alike in the laws that capture at a sample edge and load some edges later.
+macro_rules! law_in_sequence {
+    () => {
+        fn equations(&self) -> Option<&dyn crate::AnyStep> {
+            Some(self)
+        }
+
+        fn reset(&mut self) -> LawOut<i64> {
+            self.sequence.reset(RESET);
+            self.shown().words()
+        }
+
+        #[inline]
+        fn tick(&mut self, input: LawIn<i64>) -> LawOut<i64> {
+            if self.sequence.tick(input.period) {
+                self.sequence.captures(self.capture(self.sequence.loaded(), &input));
+            }
+            self.shown().words()
+        }
+
+        #[inline]
+        fn quiet(&self, input: &LawIn<i64>) -> u64 {
+            let stays =
+                |last: &Registers<Narrowed>| last.position.word == input.position && self.capture(last, input) == *last;
+            self.sequence.quiet(input.period, stays)
+        }
+
+        #[inline]
+        fn skip(&mut self, edges: u64, input: &LawIn<i64>) {
+            debug_assert!(edges <= self.quiet(input));
+            self.sequence.skip(edges, input.period);
+        }
+    };
+}
+
+pub(crate) use {law_in_sequence, law_ports};

@@ -123,7 +123,6 @@ impl LevantDifferentiator {
 
     /// Returns the velocity, and which bits the latest sample lost to make it.
     #[inline]
-    #[must_use]
     pub fn latest(&self) -> Narrowed {
         self.sequence.loaded().slope
     }

@@ -102,7 +102,6 @@ impl<L: Law> MethodLoop<L> {
     }
 
     /// Returns whether an input shaper changes the law's torque.
-    #[must_use]
     pub fn is_shaped(&self) -> bool {
         self.circuit.config.shaping.is_some()
     }

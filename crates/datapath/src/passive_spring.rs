@@ -33,7 +33,7 @@ use crate::listed::{Given, Listed};
 use crate::method_variants::{InLoops, bare, distinct, shaped, short};
 use crate::sequence::{Sequence, captures, loads_before_it_reads};
 use crate::{
-    AnyStep, Block, ConfigError, Generic, Law, LawIn, LawOut, LawWidths, Lemma, MethodLoop, Register, SquareRoot, Step,
+    Block, ConfigError, Generic, Law, LawIn, LawOut, LawWidths, Lemma, MethodLoop, Register, SquareRoot, Step,
     square_root,
 };
 
@@ -52,7 +52,6 @@ pub struct SpringConfig {
 
 impl SpringConfig {
     /// Returns the width of the radicand.
-    #[must_use]
     pub const fn root_width(self) -> u32 {
         2 * (self.widths.width + self.extension_frac) + 2
     }
@@ -83,13 +82,6 @@ hpu_signal::ports! {
 }
 
 const RESET: Registers<Narrowed> = Registers { position: ZERO, contact: ZERO, torque: ZERO, extension: ZERO };
-
-impl Registers<Narrowed> {
-    #[inline]
-    fn shown(&self) -> LawOut<Narrowed> {
-        LawOut { torque: self.torque, memory: self.extension }
-    }
-}
 
 impl PassiveSpring {
     /// Returns a spring with these widths and options.
@@ -174,9 +166,14 @@ impl PassiveSpring {
     }
 
     /// Returns the widths and constants.
-    #[must_use]
     pub fn config(&self) -> &SpringConfig {
         &self.config
+    }
+
+    #[inline]
+    fn shown(&self) -> LawOut<Narrowed> {
+        let Registers { torque, extension: memory, .. } = *self.sequence.loaded();
+        LawOut { torque, memory }
     }
 
     /// Returns the registers after a capture.
@@ -270,59 +267,15 @@ impl Law for PassiveSpring {
     }
 
     fn lost(&self) -> [(bool, bool); 2] {
-        self.sequence.loaded().shown().lost()
+        self.shown().lost()
     }
 }
 
 impl Block for PassiveSpring {
     const NAME: &'static str = "passive_spring";
-    const CLOCKED: bool = true;
-    type In<T> = LawIn<T>;
-    type Out<T> = LawOut<T>;
+    crate::law::law_ports!(self => Signal::new("memory", self.extension.to, "count", "Extension of the spring"));
 
-    fn inputs(&self) -> LawIn<Signal> {
-        self.config.widths.inputs()
-    }
-
-    fn outputs(&self) -> LawOut<Signal> {
-        LawOut {
-            torque: self.config.widths.torque(),
-            memory: Signal::new("memory", self.extension.to, "count", "Extension of the spring"),
-        }
-    }
-
-    fn generics(&self) -> Vec<(&'static str, Generic)> {
-        [self.config.widths.generics(), self.own_generics()].concat()
-    }
-
-    fn equations(&self) -> Option<&dyn AnyStep> {
-        Some(self)
-    }
-
-    fn reset(&mut self) -> LawOut<i64> {
-        self.sequence.reset(RESET);
-        RESET.shown().words()
-    }
-
-    #[inline]
-    fn tick(&mut self, input: LawIn<i64>) -> LawOut<i64> {
-        if self.sequence.tick(input.period) {
-            self.sequence.captures(self.capture(self.sequence.loaded(), &input));
-        }
-        self.sequence.loaded().shown().words()
-    }
-
-    #[inline]
-    fn quiet(&self, input: &LawIn<i64>) -> u64 {
-        self.sequence
-            .quiet(input.period, |last| last.position.word == input.position && self.capture(last, input) == *last)
-    }
-
-    #[inline]
-    fn skip(&mut self, edges: u64, input: &LawIn<i64>) {
-        debug_assert!(edges <= self.quiet(input));
-        self.sequence.skip(edges, input.period);
-    }
+    crate::law::law_in_sequence!();
 }
 
 impl Listed for PassiveSpring {

@@ -33,7 +33,7 @@ use crate::listed::{Given, Listed};
 use crate::method_variants::{InLoops, bare, distinct, shaped, short};
 use crate::sequence::{Sequence, captures, loads_before_it_reads};
 use crate::{
-    AnyStep, Block, ConfigError, DividerConfig, Generic, Law, LawIn, LawOut, LawWidths, Lemma, MethodLoop, Register,
+    Block, ConfigError, DividerConfig, Generic, Law, LawIn, LawOut, LawWidths, Lemma, MethodLoop, Register,
     SequentialDivider, Step, sequential_divider,
 };
 
@@ -106,7 +106,6 @@ impl PassivityController {
     }
 
     /// Returns the widths and constants.
-    #[must_use]
     pub fn config(&self) -> &PassivityConfig {
         &self.config
     }
@@ -255,53 +254,11 @@ impl Law for PassivityController {
 
 impl Block for PassivityController {
     const NAME: &'static str = "passivity_controller";
-    const CLOCKED: bool = true;
-    type In<T> = LawIn<T>;
-    type Out<T> = LawOut<T>;
+    crate::law::law_ports!(
+        self => Signal::new("memory", self.energy.to, "PWM count*count", "Energy that the wall has taken")
+    );
 
-    fn inputs(&self) -> LawIn<Signal> {
-        self.config.widths.inputs()
-    }
-
-    fn outputs(&self) -> LawOut<Signal> {
-        LawOut {
-            torque: self.config.widths.torque(),
-            memory: Signal::new("memory", self.energy.to, "PWM count*count", "Energy that the wall has taken"),
-        }
-    }
-
-    fn generics(&self) -> Vec<(&'static str, Generic)> {
-        [self.config.widths.generics(), self.own_generics()].concat()
-    }
-
-    fn equations(&self) -> Option<&dyn AnyStep> {
-        Some(self)
-    }
-
-    fn reset(&mut self) -> LawOut<i64> {
-        self.sequence.reset(RESET);
-        self.shown().words()
-    }
-
-    #[inline]
-    fn tick(&mut self, input: LawIn<i64>) -> LawOut<i64> {
-        if self.sequence.tick(input.period) {
-            self.sequence.captures(self.capture(self.sequence.loaded(), &input));
-        }
-        self.shown().words()
-    }
-
-    #[inline]
-    fn quiet(&self, input: &LawIn<i64>) -> u64 {
-        self.sequence
-            .quiet(input.period, |last| last.position.word == input.position && self.capture(last, input) == *last)
-    }
-
-    #[inline]
-    fn skip(&mut self, edges: u64, input: &LawIn<i64>) {
-        debug_assert!(edges <= self.quiet(input));
-        self.sequence.skip(edges, input.period);
-    }
+    crate::law::law_in_sequence!();
 }
 
 impl Listed for PassivityController {

@@ -166,19 +166,24 @@ impl SampledWall {
 
     /// Returns the velocity's period, computed from the spring's.
     #[inline]
-    #[must_use]
     pub fn velocity_period(&self, period: i64) -> i64 {
         self.period.wrap(i128::from(period) * i128::from(self.config.ratio))
     }
 
     /// Returns the widths and modes.
-    #[must_use]
     pub fn config(&self) -> &SampledWallConfig {
         &self.config
     }
 
+    fn velocity_signal(&self) -> Signal {
+        let SampledWallConfig { widths, estimator, velocity_frac, .. } = self.config;
+        let (int, frac) = (widths.width.cast_signed() - 1, velocity_frac.cast_signed());
+        let format = Format::new(true, int, frac).expect("2 to 62 bits");
+        let unit = if estimator == Estimator::Window { "count/window" } else { "count/sample" };
+        Signal::new("memory", format, unit, "Velocity")
+    }
+
     /// Returns the block that estimates the velocity, if it has equations.
-    #[must_use]
     pub fn estimator(&self) -> Option<&dyn crate::AnyBlock> {
         self.velocity.block()
     }
@@ -310,27 +315,7 @@ impl Law for SampledWall {
 
 impl Block for SampledWall {
     const NAME: &'static str = "sampled_wall";
-    const CLOCKED: bool = true;
-    type In<T> = LawIn<T>;
-    type Out<T> = LawOut<T>;
-
-    fn inputs(&self) -> LawIn<Signal> {
-        self.config.widths.inputs()
-    }
-
-    fn outputs(&self) -> LawOut<Signal> {
-        let SampledWallConfig { widths, estimator, velocity_frac, .. } = self.config;
-        let (int, frac) = (widths.width.cast_signed() - 1, velocity_frac.cast_signed());
-        let format = Format::new(true, int, frac).expect("2 to 62 bits");
-        let unit = if estimator == Estimator::Window { "count/window" } else { "count/sample" };
-        LawOut { torque: widths.torque(), memory: Signal::new("memory", format, unit, "Velocity") }
-    }
-
-    fn generics(&self) -> Vec<(&'static str, Generic)> {
-        let mut all = self.config.widths.generics();
-        all.extend(self.own_generics());
-        all
-    }
+    crate::law::law_ports!(self => self.velocity_signal());
 
     fn equations(&self) -> Option<&dyn AnyStep> {
         self.velocity.has_equations().then_some(self)

@@ -47,7 +47,6 @@ pub struct DividerConfig {
 
 impl DividerConfig {
     /// Returns the number of edges from the start to the quotient.
-    #[must_use]
     pub const fn steps(self) -> u32 {
         self.num_width + self.frac
     }
@@ -88,7 +87,6 @@ impl SequentialDivider {
 
     /// Returns the quotient, and what was lost to make it: a remainder, or the upper bits. A division by 0 overflows.
     #[inline]
-    #[must_use]
     pub fn latest(&self) -> Narrowed {
         self.computation.result()
     }

@@ -52,7 +52,6 @@ impl SquareRoot {
 
     /// Returns the root, and whether it was rounded, which means that `x` was no square.
     #[inline]
-    #[must_use]
     pub fn latest(&self) -> Narrowed {
         self.computation.result()
     }

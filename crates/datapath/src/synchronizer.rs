@@ -34,7 +34,6 @@ pub struct Synchronizer {
 
 impl Synchronizer {
     /// Returns a synchronizer in its state after reset.
-    #[must_use]
     pub fn new() -> Self {
         Self { stage: In { a_pin: 0, b_pin: 0 }, out: Out { a: 0, b: 0 } }
     }

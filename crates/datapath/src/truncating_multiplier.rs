@@ -125,7 +125,6 @@ impl TruncatingMultiplier {
 
     /// Returns the product, and which bits were lost to make it.
     #[inline]
-    #[must_use]
     pub fn eval(&self, input: In<i64>) -> Narrowed {
         if self.fits_64 {
             return self.made(input.map(Machine::<i64>::of)).product.narrowed();

@@ -101,7 +101,6 @@ impl VelocityRegister {
 
     /// Returns the velocity, and which bits were lost to make it.
     #[inline]
-    #[must_use]
     pub fn latest(&self) -> Narrowed {
         self.latest
     }

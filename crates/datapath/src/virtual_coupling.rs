@@ -117,7 +117,6 @@ impl VirtualCoupling {
     }
 
     /// Returns the widths and gains.
-    #[must_use]
     pub fn config(&self) -> &CouplingConfig {
         &self.config
     }
@@ -197,24 +196,7 @@ impl Law for VirtualCoupling {
 
 impl Block for VirtualCoupling {
     const NAME: &'static str = "virtual_coupling";
-    const CLOCKED: bool = true;
-    type In<T> = LawIn<T>;
-    type Out<T> = LawOut<T>;
-
-    fn inputs(&self) -> LawIn<Signal> {
-        self.config.widths.inputs()
-    }
-
-    fn outputs(&self) -> LawOut<Signal> {
-        LawOut {
-            torque: self.config.widths.torque(),
-            memory: Signal::new("memory", self.extension.to, "count", "Extension of the coupling"),
-        }
-    }
-
-    fn generics(&self) -> Vec<(&'static str, Generic)> {
-        [self.config.widths.generics(), self.own_generics()].concat()
-    }
+    crate::law::law_ports!(self => Signal::new("memory", self.extension.to, "count", "Extension of the coupling"));
 
     fn equations(&self) -> Option<&dyn AnyStep> {
         Some(self)

@@ -44,7 +44,6 @@ pub struct Motor {
 impl Motor {
     /// Returns a mass on a rail under an ideal force amplifier, for [`Axis::amplified`]: 1 N/A, and a winding without
     /// effect.
-    #[must_use]
     pub fn on_rail(mass_kg: f64, viscous_n_s_per_m: f64, coulomb_n: f64) -> Self {
         Self {
             resistance_ohm: 0.0,
@@ -58,7 +57,6 @@ impl Motor {
 
     /// Returns `A` of the moving motor in a closed circuit of total resistance `resistance_ohm`; states current, speed,
     /// angle.
-    #[must_use]
     pub fn matrix(&self, resistance_ohm: f64) -> Matrix {
         self.exact_matrix(resistance_ohm.into()).map(|row| row.map(|x| x.hi))
     }
@@ -86,7 +84,6 @@ pub struct Mass {
 
 impl Mass {
     /// Returns `A` for the states (unused), speed, position.
-    #[must_use]
     pub fn matrix(&self) -> Matrix {
         let mut a = [[0.0; 4]; 4];
         a[SPEED][SPEED] = -self.damping_n_s_per_m / self.mass_kg;

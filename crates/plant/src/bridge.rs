@@ -79,7 +79,6 @@ impl Bridge {
     /// # Panics
     ///
     /// When both switches of a leg are on: no block here does that, and a bridge would not survive it.
-    #[must_use]
     pub fn circuit(&self, gates: Gates, current_a: f64, emf_v: f64) -> Circuit {
         let plus = leg(gates.b_high, gates.b_low);
         let minus = leg(gates.a_high, gates.a_low);
@@ -111,7 +110,6 @@ impl Bridge {
 
     /// Returns the averaged circuit for a duty of the command between -1 and 1, with both switches of the path closed
     /// throughout.
-    #[must_use]
     pub fn averaged(duty: f64) -> Circuit {
         Circuit::Closed { supply_share: -duty, diodes: 0, direction: 0, switches: 2 }
     }
@@ -135,7 +133,6 @@ impl Bridge {
     }
 
     /// Returns the voltage across the motor's resistance, inductance and back-EMF.
-    #[must_use]
     pub fn voltage_v(&self, circuit: Circuit) -> f64 {
         match circuit {
             Circuit::Closed { supply_share, diodes, direction, .. } => {

@@ -141,7 +141,6 @@ impl Energy {
     }
 
     /// Returns the integrals of current and angle since the start, in A·s and rad·s.
-    #[must_use]
     pub fn current_and_angle(&self) -> [f64; 2] {
         [self.states[CURRENT], self.states[ANGLE]]
     }
@@ -151,62 +150,52 @@ impl Energy {
     }
 
     /// Returns the work of the supply, or of the amplifier, on the circuit (negative where current flows back into it).
-    #[must_use]
     pub fn source_j(&self) -> f64 {
         self.sum(SOURCE)
     }
 
     /// Returns the work of the hand on the shaft.
-    #[must_use]
     pub fn hand_j(&self) -> f64 {
         self.sum(HAND)
     }
 
     /// Returns the heat in winding and switches.
-    #[must_use]
     pub fn copper_j(&self) -> f64 {
         self.sum(COPPER)
     }
 
     /// Returns the heat in diodes.
-    #[must_use]
     pub fn diodes_j(&self) -> f64 {
         self.sum(DIODES)
     }
 
     /// Returns the heat of viscous friction.
-    #[must_use]
     pub fn viscous_j(&self) -> f64 {
         self.sum(VISCOUS)
     }
 
     /// Returns the heat of Coulomb friction.
-    #[must_use]
     pub fn coulomb_j(&self) -> f64 {
         self.sum(COULOMB)
     }
 
     /// Returns the energy supplied by source and hand.
-    #[must_use]
     pub fn supplied_j(&self) -> f64 {
         self.source_j() + self.hand_j()
     }
 
     /// Returns the energy dissipated in all ways.
-    #[must_use]
     pub fn dissipated_j(&self) -> f64 {
         self.copper_j() + self.diodes_j() + self.viscous_j() + self.coulomb_j()
     }
 
     /// Returns the sum of the sizes of all flows; a residual is measured against it.
-    #[must_use]
     pub fn exchanged_j(&self) -> f64 {
         self.exchanged
     }
 }
 
 /// Returns the energy stored in inductance and inertia.
-#[must_use]
 pub(crate) fn stored_j(inductance_h: f64, inertia_kg_m2: f64, x: &State) -> f64 {
     0.5 * inductance_h * x[CURRENT] * x[CURRENT] + 0.5 * inertia_kg_m2 * x[SPEED] * x[SPEED]
 }

@@ -28,7 +28,6 @@ pub struct Excitation {
 
 impl Axis {
     /// Returns the excitation from this state on, with the hand's intention moving at `intent_rad_per_s`.
-    #[must_use]
     pub fn excitation(&self, drive: Drive, x: &State, intent_rad_per_s: f64) -> Excitation {
         let motor = &self.motor;
         let circuit = match drive {
@@ -66,7 +65,6 @@ impl Axis {
     }
 
     /// Returns whether a drive gives the same excitation in every state.
-    #[must_use]
     pub fn feeds_alike(&self, drive: Drive) -> bool {
         match drive {
             Drive::Average(_) => true,
@@ -77,7 +75,6 @@ impl Axis {
     }
 
     /// Returns whether [`taken`](Self::taken) leaves every state as it is under this drive.
-    #[must_use]
     pub fn takes_alike(&self, drive: Drive) -> bool {
         match drive {
             Drive::Average(_) => !self.is_resistive(),
@@ -88,7 +85,6 @@ impl Axis {
 
     /// Returns the state at the moment at which a drive begins: an imposed current, or one without inductance, takes
     /// its value at once.
-    #[must_use]
     pub fn taken(&self, drive: Drive, x: &State) -> State {
         let mut x = *x;
         match drive {
@@ -102,14 +98,12 @@ impl Axis {
     }
 
     /// Returns the energy stored in a state, in inductance and inertia.
-    #[must_use]
     pub fn stored_j(&self, x: &State) -> f64 {
         stored_j(self.motor.inductance_h, self.motor.inertia_kg_m2, x)
     }
 
     /// Returns the outputs named by [`REALS`] in a state.
     #[inline]
-    #[must_use]
     pub fn reals(&self, x: &State) -> [f64; REALS.len()] {
         [x[CURRENT], x[SPEED], x[ANGLE], self.motor.torque_constant_nm_per_a * x[CURRENT]]
     }
@@ -117,7 +111,6 @@ impl Axis {
     /// Returns the hand's angle in a state, and its torque on the shaft, positive along the positive angle. The angle
     /// is the intended one for a hand with an intention, and the shaft's for any other. A hand that imposes the motion
     /// bears the torques of friction and motor.
-    #[must_use]
     pub fn felt(&self, x: &State, intent_rad_per_s: f64) -> [f64; 2] {
         let motor = &self.motor;
         match self.hand {
@@ -134,13 +127,11 @@ impl Axis {
     }
 
     /// Returns the torque constant in N·m/A.
-    #[must_use]
     pub fn torque_constant_nm_per_a(&self) -> f64 {
         self.motor.torque_constant_nm_per_a
     }
 
     /// Returns whether the hand imposes the motion.
-    #[must_use]
     pub fn is_prescribed(&self) -> bool {
         self.hand == Hand::Prescribed
     }
@@ -155,7 +146,6 @@ impl Axis {
 
 impl Device<'_> {
     /// Returns the present drive.
-    #[must_use]
     pub fn drive_now(&self) -> Drive {
         self.drive
     }

@@ -26,13 +26,11 @@ pub struct Pace {
 
 impl Pace {
     /// Returns the last row before an edge.
-    #[must_use]
     pub fn row_before(&self, edge: u64) -> u64 {
         edge.saturating_sub(1) / self.stride * self.stride
     }
 
     /// Returns the last edge up to this one at which a period began, or 0.
-    #[must_use]
     pub fn boundary(&self, edge: u64) -> u64 {
         match self.period {
             Some(period) if edge > 0 => (edge - 1) / period * period + 1,
@@ -41,7 +39,6 @@ impl Pace {
     }
 
     /// Returns the first and the last edge of the mean of a row.
-    #[must_use]
     pub fn window(&self, row: u64) -> (u64, u64) {
         let before = self.row_before(row);
         let (begun, ended) = (self.boundary(before), self.boundary(row));
@@ -125,7 +122,6 @@ fn sum<const N: usize>(a: &[f64; N], b: &[f64; N]) -> [f64; N] {
 
 impl<const N: usize> Gauge<N> {
     /// Creates a gauge at edge 0.
-    #[must_use]
     pub fn new(pace: Pace) -> Self {
         let (none, extent) = ([0.0; N], [Extent::NONE; N]);
         Self { pace, since_row: none, since_boundary: none, periods: none, extent }
@@ -133,7 +129,6 @@ impl<const N: usize> Gauge<N> {
 
     /// Returns the gauge at the end of a stretch, or at an edge on its way. `first` is the first edge at or after the
     /// stretch's start, `now` the first at or after the end `to`.
-    #[must_use]
     pub fn after(&self, first: u64, now: u64, to: Option<u64>, stretch: &impl Stretch<N>) -> Self {
         let pace = self.pace;
         let (row, ended) = (pace.row_before(now), pace.boundary(now));
@@ -172,7 +167,6 @@ impl<const N: usize> Gauge<N> {
     }
 
     /// Returns the figures of the row at the edge `row`, at which the gauge stands and the outputs have these values.
-    #[must_use]
     pub fn row(&self, row: u64, edge_s: f64, values: &[f64; N]) -> [Measured; N] {
         let (from, to) = self.pace.window(row);
         let is_of_periods = self.pace.boundary(row) > self.pace.boundary(self.pace.row_before(row));

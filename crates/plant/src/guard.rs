@@ -50,7 +50,6 @@ pub struct Band {
 impl Band {
     /// Returns whether a value is outside.
     #[inline(always)]
-    #[must_use]
     pub fn left_by(&self, value: f64) -> bool {
         value < self.low || if self.open { value >= self.high } else { value > self.high }
     }
@@ -128,7 +127,6 @@ pub struct MotionPoint {
 impl MotionPoint {
     /// Returns the point of a motion at an edge.
     #[inline(always)]
-    #[must_use]
     pub fn of(motion: &Trajectory, edge: u64) -> Self {
         let (x, w) = if edge == 0 { (motion.x.hi, motion.w.hi) } else { motion.at_with_slope(edge) };
         Self { edge, x, w }
@@ -186,7 +184,6 @@ pub(crate) fn dyadic(edges: u64) -> usize {
 
 impl Guard {
     /// Creates the function `row · x` on a system.
-    #[must_use]
     pub fn new(row: State, system: &Linear) -> Self {
         let a: &Matrix = system.matrix();
         let bend = row_times(&row, a);
@@ -218,14 +215,12 @@ impl Guard {
     }
 
     /// Returns the function's coefficients.
-    #[must_use]
     pub fn row(&self) -> &State {
         &self.row
     }
 
     /// Returns the value at a state.
     #[inline(always)]
-    #[must_use]
     pub fn value(&self, x: &State) -> f64 {
         match self.pick {
             Some(index) => x[index],
@@ -331,7 +326,6 @@ impl Guard {
 
     /// Returns the first edge after `from`, up to and including that of `to`, at which the value is outside the band,
     /// given that it is inside at `from`.
-    #[must_use]
     pub fn first(&self, motion: &Trajectory, band: &Band, from: &MotionPoint, to: &MotionPoint) -> Option<u64> {
         let limits = Limits::from(band);
         let noise = self.noise(motion, dyadic(to.edge), &limits);

@@ -53,7 +53,6 @@ pub struct HeldDevice<'a> {
 
 impl<'a> HeldDevice<'a> {
     /// Creates a device that mostly flows by this number of edges at a time.
-    #[must_use]
     pub fn new(device: Device<'a>, edges: u64) -> Self {
         let (x, f, powers, energy) = (*device.motion.anchor(), [0.0; 4], Powers::default(), Energy::default());
         let step_s = edges as f64 * device.motion.system().edge_s();
@@ -61,19 +60,16 @@ impl<'a> HeldDevice<'a> {
     }
 
     /// Returns how often a mode has changed.
-    #[must_use]
     pub fn mode_changes(&self) -> u64 {
         self.device.mode_changes()
     }
 
     /// Returns the decisions made again in double-double; see [`Device::redecided`].
-    #[must_use]
     pub fn redecided(&self) -> u64 {
         self.device.redecided()
     }
 
     /// Returns the energy exchanged until `edge`, to which the device has flowed.
-    #[must_use]
     pub fn energy(&self, edge: u64) -> Energy {
         if self.ahead { self.energy } else { self.device.energy(edge) }
     }

@@ -59,7 +59,6 @@ pub struct Linear {
 
 impl Linear {
     /// Creates the system `x' = A x + f` on a clock of period `edge_s`, tabulated for leaps of up to `horizon` edges.
-    #[must_use]
     pub fn new(a: Matrix, edge_s: f64, horizon: u64) -> Self {
         Self::exact(&a.map(|row| row.map(Double::from)), edge_s, horizon)
     }
@@ -102,13 +101,11 @@ impl Linear {
     }
 
     /// Returns the matrix `A`, rounded.
-    #[must_use]
     pub fn matrix(&self) -> &Matrix {
         &self.a
     }
 
     /// Returns the clock period in seconds.
-    #[must_use]
     pub fn edge_s(&self) -> f64 {
         self.edge_s
     }
@@ -131,7 +128,6 @@ impl Linear {
     }
 
     /// Returns steps of this number of edges.
-    #[must_use]
     pub fn stride(&self, edges: u64) -> Stride {
         let p = self.spread::<Native>(Double::product(edges as f64, self.edge_s)).hi;
         Stride { a: Columns::of(&self.a), p }
@@ -367,7 +363,6 @@ pub struct Stride {
 impl Stride {
     /// Returns the state a step after `x` under the constant input `f`.
     #[inline(always)]
-    #[must_use]
     pub fn after(&self, x: &State, f: &State) -> State {
         plus(x, &self.change(&self.slope(x, f)))
     }
@@ -396,7 +391,6 @@ pub struct Trajectory<'a> {
 
 impl<'a> Trajectory<'a> {
     /// Creates the motion from state `x` under the constant `f`.
-    #[must_use]
     pub fn new(system: &'a Linear, x: State, f: State) -> Self {
         Self::exact(system, x.into(), f.into())
     }
@@ -412,20 +406,17 @@ impl<'a> Trajectory<'a> {
     }
 
     /// Returns the system.
-    #[must_use]
     pub fn system(&self) -> &'a Linear {
         self.system
     }
 
     /// Returns the anchor state, rounded.
-    #[must_use]
     pub fn anchor(&self) -> &State {
         &self.x.hi
     }
 
     /// Returns `x'` at a state of this motion.
     #[inline(always)]
-    #[must_use]
     pub fn slope(&self, x: &State) -> State {
         plus(&self.system.wide.hi.times(x), &self.f.hi)
     }
@@ -440,14 +431,12 @@ impl<'a> Trajectory<'a> {
 
     /// Returns state and slope at the last multiple of 128 edges: the part that 128 successive edges share.
     #[inline(always)]
-    #[must_use]
     pub fn prefix(&self, block: u64) -> (State, State) {
         self.system.prefix(self.x.hi, self.w.hi, block)
     }
 
     /// Returns the state `digit` edges (0 to 127) after a [`prefix`](Self::prefix).
     #[inline(always)]
-    #[must_use]
     pub fn within(&self, prefix: &(State, State), digit: u64) -> State {
         self.system.within(prefix, digit)
     }
@@ -455,7 +444,6 @@ impl<'a> Trajectory<'a> {
     versions! {
         /// Returns the state after `edges` edges, computed with the high parts. All drivers call this function, so that
         /// they agree to the bit.
-        #[must_use]
         pub fn at[at_fused, at_native, at_with](self: &Self, edges: u64) -> State
     }
 

@@ -35,31 +35,26 @@ pub struct Shaper {
 
 impl Shaper {
     /// Creates a shaper at rest without input.
-    #[must_use]
     pub fn new(cutoff_hz: f64) -> Self {
         Self { rate_per_s: SQRT_2 * PI * cutoff_hz, input: 0.0, wave: [0.0; 2] }
     }
 
     /// Returns the present input.
-    #[must_use]
     pub fn input(&self) -> f64 {
         self.input
     }
 
     /// Returns the high-pass filter's output.
-    #[must_use]
     pub fn high_pass(&self) -> f64 {
         self.wave[0]
     }
 
     /// Returns the shaped force: it is not negative, and not above the input unless the input is negative.
-    #[must_use]
     pub fn output(&self) -> f64 {
         (self.input - self.high_pass().max(0.0)).max(0.0)
     }
 
     /// Returns the shaper after `time_s` seconds under the same input: exact for any time.
-    #[must_use]
     pub fn after(&self, time_s: f64) -> Self {
         let z = self.rate_per_s * time_s;
         let (sin, cos) = libm::sincos(z);
@@ -69,14 +64,12 @@ impl Shaper {
     }
 
     /// Returns the shaper with another input.
-    #[must_use]
     pub fn stepped(&self, input: f64) -> Self {
         let step = input - self.input;
         Self { input, wave: [self.wave[0] + step, self.wave[1] - step], ..*self }
     }
 
     /// Returns the greatest slope of the output between steps of the input, in 1/s, for inputs between -1 and 1.
-    #[must_use]
     pub fn slope_bound_per_s(&self) -> f64 {
         let swings = SQRT_2 * libm::exp(-0.75 * PI) / (1.0 - libm::exp(-PI));
         2.0 * self.rate_per_s * (2.0 + swings)

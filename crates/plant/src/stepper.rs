@@ -60,7 +60,6 @@ pub struct Stepper {
 
 impl Stepper {
     /// Creates a stepper of an axis with steps of `step_s` seconds.
-    #[must_use]
     pub fn new(axis: &Axis, method: Method, step_s: f64) -> Self {
         let motor = &axis.motor;
         let (torque_nm, hand_nm_per_rad, hand_nm_s_per_rad) = match axis.hand {
@@ -90,7 +89,6 @@ impl Stepper {
     }
 
     /// Returns the length of a step in seconds.
-    #[must_use]
     pub fn step_s(&self) -> f64 {
         self.step_s
     }
@@ -158,14 +156,12 @@ impl Stepper {
     }
 
     /// Returns `x'` at a state.
-    #[must_use]
     pub fn derivative(&self, x: &State, excitation: &Excitation) -> State {
         self.slope(x, excitation, &self.rub(x, excitation))
     }
 
     /// Returns the state one step later.
     #[inline]
-    #[must_use]
     pub fn step(&self, x: &State, excitation: &Excitation) -> State {
         let h = self.step_s;
         let along = |slope: &State, h: f64| -> State { std::array::from_fn(|k| x[k] + h * slope[k]) };
@@ -249,7 +245,6 @@ impl Stepper {
 
     /// Returns the powers of an excitation in a state.
     #[inline(always)]
-    #[must_use]
     pub fn powers(&self, x: &State, excitation: &Excitation) -> Powers {
         Powers([
             excitation.source_v * x[CURRENT] + excitation.source_nm * x[SPEED],

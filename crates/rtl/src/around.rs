@@ -31,7 +31,6 @@ pub(crate) fn of_loop(name: &'static str, nets: &[Signal], clock: Clock) -> Arou
 
 /// Returns the rows around a mismatch between a file of vectors and the emulator. `mismatch` is the number of the
 /// row, counted from 1.
-#[must_use]
 pub fn around_in_file(file: &Vectors, emulator: &Vectors, mismatch: usize) -> Around {
     let around = Around { beside: "file", ..of_block(&file.header) };
     let first = mismatch.saturating_sub(BEFORE) + 1;

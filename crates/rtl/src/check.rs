@@ -48,7 +48,6 @@ pub struct CheckOptions {
 
 impl CheckOptions {
     /// Returns the settings for every block with 2000 random rows each, on every core, and no scene.
-    #[must_use]
     pub fn new(setup: impl Into<Setup>) -> Self {
         let jobs = thread::available_parallelism().map_or(1, usize::from);
         let blocks = registry().iter().map(|block| block.name().to_string()).collect();
@@ -139,26 +138,22 @@ impl<'o> Check<'o> {
     }
 
     /// Returns the number of GHDL processes that run at the same time.
-    #[must_use]
     pub fn at_a_time(&self) -> usize {
         self.options.jobs.clamp(1, self.jobs.len().max(1))
     }
 
     /// Returns the number of configurations of blocks, and the number of scenes.
-    #[must_use]
     pub fn count(&self) -> (usize, usize) {
         (self.rows.len() - self.scenes.len(), self.scenes.len())
     }
 
     /// Returns the estimated time of all runs together, in milliseconds. It is computed from their rows and edges and
     /// the time per row or edge on the machine of the record.
-    #[must_use]
     pub fn work_ms(&self) -> u64 {
         self.jobs.iter().map(|job| job.about_ms).sum()
     }
 
     /// Returns the estimated time of the whole check in milliseconds, when the runs share the processes.
-    #[must_use]
     pub fn about_ms(&self) -> u64 {
         let longest = self.jobs.iter().map(|job| job.about_ms).max().unwrap_or(0);
         longest.max(self.work_ms() / self.at_a_time() as u64)

@@ -17,7 +17,6 @@ use crate::vector::Vectors;
 const COMMITTED_ROWS: usize = 96;
 
 /// Returns the path (relative to the project) and the text of every generated file.
-#[must_use]
 pub fn generated() -> Vec<(PathBuf, String)> {
     let mut files = Vec::new();
     for block in registry() {
@@ -41,7 +40,6 @@ pub fn generated() -> Vec<(PathBuf, String)> {
 }
 
 /// Returns the generated files that are absent below `root`, or that differ from what the blocks generate now.
-#[must_use]
 pub fn stale(root: &Path) -> Vec<PathBuf> {
     let differs = |(path, text): &(PathBuf, String)| fs::read_to_string(root.join(path)).ok().as_ref() != Some(text);
     generated().into_iter().filter(differs).map(|(path, _)| path).collect()

@@ -62,7 +62,6 @@ impl Library {
     }
 
     /// Returns the work directory, in which the simulation runs.
-    #[must_use]
     pub fn dir(&self) -> &Path {
         self.dir.path()
     }

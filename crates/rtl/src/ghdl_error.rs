@@ -56,7 +56,6 @@ impl From<ToolError> for GhdlError {
 
 impl GhdlError {
     /// Returns the tool at fault, if a tool is at fault.
-    #[must_use]
     pub fn tool(&self) -> Option<&ToolError> {
         match self {
             Self::Tool(error) => Some(error),

@@ -21,14 +21,12 @@ pub enum Hdl {
 
 impl Hdl {
     /// Returns the folder, if it holds the VHDL of any block; otherwise the VHDL that the program carries.
-    #[must_use]
     pub fn of_folder_or_carried(folder: &Path) -> Self {
         let has = |&(name, _): &(&str, &str)| folder.join(format!("{name}.vhd")).is_file();
         if CARRIED.iter().any(has) { Self::Folder(folder.to_path_buf()) } else { Self::Carried }
     }
 
     /// Returns the file of a block, as messages call it.
-    #[must_use]
     pub fn file(&self, block: &str) -> PathBuf {
         match self {
             Self::Folder(folder) => {
@@ -69,7 +67,6 @@ impl fmt::Display for Hdl {
 
 /// Returns, on one line, how a block differs from the hardware according to the header of its VHDL; `None` when the
 /// header does not mention a difference.
-#[must_use]
 pub fn differs_from_the_hardware(vhdl: &str) -> Option<String> {
     let (_, rest) = vhdl.split_once("\n-- differs from the hardware:")?;
     let lines =
@@ -92,7 +89,6 @@ pub struct Setup {
 
 impl Setup {
     /// Returns the default settings for VHDL from this source.
-    #[must_use]
     pub fn new(hdl: Hdl) -> Self {
         Self { hdl, library: &[], timeout: None }
     }

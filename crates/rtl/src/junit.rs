@@ -18,7 +18,6 @@ pub struct Case {
 }
 
 /// Returns the report as one test suite. Each configuration and each closed loop is a test case.
-#[must_use]
 pub fn junit(report: &CheckReport) -> String {
     let case = |row: &CheckRow| {
         let failure = match (&row.failure, &row.first) {
@@ -33,7 +32,6 @@ pub fn junit(report: &CheckReport) -> String {
 }
 
 /// Returns test cases as one suite.
-#[must_use]
 pub fn junit_suite(name: &str, cases: &[Case]) -> String {
     let failures = cases.iter().filter(|case| case.failure.is_some()).count();
     let seconds: f64 = cases.iter().map(|case| case.seconds).sum();

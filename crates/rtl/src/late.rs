@@ -28,7 +28,6 @@ fn least(waits: u64) -> u64 {
 
 /// Returns the number of edges for which a scene is compared, so that the comparison contains contact: 150 000, or more
 /// where the position is sampled so seldom that 150 000 edges might not contain a sample.
-#[must_use]
 pub fn comparison_edges(experiment: &Experiment) -> u64 {
     let waits = match experiment {
         Experiment::Axis(scene) if scene.method.kind == Loop::Conventional => scene.period_clocks(),

@@ -18,7 +18,6 @@ pub(crate) fn vhdl_type(value: Generic) -> &'static str {
 }
 
 /// Returns the text of `hdl/generated/<block>_pkg.vhd`.
-#[must_use]
 pub fn package(block: &dyn AnyBlock) -> String {
     let name = block.name();
     let mut text = format!(

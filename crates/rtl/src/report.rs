@@ -97,7 +97,6 @@ impl CheckRow {
     }
 
     /// Returns whether every word was equal.
-    #[must_use]
     pub fn ok(&self) -> bool {
         self.mismatches == 0 && self.failure.is_none() && self.vectors > 0
     }
@@ -115,7 +114,6 @@ pub struct CheckReport {
 
 impl CheckReport {
     /// Returns whether anything was checked and every word was equal.
-    #[must_use]
     pub fn ok(&self) -> bool {
         self.all().next().is_some() && self.all().all(CheckRow::ok)
     }

@@ -8,7 +8,6 @@ use crate::vector::{Stimulus, Vectors};
 /// Returns golden vectors over a scene's first edges, after one edge of reset: first those of the wiring, then those of
 /// each instance in it, by label. The vectors of a combinational block have only the rows in which an input has
 /// changed.
-#[must_use]
 pub fn scene_vectors(simulation: &impl Wired, edges: u64) -> Vec<(&'static str, Vectors)> {
     simulation.visit(Recorded(edges))
 }

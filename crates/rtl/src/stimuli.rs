@@ -52,7 +52,6 @@ fn reach(block: &dyn AnyBlock) -> Option<[i64; 2]> {
 
 /// Returns the words at which formats go wrong: 0, 1, -1 (all bits set), both ends and their neighbours, without
 /// repetition.
-#[must_use]
 pub fn corners(format: Format) -> Vec<i64> {
     let wanted = [0, 1, -1, format.max(), format.min(), format.max() - 1, format.max() / 2 + 1];
     let mut words = Vec::new();
@@ -73,7 +72,6 @@ fn product(lists: &[Vec<i64>]) -> Vec<Vec<i64>> {
 
 /// Returns the corner cases of a block. The first hundred rows are a test by themselves; the rest takes more rows
 /// (whole periods of a PWM).
-#[must_use]
 pub fn directed(block: &dyn AnyBlock) -> Vec<Stimulus> {
     let inputs = block.inputs();
     let rows = match block.name() {
@@ -310,7 +308,6 @@ const RESETS: [Range<usize>; 2] = [40..41, 70..73];
 
 /// Returns random rows: corners, neighbours of the last word and uniform words; encoder lines that mostly turn; short
 /// sample periods; and a reset from time to time. The rows depend only on the ports and the seed.
-#[must_use]
 pub fn random(block: &dyn AnyBlock, seed: u64, rows: usize) -> Vec<Stimulus> {
     let random = &mut SplitMix64::new(seed);
     let inputs = block.inputs();
@@ -402,7 +399,6 @@ fn draw(random: &mut SplitMix64, signal: &Signal, last: i64) -> i64 {
 
 /// Returns words of two inputs of 8 bits or more: one random pair from each of `256 x 256` equal cells of the plane.
 /// The 65 536 rows leave no part of the plane untested.
-#[must_use]
 pub fn stratified(a: Format, b: Format, seed: u64) -> Vec<Stimulus> {
     let mut random = SplitMix64::new(seed);
     let mut pick = |format: Format, cell: u64| {
@@ -415,7 +411,6 @@ pub fn stratified(a: Format, b: Format, seed: u64) -> Vec<Stimulus> {
 
 /// Returns all pairs of words in which the upper eight bits of the first factor are `upper`: 256 such chunks hold every
 /// pair.
-#[must_use]
 pub fn chunk(a: Format, b: Format, upper: u64) -> Vec<Stimulus> {
     let low = a.width() - 8;
     let first = upper << low;

@@ -97,7 +97,6 @@ impl Temporary {
     }
 
     /// Returns its path.
-    #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
     }

@@ -36,7 +36,6 @@ pub(crate) fn port_type(signal: &Signal) -> String {
 }
 
 /// Returns the text of `testbench/vhdl/generated/tb_<block>.vhd`. The block must be in its default configuration.
-#[must_use]
 pub fn testbench(block: &dyn AnyBlock) -> String {
     let name = block.name();
     let (inputs, outputs) = (block.inputs(), block.outputs());

@@ -57,7 +57,6 @@ pub enum Tool {
 
 impl Tool {
     /// Returns the name of the command.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Ghdl => "ghdl",
@@ -183,13 +182,11 @@ impl ToolError {
     }
 
     /// Returns whether the tool is missing or cannot be used.
-    #[must_use]
     pub fn is_unusable(&self) -> bool {
         matches!(self.fault, Fault::Missing | Fault::TooOld(..) | Fault::NotStarted(_))
     }
 
     /// Returns whether the tool was stopped because the program is ending.
-    #[must_use]
     pub fn is_stopped(&self) -> bool {
         matches!(self.fault, Fault::Stopped)
     }

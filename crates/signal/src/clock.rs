@@ -35,38 +35,32 @@ impl Clock {
     }
 
     /// Returns the frequency in hertz.
-    #[must_use]
     pub const fn frequency_hz(self) -> u64 {
         self.frequency_hz
     }
 
     /// Returns the period in seconds.
-    #[must_use]
     pub fn period_s(self) -> f64 {
         1.0 / self.frequency_hz as f64
     }
 
     /// Returns the time of an edge in seconds.
-    #[must_use]
     pub fn seconds(self, cycle: Cycle) -> f64 {
         cycle.0 as f64 / self.frequency_hz as f64
     }
 
     /// Returns the time of an edge in whole picoseconds, rounded down.
-    #[must_use]
     pub fn picoseconds(self, cycle: Cycle) -> u64 {
         (u128::from(cycle.0) * 1_000_000_000_000 / u128::from(self.frequency_hz)) as u64
     }
 
     /// Returns the first edge at or after a time in whole picoseconds. This edge samples a pin that changes at that
     /// time.
-    #[must_use]
     pub fn first_edge_at(self, picoseconds: u64) -> Cycle {
         Cycle((u128::from(picoseconds) * u128::from(self.frequency_hz)).div_ceil(1_000_000_000_000) as u64)
     }
 
     /// Returns the number of whole edges nearest to a duration in seconds.
-    #[must_use]
     pub fn edges(self, seconds: f64) -> u64 {
         (seconds * self.frequency_hz as f64).round() as u64
     }

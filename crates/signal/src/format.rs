@@ -91,7 +91,6 @@ impl Format {
     ///
     /// Panics if `width` is not 1 to 64. It is for widths that are known when the program is written; for others use
     /// [`Format::new`].
-    #[must_use]
     pub fn unsigned(width: u32) -> Self {
         Self::new(false, width as i32, 0).expect("a width of 1 to 64 bits")
     }
@@ -102,62 +101,52 @@ impl Format {
     ///
     /// Panics if `width` is not 1 to 64. It is for widths that are known when the program is written; for others use
     /// [`Format::new`].
-    #[must_use]
     pub fn signed(width: u32) -> Self {
         Self::new(true, width as i32 - 1, 0).expect("a width of 1 to 64 bits")
     }
 
     /// Whether the word has a sign bit.
-    #[must_use]
     pub const fn is_signed(self) -> bool {
         self.signed
     }
 
     /// Returns the number of integer bits `I`.
-    #[must_use]
     pub const fn int(self) -> i32 {
         self.int as i32
     }
 
     /// Returns the number of fraction bits `F`.
-    #[must_use]
     pub const fn frac(self) -> i32 {
         self.frac as i32
     }
 
     /// Returns the width in bits.
-    #[must_use]
     pub const fn width(self) -> u32 {
         (self.signed as i32 + self.int as i32 + self.frac as i32) as u32
     }
 
     /// Returns the least integer that the word can hold, in units of its least significant bit.
-    #[must_use]
     pub const fn min(self) -> i128 {
         if self.signed { -(1i128 << (self.width() - 1)) } else { 0 }
     }
 
     /// Returns the greatest integer that the word can hold, in units of its least significant bit.
-    #[must_use]
     pub const fn max(self) -> i128 {
         (1i128 << (self.width() - self.signed as u32)) - 1
     }
 
     /// Whether an integer, in units of the least significant bit, fits the word.
-    #[must_use]
     pub const fn holds(self, value: i128) -> bool {
         self.min() <= value && value <= self.max()
     }
 
     /// Returns the word whose bits are the low bits of `value`: the bits that hardware keeps if the upper wires are
     /// left open.
-    #[must_use]
     pub const fn wrap(self, value: i128) -> i64 {
         self.wrap_low(value as i64)
     }
 
     /// Computes [`wrap`](Self::wrap) from the lowest 64 bits of a value; the other bits do not matter.
-    #[must_use]
     pub(crate) const fn wrap_low(self, value: i64) -> i64 {
         let free = 64 - self.width();
         let bits = (value as u64) << free;
@@ -166,38 +155,32 @@ impl Format {
 
     /// Whether the word is [`UNKNOWN`], which stands in place of a word with an unknown bit. Never true for words of 64
     /// bits.
-    #[must_use]
     pub const fn is_unknown(self, word: i64) -> bool {
         word == UNKNOWN && self.width() < 64
     }
 
     /// Returns the integer that a word stands for, in units of the least significant bit.
-    #[must_use]
     pub const fn value(self, word: i64) -> i128 {
         if self.signed { word as i128 } else { word as u64 as i128 }
     }
 
     /// Returns the bits of a word, right-aligned; all other bits are zero.
-    #[must_use]
     pub const fn bits(self, word: i64) -> u64 {
         (word as u64) & (u64::MAX >> (64 - self.width()))
     }
 
     /// Returns the word with these bits; bits beyond the width are ignored.
-    #[must_use]
     pub const fn from_bits(self, bits: u64) -> i64 {
         self.wrap(bits as i128)
     }
 
     /// Returns the value of the least significant bit, 2^-F.
-    #[must_use]
     pub fn lsb(self) -> f64 {
         // 2^n for |n| <= 64 is exact; it is built from its exponent field.
         f64::from_bits(((1023 - i64::from(self.frac)) as u64) << 52)
     }
 
     /// Returns the value of a word as a float, which is exact up to 53 significant bits.
-    #[must_use]
     pub fn to_f64(self, word: i64) -> f64 {
         (if self.signed { word as f64 } else { word as u64 as f64 }) * self.lsb()
     }

@@ -34,7 +34,6 @@ impl Int for i128 {
 impl Rounding {
     /// Returns `value / 2^drop`, rounded. The value must be above the least one of its type.
     #[inline]
-    #[must_use]
     pub fn shift<T: Int>(self, value: T, drop: u32) -> T {
         if drop == 0 {
             return value;
@@ -64,7 +63,6 @@ impl Rounding {
 
 impl Narrowing {
     /// Returns the rule that makes a word of one format a word of another: it rounds nothing away and drops upper bits.
-    #[must_use]
     pub const fn wrapping(to: Format) -> Self {
         Self { from_frac: to.frac(), to, rounding: Rounding::Truncate, overflow: Overflow::Wrap }
     }
@@ -101,7 +99,6 @@ impl Narrowing {
     /// assert_eq!((torque.word, torque.overflowed), (104, true));
     /// ```
     #[inline]
-    #[must_use]
     pub fn apply(&self, value: i128) -> Narrowed {
         Machine::exact(value).narrow(self).narrowed()
     }
@@ -118,28 +115,24 @@ pub struct Machine<T> {
 impl<T: Int> Machine<T> {
     /// Returns a number that has lost nothing.
     #[inline]
-    #[must_use]
     pub fn exact(value: T) -> Self {
         Self { value, rounded: false, overflowed: false }
     }
 
     /// Returns the word of a port or register.
     #[inline]
-    #[must_use]
     pub fn of(word: i64) -> Self {
         Self::exact(T::low(word.into()))
     }
 
     /// Returns a word that has lost something.
     #[inline]
-    #[must_use]
     pub fn of_narrowed(Narrowed { word, rounded, overflowed }: Narrowed) -> Self {
         Self { value: T::low(word.into()), rounded, overflowed }
     }
 
     /// Returns the number as a word, with the losses by which it was made.
     #[inline]
-    #[must_use]
     pub fn narrowed(self) -> Narrowed {
         Narrowed { word: self.value.as_(), rounded: self.rounded, overflowed: self.overflowed }
     }

@@ -33,7 +33,6 @@ impl Notation {
     /// assert_eq!(Notation::Cpp.of(trig), "ap_fixed<32,10>");
     /// assert_eq!(Notation::Q.of(trig), "Q9.22 (32 bits, TI) = Q10.22 (32 bits, ARM)");
     /// ```
-    #[must_use]
     pub fn of(self, format: Format) -> String {
         let (int, frac, width) = (format.int(), format.frac(), format.width());
         let bits = if width == 1 { "1 bit".to_string() } else { format!("{width} bits") };

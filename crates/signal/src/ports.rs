@@ -19,20 +19,17 @@ pub struct Signal {
 
 impl Signal {
     /// Returns a signal.
-    #[must_use]
     pub fn new(name: &'static str, format: Format, unit: &'static str, doc: &'static str) -> Self {
         Self { name, format, unit, doc }
     }
 
     /// Whether the signal counts from its start, modulo its width. Its word is unsigned; traces and waveforms read it
     /// as signed, so that a count that passes below zero stays smooth.
-    #[must_use]
     pub fn is_counter(&self) -> bool {
         !self.format.is_signed() && ["position", "held"].contains(&self.name.trim_end_matches(['1', '2', '3']))
     }
 
     /// Returns the value of a word as traces show it.
-    #[must_use]
     pub fn shown(&self, word: i64) -> f64 {
         if self.is_counter() {
             return Format::signed(self.format.width()).wrap(word.into()) as f64;
@@ -41,7 +38,6 @@ impl Signal {
     }
 
     /// Returns a one-bit signal.
-    #[must_use]
     pub fn bit(name: &'static str, doc: &'static str) -> Self {
         Self::new(name, Format::BIT, "1", doc)
     }
@@ -72,7 +68,6 @@ macro_rules! ports {
             /// Returns the bundle with the results of `change` for each port, called in order.
             #[allow(dead_code, reason = "not every bundle is changed port by port")]
             #[inline]
-            #[must_use]
             pub fn map<U>(self, mut change: impl FnMut(T) -> U) -> $name<U> {
                 $name { $($port: change(self.$port)),* }
             }
@@ -191,7 +186,6 @@ impl<const N: usize> Meter<N> {
     }
 
     /// Returns the uses, in the order of the signals.
-    #[must_use]
     pub fn uses(&self) -> &[SignalUse; N] {
         &self.uses
     }

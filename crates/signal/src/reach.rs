@@ -17,19 +17,16 @@ pub struct Reach {
 
 impl Reach {
     /// Returns the reach from one number to another.
-    #[must_use]
     pub fn new(least: i128, most: i128) -> Self {
         Self { least, most, widest: least.unsigned_abs().max(most.unsigned_abs()) }
     }
 
     /// Returns the reach of a word of a format.
-    #[must_use]
     pub fn of(format: Format) -> Self {
         Self::new(format.min(), format.max())
     }
 
     /// Returns whether 64 bits suffice for everything from which these numbers are computed.
-    #[must_use]
     pub fn fit_64(all: &[Self]) -> bool {
         all.iter().all(|reach| reach.widest < 1 << 62)
     }

@@ -100,7 +100,6 @@ impl Equations {
     }
 
     /// Returns the results, computed from the given words. Both sides of every branch are read.
-    #[must_use]
     pub fn read<W: Word>(&self, given: &[W]) -> Vec<W> {
         let mut reading = Reading::default();
         self.read_in(&mut reading, given);

@@ -81,14 +81,12 @@ impl Term {
     }
 
     /// Returns the condition that bits of SMT-LIB, of that width, are a number within its bounds.
-    #[must_use]
     pub fn bounds(self, bits: &str, width: u32) -> String {
         let (least, most) = (constant(self.least, width), constant(self.most, width));
         format!("(and (bvsle {least} {bits}) (bvsle {bits} {most}))")
     }
 
     /// Returns the word of a format whose bits a text of SMT-LIB gives.
-    #[must_use]
     pub fn of_bits(format: Format, bits: &str) -> Self {
         if format.is_signed() {
             return Self::new(format.width(), format.min(), format.max(), bits.to_string());
@@ -97,7 +95,6 @@ impl Term {
     }
 
     /// Returns its low bits in SMT-LIB.
-    #[must_use]
     pub fn bits(self, width: u32) -> String {
         match self.width.cmp(&width) {
             std::cmp::Ordering::Less => self.extended(width),
@@ -205,7 +202,6 @@ impl BitOr for Bit {
 
 impl Bit {
     /// Returns its name in SMT-LIB.
-    #[must_use]
     pub fn name(self) -> String {
         format!("t{}", self.0)
     }

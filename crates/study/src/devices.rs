@@ -14,7 +14,6 @@ impl Device for DutScene {
 }
 
 /// Returns the device of a scene.
-#[must_use]
 pub fn device(scene: &Experiment) -> &dyn Device {
     match scene {
         Experiment::Axis(scene) => scene,

@@ -75,7 +75,6 @@ impl SampledLoop {
     ///
     /// If the hand is a spring and damper, it pulls back with these. The states are those of the plant, the position of
     /// the previous sample, and the efforts that have not yet taken effect.
-    #[must_use]
     pub fn new(scene: &Scene, stiffness: f64, damping: f64) -> Self {
         let mut plant = plant(scene);
         let states = plant.len() - 1;
@@ -127,7 +126,6 @@ impl SampledLoop {
 
     /// Returns the loop of a scene with a sampled spring whose damping is refreshed only every `every` samples, from
     /// one refresh to the next, without delay.
-    #[must_use]
     pub fn dual_rate(scene: &Scene, stiffness: f64, damping: f64, every: u32) -> Self {
         let plant = plant(scene);
         let effort = plant.len() - 1;
@@ -153,7 +151,6 @@ impl SampledLoop {
     ///
     /// This is Gelfand's `lim ‖Mⁿ‖^(1/n)` along n = 2^k; a relative rounding error of one squaring weighs 2^-k in the
     /// result.
-    #[must_use]
     pub fn spectral_radius(&self) -> f64 {
         let mut power = self.map.clone();
         let mut log = 0.0;

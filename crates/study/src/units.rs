@@ -214,13 +214,11 @@ impl Journal {
     }
 
     /// Returns line 1 of the journal of the set with this header.
-    #[must_use]
     pub fn head(header: &str) -> String {
         format!("{FORMAT}{header}\n")
     }
 
     /// Returns a row's line in the journal of the set with this header.
-    #[must_use]
     pub fn line(header: &str, index: usize, row: &UnitResult) -> String {
         let said = match row {
             Ok(row) => format!("{index} made {row}"),
@@ -257,7 +255,6 @@ fn row(header: &str, line: &str) -> Option<(usize, UnitResult)> {
 }
 
 /// Returns a name for everything that a set's rows depend on: 64-bit FNV-1a over the parts, each ended by a zero.
-#[must_use]
 pub fn fingerprint<'a>(parts: impl IntoIterator<Item = &'a [u8]>) -> String {
     let bytes = parts.into_iter().flat_map(|part| part.iter().copied().chain([0]));
     let hash =

@@ -52,7 +52,6 @@ type Table = (Vec<String>, Vec<Vec<String>>);
 impl Around {
     /// Returns the last rows up to row `number`, under the names of their columns. Where a signal differs in one of
     /// these rows, a second column after it holds the words of the other side, as in `delta(vhdl)`.
-    #[must_use]
     pub fn table(&self, number: u64) -> Table {
         let end = self.rows.iter().take_while(|row| row.number <= number).count();
         let rows = &self.rows[end.saturating_sub(SHOWN)..end];
@@ -77,7 +76,6 @@ impl Around {
 
     /// Returns the table as aligned lines. A signal that does not change and is equal on both sides is printed once,
     /// below the table.
-    #[must_use]
     pub fn lines(&self, number: u64) -> Vec<String> {
         let (heads, rows) = self.table(number);
         if rows.is_empty() {

@@ -75,7 +75,6 @@ const WAVES_WIDTH: u32 = SIZE.0 - TREE_WIDTH - NAMES_WIDTH - 40;
 /// an edge, if one is to be marked; markers A to Z are at the first 26 `named` edges.
 ///
 /// `dump` is the name of the waveform's file; GTKWave looks for it beside the save file.
-#[must_use]
 pub fn gtkw(
     layout: &Layout,
     dump: &str,

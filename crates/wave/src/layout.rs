@@ -76,7 +76,6 @@ pub(crate) const DIFFERS: &str = "differs";
 
 /// Returns the net that a run of VHDL (`hpu run --driver rtl`) shows after those of the wiring: it is 1 from the first
 /// edge at which a net differed from the emulator's.
-#[must_use]
 pub fn differs() -> Signal {
     Signal::bit(DIFFERS, "A net has differed from the emulator's")
 }
@@ -142,7 +141,6 @@ impl Scope {
 impl Layout {
     /// Returns the hierarchy of a wiring as GHDL shows it, without `clk`, and the plant's outputs in a scope `plant`
     /// beside it.
-    #[must_use]
     pub fn new<W: Wiring>(wiring: &W, reals: &[Real]) -> Self {
         let nets = wiring.nets();
         let net = |(index, signal): (usize, &Signal)| Var::new(signal.name, signal.format, Source::Net(index));
@@ -170,14 +168,12 @@ impl Layout {
     }
 
     /// Returns the hierarchy of a scene's wiring and world. A recording has no plant.
-    #[must_use]
     pub fn of(simulation: &impl Wired) -> Self {
         let reals = if simulation.has_device() { simulation.reals() } else { &[] };
         simulation.visit(Laying { reals })
     }
 
     /// Returns the hierarchy of a design of the user's own: its ports in a scope of its name, and its world.
-    #[must_use]
     pub fn of_design(simulation: &impl Simulation) -> Self {
         let nets = simulation.nets();
         let mut top = Scope::new(simulation.closed_by(), true, std::iter::empty());
@@ -229,13 +225,11 @@ impl Layout {
     }
 
     /// Returns the topmost scopes.
-    #[must_use]
     pub fn scopes(&self) -> &[Scope] {
         &self.scopes
     }
 
     /// Returns the full names of all variables in the order of the file, as in `hybrid_loop.counter.position[11:0]`.
-    #[must_use]
     pub fn names(&self) -> Vec<String> {
         let mut names = Vec::new();
         self.scopes.iter().for_each(|scope| scope.names("", &mut names));
@@ -243,7 +237,6 @@ impl Layout {
     }
 
     /// Returns whether any variable shows this source.
-    #[must_use]
     pub fn shows(&self, source: Source) -> bool {
         fn has(scope: &Scope, source: Source) -> bool {
             scope.vars.iter().any(|var| var.source == source) || scope.scopes.iter().any(|inner| has(inner, source))

@@ -74,7 +74,6 @@ fn bits(word: &str, format: Format) -> String {
 }
 
 /// Returns the rows around a mismatch as a VCD.
-#[must_use]
 pub fn mismatch_vcd(around: &Around) -> String {
     let timescale = Timescale::of(around.clock);
     let vars = vars(around);
@@ -122,7 +121,6 @@ pub fn mismatch_vcd(around: &Around) -> String {
 
 /// Returns its GTKWave save file. It shows the emulator's word of each signal above the other word, and a marker at the
 /// first difference.
-#[must_use]
 pub fn mismatch_gtkw(around: &Around, number: u64, dump: &str) -> String {
     let ends = [around.rows.first(), around.rows.last()].map(|row| row.map_or(0, |row| row.number));
     let span = Cycle(ends[0].saturating_sub(1))..Cycle(ends[1] + 1);

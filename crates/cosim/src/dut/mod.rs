@@ -161,19 +161,16 @@ impl<'s> DutSimulation<'s> {
     }
 
     /// Returns the scene.
-    #[must_use]
     pub fn scene(&self) -> &DutScene {
         self.scene
     }
 
     /// Returns the simulator's name as messages show it.
-    #[must_use]
     pub fn engine(&self) -> &str {
         self.design.engine()
     }
 
     /// Returns the ports with their connections.
-    #[must_use]
     pub fn wires(&self) -> &[Wire] {
         &self.wires.wires
     }

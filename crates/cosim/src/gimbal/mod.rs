@@ -51,19 +51,16 @@ impl<'s> GimbalSimulation<'s> {
     }
 
     /// Returns the scene.
-    #[must_use]
     pub fn scene(&self) -> &'s GimbalScene {
         self.scene
     }
 
     /// Returns the scene's words.
-    #[must_use]
     pub fn words(&self) -> &GimbalWords {
         &self.words
     }
 
     /// Returns the constant inputs of the datapath; all that the world drives is 0.
-    #[must_use]
     pub fn input(&self) -> GimbalIn<i64> {
         let GimbalWords { proportional, derivative, stiffness, feedback, thresholds, period, .. } = self.words;
         GimbalIn {

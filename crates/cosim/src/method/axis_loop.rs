@@ -38,7 +38,6 @@ macro_rules! axis_loop {
 
         impl AxisLoop {
             /// Returns the wiring of every method, in its default configuration.
-            #[must_use]
             pub fn all() -> Vec<Self> {
                 vec![
                     Self::Hybrid(HybridLoop::default()),
@@ -60,7 +59,6 @@ macro_rules! axis_loop {
 
             /// Returns the clock edges from a sample to the torque computed from it, beyond the edge at which it is
             /// taken.
-            #[must_use]
             pub fn latency(&self) -> u64 {
                 match self {
                     Self::Hybrid(_) | Self::Conventional(_) => 0,
@@ -74,19 +72,16 @@ laws!(axis_loop);
 
 impl AxisLoop {
     /// Returns the wiring as a block.
-    #[must_use]
     pub fn block(&self) -> &dyn AnyBlock {
         with_axis_loop!(self, wiring => wiring)
     }
 
     /// Returns the nets.
-    #[must_use]
     pub fn nets(&self) -> Vec<Signal> {
         with_axis_loop!(self, wiring => wiring.nets())
     }
 
     /// Returns the instances, in the order of the VHDL.
-    #[must_use]
     pub fn instances(&self) -> Vec<Instance> {
         with_axis_loop!(self, wiring => wiring.instances())
     }

@@ -89,7 +89,6 @@ pub struct BrakingPulse {
 
 impl BrakingPulse {
     /// Creates a wall of `K`, `B` and `m`, the device at `start_m` beyond its surface.
-    #[must_use]
     pub fn new(
         [stiffness_n_per_m, damping_n_s_per_m, mass_kg]: [f64; 3],
         period_s: f64,
@@ -110,7 +109,6 @@ impl BrakingPulse {
     }
 
     /// Returns the pulse of the latest sample.
-    #[must_use]
     pub fn pulse_n(&self) -> f64 {
         self.pulse_n
     }

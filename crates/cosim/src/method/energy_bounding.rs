@@ -137,13 +137,11 @@ pub struct EnergyBounding {
 
 impl EnergyBounding {
     /// Creates an algorithm around a wall, the device at `start_m` beyond the surface.
-    #[must_use]
     pub fn new(wall: Wall, form: BoundingForm, limit_n: f64, start_m: f64) -> Self {
         Self { wall, form, limit_n, energy_j: 0.0, force_n: 0.0, previous_m: start_m }
     }
 
     /// Returns `E`.
-    #[must_use]
     pub fn energy_j(&self) -> f64 {
         self.energy_j
     }

@@ -112,7 +112,6 @@ macro_rules! methods {
 
         impl LawMethod {
             /// Returns its name in `method.kind`.
-            #[must_use]
             pub fn name(&self) -> &'static str {
                 match self { $(Self::$Law(_) => stringify!($kind),)* }
             }
@@ -163,7 +162,6 @@ impl LawMethod {
 
 impl Loop {
     /// Returns its name in `method.kind`.
-    #[must_use]
     pub fn name(&self) -> &'static str {
         match self {
             Self::Hybrid => LOOPS[0],
@@ -173,7 +171,6 @@ impl Loop {
     }
 
     /// Returns the features that distinguish it from a plain sampled wall.
-    #[must_use]
     pub fn features(&self) -> Features {
         match self {
             Self::Hybrid => Features { live: true, ..Features::default() },
@@ -191,13 +188,11 @@ impl Loop {
     }
 
     /// Returns whether the spring reads the position at once.
-    #[must_use]
     pub fn is_live(&self) -> bool {
         self.features().live
     }
 
     /// Returns the scale of its force, if it has one: the key and the value.
-    #[must_use]
     pub fn scale(&self) -> Option<(&'static str, f64)> {
         match self {
             Self::Law(law) => law.scale_key().map(|key| (key, self.features().scale)),

@@ -118,7 +118,6 @@ pub struct PassiveSpring {
 
 impl PassiveSpring {
     /// Creates a spring at rest, the device at `start_m` beyond the surface.
-    #[must_use]
     pub fn new(stiffness_n_per_m: f64, revive: bool, start_m: f64) -> Self {
         Self {
             stiffness_n_per_m,
@@ -134,25 +133,21 @@ impl PassiveSpring {
     }
 
     /// Returns `s`.
-    #[must_use]
     pub fn extension_m(&self) -> f64 {
         self.extension_m
     }
 
     /// Returns `k s²/2`.
-    #[must_use]
     pub fn stored_j(&self) -> f64 {
         0.5 * self.stiffness_n_per_m * self.extension_m * self.extension_m
     }
 
     /// Returns the energy that engaging has added so far, without work of the device.
-    #[must_use]
     pub fn engaged_j(&self) -> f64 {
         self.engaged_j
     }
 
     /// Returns the energy that the device has taken out so far beyond the stored energy.
-    #[must_use]
     pub fn overdrawn_j(&self) -> f64 {
         self.overdrawn_j
     }
@@ -194,7 +189,6 @@ pub struct MidpointSpring {
 
 impl MidpointSpring {
     /// Returns position and speed a period later, with `F = -k (q + v T/2) / (1 + k T²/(4 m))` held.
-    #[must_use]
     pub fn step(&self, (q_m, v_m_per_s): (f64, f64)) -> (f64, f64) {
         let (k, m, t) = (self.stiffness_n_per_m, self.mass_kg, self.period_s);
         let force_n = -k * (q_m + 0.5 * v_m_per_s * t) / (1.0 + k * t * t / (4.0 * m));
@@ -203,7 +197,6 @@ impl MidpointSpring {
     }
 
     /// Returns `m v²/2 + k q²/2`.
-    #[must_use]
     pub fn energy_j(&self, (q_m, v_m_per_s): (f64, f64)) -> f64 {
         0.5 * (self.mass_kg * v_m_per_s * v_m_per_s + self.stiffness_n_per_m * q_m * q_m)
     }

@@ -119,7 +119,6 @@ pub struct PassivityController {
 
 impl PassivityController {
     /// Creates a controller of a wall, the device at `start_m` beyond the surface.
-    #[must_use]
     pub fn new(wall: Wall, observer: Observer, credit_j: f64, limit_n: f64, start_m: f64) -> Self {
         Self {
             wall,
@@ -135,7 +134,6 @@ impl PassivityController {
     }
 
     /// Returns `W`.
-    #[must_use]
     pub fn energy_j(&self) -> f64 {
         self.energy_j
     }

@@ -10,7 +10,6 @@
 use super::sampled_law::SampledLaw;
 
 /// Returns the coefficients `b0, b1, b2, a1, a2` of the high-pass.
-#[must_use]
 pub fn high_pass(cutoff_hz: f64, period_s: f64) -> [f64; 5] {
     let w = libm::tan(std::f64::consts::PI * cutoff_hz * period_s);
     let norm = 1.0 + std::f64::consts::SQRT_2 * w + w * w;
@@ -35,7 +34,6 @@ pub struct InputShaper<L> {
 
 impl<L> InputShaper<L> {
     /// Creates a shaper behind a law.
-    #[must_use]
     pub fn new(law: L, cutoff_hz: f64, period_s: f64) -> Self {
         Self { law, coefficients: high_pass(cutoff_hz, period_s), inputs_n: [0.0; 2], outputs_n: [0.0; 2] }
     }

@@ -123,13 +123,11 @@ pub struct Shares {
 
 impl VirtualCoupling {
     /// Creates a coupling at rest.
-    #[must_use]
     pub fn new(coupling_n_per_m: f64, coupling_n_s_per_m: f64, environment_n_per_m: f64, period_s: f64) -> Self {
         Self { coupling_n_per_m, coupling_n_s_per_m, environment_n_per_m, period_s, extension_m: 0.0 }
     }
 
     /// Returns the shares: `e = share x + held e⁻` with the tool touching, `e = free e⁻` with the tool free.
-    #[must_use]
     pub fn shares(&self) -> Shares {
         let (k, damper) = (self.coupling_n_per_m, self.coupling_n_s_per_m / self.period_s);
         let free = if damper == 0.0 { 0.0 } else { damper / (k + damper) };

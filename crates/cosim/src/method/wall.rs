@@ -32,7 +32,6 @@ pub struct Wall {
 
 impl Wall {
     /// Creates a wall whose velocity is computed every `ratio` samples, the device at `start_m` beyond its surface.
-    #[must_use]
     pub fn new(stiffness_n_per_m: f64, damping_n_s_per_m: f64, ratio: u32, period_s: f64, start_m: f64) -> Self {
         Self {
             stiffness_n_per_m,
@@ -47,7 +46,6 @@ impl Wall {
     }
 
     /// Returns the force at a position, with the velocity of the latest sample.
-    #[must_use]
     pub fn force_n(&self, x_m: f64) -> f64 {
         let inside_n = if x_m >= 0.0 {
             self.stiffness_n_per_m * x_m + self.damping_n_s_per_m * self.velocity_m_per_s

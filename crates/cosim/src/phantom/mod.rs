@@ -83,31 +83,26 @@ impl<'s> PhantomSimulation<'s> {
     }
 
     /// Returns the scene.
-    #[must_use]
     pub fn scene(&self) -> &'s PhantomScene {
         self.scene
     }
 
     /// Returns the scene's words.
-    #[must_use]
     pub fn words(&self) -> &PhantomWords {
         &self.words
     }
 
     /// Returns the angle of one count of each joint.
-    #[must_use]
     pub fn count_rad(&self) -> [f64; 3] {
         self.plant.arm.count_rad
     }
 
     /// Returns the apparent mass at the tip, if the model has one in place of its links' inertias.
-    #[must_use]
     pub fn apparent_kg(&self) -> Option<f64> {
         (self.scene.drop.premium == Premium::OneZero).then_some(APPARENT_KG)
     }
 
     /// Returns the constant inputs of the datapath, pins at 0.
-    #[must_use]
     pub fn input(&self) -> PhantomIn<i64> {
         let PhantomWords { low, high, room, stiffness, period, .. } = self.words;
         PhantomIn {

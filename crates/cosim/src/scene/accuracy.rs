@@ -41,7 +41,6 @@ impl Output {
     ];
 
     /// Returns its name in a scene.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Trace => "trace",

@@ -39,7 +39,6 @@ has_head!(DutScene);
 
 impl DutScene {
     /// Returns the wall's position in counts of the encoder, from angle 0.
-    #[must_use]
     pub fn wall_counts(&self) -> i64 {
         (self.wall_rad / self.encoder.count_rad()).round() as i64
     }
@@ -95,7 +94,6 @@ pub enum Engine {
 
 impl Engine {
     /// Returns its name in `dut.engine`.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Auto => "auto",
@@ -193,7 +191,6 @@ impl Line {
     ];
 
     /// Returns its name in scenes.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::A => "encoder.a",
@@ -212,7 +209,6 @@ impl Line {
     }
 
     /// Returns whether it is an input of the design, driven by the world.
-    #[must_use]
     pub fn is_given(self) -> bool {
         matches!(self, Self::A | Self::B | Self::Index)
     }
@@ -241,7 +237,6 @@ pub enum Connection {
 
 impl Connection {
     /// Returns its name in scenes.
-    #[must_use]
     pub fn name(self) -> String {
         match self {
             Self::Line(line, inverted) => format!("{}{}", if inverted { "not " } else { "" }, line.name()),
@@ -256,7 +251,6 @@ impl Connection {
     }
 
     /// Returns whether the port is an input of the design.
-    #[must_use]
     pub fn is_given(self) -> bool {
         match self {
             Self::Line(line, _) => line.is_given(),
@@ -266,13 +260,11 @@ impl Connection {
     }
 
     /// Returns whether its word drives the device.
-    #[must_use]
     pub fn drives(self) -> bool {
         !self.is_given() && self != Self::Open
     }
 
     /// Returns the format of its words, if the connection fixes it.
-    #[must_use]
     pub fn format(self) -> Option<Format> {
         match self {
             Self::Angle(format) | Self::Duty(format, _) | Self::Force(format, _) => Some(format),

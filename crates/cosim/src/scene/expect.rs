@@ -68,7 +68,6 @@ pub enum Metric {
 
 impl Metric {
     /// Returns its key in a scene.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::FinalAngle => keys::expect::final_angle.name,

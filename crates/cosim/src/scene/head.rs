@@ -40,13 +40,11 @@ pub struct Head {
 
 impl Head {
     /// Returns the duration in clock edges.
-    #[must_use]
     pub fn edges(&self) -> u64 {
         self.clock.edges(self.run.duration_s)
     }
 
     /// Returns an error at one of the scene's keys.
-    #[must_use]
     pub fn error(&self, key: &str, reason: impl Into<String>) -> SceneError {
         self.places.error(key, reason)
     }

@@ -176,7 +176,6 @@ impl Experiment {
     }
 
     /// Returns the scene as one of any kind.
-    #[must_use]
     pub fn setup(&self) -> &dyn Setup {
         match self {
             Self::Axis(scene) => scene,
@@ -187,7 +186,6 @@ impl Experiment {
     }
 
     /// Returns the scene if it is one of an axis.
-    #[must_use]
     pub fn axis(self) -> Option<Scene> {
         match self {
             Self::Axis(scene) => Some(scene),
@@ -196,7 +194,6 @@ impl Experiment {
     }
 
     /// Returns the scene if it is one of a PHANToM.
-    #[must_use]
     pub fn phantom(self) -> Option<PhantomScene> {
         match self {
             Self::Phantom(scene) => Some(scene),
@@ -256,7 +253,6 @@ impl Scene {
     }
 
     /// Returns the shaft angle at the start: the device's, or the first angle of a hand that imposes the angle.
-    #[must_use]
     pub fn initial_angle_rad(&self) -> f64 {
         match (&self.hand, &self.device) {
             (Hand::Prescribed { path }, _) => path.first().map_or(0.0, |point| point.angle_rad),
@@ -266,33 +262,28 @@ impl Scene {
     }
 
     /// Returns the sample period in whole clocks.
-    #[must_use]
     pub fn period_clocks(&self) -> u64 {
         self.clock.edges(1.0 / self.method.sample_rate_hz)
     }
 
     /// Returns the clocks of a period of the modulator, if its gates drive the device. Periods begin at the edges after
     /// multiples of that number.
-    #[must_use]
     pub fn modulator_clocks(&self) -> Option<u64> {
         let switches = matches!(self.device, Device::Motor(_)) && self.model.bridge == BridgeModel::Switching;
         switches.then(|| 1 << self.method.pwm.bits)
     }
 
     /// Returns the solver's step in whole clocks, at least one: a sample period if the scene sets no step.
-    #[must_use]
     pub fn step_clocks(&self) -> u64 {
         self.model.step_s.map_or(self.period_clocks(), |step_s| self.clock.edges(step_s).max(1))
     }
 
     /// Returns the time span over which a sampled velocity counts, in s: a velocity word of 1 is one count in this time.
-    #[must_use]
     pub fn velocity_span_s(&self) -> f64 {
         self.method.kind.features().velocity_samples * self.sample_period_s()
     }
 
     /// Returns the sample period in seconds, as the clock realises it.
-    #[must_use]
     pub fn sample_period_s(&self) -> f64 {
         self.period_clocks() as f64 / self.clock.frequency_hz() as f64
     }

@@ -45,7 +45,6 @@ impl Solver {
         [Self::Events, Self::Clock, Self::Sample, Self::Euler, Self::SemiImplicit, Self::Midpoint, Self::Rk4];
 
     /// Returns its name in `model.solver`.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Events => "events",
@@ -59,7 +58,6 @@ impl Solver {
     }
 
     /// Returns the method of its steps, if it takes steps of a length of its own.
-    #[must_use]
     pub fn method(self) -> Option<hpu_plant::Method> {
         match self {
             Self::Events | Self::Clock | Self::Sample => None,
@@ -71,13 +69,11 @@ impl Solver {
     }
 
     /// Returns whether it takes steps of a length of its own.
-    #[must_use]
     pub fn is_fixed_step(self) -> bool {
         self.method().is_some()
     }
 
     /// Returns whether datapath and device meet at every clock edge.
-    #[must_use]
     pub fn is_exact(self) -> bool {
         matches!(self, Self::Events | Self::Clock)
     }

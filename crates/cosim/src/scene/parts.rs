@@ -16,7 +16,6 @@ pub enum Device {
 
 impl Device {
     /// Returns the units of its motion.
-    #[must_use]
     pub fn units(&self) -> Units {
         match self {
             Self::Motor(_) => Units { position: "rad", effort: "N.m", stiffness: "N.m/rad", damping: "N.m.s/rad" },
@@ -67,7 +66,6 @@ pub struct Motor {
 
 impl Motor {
     /// Returns the inertia of rotor and wheel, referred to the shaft.
-    #[must_use]
     pub fn inertia_kg_m2(&self) -> f64 {
         self.rotor_inertia_kg_m2 + self.wheel_inertia_kg_m2 / (self.wheel_ratio * self.wheel_ratio)
     }
@@ -105,7 +103,6 @@ pub enum Encoder {
 
 impl Encoder {
     /// Returns the angle, or length, of one count.
-    #[must_use]
     pub fn count_rad(&self) -> f64 {
         match self {
             Self::Rotary { lines } => 2.0 * std::f64::consts::PI / (4.0 * f64::from(*lines)),
@@ -259,7 +256,6 @@ pub enum Hand {
 impl Hand {
     /// Returns the stiffness and damping that the hand adds to the device's own: those of a spring and damper, else
     /// zeros.
-    #[must_use]
     pub fn grip(&self) -> (f64, f64) {
         match *self {
             Self::SpringDamper { stiffness_nm_per_rad, damping_nm_s_per_rad, .. } => {

@@ -100,7 +100,6 @@ static FILES: &[(&str, &str)] = &[
 ];
 
 /// Returns the shipped scenes.
-#[must_use]
 pub fn shipped() -> &'static [Shipped] {
     SCENES
 }

@@ -34,7 +34,6 @@ impl SceneError {
     }
 
     /// Returns whether the refused value came from an override, not from the file.
-    #[must_use]
     pub fn is_override(&self) -> bool {
         self.place.starts_with(OVERRIDE)
     }

@@ -60,7 +60,6 @@ pub struct Realised {
 impl LoopWords {
     /// Returns the torque or force that one count of the command asks for: the quantum of a PWM count, or the finer one
     /// of a law in floats.
-    #[must_use]
     pub fn command_quantum_nm(&self, scene: &Scene) -> f64 {
         let counts = match scene.model.datapath {
             Datapath::Law => 2f64.powi(self.config.pwm.width.cast_signed() - COMMAND_BITS.cast_signed()),
@@ -203,7 +202,6 @@ impl Scene {
     }
 
     /// Returns the effort of a full command over the effort of a full command in another world.
-    #[must_use]
     pub fn full_command_over(&self, nominal: &Self) -> f64 {
         match (self.stall_nm(), nominal.stall_nm()) {
             (Ok(own), Ok(other)) => own / other,

@@ -51,7 +51,6 @@ impl Register {
     }
 
     /// Returns its name in the VHDL, behind the name of its instance.
-    #[must_use]
     pub fn path(&self) -> String {
         self.instance.map_or_else(|| self.name.to_string(), |instance| format!("{instance}.{}", self.name))
     }

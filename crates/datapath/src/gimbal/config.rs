@@ -83,14 +83,12 @@ impl GimbalConfig {
     }
 
     /// Returns the widths of the CORDIC, whose coordinates have room for the length of any vector of lengths.
-    #[must_use]
     pub fn cordic(&self) -> CordicConfig {
         let Self { length, angle_width, guard, rotations, .. } = *self;
         CordicConfig { width: length.width() + 1, angle_width, guard, rotations }
     }
 
     /// Returns the least and the greatest radius that the crank reaches.
-    #[must_use]
     pub fn reach(&self) -> (u32, u32) {
         (self.offset + self.rod - self.crank, self.offset + self.rod + self.crank)
     }

@@ -113,7 +113,6 @@ impl ControlSwitch {
 
     /// Returns the drive, and whether it is saturated.
     #[inline]
-    #[must_use]
     pub fn latest(&self) -> Narrowed {
         self.state.drive
     }

@@ -85,7 +85,6 @@ impl GimbalInverse {
     }
 
     /// Returns the number of edges from a start to the joints.
-    #[must_use]
     pub fn latency(&self) -> u32 {
         3 * self.config.rotations + self.config.length.width() + 13
     }
@@ -100,7 +99,6 @@ impl GimbalInverse {
     /// `cos(psi) = (Q - P) / (Q + P)` with a slope of at most `L1 (1 + L1 / L2)`, for the lengths L1 of the crank and
     /// L2 of the rod, which also bounds its derivative by `psi`. The floors of `P` and `Q` change this cosine by at
     /// most `2 / (P + Q - 2)`. The floor of the root is at most one part of `P + Q - 2`, the length of the last vector.
-    #[must_use]
     pub fn bound(&self) -> f64 {
         let GimbalConfig { length, crank, rod, angle_width, limit, .. } = self.config;
         let (least, most) = self.config.reach();
@@ -163,7 +161,6 @@ impl GimbalInverse {
     }
 
     /// Returns the joints for a position.
-    #[must_use]
     pub fn joints(&self, [x, y, z]: [i64; 3]) -> Joints<i64> {
         let word = |machine: Machine<i64>| machine.narrowed().word;
         let (across, angle) = self.cordic.measure(y, -x);

@@ -119,7 +119,6 @@ impl ImpedanceControl {
 
     /// Returns the drive, and which bits were lost to make it.
     #[inline]
-    #[must_use]
     pub fn eval(&self, input: In<i64>) -> Out<Narrowed> {
         in_machine!(self.fits_64, input, |input| self.made(input))
     }

@@ -132,7 +132,6 @@ impl ServoControl {
 
     /// Returns the drive, and which bits were lost to make it.
     #[inline]
-    #[must_use]
     pub fn latest(&self) -> Narrowed {
         self.latest
     }

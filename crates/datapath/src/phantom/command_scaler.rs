@@ -60,7 +60,6 @@ impl CommandScaler {
 
     /// Returns the command, and which bits were lost to make it.
     #[inline]
-    #[must_use]
     pub fn eval(&self, input: In<i64>) -> Out<Narrowed> {
         in_machine!(self.fits_64, input, |input| self.made(input))
     }

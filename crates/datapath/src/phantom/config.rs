@@ -95,7 +95,6 @@ impl Default for Config {
 impl Config {
     /// Returns the Premium 1.5: 0.215 m and 0.170 m, encoders of 4096 counts behind ratios of 13.3, 11.2 and 11.2, the
     /// motors and amplifiers of the 1.0 (0.17 N.m at the motor for a full scale of `2^15` DAC counts).
-    #[must_use]
     pub fn premium_1_5() -> Self {
         let joint = Turn { num: 5, den: 229_376 };
         Self {
@@ -107,7 +106,6 @@ impl Config {
     }
 
     /// Returns the Premium 1.0 with (1,9,22) everywhere, and (0,9,22) for the stiffness.
-    #[must_use]
     pub fn plain_q22() -> Self {
         let word = format(true, 9, 22);
         let formats = Formats {

@@ -64,7 +64,6 @@ impl CubeRoom {
 
     /// Returns force and contact, and which bits were lost to make them.
     #[inline]
-    #[must_use]
     pub fn eval(&self, input: In<i64>) -> Out<Narrowed> {
         in_machine!(self.fits_64, input, |input| self.made(input))
     }

@@ -83,7 +83,6 @@ impl PhantomEngine {
 
     /// Returns the outputs, each with the bits that were lost to make it.
     #[inline]
-    #[must_use]
     pub fn latest(&self) -> &Out<Narrowed> {
         &self.out
     }

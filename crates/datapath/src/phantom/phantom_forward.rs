@@ -64,7 +64,6 @@ impl PhantomForward {
 
     /// Returns the position, and which bits were lost to make it.
     #[inline]
-    #[must_use]
     pub fn eval(&self, input: In<i64>) -> Out<Narrowed> {
         in_machine!(self.fits_64, input, |input| self.made(input))
     }

@@ -50,7 +50,6 @@ impl<W: Wave> Trig<W> {
 
     /// Returns sine and cosine of a count: the outputs after an edge that has seen it.
     #[inline]
-    #[must_use]
     pub fn at(&self, count: i64) -> TrigOut<i64> {
         // A phase has at most 48 bits, and its product with a step 55.
         self.wave.at(Machine::<i64>::of(count)).map(|port| port.narrowed().word)

@@ -69,7 +69,6 @@ pub(crate) fn paths() -> [(&'static str, Config); 6] {
 
 /// Returns the configurations of the loops, each with its label in `variants`. In the shared loop, each is
 /// [`shared`](Config::shared).
-#[must_use]
 pub fn loop_variants() -> Vec<(&'static str, Config)> {
     [("default", Config::default())].into_iter().chain(loops()).collect()
 }

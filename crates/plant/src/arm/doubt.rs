@@ -16,14 +16,12 @@ impl<L: Links> ArmMotion<'_, L> {
     /// Returns a bound on the errors of the angles at an edge, in rad: the truncation and rounding of each segment,
     /// summed as independent errors are. It is an estimate, for it ignores that the motion itself amplifies or damps
     /// errors.
-    #[must_use]
     pub fn error_rad(&self, edge: u64) -> f64 {
         self.error(self.time_s(edge))[0]
     }
 
     /// Returns the distance of an encoder's angle above a limit near it, in rad, with more digits than the angle itself
     /// has.
-    #[must_use]
     pub fn above_rad(&self, edge: u64, joint: usize, limit_rad: f64) -> f64 {
         let (whole, part) = self.sum(&self.series.p, 2, self.time_s(edge));
         (whole[joint] - limit_rad) + part[joint]
@@ -31,7 +29,6 @@ impl<L: Links> ArmMotion<'_, L> {
 
     /// Returns whether an encoder's angle, which has passed a limit at this edge, is or was so near to it that `f64`
     /// alone, with the error of the run, may have put the crossing on another edge.
-    #[must_use]
     pub fn is_near(&self, edge: u64, joint: usize, limit_rad: f64) -> bool {
         let [_, slope, curvature] = derivatives(&self.series.p[..=self.series.powers], self.time_s(edge));
         let (edge_s, now) = (self.arm.edge_s, self.above_rad(edge, joint, limit_rad));

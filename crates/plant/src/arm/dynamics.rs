@@ -10,13 +10,10 @@ pub trait Scalar:
     Clone + From<f64> + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self>
 {
     /// Returns sine and cosine.
-    #[must_use]
     fn sin_cos(&self) -> (Self, Self);
     /// Returns the square root of a positive number.
-    #[must_use]
     fn sqrt(&self) -> Self;
     /// Returns 1 divided by a number other than 0.
-    #[must_use]
     fn recip(&self) -> Self;
 }
 
@@ -89,7 +86,6 @@ pub struct Dual<T> {
 
 impl<T: Scalar> Dual<T> {
     /// Returns the angles of the joints, each with slope 1 by itself.
-    #[must_use]
     pub fn of(angles: [T; 3]) -> [Self; 3] {
         let [one, two, three] = angles;
         [(0, one), (1, two), (2, three)].map(|(joint, value)| {

@@ -25,7 +25,6 @@ pub struct ArmEnergy {
 
 impl ArmEnergy {
     /// Returns the energy dissipated in all ways.
-    #[must_use]
     pub fn dissipated_j(&self) -> f64 {
         self.viscous_j + self.coulomb_j + self.transmission_j
     }

@@ -296,7 +296,6 @@ impl Arm {
     }
 
     /// Returns the parameters.
-    #[must_use]
     pub fn model(&self) -> &ArmModel {
         &self.links
     }

@@ -83,13 +83,11 @@ impl Gimbal {
     }
 
     /// Returns the least and the greatest radius in m.
-    #[must_use]
     pub fn radii_m(&self) -> [f64; 2] {
         [self.rod_m - self.crank_m, self.rod_m + self.crank_m].map(|length_m| length_m + self.offset_m)
     }
 
     /// Returns the radius of a crank angle.
-    #[must_use]
     pub fn radius_m<T: Scalar>(&self, crank_rad: &T) -> T {
         let (sine, cosine) = crank_rad.sin_cos();
         let square = T::from(self.rod_m * self.rod_m) - T::from(self.crank_m * self.crank_m) * sine.clone() * sine;
@@ -97,7 +95,6 @@ impl Gimbal {
     }
 
     /// Returns the change of the radius per change of the crank's angle, in m/rad; never positive in `0..π`.
-    #[must_use]
     pub fn lever_m<T: Scalar>(&self, crank_rad: &T) -> T {
         let (sine, cosine) = crank_rad.sin_cos();
         let (crank, rod) = (self.crank_m, self.rod_m);
@@ -106,7 +103,6 @@ impl Gimbal {
     }
 
     /// Returns the crank's angle in `0..=π` of a radius; `None` when the crank does not reach it.
-    #[must_use]
     pub fn crank_rad(&self, radius_m: f64) -> Option<f64> {
         let [least, most] = self.radii_m();
         if !(least..=most).contains(&radius_m) {
@@ -121,7 +117,6 @@ impl Gimbal {
     }
 
     /// Returns the tip at a pitch, a roll and a radius.
-    #[must_use]
     pub fn tip_at_m<T: Scalar>(pitch_rad: &T, roll_rad: &T, radius_m: &T) -> [T; 3] {
         let ((st, ct), (sf, cf)) = (pitch_rad.sin_cos(), roll_rad.sin_cos());
         let ground = radius_m.clone() * ct;
@@ -129,7 +124,6 @@ impl Gimbal {
     }
 
     /// Returns pitch, roll and radius of a tip.
-    #[must_use]
     pub fn polar([x, y, z]: [f64; 3]) -> [f64; 3] {
         let ground = libm::hypot(x, y);
         [libm::atan2(z, ground), libm::atan2(-x, y), libm::hypot(ground, z)]
@@ -137,7 +131,6 @@ impl Gimbal {
 
     /// Returns the joints' angles that bring the tip to a position; `None` outside of the crank's reach or beyond the
     /// greatest tilt.
-    #[must_use]
     pub fn angles_rad(&self, tip_m: [f64; 3]) -> Option<[f64; 3]> {
         let [pitch_rad, roll_rad, radius_m] = Self::polar(tip_m);
         let tilted = [pitch_rad, roll_rad].iter().all(|angle_rad| angle_rad.abs() <= Self::TILT_RAD);
@@ -145,7 +138,6 @@ impl Gimbal {
     }
 
     /// Returns the change of the tip's position per change of each joint; rows x, y, z.
-    #[must_use]
     pub fn jacobian_m(&self, [pitch_rad, roll_rad, crank_rad]: [f64; 3]) -> [[f64; 3]; 3] {
         let ((st, ct), (sf, cf)) = (libm::sincos(pitch_rad), libm::sincos(roll_rad));
         let (r, lever) = (self.radius_m(&crank_rad), self.lever_m(&crank_rad));

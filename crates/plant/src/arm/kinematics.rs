@@ -28,14 +28,12 @@ pub struct Sines {
 
 impl Sines {
     /// Computes sines and cosines of these angles.
-    #[must_use]
     pub fn of(angles_rad: [f64; 3]) -> Self {
         Self { angles_rad, pairs: angles_rad.map(libm::sincos) }
     }
 
     /// Returns sines and cosines of other angles. Differences below 0.03 rad use a series, whose next terms are below
     /// 1e-19.
-    #[must_use]
     #[inline]
     pub fn near(&self, angles_rad: [f64; 3]) -> [(f64, f64); 3] {
         let changes: [f64; 3] = std::array::from_fn(|i| angles_rad[i] - self.angles_rad[i]);
@@ -55,27 +53,23 @@ impl Sines {
 
 impl Pose {
     /// Returns the pose of links of these lengths with the joints at these angles.
-    #[must_use]
     pub fn of(lengths_m: Lengths, angles_rad: [f64; 3]) -> Self {
         Self::by(lengths_m, angles_rad.map(libm::sincos))
     }
 
     /// Returns the pose from sines and cosines of the angles.
-    #[must_use]
     pub fn by(lengths_m: Lengths, pairs: [(f64, f64); 3]) -> Self {
         let (sine, cosine) = (pairs.map(|pair| pair.0), pairs.map(|pair| pair.1));
         Self { lengths_m, radius_m: lengths_m[0] * cosine[1] + lengths_m[1] * sine[2], sine, cosine }
     }
 
     /// Returns the tip's position.
-    #[must_use]
     pub fn tip_m(&self) -> [f64; 3] {
         let Self { lengths_m: [upper_m, fore_m], radius_m, sine, cosine } = *self;
         [sine[0] * radius_m, fore_m - fore_m * cosine[2] + upper_m * sine[1], cosine[0] * radius_m - upper_m]
     }
 
     /// Returns the change of the tip's position per change of each joint; rows x, y, z.
-    #[must_use]
     pub fn jacobian_m(&self) -> [[f64; 3]; 3] {
         let Self { lengths_m: [upper_m, fore_m], radius_m, sine: [s1, s2, s3], cosine: [c1, c2, c3] } = *self;
         [
@@ -86,7 +80,6 @@ impl Pose {
     }
 
     /// Returns the joint torques of a force at the tip.
-    #[must_use]
     pub fn torques_nm(&self, force_n: [f64; 3]) -> [f64; 3] {
         let rows = self.jacobian_m();
         std::array::from_fn(|joint| (0..3).map(|axis| rows[axis][joint] * force_n[axis]).sum())
@@ -94,19 +87,16 @@ impl Pose {
 }
 
 /// Returns the tip's position.
-#[must_use]
 pub fn tip_m(lengths_m: Lengths, angles_rad: [f64; 3]) -> [f64; 3] {
     Pose::of(lengths_m, angles_rad).tip_m()
 }
 
 /// Returns the change of the tip's position per change of each joint; rows x, y, z.
-#[must_use]
 pub fn jacobian_m(lengths_m: Lengths, angles_rad: [f64; 3]) -> [[f64; 3]; 3] {
     Pose::of(lengths_m, angles_rad).jacobian_m()
 }
 
 /// Returns the determinant of the Jacobian, in m³: 0 where the arm is stretched, folded, or reaches its own axis.
-#[must_use]
 pub fn determinant_m3(lengths_m: Lengths, angles_rad: [f64; 3]) -> f64 {
     let [upper_m, fore_m] = lengths_m;
     let Pose { radius_m, .. } = Pose::of(lengths_m, angles_rad);
@@ -115,20 +105,17 @@ pub fn determinant_m3(lengths_m: Lengths, angles_rad: [f64; 3]) -> f64 {
 
 /// Returns whether these angles bring an arm so near a singular posture that its Jacobian is unusable: the arm is
 /// stretched or folded, or the tip lies on the arm's own axis.
-#[must_use]
 pub fn is_singular(lengths_m: Lengths, angles_rad: [f64; 3]) -> bool {
     let [upper_m, fore_m] = lengths_m;
     determinant_m3(lengths_m, angles_rad) < 0.01 * upper_m * fore_m * upper_m
 }
 
 /// Returns the joint torques of a force at the tip.
-#[must_use]
 pub fn torques_nm(lengths_m: Lengths, angles_rad: [f64; 3], force_n: [f64; 3]) -> [f64; 3] {
     Pose::of(lengths_m, angles_rad).torques_nm(force_n)
 }
 
 /// Returns the angles that bring the tip to a position, elbow up; `None` when the links do not reach it.
-#[must_use]
 pub fn angles_rad(lengths_m: Lengths, tip_m: [f64; 3]) -> Option<[f64; 3]> {
     let [upper_m, fore_m] = lengths_m;
     let [x, y, z] = [tip_m[0], tip_m[1] - fore_m, tip_m[2] + upper_m];
@@ -146,7 +133,6 @@ pub fn angles_rad(lengths_m: Lengths, tip_m: [f64; 3]) -> Option<[f64; 3]> {
 }
 
 /// Returns whether the links of a Premium 1.5 can take these angles.
-#[must_use]
 pub fn within_limits_1_5(angles_rad: [f64; 3]) -> bool {
     let degrees = angles_rad.map(f64::to_degrees);
     let inside = |value: f64, [low, high]: [f64; 2]| low <= value && value <= high;

@@ -65,7 +65,6 @@ impl<L: Links> Arm<L> {
     }
 
     /// Returns the tip's position.
-    #[must_use]
     pub fn tip_m(&self, angles_rad: [f64; 3]) -> [f64; 3] {
         self.links.tip_m(angles_rad)
     }

@@ -40,7 +40,6 @@ impl ArmModel {
     /// at the tip balanced against gravity (assumed: no inertias of a 1.0 are published). The apparent mass includes
     /// the rotors; transmissions are rigid, amplifiers ideal. Friction is 0: its published values are those felt at the
     /// tip, and the caller converts them to the joints.
-    #[must_use]
     pub fn premium_1_0() -> Self {
         let length_m = 0.140;
         let massless = Self {
@@ -64,7 +63,6 @@ impl ArmModel {
     /// (found in a public model of the device). The rotors (1.08e-6 kg·m² behind 13.3, 11.2 and 11.2) are found there
     /// too; it is assumed that they add to the published links. Transmissions are rigid, amplifiers ideal. Friction is
     /// 0, as in [`premium_1_0`](Self::premium_1_0).
-    #[must_use]
     pub fn premium_1_5() -> Self {
         let (l1, l2, l3, l5, l6): (f64, f64, f64, f64, f64) = (0.215, 0.170, 0.0325, -0.0368, 0.0527);
         let (fore_kg, parallel_kg, upper_kg, rear_kg) = (0.0202, 0.0249, 0.2359, 0.1906);
@@ -125,19 +123,16 @@ impl ArmModel {
     }
 
     /// Returns the links' mass matrix in kg·m², without rotors.
-    #[must_use]
     pub fn mass_kg_m2(&self, angles_rad: [f64; 3]) -> [[f64; 3]; 3] {
         Dynamics::mass_kg_m2(self, &angles_rad)
     }
 
     /// Returns the potential energy in gravity, in J.
-    #[must_use]
     pub fn gravity_j(&self, angles_rad: [f64; 3]) -> f64 {
         Dynamics::potential_j(self, &angles_rad)
     }
 
     /// Returns the joints, without the links.
-    #[must_use]
     pub fn joints(&self) -> Joints {
         Joints {
             viscous_nm_s_per_rad: self.viscous_nm_s_per_rad,

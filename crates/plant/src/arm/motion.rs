@@ -120,7 +120,6 @@ fn joints([a, b, c, _]: [f64; 4]) -> [f64; 3] {
 impl<'a, L: Links> ArmMotion<'a, L> {
     /// Creates an arm at edge 0, without torque. Transmissions are relaxed, and locked joints do not move, whatever
     /// their speed.
-    #[must_use]
     pub fn new(arm: &'a Arm<L>, angles_rad: [f64; 3], speeds_rad_per_s: [f64; 3]) -> Self {
         let q = lanes(angles_rad);
         let v = lanes(std::array::from_fn(|i| if arm.joints.free[i] { speeds_rad_per_s[i] } else { 0.0 }));
@@ -187,7 +186,6 @@ impl<'a, L: Links> ArmMotion<'a, L> {
 
     /// Returns the first edge in (`from`, `limit`] at which an encoder's angle leaves its band or a segment has ended;
     /// none has left its band at `from`. After [`ArmMotion::step`] to that edge the angles may lie in the bands again.
-    #[must_use]
     pub fn next_event(&self, from: u64, limit: u64, bands: &[Band; 3]) -> Option<u64> {
         let ended = self.end_edge <= limit;
         // The last edge of this segment to be searched.
@@ -288,7 +286,6 @@ impl<'a, L: Links> ArmMotion<'a, L> {
     }
 
     /// Returns the state at an edge at which the motion is, or before the next event.
-    #[must_use]
     pub fn state(&self, edge: u64) -> ArmState {
         let t = self.time_s(edge);
         let x = self.at(t);
@@ -311,7 +308,6 @@ impl<'a, L: Links> ArmMotion<'a, L> {
 
     /// Returns the exact means and extremes of the motors' torques since the row before the row at this edge; `None`
     /// unless [`measure`](Self::measure) asked for them.
-    #[must_use]
     pub fn measured(&self, edge: u64) -> Option<[Measured; 3]> {
         let gauge = self.gauge.as_deref()?;
         let torques_nm = self.state(edge).torques_nm;
@@ -333,7 +329,6 @@ impl<'a, L: Links> ArmMotion<'a, L> {
     }
 
     /// Returns the energy exchanged until an edge.
-    #[must_use]
     pub fn energy(&self, edge: u64) -> ArmEnergy {
         let mut energy = self.energy;
         energy.take(&self.arm.joints, &self.start, &self.series, self.time_s(edge));
@@ -341,19 +336,16 @@ impl<'a, L: Links> ArmMotion<'a, L> {
     }
 
     /// Returns the energy stored at an edge minus that at the start, in J.
-    #[must_use]
     pub fn stored_j(&self, edge: u64) -> f64 {
         self.arm.stored_j(&self.at(self.time_s(edge))) - self.initial_j
     }
 
     /// Returns how often a joint has begun to stick, to slip, or to slip the other way.
-    #[must_use]
     pub fn mode_changes(&self) -> u64 {
         self.mode_changes
     }
 
     /// Returns the number of series computed so far.
-    #[must_use]
     pub fn segments(&self) -> u64 {
         self.segments
     }

@@ -116,7 +116,6 @@ fn held(u: [f64; 3]) -> impl Command {
 
 impl<'a, L: Links> SteppedArm<'a, L> {
     /// Creates an arm at edge 0, without torque, with steps of this number of clock edges, at least one.
-    #[must_use]
     pub fn new(arm: &'a Arm<L>, method: Method, edges: u64, angles_rad: [f64; 3], speeds_rad_per_s: [f64; 3]) -> Self {
         let speeds = std::array::from_fn(|i| if arm.joints.free[i] { speeds_rad_per_s[i] } else { 0.0 });
         let from = [angles_rad, speeds, angles_rad, speeds, [0.0; 3]];
@@ -166,7 +165,6 @@ impl<'a, L: Links> SteppedArm<'a, L> {
 
     /// Returns means and extremes of the motors' torques, which are linear within a step, for the row at an edge of the
     /// present step; `None` unless [`measure`](Self::measure) asked for them.
-    #[must_use]
     pub fn measured(&self, edge: u64) -> Option<[Measured; 3]> {
         let gauge = self.gauge.as_deref()?;
         let torques_nm = self.now(edge)[TORQUE];
@@ -255,7 +253,6 @@ impl<'a, L: Links> SteppedArm<'a, L> {
     }
 
     /// Returns the state at an edge of the present step.
-    #[must_use]
     pub fn state(&self, edge: u64) -> ArmState {
         let [angles_rad, speeds_rad_per_s, motor_angles_rad, motor_speeds_rad_per_s, torques_nm] = self.now(edge);
         let stuck = self.rub.map(|rub| rub == Rub::Held);
@@ -264,43 +261,36 @@ impl<'a, L: Links> SteppedArm<'a, L> {
     }
 
     /// Returns the angles of the motors at the end of the last step.
-    #[must_use]
     pub fn motor_angles_rad(&self) -> &[f64; 3] {
         &self.from[P]
     }
 
     /// Returns the speeds of the motors at the end of the last step.
-    #[must_use]
     pub fn motor_speeds_rad_per_s(&self) -> &[f64; 3] {
         &self.from[W]
     }
 
     /// Returns the energy exchanged until an edge of the present step.
-    #[must_use]
     pub fn energy(&self, edge: u64) -> ArmEnergy {
         self.step.as_ref().map_or(self.energy, |step| self.energy.plus(&step.energy, self.share(edge)))
     }
 
     /// Returns the energy stored at an edge of the present step minus that at the start, in J.
-    #[must_use]
     pub fn stored_j(&self, edge: u64) -> f64 {
         self.stored(&self.now(edge)) - self.initial_j
     }
 
     /// Returns how often a joint has begun to stick, to slip, or to slip the other way.
-    #[must_use]
     pub fn mode_changes(&self) -> u64 {
         self.mode_changes
     }
 
     /// Returns the steps done.
-    #[must_use]
     pub fn steps(&self) -> u64 {
         self.steps
     }
 
     /// Returns whether a step has left the modelled range; the arm then stays where it was.
-    #[must_use]
     pub fn is_lost(&self) -> bool {
         self.lost
     }

@@ -87,7 +87,6 @@ pub type Event = (u64, State);
 impl<'a> Device<'a> {
     /// Creates a device at edge 0 with initial current, speed and angle, in its circuit: with all gates off, or with an
     /// amplifier that maintains the current.
-    #[must_use]
     pub fn new(axis: &'a Axis, current_a: f64, speed_rad_per_s: f64, angle_rad: f64) -> Self {
         let x = [current_a, speed_rad_per_s, angle_rad, angle_rad];
         let emf_v = axis.motor.torque_constant_nm_per_a * speed_rad_per_s;
@@ -131,7 +130,6 @@ impl<'a> Device<'a> {
 
     /// Returns the state at an edge at or after the anchor.
     #[inline]
-    #[must_use]
     pub fn state(&self, edge: u64) -> State {
         let edges = edge - self.anchor;
         match &self.cruise {
@@ -151,7 +149,6 @@ impl<'a> Device<'a> {
     }
 
     /// Returns the outputs named by [`REALS`] at an edge.
-    #[must_use]
     pub fn reals(&self, edge: u64) -> [f64; REALS.len()] {
         self.shown(&self.state(edge))
     }
@@ -183,7 +180,6 @@ impl<'a> Device<'a> {
 
     /// Returns the exact means and extremes of current and speed since the row before the row at this edge; `None`
     /// unless [`measure`](Self::measure) asked for them.
-    #[must_use]
     pub fn measured(&self, edge: u64) -> Option<[Measured; 2]> {
         let gauge = self.gauge.as_deref()?;
         let x = self.state(edge);
@@ -198,7 +194,6 @@ impl<'a> Device<'a> {
     }
 
     /// Returns the hand's angle and torque at an edge: see [`Axis::felt`].
-    #[must_use]
     pub fn felt(&self, edge: u64) -> [f64; 2] {
         self.axis.felt(&self.state(edge), self.intent_rad_per_s)
     }
@@ -244,32 +239,27 @@ impl<'a> Device<'a> {
     }
 
     /// Returns how often a mode has changed.
-    #[must_use]
     pub fn mode_changes(&self) -> u64 {
         self.mode_changes
     }
 
     /// Returns how many decisions (is the angle past a count, has a mode ended) were made again in double-double
     /// because `f64` was not exact enough.
-    #[must_use]
     pub fn redecided(&self) -> u64 {
         self.redecided
     }
 
     /// Returns whether friction holds the shaft.
-    #[must_use]
     pub fn is_stuck(&self) -> bool {
         self.shaft == Shaft::Stuck
     }
 
     /// Returns the energy exchanged until `edge`.
-    #[must_use]
     pub fn energy(&self, edge: u64) -> Energy {
         self.tallied(edge).0
     }
 
     /// Returns the energy stored at `edge` minus that at the start.
-    #[must_use]
     pub fn stored_j(&self, edge: u64) -> f64 {
         let motor = &self.axis.motor;
         stored_j(motor.inductance_h, motor.inertia_kg_m2, &self.state(edge)) - self.initial_j

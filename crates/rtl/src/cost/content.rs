@@ -57,13 +57,11 @@ impl Content for Cost {
 
 impl Cost {
     /// Returns the cost as one line without a comma.
-    #[must_use]
     pub fn line(&self) -> String {
         Content::line(self)
     }
 
     /// Reads a cost from its line. Returns `None` when the line is not a cost.
-    #[must_use]
     pub fn from_line(line: &str) -> Option<Self> {
         Content::from_line(line)
     }

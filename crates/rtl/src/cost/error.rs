@@ -56,7 +56,6 @@ impl CostError {
     }
 
     /// Returns the tool at fault, if a tool is at fault.
-    #[must_use]
     pub fn tool(&self) -> Option<&ToolError> {
         match self {
             Self::Ghdl(error) => error.tool(),

@@ -87,7 +87,6 @@ pub struct Cost {
 
 impl Cost {
     /// Returns whether the block fits into the HX8K.
-    #[must_use]
     pub fn fits(&self) -> bool {
         self.ecp5.is_none()
     }
@@ -95,7 +94,6 @@ impl Cost {
     /// Returns the highest clock frequency in the HX8K in megahertz, with registers before the inputs and behind the
     /// outputs: the median of the placements. Returns `None` when the block does not fit, when no path leads through
     /// it, or when it leaves no place for those registers.
-    #[must_use]
     pub fn fmax_mhz(&self) -> Option<f64> {
         let mut placed = self.placed?;
         // A placement that finds no room counts as slower than any other.
@@ -107,7 +105,6 @@ impl Cost {
     }
 
     /// Returns the longest path from register to register in nanoseconds: clock to output, logic and wires, setup.
-    #[must_use]
     pub fn path_ns(&self) -> Option<f64> {
         self.fmax_mhz().map(|fmax_mhz| 1000.0 / fmax_mhz)
     }

@@ -37,7 +37,6 @@ pub struct DutCost {
 impl DutCost {
     /// Returns the highest frequency of a clock in megahertz: the median of the placements. A placement without room
     /// counts as slower than any other.
-    #[must_use]
     pub fn fmax_mhz(&self, clock: usize) -> Option<f64> {
         let mut placed = self.clocks[clock].1.clone();
         placed.sort_by(|a, b| a.unwrap_or(0.0).total_cmp(&b.unwrap_or(0.0)));

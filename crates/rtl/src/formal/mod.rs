@@ -82,7 +82,6 @@ impl std::error::Error for ProofError {}
 
 impl ProofError {
     /// Returns the tool that failed, if one did.
-    #[must_use]
     pub fn tool(&self) -> Option<&ToolError> {
         match self {
             Self::Tool(error) => Some(error),

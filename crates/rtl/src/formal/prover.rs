@@ -43,7 +43,6 @@ struct Known {
 
 impl Prover {
     /// Returns a prover for this VHDL that gives each query this much time.
-    #[must_use]
     pub fn new(setup: impl Into<Setup>, limit: Duration) -> Self {
         Self { setup: setup.into(), limit, proofs: None, known: Mutex::default() }
     }
@@ -55,7 +54,6 @@ impl Prover {
     }
 
     /// Returns how many proofs the folder had.
-    #[must_use]
     pub fn remembered(&self) -> u64 {
         self.proofs.as_ref().map_or(0, Proofs::remembered)
     }

@@ -114,7 +114,6 @@ impl std::error::Error for JsonError {}
 
 impl JsonError {
     /// Returns the line of the refused text to which the error belongs, counted from 1; line 1 when it belongs to none.
-    #[must_use]
     pub fn line(&self, text: &str) -> usize {
         let of =
             |key: &str| (1..).zip(text.lines()).find(|(_, line)| line.contains(key)).map_or(1, |(number, _)| number);
@@ -129,7 +128,6 @@ impl JsonError {
 }
 
 /// Returns the line of a row, counted from 1, in a file with one row a line.
-#[must_use]
 pub fn row_line(text: &str, row: usize) -> usize {
     let rows = text.lines().position(|line| line.contains("\"rows\"")).unwrap_or(0);
     (rows + 1 + row).min(text.lines().count().max(1))
@@ -186,7 +184,6 @@ fn origin_keys(origin: &Origin) -> Vec<(&'static str, Value)> {
 
 impl Vectors {
     /// Returns the set as JSON, in the format of `json.rs`.
-    #[must_use]
     pub fn to_json(&self, origin: &Origin) -> String {
         let line = |(key, value): (&str, Value)| match value {
             // One element a line.

@@ -39,19 +39,16 @@ impl Memory {
     }
 
     /// Returns the number of bits of a word.
-    #[must_use]
     pub fn width(&self) -> usize {
         self.width
     }
 
     /// Returns whether there are no words. No tool accepts a memory without words.
-    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.words.is_empty()
     }
 
     /// Returns the contents for Verilog's `$readmemh`: one hex number a line.
-    #[must_use]
     pub fn to_readmemh(&self) -> String {
         let [what, slices] = &self.about;
         let words = self.words.iter().map(|word| hex(word) + "\n");
@@ -60,7 +57,6 @@ impl Memory {
 
     /// Returns the coefficients for Xilinx's memory generators (UG896, "COE File Syntax"): hex numbers in the order of
     /// the addresses.
-    #[must_use]
     pub fn to_coe(&self) -> String {
         let [what, slices] = &self.about;
         let words: Vec<_> = self.words.iter().map(|word| hex(word)).collect();
@@ -72,7 +68,6 @@ impl Memory {
 
     /// Returns a Memory Initialization File for Quartus by Intel (formerly Altera): depth and width, then `address :
     /// word;` in hex.
-    #[must_use]
     pub fn to_mif_intel(&self) -> String {
         let [what, slices] = &self.about;
         let mut text = format!(
@@ -88,7 +83,6 @@ impl Memory {
 
     /// Returns a memory initialization file for Xilinx (UG896, "MIF File Description"): one binary word a line, without
     /// comments.
-    #[must_use]
     pub fn to_mif_xilinx(&self) -> String {
         let line =
             |word: &Vec<bool>| word.iter().map(|&bit| if bit { '1' } else { '0' }).chain(['\n']).collect::<String>();

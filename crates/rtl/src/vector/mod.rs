@@ -57,7 +57,6 @@ pub struct Vectors {
 }
 
 /// Returns a generic's value as VHDL and GHDL's `-g` write it.
-#[must_use]
 pub fn literal(value: Generic) -> String {
     match value {
         Generic::Integer(value) => value.to_string(),
@@ -67,7 +66,6 @@ pub fn literal(value: Generic) -> String {
 
 impl Header {
     /// Returns the header of a block in its configuration.
-    #[must_use]
     pub fn of(block: &dyn AnyBlock) -> Self {
         let column = |signal: &Signal| Column { name: signal.name, format: signal.format, unit: signal.unit };
         let rst = block.clocked().then_some(Column { name: "rst", format: Format::BIT, unit: "1" });
@@ -130,7 +128,6 @@ impl Vectors {
     }
 
     /// Returns a lookup table of a block as vectors, with one row for each address.
-    #[must_use]
     pub fn of_rom(block: &dyn AnyBlock, rom: &Rom) -> Self {
         let bits = rom.words.len().max(2).next_power_of_two().ilog2();
         let header = Header {
@@ -144,7 +141,6 @@ impl Vectors {
     }
 
     /// Returns the text of the vector file.
-    #[must_use]
     pub fn to_text(&self) -> String {
         let mut text = format!("{}\n", self.header);
         for row in &self.rows {
@@ -161,13 +157,11 @@ impl Vectors {
     }
 
     /// Returns decimal values (in units of each word's least significant bit) under a line of column names.
-    #[must_use]
     pub fn to_csv(&self) -> String {
         self.csv_from(0)
     }
 
     /// Returns the outputs alone, in the format of [`to_csv`](Self::to_csv).
-    #[must_use]
     pub fn outputs_to_csv(&self) -> String {
         self.csv_from(self.header.inputs.len())
     }
@@ -201,13 +195,11 @@ impl Vectors {
     }
 
     /// Returns the rows as the words of a memory: all columns side by side, the first one in the upper bits.
-    #[must_use]
     pub fn memory(&self) -> Memory {
         Memory::new(self, 0)
     }
 
     /// Returns the outputs alone as the words of a memory. For a lookup table, these are its contents.
-    #[must_use]
     pub fn outputs_memory(&self) -> Memory {
         Memory::new(self, self.header.inputs.len())
     }

@@ -59,7 +59,6 @@ impl Contestant {
     }
 
     /// Returns the number of clock edges or steps that a run takes one after the other; 0 if it leaps.
-    #[must_use]
     pub fn paces(&self, experiment: &Experiment) -> u64 {
         match self.step_s {
             Some(step_s) => (experiment.edges() as f64 * experiment.clock.period_s() / step_s) as u64,
@@ -83,7 +82,6 @@ pub(crate) fn rungs(least_s: f64, most_s: f64) -> Vec<f64> {
 }
 
 /// Returns a time as a scene writes it, in the largest unit in which it is at least one.
-#[must_use]
 pub fn time(seconds: f64) -> String {
     let units = [("s", 1.0), ("ms", 1e3), ("us", 1e6), ("ns", 1e9)];
     let (unit, scale) = units.into_iter().find(|(_, scale)| seconds * scale >= 0.999_999).unwrap_or(("ns", 1e9));

@@ -20,7 +20,6 @@ pub enum Grade {
 
 impl Grade {
     /// Returns the error, if it is a number.
-    #[must_use]
     pub fn error(self) -> Option<f64> {
         match self {
             Self::Exact => Some(0.0),
@@ -48,13 +47,11 @@ pub struct Speed {
 
 impl Speed {
     /// Returns the seconds of motion in a second of wall time.
-    #[must_use]
     pub fn motion_per_wall(self) -> f64 {
         self.motion_s / self.wall_s
     }
 
     /// Returns as text which part of the motion was timed: `whole`, or `first 0.031 s`.
-    #[must_use]
     pub fn timed(self) -> String {
         // Two digits; parsing drops trailing zeros.
         let two = |timed_s: f64| format!("{timed_s:.1e}").parse().unwrap_or(timed_s);
@@ -62,7 +59,6 @@ impl Speed {
     }
 
     /// Returns the number of clock edges in a second of wall time.
-    #[must_use]
     pub fn edges_per_s(self) -> f64 {
         self.edges as f64 / self.wall_s
     }
@@ -107,7 +103,6 @@ pub struct Chart {
 
 impl Chart {
     /// Returns the entries that no other entry beats in both speed and error, the slowest first.
-    #[must_use]
     pub fn front(&self) -> Vec<usize> {
         let point = |entry: &Entry| {
             let row = entry.row.as_ref().ok()?;
@@ -119,7 +114,6 @@ impl Chart {
     }
 
     /// Returns the fastest entry whose error is within what the scene allows.
-    #[must_use]
     pub fn fastest_within(&self) -> Option<usize> {
         let speed = |index: &usize| self.entries[*index].row.as_ref().map_or(0.0, |row| row.speed.motion_per_wall());
         let within = |index: &usize| {

@@ -4,7 +4,6 @@
 ///
 /// A point is beaten by a point that is at least as fast, at most as wrong, and better in one of the two; two equal
 /// points both stay. Points whose speed or error is not finite are ignored.
-#[must_use]
 pub fn front(points: &[(f64, f64)]) -> Vec<usize> {
     let sound = |index: &usize| points[*index].0.is_finite() && points[*index].1.is_finite();
     let mut order: Vec<usize> = (0..points.len()).filter(sound).collect();

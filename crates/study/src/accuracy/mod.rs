@@ -37,7 +37,6 @@ use contestants::CLOCK;
 /// Returns every way to run a scene that differs from the scene as written, with `events` first.
 ///
 /// A combination that the scene refuses is reported only when it is tried.
-#[must_use]
 pub fn contestants(experiment: &Experiment) -> Vec<Contestant> {
     let as_written = Variant::new("", &[]);
     let mut all = vec![Contestant::new(EVENTS, &[]), Contestant::solver(CLOCK, None, &as_written)];

@@ -45,7 +45,6 @@ pub struct Outputs {
 }
 
 /// Returns the outputs that a verdict makes worth comparing: the trace of a motion without end depends on its phase.
-#[must_use]
 pub fn usual(outcome: OutcomeKind) -> Vec<Output> {
     match outcome {
         OutcomeKind::Settled => vec![Output::Trace, Output::PeakPenetration, Output::Verdict],
@@ -59,7 +58,6 @@ pub fn usual(outcome: OutcomeKind) -> Vec<Output> {
 }
 
 /// Returns the driver that an experiment asks for.
-#[must_use]
 pub fn driver(overrides: &[(String, String)]) -> Driver {
     let solver = overrides.iter().rev().find(|(key, _)| key == "model.solver");
     if solver.is_some_and(|(_, solver)| solver == "clock") { Driver::Clock } else { Driver::Events }
@@ -167,13 +165,11 @@ impl Outputs {
     }
 
     /// Whether every edge of every net, and every row of the plant, equals the reference to the bit.
-    #[must_use]
     pub fn same_edges(&self, reference: &Self) -> bool {
         self.print.is_some() && self.print == reference.print
     }
 
     /// Returns the error of every output that the reference has; infinite for an output that is not a number.
-    #[must_use]
     pub fn errors(&self, reference: &Self) -> Vec<(Output, f64)> {
         let (low, high) =
             reference.trace.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &x| (l.min(x), h.max(x)));
@@ -207,7 +203,6 @@ fn is_of_axis(outcome: OutcomeKind) -> bool {
 }
 
 /// Returns the worst error of these outputs; 0 if none of them was compared.
-#[must_use]
 pub fn worst(errors: &[(Output, f64)], outputs: &[Output]) -> f64 {
     let counted = errors.iter().filter(|(output, _)| outputs.contains(output));
     counted.map(|(_, error)| *error).fold(0.0, f64::max)

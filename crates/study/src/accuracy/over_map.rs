@@ -48,14 +48,12 @@ pub struct Share {
 
 impl Share {
     /// Returns the share of wrong verdicts; `None` without a cell.
-    #[must_use]
     pub fn share(&self) -> Option<f64> {
         (self.cells > 0).then(|| self.wrong as f64 / self.cells as f64)
     }
 }
 
 /// Returns the indices of the shares that no other beats in both speed and share, the slowest first.
-#[must_use]
 pub fn front_of_shares(shares: &[Share]) -> Vec<usize> {
     let point = |share: &Share| Some((share.speed?.motion_per_wall(), share.share()?));
     front(&shares.iter().map(|share| point(share).unwrap_or((f64::NAN, f64::NAN))).collect::<Vec<_>>())
@@ -101,7 +99,6 @@ impl Tour {
 
     /// Returns the number of units of work: the cells of all layers, then one for each cell with all criteria's
     /// verdicts.
-    #[must_use]
     pub fn units(&self) -> usize {
         self.map.len() + if self.criteria.is_empty() { 0 } else { self.map.layer() }
     }

@@ -75,7 +75,6 @@ pub struct Plan {
 impl Plan {
     /// Returns the usual plan: at most 60 s a run, which no run of a scene of 2 s takes; repeated until 0.15 s are
     /// spent, at most 5 times.
-    #[must_use]
     pub fn usual(jobs: NonZeroUsize) -> Self {
         Self { jobs, longest: Duration::from_secs(60), enough: Duration::from_millis(150), repeats: 5 }
     }
@@ -121,7 +120,6 @@ impl Race {
     }
 
     /// Returns the overrides that turn the scene into a contestant's.
-    #[must_use]
     pub fn overrides(&self, contestant: &Contestant) -> Vec<(String, String)> {
         self.set.iter().chain(&contestant.overrides).cloned().collect()
     }
@@ -134,7 +132,6 @@ impl Race {
 
     /// Returns the final value of the progress counter. It is roughly the time in ms, so that a share of it is a share
     /// of the time.
-    #[must_use]
     pub fn work(&self, plan: Plan) -> u64 {
         let all = self.contestants.iter().map(|contestant| self.work_of(contestant, plan));
         all.map(|work| work.judge + work.time).sum()

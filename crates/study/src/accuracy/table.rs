@@ -5,7 +5,6 @@ use hpu_cosim::scene::{Experiment, Output};
 use super::found::Grade;
 
 /// Returns the name of a grade: `exact`, `off`, `verdict_only`, `wrong`.
-#[must_use]
 pub fn grade_name(grade: Grade) -> &'static str {
     match grade {
         Grade::Exact => "exact",
@@ -16,7 +15,6 @@ pub fn grade_name(grade: Grade) -> &'static str {
 }
 
 /// Returns the outputs that may have an error in a scene.
-#[must_use]
 pub fn outputs_of(experiment: &Experiment) -> &'static [Output] {
     experiment.setup().outputs()
 }

@@ -295,7 +295,6 @@ impl Design {
     }
 
     /// Returns the keys that give the scene of an axis this loop.
-    #[must_use]
     pub fn set(&self) -> Vec<(String, String)> {
         let bits = |field| self.get(field).to_string();
         let [stiffness, damping] = GAINS.map(|(key, gain)| (key, shown(self, gain)));

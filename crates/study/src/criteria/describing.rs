@@ -19,7 +19,6 @@ use super::{Assumption, Criterion, Figure, Silent, critical, frictionless, law};
 use crate::limits::{Damping, StableSet};
 
 /// Returns `N(A)` of a mid-tread quantiser, with `A` in quantiser steps.
-#[must_use]
 pub fn describing_function(amplitude_counts: f64) -> f64 {
     let thresholds = (1..).map(|k| f64::from(k) - 0.5).take_while(|threshold| *threshold < amplitude_counts);
     let sum: f64 = thresholds.map(|threshold| (1.0 - (threshold / amplitude_counts).powi(2)).sqrt()).sum();
@@ -30,7 +29,6 @@ pub fn describing_function(amplitude_counts: f64) -> f64 {
 ///
 /// There `N` falls, so a larger oscillation shrinks and a smaller one grows. Returns `None` if `N` does not reach this
 /// gain.
-#[must_use]
 pub fn stable_amplitude(gain: f64) -> Option<f64> {
     // With one threshold below A, N = (8/π) sqrt(u (1 - u)) and u = 1/(2A)²; the larger A has the smaller u.
     let product = (PI * gain / 8.0).powi(2);

@@ -43,13 +43,11 @@ impl Criterion {
     }
 
     /// Whether the scene meets all assumptions of the criterion.
-    #[must_use]
     pub fn assumptions_met(&self) -> bool {
         self.met() == self.assumptions.len()
     }
 
     /// Returns how many assumptions of the criterion the scene meets.
-    #[must_use]
     pub fn met(&self) -> usize {
         self.assumptions.iter().filter(|assumption| assumption.met).count()
     }
@@ -106,14 +104,12 @@ pub const NAMES: [&str; 9] = [
 ];
 
 /// Returns every criterion's answer for a scene, or why the criterion has none.
-#[must_use]
 pub fn all(scene: &Scene) -> Vec<Result<Criterion, Silent>> {
     NAMES.iter().filter_map(|name| named(name, scene)).collect()
 }
 
 /// Returns the answer of the criterion with this name for a scene; `None` if the criterion does not exist for its
 /// device.
-#[must_use]
 pub fn named(name: &str, scene: &Scene) -> Option<Result<Criterion, Silent>> {
     let body = Rigid::new(scene);
     match (name, &scene.device) {

@@ -43,7 +43,6 @@ pub enum Region {
 
 impl Region {
     /// Returns the region's name.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Passive => "passive",
@@ -69,7 +68,6 @@ pub struct Balance {
 
 impl Rigid {
     /// Returns the rigid body of a scene; a motor's winding is treated as a damper.
-    #[must_use]
     pub fn new(scene: &Scene) -> Self {
         let (inertia_kg_m2, damping_nm_s_per_rad, coulomb_nm) = match &scene.device {
             Device::Motor(motor) => {
@@ -91,7 +89,6 @@ impl Rigid {
     }
 
     /// Returns the mean age of the wall's force: `T/2 + t_d`.
-    #[must_use]
     pub fn lag_s(&self) -> f64 {
         0.5 * self.period_s + self.delay_s
     }
@@ -104,27 +101,23 @@ impl Rigid {
     /// Returns the limit of Colgate and Schenkel: passive with any passive hand while `b > K (T/2 + t_d) + |B|`.
     ///
     /// With no delay, or with a delay of whole samples and `B = 0`, this condition is necessary as well.
-    #[must_use]
     pub fn colgate_schenkel(&self) -> f64 {
         (self.damping_nm_s_per_rad - self.wall_damping_nm_s_per_rad.abs()).max(0.0) / self.lag_s()
     }
 
     /// Returns both limits of Abbott and Okamura, `K <= min(2 b/T, 2 f_c/Δ)`; the limit of sampling first.
-    #[must_use]
     pub fn abbott_okamura(&self) -> (f64, f64) {
         (2.0 * self.damping_nm_s_per_rad / self.period_s, 2.0 * self.friction_of_a_quantum())
     }
 
     /// Returns both limits of Diolaiti et al. for the stiffest passive wall, `β >= 1/2 + t_d/T` and `σ >= 1/2`; the
     /// limit of sampling first.
-    #[must_use]
     pub fn diolaiti(&self) -> (f64, f64) {
         (self.damping_nm_s_per_rad / self.lag_s(), 2.0 * self.friction_of_a_quantum())
     }
 
     /// Returns the region of a stiffness above zero; the balance of one sample is
     /// `v T (1/2 + t_d/T - β) <= Δ (σ - 1/2)`.
-    #[must_use]
     pub fn balance(&self, stiffness: f64) -> Balance {
         let beta = self.damping_nm_s_per_rad / (stiffness * self.period_s);
         let sigma = self.friction_of_a_quantum() / stiffness;
@@ -143,7 +136,6 @@ impl Rigid {
     }
 
     /// Returns the limit of Gil and Hulin: `K < (b + b_h + B) / (T/2 + t_d)`, to first order in damping and delay.
-    #[must_use]
     pub fn gil_hulin(&self, hand_damping_nm_s_per_rad: f64) -> f64 {
         let damping = self.damping_nm_s_per_rad + hand_damping_nm_s_per_rad + self.wall_damping_nm_s_per_rad;
         damping / self.lag_s()
@@ -155,7 +147,6 @@ impl Rigid {
     /// A contact lasts half a period and multiplies the energy by `e^(π ω (T/2 + t_d))`. The way out and back
     /// multiplies it by `(w - f_c)/(w + f_c)`. Both balance at `K = m (ln((w + f_c)/(w - f_c)) / (π (T/2 + t_d)))²`.
     /// Returns `None` if friction holds the body against the effort.
-    #[must_use]
     pub fn drop_threshold(&self, effort_nm: f64) -> Option<f64> {
         let (more, less) = (effort_nm + self.coulomb_nm, effort_nm - self.coulomb_nm);
         let swing_rad_per_s = libm::log(more / less) / (PI * self.lag_s());

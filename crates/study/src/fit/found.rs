@@ -78,7 +78,6 @@ impl fmt::Display for FitError {
 impl std::error::Error for FitError {}
 
 /// Returns a relative error as text for people.
-#[must_use]
 pub fn percent(error: f64) -> String {
     match error {
         0.0 => "nothing".into(),

@@ -24,7 +24,6 @@ pub struct Simplification {
 
 /// Returns the sets of simplifications that can be combined, those worth most first. The last set is empty: the scene
 /// as written.
-#[must_use]
 pub fn models(all: &[Simplification]) -> Vec<Vec<usize>> {
     let mut models = vec![Vec::new()];
     for index in (0..all.len()).filter(|&index| !all[index].probe) {
@@ -62,7 +61,6 @@ pub(super) fn on_its_own(all: &[Simplification], model: &[usize], thing: usize) 
 }
 
 /// Returns the keys that make a scene this model.
-#[must_use]
 pub fn overrides(all: &[Simplification], model: &[usize]) -> Vec<(String, String)> {
     model.iter().flat_map(|&index| all[index].set.iter().cloned()).collect()
 }

@@ -39,7 +39,6 @@ use hpu_cosim::scene::Experiment;
 use crate::devices::device;
 
 /// Returns the simplifications of an experiment.
-#[must_use]
 pub fn simplifications(experiment: &Experiment) -> Vec<Simplification> {
     device(experiment).simplifications().all()
 }

@@ -24,7 +24,6 @@ pub struct PublishedHand {
 /// # Panics
 ///
 /// If the shipped file is not a list of hands.
-#[must_use]
 pub fn published_hands() -> Vec<PublishedHand> {
     let text = include_str!("../../../../testbench/hands.toml");
     let document: DocumentMut = text.parse().expect("the shipped file is TOML");

@@ -40,7 +40,6 @@ impl Looks {
 
     /// Returns the settings for at most `most` words at this many phases: a grid of a quarter of the words, and the
     /// others where neighbours differ.
-    #[must_use]
     pub const fn words(most: usize, phases: u32) -> Self {
         Self { phases, coarse: if most < 8 { 2 } else { most / 4 }, most, climbs: false, nearest: 0.0 }
     }

@@ -61,7 +61,6 @@ pub struct Limits {
 
 /// Returns the limits of a scene's wall over a range of stiffnesses, with the scene's damping. Calls `in_words` last,
 /// for the set in fixed-point words over the same range: it takes most of the time.
-#[must_use]
 pub fn limits(scene: &Scene, range: [f64; 2], in_words: impl FnOnce() -> Result<WordsSet, String>) -> Limits {
     let linear = StableSet::new(scene, Damping::Fixed(scene.wall.damping_nm_s_per_rad), range);
     let (mut criteria, mut silent) = (vec![], vec![]);

@@ -4,7 +4,6 @@ use hpu_cosim::scene::{Datapath, Scene};
 
 /// Returns the default range of stiffnesses for limits: from one word to the greatest word of the scene's format.
 /// Without words, from a thousandth to a thousand times the scene's own stiffness, or of 1 where that is 0.
-#[must_use]
 pub fn usual_range(scene: &Scene) -> [f64; 2] {
     if scene.model.datapath != Datapath::Linear
         && let Ok(words) = scene.words()

@@ -107,7 +107,6 @@ impl BoxSet {
     }
 
     /// Returns the set as text.
-    #[must_use]
     pub fn said(&self) -> String {
         let told = |stretches: &[[f64; 2]]| {
             let end = |at: f64, up: bool| figure(if self.range.contains(&at) { at } else { inwards(at, up) });

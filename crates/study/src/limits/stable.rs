@@ -44,13 +44,11 @@ pub struct End {
 
 impl End {
     /// Returns the middle between [`at`](Self::at) and [`beyond`](Self::beyond).
-    #[must_use]
     pub fn middle(self) -> f64 {
         self.beyond.map_or(self.at, |beyond| 0.5 * (self.at + beyond))
     }
 
     /// Returns half of the distance between [`at`](Self::at) and [`beyond`](Self::beyond); 0 at an end of the range.
-    #[must_use]
     pub fn uncertainty(self) -> f64 {
         self.beyond.map_or(0.0, |beyond| 0.5 * (self.at - beyond).abs())
     }
@@ -100,13 +98,11 @@ impl StableSet {
     }
 
     /// Returns the stretch that begins with the softest wall of the range, if that wall settles.
-    #[must_use]
     pub fn softest(&self) -> Option<Stretch> {
         self.stable.first().copied().filter(|stretch| stretch.from.beyond.is_none())
     }
 
     /// Returns the set as text, as in `0.01 to 0.7589 and 1.0955 to 4.0685 N.m/rad`.
-    #[must_use]
     pub fn said(&self) -> String {
         let [low, high] = self.range.map(figure);
         let unit = self.unit;

@@ -41,13 +41,11 @@ impl fmt::Display for Unknown {
 
 impl Unknown {
     /// Returns the key.
-    #[must_use]
     pub fn key(&self) -> &str {
         self.0.key()
     }
 
     /// Returns both ends, in the unit that they were given in.
-    #[must_use]
     pub fn ends(&self) -> [f64; 2] {
         [self.0.values()[0], self.0.values()[1]]
     }

@@ -53,7 +53,6 @@ pub struct WordsSet {
 impl WordsSet {
     /// Returns the runs of neighbouring stiffnesses with the same behaviour, the softest first: group, first and last
     /// member.
-    #[must_use]
     pub fn groups(&self) -> Vec<(Group, Seen, Seen)> {
         let mut groups: Vec<(Group, Seen, Seen)> = Vec::new();
         for seen in &self.seen {
@@ -68,28 +67,24 @@ impl WordsSet {
 
     /// Returns the softest stiffness that failed at some phase and is stiffer than the softest one that settles at
     /// every phase. Below the latter a wall may be too soft to come to rest in time.
-    #[must_use]
     pub fn lowest_failed(&self) -> Option<Seen> {
         let settles = |seen: &&Seen| seen.settled == self.phases;
         self.seen.iter().skip_while(|seen| !settles(seen)).find(|seen| !settles(seen)).copied()
     }
 
     /// Returns the stiffest stiffness that settled at some phase.
-    #[must_use]
     pub fn highest_settled(&self) -> Option<Seen> {
         self.seen.iter().rfind(|seen| seen.settled > 0).copied()
     }
 
     /// Returns the stiffest stiffness below [`lowest_failed`](Self::lowest_failed): all stiffnesses that were run, from
     /// the softest that settles at every phase up to this one, settle at every phase.
-    #[must_use]
     pub fn all_up_to(&self) -> Option<Seen> {
         let settles = |seen: &&Seen| seen.settled == self.phases;
         self.seen.iter().skip_while(|seen| !settles(seen)).take_while(settles).last().copied()
     }
 
     /// Whether a stretch of more than a word settles at every phase in the other set and at no phase in this one.
-    #[must_use]
     pub fn is_apart_from(&self, other: &Self) -> bool {
         match (self.highest_settled(), other.lowest_failed()) {
             (Some(settled), Some(failed)) => settled.word + 1 < failed.word,
@@ -99,13 +94,11 @@ impl WordsSet {
     }
 
     /// Returns the number of runs that the set took.
-    #[must_use]
     pub fn runs(&self) -> usize {
         self.seen.len() * self.phases as usize
     }
 
     /// Returns a text that tells the lowest stiffness seen to fail and the highest seen to settle.
-    #[must_use]
     pub fn turn(&self) -> String {
         let unit = self.unit;
         let told = |seen: Option<Seen>| seen.map_or("none".into(), |seen| self.digits(seen.stiffness));
@@ -121,7 +114,6 @@ impl WordsSet {
 
     /// Returns on which side of the set a criterion's limit lies; among both, with the share of phases that settle
     /// there.
-    #[must_use]
     pub fn against(&self, limit: f64) -> String {
         let nearest = self.seen.iter().min_by(|a, b| {
             let away = |seen: &Seen| (seen.stiffness - limit).abs();
@@ -140,7 +132,6 @@ impl WordsSet {
     }
 
     /// Returns a stiffness with as many decimals as the finest part of the grid has.
-    #[must_use]
     pub fn digits(&self, stiffness: f64) -> String {
         let decimals = (-(self.step * self.finest as f64).log10().floor()).max(0.0) as usize;
         format!("{stiffness:.decimals$}")
@@ -157,7 +148,6 @@ impl Group {
     }
 
     /// Returns the group's name.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::All => "all",

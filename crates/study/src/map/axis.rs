@@ -117,50 +117,42 @@ impl Axis {
     }
 
     /// Returns the key.
-    #[must_use]
     pub fn key(&self) -> &str {
         &self.key
     }
 
     /// Returns the unit of the values; empty for plain numbers, which a scene takes in SI units.
-    #[must_use]
     pub fn unit(&self) -> &str {
         &self.unit
     }
 
     /// Whether the cells lie at equal ratios instead of equal distances.
-    #[must_use]
     pub fn is_log(&self) -> bool {
         self.log
     }
 
     /// Returns the value at each cell.
-    #[must_use]
     pub fn values(&self) -> &[f64] {
         &self.values
     }
 
     /// Returns the number of cells.
-    #[must_use]
     pub fn cells(&self) -> usize {
         self.values.len()
     }
 
     /// Returns a cell's value as a scene writes it.
-    #[must_use]
     pub fn text(&self, cell: usize) -> String {
         self.with_unit(self.values[cell])
     }
 
     /// Returns a value with the unit.
-    #[must_use]
     pub fn with_unit(&self, value: f64) -> String {
         if self.unit.is_empty() { number(value) } else { format!("{} {}", number(value), self.unit) }
     }
 
     /// Returns the position of a value in cells: a cell's own value lies at the cell's number. Values beyond the ends
     /// are extrapolated.
-    #[must_use]
     pub fn position(&self, value: f64) -> f64 {
         let scale = |value: f64| if self.log { libm::log(value) } else { value };
         let (first, last) = (scale(self.values[0]), scale(self.values[self.cells() - 1]));

@@ -58,7 +58,6 @@ pub const OUTCOMES: [(OutcomeKind, &str); 7] = [
 ];
 
 /// Returns the name of a cell's outcome; `failed` for a cell without one.
-#[must_use]
 pub fn outcome_name(outcome: Option<OutcomeKind>) -> &'static str {
     OUTCOMES.iter().find(|(kind, _)| Some(*kind) == outcome).map_or("failed", |(_, name)| name)
 }
@@ -95,7 +94,6 @@ const MOST_ROWS: u64 = 20_000_000;
 
 impl Cell {
     /// Returns the cell as a line: its fields in their order, empty where there is no value.
-    #[must_use]
     pub fn line(&self) -> String {
         let known = |value: Option<f64>| value.map_or(String::new(), |value| format!("{value:e}"));
         let numbers = [
@@ -117,7 +115,6 @@ impl Cell {
     }
 
     /// Reads a cell from its line; `None` for any other text.
-    #[must_use]
     pub fn read(line: &str) -> Option<Self> {
         let fields: Vec<&str> = line.split(',').collect();
         let [
@@ -257,7 +254,6 @@ fn stiffness_error(experiment: &Experiment) -> Option<f64> {
 
 /// Returns how often the spring's product had wrapped when the motion came to rest in the wall; `None` if it had not,
 /// or if the loop's product does not drop its upper bits.
-#[must_use]
 pub fn product_wraps(scene: &Scene, realised: &Realised, trace: &Trace, summary: &Summary) -> Option<u64> {
     let settled = matches!(summary.verdict, Some(Verdict::Settled { .. }));
     if !settled || scene.method.saturate || matches!(scene.method.kind, Loop::Law(_)) {
@@ -273,7 +269,6 @@ pub fn product_wraps(scene: &Scene, realised: &Realised, trace: &Trace, summary:
 /// Returns the displayed stiffness and its ratio to the stiffness asked for. The displayed stiffness is the actuator's
 /// mean torque or force divided by the mean penetration of the wall as asked for, both exact, in the last three tenths
 /// of the run. Returns `None` if the wall is not touched during all of this time.
-#[must_use]
 pub fn displayed_stiffness(
     (wall_rad, asked): (f64, f64),
     trace: &Trace,

@@ -17,7 +17,6 @@ pub enum Class {
 
 impl Class {
     /// Returns the class of a cell.
-    #[must_use]
     pub fn of(cell: &Cell) -> Self {
         if cell.contact_share == Some(0.0) { Self::WallNotReached } else { Self::Outcome(cell.outcome) }
     }
@@ -30,26 +29,22 @@ pub fn classes() -> impl Iterator<Item = Option<Class>> {
 }
 
 /// Returns how many of these cells, run or inferred, came to rest through a wall whose product has wrapped.
-#[must_use]
 pub fn wrapped(found: &[Found], cells: Range<usize>) -> usize {
     let wraps = |index: &usize| nearest(found, *index).is_some_and(|cell| cell.product_wraps.is_some());
     cells.filter(wraps).count()
 }
 
 /// Returns how many of these cells, run or inferred, saw no contact although the device was past its wall.
-#[must_use]
 pub fn unseen(found: &[Found], cells: Range<usize>) -> usize {
     cells.filter(|index| is_unseen(found, *index)).count()
 }
 
 /// Whether a cell, run or inferred, saw no contact although the device was past its wall.
-#[must_use]
 pub fn is_unseen(found: &[Found], index: usize) -> bool {
     nearest(found, index).is_some_and(|cell| cell.contact_unseen)
 }
 
 /// Returns the name of a class; `failed` for a cell without one.
-#[must_use]
 pub fn class_name(class: Option<Class>) -> &'static str {
     match class {
         Some(Class::Outcome(kind)) => outcome_name(Some(kind)),

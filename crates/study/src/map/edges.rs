@@ -27,7 +27,6 @@ pub const OFTEN: f64 = 0.01;
 
 impl Reason {
     /// Returns the reason as text.
-    #[must_use]
     pub const fn text(self) -> &'static str {
         match self {
             Self::Grows => "grows without end",
@@ -77,7 +76,6 @@ pub struct Edge {
 
 impl Edge {
     /// Computes the edge of a method; `curves` are its criteria's.
-    #[must_use]
     pub fn new(map: &Map, found: &[Found], curves: Option<&Curves>, method: usize) -> Self {
         let rests = |point: CellIndex| match class(found, map.index(point)) {
             Some(Class::Outcome(OutcomeKind::Settled | OutcomeKind::Passive | OutcomeKind::Tracking)) => Some(true),
@@ -144,7 +142,6 @@ impl Edge {
     }
 
     /// Returns the edge as one line of text; `None` if the map has no edge.
-    #[must_use]
     pub fn text(&self) -> Option<String> {
         if self.places == 0 {
             return None;
@@ -155,7 +152,6 @@ impl Edge {
     }
 
     /// Returns the edge as a short text for a picture: the reasons at a tenth of the edge or more.
-    #[must_use]
     pub fn short(&self) -> Option<String> {
         let often = self.shares.iter().filter(|share| share.percent(self.places) >= 10.0);
         let shares: Vec<String> =

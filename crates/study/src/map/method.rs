@@ -39,7 +39,6 @@ impl Method {
     /// Returns every method that a scene's device can run: the two loops, the laws without constants, then the laws
     /// whose constants are the largest that the device's own damping `b` keeps passive at the scene's sample rate, as
     /// `b/T`. All methods are sampled at that rate, except for the hybrid loop's spring.
-    #[must_use]
     pub fn all(scene: &Scene) -> Vec<Self> {
         let period_s = scene.sample_period_s();
         let (damping, unit) = match &scene.device {

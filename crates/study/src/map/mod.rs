@@ -213,38 +213,32 @@ impl Map {
     }
 
     /// Returns the number of cells of all methods.
-    #[must_use]
     pub fn len(&self) -> usize {
         self.methods.len() * self.layer()
     }
 
     /// Whether the map has no method.
-    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.methods.is_empty()
     }
 
     /// Returns the number of cells of one method.
-    #[must_use]
     pub fn layer(&self) -> usize {
         self.x.cells() * self.y.cells()
     }
 
     /// Returns the place of cell number `index`: column by column, row by row, method by method.
-    #[must_use]
     pub fn point(&self, index: usize) -> CellIndex {
         let (method, cell) = (index / self.layer(), index % self.layer());
         CellIndex { method, ix: cell % self.x.cells(), iy: cell / self.x.cells() }
     }
 
     /// Returns the number of the cell at a place.
-    #[must_use]
     pub fn index(&self, CellIndex { method, ix, iy }: CellIndex) -> usize {
         method * self.layer() + iy * self.x.cells() + ix
     }
 
     /// Returns the overrides that turn the scene into a cell's: with them, `hpu run` runs the cell.
-    #[must_use]
     pub fn overrides(&self, CellIndex { method, ix, iy }: CellIndex) -> Vec<(String, String)> {
         let axes = [(self.x.key().to_string(), self.x.text(ix)), (self.y.key().to_string(), self.y.text(iy))];
         self.set.iter().cloned().chain(axes).chain(self.methods[method].set.iter().cloned()).collect()
@@ -261,7 +255,6 @@ impl Map {
 
     /// Returns the unit of an axis: the unit that it was given, else the unit of plain numbers of its key; empty if the
     /// key has none, or if no cell makes a scene.
-    #[must_use]
     pub fn unit<'m>(&'m self, axis: &'m Axis) -> &'m str {
         if !axis.unit().is_empty() {
             return axis.unit();
@@ -277,7 +270,6 @@ impl Map {
 
 /// Whether nothing is known of a cell because this cell, or the cell whose class it would have, took longer than the
 /// guard allows.
-#[must_use]
 pub fn is_late(found: &[Found], index: usize) -> bool {
     match found[index] {
         Found::As(other) => found[other] == Found::Late,
@@ -286,19 +278,16 @@ pub fn is_late(found: &[Found], index: usize) -> bool {
 }
 
 /// Returns the outcome of a cell, run or inferred; `None` for a cell that could not be run.
-#[must_use]
 pub fn outcome(found: &[Found], index: usize) -> Option<OutcomeKind> {
     nearest(found, index).map(|cell| cell.outcome)
 }
 
 /// Returns the class of a cell, run or inferred; `None` for a cell that could not be run.
-#[must_use]
 pub fn class(found: &[Found], index: usize) -> Option<Class> {
     nearest(found, index).map(Class::of)
 }
 
 /// Returns the cell, or the cell that it is inferred from.
-#[must_use]
 pub fn nearest(found: &[Found], index: usize) -> Option<&Cell> {
     match &found[index] {
         Found::Run(cell) => cell.as_ref().ok(),

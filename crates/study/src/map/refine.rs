@@ -56,7 +56,6 @@ fn parts(ends: &[usize]) -> impl Iterator<Item = (usize, usize)> + Clone {
 
 impl Refinement {
     /// Returns the first squares of a grid of so many columns and rows; cells are numbered row by row.
-    #[must_use]
     pub fn new(width: usize, height: usize) -> Self {
         let ends = |cells: usize| {
             let mut ends: Vec<usize> = (0..cells).step_by(STRIDE).collect();
@@ -78,7 +77,6 @@ impl Refinement {
     }
 
     /// Returns the cells that are to be run, in order.
-    #[must_use]
     pub fn wanted(&self) -> &BTreeSet<usize> {
         &self.wanted
     }
@@ -142,7 +140,6 @@ impl Refinement {
     }
 
     /// Returns, for each cell of the grid that is not wanted, the nearest corner of its square, which is wanted.
-    #[must_use]
     pub fn inferred(&self) -> Vec<(usize, usize)> {
         let mut inferred: Vec<(usize, usize)> = Vec::new();
         for &square in self.squares.iter().filter(|square| !square.is_cut()) {

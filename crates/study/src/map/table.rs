@@ -9,7 +9,6 @@ use super::{Cell, Found, Map, is_late, outcome, outcome_name};
 use crate::page::{Column, Field, Place, Value, write_csv, write_parquet};
 
 /// Returns units and meanings as keys and values, for the heads of the files.
-#[must_use]
 pub fn units_of(map: &Map) -> Vec<(String, String)> {
     let middle = map.point(map.layer() / 2);
     let (position, stiffness) = match map.experiment(middle) {

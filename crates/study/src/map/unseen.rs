@@ -18,7 +18,6 @@ const HIDDEN_COUNTS: f64 = 2.0;
 
 /// Returns the depth that the datapath did not see in the judged window; `None` if it saw contact or the device stayed
 /// before the wall.
-#[must_use]
 pub fn unseen_contact(scene: &Scene, realised: &Realised, trace: &Trace, summary: &Summary) -> Option<Unseen> {
     if summary.contact_share != Some(0.0) {
         return None;

@@ -24,7 +24,6 @@ pub enum Value {
 
 impl Value {
     /// Returns the value as JSON; `None` for a value without a place.
-    #[must_use]
     pub fn json(&self) -> Option<Json> {
         Some(match self {
             Self::Absent => return None,
@@ -38,7 +37,6 @@ impl Value {
     }
 
     /// Returns the value as a cell of CSV, quoted where it must be.
-    #[must_use]
     pub fn csv(&self) -> String {
         match self {
             Self::Absent | Self::Null => String::new(),
@@ -137,7 +135,6 @@ impl Cell {
     }
 
     /// Returns a cell without a place in JSON; its text is empty.
-    #[must_use]
     pub fn absent() -> Self {
         Self::new(Value::Absent)
     }
@@ -155,7 +152,6 @@ impl Cell {
     }
 
     /// Returns the text.
-    #[must_use]
     pub fn text(&self) -> String {
         self.text.clone().unwrap_or_else(|| self.value.text())
     }

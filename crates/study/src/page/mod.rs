@@ -85,7 +85,6 @@ pub struct Page {
 
 impl Page {
     /// Returns an empty page whose labels are at least so wide.
-    #[must_use]
     pub fn labelled(label: usize) -> Self {
         Self { parts: Vec::new(), label }
     }
@@ -141,13 +140,11 @@ impl Page {
     }
 
     /// Returns the page as text without colours.
-    #[must_use]
     pub fn text(&self) -> String {
         self.painted(&|text, _| text.to_string())
     }
 
     /// Returns the page as text. `paint` colours a cell that is marked as good or bad.
-    #[must_use]
     pub fn painted(&self, paint: &dyn Fn(&str, bool) -> String) -> String {
         let labels = self.parts.iter().filter_map(|part| match part {
             Part::Fact { label, text: Some(_), .. } => Some(label.chars().count()),
@@ -174,7 +171,6 @@ impl Page {
     }
 
     /// Returns the page as one JSON object: facts by their keys, and each table that has a key as a list of its rows.
-    #[must_use]
     pub fn json(&self) -> Json {
         let mut object = Map::new();
         for part in &self.parts {

@@ -51,25 +51,21 @@ impl Column {
     }
 
     /// Returns a column of texts.
-    #[must_use]
     pub fn text(key: &str, head: &str) -> Self {
         Self::new(key, head, Kind::Text)
     }
 
     /// Returns a column of numbers.
-    #[must_use]
     pub fn number(key: &str, head: &str) -> Self {
         Self::new(key, head, Kind::Number)
     }
 
     /// Returns a column of whole numbers.
-    #[must_use]
     pub fn integer(key: &str, head: &str) -> Self {
         Self::new(key, head, Kind::Integer)
     }
 
     /// Returns a column of flags.
-    #[must_use]
     pub fn flag(key: &str, head: &str) -> Self {
         Self::new(key, head, Kind::Flag)
     }
@@ -116,19 +112,16 @@ impl Column {
     }
 
     /// Returns the name of the column in CSV and Parquet.
-    #[must_use]
     pub fn file_key(&self) -> &str {
         &self.file_key
     }
 
     /// Returns the type of the values.
-    #[must_use]
     pub fn kind(&self) -> Kind {
         self.kind
     }
 
     /// Returns whether the column has a place in a rendering.
-    #[must_use]
     pub fn is_in(&self, place: Place) -> bool {
         self.places.contains(&place)
     }
@@ -165,7 +158,6 @@ pub struct Table {
 
 impl Table {
     /// Returns a table without rows. A table with an empty key has no place in JSON.
-    #[must_use]
     pub fn new(key: &str, columns: impl IntoIterator<Item = Column>) -> Self {
         Self { key: key.into(), columns: columns.into_iter().collect(), rows: Vec::new(), untold: Vec::new(), gap: 2 }
     }
@@ -206,19 +198,16 @@ impl Table {
     }
 
     /// Returns the key.
-    #[must_use]
     pub fn key(&self) -> &str {
         &self.key
     }
 
     /// Returns the rows.
-    #[must_use]
     pub fn rows(&self) -> &[Vec<Cell>] {
         &self.rows
     }
 
     /// Returns the columns.
-    #[must_use]
     pub fn columns(&self) -> &[Column] {
         &self.columns
     }
@@ -228,7 +217,6 @@ impl Table {
     }
 
     /// Returns the table as aligned text. `paint` colours cells that are marked as good or bad.
-    #[must_use]
     pub fn painted(&self, paint: &dyn Fn(&str, bool) -> String) -> String {
         let told = || self.rows.iter().enumerate().filter(|(row, _)| !self.untold.contains(row)).map(|(_, row)| row);
         let least = |(at, column): (usize, &Column)| {
@@ -242,13 +230,11 @@ impl Table {
     }
 
     /// Returns the line of heads for a table that is shown while it grows, with the columns' least widths.
-    #[must_use]
     pub fn head(&self) -> String {
         self.heads(&self.least()).unwrap_or_default()
     }
 
     /// Returns the last row as a line, for a table that is shown while it grows.
-    #[must_use]
     pub fn last(&self, paint: &dyn Fn(&str, bool) -> String) -> String {
         self.rows.last().map_or(String::new(), |row| self.line(row, &self.least(), paint))
     }
@@ -287,7 +273,6 @@ impl Table {
     }
 
     /// Returns the rows as a list of JSON objects.
-    #[must_use]
     pub fn json(&self) -> Json {
         let rows = self.rows.iter().map(|row| {
             let mut object = Map::new();
@@ -298,7 +283,6 @@ impl Table {
     }
 
     /// Returns the table as CSV below these comments.
-    #[must_use]
     pub fn csv(&self, comments: &[impl AsRef<str>]) -> String {
         let mut text: String = comments.iter().map(|comment| format!("# {}\n", comment.as_ref())).collect();
         text += &csv_line(self.places(Place::File).map(|(_, column)| column.file_key.clone()));
@@ -310,7 +294,6 @@ impl Table {
 }
 
 /// Returns cells as a line of CSV.
-#[must_use]
 pub fn csv_line(cells: impl Iterator<Item = String>) -> String {
     cells.collect::<Vec<_>>().join(",") + "\n"
 }

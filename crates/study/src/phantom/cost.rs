@@ -36,7 +36,6 @@ pub fn rams(config: &Config) -> Result<u64, ConfigError> {
 
 /// Returns the estimated logic cells of the parallel loop's kinematics, room and torques, and of its three scalers
 /// together.
-#[must_use]
 pub fn cells(config: &Config) -> [u32; 4] {
     let formats = &config.formats;
     // A sine is at most 1: it needs a sign, an integer bit and the fraction, however many bits its format has.

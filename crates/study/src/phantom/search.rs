@@ -40,7 +40,6 @@ static KEYS: Keys = Keys {
 };
 
 /// Returns the stiffness of a rung, relative to the scene's own.
-#[must_use]
 pub fn rung(rung: u32) -> f64 {
     libm::exp2(f64::from(rung) / 16.0)
 }

@@ -104,7 +104,6 @@ pub fn tables(config: &Config) -> Result<Tables, ConfigError> {
 
 impl Tables {
     /// Returns everything as text of at most 120 columns.
-    #[must_use]
     pub fn text(&self) -> String {
         let mut text = format!(
             "tables     of sines, {} bits of count by {} here (*); worst errors exhausted over the counts of joints 1 and 2\n\
@@ -173,7 +172,6 @@ impl Tables {
     }
 
     /// Returns everything as CSV, the depths first, then the sources.
-    #[must_use]
     pub fn csv(&self) -> String {
         let mut text =
             "depth_bits,joint_1_deg,joint_2_deg,block_rams,held_percent,held_of_reached_percent\n".to_string();

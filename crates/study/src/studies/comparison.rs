@@ -92,14 +92,12 @@ impl Found {
     }
 
     /// Returns the result as a line of a journal, with the same figures to the last bit.
-    #[must_use]
     pub fn line(&self) -> String {
         let figures: Vec<_> = self.figures.iter().map(|figure| format!("{figure:?}")).collect();
         format!("{};{}", figures.join(" "), self.text)
     }
 
     /// Reads a result from a line of a journal; `None` if the line is no result.
-    #[must_use]
     pub fn read(line: &str) -> Option<Self> {
         let (figures, text) = line.split_once(';')?;
         let figures = figures.split_whitespace().map(str::parse).collect::<Result<_, _>>().ok()?;
@@ -113,7 +111,6 @@ pub fn measure<F: Into<Found>>(measure: impl Fn(&Control) -> Option<Result<F, St
 }
 
 /// Returns the findings on all claims, each from the results of its lines.
-#[must_use]
 pub fn sums(comparison: &Comparison, results: &[Result<Found, String>]) -> Vec<Sum> {
     let sum = |claim: &Claim| {
         let own = comparison.lines.iter().zip(results).filter(|(line, _)| line.claims.contains(claim.statement.letter));
@@ -181,7 +178,6 @@ fn groups<'a>(comparison: &'a Comparison, results: &'a [Result<Found, String>]) 
 
 /// Returns the lines and their results as a table of text, in the order of the lines. Tabs divide a result into
 /// columns, which are aligned within a group.
-#[must_use]
 pub fn beside_text(comparison: &Comparison, results: &[Result<Found, String>]) -> String {
     let width = |texts: &mut dyn Iterator<Item = usize>| texts.max().unwrap_or(0);
     let what = width(&mut comparison.lines.iter().map(|line| line.what.chars().count()));
@@ -215,7 +211,6 @@ pub fn beside_text(comparison: &Comparison, results: &[Result<Found, String>]) -
 }
 
 /// Returns the lines and their results as CSV, headed by the command that made them.
-#[must_use]
 pub fn beside_csv(comparison: &Comparison, results: &[Result<Found, String>], command: &str) -> String {
     let quoted = |text: &str| format!("\"{}\"", text.replace('"', "\"\""));
     let mut csv = format!("# {command}\ngroup,what,published,emulated,reason\n");

@@ -18,7 +18,6 @@ static STUDIES: &[(&str, &str)] =
     studies!["hybrid-loop", "input-shaper", "criteria", "power-scaling", "velocity-estimators"];
 
 /// Returns names and texts of the shipped studies.
-#[must_use]
 pub fn shipped_texts() -> &'static [(&'static str, &'static str)] {
     STUDIES
 }
@@ -28,7 +27,6 @@ pub fn shipped_texts() -> &'static [(&'static str, &'static str)] {
 /// # Panics
 ///
 /// When there is none, or when its file is wrong, which a test of each finds.
-#[must_use]
 pub fn shipped(name: &str) -> Comparison {
     let (_, text) = STUDIES.iter().find(|(own, _)| *own == name).unwrap_or_else(|| panic!("no study {name}"));
     let file = format!("testbench/studies/{name}.toml");

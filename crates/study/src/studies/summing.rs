@@ -36,7 +36,6 @@ pub enum Finding {
 
 impl Finding {
     /// Returns the finding from whether the claim holds; `None` if the runs do not decide.
-    #[must_use]
     pub fn of(met: Option<bool>) -> Self {
         match met {
             Some(true) => Self::Confirmed,
@@ -46,7 +45,6 @@ impl Finding {
     }
 
     /// Returns the finding from cases that differ in what the paper leaves open; all of them have to agree.
-    #[must_use]
     pub fn of_cases(cases: &[bool]) -> Self {
         match cases.first() {
             Some(first) if cases.iter().all(|case| case == first) => Self::of(Some(*first)),
@@ -55,7 +53,6 @@ impl Finding {
     }
 
     /// Returns the finding from every seed's answer; `None` where that seed's runs do not decide.
-    #[must_use]
     pub fn of_seeds(seeds: &[Option<bool>]) -> Self {
         let met = seeds.iter().filter(|met| **met == Some(true)).count();
         match seeds.first() {
@@ -66,7 +63,6 @@ impl Finding {
     }
 
     /// Returns the finding as text.
-    #[must_use]
     pub fn name(self) -> String {
         match self {
             Self::Confirmed => "confirmed".into(),
@@ -89,7 +85,6 @@ pub struct Sum {
 }
 
 /// Returns the summing-up as text; empty if the paper claims nothing.
-#[must_use]
 pub fn summing_up(sums: &[Sum]) -> String {
     if sums.is_empty() {
         return String::new();

@@ -54,7 +54,6 @@ pub fn figure(formula: &Formula, values: &Values) -> Result<f64, String> {
 }
 
 /// Returns a length as text, in the unit that suits its size.
-#[must_use]
 pub fn length(length_m: f64) -> String {
     match length_m.abs() {
         size if size < 1e-3 => format!("{:.0} um", length_m * 1e6),

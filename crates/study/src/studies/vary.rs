@@ -14,7 +14,6 @@ pub struct Variables(BTreeMap<String, Value>);
 
 impl Variables {
     /// Returns the variables with one more.
-    #[must_use]
     pub fn with(&self, name: &str, value: Value) -> Self {
         let mut all = self.clone();
         all.0.insert(name.into(), value);

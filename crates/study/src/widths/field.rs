@@ -20,7 +20,6 @@ pub struct Field {
 
 impl Field {
     /// Returns the bits of this width in a scene; 0 for the scene of another device.
-    #[must_use]
     pub fn bits(self, experiment: &Experiment) -> i32 {
         (self.get)(experiment)
     }

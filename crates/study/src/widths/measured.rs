@@ -64,7 +64,6 @@ pub fn measured(experiment: &Experiment, control: &Control) -> Result<Option<Mea
 }
 
 /// Returns an observer that computes the law beside the words during the run of a ready scene.
-#[must_use]
 pub fn beside(experiment: &Experiment, simulation: &WiredSimulation) -> Beside {
     let wiring = simulation.wiring();
     let (device, inputs) = (device(experiment), wiring.block().inputs().len());
@@ -100,7 +99,6 @@ pub(super) fn rows(nets: &[(Signal, SignalUse)], beside: &Beside) -> Vec<SignalR
 }
 
 /// Returns how many upper bits of a net a run left unused; `None` where no word was seen.
-#[must_use]
 pub fn idle_bits(NetUse { signal, usage, .. }: &NetUse) -> Option<u32> {
     let format = signal.format;
     let ends = [usage.min, usage.max].map(|word| format.value(word));
@@ -244,7 +242,6 @@ fn join(row: &mut SignalRow, other: SignalRow) {
 
 impl Measured {
     /// Returns the row of a signal.
-    #[must_use]
     pub fn row(&self, name: &str) -> Option<&SignalRow> {
         self.rows.iter().find(|row| row.name == name)
     }

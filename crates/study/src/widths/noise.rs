@@ -54,7 +54,6 @@ impl Beside {
     ///
     /// `asked` names inputs for which the law uses another number than the word. `law` is the law of a method loop,
     /// with the clock cycles that its datapath takes.
-    #[must_use]
     pub fn new(
         nets: &[Signal],
         inputs: usize,
@@ -109,19 +108,16 @@ impl Beside {
 
     /// Returns the signal-to-noise ratio of a net in decibels; infinite when word and law never differed, `None` where
     /// there is no law or no signal.
-    #[must_use]
     pub fn sqnr_db(&self, net: usize) -> Option<f64> {
         self.books[net].sqnr_db()
     }
 
     /// Returns the least and the greatest count, unwound, of a net that counts and wraps; `None` for any other net.
-    #[must_use]
     pub fn span(&self, net: usize) -> Option<(f64, f64)> {
         self.spans.iter().find(|(counter, _)| *counter == net).map(|(_, span)| *span)
     }
 
     /// Returns the losses of a net by rounding and by overflow; `None` where its block does not report them.
-    #[must_use]
     pub fn losses(&self, net: usize) -> Option<[Loss; 2]> {
         let book = &self.books[net];
         book.is_told.then_some(book.losses)

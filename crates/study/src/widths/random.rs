@@ -53,7 +53,6 @@ impl Walk {
     }
 
     /// Returns the position at a time, in counts.
-    #[must_use]
     pub fn at(&self, time_s: f64) -> f64 {
         let range = self.high - self.low;
         let along = (self.sum(time_s) - self.start - self.low).rem_euclid(2.0 * range);

@@ -174,7 +174,6 @@ fn reason(why: &str) -> String {
 }
 
 /// Returns the format that the measured range needs; its fraction bits stay.
-#[must_use]
 pub fn by_range(format: Format, headroom_bits: i32) -> Option<Format> {
     Format::new(format.is_signed(), format.int() - headroom_bits, format.frac()).ok()
 }

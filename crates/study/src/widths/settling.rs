@@ -29,7 +29,6 @@ pub struct Settling {
 impl Settling {
     /// Returns whether the verdict differs, or whether one set in words has ended, at every phase, at a stiffness where
     /// the other has not begun to end.
-    #[must_use]
     pub fn noticed(&self) -> bool {
         let moved = match &self.limits {
             [Ok(prompt), Ok(late)] => prompt.is_apart_from(late) || late.is_apart_from(prompt),

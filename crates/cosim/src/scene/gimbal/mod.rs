@@ -152,32 +152,27 @@ has_head!(GimbalScene);
 
 impl GimbalScene {
     /// Returns the sample period in whole clocks.
-    #[must_use]
     pub fn period_clocks(&self) -> u64 {
         self.clock.edges(1.0 / self.method.sample_rate_hz)
     }
 
     /// Returns the solver's step in whole clocks, at least one: a sample period if the scene sets no step.
-    #[must_use]
     pub fn step_clocks(&self) -> u64 {
         self.model.step_s.map_or(self.period_clocks(), |step_s| self.clock.edges(step_s).max(1))
     }
 
     /// Returns the angle of one position of a servo.
-    #[must_use]
     pub fn count_rad(&self) -> f64 {
         let (num, den) = self.method.config.gimbal.count;
         PI * f64::from(num) / f64::from(den)
     }
 
     /// Returns the force of one LSB of the sensor.
-    #[must_use]
     pub fn force_lsb_n(&self) -> f64 {
         self.force_sensor.full_scale_n / f64::from(1u32 << self.method.config.impedance.force_width)
     }
 
     /// Returns the tip at a posture.
-    #[must_use]
     pub fn tip_m(&self, [height_m, pitch_rad, roll_rad]: Posture) -> [f64; 3] {
         Gimbal::tip_at_m(&pitch_rad, &roll_rad, &(self.gimbal.radii_m()[0] + height_m))
     }

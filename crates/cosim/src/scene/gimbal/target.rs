@@ -18,7 +18,6 @@ impl TargetKind {
     pub const ALL: [Self; 3] = [Self::Path, Self::Sines, Self::Random];
 
     /// Returns its name.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         ["path", "sines", "random"][self as usize]
     }
@@ -59,7 +58,6 @@ impl Target {
     }
 
     /// Returns the posture at a time.
-    #[must_use]
     pub fn at(&self, time_s: f64) -> Posture {
         let next = self.points.partition_point(|point| point.0 <= time_s);
         let mut posture = match (next.checked_sub(1).map(|index| self.points[index]), self.points.get(next)) {
@@ -84,14 +82,12 @@ impl Target {
     }
 
     /// Returns whether the target moves after this time.
-    #[must_use]
     pub fn moves_after(&self, time_s: f64) -> bool {
         let waves = self.waves.iter().flatten().any(|[amplitude, frequency_hz]| amplitude * frequency_hz != 0.0);
         waves || self.points.windows(2).any(|pair| pair[1].0 > time_s && pair[0].1 != pair[1].1)
     }
 
     /// Returns bounds of height, pitch and roll: the least and the greatest.
-    #[must_use]
     pub fn bounds(&self) -> [[f64; 2]; 3] {
         [0, 1, 2].map(|i| {
             let swing: f64 = self.waves[i].iter().map(|wave| wave[0].abs()).sum();
@@ -104,7 +100,6 @@ impl Target {
 }
 
 /// Returns position and speed at a time on a path of times in s and positions, straight between its points.
-#[must_use]
 pub fn along(path: &[(f64, f64)], time_s: f64) -> [f64; 2] {
     let next = path.partition_point(|point| point.0 <= time_s);
     match (next.checked_sub(1).map(|index| path[index]), path.get(next)) {

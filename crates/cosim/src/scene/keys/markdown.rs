@@ -5,7 +5,6 @@ use std::fmt::Write as _;
 use super::{KeyRow, rows};
 
 /// Returns every key in Markdown, with a table for the keys of a section that the same kinds take.
-#[must_use]
 pub fn markdown() -> String {
     grouped(rows()).iter().map(|group| table(group)).collect::<Vec<_>>().join("\n")
 }
@@ -35,7 +34,6 @@ fn table(group: &[KeyRow]) -> String {
 
 impl KeyRow {
     /// Returns the section and the kinds that take the key, as in "`[hand]` of `prescribed`".
-    #[must_use]
     pub fn heading(&self) -> String {
         let kinds: Vec<_> = self.kinds.iter().map(|kind| format!("`{kind}`")).collect();
         let kinds = if kinds.is_empty() { String::new() } else { format!(" of {}", kinds.join(", ")) };

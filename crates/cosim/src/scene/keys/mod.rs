@@ -150,7 +150,6 @@ pub(crate) const fn beside(of: &[&'static str]) -> Option<&'static str> {
 }
 
 /// Returns whether the key of a row is a placeholder for any name.
-#[must_use]
 pub fn is_any_name(key: &str) -> bool {
     key.chars().all(char::is_uppercase)
 }

@@ -6,7 +6,6 @@ use crate::scene::ParameterValue;
 
 impl KeyRow {
     /// Returns the unit of a quantity or width, else the type of the value.
-    #[must_use]
     pub fn unit(&self) -> String {
         match &self.takes {
             Takes::Quantity(sizes) => units(sizes),
@@ -26,7 +25,6 @@ impl KeyRow {
     }
 
     /// Returns the accepted range, options or form; empty for a section.
-    #[must_use]
     pub fn accepted(&self) -> String {
         match &self.takes {
             Takes::Quantity(sizes) | Takes::Expected(sizes) => ranges(sizes),
@@ -41,7 +39,6 @@ impl KeyRow {
     }
 
     /// Returns the default with its unit, `required`, or the origin of the value.
-    #[must_use]
     pub fn default(&self) -> String {
         match &self.otherwise {
             Otherwise::Required => "required".into(),

@@ -42,7 +42,6 @@ impl Platform {
     ];
 
     /// Returns its name in the paper.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Pmos1 => "PMOS-1",
@@ -57,7 +56,6 @@ impl Platform {
     }
 
     /// Returns its sample rate in Hz.
-    #[must_use]
     pub const fn rate_hz(self) -> u32 {
         match self {
             Self::Pmos1 => 1000,
@@ -66,7 +64,6 @@ impl Platform {
     }
 
     /// Returns whether a host computes the force, in floating point.
-    #[must_use]
     pub const fn is_host(self) -> bool {
         !matches!(self, Self::Fpga(_))
     }
@@ -97,13 +94,11 @@ impl Direction {
     pub const ALL: [Self; 3] = [Self::X, Self::Y, Self::Z];
 
     /// Returns its index. It is also the index of the joint that moves the tip along this direction at the origin.
-    #[must_use]
     pub const fn index(self) -> usize {
         self as usize
     }
 
     /// Returns its name.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         ["x", "y", "z"][self as usize]
     }
@@ -175,7 +170,6 @@ impl PhantomLaw {
     pub const ALL: [Self; 3] = [Self::Words, Self::Floats, Self::Ideal];
 
     /// Returns its name in `model.law`.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Words => "words",
@@ -253,19 +247,16 @@ has_head!(PhantomScene);
 
 impl PhantomScene {
     /// Returns the sample period in whole clocks.
-    #[must_use]
     pub fn period_clocks(&self) -> u64 {
         self.clock.edges(1.0 / f64::from(self.platform.rate_hz()))
     }
 
     /// Returns the sample period.
-    #[must_use]
     pub fn sample_period_s(&self) -> f64 {
         1.0 / f64::from(self.platform.rate_hz())
     }
 
     /// Returns the solver's step in whole clocks, at least one: a sample period if the scene sets no step.
-    #[must_use]
     pub fn step_clocks(&self) -> u64 {
         self.model.step_s.map_or(self.period_clocks(), |step_s| self.clock.edges(step_s).max(1))
     }

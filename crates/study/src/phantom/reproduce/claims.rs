@@ -48,7 +48,6 @@ const CLOSELY: f64 = 2.0;
 type Answer = Option<(String, Option<bool>)>;
 
 /// Returns the paper's claims, each compared with the table.
-#[must_use]
 pub fn claims(table: &Table) -> Vec<Claim> {
     let (y, xz) = (&[Direction::Y], &[Direction::X, Direction::Z]);
     let all = &Direction::ALL;

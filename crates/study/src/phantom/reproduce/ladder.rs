@@ -128,14 +128,12 @@ pub struct Summary {
 
 impl Summary {
     /// Returns the summary of a rung's tables.
-    #[must_use]
     pub fn new(rung: Rung, tables: Tables) -> Self {
         Self { rung, claims: tables.claims(), agreement: Agreement::of(&tables), tables }
     }
 
     /// Returns the number of claims met at every seed, of claims met at some seeds only, and of all claims that can be
     /// told.
-    #[must_use]
     pub fn met(&self) -> [usize; 3] {
         let findings: Vec<_> = self.claims.iter().map(Repeated::finding).collect();
         let count = |is: &dyn Fn(&Finding) -> bool| findings.iter().filter(|finding| is(finding)).count();
@@ -148,7 +146,6 @@ impl Summary {
 }
 
 /// Returns the finding on a claim for a narrow field.
-#[must_use]
 pub fn brief(finding: Finding) -> String {
     match finding {
         Finding::Confirmed => "met".into(),
@@ -159,7 +156,6 @@ pub fn brief(finding: Finding) -> String {
 }
 
 /// Returns the rungs against the claims as text, then the numbers of each claim.
-#[must_use]
 pub fn ladder_text(ladder: &[Summary]) -> String {
     let mut text = format!("{:<20}{:>14}{:>8}", "model", "as printed", "claims");
     for claim in ladder.first().map_or(&[][..], |rung| &rung.claims) {
@@ -200,7 +196,6 @@ pub fn ladder_text(ladder: &[Summary]) -> String {
 }
 
 /// Returns a count that holds at every seed, and what some seeds add to it.
-#[must_use]
 pub fn plus(every: usize, some: usize) -> String {
     if some == 0 { every.to_string() } else { format!("{every}+{some}") }
 }
@@ -243,7 +238,6 @@ fn by_rung(ladder: &[Summary]) -> String {
 }
 
 /// Returns rungs and claims as CSV, one row for each pair.
-#[must_use]
 pub fn ladder_csv(ladder: &[Summary]) -> String {
     let mut text =
         "rung,legible_cells,same_cells,same_at_some_seeds,claim,seeds,seeds_met,seeds_not_met,found\n".to_string();

@@ -42,7 +42,6 @@ const ARMS: [(&str, &str, &[Direction]); 2] = [
 ];
 
 /// Returns the comparison, with a line for each transmission.
-#[must_use]
 pub fn comparison() -> Comparison {
     let mut lines = Vec::new();
     for (group, joints, axes) in ARMS {

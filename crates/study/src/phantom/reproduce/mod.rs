@@ -117,7 +117,6 @@ pub struct TrialSetup {
 
 impl Study {
     /// Returns the study of all of the paper's trials on these rungs.
-    #[must_use]
     pub fn whole(rungs: &[Rung]) -> Self {
         Self {
             rungs: rungs.to_vec(),
@@ -133,7 +132,6 @@ impl Study {
 
     /// Returns all trials that may be run. They are ordered by rung, axis, platform, stiffness, seed and trial; the
     /// trial changes fastest.
-    #[must_use]
     pub fn points(&self) -> Vec<TrialSetup> {
         let mut points = Vec::new();
         for rung in 0..self.rungs.len() {
@@ -158,7 +156,6 @@ impl Study {
 
     /// Returns a trial's overrides of the scene: first its place in the table, then its rung's model, then the user's
     /// overrides, last its seed.
-    #[must_use]
     pub fn overrides(&self, point: &TrialSetup) -> Vec<(String, String)> {
         let own = [
             ("platform.kind", point.platform.name().to_string()),

@@ -30,7 +30,6 @@ pub const PUBLISHED: [Published; 5] = [
 
 impl Published {
     /// Whether the printed cell has its "x"; `None` if there is no such row or the cell is lost.
-    #[must_use]
     pub fn passive(axis: Direction, stiffness_n_per_m: f64) -> Option<bool> {
         PUBLISHED.iter().find(|row| row.stiffness_n_per_m == stiffness_n_per_m)?.passive[axis.index()]
     }
@@ -49,7 +48,6 @@ pub struct Agreement {
 
 impl Agreement {
     /// Counts the cells of a table; a cell that failed never agrees.
-    #[must_use]
     pub fn of(tables: &Tables) -> Self {
         let mut agreement = Self::default();
         let table = tables.first();
@@ -68,13 +66,11 @@ impl Agreement {
     }
 
     /// Returns the number of cells that agree at no seed.
-    #[must_use]
     pub const fn otherwise(&self) -> usize {
         self.legible - self.same - self.mixed
     }
 
     /// Returns at how many seeds a cell is as printed; `None` if the print or the table does not tell.
-    #[must_use]
     pub fn at(tables: &Tables, axis: Direction, platform: Platform, stiffness_n_per_m: f64) -> Option<Share> {
         let printed = Published::passive(axis, stiffness_n_per_m)?;
         let Tally { classes } = tables.cell(axis, platform, stiffness_n_per_m)?;

@@ -55,7 +55,6 @@ impl Study {
 
     /// Returns the indices of the trials to run next, in order; none when the study is finished. They depend only on
     /// the set of outcomes. The outcomes at the end do not depend on the order in which trials are run or interrupted.
-    #[must_use]
     pub fn wanted(&self, outcomes: &Outcomes) -> Vec<usize> {
         let left = |cell: usize, seeds: Range<usize>| {
             let trials = seeds.flat_map(move |seed| self.trials_of(cell, seed));

@@ -28,7 +28,6 @@ impl Source {
     pub const ALL: [Self; 4] = [Self::Table, Self::Quarter, Self::Interpolated, Self::Cordic];
 
     /// Returns the name of the source's block.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Table => "trig_table",
@@ -39,7 +38,6 @@ impl Source {
     }
 
     /// Returns the arithmetic that the source needs, as text.
-    #[must_use]
     pub const fn arithmetic(self) -> &'static str {
         match self {
             Self::Table => "no adder, no multiplier; sine and cosine of a count in one word pair, one read",
@@ -69,7 +67,6 @@ pub struct Rom {
 
 impl Rom {
     /// Returns the number of all bits.
-    #[must_use]
     pub fn bits(self) -> u64 {
         self.words * u64::from(self.width)
     }
@@ -100,13 +97,11 @@ pub struct Sine {
 
 impl Sine {
     /// Returns the greatest error in units of the last place.
-    #[must_use]
     pub fn worst_lsb(&self) -> f64 {
         self.worst / self.format.lsb()
     }
 
     /// Returns the rms error in units of the last place.
-    #[must_use]
     pub fn rms_lsb(&self) -> f64 {
         self.rms / self.format.lsb()
     }
@@ -210,7 +205,6 @@ pub const SINES_CSV_HEADER: &str = "source,size,default,format,rom_words,rom_wid
      worst_rad,latency_edges,angles,arithmetic\n";
 
 /// Returns every source in every size as CSV, one a row.
-#[must_use]
 pub fn sines_csv(all: &[Sine]) -> String {
     let mut text = SINES_CSV_HEADER.to_string();
     for sine in all {
@@ -233,7 +227,6 @@ pub fn sines_csv(all: &[Sine]) -> String {
 }
 
 /// Returns every source in every size as text.
-#[must_use]
 pub fn sines_text(all: &[Sine], notation: Notation) -> String {
     let wide = all.iter().map(|sine| notation.of(sine.format).len()).fold(9, usize::max);
     let [first, second] = turns(&Config::default()).map(|turn| 1e6 * TAU * f64::from(turn.num) / f64::from(turn.den));

@@ -20,7 +20,6 @@ pub enum Class {
 
 impl Class {
     /// Returns the class's name.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Passive => "passive",
@@ -58,7 +57,6 @@ impl Cell {
     }
 
     /// Returns the mean of the trials' rms, in m; `None` in cells that are aborted or failed, where it is not recorded.
-    #[must_use]
     pub fn rms_m(&self) -> Option<f64> {
         if !matches!(self.class, Class::Passive | Class::NonPassive) {
             return None;
@@ -69,7 +67,6 @@ impl Cell {
 
     /// Returns the greatest rms of the trials, in m, which decides whether the cell is passive; `None` where
     /// [`Cell::rms_m`] is.
-    #[must_use]
     pub fn worst_rms_m(&self) -> Option<f64> {
         self.rms_m()?;
         self.trials.iter().flatten().filter_map(|trial| trial.verdict.rms_m()).max_by(f64::total_cmp)
@@ -126,7 +123,6 @@ impl Table {
     }
 
     /// Returns a cell, if the study has it.
-    #[must_use]
     pub fn cell(&self, axis: Direction, platform: Platform, stiffness_n_per_m: f64) -> Option<&Cell> {
         let axis = self.axes.iter().position(|other| *other == axis)?;
         let platform = self.platforms.iter().position(|other| *other == platform)?;
@@ -135,7 +131,6 @@ impl Table {
     }
 
     /// Returns how stiff the walls may be, if the study tells.
-    #[must_use]
     pub fn limit(&self, axis: Direction, platform: Platform) -> Option<Limit> {
         let rows = self.stiffnesses_n_per_m.iter();
         let passive = rows.map(|&row| self.cell(axis, platform, row).map(|cell| cell.class == Class::Passive));
@@ -150,7 +145,6 @@ impl Table {
     }
 
     /// Returns all cells, in the order of the study.
-    #[must_use]
     pub fn cells(&self) -> &[Cell] {
         &self.cells
     }

@@ -21,7 +21,6 @@ pub struct Share {
 
 impl Share {
     /// Whether the statement holds at every seed.
-    #[must_use]
     pub const fn all(self) -> bool {
         self.so == self.of
     }
@@ -42,14 +41,12 @@ pub struct Tally {
 
 impl Tally {
     /// Returns the cell's class if all seeds agree; `None` if they differ.
-    #[must_use]
     pub fn class(&self) -> Option<Class> {
         let first = *self.classes.first()?;
         self.classes.iter().all(|class| *class == first).then_some(first)
     }
 
     /// Returns at how many seeds the cell has this class.
-    #[must_use]
     pub fn share(&self, class: Class) -> Share {
         Share { so: self.classes.iter().filter(|own| **own == class).count(), of: self.classes.len() }
     }
@@ -89,19 +86,16 @@ pub struct Repeated {
 
 impl Repeated {
     /// Returns the claim at the first seed.
-    #[must_use]
     pub fn first(&self) -> &Claim {
         &self.seeds[0].1
     }
 
     /// Returns the finding of all seeds together.
-    #[must_use]
     pub fn finding(&self) -> Finding {
         Finding::of_seeds(&self.seeds.iter().map(|(_, claim)| claim.met).collect::<Vec<_>>())
     }
 
     /// Returns the numbers of the first seed and, where the seeds differ, the seeds at which the claim is met.
-    #[must_use]
     pub fn found(&self) -> String {
         let (seed, first) = &self.seeds[0];
         let mut found = first.found.clone();
@@ -118,7 +112,6 @@ impl Repeated {
     }
 
     /// Returns the claim for the summing-up.
-    #[must_use]
     pub fn sum(&self) -> Sum {
         Sum { statement: self.first().statement(), finding: self.finding(), found: self.found() }
     }
@@ -136,25 +129,21 @@ impl Tables {
     /// # Panics
     ///
     /// If not all cells were run at the first seed.
-    #[must_use]
     pub fn new(study: &Study, rung: usize, outcomes: &Outcomes) -> Self {
         Self { tables: (0..study.seeds as usize).map(|seed| Table::new(study, rung, seed, outcomes)).collect() }
     }
 
     /// Returns the table at the first seed.
-    #[must_use]
     pub fn first(&self) -> &Table {
         &self.tables[0]
     }
 
     /// Returns the table at each seed, in their order.
-    #[must_use]
     pub fn each(&self) -> &[Table] {
         &self.tables
     }
 
     /// Returns a cell at the seeds at which it was run, if the study has it.
-    #[must_use]
     pub fn cell(&self, axis: Direction, platform: Platform, stiffness_n_per_m: f64) -> Option<Tally> {
         self.first().cell(axis, platform, stiffness_n_per_m)?;
         let cells = self.tables.iter().filter_map(|table| {
@@ -165,7 +154,6 @@ impl Tables {
     }
 
     /// Returns how many cells were run at every seed, out of all cells.
-    #[must_use]
     pub fn repeated(&self) -> Share {
         let last = &self.tables[self.tables.len() - 1];
         let so = last.cells().iter().filter(|cell| cell.seed == last.seed).count();
@@ -173,7 +161,6 @@ impl Tables {
     }
 
     /// Returns as text which cells were run at how many seeds.
-    #[must_use]
     pub fn drawn(&self) -> String {
         match self.tables.len() {
             1 => format!("one draw, seed {}", self.first().seed),
@@ -182,7 +169,6 @@ impl Tables {
     }
 
     /// Returns how stiff the walls may be, if the study tells.
-    #[must_use]
     pub fn limit(&self, axis: Direction, platform: Platform) -> Option<Span> {
         let rows = &self.first().stiffnesses_n_per_m;
         let shares = rows.iter().map(|&row| Some(self.cell(axis, platform, row)?.share(Class::Passive)));
@@ -199,7 +185,6 @@ impl Tables {
     }
 
     /// Returns the paper's claims, each compared with the table of every seed.
-    #[must_use]
     pub fn claims(&self) -> Vec<Repeated> {
         let mut seeds = self.tables.iter().map(|table| (table.seed, claims(table)));
         let (seed, first) = seeds.next().expect("a table has a seed");
@@ -211,7 +196,6 @@ impl Tables {
     }
 
     /// Returns why trials failed, each reason once.
-    #[must_use]
     pub fn failures(&self) -> Vec<&str> {
         let cells = self.tables.iter().flat_map(Table::cells);
         let trials = cells.flat_map(|cell: &Cell| &cell.trials);

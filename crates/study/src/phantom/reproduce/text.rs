@@ -16,7 +16,6 @@ pub const CSV_HEADER: &str =
     "rung,axis,platform,stiffness_n_per_m,seed,trial,outcome,rms_m,aborted_at_s,edges,reason\n";
 
 /// Returns every trial that was run as CSV, one a row.
-#[must_use]
 pub fn csv(study: &Study, outcomes: &Outcomes) -> String {
     let mut text = CSV_HEADER.to_string();
     let points = study.points();
@@ -53,7 +52,6 @@ pub(super) fn quoted(field: &str) -> String {
 }
 
 /// Returns the table as the paper prints it, with a mark at each legible cell, and the limits and claims that follow.
-#[must_use]
 pub fn table_text(tables: &Tables) -> String {
     let mut text = grid(tables);
     let agreement = Agreement::of(tables);

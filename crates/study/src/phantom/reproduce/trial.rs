@@ -38,7 +38,6 @@ pub enum Verdict {
 
 impl Verdict {
     /// Returns the rms about the steady value, in m, of a trial that was not aborted.
-    #[must_use]
     pub fn rms_m(&self) -> Option<f64> {
         match self {
             Self::Passive { rms_m } | Self::NonPassive { rms_m } => Some(*rms_m),
@@ -49,7 +48,6 @@ impl Verdict {
 
 impl Trial {
     /// Returns the trial as a line: outcome, rms in metres, time of abortion in seconds, edges, and why it was aborted.
-    #[must_use]
     pub fn line(&self) -> String {
         let Self { verdict, edges, why } = self;
         match verdict {
@@ -60,7 +58,6 @@ impl Trial {
     }
 
     /// Reads a trial from its line; `None` for any other text.
-    #[must_use]
     pub fn read(line: &str) -> Option<Self> {
         let mut fields = line.splitn(5, ',');
         let mut field = || fields.next();
@@ -103,7 +100,6 @@ pub fn run_trial(overrides: &[(String, String)], control: &Control) -> Result<Op
 /// # Panics
 ///
 /// If the scene is not shipped.
-#[must_use]
 pub fn scene() -> &'static Shipped {
     shipped().iter().find(|scene| scene.name == SCENE).expect("the scene of the drop trial is shipped")
 }

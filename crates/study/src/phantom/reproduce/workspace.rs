@@ -33,13 +33,11 @@ pub struct Workspace {
 
 impl Workspace {
     /// Returns the nominal workspace of the default configuration.
-    #[must_use]
     pub fn nominal() -> Self {
         Self::new(&Config::default(), NOMINAL_MM, CELLS)
     }
 
     /// Computes the inverse kinematics at the middle of each cell of a box of this size about the neutral tip.
-    #[must_use]
     pub fn new(config: &Config, size_mm: [f64; 3], cells: [u32; 3]) -> Self {
         let lengths_m = config.lengths.map(|word| f64::from(word) / f64::from(1u32 << config.formats.length_frac));
         let middle_m =
@@ -81,13 +79,11 @@ impl Workspace {
     }
 
     /// Returns the share of all cells that tables of a width hold, in percent.
-    #[must_use]
     pub fn held_percent(&self, depth_width: u32) -> Option<f64> {
         self.held.iter().find(|(width, _)| *width == depth_width).map(|(_, held)| self.percent(*held))
     }
 
     /// Returns as text the share of each width, and what keeps the other cells out.
-    #[must_use]
     pub fn text(&self) -> String {
         let [wide, high, deep] = NOMINAL_MM;
         let reached = self.cells - self.unreachable;
@@ -120,7 +116,6 @@ impl Workspace {
     }
 
     /// Returns the shares as CSV.
-    #[must_use]
     pub fn csv(&self) -> String {
         let mut text = "depth_bits,cells,unreachable_cells,held_cells,held_percent\n".to_string();
         for (width, held) in &self.held {

@@ -34,7 +34,6 @@ pub(super) fn step(_: &Asked, _: &Control) -> Result<Values, String> {
 }
 
 /// Returns `|1 - H|` of the Butterworth filter: `(√2 ω_c s + ω_c²) / (s² + √2 ω_c s + ω_c²)`.
-#[must_use]
 pub fn exact(frequency_hz: f64) -> f64 {
     // Frequencies are in units of the cutoff.
     let w = frequency_hz / CUTOFF_HZ;
@@ -43,7 +42,6 @@ pub fn exact(frequency_hz: f64) -> f64 {
 }
 
 /// Returns `|1 - H|` of the bilinear transform, which maps each frequency to another one and the cutoff to itself.
-#[must_use]
 pub fn bilinear(frequency_hz: f64) -> f64 {
     let warped = |hz: f64| libm::tan(PI * hz * PERIOD_S);
     exact(CUTOFF_HZ * warped(frequency_hz) / warped(CUTOFF_HZ))
@@ -51,7 +49,6 @@ pub fn bilinear(frequency_hz: f64) -> f64 {
 
 /// Returns `|1 - H|` of the plant's shaper, whose input is a sine held for a thousandth of its period; the output is
 /// read in the middle of every hold.
-#[must_use]
 pub fn analog(frequency_hz: f64) -> f64 {
     const HOLDS: u32 = 1000;
     let half_s = 0.5 / (frequency_hz * f64::from(HOLDS));
@@ -91,7 +88,6 @@ pub fn words(forces: impl Iterator<Item = i64>) -> impl Iterator<Item = f64> {
 }
 
 /// Returns `|1 - H|` of the datapath's fixed-point words, whose input is a sine of full scale sampled for two seconds.
-#[must_use]
 pub fn digital(frequency_hz: f64) -> f64 {
     const SETTLING: usize = 3000;
     const WATCHED: usize = 2000;
@@ -107,7 +103,6 @@ pub fn digital(frequency_hz: f64) -> f64 {
 
 /// Returns the greatest value of `1 - H` under a step of 1: in closed form, of the plant's shaper read every 0.1 ms,
 /// and of the fixed-point words.
-#[must_use]
 pub fn overshoots() -> [f64; 3] {
     let step = Shaper::new(CUTOFF_HZ).stepped(1.0);
     let most = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, f64::max);

@@ -60,7 +60,6 @@ pub enum Takes {
 
 impl Takes {
     /// Returns the text of a refusal.
-    #[must_use]
     pub const fn accepted(self) -> &'static str {
         match self {
             Self::Number => "write a number, or a formula in quotes, as in \"2*pi/10\"",

@@ -196,7 +196,6 @@ fn mean(pairs: &[(f64, f64)]) -> (f64, f64) {
 }
 
 /// Returns the slope of the straight line through pairs, by least squares.
-#[must_use]
 pub fn slope(pairs: &[(f64, f64)]) -> f64 {
     let count = pairs.len() as f64;
     let (x, y) = pairs.iter().fold((0.0, 0.0), |sum, pair| (sum.0 + pair.0 / count, sum.1 + pair.1 / count));
@@ -242,7 +241,6 @@ pub(super) fn ladder(asked: &Asked, control: &Control) -> Result<Values, String>
 }
 
 /// Returns as text up to where a ladder settles, what its next rung does, and whether any settles beyond.
-#[must_use]
 pub fn told(rungs: &[(f64, bool, String)], unit: &str) -> String {
     let Some(first) = rungs.iter().position(|(_, settled, _)| !settled) else {
         return "settles throughout".into();

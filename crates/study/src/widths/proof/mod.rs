@@ -129,7 +129,6 @@ pub struct Proof {
 
 impl Proof {
     /// Returns the bound of a net.
-    #[must_use]
     pub fn of(&self, net: &str) -> Option<&Bound> {
         self.bounds.iter().find(|bound| bound.name == net)
     }

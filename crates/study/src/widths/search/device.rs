@@ -16,7 +16,6 @@ pub(super) fn loops(scene: &Experiment) -> Result<&'static dyn Loops, SearchErro
 
 impl Knob {
     /// Returns the knobs of a scene when none is named; none for a scene that no search takes.
-    #[must_use]
     pub fn usual(scene: &Experiment) -> Vec<Self> {
         loops(scene).map_or(Vec::new(), |loops| loops.usual(scene))
     }

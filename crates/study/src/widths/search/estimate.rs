@@ -18,7 +18,6 @@ use hpu_datapath::LoopConfig;
 pub const ESTIMATE_ERROR: f64 = 0.1;
 
 /// Returns the estimated LUT4s of a loop; `held` says that the position is held between samples.
-#[must_use]
 pub fn estimate(config: &LoopConfig, held: bool) -> u32 {
     let LoopConfig { position_width, stiffness, damping, velocity_width, pwm, saturate, .. } = *config;
     let frac = |format: hpu_signal::Format| format.frac().unsigned_abs();

@@ -13,13 +13,11 @@ pub struct Cost {
 
 impl Cost {
     /// Returns the cost of a loop without block RAM.
-    #[must_use]
     pub fn of_logic(logic: u32) -> Self {
         Self { rams: 0, logic: Some(logic) }
     }
 
     /// Returns the estimated lookup tables; 0 where there is no estimate.
-    #[must_use]
     pub fn lut4(&self) -> u32 {
         self.logic.unwrap_or(0)
     }
@@ -38,26 +36,22 @@ pub struct Merit {
 
 impl Merit {
     /// Returns whether it costs no more and has no larger error.
-    #[must_use]
     pub fn is_no_dearer(&self, other: &Self) -> bool {
         self.cost.rams <= other.cost.rams && self.cost.logic <= other.cost.logic && self.error <= other.error
     }
 
     /// Returns whether it is at least as good in all figures, and better in one.
-    #[must_use]
     pub fn beats(&self, other: &Self) -> bool {
         self.is_no_dearer(other) && self.stiffness >= other.stiffness && self != other
     }
 
     /// Returns whether the design can be on a front: its error is finite and its stiffness above 0.
-    #[must_use]
     pub fn is_some(&self) -> bool {
         self.error.is_finite() && self.stiffness > 0.0
     }
 }
 
 /// Returns the indices of the merits that no other merit beats, cheapest first; equal designs all stay.
-#[must_use]
 pub fn front(merits: &[Merit]) -> Vec<usize> {
     let mut order: Vec<usize> = (0..merits.len()).filter(|&index| merits[index].is_some()).collect();
     let by = |a: &Merit, b: &Merit| a.error.total_cmp(&b.error).then(b.stiffness.total_cmp(&a.stiffness));

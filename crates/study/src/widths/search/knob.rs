@@ -49,7 +49,6 @@ pub struct Keys {
 
 impl Keys {
     /// Returns the names of the widths in a row.
-    #[must_use]
     pub fn names(&self) -> String {
         self.all.iter().map(|key| key.name).collect::<Vec<_>>().join(", ")
     }
@@ -68,7 +67,6 @@ pub struct Knob {
 
 impl Knob {
     /// Returns the number of values that it takes.
-    #[must_use]
     pub fn values(&self) -> usize {
         (self.to - self.from + 1).unsigned_abs() as usize
     }
@@ -139,7 +137,6 @@ impl Design {
     }
 
     /// Returns one width; 0 for one that the device does not have.
-    #[must_use]
     pub fn get(&self, field: Field) -> i32 {
         self.place(field).map_or(0, |place| self.bits[place])
     }
@@ -154,7 +151,6 @@ impl Design {
     }
 
     /// Returns the sum of all widths.
-    #[must_use]
     pub fn bits(&self) -> i32 {
         self.bits.iter().sum()
     }

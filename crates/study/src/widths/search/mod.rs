@@ -128,7 +128,6 @@ pub struct Found {
 
 impl Found {
     /// Returns the outputs whose worst error counts, of all scenes together.
-    #[must_use]
     pub fn outputs(&self) -> Vec<Output> {
         let all = self.on.iter().flat_map(|on| &on.outputs);
         all.fold(Vec::new(), |mut all, &output| {
@@ -149,7 +148,6 @@ impl Found {
     }
 
     /// Returns the cheapest design whose stable stiffness falls short of the reference's by at most this share of it.
-    #[must_use]
     pub fn smallest(&self, share: f64) -> Option<&RatedDesign> {
         let enough = (1.0 - share) * self.reference.merit.stiffness;
         self.best().find(|point| point.merit.stiffness >= enough)

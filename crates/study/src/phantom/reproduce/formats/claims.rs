@@ -5,7 +5,6 @@ use super::{Fate, Formats};
 use crate::studies::summing::{Finding, Statement, Sum};
 
 /// Returns the findings on the paper's claims, from the word formats and the workspace.
-#[must_use]
 pub fn sums(all: &[Formats], workspace: &Workspace) -> Vec<Sum> {
     vec![words(all), lookup(workspace)]
 }

@@ -33,7 +33,6 @@ pub struct Words {
 }
 
 /// Returns the configurations that are compared.
-#[must_use]
 pub fn words() -> Vec<Words> {
     let fitted = Config::default();
     let plain = Config::plain_q22();
@@ -69,7 +68,6 @@ pub enum Fate {
 
 impl Fate {
     /// Returns the effect's name.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Never => "never",
@@ -92,7 +90,6 @@ pub struct SignalRange {
 
 impl SignalRange {
     /// Returns what happens to a value that is too large for the signal's word.
-    #[must_use]
     pub fn fate(&self) -> Fate {
         let SignalBound { name, fits, .. } = self.proved;
         match fits {
@@ -104,13 +101,11 @@ impl SignalRange {
 
     /// Returns the bits above the greatest value: the logarithm to base 2 of the format's upper end divided by that
     /// value; below 0 if the value does not fit.
-    #[must_use]
     pub fn headroom_bits(&self) -> f64 {
         f64::from(self.proved.format.int()) - libm::log2(self.size())
     }
 
     /// Returns the greatest absolute value.
-    #[must_use]
     pub fn size(&self) -> f64 {
         self.proved.max.max(-self.proved.min)
     }
@@ -149,21 +144,18 @@ impl Formats {
     }
 
     /// Returns the row of a signal, if there is one.
-    #[must_use]
     pub fn row(&self, signal: &str) -> Option<&SignalRange> {
         self.rows.iter().find(|row| row.proved.name == signal)
     }
 }
 
 /// Returns the torques of the joints, in N.m, at the full scale of their DACs: 0.17 N.m of the motor times the ratio.
-#[must_use]
 pub fn full_scales_nm(config: &Config) -> [f64; 3] {
     let full = f64::from(1u32 << (config.command_width - 1)) * f64::from(1u32 << config.gain_frac);
     config.gains.map(|gain| full / f64::from(gain))
 }
 
 /// Returns a stiffness as text, never rounded up to a stiffness that does not fit.
-#[must_use]
 pub fn stiffness(n_per_m: f64) -> String {
     if n_per_m.fract() == 0.0 { n_per_m.to_string() } else { format!("{n_per_m:.7}") }
 }

@@ -17,7 +17,6 @@ pub const FORMATS_CSV_HEADER: &str = "configuration,stiffness_max_n_per_m,signal
      scaled_unit,proved_error_scaled,measured_error_scaled\n";
 
 /// Returns every signal of every configuration as CSV, one a row; unknown values are left empty.
-#[must_use]
 pub fn formats_csv(all: &[Formats]) -> String {
     let known = |value: Option<f64>| {
         value.filter(|value| value.is_finite()).map_or(String::new(), |value| format!("{value:e}"))
@@ -51,7 +50,6 @@ pub fn formats_csv(all: &[Formats]) -> String {
 
 /// Returns the tables of formats, written in this notation, then the workspace, and last what plain (1,9,22) cannot
 /// hold.
-#[must_use]
 pub fn formats_text(all: &[Formats], workspace: &Workspace, notation: Notation) -> String {
     let mut text = String::from(
         "proved: for every posture that the tables hold, every wall and every force, by interval arithmetic; an upper bound\n\
@@ -139,7 +137,6 @@ fn digits(value: f64) -> String {
 }
 
 /// Returns what plain (1,9,22) cannot hold, and why.
-#[must_use]
 pub fn plain(all: &[Formats]) -> Option<String> {
     let formats = all.iter().find(|formats| formats.rows.iter().any(|row| row.fate() == Fate::Wraps))?;
     let config = formats.words.config;
