@@ -1,7 +1,6 @@
 #!/bin/bash
-# What is too long for the test command: the tests marked `ignore`, stable sets of 1000 random loops against numpy, then
-# commands at random, on all cores. Its record is
-# record/long.txt.
+# What is too long for the test command: the tests marked `ignore`, the whole `hpu check`, stable sets of 1000 random loops
+# against numpy, then commands at random, on all cores. Its record is record/long.txt.
 # Usage: testbench/long.sh [COMMANDS [SEED]]: so many commands [100000] of a seed [1]; --update writes the record.
 # Exit codes: 0 every test passed and every command ended as the contract says, 1 one did not.
 set -euo pipefail
@@ -26,6 +25,10 @@ trap 'rm -rf "$scratch"' EXIT
 failed=0
 cargo test --locked --workspace --tests -- --ignored >"$scratch/ignored" 2>&1 || failed=1
 [ $failed = 0 ] || cat "$scratch/ignored"
+
+# The VHDL on all random rows, of which the test command takes a quarter.
+cargo run --locked --quiet -p hpu -- check >"$scratch/checked" || failed=1
+tail -n 1 "$scratch/checked"
 
 # Stable sets against eigenvalues by numpy, of 1000 random loops.
 python3 -m venv "$scratch/venv"
@@ -53,6 +56,7 @@ grep -h "HPU_FUZZ_SEED" -A3 "$scratch"/*.err || true
     echo "# seconds of wall time, other work on the machine included; a command that computes for more than 20 s fails"
     awk '/^test result:/ { passed += $4; failed += $6 }
         END { printf "tests that the test command leaves out: %d passed, %d failed\n", passed, failed }' "$scratch/ignored"
+    tail -n 1 "$scratch/checked"
     tail -n 1 "$scratch/sets"
     # The same verb and exit of all shares in one line.
     awk '

@@ -72,7 +72,8 @@ fn without_seconds(mut report: Value) -> Value {
 
 #[test]
 fn a_check_is_the_same_however_many_runs_are_at_a_time() {
-    let arguments = ["check", "foaw", "saturator", "displacement", "--rows", "300", "--edges", "5000", "--json"];
+    let arguments =
+        ["check", "input_shaper", "saturator", "displacement", "--rows", "300", "--edges", "5000", "--json"];
     let scenes = ["--scene", "one-tick", "--scene", "short-contact", "--jobs"];
     let with = |jobs| {
         let output = hpu().args(arguments).args(scenes).arg(jobs).output().expect("starts");

@@ -55,7 +55,11 @@ pub const COMMANDS: &[(&str, Form)] = &[
     (
         "hpu run testbench/dut/knee.toml --set faults.missed_edge=3 --set faults.bounce=5 --set 'faults.clock_jitter=20 ns' \
          -o faulty",
-        Form::AsIs,
+        short(
+            "hpu run testbench/dut/knee.toml --set faults.missed_edge=3 --set faults.bounce=5 \
+             --set 'faults.clock_jitter=20 ns' -o faulty --edges 1000000",
+            "jitter stops the design at every edge of the encoder; a tenth of the time has faults of each kind",
+        ),
     ),
     (
         "hpu check --entity fast_mul --as truncating_multiplier --port x=a --port y=b --port p=product --clock clock \
@@ -134,7 +138,7 @@ pub const COMMANDS: &[(&str, Form)] = &[
     (
         "hpu limits testbench/dut/knee.toml --range 50..600 --phases 4",
         short(
-            "hpu limits testbench/dut/knee.toml --range 100..600 --phases 1 --words 2",
+            "hpu limits testbench/dut/knee.toml --range 500..600 --phases 1 --words 2",
             "sixty gains at four phases take minutes of two cores",
         ),
     ),

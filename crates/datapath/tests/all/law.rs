@@ -86,12 +86,12 @@ fn obeys(label: &str, leaper: &mut dyn AnyBlock, ticker: &mut dyn AnyBlock, hist
     }
 }
 
-#[test]
-fn skipping_what_quiet_promises_equals_ticking() {
+/// Leaps and ticks through so many histories with every variant of every block.
+fn leaps_and_ticks(histories: u32) {
     // The blocks are made only once, because tables take long to make. A reset forgets everything, as the next test
     // shows.
     let pairs = RefCell::new(variants().into_iter().zip(variants()).collect::<Vec<_>>());
-    let config = ProptestConfig { failure_persistence: None, ..cases(200) };
+    let config = ProptestConfig { failure_persistence: None, ..cases(histories) };
     let obeyed = TestRunner::new(config).run(&steps(60), |history| {
         for ((label, leaper), (_, ticker)) in pairs.borrow_mut().iter_mut() {
             obeys(label, leaper.as_mut(), ticker.as_mut(), &history);
@@ -99,6 +99,17 @@ fn skipping_what_quiet_promises_equals_ticking() {
         Ok(())
     });
     obeyed.unwrap_or_else(|error| panic!("{error}"));
+}
+
+#[test]
+fn skipping_what_quiet_promises_equals_ticking() {
+    leaps_and_ticks(80);
+}
+
+#[test]
+#[ignore = "testbench/long.sh runs it"]
+fn skipping_what_quiet_promises_equals_ticking_in_a_thousand_histories() {
+    leaps_and_ticks(1000);
 }
 
 proptest! {

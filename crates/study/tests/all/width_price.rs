@@ -87,7 +87,7 @@ frequency = "1 MHz"
 kind = "hybrid"
 sample_rate = "1 kHz"
 position_bits = 16
-stiffness_format = "(0,16,8)"
+stiffness_format = "(0,8,0)"
 [method.pwm]
 bits = 20
 [wall]
