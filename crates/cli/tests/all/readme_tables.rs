@@ -138,7 +138,7 @@ pub const COMMANDS: &[(&str, Form)] = &[
     (
         "hpu limits testbench/dut/knee.toml --range 50..600 --phases 4",
         short(
-            "hpu limits testbench/dut/knee.toml --range 500..600 --phases 1 --words 2",
+            "hpu limits testbench/dut/knee.toml --range 100..600 --phases 1 --words 2",
             "sixty gains at four phases take minutes of two cores",
         ),
     ),

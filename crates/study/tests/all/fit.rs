@@ -35,7 +35,7 @@ fn leaps_samples(name: &str) -> bool {
             scene.model.solver == Solver::Sample
                 || scene.model.solver.is_fixed_step() && scene.step_clocks() >= scene.period_clocks()
         }
-        Experiment::Phantom(_) | Experiment::Dut(_) => false,
+        Experiment::Phantom(_) | Experiment::Gimbal(_) | Experiment::Dut(_) => false,
     }
 }
 
@@ -61,6 +61,7 @@ fn tried(experiment: &Experiment) -> [Set; 2] {
             one("room.stiffness", 1.05 * scene.room.stiffness_n_per_m),
             one("room.distance", scene.room.distance_m + 0.7 * 29e-6),
         ],
+        Experiment::Gimbal(_) => panic!("a gimbal has no cheaper model"),
         Experiment::Dut(_) => panic!("no shipped scene has a design of the user's own"),
     }
 }
@@ -78,6 +79,7 @@ fn elsewhere(experiment: &Experiment) -> Vec<Set> {
         Experiment::Phantom(scene) => {
             ("room.stiffness", scene.room.stiffness_n_per_m, "room.distance", scene.room.distance_m, 29.1e-6)
         }
+        Experiment::Gimbal(_) => panic!("a gimbal has no cheaper model"),
         Experiment::Dut(_) => panic!("no shipped scene has a design of the user's own"),
     };
     let one = |key: &str, value: f64| vec![(key.to_string(), format!("{value:?}"))];
