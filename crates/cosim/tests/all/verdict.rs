@@ -17,7 +17,7 @@ fn verdict(angle_rad: impl Fn(f64) -> f64) -> Verdict {
         let cycle = Cycle(100 * row);
         trace.reals(cycle, &[0.0, 0.0, angle_rad(clock.seconds(cycle)), 0.0]);
     }
-    judge(&trace, ANGLE, COUNT_RAD)
+    judge(&trace, 2, COUNT_RAD)
 }
 
 #[track_caller]

@@ -115,7 +115,7 @@ keys! { surface: "surface" of [];
 }
 
 keys! { switch: "switch" of [];
-    /// Force above which the finger probes, and impedance control has the crank (assumed: the paper names no threshold).
+    /// Force above which the finger probes, and impedance control has the crank (assumed: the paper has no threshold).
     on: Quantity = Quantity::new(&q::FORCE, UpTo(1e4), Is(0.5));
     /// Force below which position control has it again; the same as `on` is a switch without hysteresis.
     off: Quantity = Quantity::new(&q::FORCE, UpTo(1e4), Said("that of switch.on"));
