@@ -48,6 +48,15 @@ enum Device {
     Mass,
     /// The arm of a PHANToM
     Phantom,
+    /// A segment on a gimbal, raised by a crank
+    Gimbal,
+}
+
+impl Device {
+    /// Whether the device has three joints, and its own law and sensors.
+    fn is_arm(self) -> bool {
+        matches!(self, Self::Phantom | Self::Gimbal)
+    }
 }
 
 /// The design to begin with; its entity has this name.
@@ -72,8 +81,8 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     if stem.is_empty() {
         return Err(Failure::usage(format!("`{}` is no name of a scene", args.name)));
     }
-    if args.device == Device::Phantom && (args.method.is_some() || args.counts.is_some()) {
-        return Err(Failure::usage("a PHANToM has its own law and encoders; leave --method and --counts out"));
+    if args.device.is_arm() && (args.method.is_some() || args.counts.is_some()) {
+        return Err(Failure::usage("this device has its own law and encoders; leave --method and --counts out"));
     }
     if args.device != Device::Motor && args.dut {
         return Err(Failure::usage("the design to begin with drives a motor; leave --device out"));
@@ -149,7 +158,7 @@ fn begin(args: &Args, design: &str) -> Result<(Vec<Resolved>, Experiment), Failu
 
 /// Returns formats of the gains to try, from narrow to wide; none for devices whose scenes have no such keys.
 fn formats(args: &Args) -> Vec<Given> {
-    if args.dut || args.device == Device::Phantom {
+    if args.dut || args.device.is_arm() {
         return vec![Vec::new()];
     }
     let bounded = args.method.as_deref() == Some("energy_bounding");
@@ -184,6 +193,18 @@ fn given(args: &Args, design: &str) -> Given {
                 ("model.transmission_stiffness", "3.5 kN/m"),
                 ("run.duration", "4 s"),
                 ("expect.outcome", "passive"),
+            ]);
+            return all;
+        }
+        Device::Gimbal => {
+            give(&[
+                ("device.kind", "gimbal"),
+                ("target.kind", "path"),
+                ("target.path", "[[0, \"22 mm\", 0, 0]]"),
+                ("surface.stiffness", "1 N/mm"),
+                ("finger.path", "[[\"0 s\", \"24 mm\"], [\"0.5 s\", \"24 mm\"], [\"1.5 s\", \"16 mm\"]]"),
+                ("run.duration", "4 s"),
+                ("expect.outcome", "settled"),
             ]);
             return all;
         }

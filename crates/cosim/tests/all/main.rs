@@ -9,6 +9,7 @@ mod drivers;
 mod energy;
 mod faults;
 mod gallery;
+mod gimbal;
 mod keys;
 mod known_answers;
 mod law_scenes;
