@@ -281,10 +281,12 @@ fn agree(scene: &GimbalScene) -> Result<(), SceneError> {
     let travel_m = most_m - least_m;
     let [height, pitch, roll] = scene.target.bounds();
     if height[0] < 0.0 || height[1] > travel_m {
-        let [low, high] = height.map(|height_m| number(1e3 * height_m));
+        // In whole micrometres.
+        let mm = |height_m: f64| number((1e6 * height_m).round() / 1e3);
+        let [low, high] = height.map(mm);
         let reason = format!(
             "heights from {low} mm to {high} mm; the crank reaches 0 to {} mm above the least radius",
-            number(1e3 * travel_m)
+            mm(travel_m)
         );
         return Err(scene.error("target", reason));
     }
