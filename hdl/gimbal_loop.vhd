@@ -9,7 +9,7 @@
 --             x, y, z ---^      +-> roll  -> servo2 -> drive2
 --                               +-> crank -> servo3 ------------+
 --                               +-> rest -----------------------+-> switch -> drive3
---            count3 -> table -> radius, slope -> impedance -----+     |
+--            count3 -> lever -> radius, slope -> impedance -----+     |
 --                                                    ^-- equilibrium -+
 --
 -- generics LENGTH_WIDTH, LENGTH_FRAC      bits of the lengths, their fraction
@@ -19,7 +19,7 @@
 --          LIMIT                          largest angle of pitch and roll
 --          GUARD, ROTATIONS               of the inverse kinematics
 --          COUNT_WIDTH                    bits of the servos' position words
---          COUNT_NUM, COUNT_DEN           half turns per count, of the table
+--          COUNT_NUM, COUNT_DEN           half turns per count, of the lever
 --          STEP, STEP_FRAC                LSBs of the angle per count
 --          P_WIDTH, P_FRAC                bits of the gain of the error, its fraction
 --          D_WIDTH, D_FRAC                bits of the gain of its change, its fraction
@@ -260,7 +260,7 @@ begin
       drive        => position_drive
     );
 
-  table : entity work.crank_table
+  lever : entity work.crank_table
     generic map (
       LENGTH_WIDTH => LENGTH_WIDTH,
       LENGTH_FRAC  => LENGTH_FRAC,

@@ -16,7 +16,7 @@
 --          LIMIT                          largest angle of pitch and roll
 --          GUARD, ROTATIONS               of the inverse kinematics
 --          COUNT_WIDTH                    bits of the servos' position words
---          COUNT_NUM, COUNT_DEN           half turns per count, of the table
+--          COUNT_NUM, COUNT_DEN           half turns per count, of the lever
 --          STEP, STEP_FRAC                LSBs of the angle per count
 --          P_WIDTH, P_FRAC                bits of the gain of the error, its fraction
 --          D_WIDTH, D_FRAC                bits of the gain of its change, its fraction
@@ -287,7 +287,7 @@ begin
       drive        => position_drive
     );
 
-  table : entity work.crank_table
+  lever : entity work.crank_table
     generic map (
       LENGTH_WIDTH => LENGTH_WIDTH,
       LENGTH_FRAC  => LENGTH_FRAC,

@@ -68,7 +68,7 @@ circuit! {
     servo3: ServoControl = servo_control {
         desired: crank, count: count3, proportional: crank_proportional, derivative: crank_derivative, sample: ready,
     } -> { drive: position_drive };
-    table: CrankTable = crank_table { count: count3 } -> { radius, slope };
+    lever: CrankTable = crank_table { count: count3 } -> { radius, slope };
     impedance: ImpedanceControl = impedance_control {
         rest: equilibrium, radius, slope, finger_force, stiffness, feedback,
     } -> { drive: impedance_drive };
@@ -93,7 +93,7 @@ impl<const SHEAR: bool> GimbalWiring<SHEAR> {
             servo1: servo.clone(),
             servo2: servo,
             servo3: ServoControl::new(config.crank())?,
-            table: CrankTable::new(config.gimbal)?,
+            lever: CrankTable::new(config.gimbal)?,
             impedance: ImpedanceControl::new(config.impedance())?,
             switch: ControlSwitch::new(config.switch())?,
         }))
