@@ -25,7 +25,7 @@ fn column(name: &str) -> usize {
 
 /// Returns the mean of a term over the rows of the last second.
 fn late_mean(trace: &Trace, term: impl Fn(&dyn Fn(&str) -> f64) -> f64) -> f64 {
-    let rows = trace.rows() as usize;
+    let rows = trace.rows();
     let last = rows - 1000..rows;
     let sum: f64 = last.clone().map(|row| term(&|name| trace.real(column(name))[row])).sum();
     sum / last.len() as f64
@@ -37,11 +37,8 @@ fn a_steady_tilt_comes_late_by_what_no_load_speed_and_gain_say() {
     // held for a sample and taken at the next instant of the bus: another 1.5 ms. Gravity asks for at most
     // 0.05 kg 9.81 m/s2 0.058 m sin(40 deg) = 18 mN.m of the 5.3 N.m that full drive gives, or 2.3 mrad of error.
     for (gain, speed_deg) in [("1.5", 20.0), ("3", 20.0), ("1.5", -20.0)] {
-        let path = format!(
-            "[[0, \"12.5 mm\", \"{}\", 0], [4, \"12.5 mm\", \"{}\", 0]]",
-            { format!("{} deg", -2.0 * speed_deg) },
-            format!("{} deg", 2.0 * speed_deg)
-        );
+        let [from, to] = [-2.0, 2.0].map(|way| way * speed_deg);
+        let path = format!("[[0, \"12.5 mm\", \"{from} deg\", 0], [4, \"12.5 mm\", \"{to} deg\", 0]]");
         let target = format!("{{ kind = \"path\", path = {path} }}");
         let scene =
             scene("gimbal-shape", &[("target", &target), ("method.proportional", gain), ("run.duration", "4 s")]);

@@ -15,6 +15,7 @@ struct Base {
     scene: &'static str,
     device: &'static str,
     method: &'static str,
+    /// The kind of the hand, or of a gimbal's target.
     hand: &'static str,
 }
 
@@ -50,7 +51,16 @@ fn bases() -> Vec<Base> {
                     [clock]\nfrequency = '50 MHz'\n[room]\nstiffness = 1000\n[run]\nduration = 1\n";
         Base { text: text.into(), set: set.to_vec(), scene: "phantom", device: "phantom", method: "phantom", hand: "" }
     };
+    let gimbal = |kind, set: &[(&'static str, &'static str)]| {
+        let text = "about = 'A.'\n[device]\nkind = 'gimbal'\n[clock]\nfrequency = '50 MHz'\n[target]\n\
+                    [finger]\npath = [[0, 0.02]]\n[run]\nduration = 1\n";
+        let set = [("target.kind", kind)].into_iter().chain(set.iter().copied()).collect();
+        Base { text: text.into(), set, scene: "gimbal", device: "gimbal", method: "gimbal", hand: kind }
+    };
     vec![
+        gimbal("path", &[("target.path", "[[0, 0.01, 0, 0]]")]),
+        gimbal("sines", &[]),
+        gimbal("random", &[]),
         axis("motor", "hybrid", "none", &[]),
         axis("motor", "conventional", "none", &[("method.rescaled", "true"), ("method.reference_rate", "1000")]),
         axis("motor", "sampled_wall", "none", &[]),
@@ -120,7 +130,7 @@ impl Base {
         match section {
             "device" | "encoder" => vec![self.device],
             "method" => vec![self.method],
-            "hand" => vec![self.hand],
+            "hand" | "target" => vec![self.hand],
             "model" if self.scene == "axis" => vec![self.scene, self.device],
             _ => vec![self.scene],
         }

@@ -145,7 +145,7 @@ fn method(
     let sample_rate_hz = s.read(&key::sample_rate)?;
     // Room for 20 full drives per radian.
     let proportional = Format::new(false, 16, 4).expect("20 bits");
-    config.servo = ServoConfig { window: s.read(&key::window)?, proportional, ..config.servo };
+    config.servo = ServoConfig { window: s.read(&key::derivative_window)?, proportional, ..config.servo };
     config.crank = config.servo;
     config.switch.take_radius = latched;
     config.switch.bumpless = bumpless;

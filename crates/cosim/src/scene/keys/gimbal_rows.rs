@@ -104,7 +104,7 @@ keys! { method_gimbal: "method" of ["gimbal"];
     /// The same as `derivative` for the crank.
     crank_derivative: Quantity = Quantity::new(&q::RATIO, UpTo(1e3), Is(0.0));
     /// Samples over which the change of an error is taken.
-    window: Whole<u32> = Whole::new(1, 64, Is(64));
+    derivative_window: Whole<u32> = Whole::new(1, 64, Is(64));
     /// Gain of the force's error in impedance control, Kf; the paper has 2 to 10.
     force_gain: Quantity = Quantity::new(&q::RATIO, UpTo(15.0), Is(4.0));
 }
