@@ -47,7 +47,8 @@ fn named<'a>(pictures: &'a [Picture], name: &str) -> &'a Picture {
 
 #[test]
 fn every_picture_of_every_scene_is_readable_by_all() {
-    for scene in shipped().iter().filter(|scene| !scene.name.starts_with("phantom")) {
+    // Devices that are no axis have pictures, and tests of them, of their own.
+    for scene in shipped().iter().filter(|scene| scene.parse(&[]).unwrap().axis().is_some()) {
         for picture in pictures(scene.name) {
             assert_readable(&picture, scene.name);
         }
