@@ -56,9 +56,10 @@ impl Shown for GimbalSimulation<'_> {
 }
 
 /// The parameters that the paper leaves out.
-const ASSUMED: [&str; 9] = [
+const ASSUMED: [&str; 11] = [
     "device.mass",
     "device.offset",
+    "device.length",
     "tilt_servo.inertia",
     "crank_servo.inertia",
     "tilt_servo.coulomb",
@@ -66,6 +67,7 @@ const ASSUMED: [&str; 9] = [
     "force_sensor.noise",
     "switch.on",
     "finger.stiffness",
+    "finger.damping",
 ];
 
 fn device(scene: &GimbalScene) -> String {
