@@ -3,8 +3,9 @@
 use hpu_cosim::scene::{Experiment, OutcomeKind};
 use plotters::style::{RGBColor, WHITE};
 
+use hpu_study::gimbal::NAMES;
 use hpu_study::map::{
-    Cell, Class, Curves, Edge, Found, Map, class, class_name, classes, is_unseen, nearest, unseen, wrapped,
+    Cell, Class, Curves, Edge, Found, Map, class, class_name, classes, is_unseen, nearest, predicted, unseen, wrapped,
 };
 
 use crate::canvas::{Anchor, Canvas, INK, QUIET, WIDTH, text_width};
@@ -26,7 +27,7 @@ struct Quantity {
 /// The unit of an amplitude: a thousandth of the device's own unit.
 const LENGTH: &str = "length";
 
-const QUANTITIES: [Quantity; 4] = [
+const QUANTITIES: [Quantity; 6] = [
     Quantity {
         name: "amplitude",
         title: "amplitude of the limit cycle",
@@ -54,6 +55,20 @@ const QUANTITIES: [Quantity; 4] = [
         unit: "",
         log: false,
         of: |cell| cell.displayed_ratio,
+    },
+    Quantity {
+        name: "bump",
+        title: "greatest leap of the crank's drive at a switch",
+        unit: "N",
+        log: false,
+        of: |cell| cell.bump_n,
+    },
+    Quantity {
+        name: "switch-energy",
+        title: "energy of the crank's drive per switch",
+        unit: "J",
+        log: true,
+        of: |cell| cell.switch_j,
     },
 ];
 
@@ -117,12 +132,15 @@ fn outcomes(map: &Map, found: &[Found], curves: &[Result<Curves, String>], comma
         count => format!("; product wrapped in {count} settled cells"),
     };
     let hatched = if unseen(found, 0..found.len()) > 0 { "; hatched: past the wall, contact not seen" } else { "" };
-    let mut canvas = page(&title, &(said(found) + &wraps + hatched), command);
+    let fails = |index: usize| predicted(map, index).is_ok_and(|fails| fails[NAMES.len() - 1]);
+    let fails: Vec<bool> = (0..found.len()).map(fails).collect();
+    let failing = if fails.contains(&true) { "; hatched: predicted to fail by the linear loop" } else { "" };
+    let mut canvas = page(&title, &(said(found) + &wraps + hatched + failing), command);
     let mut key: Vec<(String, Look)> = Vec::new();
     for (method, frame) in frames(map, true).into_iter().enumerate() {
         let color = |index: usize| class_color(class(found, index));
         frame.cells(&mut canvas, map, |index| Some(color(index)));
-        frame.hatch(&mut canvas, map, |index| is_unseen(found, index));
+        frame.hatch(&mut canvas, map, |index| is_unseen(found, index) || fails[index]);
         frame.dots(&mut canvas, map, |index| dot(found, index, color(index)));
         frame.boundary(&mut canvas, map, |index| class(found, index), |index| was_run(found, index));
         frame.axes(&mut canvas, map);

@@ -4,7 +4,7 @@ pub mod accuracy;
 pub mod criteria;
 pub mod fit;
 pub mod formula;
-mod gimbal;
+pub mod gimbal;
 pub mod limits;
 pub mod map;
 pub mod page;

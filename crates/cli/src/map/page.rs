@@ -5,7 +5,8 @@ use std::path::Path;
 use hpu_cosim::number;
 use hpu_cosim::scene::{Miss, OutcomeKind};
 use hpu_study::map::{
-    Axis, Cell, Class, Curve, Curves, Edge, Found, Map, class, class_name, classes, fields, is_late, unseen, wrapped,
+    Agreement, Axis, Cell, Class, Curve, Curves, Edge, Found, Map, agreements, class, class_name, classes, fields,
+    is_late, unseen, wrapped,
 };
 use hpu_study::page::{Column, Page, Table};
 use serde_json::{Value, json};
@@ -205,6 +206,25 @@ fn layer(mapped: &Mapped, method: usize) -> Page {
     page.data("edge", edge(&found));
     if let Some(said) = found.text() {
         page.line("edge", said);
+    }
+    if let Ok(agreements) = agreements(&mapped.map, &mapped.found, method) {
+        for Agreement { name, failing, settling } in agreements {
+            page.fact(
+                &format!("predictions.{name}"),
+                "criterion",
+                json!({
+                    "failing": failing[0],
+                    "failing_predicted": failing[1],
+                    "settling": settling[0],
+                    "settling_predicted": settling[1],
+                }),
+                format!(
+                    "{name}: predicts {} of {} cells that do not settle, and {} of {} that do",
+                    failing[1], failing[0], settling[1], settling[0]
+                ),
+            );
+        }
+        return page;
     }
     match &mapped.curves[method] {
         Err(why) => page

@@ -1,9 +1,15 @@
 //! The segment on a gimbal, for studies.
 
+mod criteria;
+mod switches;
+
 use hpu_cosim::Trace;
 use hpu_cosim::scene::{GimbalScene, Scene};
 
 use crate::device::{Device, Reach};
+
+pub use criteria::{Criteria, NAMES, Rest};
+pub use switches::Switches;
 
 impl Device for GimbalScene {
     /// Each servo passes through all its positions.

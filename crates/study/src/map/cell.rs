@@ -8,7 +8,10 @@ use hpu_cosim::dut::{self, Fault};
 use hpu_cosim::scene::{Experiment, Loop, OutcomeKind, Realised, Scene};
 use hpu_cosim::{AnySimulation, Control, Driver, Simulation, Summary, Trace, Verdict, Wired, WiredSimulation};
 
+use hpu_signal::Observe;
+
 use super::unseen::unseen_contact;
+use crate::gimbal::Switches;
 use crate::watch::limited;
 
 /// The result of a cell; positions in rad, of a mass or an arm in m.
@@ -42,6 +45,12 @@ pub struct Cell {
     pub stiffness_error: Option<f64>,
     /// Share of the clock edges at which the net that overflowed most had overflowed.
     pub overflow_share: f64,
+    /// How often the control of a gimbal's crank switched; `None` of another device.
+    pub switches: Option<u64>,
+    /// The greatest leap of the crank's drive at a switch, as a force in N at the tip of a segment that rests.
+    pub bump_n: Option<f64>,
+    /// Energy that the crank's drive gave per switch in the judged window, in J; `None` without a switch there.
+    pub switch_j: Option<f64>,
     /// Number of clock edges that were run.
     pub edges: u64,
 }
@@ -110,6 +119,9 @@ impl Cell {
             u8::from(self.contact_unseen).to_string(),
             known(self.stiffness_error),
             known(Some(self.overflow_share)),
+            self.switches.map_or(String::new(), |switches| switches.to_string()),
+            known(self.bump_n),
+            known(self.switch_j),
         ];
         format!("{},{},{}", outcome_name(Some(self.outcome)), numbers.join(","), self.edges)
     }
@@ -132,6 +144,9 @@ impl Cell {
             unseen,
             error,
             overflow,
+            switches,
+            bump,
+            switch,
             edges,
         ] = fields[..]
         else {
@@ -153,6 +168,9 @@ impl Cell {
             contact_unseen: unseen == "1",
             stiffness_error: known(error)?,
             overflow_share: overflow.parse().ok()?,
+            switches: if switches.is_empty() { None } else { Some(switches.parse().ok()?) },
+            bump_n: known(bump)?,
+            switch_j: known(switch)?,
             edges: edges.parse().ok()?,
         })
     }
@@ -172,8 +190,19 @@ impl Cell {
         }
         let mut trace = simulation.brief_trace();
         let CellLimits { events, guard } = limits;
+        let mut switches = match experiment {
+            Experiment::Gimbal(scene) => Some(Switches::of(scene, &simulation)),
+            _ => None,
+        };
+        let mut nothing = ();
         let run = |own: &Control| match &simulation {
-            AnySimulation::Ours(ours) => Ok(ours.run(Driver::Events, &mut trace, &mut (), own)),
+            AnySimulation::Ours(ours) => {
+                let observer: &mut dyn Observe = match &mut switches {
+                    Some(switches) => switches,
+                    None => &mut nothing,
+                };
+                Ok(ours.run(Driver::Events, &mut trace, observer, own))
+            }
             AnySimulation::Dut(dut) => dut.run(false, &mut trace, &mut (), own).map_err(|fault| fault.to_string()),
         };
         let (summary, late) = limited(Some(events), guard, control, run);
@@ -216,6 +245,9 @@ impl Cell {
             stiffness_error: stiffness_error(experiment),
             overflow_share: summary.nets.iter().map(|net| net.usage.overflowed).max().unwrap_or(0) as f64
                 / summary.edges.max(1) as f64,
+            switches: switches.as_ref().map(|switches| switches.count),
+            bump_n: switches.as_ref().map(|switches| switches.bump_n),
+            switch_j: switches.as_ref().and_then(Switches::energy_j),
             edges: summary.edges,
         }))
     }

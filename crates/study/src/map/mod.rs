@@ -4,6 +4,7 @@
 //! method. It is a unit of work ([`crate::units`]), so a map does not depend on the threads, and continues after an
 //! interruption. Unless all cells are asked for, only those along boundaries are run ([`Refinement`]).
 
+mod agreement;
 mod axis;
 mod cell;
 mod class;
@@ -22,6 +23,7 @@ use std::io;
 use hpu_cosim::Simulation;
 use hpu_cosim::scene::{Datapath, Experiment, OutcomeKind, SceneError};
 
+pub use agreement::{Agreement, agreements, predicted};
 pub use axis::Axis;
 pub(crate) use cell::more_events;
 pub use cell::{Cell, CellLimits, OUTCOMES, displayed_stiffness, outcome_name, product_wraps};

@@ -49,6 +49,9 @@ pub fn units_of(map: &Map) -> Vec<(String, String)> {
         ),
         ("stiffness_error", "stiffness that the words realise over what is asked for, less 1".into()),
         ("overflow_share", "of the edges, at which the net that overflowed most had overflowed".into()),
+        ("switches", "how often the control of a gimbal's crank switched".into()),
+        ("bump_n", "N, the greatest leap of the crank's drive at a switch, at the tip of a segment that rests".into()),
+        ("switch_j", "J that the crank's drive gave per switch in the judged window".into()),
         ("edges", "clock edges".into()),
         ("replay", "the command that runs the cell again".into()),
     ];
@@ -91,6 +94,9 @@ pub fn fields<'a>(map: &'a Map, found: &'a [Found], replay: impl Fn(usize) -> St
         of(Column::number("contact_unseen", "").only(&in_file), |cell| f64::from(u8::from(cell.contact_unseen)).into()),
         figure("stiffness_error", |cell| cell.stiffness_error.into()),
         figure("overflow_share", |cell| cell.overflow_share.into()),
+        of(Column::integer("switches", ""), |cell| cell.switches.into()),
+        figure("bump_n", |cell| cell.bump_n.into()),
+        figure("switch_j", |cell| cell.switch_j.into()),
         of(Column::integer("edges", ""), |cell| cell.edges.into()),
         Column::text("reason", "").of(move |index| match &found[*index] {
             Found::Run(Err(reason)) => Value::from(reason),

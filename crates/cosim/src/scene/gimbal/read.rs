@@ -259,7 +259,14 @@ fn probe(s: &Section) -> Result<Probe, SceneError> {
     let finger = Finger { stiffness_n_per_m: s.read(&key::stiffness)?, damping_n_s_per_m: s.read(&key::damping)? };
     let points = lists(s, "path", keys::FINGER_PATH, [(&TIME, Sense::NotNegative), (&LENGTH, Sense::Any)])?;
     in_time(s, &points)?;
-    Ok(Probe { finger, path: points.into_iter().map(|[time_s, height_m]| (time_s, height_m)).collect() })
+    let speeds = points.windows(2).map(|pair| ((pair[1][1] - pair[0][1]) / (pair[1][0] - pair[0][0])).abs());
+    let fastest = speeds.fold(0.0, f64::max);
+    let slower = match s.has(key::speed.name) {
+        true if fastest == 0.0 => return Err(s.error("speed", "the path does not move; leave it out")),
+        true => fastest / s.read(&key::speed)?,
+        false => 1.0,
+    };
+    Ok(Probe { finger, path: points.into_iter().map(|[time_s, height_m]| (time_s * slower, height_m)).collect() })
 }
 
 fn model(s: &Section) -> Result<GimbalModel, SceneError> {

@@ -176,6 +176,8 @@ keys! { finger: "finger" of [];
     /// Height of the finger, its pad at rest, above the lowest radius of the segment: points in the order of time,
     /// straight between two and constant after the last.
     path: Own = Own::new(|| Takes::Own(Shape::List, FINGER_PATH), Required);
+    /// Greatest speed of the finger: the path is walked faster or slower, so that its fastest stretch has this speed.
+    speed: Quantity = Quantity::new(&q::SPEED, Positive, Said("as the path has it"));
 }
 
 keys! { model_gimbal: "model" of ["gimbal"];
