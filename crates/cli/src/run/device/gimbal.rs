@@ -3,7 +3,7 @@
 use hpu_chart::Picture;
 use hpu_cosim::scene::{GimbalScene, Shear, Units};
 use hpu_cosim::{ERROR, EnergyAudit, FORCE, GimbalSimulation, RADIUS, Simulation, Trace, stress_error_pa};
-use hpu_datapath::memory_bound;
+use hpu_datapath::fractional_difference::memory_bound;
 use hpu_signal::{Notation, Signal};
 use hpu_study::page::Page;
 use serde_json::{Value, json};

@@ -325,8 +325,8 @@ fn sheared(scene: &GimbalScene) -> Result<(), SceneError> {
         let (roll_rad, radius_m) = (libm::atan2(x_m.abs(), y_m), libm::hypot(x_m, libm::hypot(y_m, z_m)));
         if roll_rad > Gimbal::TILT_RAD || radius_m > most_m {
             let reason = format!(
-                "the stress asks the tip to move by {} mm at {} s, out of the device's reach; write less viscosity or a \
-                 slower target",
+                "the stress asks the tip to move by {} mm at {} s, out of the device's reach; write less viscosity or \
+                 a slower target",
                 number((1e6 * x_m.abs()).round() / 1e3),
                 number(time_s)
             );

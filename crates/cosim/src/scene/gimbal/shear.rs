@@ -1,10 +1,10 @@
 //! The shear stress that a segment renders: a fractional derivative of the target's lateral motion.
 //!
 //! The object is a layer of a springpot (Scott Blair), which the motion `u` shears by `u / layer`. Its stress is
-//! `viscosity · Dᵅ(u / layer)`, with the order `α` between 0 (a spring) and 2 (a mass); at `α = 1` it is Newton's law
-//! of viscosity. The device moves the tip sideways, and the skin of the finger, which holds its place, makes the stress
-//! `skin · displacement / area`. So the tip has to move by `gain · Dᵅ u`, with `gain = viscosity area / (skin layer)`.
-//! The stress does not act back on the servos.
+//! `viscosity · Dᵅ(u / layer)`, with the order `α` between 0 (a spring) and 2 (a mass); at `α = 1` it is Newton's
+//! law of viscosity. The device moves the tip sideways. The finger holds its place, so that its skin makes the stress
+//! `skin · displacement / area`. So the tip has to move by `gain · Dᵅ u`, with
+//! `gain = viscosity area / (skin layer)`. The stress does not act back on the servos.
 
 use std::ops::RangeInclusive;
 
