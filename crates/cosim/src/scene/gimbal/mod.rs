@@ -194,9 +194,9 @@ impl GimbalScene {
         self.period_clocks() as f64 * self.clock.period_s()
     }
 
-    /// Returns the gain of the fractional derivative per unit of viscosity.
+    /// Returns the gain of the datapath's derivative per unit of viscosity.
     fn shear_gain_per_viscosity(&self, shear: &Shear) -> f64 {
-        shear.gain() / shear.viscosity * libm::pow(self.sample_s(), -shear.order())
+        shear.gain_per_viscosity() * libm::pow(self.sample_s(), -shear.order())
     }
 
     /// Returns the viscosity that the words realise, in Pa·s to the power of the order.

@@ -49,7 +49,12 @@ impl Shear {
 
     /// Returns the displacement of the tip per fractional derivative of the motion, in s to the power of the order.
     pub fn gain(&self) -> f64 {
-        self.viscosity * self.area_m2 / (self.skin_n_per_m * self.layer_m)
+        self.viscosity * self.gain_per_viscosity()
+    }
+
+    /// Returns the gain of a viscosity of 1.
+    pub(super) fn gain_per_viscosity(&self) -> f64 {
+        self.area_m2 / (self.skin_n_per_m * self.layer_m)
     }
 
     /// Returns the stress of a displacement of the tip, in Pa.

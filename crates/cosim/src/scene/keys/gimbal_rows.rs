@@ -135,7 +135,7 @@ keys! { shear: "shear" of [];
     order: Quantity = Quantity::new(&q::RATIO, Within(*Shear::ORDERS.start(), *Shear::ORDERS.end()), Required);
     /// Viscosity of the object, in Pa·s to the power of the order: a motion of 1 rad/s has the stress that it has in a
     /// Newtonian fluid of as many Pa·s.
-    viscosity: Quantity = Quantity::new(&q::VISCOSITY, Positive, Required);
+    viscosity: Quantity = Quantity::new(&q::VISCOSITY, NotNegative, Required);
     /// Thickness of the object's layer that the motion shears (assumed).
     layer: Quantity = Quantity::new(&q::LENGTH, Within(1e-6, 1.0), Is(10e-3));
     /// Area in which the finger touches the segment; the paper measured 3 cm2.
