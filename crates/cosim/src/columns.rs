@@ -79,12 +79,12 @@ pub const ARM_REALS: [Real; 9] = [
     Real { name: "torque3_nm", doc: "Torque of the motor on joint 3, positive along its positive angle" },
 ];
 
-/// The continuous outputs of a segment on a gimbal.
-pub const GIMBAL_REALS: [Real; 13] = [
+/// The continuous outputs of a segment on a gimbal; only a scene with shear has the last two.
+pub const GIMBAL_REALS: [Real; 15] = [
     ARM_REALS[0],
     ARM_REALS[1],
     ARM_REALS[2],
-    real("target_x_m", "Position that the host asks of the tip"),
+    real("target_x_m", "Position that the host, or with shear the stress, asks of the tip"),
     real("target_y_m", "Position that the host asks of the tip"),
     real("target_z_m", "Position that the host asks of the tip"),
     real("torque1_nm", "Torque that the servo of the pitch would have at no speed, positive along its positive angle"),
@@ -94,10 +94,12 @@ pub const GIMBAL_REALS: [Real; 13] = [
     real("error_m", "Distance of the tip from the target"),
     real("finger_force_n", "Force of the finger on the segment, positive inwards"),
     real("finger_radius_m", "Distance of the finger's pad, at rest, from the centre of the gimbal; 0 without a finger"),
+    real("asked_stress_pa", "Shear stress that the target's motion asks for, along x"),
+    real("rendered_stress_pa", "Shear stress of the skin at the tip's displacement, along x"),
 ];
 
 /// Columns of a gimbal's row.
-pub const GIMBAL_ROW: [Real; 22] = [
+pub const GIMBAL_ROW: [Real; 24] = [
     GIMBAL_REALS[0],
     GIMBAL_REALS[1],
     GIMBAL_REALS[2],
@@ -111,6 +113,8 @@ pub const GIMBAL_ROW: [Real; 22] = [
     GIMBAL_REALS[10],
     GIMBAL_REALS[11],
     GIMBAL_REALS[12],
+    GIMBAL_REALS[13],
+    GIMBAL_REALS[14],
     ARM_ROW[9],
     ARM_ROW[10],
     ARM_ROW[11],
@@ -128,6 +132,9 @@ pub const RADIUS: usize = 9;
 pub const ERROR: usize = 10;
 /// Index of the force of the finger in a row of a gimbal.
 pub const FORCE: usize = 11;
+
+/// Indices of the stress asked for and of the rendered one in a row of a gimbal.
+pub const STRESSES: [usize; 2] = [13, 14];
 
 /// Columns of an arm's row.
 pub const ARM_ROW: [Real; 18] = [

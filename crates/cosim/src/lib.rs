@@ -50,13 +50,14 @@ pub use axis_simulation::AxisSimulation;
 pub use axis_world::AxisWorld;
 pub use closed::law_as_asked;
 pub use columns::{
-    ARM_REALS, ARM_ROW, AXIS_ROW, ERROR, FORCE, GIMBAL_REALS, GIMBAL_ROW, RADIUS, RAIL_ROW, SIGNS, TORQUE_BETWEEN,
+    ARM_REALS, ARM_ROW, AXIS_ROW, ERROR, FORCE, GIMBAL_REALS, GIMBAL_ROW, RADIUS, RAIL_ROW, SIGNS, STRESSES,
+    TORQUE_BETWEEN,
 };
 pub use contact::judged_window_s;
 pub use encoder::Pins;
 pub use engine::{ClosedLoop, Comparison, Control, Difference, Driver, compare};
 pub use faults::Mark;
-pub use gimbal::GimbalSimulation;
+pub use gimbal::{GimbalSimulation, SegmentLoop, stress_error_pa};
 pub use law_loop::{LawConfig, LawLoop};
 pub use linear::LinearLoop;
 pub use message::{did_you_mean, excerpt, figure, number, utf8};

@@ -4,7 +4,8 @@ use hpu_plant::REALS;
 use hpu_signal::{Clock, Real, Signal};
 
 use crate::columns::{
-    ARM_REALS, ARM_ROW, AXIS_ROW, CURRENTS, ERROR, FORCE, GIMBAL_REALS, GIMBAL_ROW, RADIUS, RAIL_ROW, TORQUE_BETWEEN,
+    ARM_REALS, ARM_ROW, AXIS_ROW, CURRENTS, ERROR, FORCE, GIMBAL_REALS, GIMBAL_ROW, RADIUS, RAIL_ROW, STRESSES,
+    TORQUE_BETWEEN,
 };
 use crate::scene::{Device, Head, Record};
 use crate::trace::{ANGLE, TORQUE, Trace};
@@ -106,10 +107,10 @@ impl Outline {
     }
 
     /// Returns the outline of a segment on a gimbal, whose target stands still in the judged window if its radius is to
-    /// come to rest within `still_within_m`. Without a finger it has no contact.
+    /// come to rest within `still_within_m`. Without a finger it has no contact, and without shear no stresses.
     pub(crate) fn of_gimbal(
         head: &Head,
-        (still_within_m, has_contact): (Option<f64>, bool),
+        (still_within_m, has_contact, has_shear): (Option<f64>, bool, bool),
         (closed_by, nets): (&str, Vec<Signal>),
         commands: Vec<Command>,
     ) -> Self {
@@ -121,8 +122,8 @@ impl Outline {
             closed_by: closed_by.to_string(),
             nets,
             row: &GIMBAL_ROW,
-            reals: GIMBAL_REALS.len(),
-            columns: (0..GIMBAL_ROW.len()).collect(),
+            reals: if has_shear { GIMBAL_REALS.len() } else { STRESSES[0] },
+            columns: (0..GIMBAL_ROW.len()).filter(|column| has_shear || !STRESSES.contains(column)).collect(),
             commands,
             drawn: Vec::new(),
             has_device: true,

@@ -3,13 +3,13 @@
 use std::ops::Range;
 use std::time::Instant;
 
-use hpu_datapath::gimbal::GimbalLoop;
 use hpu_datapath::{AnyBlock, Instance, Wiring};
 use hpu_signal::{Clock, Cycle, Observe, Real, Signal, UNKNOWN};
 
 use crate::arm_loop::ArmLoop;
 use crate::contact::{Contact, stride, window_start};
 use crate::engine::{ClosedLoop, Comparison, Control, Driver, compare};
+use crate::gimbal::SegmentLoop;
 use crate::law_loop::LawLoop;
 use crate::method::AxisLoop;
 use crate::outline::{Command, Outline};
@@ -29,7 +29,7 @@ pub enum TheLoop<'s> {
     /// A PHANToM's loop.
     Arm(&'s ArmLoop),
     /// The loop of a segment on a gimbal.
-    Gimbal(&'s GimbalLoop),
+    Gimbal(&'s SegmentLoop),
 }
 
 impl<'s> TheLoop<'s> {
@@ -39,7 +39,7 @@ impl<'s> TheLoop<'s> {
             Self::Axis(axis_loop) => axis_loop.block(),
             Self::Law(wiring) => wiring,
             Self::Arm(arm_loop) => arm_loop.block(),
-            Self::Gimbal(wiring) => wiring,
+            Self::Gimbal(segment_loop) => segment_loop.block(),
         }
     }
 
@@ -54,7 +54,7 @@ impl<'s> TheLoop<'s> {
             Self::Axis(axis_loop) => axis_loop.nets(),
             Self::Law(wiring) => wiring.nets(),
             Self::Arm(arm_loop) => arm_loop.nets(),
-            Self::Gimbal(wiring) => wiring.nets(),
+            Self::Gimbal(segment_loop) => segment_loop.nets(),
         }
     }
 
@@ -64,7 +64,7 @@ impl<'s> TheLoop<'s> {
             Self::Axis(axis_loop) => axis_loop.instances(),
             Self::Law(wiring) => wiring.instances(),
             Self::Arm(arm_loop) => arm_loop.instances(),
-            Self::Gimbal(wiring) => wiring.instances(),
+            Self::Gimbal(segment_loop) => segment_loop.instances(),
         }
     }
 

@@ -1,14 +1,15 @@
 //! A segment on a gimbal: its scene made ready, its world.
 
+mod segment_loop;
 mod side;
 
-use hpu_datapath::Wiring as _;
-use hpu_datapath::gimbal::{GimbalIn, GimbalLoop};
+use hpu_datapath::gimbal::GimbalIn;
 use hpu_plant::arm::{Arm, Joints, Recorded};
 use hpu_signal::{Observe, Ports};
 
 use crate::arm::ArmPlant;
 use crate::arm_world::ArmWorld;
+use crate::columns::STRESSES;
 use crate::engine::{Comparison, Control, Driver};
 use crate::outline::Outline;
 use crate::scene::{GimbalScene, GimbalWords};
@@ -17,6 +18,7 @@ use crate::simulation_error::SimulationError;
 use crate::summary::Summary;
 use crate::trace::Trace;
 
+pub use segment_loop::SegmentLoop;
 use side::{GimbalSide, Plan};
 
 /// A scene of a segment on a gimbal made ready: its words, its wiring, its plant.
@@ -25,7 +27,7 @@ pub struct GimbalSimulation<'s> {
     plant: ArmPlant<Recorded>,
     plan: Plan<'s>,
     words: GimbalWords,
-    wiring: GimbalLoop,
+    wiring: SegmentLoop,
     outline: Outline,
 }
 
@@ -37,7 +39,8 @@ impl<'s> GimbalSimulation<'s> {
     /// When its words, widths or parameters are impossible.
     pub fn new(scene: &'s GimbalScene) -> Result<Self, SimulationError> {
         let words = scene.words().map_err(SimulationError::Scene)?;
-        let wiring = GimbalLoop::new(scene.method.config).map_err(SimulationError::Config)?;
+        let wiring = SegmentLoop::new(scene.method.config, scene.shear.is_some());
+        let wiring = wiring.map_err(SimulationError::Config)?;
         let plant = plant(scene)?;
         let [first, second, third] = plant.command_nm;
         let commands = vec![
@@ -46,7 +49,8 @@ impl<'s> GimbalSimulation<'s> {
             ("drive3", "stall_torque3_nm", third),
         ];
         let closed_by = (TheLoop::Gimbal(&wiring).name(), wiring.nets());
-        let outline = Outline::of_gimbal(scene, (still_within_m(scene), scene.probe.is_some()), closed_by, commands);
+        let (has_contact, has_shear) = (scene.probe.is_some(), scene.shear.is_some());
+        let outline = Outline::of_gimbal(scene, (still_within_m(scene), has_contact, has_shear), closed_by, commands);
         Ok(Self { scene, plant, plan: Plan::new(scene), words, wiring, outline })
     }
 
@@ -62,7 +66,8 @@ impl<'s> GimbalSimulation<'s> {
 
     /// Returns the constant inputs of the datapath; all that the world drives is 0.
     pub fn input(&self) -> GimbalIn<i64> {
-        let GimbalWords { proportional, derivative, stiffness, feedback, thresholds, period, .. } = self.words;
+        let GimbalWords { proportional, derivative, stiffness, feedback, thresholds, period, shear_gain, .. } =
+            self.words;
         GimbalIn {
             proportional: proportional[0],
             derivative: derivative[0],
@@ -73,9 +78,20 @@ impl<'s> GimbalSimulation<'s> {
             threshold_on: thresholds[0],
             threshold_off: thresholds[1],
             period,
+            shear_gain,
             ..GimbalIn::build(|| 0)
         }
     }
+}
+
+/// Returns mean and standard deviation of the absolute error of the rendered stress, in Pa, over the whole trace of a
+/// scene with shear.
+pub fn stress_error_pa(trace: &Trace) -> [f64; 2] {
+    let [asked, rendered] = STRESSES.map(|column| trace.real(column));
+    let errors = || asked.iter().zip(rendered).map(|(asked, rendered)| (rendered - asked).abs());
+    let count = asked.len().max(1) as f64;
+    let mean = errors().sum::<f64>() / count;
+    [mean, (errors().map(|error| (error - mean) * (error - mean)).sum::<f64>() / count).sqrt()]
 }
 
 /// Returns the change of the radius by one position of the crank's servo, where it is greatest; `None` if the target
@@ -132,7 +148,11 @@ impl Wired for GimbalSimulation<'_> {
     }
 
     fn visit<'v, V: LoopVisitor<'v>>(&'v self, visit: V) -> V::Out {
-        visit.visit(&self.wiring, ArmWorld::new(&self.plant, GimbalSide::new(&self.plan)), self.input())
+        let world = ArmWorld::new(&self.plant, GimbalSide::new(&self.plan));
+        match &self.wiring {
+            SegmentLoop::Plain(wiring) => visit.visit(wiring, world, self.input()),
+            SegmentLoop::Shear(wiring) => visit.visit(wiring, world, self.input()),
+        }
     }
 
     fn run(&self, driver: Driver, trace: &mut Trace, observer: &mut dyn Observe, control: &Control) -> Summary {

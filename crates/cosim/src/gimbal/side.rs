@@ -13,7 +13,7 @@ use crate::arm::ArmState;
 use crate::arm_world::Side;
 use crate::columns::GIMBAL_REALS;
 use crate::random::SplitMix64;
-use crate::scene::{GimbalScene, along};
+use crate::scene::{Displacement, GimbalScene, along};
 
 /// The things that act at instants of their own, by their index.
 const HOST: usize = 0;
@@ -31,6 +31,8 @@ pub(super) struct Plan<'s> {
     knots: Vec<u64>,
     least_radius_m: f64,
     count_rad: f64,
+    /// The displacement that a shear stress asks for, in the target's place along x.
+    displacement: Option<Displacement>,
 }
 
 impl<'s> Plan<'s> {
@@ -44,6 +46,7 @@ impl<'s> Plan<'s> {
             knots: knots.filter(|edge| *edge > 0).collect(),
             least_radius_m: scene.gimbal.radii_m()[0],
             count_rad: scene.count_rad(),
+            displacement: scene.displacement(),
         }
     }
 
@@ -51,9 +54,14 @@ impl<'s> Plan<'s> {
         self.scene.clock.seconds(Cycle(edge))
     }
 
-    /// Returns the target at an edge.
+    /// Returns the target that the host writes at an edge.
     fn target_m(&self, edge: u64) -> [f64; 3] {
         self.scene.tip_m(self.scene.target.at(self.time_s(edge)))
+    }
+
+    /// Returns the place at which the tip has to be when the host writes this target.
+    fn asked_m(&self, edge: u64, [x_m, y_m, z_m]: [f64; 3]) -> [f64; 3] {
+        [self.displacement.as_ref().map_or(x_m, |displacement| displacement.at(self.time_s(edge))), y_m, z_m]
     }
 
     /// Returns the height of the finger's pad above the centre of the gimbal, and its speed.
@@ -88,7 +96,8 @@ pub(super) struct GimbalSide<'p> {
     counts: [i64; 3],
     target: [i64; 3],
     force: i64,
-    target_m: [f64; 3],
+    /// The place at which the tip has to be.
+    asked_m: [f64; 3],
     /// The drives that the datapath shows, and those that the servos follow.
     shown: [i64; 3],
     drives: [i64; 3],
@@ -105,11 +114,11 @@ impl<'p> GimbalSide<'p> {
             counts: [0; 3],
             target: [0; 3],
             force: 0,
-            target_m: plan.target_m(0),
+            asked_m: plan.asked_m(0, plan.target_m(0)),
             shown: [0; 3],
             drives: [0; 3],
         };
-        side.target = side.words(side.target_m);
+        side.target = side.words(plan.target_m(0));
         side
     }
 
@@ -140,8 +149,9 @@ impl<'p> GimbalSide<'p> {
             self.next[index] = (edge / self.plan.periods[index] + 1) * self.plan.periods[index];
             match index {
                 HOST => {
-                    self.target_m = self.plan.target_m(edge);
-                    self.target = self.words(self.target_m);
+                    let target_m = self.plan.target_m(edge);
+                    self.asked_m = self.plan.asked_m(edge, target_m);
+                    self.target = self.words(target_m);
                 }
                 BUS => {
                     let angles_rad = arm.motion.state(edge).motor_angles_rad;
@@ -198,11 +208,14 @@ impl Side for GimbalSide<'_> {
     fn row<L: Links>(&self, arm: &ArmState<L>, edge: u64) -> Self::Row {
         let state = arm.motion.state(edge);
         let tip = arm.plant.arm.tip_m(state.angles_rad);
-        let [x, y, z] = self.target_m;
+        let [x, y, z] = self.asked_m;
         let [t1, t2, t3] = state.torques_nm;
         let radius_m = libm::hypot(tip[0], libm::hypot(tip[1], tip[2]));
         let error_m = libm::hypot(tip[0] - x, libm::hypot(tip[1] - y, tip[2] - z));
         let finger_m = self.plan.finger(edge).map_or(0.0, |finger| finger[0]);
-        [tip[0], tip[1], tip[2], x, y, z, t1, t2, t3, radius_m, error_m, state.finger_n, finger_m]
+        let stress_pa = |x_m| self.plan.scene.shear.map_or(0.0, |shear| shear.stress_pa(x_m));
+        let [asked_pa, rendered_pa] = [x, tip[0]].map(stress_pa);
+        let finger_n = state.finger_n;
+        [tip[0], tip[1], tip[2], x, y, z, t1, t2, t3, radius_m, error_m, finger_n, finger_m, asked_pa, rendered_pa]
     }
 }

@@ -49,12 +49,14 @@
 //! | an inductance | 1e-9 | 1e3 | H |
 //! | a torque constant | 1e-6 | 1e3 | N.m/A |
 //! | a length | 1e-12 | 1e4 | m |
+//! | an area | 1e-12 | 1e6 | m2 |
 //! | a speed | 1e-9 | 1e4 | m/s |
 //! | an acceleration | 1e-6 | 1e9 | m/s2 |
 //! | a force | 1e-9 | 1e6 | N |
 //! | a stiffness | 1e-6 | 1e9 | N/m |
 //! | a damping | 1e-9 | 1e6 | N.s/m |
 //! | a mass | 1e-6 | 1e6 | kg |
+//! | a viscosity | 1e-9 | 1e12 | Pa.s |
 //! | an energy | 1e-15 | 1e9 | J |
 //! | a plain number | 1e-9 | 1e12 | 1 |
 //!
@@ -96,8 +98,8 @@ pub use dut::{Connection, Driving, Dut, DutClock, DutReset, DutScene, Engine, Ge
 pub use expect::{Expect, Expectation, Metric, OutcomeKind};
 pub use faults::{EncoderLine, Faults, Stuck, Switch, Times};
 pub use gimbal::{
-    ForceSensor, GimbalMethod, GimbalModel, GimbalScene, GimbalWords, PositionGains, Posture, Probe, Servo, Target,
-    TargetKind, Thresholds, along,
+    Displacement, ForceSensor, GimbalMethod, GimbalModel, GimbalScene, GimbalWords, PositionGains, Posture, Probe,
+    Servo, Shear, Target, TargetKind, Thresholds, along,
 };
 pub use head::Head;
 pub use model::{BridgeModel, Datapath, EncoderModel, Friction, Model, Solver, Winding};

@@ -69,12 +69,15 @@ dimensions! {
     INDUCTANCE = "an inductance", "H", 1e-9 to 1e3, [si("H")];
     TORQUE_CONSTANT = "a torque constant", "N.m/A", 1e-6 to 1e3, [si("N.m/A"), si("V.s/rad"), si("V.s")];
     LENGTH = "a length", "m", 1e-12 to 1e4, [si("m"), unit("cm", 1.0, -2)];
+    AREA = "an area", "m2", 1e-12 to 1e6,
+        [unit("m2", 1.0, 0), unit("cm2", 1.0, -4), unit("mm2", 1.0, -6)];
     SPEED = "a speed", "m/s", 1e-9 to 1e4, [si("m/s")];
     ACCELERATION = "an acceleration", "m/s2", 1e-6 to 1e9, [si("m/s2")];
     FORCE = "a force", "N", 1e-9 to 1e6, [si("N")];
     STIFFNESS = "a stiffness", "N/m", 1e-6 to 1e9, [si("N/m"), unit("N/mm", 1.0, 3)];
     DAMPING = "a damping", "N.s/m", 1e-9 to 1e6, [si("N.s/m")];
     MASS = "a mass", "kg", 1e-6 to 1e6, [unit("kg", 1.0, 0), si("g").thousandth()];
+    VISCOSITY = "a viscosity", "Pa.s", 1e-9 to 1e12, [si("Pa.s")];
     ENERGY = "an energy", "J", 1e-15 to 1e9, [si("J"), si("N.m")];
     RATIO = "a plain number", "1", 1e-9 to 1e12, [unit("%", 1.0, -2)];
 }

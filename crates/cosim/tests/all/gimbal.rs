@@ -3,7 +3,7 @@
 use hpu_cosim::scene::{Experiment, GimbalScene, shipped};
 use hpu_cosim::{Control, Driver, GIMBAL_REALS, GimbalSimulation, Simulation, Summary, Trace, Verdict, Wired};
 
-fn scene(name: &str, set: &[(&str, &str)]) -> GimbalScene {
+pub(super) fn scene(name: &str, set: &[(&str, &str)]) -> GimbalScene {
     let set: Vec<_> = set.iter().map(|(key, value)| (key.to_string(), value.to_string())).collect();
     let shipped = shipped().iter().find(|scene| scene.name == name).expect("a shipped scene");
     match shipped.parse(&set).unwrap_or_else(|error| panic!("{error}")) {
@@ -12,14 +12,21 @@ fn scene(name: &str, set: &[(&str, &str)]) -> GimbalScene {
     }
 }
 
-fn run(scene: &GimbalScene) -> (Summary, Trace) {
+/// Returns the reason for which a changed scene is refused; `None` if it is accepted.
+pub(super) fn refusal(name: &str, set: &[(&str, &str)]) -> Option<String> {
+    let set: Vec<_> = set.iter().map(|(key, value)| (key.to_string(), value.to_string())).collect();
+    let shipped = shipped().iter().find(|scene| scene.name == name).expect("a shipped scene");
+    shipped.parse(&set).err().map(|error| error.to_string())
+}
+
+pub(super) fn run(scene: &GimbalScene) -> (Summary, Trace) {
     let simulation = GimbalSimulation::new(scene).unwrap_or_else(|error| panic!("{error}"));
     let mut trace = simulation.trace(&[]);
     let summary = simulation.run(Driver::Events, &mut trace, &mut (), &Control::default());
     (summary, trace)
 }
 
-fn column(name: &str) -> usize {
+pub(super) fn column(name: &str) -> usize {
     GIMBAL_REALS.iter().position(|real| real.name == name).expect("a column")
 }
 
@@ -142,11 +149,6 @@ fn random_profiles_stay_in_their_ranges_rest_at_their_points_and_follow_from_see
 
 #[test]
 fn what_no_device_can_do_is_refused_where_it_stands() {
-    let says = |set: &[(&str, &str)]| {
-        let set: Vec<_> = set.iter().map(|(key, value)| (key.to_string(), value.to_string())).collect();
-        let shipped = shipped().iter().find(|scene| scene.name == "gimbal-spring").expect("a shipped scene");
-        shipped.parse(&set).expect_err("refused").to_string()
-    };
     let path = |posture: &str| format!("[[0, {posture}]]");
     for (set, expected) in [
         (("target.path", &*path("\"26 mm\", 0, 0")), "heights from 26 mm to 26 mm; the crank reaches 0 to 25 mm"),
@@ -162,7 +164,7 @@ fn what_no_device_can_do_is_refused_where_it_stands() {
         (("device.rod", "12 mm"), "rod, which must be longer than its crank"),
         (("hand.kind", "none"), "hand: unknown key"),
     ] {
-        let message = says(&[set]);
+        let message = refusal("gimbal-spring", &[set]).expect("refused");
         assert!(message.contains(expected), "{set:?}: {message}");
     }
 }

@@ -10,6 +10,7 @@ mod energy;
 mod faults;
 mod gallery;
 mod gimbal;
+mod gimbal_shear;
 mod keys;
 mod known_answers;
 mod law_scenes;

@@ -8,6 +8,7 @@ mod cost_verilog;
 mod exports;
 mod formal;
 mod generics;
+mod gimbal_loops;
 mod headers;
 mod junit;
 mod phantom_loops;

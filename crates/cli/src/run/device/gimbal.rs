@@ -1,8 +1,9 @@
 //! The segment on a gimbal.
 
 use hpu_chart::Picture;
-use hpu_cosim::scene::{GimbalScene, Units};
-use hpu_cosim::{ERROR, EnergyAudit, FORCE, GimbalSimulation, RADIUS, Simulation, Trace};
+use hpu_cosim::scene::{GimbalScene, Shear, Units};
+use hpu_cosim::{ERROR, EnergyAudit, FORCE, GimbalSimulation, RADIUS, Simulation, Trace, stress_error_pa};
+use hpu_datapath::fractional_difference::memory_bound;
 use hpu_signal::{Notation, Signal};
 use hpu_study::page::Page;
 use serde_json::{Value, json};
@@ -19,13 +20,16 @@ impl Shown for GimbalSimulation<'_> {
     fn lines(&self, page: &mut Page, ran: &Ran) {
         page.line("device", device(self.scene()));
         page.line("motion", motion(&ran.trace));
+        if let Some(shear) = &self.scene().shear {
+            page.line("shear", sheared(self, shear, &ran.trace));
+        }
         let missed = self.words().stiffness_miss.as_ref().map(|miss| parameters::missed(miss, None));
         of_words(page, words(self, ran.notation), missed);
     }
 
     fn realised(&self) -> Value {
         let (scene, words) = (self.scene(), self.words());
-        json!({
+        let mut realised = json!({
             "stiffness_n_per_m": stiffness_n_per_m(self),
             "stiffness_missed": words.stiffness_miss.as_ref().map(parameters::missed_object),
             "sample_rate_hz": scene.clock.frequency_hz() as f64 / words.period as f64,
@@ -33,8 +37,19 @@ impl Shown for GimbalSimulation<'_> {
             "force_lsb_n": scene.force_lsb_n(),
             "length_lsb_m": scene.method.config.gimbal.length.lsb(),
             "torque_quantum_nm": self.commands().iter().map(|command| command.2).collect::<Vec<_>>(),
-            "assumed": ASSUMED,
-        })
+            "assumed": assumed(scene),
+        });
+        if let Some(shear) = &scene.shear {
+            realised["shear"] = json!({
+                "order_num": shear.order[0],
+                "order_den": shear.order[1],
+                "viscosity_pa_s": scene.realised_viscosity(words),
+                "gain": words.shear_gain,
+                "memory": shear.memory,
+                "left_out_pa": left_out_pa(self, shear),
+            });
+        }
+        realised
     }
 
     fn nets(&self) -> Vec<Signal> {
@@ -70,6 +85,15 @@ const ASSUMED: [&str; 11] = [
     "finger.damping",
 ];
 
+/// The parameters of shear that the paper leaves out.
+const ASSUMED_OF_SHEAR: [&str; 4] = ["shear.order", "shear.viscosity", "shear.layer", "shear.skin"];
+
+/// Returns the assumed parameters of a scene.
+fn assumed(scene: &GimbalScene) -> Vec<&'static str> {
+    let of_shear = scene.shear.iter().flat_map(|_| ASSUMED_OF_SHEAR);
+    ASSUMED.into_iter().chain(of_shear).collect()
+}
+
 fn device(scene: &GimbalScene) -> String {
     let [least_m, most_m] = scene.gimbal.radii_m();
     format!(
@@ -77,7 +101,7 @@ fn device(scene: &GimbalScene) -> String {
         si(1e3 * scene.gimbal.mass_kg, "g"),
         si(least_m, "m"),
         si(most_m, "m"),
-        ASSUMED.join(", ")
+        assumed(scene).join(", ")
     )
 }
 
@@ -88,6 +112,36 @@ fn motion(trace: &Trace) -> String {
         si(trace.last(RADIUS).unwrap_or(0.0), "m"),
         si(trace.greatest(ERROR), "m"),
         si(trace.greatest(FORCE), "N")
+    )
+}
+
+/// Returns a bound of the stress, in Pa, that the samples before the memory would add.
+fn left_out_pa(simulation: &GimbalSimulation, shear: &Shear) -> f64 {
+    let scene = simulation.scene();
+    let [height, _, roll] = scene.target.bounds();
+    let most_m = (scene.gimbal.radii_m()[0] + height[1])
+        * roll.map(|roll_rad| roll_rad.sin().abs()).into_iter().fold(0.0, f64::max);
+    let gain = simulation.words().shear_gain as f64 * scene.method.config.shear.gain.lsb();
+    shear.stress_pa(memory_bound(shear.order(), shear.memory) * gain * most_m)
+}
+
+/// Returns the stress: its error over the whole run, its order, gain and memory.
+fn sheared(simulation: &GimbalSimulation, shear: &Shear, trace: &Trace) -> String {
+    let [mean_pa, deviation_pa] = stress_error_pa(trace);
+    let (scene, words) = (simulation.scene(), simulation.words());
+    format!(
+        "stress misses by {} in the mean, standard deviation {}; order {}/{}, viscosity {} (gain {} of {}), asked {}; \
+         {} samples count, and those before would add at most {}",
+        si(mean_pa, "Pa"),
+        si(deviation_pa, "Pa"),
+        shear.order[0],
+        shear.order[1],
+        si(scene.realised_viscosity(words).unwrap_or(0.0), "Pa.s^order"),
+        words.shear_gain,
+        scene.method.config.shear.gain,
+        si(shear.viscosity, "Pa.s^order"),
+        shear.memory,
+        si(left_out_pa(simulation, shear), "Pa")
     )
 }
 

@@ -2,9 +2,11 @@
 //! position control, stiffness by impedance control of the crank.
 
 mod read;
+mod shear;
 mod target;
 
 pub(super) use read::scene;
+pub use shear::{Displacement, Shear};
 pub use target::{Posture, Target, TargetKind, along};
 
 use std::f64::consts::PI;
@@ -123,6 +125,8 @@ pub struct GimbalScene {
     pub stiffness_n_per_m: f64,
     /// The rule of the switch.
     pub thresholds: Thresholds,
+    /// The shear stress, if the target's lateral motion is to be felt as one.
+    pub shear: Option<Shear>,
     /// The finger, if there is one.
     pub probe: Option<Probe>,
     /// The parts of the physics that are modelled.
@@ -146,6 +150,8 @@ pub struct GimbalWords {
     pub thresholds: [i64; 2],
     /// Sample period in clocks.
     pub period: i64,
+    /// Gain of the fractional derivative; 0 without shear.
+    pub shear_gain: i64,
 }
 
 has_head!(GimbalScene);
@@ -177,6 +183,28 @@ impl GimbalScene {
         Gimbal::tip_at_m(&pitch_rad, &roll_rad, &(self.gimbal.radii_m()[0] + height_m))
     }
 
+    /// Returns the displacement of the tip along x that the target's motion asks for, if it is felt as shear.
+    pub fn displacement(&self) -> Option<Displacement> {
+        let motion_m = |time_s: f64| self.tip_m(self.target.at(time_s))[0];
+        Some(self.shear?.displacement(motion_m, self.sample_s(), self.run.duration_s))
+    }
+
+    /// Returns the sample period.
+    fn sample_s(&self) -> f64 {
+        self.period_clocks() as f64 * self.clock.period_s()
+    }
+
+    /// Returns the gain of the datapath's derivative per unit of viscosity.
+    fn shear_gain_per_viscosity(&self, shear: &Shear) -> f64 {
+        shear.gain_per_viscosity() * libm::pow(self.sample_s(), -shear.order())
+    }
+
+    /// Returns the viscosity that the words realise, in Pa·s to the power of the order.
+    pub fn realised_viscosity(&self, words: &GimbalWords) -> Option<f64> {
+        let shear = self.shear.as_ref()?;
+        Some(words.shear_gain as f64 * self.method.config.shear.gain.lsb() / self.shear_gain_per_viscosity(shear))
+    }
+
     /// Returns the words of the scene's datapath, each rounded to the nearest.
     ///
     /// # Errors
@@ -199,7 +227,7 @@ impl GimbalScene {
         };
         // A half turn of error asks for this many counts of drive at a gain of one full drive per radian.
         let full = f64::from(1u32 << (config.impedance.drive_width - 1)) * PI;
-        let span_s = f64::from(config.servo.window) * self.period_clocks() as f64 * self.clock.period_s();
+        let span_s = f64::from(config.servo.window) * self.sample_s();
         let p_lsb = config.servo.proportional.lsb() / full;
         let d_lsb = config.servo.derivative.lsb() / full * span_s;
         let gains = [("", &self.method.tilt), ("crank_", &self.method.crank)];
@@ -214,6 +242,10 @@ impl GimbalScene {
         let stiffness_lsb = stiffness.lsb() * force_lsb_n / config.gimbal.length.lsb();
         let feedback = config.impedance.feedback;
         let force = Format::unsigned(config.impedance.force_width);
+        let shear_gain = |shear: &Shear| {
+            let gain = config.shear.gain;
+            word("shear.viscosity", shear.viscosity, gain.lsb() / self.shear_gain_per_viscosity(shear), gain)
+        };
         let asked = self.stiffness_n_per_m;
         Ok(GimbalWords {
             proportional: [p_tilt?, p_crank?],
@@ -226,6 +258,7 @@ impl GimbalScene {
                 word("switch.off", self.thresholds.off_n, force_lsb_n, force)?,
             ],
             period: self.period_clocks() as i64,
+            shear_gain: self.shear.as_ref().map_or(Ok(0), shear_gain)?,
         })
     }
 }

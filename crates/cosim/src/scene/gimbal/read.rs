@@ -1,5 +1,6 @@
 //! Reading a scene of a segment on a gimbal.
 
+use hpu_datapath::FractionalConfig;
 use hpu_datapath::gimbal::{GimbalConfig, GimbalLoopConfig, ServoConfig};
 use hpu_plant::arm::{Finger, Gimbal};
 use hpu_signal::Format;
@@ -14,8 +15,8 @@ use super::super::read_model::step;
 use super::super::section::Section;
 use super::super::source::{SceneError, Source};
 use super::{
-    ForceSensor, GimbalMethod, GimbalModel, GimbalScene, PositionGains, Posture, Probe, Servo, Target, TargetKind,
-    Thresholds,
+    ForceSensor, GimbalMethod, GimbalModel, GimbalScene, PositionGains, Posture, Probe, Servo, Shear, Target,
+    TargetKind, Thresholds,
 };
 use crate::message::number;
 use crate::random::SplitMix64;
@@ -54,7 +55,9 @@ pub(crate) fn scene(file: &str, source: &Source) -> Result<GimbalScene, SceneErr
     let finger = root.section("finger")?;
     let surface = root.section("surface")?;
     surface.accept(&[])?;
+    let shear = if root.has("shear") { Some(shear(&root.section("shear")?)?) } else { None };
     let mut scene = GimbalScene {
+        shear,
         method: method(&root.section("method")?, &gimbal, &crank_servo, &force_sensor, (latched, bumpless, decay))?,
         target: target(&root.section("target")?, head.run.duration_s, head.run.seed)?,
         stiffness_n_per_m: surface.read(&keys::surface::stiffness)?,
@@ -67,6 +70,9 @@ pub(crate) fn scene(file: &str, source: &Source) -> Result<GimbalScene, SceneErr
         force_sensor,
         head,
     };
+    if let Some(shear) = &shear {
+        scene.method.config.shear = shear_words(shear);
+    }
     scene.parameters = source.parameters.take(&["about", "expect", "accuracy"]).into();
     agree(&scene)?;
     Ok(scene)
@@ -119,6 +125,32 @@ fn switch(s: &Section) -> Result<(Thresholds, bool, bool, u32), SceneError> {
         return Err(s.error("off", format!("above switch.on; write at most {} N", number(on_n))));
     }
     Ok((Thresholds { on_n, off_n }, s.read(&key::latched)?, s.read(&key::bumpless)?, s.read(&key::decay)?))
+}
+
+fn shear(s: &Section) -> Result<Shear, SceneError> {
+    use keys::shear as key;
+    s.accept(&[])?;
+    Ok(Shear {
+        order: Shear::fraction(s.read(&key::order)?),
+        viscosity: s.read(&key::viscosity)?,
+        layer_m: s.read(&key::layer)?,
+        area_m2: s.read(&key::area)?,
+        skin_n_per_m: s.read(&key::skin)?,
+        memory: s.read(&key::memory)?,
+    })
+}
+
+/// Returns the words of a scene's fractional derivative. With 28 fraction bits, the weights of the longest memory are
+/// together within 254 · 5/8 · 2^-28 = 6e-7 of the exact ones.
+fn shear_words(shear: &Shear) -> FractionalConfig {
+    let gain = Format::new(false, 12, 12).expect("24 bits");
+    FractionalConfig {
+        gain,
+        coef_frac: 28,
+        order: shear.order,
+        memory: shear.memory,
+        ..GimbalLoopConfig::default().shear
+    }
 }
 
 fn method(
@@ -282,6 +314,35 @@ fn gimbal_expect(s: &Section) -> Result<Expect, SceneError> {
     expect(s, &[(Metric::Rms, &key::rms), (Metric::Amplitude, &key::amplitude)], &key::outcome)
 }
 
+/// Checks that the device reaches the displacement that a shear stress asks for.
+fn sheared(scene: &GimbalScene) -> Result<(), SceneError> {
+    let Some(displacement) = scene.displacement() else { return Ok(()) };
+    let posture = scene.target.at(0.0);
+    if scene.tip_m(posture)[0] != 0.0 {
+        let reason = format!(
+            "begins with a roll of {} degrees; a shear stress needs a target that begins at 0, because the object is \
+             taken to have been at rest there before",
+            number(posture[2].to_degrees())
+        );
+        return Err(scene.error("target", reason));
+    }
+    let [_, most_m] = scene.gimbal.radii_m();
+    for (time_s, x_m) in displacement.steps() {
+        let [_, y_m, z_m] = scene.tip_m(scene.target.at(time_s));
+        let (roll_rad, radius_m) = (libm::atan2(x_m.abs(), y_m), libm::hypot(x_m, libm::hypot(y_m, z_m)));
+        if roll_rad > Gimbal::TILT_RAD || radius_m > most_m {
+            let reason = format!(
+                "the stress asks the tip to move by {} mm at {} s, out of the device's reach; write less viscosity or \
+                 a slower target",
+                number((1e6 * x_m.abs()).round() / 1e3),
+                number(time_s)
+            );
+            return Err(scene.error("shear.viscosity", reason));
+        }
+    }
+    Ok(())
+}
+
 /// Checks the conditions between the parts of a scene.
 fn agree(scene: &GimbalScene) -> Result<(), SceneError> {
     let [least_m, most_m] = scene.gimbal.radii_m();
@@ -305,7 +366,8 @@ fn agree(scene: &GimbalScene) -> Result<(), SceneError> {
         return Err(scene.error("target", reason));
     }
     scene.words()?;
-    let (period, least) = (scene.period_clocks(), u64::from(scene.method.config.least_period(false)));
+    sheared(scene)?;
+    let (period, least) = (scene.period_clocks(), u64::from(scene.method.config.least_period(scene.shear.is_some())));
     if period < least {
         let most_hz = scene.clock.frequency_hz() / least;
         let reason =

@@ -7,7 +7,7 @@ use super::value::Expected;
 use super::{Choice, Flag, Group, Key, Own, Quantity, Shape, Takes, Whole, keys, named};
 use crate::scene::accuracy::OfOutputs;
 use crate::scene::expect::OutcomeKind;
-use crate::scene::gimbal::{OUTPUTS, TargetKind};
+use crate::scene::gimbal::{OUTPUTS, Shear, TargetKind};
 use crate::scene::model::Solver;
 use crate::scene::quantity as q;
 use crate::scene::quantity::Sense::{NotNegative, Positive, UpTo, Within};
@@ -37,6 +37,8 @@ keys! { top_gimbal: "" of ["gimbal"];
     surface: Own = Own::section(Said("its keys' defaults"));
     /// The rule by which the crank's control changes.
     switch: Own = Own::section(Said("its keys' defaults"));
+    /// The shear stress that the target's motion along x is felt as; without it, the tip follows that motion itself.
+    shear: Own = Own::section(Said("none"));
     /// The finger on the segment.
     finger: Own = Own::section(Said("none"));
 }
@@ -125,6 +127,23 @@ keys! { switch: "switch" of [];
     bumpless: Flag = Flag(false);
     /// The offset loses a share of 2^-decay at every sample.
     decay: Whole<u32> = Whole::new(0, 15, Is(4));
+}
+
+keys! { shear: "shear" of [];
+    /// Order of the fractional derivative that the stress is of the motion; the datapath takes the nearest fraction with
+    /// a denominator of at most 1000.
+    order: Quantity = Quantity::new(&q::RATIO, Within(*Shear::ORDERS.start(), *Shear::ORDERS.end()), Required);
+    /// Viscosity of the object, in Pa·s to the power of the order: a motion of 1 rad/s has the stress that it has in a
+    /// Newtonian fluid of as many Pa·s.
+    viscosity: Quantity = Quantity::new(&q::VISCOSITY, NotNegative, Required);
+    /// Thickness of the object's layer that the motion shears (assumed).
+    layer: Quantity = Quantity::new(&q::LENGTH, Within(1e-6, 1.0), Is(10e-3));
+    /// Area in which the finger touches the segment; the paper measured 3 cm2.
+    area: Quantity = Quantity::new(&q::AREA, Within(1e-8, 1.0), Is(3e-4));
+    /// Stiffness of the finger's skin along the segment (assumed).
+    skin: Quantity = Quantity::new(&q::STIFFNESS, Within(1.0, 1e6), Is(500.0));
+    /// Samples that count in the derivative; it leaves out those before.
+    memory: Whole<u32> = Whole::new(2, 254, Is(254));
 }
 
 keys! { target: "target" of [];

@@ -23,6 +23,7 @@ static BEFORE_LAWS: &[&Group] = &[
     &tilt_servo::GROUP,
     &crank_servo::GROUP,
     &force_sensor::GROUP,
+    &shear::GROUP,
     &encoder_motor::GROUP,
     &encoder_mass::GROUP,
     &bridge::GROUP,
