@@ -208,19 +208,19 @@ fn layer(mapped: &Mapped, method: usize) -> Page {
         page.line("edge", said);
     }
     if let Ok(agreements) = agreements(&mapped.map, &mapped.found, method) {
-        for Agreement { name, failing, settling } in agreements {
+        for Agreement { name, failing, holding } in agreements {
             page.fact(
                 &format!("predictions.{name}"),
                 "criterion",
                 json!({
                     "failing": failing[0],
                     "failing_predicted": failing[1],
-                    "settling": settling[0],
-                    "settling_predicted": settling[1],
+                    "holding": holding[0],
+                    "holding_predicted": holding[1],
                 }),
                 format!(
-                    "{name}: predicts {} of {} cells that do not settle, and {} of {} that do",
-                    failing[1], failing[0], settling[1], settling[0]
+                    "{name}: predicts {} of {} cells that fail or go on switching, and {} of {} that hold",
+                    failing[1], failing[0], holding[1], holding[0]
                 ),
             );
         }

@@ -64,6 +64,9 @@ enum Study {
     /// Two figures of a power-scaled spring, by both readings of its law
     #[command(name = "power-scaling")]
     Scaling(beside::Args),
+    /// Shape, stiffness, shear and texture of a 3-DOF device, and where the switch of its control fails
+    #[command(name = "three-dof")]
+    ThreeDof(beside::Args),
 }
 
 /// Runs `hpu reproduce`.
@@ -79,5 +82,6 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         Study::Shaper(args) => beside::reproduce(&shipped("input-shaper"), args),
         Study::Criteria(args) => beside::reproduce(&shipped("criteria"), args),
         Study::Scaling(args) => beside::reproduce(&shipped("power-scaling"), args),
+        Study::ThreeDof(args) => beside::reproduce(&shipped("three-dof"), args),
     }
 }

@@ -2,18 +2,19 @@
 
 use hpu_cosim::scene::{Experiment, OutcomeKind};
 
-use super::{Class, Found, Map, class};
+use super::{Found, Map, nearest};
 use crate::gimbal::{Criteria, NAMES};
 
-/// The agreement of a criterion with the outcomes of a layer, in cells.
+/// The agreement of a criterion with the outcomes of a layer, in cells. A touch fails if it does not settle, or if its
+/// control goes on switching in the judged window, however small the motion is.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Agreement {
     /// Name of the criterion.
     pub name: &'static str,
-    /// Number of cells that do not settle, and how many of them the criterion predicts.
+    /// Number of cells that fail, and how many of them the criterion predicts.
     pub failing: [usize; 2],
-    /// Number of cells that settle, and how many of them the criterion takes for failing.
-    pub settling: [usize; 2],
+    /// Number of cells that hold, and how many of them the criterion takes for failing.
+    pub holding: [usize; 2],
 }
 
 /// Returns for a cell whether each criterion predicts that it fails, in the order of [`NAMES`].
@@ -36,16 +37,16 @@ pub fn predicted(map: &Map, index: usize) -> Result<[bool; NAMES.len()], String>
 ///
 /// Returns the first reason if the criteria say nothing of any cell.
 pub fn agreements(map: &Map, found: &[Found], method: usize) -> Result<Vec<Agreement>, String> {
-    let mut all = NAMES.map(|name| Agreement { name, failing: [0; 2], settling: [0; 2] });
+    let mut all = NAMES.map(|name| Agreement { name, failing: [0; 2], holding: [0; 2] });
     let mut refused = None;
     let mut judged = false;
     for index in method * map.layer()..(method + 1) * map.layer() {
-        match (predicted(map, index), class(found, index)) {
-            (Ok(fails), Some(class)) => {
+        match (predicted(map, index), nearest(found, index)) {
+            (Ok(fails), Some(cell)) => {
                 judged = true;
-                let settles = class == Class::Outcome(OutcomeKind::Settled);
+                let holds = cell.outcome == OutcomeKind::Settled && cell.switch_j.is_none();
                 for (agreement, fails) in all.iter_mut().zip(fails) {
-                    let cells = if settles { &mut agreement.settling } else { &mut agreement.failing };
+                    let cells = if holds { &mut agreement.holding } else { &mut agreement.failing };
                     *cells = [cells[0] + 1, cells[1] + usize::from(fails)];
                 }
             }

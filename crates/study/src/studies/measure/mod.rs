@@ -3,6 +3,7 @@
 pub mod filter;
 mod limits;
 mod motion;
+mod segment;
 mod velocity;
 
 use std::collections::BTreeMap;
@@ -146,7 +147,7 @@ const fn option(name: &'static str, takes: Takes) -> Key {
 }
 
 /// The measures.
-pub static MEASURES: [Measure; 12] = [
+pub static MEASURES: [Measure; 14] = [
     Measure {
         name: "run",
         about: "One run: its verdict, its energies, how it moved. `swing` asks for half of the range of \
@@ -234,6 +235,29 @@ pub static MEASURES: [Measure; 12] = [
         keys: &[key("rest", Takes::Number), option("over", Takes::Number), option("shown", Takes::Numbers)],
         gives: velocity::GIVES,
         run: velocity::velocity,
+    },
+    Measure {
+        name: "segment",
+        about: "Runs of a segment on a gimbal: the distance of the tip from its target, the lags of height, pitch and \
+                roll, the fastest motion of the surface, the force and the stiffness that the finger feels under \
+                impedance control, the error of the shear stress, the switches of control, and those in the last three \
+                tenths. With `seeds` it is run once \
+                for each `run.seed`, and the rows of all runs count. `press` is the window of time in which the stiffness \
+                is taken, from a depth of 1 mm on.",
+        is_of_scene: true,
+        keys: &[option("seeds", Takes::Numbers), option("press", Takes::Numbers)],
+        gives: segment::GIVES,
+        run: segment::segment,
+    },
+    Measure {
+        name: "touch",
+        about: "What the criteria of a switched touch tell without a run: the stiffness of position control, the \
+                finger's force at rest under either control, the growth of the linear loop from pulse to pulse there, \
+                and whether each criterion predicts that the touch fails (1) or not (0).",
+        is_of_scene: true,
+        keys: &[],
+        gives: segment::TOUCH_GIVES,
+        run: segment::touch,
     },
     Measure {
         name: "shaper_gain",

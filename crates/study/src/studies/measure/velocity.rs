@@ -74,24 +74,11 @@ impl Velocities {
         errors.map(|error| error * error).sum::<f64>() / (self.estimates.len() - lag) as f64
     }
 
-    /// Returns the lag in s at which the error has the least mean square, and that mean square. It is looked for row by
-    /// row, and then between rows, at the lowest point of the parabola through the least value and its neighbours. The
-    /// lag is infinite if the mean square falls up to the longest lag that is looked for.
+    /// Returns the lag in s at which the error has the least mean square, and that mean square.
     fn lag(&self) -> (f64, f64) {
-        let rows = self.estimates.len();
-        let most = ((MOST_LAG_S / self.interval_s) as usize).min(rows - 1);
-        let squares: Vec<f64> = (0..=most).map(|lag| self.mean_square(lag)).collect();
-        let least = (0..=most).min_by(|one, other| squares[*one].total_cmp(&squares[*other])).unwrap_or(0);
-        let (mut lag, mut square) = (if least == most { f64::INFINITY } else { least as f64 }, squares[least]);
-        if let [before, here, after] = squares[least.saturating_sub(1)..(least + 2).min(squares.len())] {
-            let bend = before - 2.0 * here + after;
-            if bend > 0.0 {
-                let aside = 0.5 * (before - after) / bend;
-                lag += aside;
-                square -= 0.5 * bend * aside * aside;
-            }
-        }
-        (lag * self.interval_s, square.max(0.0))
+        let most = ((MOST_LAG_S / self.interval_s) as usize).min(self.estimates.len() - 1);
+        let (lag, square) = lag(most, |lag| self.mean_square(lag));
+        (lag * self.interval_s, square)
     }
 
     /// Returns the root of the mean square of the error, its greatest size, and the root of the mean square at the rows
@@ -105,6 +92,24 @@ impl Velocities {
             .fold((0.0, 0.0), |(count, sum), (error, _)| (count + 1.0, sum + error * error));
         [self.mean_square(0).sqrt(), most, (sum / count).sqrt()]
     }
+}
+
+/// Returns the lag in rows, up to `most`, at which a mean square is least, and that mean square. It is looked for row by
+/// row, and then between rows, at the lowest point of the parabola through the least value and its neighbours. The lag
+/// is infinite if the mean square falls up to the longest lag that is looked for.
+pub(super) fn lag(most: usize, mean_square: impl Fn(usize) -> f64) -> (f64, f64) {
+    let squares: Vec<f64> = (0..=most).map(mean_square).collect();
+    let least = (0..=most).min_by(|one, other| squares[*one].total_cmp(&squares[*other])).unwrap_or(0);
+    let (mut lag, mut square) = (if least == most { f64::INFINITY } else { least as f64 }, squares[least]);
+    if let [before, here, after] = squares[least.saturating_sub(1)..(least + 2).min(squares.len())] {
+        let bend = before - 2.0 * here + after;
+        if bend > 0.0 {
+            let aside = 0.5 * (before - after) / bend;
+            lag += aside;
+            square -= 0.5 * bend * aside * aside;
+        }
+    }
+    (lag, square.max(0.0))
 }
 
 /// Returns the mean speed from so many rows before each row to as many after it, or to the ends of the run.
