@@ -207,14 +207,14 @@ fn finger(run: &GimbalRun) -> Picture {
     let thresholds = run.scene.thresholds;
     let asked = run.asked();
     let (near, near_label) = run.close_up();
-    for (x, top, label, scale) in [(run.whole_s(), 200, "time in s", 1.0), (near, 840, near_label, 1e3)] {
+    for (x, top, label, scale) in [(run.whole_s(), 200, "time in s", 1.0), (near, 830, near_label, 1e3)] {
         let force = column(run.trace, FORCE, 1.0).map(|(t, force)| (scale * t, force));
         let asked = || asked.iter().map(|stretch| stretch.iter().map(|(t, force)| (scale * t, *force)));
         let shown = force.clone().chain(asked().flatten()).filter(|(t, _)| x.contains(t)).map(|point| point.1);
         let y = around(shown.chain([0.0, thresholds.on_n]), 0.08);
         let panel = Panel { left: 170, top, right: WIDTH - 120, bottom: top + 310, x: x.clone(), y };
         let level = |force_n: f64| [(x.start, force_n), (x.end, force_n)].into_iter();
-        let mut legend = vec![("the finger's", Look::Line(BLUE)), ("of the asked spring", Look::Line(ORANGE))];
+        let mut legend = vec![("of the finger", Look::Line(BLUE)), ("of the asked spring", Look::Line(ORANGE))];
         if thresholds.on_n == thresholds.off_n {
             legend.push(("threshold of the switch", Look::Line(TAUPE)));
         } else {
@@ -295,19 +295,14 @@ impl Posture {
     }
 }
 
-/// Returns the rows of the least and greatest heights, pitches and rolls, in order, without the start.
-fn extremes(postures: &[[f64; 3]]) -> Vec<usize> {
-    let mut rows: Vec<usize> = (0..3)
-        .flat_map(|index| {
-            let values = postures.iter().map(|posture| posture[index]).enumerate();
-            let values = values.filter(|(_, value)| value.is_finite());
-            let least = values.clone().min_by(|a, b| a.1.total_cmp(&b.1));
-            [least, values.max_by(|a, b| a.1.total_cmp(&b.1))]
-        })
-        .flatten()
-        .map(|(row, _)| row)
-        .filter(|row| *row > 0)
-        .collect();
+/// Returns the rows of the least and the greatest of some of height, pitch and roll, in order, without the start.
+fn extremes(postures: &[[f64; 3]], of: Range<usize>) -> Vec<usize> {
+    let ends = |index: usize| {
+        let values = postures.iter().map(|posture| posture[index]).enumerate().filter(|(_, value)| value.is_finite());
+        let least = values.clone().min_by(|a, b| a.1.total_cmp(&b.1));
+        [least, values.max_by(|a, b| a.1.total_cmp(&b.1))]
+    };
+    let mut rows: Vec<usize> = of.flat_map(ends).flatten().map(|(row, _)| row).filter(|row| *row > 0).collect();
     rows.sort_unstable();
     rows.dedup();
     rows
@@ -325,11 +320,15 @@ fn device(run: &GimbalRun) -> Picture {
     let tips: Vec<_> = run.positions_m(TIP).collect();
     let posture = |row: usize| Posture::of(gimbal, tips[row]);
     let start = posture(0);
-    let later: Vec<_> = extremes(&run.postures(TIP)).into_iter().filter_map(posture).collect();
-    // The pad at the start, and where the finger wants it deepest.
+    let postures = run.postures(TIP);
+    let [mut later, tilted] =
+        [0..1, 1..3].map(|of| extremes(&postures, of).into_iter().filter_map(posture).collect::<Vec<_>>());
+    // The crank moves with the height alone.
+    later.extend(tilted.into_iter().map(|posture| Posture { four_bar: None, ..posture }));
+    // The pad at the start, and at its lowest.
     let pads = run.trace.real(PAD).iter().copied().enumerate().filter(|(_, m)| m.is_finite());
-    let deepest = pads.min_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |pad| pad.0);
-    let mut pad_rows = vec![0, deepest];
+    let lowest = pads.min_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |pad| pad.0);
+    let mut pad_rows = vec![0, lowest];
     pad_rows.dedup();
     pad_rows.retain(|_| run.scene.probe.is_some());
     let pad = |row: usize, view: usize| posture(row).map(|of| of.pad(1e3 * run.trace.real(PAD)[row], view));
@@ -357,14 +356,14 @@ fn device(run: &GimbalRun) -> Picture {
         let mut legend = if is_of_crank {
             vec![
                 ("at the start", Look::Line(BLUE)),
-                ("at its extremes", Look::Line(LILAC)),
+                ("at the extremes of its motion", Look::Line(LILAC)),
                 ("crank, rod", Look::Line(GREEN)),
             ]
         } else {
             vec![("path of the tip", Look::Line(ORANGE))]
         };
         if !is_of_crank && !pad_rows.is_empty() {
-            legend.push(("pad of the finger, start and deepest", Look::Line(PURPLE)));
+            legend.push(("pad of the finger, unpressed: at the start, at its lowest", Look::Line(PURPLE)));
         }
         panel.frame_at(&mut canvas, &legend, Some(x_label), "y in mm", [tens(&panel.x), tens(&panel.y)]);
         let at = |point: [f64; 3]| panel.at(point[horizontal], point[1]);
