@@ -4,7 +4,7 @@
 use std::ops::Range;
 
 use hpu_cosim::scene::GimbalScene;
-use hpu_cosim::{FORCE, GimbalSimulation, RADIUS, Summary, Trace, Verdict};
+use hpu_cosim::{FORCE, GimbalSimulation, RADIUS, Summary, Trace};
 use hpu_plant::arm::Gimbal;
 
 use crate::canvas::{Anchor, Canvas, HEIGHT, INK, QUIET, WIDTH};
@@ -62,17 +62,19 @@ struct GimbalRun<'a> {
 impl<'a> GimbalRun<'a> {
     fn page(&self) -> Canvas {
         let scene = self.scene;
-        let outcome = match self.summary.verdict {
-            Some(Verdict::Diverged { at_s, .. }) => format!("diverged, ended at {at_s:.2} s"),
-            _ => verdict(self.summary, "m"),
+        let outcome = match &self.summary.aborted {
+            Some(abort) => format!("diverged, ended at {:.2} s", abort.at_s),
+            None => verdict(self.summary, "m"),
         };
         let sampled = rate(scene.method.sample_rate_hz);
-        let spring = match &scene.probe {
-            Some(_) => format!("; spring of {:.3} N/mm under impedance control", 1e-3 * scene.stiffness_n_per_m),
-            None => String::new(),
+        let spring_n_per_mm = 1e-3 * scene.stiffness_n_per_m;
+        let also = match (&self.summary.aborted, &scene.probe) {
+            (Some(abort), _) => format!("; {}", abort.why),
+            (None, Some(_)) => format!("; spring of {spring_n_per_mm:.3} N/mm under impedance control"),
+            (None, None) => String::new(),
         };
         let conditions = format!(
-            "segment on a gimbal at {}, sampled at {sampled}{spring}{}",
+            "segment on a gimbal at {}, sampled at {sampled}{also}{}",
             rate(scene.clock.frequency_hz() as f64),
             thinned(self.trace)
         );

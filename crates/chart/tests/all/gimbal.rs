@@ -10,6 +10,8 @@ use crate::looks::{assert_readable, attribute, elements, number, points, rectang
 const COMMAND: &str = "hpu run gimbal -o <here>";
 /// Radius at the height 0: rod less crank.
 const LEAST_MM: f64 = 58.0 - 12.5;
+/// A finger that touches nothing.
+const FAR: (&str, &str) = ("finger.path", "[[0, '30 mm']]");
 
 fn parsed(name: &str, overrides: &[(&str, &str)]) -> GimbalScene {
     let overrides: Vec<_> = overrides.iter().map(|(key, value)| (key.to_string(), value.to_string())).collect();
@@ -149,8 +151,7 @@ fn every_picture_of_every_gimbal_scene_is_readable_and_there_is_no_force_without
 #[test]
 fn height_pitch_and_roll_of_the_target_are_drawn_where_the_scene_has_them() {
     let path = "[[0, '10 mm', 0, 0], ['1 s', '20 mm', '20 deg', '-10 deg']]";
-    let scene =
-        parsed("gimbal-switch", &[("target.path", path), ("run.duration", "1 s"), ("finger.path", "[[0, '30 mm']]")]);
+    let scene = parsed("gimbal-switch", &[("target.path", path), ("run.duration", "1 s"), FAR]);
     let drawn = Drawn::of(&scene);
     let picture = drawn.picture("motion");
     let time = horizontal(picture, 170.0, 2280.0, 1280.0);
@@ -228,7 +229,7 @@ fn the_lanes_of_the_modes_meet_where_the_force_passes_the_threshold() {
 #[test]
 fn the_side_views_have_one_scale_and_the_lengths_of_the_device() {
     let path = "[[0, '20 mm', 0, '20 deg'], ['1 s', '8 mm', '10 deg', '20 deg']]";
-    let scene = parsed("gimbal-shape", &[("target.kind", "path"), ("target.path", path), ("run.duration", "1 s")]);
+    let scene = parsed("gimbal-switch", &[("target.path", path), ("run.duration", "1 s"), FAR]);
     let drawn = Drawn::of(&scene);
     let picture = drawn.picture("device");
     let (left, bottom) = ([170.0, 1350.0], 1230.0);
@@ -267,12 +268,13 @@ fn the_side_views_have_one_scale_and_the_lengths_of_the_device() {
 
 #[test]
 fn a_segment_that_falls_over_is_drawn_until_it_falls() {
-    let path = "[[0, '20 mm', '5 deg', 0]]";
-    let overrides = [("target.kind", "path"), ("target.path", path), ("method.proportional", "0")];
-    let drawn = Drawn::of(&parsed("gimbal-shape", &overrides));
+    let path = "[[0, '20 mm', '50 deg', 0]]";
+    let overrides = [("target.path", path), ("method.proportional", "0"), ("tilt_servo.coulomb", "0"), FAR];
+    let drawn = Drawn::of(&parsed("gimbal-switch", &overrides));
     let Some(Verdict::Diverged { at_s, .. }) = drawn.summary.verdict else { panic!("{:?}", drawn.summary.verdict) };
     for picture in &drawn.pictures {
-        assert_eq!(texts(&picture.svg)[0].text, format!("gimbal-shape: diverged, ended at {at_s:.2} s"));
+        assert_eq!(texts(&picture.svg)[0].text, format!("gimbal-switch: diverged, ended at {at_s:.2} s"));
+        assert!(texts(&picture.svg)[1].text.contains("tilted by more than 55 degrees"));
         assert_readable(picture, "fallen");
     }
 }
