@@ -365,7 +365,7 @@ fn device(run: &GimbalRun) -> Picture {
             vec![("path of the tip", Look::Line(ORANGE))]
         };
         if !is_of_crank && !pad_rows.is_empty() {
-            legend.push(("pad of the finger, unpressed: at the start, at its lowest", Look::Line(PURPLE)));
+            legend.push(("pad of the finger, unpressed: start, lowest", Look::Line(PURPLE)));
         }
         panel.frame_at(&mut canvas, &legend, Some(x_label), "y in mm", [tens(&panel.x), tens(&panel.y)]);
         let at = |point: [f64; 3]| panel.at(point[horizontal], point[1]);
