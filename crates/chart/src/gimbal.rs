@@ -127,8 +127,8 @@ impl<'a> GimbalRun<'a> {
         probed.map(|rows| rows.iter().map(|((t, _), force)| (*t, *force)).collect()).collect()
     }
 
-    /// Returns the range of the first switch to impedance control in ms, from a little before it, and its label. Without
-    /// a switch it is that of the first touch, or of the start.
+    /// Returns the range of the first switch to impedance control in ms, from a little before it, and its label.
+    /// Without a switch it is that of the first touch, or of the start.
     fn close_up(&self) -> (Range<f64>, &'static str) {
         let end_s = self.whole_s().end;
         // For a short run only a part of it, so that the two panels never show the same.
@@ -202,8 +202,8 @@ fn motion(run: &GimbalRun) -> Picture {
     canvas.render("motion")
 }
 
-/// Returns the picture of the finger's force beside that of the asked spring: the whole run, and a close-up of the first
-/// switch.
+/// Returns the picture of the finger's force beside that of the asked spring: the whole run, and a close-up of the
+/// first switch.
 fn finger(run: &GimbalRun) -> Picture {
     let mut canvas = run.page();
     let thresholds = run.scene.thresholds;
@@ -238,8 +238,8 @@ fn finger(run: &GimbalRun) -> Picture {
     canvas.render("finger")
 }
 
-/// The two side views: the name of the horizontal axis, its index, and whether the crank is drawn. The view of the crank
-/// looks against z, the other along x.
+/// The two side views: the name of the horizontal axis, its index, and whether the crank is drawn. The view of the
+/// crank looks against z, the other along x.
 const VIEWS: [(&str, usize, bool); 2] = [("x in mm", 0, true), ("z in mm", 2, false)];
 
 /// The device in one posture: positions in mm, x, y and z.
@@ -393,8 +393,8 @@ fn device(run: &GimbalRun) -> Picture {
         mark(&mut canvas, panel.at(0.0, 0.0), BLACK, 12);
     }
     let note = format!(
-        "black: the centre of the gimbal. The paper gives no shape of the segment: its width of {:.0} mm and its radius \
-         of curvature of {CURVATURE_MM:.0} mm are assumed.",
+        "black: the centre of the gimbal. The paper gives no shape of the segment: its width of {:.0} mm and its \
+         radius of curvature of {CURVATURE_MM:.0} mm are assumed.",
         2.0 * SEGMENT_MM
     );
     canvas.text((60, HEIGHT - 84), note, 26, INK, Anchor::Left);
