@@ -42,7 +42,7 @@ pub fn drop_pictures(simulation: &PhantomSimulation, trace: &Trace, summary: &Su
 }
 
 /// Returns the times and values of a column of the trace, multiplied by `scale`.
-fn column(trace: &Trace, real: usize, scale: f64) -> impl Iterator<Item = (f64, f64)> + Clone {
+pub(crate) fn column(trace: &Trace, real: usize, scale: f64) -> impl Iterator<Item = (f64, f64)> + Clone {
     trace.times_s().zip(trace.real(real).iter().map(move |value| value * scale))
 }
 

@@ -77,15 +77,27 @@ impl Panel {
 
     /// Draws grid, ticks and the names of the axes; `legend` lists above the panel what is drawn in it.
     pub fn frame(&self, canvas: &mut Canvas, legend: &[(&str, Look)], x_label: Option<&str>, y_label: &str) {
-        let most = ((self.bottom - self.top) / 60).max(4) as usize;
-        let (values, decimals) = ticks(&self.y, most);
+        let across = ((self.right - self.left) / 180).max(2) as usize;
+        let up = ((self.bottom - self.top) / 60).max(4) as usize;
+        self.frame_at(canvas, legend, x_label, y_label, [ticks(&self.x, across), ticks(&self.y, up)]);
+    }
+
+    /// Draws a frame as [`frame`](Self::frame) does, with these ticks of both axes, and the decimals of their labels.
+    pub fn frame_at(
+        &self,
+        canvas: &mut Canvas,
+        legend: &[(&str, Look)],
+        x_label: Option<&str>,
+        y_label: &str,
+        [across, up]: [(Vec<f64>, usize); 2],
+    ) {
+        let (values, decimals) = up;
         for value in values {
             let (_, y) = self.at(self.x.start, value);
             canvas.line(vec![(self.left, y), (self.right, y)], GRID, 2);
             canvas.text((self.left - 14, y), label(value, decimals), SMALL, QUIET, Anchor::Right);
         }
-        let most = ((self.right - self.left) / 180).max(2) as usize;
-        let (values, decimals) = ticks(&self.x, most);
+        let (values, decimals) = across;
         for value in values {
             let (x, _) = self.at(value, self.y.start);
             canvas.line(vec![(x, self.top), (x, self.bottom)], GRID, 2);

@@ -24,8 +24,30 @@ const GROUPS: [(&str, &[&str]); 8] = [
     ),
     ("PWM & bridge", &["a_high", "a_low", "b_high", "b_low"]),
 ];
+/// The groups of a segment on a gimbal, whose `x`, `y` and `z` are those of the target.
+const GIMBAL_GROUPS: [(&str, &[&str]); 4] = [
+    ("VHDL and emulator", &[DIFFERS]),
+    ("Target", &["x", "y", "z", "shear_gain", "shear_x", "pitch", "roll", "crank", "rest", "out_of_reach"]),
+    ("Servos", &["count", "drive", "proportional", "derivative", "crank_proportional", "crank_derivative"]),
+    (
+        "Switch",
+        &[
+            "finger_force",
+            "threshold_on",
+            "threshold_off",
+            "mode",
+            "radius",
+            "equilibrium",
+            "slope",
+            "stiffness",
+            "feedback",
+            "position_drive",
+            "impedance_drive",
+        ],
+    ),
+];
 /// Nets that are drawn as curves.
-const CURVES: [&str; 19] = [
+const CURVES: [&str; 29] = [
     "position",
     "count",
     "held",
@@ -45,6 +67,16 @@ const CURVES: [&str; 19] = [
     "shaped",
     "host",
     "command",
+    "pitch",
+    "roll",
+    "crank",
+    "rest",
+    "drive",
+    "finger_force",
+    "radius",
+    "equilibrium",
+    "position_drive",
+    "impedance_drive",
 ];
 
 // Trace flags of GTKWave (TR_*_B in its analyzer.h). The save file has them in hexadecimal.
@@ -86,19 +118,25 @@ pub fn gtkw(
     let tree: Vec<_> = layout.scopes().iter().map(|scope| scope.name.as_str()).collect();
     let mut file = header(&tree, dump, clock, span, marker, named);
     file.extend(trace(layout, Source::Clock, BINARY | RIGHT, 0, None));
-    for (group, names) in GROUPS {
+    let groups = groups(layout);
+    for (group, names) in groups {
         let all = || layout.nets.iter().enumerate();
         let of = |name: &'static str| all().filter(move |(_, net)| base(net.name) == name).map(|(index, _)| index);
         let nets = names.iter().flat_map(|&name| of(name));
         write_group(&mut file, group, nets.filter_map(|net| net_trace(layout, net)));
     }
-    let named = |net: &Signal| GROUPS.iter().any(|(_, names)| names.contains(&base(net.name)));
+    let named = |net: &Signal| groups.iter().any(|(_, names)| names.contains(&base(net.name)));
     let others = layout.nets.iter().enumerate().filter(|(_, net)| !named(net));
     write_group(&mut file, "Other", others.filter_map(|(net, _)| net_trace(layout, net)));
     let curve = RIGHT | SIGNED | INTERPOLATED | FULL_SCALE;
     let reals = (0..layout.reals.len()).filter_map(|real| trace(layout, Source::Real(real), curve, 0, None));
     write_group(&mut file, "Plant: torques and forces positive along the positive position", reals);
     file
+}
+
+/// Returns the groups of a layout's loop.
+fn groups(layout: &Layout) -> &'static [(&'static str, &'static [&'static str])] {
+    if layout.nets.iter().any(|net| net.name == "crank") { &GIMBAL_GROUPS } else { &GROUPS }
 }
 
 /// Returns a net's name without the number of its joint.

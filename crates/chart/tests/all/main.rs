@@ -2,6 +2,7 @@
 
 mod colours;
 mod drop;
+mod gimbal;
 mod looks;
 mod map_looks;
 mod run_pictures;

@@ -14,6 +14,7 @@ mod exports;
 mod fit;
 mod formal;
 mod fuzz;
+mod gimbal;
 mod keys;
 mod manual;
 mod map;

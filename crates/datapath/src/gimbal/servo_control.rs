@@ -289,10 +289,23 @@ impl Block for ServoControl {
         if input.sample == 0 {
             return u64::MAX;
         }
-        // After a window of samples with the same inputs there is no derivative, and nothing changes any more.
         // An edge at which the drive loses other bits is not skipped, because a loop counts them.
-        let changes = |waiting: &usize| self.after(*waiting, input).1 != self.latest;
-        (0..=self.before.window()).find(changes).map_or(u64::MAX, |samples| samples as u64)
+        let window = self.before.window();
+        let mut oldest = self.before.ago(0, 0, window);
+        let (error, first) = self.sampled(oldest, self.primed, input);
+        if first != self.latest {
+            return 0;
+        }
+        // Without a derivative, or a sample before, the drive does not depend on earlier errors.
+        if !self.primed || input.derivative == 0 {
+            return u64::MAX;
+        }
+        // After a window of samples with the same inputs there is no derivative, and nothing changes any more.
+        let changes = |waiting: &usize| {
+            let last = std::mem::replace(&mut oldest, self.before.ago(error, *waiting, window));
+            last != oldest && self.sampled(oldest, true, input).1 != self.latest
+        };
+        (1..=window).find(changes).map_or(u64::MAX, |samples| samples as u64)
     }
 
     #[inline]

@@ -153,6 +153,9 @@ fn a_cell_comes_back_from_its_line_as_it_was() {
         contact_unseen: false,
         stiffness_error: None,
         overflow_share: 0.125,
+        switches: None,
+        bump_n: None,
+        switch_j: None,
         edges: u64::MAX,
     };
     assert_eq!(Cell::read(&cell.line()), Some(cell));

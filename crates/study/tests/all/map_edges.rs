@@ -32,6 +32,9 @@ fn cell(outcome: OutcomeKind, counts: f64, frequency_hz: Option<f64>, overflow_s
         contact_unseen: false,
         stiffness_error: None,
         overflow_share,
+        switches: None,
+        bump_n: None,
+        switch_j: None,
         edges: 1,
     }))
 }

@@ -1,5 +1,7 @@
 //! The GTKWave save file names every variable of the waveform once, in groups that are closed again.
 
+use hpu_cosim::GIMBAL_REALS;
+use hpu_datapath::gimbal::{GimbalLoop, GimbalShearLoop};
 use hpu_datapath::{ConventionalLoop, HybridLoop, LoopConfig};
 use hpu_signal::{Clock, Cycle, Format, Real};
 use hpu_wave::{Layout, gtkw};
@@ -31,11 +33,13 @@ fn before<'a>(save: &'a str, trace: &str) -> [&'a str; 2] {
 fn each_net_and_each_output_of_the_plant_has_one_trace() {
     let hybrid = Layout::new(&HybridLoop::new(config()).expect("valid"), &REALS);
     let conventional = Layout::new(&ConventionalLoop::new(config()).expect("valid"), &REALS);
-    for layout in [hybrid, conventional] {
+    let gimbal = Layout::new(&GimbalLoop::default(), &GIMBAL_REALS);
+    let sheared = Layout::new(&GimbalShearLoop::default(), &GIMBAL_REALS);
+    for layout in [hybrid, conventional, gimbal, sheared] {
         let save = save(&layout);
         let mut found = traces(&save);
         found.sort_unstable();
-        let top = |scope: &str| ["hybrid_loop", "conventional_loop", "plant"].contains(&scope);
+        let top = |scope: &str| scope.ends_with("_loop") || scope == "plant";
         let names = layout.names();
         let is_net = |name: &&str| name.split_once('.').is_some_and(|(scope, net)| top(scope) && !net.contains('.'));
         let mut nets: Vec<&str> = names.iter().map(String::as_str).filter(is_net).collect();
@@ -52,16 +56,30 @@ fn the_clock_comes_first_when_it_is_recorded() {
     assert_eq!(traces(&save(&layout.with_clock()))[0], "hybrid_loop.clk");
 }
 
+const PLANT: &str = "-Plant: torques and forces positive along the positive position";
+
+/// Returns the groups as they are opened, and as they are closed.
+fn grouped(save: &str) -> [Vec<&str>; 2] {
+    let lines: Vec<&str> = save.lines().collect();
+    let with = |flags| lines.windows(2).filter(|pair| pair[0] == flags).map(|pair| pair[1]).collect();
+    ["@800200", "@1000200"].map(with)
+}
+
 #[test]
 fn groups_open_and_close_in_the_order_of_the_signal_flow() {
     let save = save(&Layout::new(&HybridLoop::new(config()).expect("valid"), &REALS));
-    let lines: Vec<&str> = save.lines().collect();
-    let with =
-        |flags: &str| -> Vec<&str> { lines.windows(2).filter(|pair| pair[0] == flags).map(|pair| pair[1]).collect() };
-    let plant = "-Plant: torques and forces positive along the positive position";
-    let groups = ["-Encoder", "-Position", "-Torque path", "-PWM & bridge", plant];
-    assert_eq!(with("@800200"), groups);
-    assert_eq!(with("@1000200"), groups);
+    let groups = ["-Encoder", "-Position", "-Torque path", "-PWM & bridge", PLANT];
+    assert_eq!(grouped(&save), [groups; 2]);
+}
+
+#[test]
+fn a_gimbals_groups_are_target_servos_and_switch() {
+    let save = save(&Layout::new(&GimbalLoop::default(), &GIMBAL_REALS));
+    assert_eq!(grouped(&save), [["-Target", "-Servos", "-Switch", "-Other", PLANT]; 2]);
+    let place = |trace: &str| save.find(trace).unwrap_or_else(|| panic!("{trace}"));
+    assert!(place("-Target") < place("gimbal_loop.x[") && place("gimbal_loop.rest[") < place("-Servos"));
+    assert!(place("gimbal_loop.drive3[") < place("-Switch"));
+    assert!(place("-Switch") < place("gimbal_loop.mode") && place("gimbal_loop.equilibrium[") < place("-Other"));
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! The segment on a gimbal.
 
-use hpu_chart::Picture;
+use hpu_chart::{self as chart, Picture};
 use hpu_cosim::scene::{GimbalScene, Shear, Units};
 use hpu_cosim::{ERROR, EnergyAudit, FORCE, GimbalSimulation, RADIUS, Simulation, Trace, stress_error_pa};
 use hpu_datapath::fractional_difference::memory_bound;
@@ -12,9 +12,6 @@ use super::{Shown, named, of_words};
 use crate::parameters;
 use crate::run::Ran;
 use crate::units::si;
-
-/// The nets that are drawn and written to the table.
-const NETS: [&str; 8] = ["drive1", "drive2", "drive3", "mode", "finger_force", "radius", "equilibrium", "out_of_reach"];
 
 impl Shown for GimbalSimulation<'_> {
     fn lines(&self, page: &mut Page, ran: &Ran) {
@@ -53,11 +50,11 @@ impl Shown for GimbalSimulation<'_> {
     }
 
     fn nets(&self) -> Vec<Signal> {
-        named(Simulation::nets(self), &NETS)
+        named(Simulation::nets(self), &chart::GIMBAL_NETS)
     }
 
-    fn pictures(&self, _: &Ran, _: &str) -> Vec<Picture> {
-        Vec::new()
+    fn pictures(&self, ran: &Ran, command: &str) -> Vec<Picture> {
+        chart::gimbal_pictures(self, &ran.trace, &ran.summary, command)
     }
 
     fn units(&self) -> Option<Units> {

@@ -145,7 +145,8 @@ fn lags(all: &[Made]) -> [f64; 3] {
         let most = ((MOST_LAG_S / interval_s) as usize).min(tips[0].len() - 1);
         // The mean of the differences is no lag: the segment's weight presses it down. Every tenth row will do.
         let mean_square = |lag: usize| {
-            let pairs = tips.iter().zip(&targets).flat_map(|(tip, target)| tip.iter().skip(lag).zip(target).step_by(10));
+            let pairs =
+                tips.iter().zip(&targets).flat_map(|(tip, target)| tip.iter().skip(lag).zip(target).step_by(10));
             let (mut count, mut sum, mut square) = (0.0, 0.0, 0.0);
             for (tip, target) in pairs {
                 let difference = tip[coordinate] - target[coordinate];
