@@ -85,7 +85,11 @@ impl<'s> GimbalSimulation<'s> {
 }
 
 /// Returns mean and standard deviation of the absolute error of the rendered stress, in Pa, over the whole trace of a
-/// scene with shear.
+/// scene with shear. The published error of the stress is given in this form.
+///
+/// # Panics
+///
+/// When the trace does not keep both stresses.
 pub fn stress_error_pa(trace: &Trace) -> [f64; 2] {
     let [asked, rendered] = STRESSES.map(|column| trace.real(column));
     let errors = || asked.iter().zip(rendered).map(|(asked, rendered)| (rendered - asked).abs());
