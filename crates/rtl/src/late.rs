@@ -87,7 +87,8 @@ impl<E: World> Begin<E> {
         }
         let mut run = start();
         while run.edge() < from_edge {
-            run.leap(from_edge, &mut ());
+            // The same observer, which has what it looks for, so that the run is compiled once.
+            run.leap(from_edge, &mut contact);
         }
         let now = run.wiring.words();
         let (mut words, mut homing) = (words, None);
