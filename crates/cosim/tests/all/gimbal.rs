@@ -157,6 +157,8 @@ fn what_no_device_can_do_is_refused_where_it_stands() {
         (("target.path", "[[0, \"12 mm\", 0]]"), "target.path[0]: not a list of 4"),
         (("finger.path", "[[1, \"12 mm\"], [1, \"13 mm\"]]"), "times must increase: 1 s follows 1 s"),
         (("switch.off", "0.6 N"), "above switch.on; write at most 0.5 N"),
+        // A gain of -1 would make force and torque a loop without a delay.
+        (("method.force_gain", "-1"), "method.force_gain: `-1` must not be negative"),
         (("method.force_gain", "16"), "method.force_gain"),
         (("method.sample_rate", "600 kHz"), "but the datapath takes 96"),
         (("method.proportional", "25"), "does not fit (0,16,4); write at most 20.37"),
