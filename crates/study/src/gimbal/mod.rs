@@ -1,12 +1,18 @@
 //! The segment on a gimbal, for studies.
 
+mod bounds;
 mod criteria;
+mod models;
 mod switches;
 
 use hpu_cosim::Trace;
 use hpu_cosim::scene::{GimbalScene, Scene};
 
+use crate::accuracy::Contestant;
 use crate::device::{Device, Reach};
+use crate::fit::Simplifications;
+use crate::tables::Tables;
+use crate::widths::proof::Proof;
 
 pub use criteria::{Criteria, NAMES, Rest};
 pub use switches::Switches;
@@ -23,6 +29,22 @@ impl Device for GimbalScene {
         trace.real(hpu_cosim::RADIUS)
     }
 
+    fn no_fields(&self) -> &'static str {
+        "no key of a gimbal's scene chooses a width"
+    }
+
+    fn around(&self) -> Vec<(&'static str, f64)> {
+        models::around(self)
+    }
+
+    fn simplifications(&self) -> Simplifications {
+        models::simplifications(self)
+    }
+
+    fn contestants(&self) -> Vec<Contestant> {
+        models::contestants(self)
+    }
+
     fn priced(&self) -> Result<(), String> {
         Err("Yosys takes minutes for the loop of a gimbal".into())
     }
@@ -32,18 +54,22 @@ impl Device for GimbalScene {
     }
 
     fn loops(&self) -> Result<&'static dyn crate::widths::search::Loops, String> {
-        Err("a search varies the loops of an axis and of a PHANToM; change a gimbal's words in its blocks".into())
+        Err("a search varies keys of widths, of which a gimbal's scene has none; hpu widths without --search proves and \
+             measures its words"
+            .into())
     }
 
-    fn bounds(&self) -> Result<crate::widths::proof::Proof, String> {
-        Err("proofs know the loops of an axis and of a PHANToM; hpu widths without --prove measures a gimbal's".into())
+    fn bounds(&self) -> Result<Proof, String> {
+        bounds::proof(self)
     }
 
     fn gappa(&self) -> Result<String, String> {
-        Err("proofs know the loops of an axis and of a PHANToM".into())
+        Err("a gimbal's kinematics are a CORDIC, which takes many edges, and no straight-line code".into())
     }
 
-    fn tables(&self) -> Result<crate::tables::Tables, String> {
-        Err("a gimbal has one table, that of its crank; hpu block crank_table shows it".into())
+    fn tables(&self) -> Result<Tables, String> {
+        Err("the page compares tables of sines, and a gimbal has none; its crank's table, whose words hpu block \
+             crank_table shows, has a row for each position of the servo and is within half a word of the closed form"
+            .into())
     }
 }

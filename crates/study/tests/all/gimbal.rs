@@ -4,7 +4,7 @@ use hpu_cosim::scene::{Experiment, GimbalScene};
 use hpu_cosim::{Control, Driver, GimbalSimulation, Simulation, Summary, Wired};
 use hpu_study::gimbal::{Criteria, NAMES, Switches};
 
-fn scene(name: &str, set: &[(&str, &str)]) -> GimbalScene {
+pub fn scene(name: &str, set: &[(&str, &str)]) -> GimbalScene {
     let shipped = hpu_cosim::scene::shipped().iter().find(|scene| scene.name == name).expect("shipped");
     let set: Vec<_> = set.iter().map(|(key, value)| (key.to_string(), value.to_string())).collect();
     match shipped.parse(&set).expect("valid") {

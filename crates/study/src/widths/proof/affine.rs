@@ -222,7 +222,9 @@ impl Word for Affine {
     }
     fn bit(self, place: u32) -> Maybe {
         match self.known().span {
-            Span { min, max } if min == max => Maybe { no: min >> place & 1 == 0, yes: min >> place & 1 == 1 },
+            Span { min, max } if min >> place == max >> place => {
+                Maybe { no: min >> place & 1 == 0, yes: min >> place & 1 == 1 }
+            }
             _ => Maybe { no: true, yes: true },
         }
     }
