@@ -4,6 +4,7 @@ mod bounds;
 mod criteria;
 mod models;
 mod switches;
+mod touch;
 
 use hpu_cosim::Trace;
 use hpu_cosim::scene::{GimbalScene, Scene};
@@ -16,6 +17,7 @@ use crate::widths::proof::Proof;
 
 pub use criteria::{Criteria, NAMES, Rest};
 pub use switches::Switches;
+pub use touch::TouchLimits;
 
 impl Device for GimbalScene {
     /// Each servo passes through all its positions.
@@ -50,7 +52,7 @@ impl Device for GimbalScene {
     }
 
     fn limited(&self) -> Result<&Scene, String> {
-        Err("limits are those of an axis; where a gimbal's switch is stable, a map tells: hpu map --help".into())
+        Err("the limits of stiffness are those of an axis; a gimbal's are the criteria of its touch".into())
     }
 
     fn loops(&self) -> Result<&'static dyn crate::widths::search::Loops, String> {
