@@ -28,8 +28,8 @@ if [ "$(cat "$venv/installed" 2>/dev/null)" != "$python_packages" ]; then
 fi
 python=$venv/bin/python
 
-cargo build --locked --quiet -p hpu
-cargo build --locked --quiet -p hpu-signal --example narrow
+# Of the whole workspace, so that the crates have the features that they have in the tests, and are not built once more.
+cargo build --locked --quiet --workspace --bin hpu --example narrow
 built=$(cd "${CARGO_TARGET_DIR:-target}/debug" && pwd)
 testbench=$PWD/testbench
 hdl=$PWD/hdl

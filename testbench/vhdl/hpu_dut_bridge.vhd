@@ -15,35 +15,35 @@ package hpu_dut_bridge is
 
   -- Not 0 when the bench is to tell what its ports are, and end.
   impure function hpu_dut_asks return integer;
-  attribute foreign of hpu_dut_asks : function is "VHPIDIRECT ./libhpu_rtl.so hpu_dut_asks";
+  attribute foreign of hpu_dut_asks : function is "VHPIDIRECT ./libhpu_vhpi.so hpu_dut_asks";
 
   -- A port: its bits, and 1 when they are a signed word, 2 when they are a number.
   procedure hpu_dut_port(width : integer; kind : integer);
-  attribute foreign of hpu_dut_port : procedure is "VHPIDIRECT ./libhpu_rtl.so hpu_dut_port";
+  attribute foreign of hpu_dut_port : procedure is "VHPIDIRECT ./libhpu_vhpi.so hpu_dut_port";
 
   -- Meets hpu; 1.
   impure function hpu_dut_open return integer;
-  attribute foreign of hpu_dut_open : function is "VHPIDIRECT ./libhpu_rtl.so hpu_dut_open";
+  attribute foreign of hpu_dut_open : function is "VHPIDIRECT ./libhpu_vhpi.so hpu_dut_open";
 
   -- Part of the bits at an input.
   impure function hpu_dut_input(port_index : integer; part : integer) return integer;
-  attribute foreign of hpu_dut_input : function is "VHPIDIRECT ./libhpu_rtl.so hpu_dut_input";
+  attribute foreign of hpu_dut_input : function is "VHPIDIRECT ./libhpu_vhpi.so hpu_dut_input";
 
   -- Part of the bits at an output that has so many; -1 when one of them is unknown.
   procedure hpu_dut_word(port_index : integer; part : integer; word : integer; width : integer);
-  attribute foreign of hpu_dut_word : procedure is "VHPIDIRECT ./libhpu_rtl.so hpu_dut_word";
+  attribute foreign of hpu_dut_word : procedure is "VHPIDIRECT ./libhpu_vhpi.so hpu_dut_word";
 
   -- After the reset.
   procedure hpu_dut_reset;
-  attribute foreign of hpu_dut_reset : procedure is "VHPIDIRECT ./libhpu_rtl.so hpu_dut_reset";
+  attribute foreign of hpu_dut_reset : procedure is "VHPIDIRECT ./libhpu_vhpi.so hpu_dut_reset";
 
   -- Answers, and takes the next request: edges to clock, -1 at the end.
   impure function hpu_dut_next return integer;
-  attribute foreign of hpu_dut_next : function is "VHPIDIRECT ./libhpu_rtl.so hpu_dut_next";
+  attribute foreign of hpu_dut_next : function is "VHPIDIRECT ./libhpu_vhpi.so hpu_dut_next";
 
   -- After an edge: not 0 when an output that drives the device has changed.
   impure function hpu_dut_edge return integer;
-  attribute foreign of hpu_dut_edge : function is "VHPIDIRECT ./libhpu_rtl.so hpu_dut_edge";
+  attribute foreign of hpu_dut_edge : function is "VHPIDIRECT ./libhpu_vhpi.so hpu_dut_edge";
 
   -- Tells what a port is.
   procedure hpu_dut_kind(signal s : in std_ulogic);

@@ -11,7 +11,7 @@ use crate::exit::Failure;
 
 /// The shared library that GHDL calls in a closed loop. The build makes it before it compiles this program. It is empty
 /// when only this program's own code was checked (`cargo check`).
-static LIBRARY: &[u8] = include_bytes!(env!("HPU_RTL_LIBRARY"));
+static LIBRARY: &[u8] = include_bytes!(env!("HPU_VHPI_LIBRARY"));
 
 /// The VHDL and its tools.
 #[derive(clap::Args)]

@@ -127,7 +127,7 @@ impl Outline {
             commands,
             drawn: Vec::new(),
             has_device: true,
-            judged: vec![RADIUS, ERROR, FORCE],
+            judged: [RADIUS, ERROR, FORCE].into_iter().chain(STRESSES.into_iter().filter(|_| has_shear)).collect(),
             has_contact,
             rule: still_within_m.map_or(Rule::Follow, Rule::Radius),
         }

@@ -3,7 +3,7 @@
 //!
 //! GHDL 2.0 cannot read signals inside a design by external names. The wiring is therefore simulated from a copy in the
 //! work directory. The copy has the text of the original and, before the end of its architecture, statements that
-//! report every net inside. The bench talks through the shared library `libhpu_rtl.so`. It is the one that the program
+//! report every net inside. The bench talks through the shared library `libhpu_vhpi.so`. It is the one that the program
 //! carries; otherwise it is looked for beside the running executable and in `deps` there, where cargo leaves it.
 
 use std::fs;

@@ -57,11 +57,17 @@ pub(crate) struct Begin<E: World> {
 
 impl<E: World> Begin<E> {
     /// Finds the beginning of a comparison of `edges` edges, in a scene of `end` edges.
-    pub(crate) fn find<W>(wiring: &W, world: &E, input: E::In, (edges, end): (u64, u64), modulated: bool) -> Self
+    pub(crate) fn find<W>(
+        wiring: &W,
+        nets: &[Signal],
+        world: &E,
+        input: E::In,
+        (edges, end): (u64, u64),
+        modulated: bool,
+    ) -> Self
     where
         W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone,
     {
-        let nets = wiring.nets();
         let at = |name: &str| nets.iter().position(|net| net.name == name);
         let start = || {
             let mut wiring = wiring.clone();
@@ -70,7 +76,7 @@ impl<E: World> Begin<E> {
             }
             ClosedLoop::new(wiring, world.clone(), input, u64::MAX)
         };
-        let mut contact = Contact { nets: touching(&nets), at: None };
+        let mut contact = Contact { nets: touching(nets), at: None };
         let mut run = start();
         while contact.at.is_none() && run.edge() < end && run.world.over().is_none() {
             run.leap(end, &mut contact);
@@ -87,7 +93,8 @@ impl<E: World> Begin<E> {
         }
         let mut run = start();
         while run.edge() < from_edge {
-            run.leap(from_edge, &mut ());
+            // The same observer, which has what it looks for, so that the run is compiled once.
+            run.leap(from_edge, &mut contact);
         }
         let now = run.wiring.words();
         let (mut words, mut homing) = (words, None);
@@ -96,7 +103,7 @@ impl<E: World> Begin<E> {
                 let passed = i128::from(words[reference]) - i128::from(now[position]);
                 words[reference] = nets[reference].format.wrap(passed);
             }
-            _ => homing = Some(Homing::to(&nets, now)),
+            _ => homing = Some(Homing::to(nets, now)),
         }
         let mut next = words.into_iter();
         let input = E::In::build(|| next.next().expect("as many words as ports"));

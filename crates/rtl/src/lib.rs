@@ -11,7 +11,6 @@ mod cost;
 pub mod dut;
 pub mod entity;
 mod entry;
-mod foreign;
 pub mod formal;
 mod generated;
 mod ghdl;

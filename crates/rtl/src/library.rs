@@ -1,4 +1,4 @@
-//! The shared library of this crate, which GHDL calls in a closed loop.
+//! The shared library of `hpu-vhpi`, which GHDL calls in a closed loop.
 
 use std::path::{Path, PathBuf};
 use std::{env, fs};
@@ -7,7 +7,7 @@ use crate::ghdl::GhdlError;
 use crate::hdl::Setup;
 
 /// Name of the shared library.
-pub(crate) const LIBRARY: &str = "libhpu_rtl.so";
+pub(crate) const LIBRARY: &str = "libhpu_vhpi.so";
 
 /// Puts the shared library that GHDL calls into a folder.
 pub(crate) fn place_library(setup: &Setup, folder: &Path) -> Result<(), GhdlError> {

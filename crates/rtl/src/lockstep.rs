@@ -100,7 +100,8 @@ impl<'s> Lockstep<'s> {
     pub(crate) fn new(simulation: &'s impl Wired, edges: u64, late: bool) -> Self {
         let late = late.then(|| (edges, simulation.edges()));
         let modulated = simulation.gates_drive();
-        let Sides { pair, input, nets, late, homing } = simulation.visit(Pairing { late, modulated });
+        let Sides { pair, input, nets, late, homing } =
+            simulation.visit(Pairing { late, modulated, nets: simulation.wiring().nets() });
         let outputs = input.len();
         let drives = (0..nets.len()).map(|net| {
             let is_output = (outputs..outputs + simulation.wiring().block().outputs().len()).contains(&net);

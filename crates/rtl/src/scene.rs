@@ -1,7 +1,7 @@
 //! Vectors recorded from a scene: of its whole loop, and of each block inside it.
 
-use hpu_cosim::{ClosedLoop, LoopVisitor, Wired, World};
-use hpu_datapath::{AnyBlock, Instance, Wiring, flatten};
+use hpu_cosim::{ClosedLoop, LoopVisitor, TheLoop, Wired, World};
+use hpu_datapath::{AnyBlock, Instance, Wiring, configured, flatten};
 
 use crate::vector::{Stimulus, Vectors};
 
@@ -9,42 +9,46 @@ use crate::vector::{Stimulus, Vectors};
 /// each instance in it, by label. The vectors of a combinational block have only the rows in which an input has
 /// changed.
 pub fn scene_vectors(simulation: &impl Wired, edges: u64) -> Vec<(&'static str, Vectors)> {
-    simulation.visit(Recorded(edges))
+    let wiring = simulation.wiring();
+    let (sampled, constants) = simulation.visit(Recorded(edges));
+    vectors(wiring, &sampled, constants)
 }
 
-/// Visits a loop and records this number of edges.
+/// Visits a loop for this number of edges. Returns the words that each edge samples, of the pins as they are at that edge
+/// and of all other nets as the edge before has left them, and the inputs at the start.
 struct Recorded(u64);
 
 impl<'s> LoopVisitor<'s> for Recorded {
-    type Out = Vec<(&'static str, Vectors)>;
+    type Out = (Vec<Vec<i64>>, Vec<i64>);
     fn visit<E, W>(self, wiring: &W, world: E, input: E::In) -> Self::Out
     where
         E: World + 's,
         W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone + 'static,
     {
-        record(wiring, world, input, self.0)
+        let constants = flatten(&input);
+        let inputs = constants.len();
+        let mut run = ClosedLoop::new(wiring.clone(), world, input, u64::MAX);
+        let mut sampled = Vec::new();
+        let mut before = run.wiring.words().to_vec();
+        for _ in 0..self.0 {
+            run.step(&mut ());
+            let after = run.wiring.words().to_vec();
+            before[..inputs].copy_from_slice(&after[..inputs]);
+            sampled.push(std::mem::replace(&mut before, after));
+        }
+        (sampled, constants)
     }
 }
 
-fn record<E, W>(wiring: &W, world: E, input: E::In, edges: u64) -> Vec<(&'static str, Vectors)>
-where
-    E: World,
-    W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone,
-{
-    let constants = flatten(&input);
-    let inputs = constants.len();
-    let mut run = ClosedLoop::new(wiring.clone(), world, input, u64::MAX);
+/// Returns the vectors of a wiring and of its instances from the words that each edge sampled and the wiring's inputs at
+/// the start.
+fn vectors(wiring: TheLoop, sampled: &[Vec<i64>], constants: Vec<i64>) -> Vec<(&'static str, Vectors)> {
+    let (name, generics) = (wiring.name(), wiring.block().generics());
+    let mut whole: Box<dyn AnyBlock> = match wiring {
+        TheLoop::Law(law) => Box::new(law.clone()),
+        _ => configured(name, &generics).expect("every wiring is listed").expect("the wiring has these generics"),
+    };
     let mut instances = wiring.instances();
-    // The words that each edge samples: the pins as they are at that edge, all other nets as the edge before has left
-    // them.
-    let mut sampled = Vec::new();
-    let mut before = run.wiring.words().to_vec();
-    for _ in 0..edges {
-        run.step(&mut ());
-        let after = run.wiring.words().to_vec();
-        before[..inputs].copy_from_slice(&after[..inputs]);
-        sampled.push(std::mem::replace(&mut before, after));
-    }
     let rows = |from: &[Input]| -> Vec<Vec<i64>> {
         let word = |words: &[i64], input: &Input| match input {
             Input::Net(net) => words[*net],
@@ -52,8 +56,8 @@ where
         };
         sampled.iter().map(|words| from.iter().map(|input| word(words, input)).collect()).collect()
     };
-    let own = rows(&(0..inputs).map(Input::Net).collect::<Vec<_>>());
-    let mut all = vec![(W::NAME, clocked(&mut wiring.clone(), constants, own))];
+    let own = rows(&(0..constants.len()).map(Input::Net).collect::<Vec<_>>());
+    let mut all = vec![(name, clocked(&mut *whole, constants, own))];
     for instance in &mut instances {
         let mut rows = rows(&inputs_of(instance));
         let model = &mut *instance.model;

@@ -159,6 +159,8 @@ pub(crate) struct Pairing {
     pub(crate) late: Option<(u64, u64)>,
     /// Whether the gates drive the device.
     pub(crate) modulated: bool,
+    /// The nets of the wiring. A visitor that asked the wiring for them would compile every block for each wiring.
+    pub(crate) nets: Vec<Signal>,
 }
 
 impl<'s> LoopVisitor<'s> for Pairing {
@@ -170,7 +172,7 @@ impl<'s> LoopVisitor<'s> for Pairing {
     {
         let (mut late, mut homing) = (None, None);
         if let Some((edges, end)) = self.late {
-            let begin = Begin::find(wiring, &world, input, (edges, end), self.modulated);
+            let begin = Begin::find(wiring, &self.nets, &world, input, (edges, end), self.modulated);
             (world, input, homing) = (begin.world, begin.input, begin.homing);
             late = Some(begin.late);
         }
@@ -178,14 +180,13 @@ impl<'s> LoopVisitor<'s> for Pairing {
         let out = wiring.reset();
         world.place(&mut input);
         let words = flatten(&input);
-        let nets = wiring.nets();
         let edges = homing.as_ref().map_or(0, Homing::edges);
         let side = |world, homing| Driven { world, input, out, output_changes: 0, homing };
         let (emulated, vhdl) = (side(world.clone(), homing.clone()), side(world, homing));
         Sides {
             pair: Box::new(Both { wiring, emulated, vhdl, repeats: VecDeque::new() }),
             input: words,
-            nets,
+            nets: self.nets,
             late,
             homing: edges,
         }

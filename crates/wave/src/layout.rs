@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use hpu_cosim::{LoopVisitor, Simulation, Wired, World};
+use hpu_cosim::{Simulation, Wired};
 use hpu_datapath::{AnyBlock, Instance, Wiring};
 use hpu_signal::{Format, Real, Signal};
 
@@ -53,22 +53,6 @@ pub struct Layout {
     pub(crate) tied: Vec<i64>,
     /// The number of channels of a logic analyser; `None` for a design.
     pub(crate) channels: Option<usize>,
-}
-
-/// Visits a simulation and makes its layout.
-struct Laying {
-    reals: &'static [Real],
-}
-
-impl<'s> LoopVisitor<'s> for Laying {
-    type Out = Layout;
-    fn visit<E, W>(self, wiring: &W, _: E, _: E::In) -> Layout
-    where
-        E: World + 's,
-        W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone + 'static,
-    {
-        Layout::new(wiring, self.reals)
-    }
 }
 
 /// The name of the net that is 1 once the VHDL has differed.
@@ -142,11 +126,15 @@ impl Layout {
     /// Returns the hierarchy of a wiring as GHDL shows it, without `clk`, and the plant's outputs in a scope `plant`
     /// beside it.
     pub fn new<W: Wiring>(wiring: &W, reals: &[Real]) -> Self {
-        let nets = wiring.nets();
+        Self::laid((W::NAME, W::CLOCKED), wiring.nets(), wiring.instances(), reals)
+    }
+
+    /// Returns the hierarchy of a wiring of this name, which is clocked or not.
+    fn laid((name, clocked): (&str, bool), nets: Vec<Signal>, instances: Vec<Instance>, reals: &[Real]) -> Self {
         let net = |(index, signal): (usize, &Signal)| Var::new(signal.name, signal.format, Source::Net(index));
-        let mut top = Scope::new(W::NAME, W::CLOCKED, nets.iter().enumerate().map(net));
+        let mut top = Scope::new(name, clocked, nets.iter().enumerate().map(net));
         let mut tied = Vec::new();
-        for Instance { label, model, connections, tied: constants, .. } in wiring.instances() {
+        for Instance { label, model, connections, tied: constants, .. } in instances {
             let ports = [AnyBlock::inputs(&*model), AnyBlock::outputs(&*model)].concat();
             let vars = ports.iter().map(|port| match constants.iter().find(|(name, _)| *name == port.name) {
                 Some(&(_, word)) => {
@@ -170,7 +158,8 @@ impl Layout {
     /// Returns the hierarchy of a scene's wiring and world. A recording has no plant.
     pub fn of(simulation: &impl Wired) -> Self {
         let reals = if simulation.has_device() { simulation.reals() } else { &[] };
-        simulation.visit(Laying { reals })
+        let wiring = simulation.wiring();
+        Self::laid((wiring.name(), wiring.block().clocked()), wiring.nets(), wiring.instances(), reals)
     }
 
     /// Returns the hierarchy of a design of the user's own: its ports in a scope of its name, and its world.

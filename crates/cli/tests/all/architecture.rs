@@ -4,13 +4,14 @@ use std::fs;
 use std::path::Path;
 
 /// Each crate, and our crates that it may depend on.
-const MAY_KNOW: [(&str, &[&str]); 9] = [
+const MAY_KNOW: [(&str, &[&str]); 10] = [
     ("signal", &[]),
     ("datapath", &["signal"]),
     ("plant", &["signal"]),
     ("cosim", &["signal", "datapath", "plant"]),
     ("wave", &["signal", "datapath", "cosim"]),
-    ("rtl", &["signal", "datapath", "plant", "cosim", "wave"]),
+    ("vhpi", &[]),
+    ("rtl", &["signal", "datapath", "plant", "cosim", "wave", "vhpi"]),
     ("study", &["signal", "datapath", "plant", "cosim"]),
     ("chart", &["signal", "datapath", "plant", "cosim", "study"]),
     ("cli", &["signal", "datapath", "plant", "cosim", "wave", "rtl", "study", "chart"]),

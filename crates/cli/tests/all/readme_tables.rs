@@ -171,6 +171,15 @@ pub const COMMANDS: &[(&str, Form)] = &[
     ),
     ("hpu reproduce hybrid-loop", Form::Begun("minutes on two cores; hpu-study tests what it finds")),
     ("hpu reproduce input-shaper", Form::Begun("minutes on two cores; hpu-study tests what it finds")),
+    ("hpu reproduce three-dof", Form::Begun("a quarter of a minute; hpu-study tests what it finds")),
+    (
+        "hpu map gimbal-switch --x 'surface.stiffness=0.1..3 N/mm:30' --y 'method.force_gain=0..15:16' -o out",
+        Form::Short {
+            line: "hpu map gimbal-switch --x 'surface.stiffness=0.1..3 N/mm:3' --y 'method.force_gain=0..15:3' -o switch",
+            why: "480 cells take ten seconds",
+            record: Some("testbench/record/gimbal-switch.txt"),
+        },
+    ),
     ("hpu reproduce power-scaling", Form::Begun("a quarter of a minute; hpu-study tests what it finds")),
     (
         "hpu reproduce phantom-table-2 -o out",
@@ -231,6 +240,7 @@ pub enum From {
 
 const WIDTHS: From = From::File("testbench/record/widths.txt");
 const TABLE_2: From = From::File("testbench/record/phantom-table-2.txt");
+const SWITCH: From = From::File("testbench/record/gimbal-switch.txt");
 const LAG: From = From::File("testbench/record/phantom-lag.txt");
 const PRECISION: From = From::File("testbench/record/high-precision.txt");
 
@@ -247,6 +257,9 @@ pub const FIGURES: &[(&str, From, &str)] = &[
     ("(the whole arm: 0.35 to 0.45)", LAG, "3.5 kN/m, as shipped passive at 750, not at 1000 N/m: 0.35 0.40 0.45; at"),
     ("lags up to 0.25 ms a rigid one", LAG, "rigid passive at 750, not at 1000 N/m: 0.05 0.10 0.15 0.20 0.25; at"),
     ("lags from 0.40 ms on one of 2 kN/m", LAG, "2 kN/m passive at 750, not at 1000 N/m: 0.40 0.45 0.50 0.55 0.60; at"),
+    ("swings at 25 to 29 Hz", SWITCH, "swings at full scale 67 %, 25 to 29 Hz"),
+    ("189 of the 190 cells that fail", SWITCH, "sampled: predicts 189 of 190 cells that fail"),
+    ("and 14 of the 290 that hold", SWITCH, "and 14 of 290 that hold"),
     ("1.08 rad/s rms beside the speed", From::Run(ESTIMATORS), "difference 1.078 rad/s 3.08 rad/s 0.466 rad/s"),
     ("off least, 0.16 rad/s", From::Run(ESTIMATORS), "edge timer 0.157 rad/s"),
     ("a lag of 5 to 8 ms", From::Run(ESTIMATORS), "filtered, 2^-3 0.280 rad/s 1.28 rad/s 0.144 rad/s 7.90 ms"),

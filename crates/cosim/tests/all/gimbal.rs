@@ -161,7 +161,7 @@ fn what_no_device_can_do_is_refused_where_it_stands() {
         (("method.sample_rate", "600 kHz"), "but the datapath takes 96"),
         (("method.proportional", "25"), "does not fit (0,16,4); write at most 20.37"),
         (("surface.stiffness", "20 N/mm"), "does not fit (0,0,16)"),
-        (("device.rod", "12 mm"), "rod, which must be longer than its crank"),
+        (("device.rod", "12 mm"), "write more than device.crank, 0.0125 m"),
         (("hand.kind", "none"), "hand: unknown key"),
     ] {
         let message = refusal("gimbal-spring", &[set]).expect("refused");

@@ -156,6 +156,18 @@ fn only_a_scene_with_shear_has_stresses() {
     assert_eq!(with.len(), without.len() + 2);
 }
 
+/// A run without files keeps only the outputs that the summary needs; the stresses are among them.
+#[test]
+fn the_error_of_the_stress_is_told_without_a_recording() {
+    let scene = scene("gimbal-shear", &[("run.duration", "0.5 s")]);
+    let simulation = GimbalSimulation::new(&scene).expect("possible");
+    let [brief, whole] = [simulation.brief_trace(), simulation.trace(&[])].map(|mut trace| {
+        simulation.run(Driver::Events, &mut trace, &mut (), &Control::default());
+        stress_error_pa(&trace)
+    });
+    assert_eq!(brief, whole);
+}
+
 #[test]
 fn an_order_becomes_the_nearest_fraction() {
     for (order, fraction) in [

@@ -8,11 +8,11 @@ use std::time::Duration;
 use hpu_cosim::dut::{Change, Design, Fault, Port, RunningDesign};
 use hpu_cosim::scene::{Dut, Generic, Standard};
 use hpu_signal::Format;
+use hpu_vhpi::{ASK, INSIDE, LIST};
 
 use super::build::{Model, base, carries_clock, common_cycle, write, write_files};
 use super::interface::{Interface, Item, entities, interface};
 use super::process::{ANSWER, Process};
-use super::vpi::{INSIDE, LIST};
 use super::{DutError, Simulators};
 use crate::library::{LIBRARY, place_library};
 use crate::temporary::Temporary;
@@ -129,9 +129,6 @@ impl Simulators {
         command
     }
 }
-
-/// Environment variable that makes a bench print its ports and end.
-pub(crate) const ASK: &str = "HPU_DUT_PORTS";
 
 fn standard(standard: Standard) -> &'static str {
     match standard {

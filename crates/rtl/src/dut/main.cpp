@@ -1,4 +1,4 @@
-// A design as a process that answers requests: see crates/rtl/src/dut/wire.rs.
+// A design as a process that answers requests: see crates/vhpi/src/lib.rs.
 //
 // Two models are clocked side by side, whose unknown values were made up differently, until their states are the same:
 // from there on they cannot differ. An output in which they differ depends on a value that nobody has set.

@@ -11,8 +11,6 @@ mod interface;
 mod process;
 mod transition;
 mod verilator;
-mod vpi;
-mod wire;
 
 use std::fmt;
 use std::path::PathBuf;
@@ -26,12 +24,10 @@ use crate::tool::{Fault as ToolFault, Tool, ToolError};
 
 pub(crate) use build::Model;
 pub use cost::DutCost;
-pub(crate) use ghdl::{ASK, bench, bridge, simulate};
+pub(crate) use ghdl::{bench, bridge, simulate};
 pub(crate) use interface::interface;
 pub(crate) use process::{ANSWER, Process};
 pub(crate) use transition::{INVARIANT, Transition};
-pub(crate) use vpi::Inside;
-pub(crate) use wire::Served;
 
 /// Why a design could not be built or simulated.
 #[derive(Debug)]

@@ -10,9 +10,9 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use hpu_cosim::dut::{Change, Fault, RunningDesign};
+use hpu_vhpi::{DESCRIPTOR, put, take};
 
 use super::DutError;
-use super::wire::{DESCRIPTOR, put, take_answer};
 use crate::tool::{Fault as ToolFault, Group, Tool, ToolError, is_stopping};
 
 /// The longest time for an answer, unless the tools have another time limit. A request has at most some ten thousand
@@ -137,6 +137,16 @@ impl RunningDesign for Process {
         self.request.extend_from_slice(words);
         Ok(self.ask(changes)?)
     }
+}
+
+/// Reads an answer. Returns the number of edges done.
+fn take_answer(from: &mut impl Read, changes: &mut Vec<Change>) -> io::Result<u64> {
+    let (done, count) = (take(from)?, take(from)?);
+    for _ in 0..count {
+        let (edge, port, bits, known) = (take(from)?, take(from)?, take(from)?, take(from)?);
+        changes.push(Change { edge, port: port as usize, bits: (known != 0).then_some(bits) });
+    }
+    Ok(done)
 }
 
 /// Starts a thread that keeps the beginning and the end of the output.

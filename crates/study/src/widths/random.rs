@@ -6,7 +6,7 @@
 use hpu_cosim::scene::Experiment;
 use hpu_cosim::{Control, LoopVisitor, Simulation, SplitMix64, Wired, World};
 use hpu_datapath::{Wiring, flatten};
-use hpu_signal::{Cycle, Observe, Ports, Signal, SignalUse};
+use hpu_signal::{Cycle, Observe, Ports, SignalUse};
 
 use super::measured::{Measured, beside, rows, simulation};
 use crate::device::Reach;
@@ -77,7 +77,8 @@ pub fn random(experiment: &Experiment, seconds: f64, seed: u64, control: &Contro
     let mut beside = beside(experiment, &simulation);
     let end = simulation.clock().edges(seconds);
     let drive = Drive { walks, clock_s: simulation.clock().period_s(), end, beside: &mut beside, control };
-    let Some(nets) = simulation.visit(drive) else { return Ok(None) };
+    let Some(uses) = simulation.visit(drive) else { return Ok(None) };
+    let nets: Vec<_> = simulation.wiring().nets().into_iter().zip(uses).collect();
     beside.finish(end);
     let rows = rows(&nets, &beside);
     Ok(Some(Measured {
@@ -135,7 +136,7 @@ struct Drive<'a> {
 }
 
 impl<'s> LoopVisitor<'s> for Drive<'_> {
-    type Out = Option<Vec<(Signal, SignalUse)>>;
+    type Out = Option<Vec<SignalUse>>;
 
     fn visit<E, W>(self, wiring: &W, _: E, input: E::In) -> Self::Out
     where
@@ -176,7 +177,7 @@ impl<'s> LoopVisitor<'s> for Drive<'_> {
                 return None;
             }
         }
-        Some(wiring.nets().into_iter().zip(wiring.uses()).collect())
+        Some(wiring.uses())
     }
 }
 

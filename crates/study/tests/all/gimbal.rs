@@ -106,9 +106,9 @@ fn each_criterion_says_what_it_is_named_for() {
     assert_eq!(fails(&[]), [true, true, true]);
     // Hysteresis keeps the impedance control, whose finger feels 0.47 N.
     assert_eq!(fails(&[("switch.off", "0.1 N")]), [true, false, false]);
-    assert_eq!(fails(&[("surface.stiffness", "1.5 N/mm")]), [false, false, false]);
+    assert_eq!(fails(&[("surface.stiffness", "2.5 N/mm")]), [false, false, false]);
     // Too much feedback of the force.
-    assert_eq!(fails(&[("surface.stiffness", "1.5 N/mm"), ("method.force_gain", "15")]), [false, false, true]);
+    assert_eq!(fails(&[("surface.stiffness", "2.5 N/mm"), ("method.force_gain", "15")]), [false, false, true]);
 }
 
 /// A criterion predicts a rest exactly within its stretches, and `softer` from the stiffness of position control on.

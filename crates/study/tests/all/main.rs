@@ -22,6 +22,7 @@ mod reproduce_scaling;
 mod reproduce_seeds;
 mod reproduce_shaper;
 mod reproduce_summing;
+mod reproduce_three_dof;
 mod studies;
 mod trace_table;
 mod units;

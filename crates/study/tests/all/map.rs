@@ -153,8 +153,8 @@ fn a_cell_comes_back_from_its_line_as_it_was() {
         contact_unseen: false,
         stiffness_error: None,
         overflow_share: 0.125,
-        switches: None,
-        bump_n: None,
+        switches: Some(12),
+        bump_n: Some(2.0 / 7.0),
         switch_j: None,
         edges: u64::MAX,
     };
@@ -410,7 +410,7 @@ fn csv_and_parquet_hold_the_same_rows_with_units_in_their_heads() {
     assert!(csv.starts_with("# hpu map x\n# x: wall.stiffness in N.m/rad\n# y: wall.position in rad\n"));
     let head = "method,ix,iy,x,y,outcome,run,rms,amplitude,frequency_hz,hand_j,source_j,dissipated_j,\
                 displayed_stiffness,displayed_ratio,contact_share,product_wraps,contact_unseen,stiffness_error,\
-                overflow_share,edges,reason,replay";
+                overflow_share,switches,bump_n,switch_j,edges,reason,replay";
     assert_eq!(lines.next(), Some(head));
     let lines: Vec<&str> = lines.collect();
     assert_eq!(lines.len(), 90);
@@ -434,11 +434,11 @@ fn csv_and_parquet_hold_the_same_rows_with_units_in_their_heads() {
                 field => field.to_string(),
             })
             .collect();
-        let mut expected: Vec<String> = lines[index].splitn(23, ',').map(str::to_string).collect();
+        let mut expected: Vec<String> = lines[index].splitn(26, ',').map(str::to_string).collect();
         for place in [3, 4] {
             expected[place] = format!("{:e}", expected[place].parse::<f64>().unwrap());
         }
-        expected[22] = replay(index);
+        expected[25] = replay(index);
         assert_eq!(fields, expected, "row {index}");
     }
 }

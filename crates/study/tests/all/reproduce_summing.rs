@@ -7,8 +7,10 @@ use hpu_study::studies::comparison::{Comparison, Found, Line, beside_text, sums}
 use hpu_study::studies::shipped;
 use hpu_study::studies::summing::{Finding, Sum, summing_up};
 
-fn comparisons() -> [Comparison; 4] {
-    [shipped("hybrid-loop"), shipped("input-shaper"), shipped("power-scaling"), lag::comparison()]
+fn comparisons() -> [Comparison; 5] {
+    let [hybrid, shaper, scaling, three_dof] =
+        ["hybrid-loop", "input-shaper", "power-scaling", "three-dof"].map(shipped);
+    [hybrid, shaper, scaling, three_dof, lag::comparison()]
 }
 
 /// Returns the findings if the lines have these figures.

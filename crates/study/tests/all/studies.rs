@@ -297,6 +297,8 @@ fn every_measure_gives_every_value_that_it_names() {
         let is_motor = ["scene", "least_damping"].contains(&measure.name);
         let (scene, set) = match measure.name {
             "velocity" => ("qube-arm", "['run.duration=30 ms']"),
+            "touch" => ("gimbal-switch", "[]"),
+            "segment" => ("gimbal-shear", ALL_OF_A_SEGMENT),
             _ if is_motor => ("conventional-wall-1khz", "[]"),
             _ => ("impulse-engine", "['run.duration=30 ms', 'record.plant_rate=10 kHz']"),
         };
@@ -313,6 +315,11 @@ fn every_measure_gives_every_value_that_it_names() {
         assert_eq!(text.split(" | ").count(), values.len(), "{}: {text}", measure.name);
     }
 }
+
+/// A segment that moves in every direction, with a finger that presses it twice, the second time at the end.
+const ALL_OF_A_SEGMENT: &str = "[\
+    'target.height=[[0.001, 1]]', 'target.pitch=[[0.03, 1]]', 'target.roll=[[0.02, 1]]', 'run.duration=2 s', \
+    'finger.path=[[0, 0.014], [0.5, 0.008], [1.3, 0.015], [1.9, 0.008]]']";
 
 /// Returns the values of the measure `velocity` on the recorded arm under overrides.
 fn velocity(keys: &str, set: &[&str]) -> Values {

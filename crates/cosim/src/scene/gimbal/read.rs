@@ -90,6 +90,10 @@ fn device(s: &Section) -> Result<Gimbal, SceneError> {
         form: s.read(&key::energies)?,
         ..Gimbal::default()
     };
+    if gimbal.rod_m <= gimbal.crank_m {
+        let [rod_m, crank_m] = [gimbal.rod_m, gimbal.crank_m].map(number);
+        return Err(s.error("rod", format!("{rod_m} m; write more than device.crank, {crank_m} m")));
+    }
     gimbal.check().map_err(|error| s.error("rod", error.to_string()))?;
     Ok(gimbal)
 }
@@ -206,6 +210,9 @@ fn lists<const N: usize>(
     kinds: [(&'static Dimension, Sense); N],
 ) -> Result<Vec<[f64; N]>, SceneError> {
     let refused = |key: &str, why: &str| s.error(key, format!("{why}; write {accepted}"));
+    if !s.has(name) {
+        return Err(refused(name, "missing"));
+    }
     let items = s.get(name).and_then(|item| item.as_array()).filter(|items| !items.is_empty());
     let items = items.ok_or_else(|| refused(name, "not such a list"))?;
     let mut all = Vec::new();

@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::sync::atomic::Ordering;
 
 use hpu_cosim::scene::{Experiment, GimbalScene};
-use hpu_cosim::{Control, Driver, GimbalSimulation, RADIUS, Simulation, Trace, Verdict, Wired};
+use hpu_cosim::{Control, Driver, FORCE, GimbalSimulation, RADIUS, STRESSES, Simulation, Trace, Verdict, Wired};
 use hpu_plant::arm::Gimbal;
 
 use super::super::template::{Value, Values, length};
@@ -12,11 +12,9 @@ use super::velocity::lag;
 use super::{Asked, numbers, text};
 use crate::gimbal::{Criteria, NAMES, Switches};
 
-/// Columns of a row of a gimbal: the tip, its target, its distance from the target, the finger's force, the stresses.
+/// Columns of a row of a gimbal: the tip, its target.
 const TIP: Range<usize> = 0..3;
 const TARGET: Range<usize> = 3..6;
-const FORCE: usize = 11;
-const STRESSES: [usize; 2] = [13, 14];
 
 /// The longest lag that is looked for, in s.
 const MOST_LAG_S: f64 = 1.0;

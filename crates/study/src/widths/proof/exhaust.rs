@@ -1,8 +1,8 @@
 //! Tries every input of the combinational blocks whose proved inputs are few.
 
 use hpu_cosim::scene::Scene;
-use hpu_cosim::{AxisSimulation, LoopVisitor, Wired, World};
-use hpu_datapath::{AnyStep, Instance, Wiring};
+use hpu_cosim::{AxisSimulation, Wired};
+use hpu_datapath::{AnyStep, Instance};
 
 use super::span::Span;
 use super::{Bound, How, Proof};
@@ -20,24 +20,8 @@ pub const MOST_INPUTS: u128 = 1 << 26;
 /// When the scene makes no datapath.
 pub fn exhausted(scene: &Scene, proof: &Proof, most: u128) -> Result<Vec<Bound>, String> {
     let simulation = AxisSimulation::new(scene).map_err(|error| error.to_string())?;
-    Ok(simulation.visit(Exhaust { proof, most: most.min(MOST_INPUTS) }))
-}
-
-struct Exhaust<'a> {
-    proof: &'a Proof,
-    most: u128,
-}
-
-impl<'s> LoopVisitor<'s> for Exhaust<'_> {
-    type Out = Vec<Bound>;
-    fn visit<E, W>(self, wiring: &W, _: E, _: E::In) -> Vec<Bound>
-    where
-        E: World + 's,
-        W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone + 'static,
-    {
-        let instances = wiring.instances().into_iter().filter(answers_at_once);
-        instances.flat_map(|instance| tried(instance, &self.proof.bounds, self.most)).collect()
-    }
+    let instances = simulation.wiring().instances().into_iter().filter(answers_at_once);
+    Ok(instances.flat_map(|instance| tried(instance, &proof.bounds, most.min(MOST_INPUTS))).collect())
 }
 
 /// Returns whether a block has no registers, either by its kind or, for a limiter, in this configuration.

@@ -4,7 +4,9 @@
 
 use std::cell::RefCell;
 
-use crate::dut::{ASK, Inside, Served};
+use crate::ASK;
+use crate::served::Served;
+use crate::vpi::Inside;
 
 /// Converts a count that VHDL passed, which is a `natural`.
 fn natural(value: i32) -> usize {

@@ -1,47 +1,16 @@
-//! The protocol between the parent and a simulator, in words of 8 bytes, and the simulator's side of it for GHDL.
-//!
-//! First the parent sends the number of ports, which of them are outputs that drive the device, and the bits at all of
-//! them. The simulator holds the design in reset with these inputs, then answers as it does to every request. A request
-//! is the number of edges to clock, whether all changes are wanted, and the bits at all ports. An answer is the number
-//! of edges done, the number of changes, and for each change the edge, the port, the bits, and 1 where all bits are
-//! known.
+//! The state of a design in GHDL's process.
 
-use std::io::{self, Read, Write};
+use std::io::{self, Read};
 use std::os::fd::FromRawFd;
 use std::os::unix::net::UnixStream;
 
-use hpu_cosim::dut::Change;
-
 use super::vpi::Inside;
-
-/// The file descriptor through which a simulator talks to its parent.
-pub(crate) const DESCRIPTOR: i32 = 3;
+use super::{DESCRIPTOR, put, take};
 
 /// Bits that VHDL passes in one call.
 const PART_BITS: u32 = 30;
 /// Parts of the widest port.
 const PARTS: usize = 3;
-
-pub(crate) fn put(to: &mut impl Write, words: &[u64]) -> io::Result<()> {
-    let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
-    to.write_all(&bytes)
-}
-
-pub(crate) fn take(from: &mut impl Read) -> io::Result<u64> {
-    let mut bytes = [0; 8];
-    from.read_exact(&mut bytes)?;
-    Ok(u64::from_le_bytes(bytes))
-}
-
-/// Reads an answer. Returns the number of edges done.
-pub(crate) fn take_answer(from: &mut impl Read, changes: &mut Vec<Change>) -> io::Result<u64> {
-    let (done, count) = (take(from)?, take(from)?);
-    for _ in 0..count {
-        let (edge, port, bits, known) = (take(from)?, take(from)?, take(from)?, take(from)?);
-        changes.push(Change { edge, port: port as usize, bits: (known != 0).then_some(bits) });
-    }
-    Ok(done)
-}
 
 /// The simulator's side: the state in GHDL's process, which `hpu_dut_bridge` calls.
 pub(crate) struct Served {

@@ -11,9 +11,9 @@ use std::mem;
 use std::ptr;
 
 /// Environment variable that makes a bench report the signals inside.
-pub(super) const INSIDE: &str = "HPU_DUT_INSIDE";
+pub const INSIDE: &str = "HPU_DUT_INSIDE";
 /// The file beside a bench that lists the signals to be reported, one a line.
-pub(super) const LIST: &str = "hpu_dut_inside";
+pub const LIST: &str = "hpu_dut_inside";
 
 /// The widest signal that is reported, in bits.
 const MOST_BITS: u32 = u64::BITS;
@@ -138,7 +138,7 @@ impl Inside {
     }
 
     /// Returns the signals that the parent has listed, in its order; `None` without a list.
-    pub(super) fn listed() -> Option<Self> {
+    pub(crate) fn listed() -> Option<Self> {
         let list = fs::read_to_string(LIST).ok()?;
         let Self { functions, signals } = Self::all()?;
         let mut by_name: HashMap<_, _> = signals.into_iter().map(|signal| (signal.name.clone(), signal)).collect();

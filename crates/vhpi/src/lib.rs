@@ -1,0 +1,45 @@
+//! The shared library that GHDL loads, `libhpu_vhpi.so`: the simulator's side of a design that GHDL runs.
+//!
+//! It is a crate of its own because cargo compiles a crate with a shared library in one piece: whatever needs the crate
+//! waits until its machine code is there. `hpu-rtl` is the parent's side.
+//!
+//! The two sides talk in words of 8 bytes. First the parent sends the number of ports, which of them are outputs that
+//! drive the device, and the bits at all of them. The simulator holds the design in reset with these inputs, then
+//! answers as it does to every request. A request is the number of edges to clock, whether all changes are wanted, and
+//! the bits at all ports. An answer is the number of edges done, the number of changes, and for each change the edge,
+//! the port, the bits, and 1 where all bits are known.
+
+mod foreign;
+mod served;
+mod vpi;
+
+use std::io::{self, Read, Write};
+
+pub use vpi::{INSIDE, LIST};
+
+/// Environment variable that makes a bench report its ports and end.
+pub const ASK: &str = "HPU_DUT_PORTS";
+
+/// The file descriptor through which a simulator talks to its parent.
+pub const DESCRIPTOR: i32 = 3;
+
+/// Writes words, the lowest byte of each first.
+///
+/// # Errors
+///
+/// [`io::Error`] of the stream.
+pub fn put(to: &mut impl Write, words: &[u64]) -> io::Result<()> {
+    let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
+    to.write_all(&bytes)
+}
+
+/// Reads a word.
+///
+/// # Errors
+///
+/// [`io::Error`] of the stream, also where it ends before the word does.
+pub fn take(from: &mut impl Read) -> io::Result<u64> {
+    let mut bytes = [0; 8];
+    from.read_exact(&mut bytes)?;
+    Ok(u64::from_le_bytes(bytes))
+}
