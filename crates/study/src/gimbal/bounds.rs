@@ -212,3 +212,34 @@ fn limits(scene: &GimbalScene) -> Vec<Limit> {
         limit("radius", "m", scene.gimbal.radii_m()),
     ]
 }
+
+#[cfg(test)]
+mod tests {
+    use hpu_datapath::Wiring;
+    use hpu_datapath::gimbal::GimbalLoop;
+
+    use super::*;
+
+    /// Returns the range of a net of the default loop, if its inverse kinematics keep to the clamps of a configuration.
+    fn kept(config: &GimbalConfig, name: &str) -> Option<(i128, i128)> {
+        let wiring = GimbalLoop::default();
+        let (nets, instances) = (wiring.nets(), wiring.instances());
+        let inverse = instances.iter().find(|instance| instance.label == "inverse").expect("the kinematics");
+        Affine::on_a_sheet(|| {
+            let mut walk = Walk { nets: vec![None; nets.len()], moved: &|_| None };
+            keep(&mut walk, inverse, config);
+            let Span { min, max } = walk.nets[nets.iter().position(|net| net.name == name)?]?.known().span;
+            Some((min, max))
+        })
+    }
+
+    #[test]
+    fn a_step_shows_the_clamps_and_refutes_narrower_ones() {
+        let config = GimbalConfig::default();
+        assert_eq!(kept(&config, "pitch"), Some((-160_199, 160_199)));
+        assert_eq!(kept(&config, "crank"), Some((0, (1 << 19) - 1)));
+        assert_eq!(kept(&config, "rest"), Some((0, 243_270 + 52_429)));
+        assert_eq!(kept(&GimbalConfig { limit: config.limit - 1, ..config }, "pitch"), None);
+        assert_eq!(kept(&GimbalConfig { rod: config.rod - 1, ..config }, "rest"), None);
+    }
+}

@@ -66,7 +66,7 @@ fn stretched(
                 let mut high = here;
                 for _ in 0..40 {
                     let middle = 0.5 * (low + high);
-                    if !fails(middle)?[index] == was { low = middle } else { high = middle }
+                    if fails(middle)?[index] == was { high = middle } else { low = middle }
                 }
                 0.5 * (low + high)
             }

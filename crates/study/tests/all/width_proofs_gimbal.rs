@@ -20,7 +20,7 @@ fn every_shipped_run_stays_inside_its_bounds() {
     let all: Vec<_> = shipped().iter().filter(|scene| scene.name.starts_with("gimbal")).collect();
     assert!(all.len() >= 7);
     for shipped in all {
-        let scene = scene(&shipped.name, &[]);
+        let scene = scene(shipped.name, &[]);
         let proof = scene.bounds().unwrap();
         let simulation = GimbalSimulation::new(&scene).unwrap();
         let mut trace = simulation.trace(&[]);

@@ -338,6 +338,17 @@ mod tests {
     }
 
     #[test]
+    fn a_bit_is_known_where_it_is_the_same_in_all_words() {
+        for (least, most, place) in (-8..8).flat_map(|a| (a..8).flat_map(move |b| (0..5).map(move |c| (a, b, c)))) {
+            let Maybe { no, yes } = Affine::on_a_sheet(|| given(least, most).bit(place));
+            let is_seen = |bit: i128| (least..=most).any(|word| word >> place & 1 == bit);
+            assert!((no || !is_seen(0)) && (yes || !is_seen(1)), "bit {place} of {least} to {most}");
+            // The uppermost bits of a range of one sign are known.
+            assert!(least ^ most < 0 || place < 4 || no != yes, "bit {place} of {least} to {most}");
+        }
+    }
+
+    #[test]
     fn a_counter_that_turns_over_reads_through_its_difference() {
         // A counter of 4 bits counts from -6 to 5; seen from 9, where 9 is read as -7.
         let (word, to) = (Format::unsigned(4), Format::signed(4));
