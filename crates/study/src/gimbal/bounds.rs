@@ -157,8 +157,8 @@ fn keep(walk: &mut Walk, instance: &Instance, config: &GimbalConfig) {
     walk.keep(instance, &kept, (angle, &[Span::new(-full - 1, -1), Span::new(0, full)]));
 }
 
-/// Returns the greatest distance of pitch, roll and radius to those of the target in real numbers, in words of each, for
-/// targets within the reach.
+/// Returns the greatest distance of pitch, roll and radius to those of the target in real numbers, in words of each,
+/// for targets within the reach.
 ///
 /// [`GimbalInverse::bound`] is the distance of the tip. It holds the error of the radius, and either error of an angle
 /// times the greatest radius.

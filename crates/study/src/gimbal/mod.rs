@@ -56,8 +56,8 @@ impl Device for GimbalScene {
     }
 
     fn loops(&self) -> Result<&'static dyn crate::widths::search::Loops, String> {
-        Err("a search varies keys of widths, of which a gimbal's scene has none; hpu widths without --search proves and \
-             measures its words"
+        Err("a search varies keys of widths, of which a gimbal's scene has none; hpu widths without --search proves \
+             and measures its words"
             .into())
     }
 
