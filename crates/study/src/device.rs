@@ -30,6 +30,11 @@ pub trait Device: Setup {
         Vec::new()
     }
 
+    /// Returns why there are no [`fields`](Self::fields), where there are none.
+    fn no_fields(&self) -> &'static str {
+        "a host computes its force: there are no widths to choose"
+    }
+
     /// Checks that the scene's law is computed in words; else returns why it is not.
     fn in_words(&self) -> Result<(), String> {
         Ok(())
@@ -57,7 +62,7 @@ pub trait Device: Setup {
     }
 
     /// Returns the neighbouring scenes in which a model is also judged, each as a key and its value in SI units: the
-    /// wall 5 % softer and stiffer, and a few counts nearer and farther.
+    /// wall 5 % softer and stiffer, and a few counts nearer and farther; other parts by 5 % where there is no wall.
     fn around(&self) -> Vec<(&'static str, f64)> {
         Vec::new()
     }

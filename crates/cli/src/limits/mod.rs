@@ -1,6 +1,7 @@
 //! `hpu limits`: the stiffnesses at which a scene's wall settles.
 
 mod page;
+mod touch;
 
 use std::path::PathBuf;
 
@@ -28,6 +29,8 @@ use crate::{hdl, interrupt, pictures};
 /// With --over the world around the words is not known but for a box, as in --over 'device.inductance=0.5..0.7 mH'. The
 /// linear loop settles then in every world of the box, proved; the scene in words is run at the box's corners and at
 /// eight points within it. The words stay those of the scene: what a motor makes of them changes with the motor.
+///
+/// Of a finger on a segment on a gimbal, the criteria tell without a run whether it can rest, and at which stiffnesses.
 #[derive(clap::Args)]
 pub struct Args {
     /// A scene's file, or the name of a shipped scene
@@ -69,6 +72,9 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let read = SceneText::read((&source.name, &source.text), &args.set.set, &mut load).map_err(Failure::file)?;
     if let Experiment::Dut(scene) = &read.1 {
         return of_design(args, &read.0, scene);
+    }
+    if let Experiment::Gimbal(scene) = &read.1 {
+        return touch::run(args, scene);
     }
     let (text, nominal) = (read.0, axis(&read.1)?);
     let range = match &args.range {

@@ -67,7 +67,7 @@ fn paths(value: &Value, at: &str, found: &mut BTreeSet<String>) {
 
 /// Commands for the forms of JSON, as short as possible. Commands that take a minute are left out: `cost --scene`, and
 /// the studies of papers but two.
-const COMMANDS: [(&str, &str); 23] = [
+const COMMANDS: [(&str, &str); 25] = [
     ("run", "run hybrid-wall --edges 100000 --json"),
     ("run-compare", "run hybrid-wall --edges 100000 --compare --json"),
     ("run-phantom", "run phantom-drop --set run.duration=20ms --json"),
@@ -86,6 +86,7 @@ const COMMANDS: [(&str, &str); 23] = [
          testbench/dut/blocks/fast_mul.vhd --json",
     ),
     ("limits", "limits hybrid-wall --words 2 --phases 1 --json"),
+    ("limits-gimbal", "limits gimbal-switch-held --json"),
     (
         "map",
         "map hybrid-wall --x wall.stiffness=0.1..6:2 --y wall.damping=0..0.4mN.m.s/rad:2 --set run.duration=0.3s --json",
@@ -93,6 +94,7 @@ const COMMANDS: [(&str, &str); 23] = [
     ("chart", "chart friction-wall --contestants events,rk4 --set run.duration=0.1s --json"),
     ("fit", "fit friction-wall --set run.duration=0.1s --json"),
     ("widths", "widths hybrid-wall --json"),
+    ("widths-gimbal", "widths gimbal-switch-held --set run.duration=20ms --json"),
     ("widths-phantom", "widths phantom-drop --set run.duration=20ms --json"),
     ("widths-search", "widths hybrid-wall --search --vary position_bits=11..12 --vary velocity_bits=9..10 --json"),
     ("cost", "cost displacement --variant default --json"),
@@ -121,7 +123,7 @@ fn the_keys_of_every_verbs_json() {
 
 /// Commands whose page of text is the same on every machine, once wall times are filtered: charts and fits choose and
 /// mark by wall times, proofs come in the order in which they end, and lists of scenes and keys are tested elsewhere.
-const PAGES: [&str; 12] = [
+const PAGES: [&str; 14] = [
     "run",
     "run-compare",
     "run-phantom",
@@ -130,8 +132,10 @@ const PAGES: [&str; 12] = [
     "check",
     "check-entity",
     "limits",
+    "limits-gimbal",
     "map",
     "widths",
+    "widths-gimbal",
     "widths-phantom",
     "cost",
 ];
@@ -168,7 +172,7 @@ fn the_page_of_text_of_every_verb() {
 }
 
 /// Commands that are refused, with their exit codes.
-const REFUSED: [(i32, &str); 25] = [
+const REFUSED: [(i32, &str); 29] = [
     (2, "nonsense"),
     (2, "run hybrid-wall --set wall.stiffness"),
     (4, "run hybrid-wall --set wall.stifness=1"),
@@ -182,6 +186,10 @@ const REFUSED: [(i32, &str); 25] = [
     (2, "cost"),
     (2, "cost pwm --set a=1"),
     (2, "limits phantom-drop"),
+    (2, "limits gimbal-shape"),
+    (2, "limits gimbal-switch --range 1..2"),
+    (4, "widths gimbal-switch --search"),
+    (2, "widths gimbal-switch --tables"),
     (2, "limits hybrid-wall --range 3..1"),
     (2, "limits hybrid-wall --range soft"),
     (4, "map hybrid-wall --x wall.nokey=1..2:2 --y wall.damping=0..1:2"),

@@ -1,15 +1,23 @@
 //! The segment on a gimbal, for studies.
 
+mod bounds;
 mod criteria;
+mod models;
 mod switches;
+mod touch;
 
 use hpu_cosim::Trace;
 use hpu_cosim::scene::{GimbalScene, Scene};
 
+use crate::accuracy::Contestant;
 use crate::device::{Device, Reach};
+use crate::fit::Simplifications;
+use crate::tables::Tables;
+use crate::widths::proof::Proof;
 
 pub use criteria::{Criteria, NAMES, Rest};
 pub use switches::Switches;
+pub use touch::TouchLimits;
 
 impl Device for GimbalScene {
     /// Each servo passes through all its positions.
@@ -23,27 +31,47 @@ impl Device for GimbalScene {
         trace.real(hpu_cosim::RADIUS)
     }
 
+    fn no_fields(&self) -> &'static str {
+        "no key of a gimbal's scene chooses a width"
+    }
+
+    fn around(&self) -> Vec<(&'static str, f64)> {
+        models::around(self)
+    }
+
+    fn simplifications(&self) -> Simplifications {
+        models::simplifications(self)
+    }
+
+    fn contestants(&self) -> Vec<Contestant> {
+        models::contestants(self)
+    }
+
     fn priced(&self) -> Result<(), String> {
         Err("Yosys takes minutes for the loop of a gimbal".into())
     }
 
     fn limited(&self) -> Result<&Scene, String> {
-        Err("limits are those of an axis; where a gimbal's switch is stable, a map tells: hpu map --help".into())
+        Err("the limits of stiffness are those of an axis; a gimbal's are the criteria of its touch".into())
     }
 
     fn loops(&self) -> Result<&'static dyn crate::widths::search::Loops, String> {
-        Err("a search varies the loops of an axis and of a PHANToM; change a gimbal's words in its blocks".into())
+        Err("a search varies keys of widths, of which a gimbal's scene has none; hpu widths without --search proves \
+             and measures its words"
+            .into())
     }
 
-    fn bounds(&self) -> Result<crate::widths::proof::Proof, String> {
-        Err("proofs know the loops of an axis and of a PHANToM; hpu widths without --prove measures a gimbal's".into())
+    fn bounds(&self) -> Result<Proof, String> {
+        bounds::proof(self)
     }
 
     fn gappa(&self) -> Result<String, String> {
-        Err("proofs know the loops of an axis and of a PHANToM".into())
+        Err("a gimbal's kinematics are a CORDIC, which takes many edges, and no straight-line code".into())
     }
 
-    fn tables(&self) -> Result<crate::tables::Tables, String> {
-        Err("a gimbal has one table, that of its crank; hpu block crank_table shows it".into())
+    fn tables(&self) -> Result<Tables, String> {
+        Err("the page compares tables of sines, and a gimbal has none; its crank's table, whose words hpu block \
+             crank_table shows, has a row for each position of the servo and is within half a word of the closed form"
+            .into())
     }
 }

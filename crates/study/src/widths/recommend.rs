@@ -73,7 +73,7 @@ pub fn recommend(
     }
     let fields = device(experiment).fields();
     if fields.is_empty() {
-        return Err("a host computes its force: there are no widths to choose".into());
+        return Err(device(experiment).no_fields().into());
     }
     let (Some(reference), _) = Outputs::of(experiment, driver(&[]), control)? else { return Ok(None) };
     let outputs = experiment.accuracy.outputs.clone().unwrap_or_else(|| usual(reference.outcome));

@@ -61,7 +61,9 @@ fn tried(experiment: &Experiment) -> [Set; 2] {
             one("room.stiffness", 1.05 * scene.room.stiffness_n_per_m),
             one("room.distance", scene.room.distance_m + 0.7 * 29e-6),
         ],
-        Experiment::Gimbal(_) => panic!("a gimbal has no cheaper model"),
+        Experiment::Gimbal(scene) => {
+            [one("device.mass", 1.05 * scene.gimbal.mass_kg), one("device.mass", 0.95 * scene.gimbal.mass_kg)]
+        }
         Experiment::Dut(_) => panic!("no shipped scene has a design of the user's own"),
     }
 }
@@ -79,7 +81,10 @@ fn elsewhere(experiment: &Experiment) -> Vec<Set> {
         Experiment::Phantom(scene) => {
             ("room.stiffness", scene.room.stiffness_n_per_m, "room.distance", scene.room.distance_m, 29.1e-6)
         }
-        Experiment::Gimbal(_) => panic!("a gimbal has no cheaper model"),
+        Experiment::Gimbal(scene) => {
+            let of_mass = |share: f64| vec![("device.mass".to_string(), format!("{:?}", share * scene.gimbal.mass_kg))];
+            return [0.98, 1.03].map(of_mass).to_vec();
+        }
         Experiment::Dut(_) => panic!("no shipped scene has a design of the user's own"),
     };
     let one = |key: &str, value: f64| vec![(key.to_string(), format!("{value:?}"))];

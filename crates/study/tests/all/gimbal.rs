@@ -1,10 +1,10 @@
 //! The criteria of a switched touch and the watch of switches, against closed forms and another way of integrating.
 
 use hpu_cosim::scene::{Experiment, GimbalScene};
-use hpu_cosim::{Control, Driver, GimbalSimulation, Simulation, Summary, Wired};
-use hpu_study::gimbal::{Criteria, NAMES, Switches};
+use hpu_cosim::{Control, Driver, GimbalSimulation, Simulation, SplitMix64, Summary, Wired};
+use hpu_study::gimbal::{Criteria, NAMES, Switches, TouchLimits};
 
-fn scene(name: &str, set: &[(&str, &str)]) -> GimbalScene {
+pub fn scene(name: &str, set: &[(&str, &str)]) -> GimbalScene {
     let shipped = hpu_cosim::scene::shipped().iter().find(|scene| scene.name == name).expect("shipped");
     let set: Vec<_> = set.iter().map(|(key, value)| (key.to_string(), value.to_string())).collect();
     match shipped.parse(&set).expect("valid") {
@@ -109,6 +109,26 @@ fn each_criterion_says_what_it_is_named_for() {
     assert_eq!(fails(&[("surface.stiffness", "2.5 N/mm")]), [false, false, false]);
     // Too much feedback of the force.
     assert_eq!(fails(&[("surface.stiffness", "2.5 N/mm"), ("method.force_gain", "15")]), [false, false, true]);
+}
+
+/// A criterion predicts a rest exactly within its stretches, and `softer` from the stiffness of position control on.
+#[test]
+fn the_limits_of_a_touch_are_where_its_criteria_change() {
+    let (text, mut draw) = (scene("gimbal-switch", &[]), SplitMix64::new(5));
+    let found = TouchLimits::of(&text).expect("a touch");
+    let [least, most] = found.range_n_per_m;
+    // A word of the stiffness is 2^-16 force LSBs of 10 N / 4096 a length LSB of 2^-22 m.
+    assert_eq!([least, most], [0.15625, 0.15625 * 65_535.0]);
+    let [softer] = found.rests_n_per_m[0][..] else { panic!("{found:?}") };
+    assert!((softer[0] / found.criteria.position_n_per_m - 1.0).abs() < 1e-9 && softer[1] == most, "{found:?}");
+    for _ in 0..300 {
+        let stiffness = least * (most / least).powf(draw.below(1 << 40) as f64 / 2f64.powi(40));
+        let fails = criteria(&[("surface.stiffness", &format!("{stiffness:?}"))]).fails();
+        for (stretches, fails) in found.rests_n_per_m.iter().zip(fails) {
+            let is_inside = stretches.iter().any(|[from, to]| (*from..=*to).contains(&stiffness));
+            assert_eq!(is_inside, !fails, "{stiffness} {stretches:?}");
+        }
+    }
 }
 
 #[test]

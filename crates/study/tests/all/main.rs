@@ -30,6 +30,7 @@ mod width_price;
 mod width_proofs;
 mod width_proofs_device;
 mod width_proofs_gappa;
+mod width_proofs_gimbal;
 mod width_proofs_phantom;
 mod width_proofs_postures;
 mod width_proofs_wraps;

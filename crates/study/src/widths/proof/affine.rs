@@ -222,7 +222,9 @@ impl Word for Affine {
     }
     fn bit(self, place: u32) -> Maybe {
         match self.known().span {
-            Span { min, max } if min == max => Maybe { no: min >> place & 1 == 0, yes: min >> place & 1 == 1 },
+            Span { min, max } if min >> place == max >> place => {
+                Maybe { no: min >> place & 1 == 0, yes: min >> place & 1 == 1 }
+            }
             _ => Maybe { no: true, yes: true },
         }
     }
@@ -332,6 +334,17 @@ mod tests {
             // The range of one product is reached, so this is not only an upper bound.
             assert_eq!(known.fits, !pairs().any(|pair| made(pair).overflowed), "{width} bits");
             assert_eq!(known.exact.is_some(), known.fits || overflow == Overflow::Saturate);
+        }
+    }
+
+    #[test]
+    fn a_bit_is_known_where_it_is_the_same_in_all_words() {
+        for (least, most, place) in (-8..8).flat_map(|a| (a..8).flat_map(move |b| (0..5).map(move |c| (a, b, c)))) {
+            let Maybe { no, yes } = Affine::on_a_sheet(|| given(least, most).bit(place));
+            let is_seen = |bit: i128| (least..=most).any(|word| word >> place & 1 == bit);
+            assert!((no || !is_seen(0)) && (yes || !is_seen(1)), "bit {place} of {least} to {most}");
+            // The uppermost bits of a range of one sign are known.
+            assert!(least ^ most < 0 || place < 4 || no != yes, "bit {place} of {least} to {most}");
         }
     }
 

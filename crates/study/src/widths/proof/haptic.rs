@@ -1,4 +1,4 @@
-//! The words of an axis's loop, net by net.
+//! The words of a loop, net by net, and those of an axis's loop.
 
 use hpu_cosim::AxisLoop;
 use hpu_signal::{Format, Signal};
@@ -58,18 +58,26 @@ impl NetRanges {
             if travel.delta.is_none() {
                 remarks.push(("delta", format!("no limit of the travel is proved; it turns over every {turn}")));
             }
-            let row = |(net, word): (&Signal, &Option<Affine>)| {
-                let (word, name) = ((*word)?, net.name);
-                let Word { span, fits, turns, .. } = word.known();
-                let mut remarks: Vec<_> =
-                    remarks.iter().filter(|remark| remark.0 == name).map(|remark| remark.1.clone()).collect();
+            for (net, word) in nets.iter().zip(&walk.nets) {
+                let Some(Word { span, turns, .. }) = word.map(Affine::known) else { continue };
                 // Below the start the word wraps; it may, as long as the displacement is read correctly.
                 let is_all = span == Span::of(net.format) && turns.is_some() && travel.delta.is_some();
-                remarks.extend(is_all.then(|| format!("turns over every {turn}; the displacement reads through that")));
-                Some(NetRange { name, span, error: word.error(), fits, remarks })
-            };
-            Self(nets.iter().zip(&walk.nets).filter_map(row).collect())
+                let through = || format!("turns over every {turn}; the displacement reads through that");
+                remarks.extend(is_all.then(|| (net.name, through())));
+            }
+            Self::known(&nets, &walk.nets, &remarks)
         })
+    }
+
+    /// Returns the rows of the nets whose words are known, each with its remarks.
+    pub fn known(nets: &[Signal], words: &[Option<Affine>], remarks: &[(&'static str, String)]) -> Self {
+        let row = |(net, word): (&Signal, &Option<Affine>)| {
+            let (word, name) = ((*word)?, net.name);
+            let Word { span, fits, .. } = word.known();
+            let remarks = remarks.iter().filter(|remark| remark.0 == name).map(|remark| remark.1.clone()).collect();
+            Some(NetRange { name, span, error: word.error(), fits, remarks })
+        };
+        Self(nets.iter().zip(words).filter_map(row).collect())
     }
 
     pub fn get(&self, name: &str) -> &NetRange {

@@ -18,7 +18,7 @@ pub(crate) mod affine;
 mod device;
 mod exhaust;
 mod gappa;
-mod haptic;
+pub(crate) mod haptic;
 mod holds;
 mod laws;
 mod response;

@@ -21,6 +21,11 @@ const ROUNDS: usize = 100;
 impl Walk<'_> {
     /// Reads a block, and the blocks inside it. A net that is already known keeps its word.
     pub fn read(&mut self, instance: &Instance) {
+        self.read_stated(instance, &[]);
+    }
+
+    /// Reads a block as [`read`](Self::read) does, and states the contents of some of its registers.
+    pub fn read_stated(&mut self, instance: &Instance, stated: &[(&str, Affine)]) {
         let Instance { model, connections, .. } = instance;
         for inner in model.inside() {
             let net = |port: &Connection| Connection { port: port.port.clone(), net: connections[port.net].net };
@@ -31,7 +36,7 @@ impl Walk<'_> {
             return;
         }
         let Some(equations) = model.equations() else { return };
-        let shown = self.shown(equations, &self.inputs(instance), &[]);
+        let shown = self.shown(equations, &self.inputs(instance), stated);
         self.drive(instance, &shown);
     }
 
@@ -42,6 +47,42 @@ impl Walk<'_> {
         let given: Vec<_> = reset.chain(self.inputs(instance)).collect();
         let loaded = equations.recorded().read(&given);
         self.drive(instance, &loaded);
+    }
+
+    /// Reads a block whose registers of these names stay within these ranges; their errors are unknown. One step proves
+    /// this, from any words in all other registers and for each of `cases`, which are all words of the register
+    /// `other`. Where a step leaves a range, the block's outputs stay unknown.
+    pub fn keep(&mut self, instance: &Instance, kept: &[(&str, Span)], (other, cases): (&Register, &[Span])) {
+        let Some(equations) = instance.model.equations() else { return };
+        let (registers, inputs) = (equations.registers(), self.inputs(instance));
+        let equations = equations.recorded();
+        let range = |register: &Register| {
+            let own = |name: &str| register.instance.is_none() && register.name == name;
+            kept.iter().find(|(name, _)| own(name)).map(|(_, range)| *range)
+        };
+        let mut shown: Option<Vec<Affine>> = None;
+        for case in cases {
+            let word = |register: &Register| match range(register) {
+                _ if register == other => Affine::given(*case),
+                Some(range) => Affine::put(|symbols| symbols.replaced(range, None, true)),
+                None => Affine::put(|symbols| symbols.given(Span::of(register.format))),
+            };
+            let held: Vec<_> = registers.iter().map(word).collect();
+            let mut next = equations.read(&[&held[..], &inputs].concat());
+            let outputs = next.split_off(registers.len());
+            let stays = |(register, word): (&Register, &Affine)| {
+                let reset = Span::exact(register.reset.unwrap_or(0).into());
+                range(register).is_none_or(|range| word.known().span.hull(reset).is_within(range))
+            };
+            if !registers.iter().zip(&next).all(stays) {
+                return;
+            }
+            shown = Some(match shown {
+                None => outputs,
+                Some(before) => before.into_iter().zip(outputs).map(|(one, other)| one.or(other)).collect(),
+            });
+        }
+        self.drive(instance, &shown.unwrap_or_default());
     }
 
     /// Returns a block's inputs; any word where a net is not known.
