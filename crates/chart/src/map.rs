@@ -5,7 +5,8 @@ use plotters::style::{RGBColor, WHITE};
 
 use hpu_study::gimbal::NAMES;
 use hpu_study::map::{
-    Cell, Class, Curves, Edge, Found, Map, class, class_name, classes, is_unseen, nearest, predicted, unseen, wrapped,
+    Cell, Class, Curves, Displayed, Edge, Found, Map, class, class_name, classes, is_unseen, nearest, predicted,
+    unseen, wrapped,
 };
 
 use crate::canvas::{Anchor, Canvas, INK, QUIET, WIDTH, text_width};
@@ -54,21 +55,21 @@ const QUANTITIES: [Quantity; 6] = [
         title: "displayed stiffness over the stiffness asked for",
         unit: "",
         log: false,
-        of: |cell| cell.displayed_ratio,
+        of: |cell| cell.displayed.and_then(Displayed::ratio),
     },
     Quantity {
         name: "bump",
         title: "greatest leap of the crank's drive at a switch",
         unit: "N",
         log: false,
-        of: |cell| cell.bump_n,
+        of: |cell| cell.switching.as_ref().map(|switching| switching.bump_n),
     },
     Quantity {
         name: "switch-energy",
         title: "energy of the crank's drive per switch",
         unit: "J",
         log: true,
-        of: |cell| cell.switch_j,
+        of: |cell| cell.switching.as_ref().and_then(|switching| switching.switch_j),
     },
 ];
 

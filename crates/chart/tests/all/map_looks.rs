@@ -4,7 +4,7 @@ use hpu_chart::{Picture, map_pictures, shares, speed};
 use hpu_cosim::Control;
 use hpu_cosim::scene::{OutcomeKind, Output, shipped, shipped_file};
 use hpu_study::accuracy::{Chart, ContestantResult, Entry, Grade, Race, Share, Speed};
-use hpu_study::map::{self, Cell, CellLimits, Curves, Found, Map, Method};
+use hpu_study::map::{self, Cell, CellLimits, Curves, Displayed, Found, Map, Method};
 
 use crate::colours::{SIGHTS, difference, seen};
 use crate::looks::{assert_readable, attribute, elements, number, points, ramp, rectangle, rgb, texts};
@@ -29,9 +29,10 @@ fn made_up(methods: Vec<Method>, x: &str, y: &str) -> (Map, Vec<Found>) {
             _ => (OutcomeKind::Diverged, Some(1.0), None),
         };
         let contact_share = Some(if place < 0.2 { 0.0 } else { 1.0 });
-        let displayed_ratio = (0.2..0.4).contains(&place).then_some(1.0 - 0.5 * place);
+        let felt = Displayed { stiffness: 1.0 - 0.5 * place, asked: 1.0 };
+        let displayed = (0.2..0.4).contains(&place).then_some(felt);
         let dissipated_j = 0.1 + place;
-        Cell { outcome, amplitude, frequency_hz, dissipated_j, displayed_ratio, contact_share, ..base.clone() }
+        Cell { outcome, amplitude, frequency_hz, dissipated_j, displayed, contact_share, ..base.clone() }
     };
     let found = (0..map.len()).map(|index| match map.point(index) {
         point if point.ix % 2 == 1 && point.iy > 0 => Found::As(index - 1),

@@ -3,6 +3,7 @@
 use hpu_cosim::figure;
 use hpu_cosim::scene::GimbalScene;
 use hpu_study::gimbal::{NAMES, Rest, TouchLimits};
+use hpu_study::limits::Looks;
 use hpu_study::page::{Cell, Column, Page, Table};
 use serde_json::json;
 
@@ -24,8 +25,9 @@ const SAID: [&str; 3] = [
 /// Runs `hpu limits` for a segment on a gimbal.
 pub fn run(args: &Args, scene: &GimbalScene) -> Result<Exit, Failure> {
     let usage = |said: &str| Failure::usage(format!("{}: {said}", scene.name));
-    if args.range.is_some() || !args.over.is_empty() || args.hands.is_some() || args.words.is_some() {
-        return Err(usage("--range, --over, --hands and --words are of an axis; of a gimbal nothing is run"));
+    let is_of_runs = args.words.is_some() || args.phases != Looks::default().phases;
+    if args.range.is_some() || !args.over.is_empty() || args.hands.is_some() || is_of_runs {
+        return Err(usage("--range, --over, --hands, --words and --phases are of an axis; of a gimbal nothing is run"));
     }
     if args.out.is_some() {
         return Err(usage("the limits of a gimbal have no picture; hpu map draws its criteria beside runs"));

@@ -44,7 +44,8 @@ pub fn agreements(map: &Map, found: &[Found], method: usize) -> Result<Vec<Agree
         match (predicted(map, index), nearest(found, index)) {
             (Ok(fails), Some(cell)) => {
                 judged = true;
-                let holds = cell.outcome == OutcomeKind::Settled && cell.switch_j.is_none();
+                let holds = cell.outcome == OutcomeKind::Settled
+                    && cell.switching.as_ref().is_none_or(|switching| switching.switch_j.is_none());
                 for (agreement, fails) in all.iter_mut().zip(fails) {
                     let cells = if holds { &mut agreement.holding } else { &mut agreement.failing };
                     *cells = [cells[0] + 1, cells[1] + usize::from(fails)];

@@ -31,10 +31,8 @@ pub struct Cell {
     pub source_j: f64,
     /// Energy that became heat, in J.
     pub dissipated_j: f64,
-    /// Stiffness that is felt in a settled contact, in N·m/rad or N/m.
-    pub displayed_stiffness: Option<f64>,
-    /// The felt stiffness divided by the stiffness that the scene asks for.
-    pub displayed_ratio: Option<f64>,
+    /// The stiffness that is felt in a settled contact.
+    pub displayed: Option<Displayed>,
     /// Share of the judged window in which the wall sees penetration; `None` for a motion that was aborted.
     pub contact_share: Option<f64>,
     /// How often the spring's product had wrapped when the motion came to rest in the wall: the hand is through it.
@@ -45,14 +43,37 @@ pub struct Cell {
     pub stiffness_error: Option<f64>,
     /// Share of the clock edges at which the net that overflowed most had overflowed.
     pub overflow_share: f64,
-    /// How often the control of a gimbal's crank switched; `None` of another device.
-    pub switches: Option<u64>,
-    /// The greatest leap of the crank's drive at a switch, as a force in N at the tip of a segment that rests.
-    pub bump_n: Option<f64>,
-    /// Energy that the crank's drive gave per switch in the judged window, in J; `None` without a switch there.
-    pub switch_j: Option<f64>,
+    /// The switches of a gimbal's control; `None` of another device.
+    pub switching: Option<Box<Switching>>,
     /// Number of clock edges that were run.
     pub edges: u64,
+}
+
+/// A stiffness that is felt.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Displayed {
+    /// The felt stiffness, in N·m/rad or N/m.
+    pub stiffness: f64,
+    /// The stiffness that the scene asks for, in the same unit; 0 if it asks for none.
+    pub asked: f64,
+}
+
+impl Displayed {
+    /// Returns the felt stiffness divided by the stiffness that the scene asks for.
+    pub fn ratio(self) -> Option<f64> {
+        (self.asked > 0.0).then(|| self.stiffness / self.asked)
+    }
+}
+
+/// The switches of the control of a gimbal's crank.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Switching {
+    /// Their number in the whole run.
+    pub count: u64,
+    /// The greatest leap of the crank's drive at a switch, as a force in N at the tip of a segment that rests.
+    pub bump_n: f64,
+    /// Energy that the crank's drive gave per switch in the judged window, in J; `None` without a switch there.
+    pub switch_j: Option<f64>,
 }
 
 /// Names of the outcomes, as in a scene's `[expect]`.
@@ -105,6 +126,7 @@ impl Cell {
     /// Returns the cell as a line: its fields in their order, empty where there is no value.
     pub fn line(&self) -> String {
         let known = |value: Option<f64>| value.map_or(String::new(), |value| format!("{value:e}"));
+        let switching = self.switching.as_deref();
         let numbers = [
             known(self.rms),
             known(self.amplitude),
@@ -112,16 +134,16 @@ impl Cell {
             known(Some(self.hand_j)),
             known(Some(self.source_j)),
             known(Some(self.dissipated_j)),
-            known(self.displayed_stiffness),
-            known(self.displayed_ratio),
+            known(self.displayed.map(|displayed| displayed.stiffness)),
+            known(self.displayed.map(|displayed| displayed.asked)),
             known(self.contact_share),
             self.product_wraps.map_or(String::new(), |wraps| wraps.to_string()),
             u8::from(self.contact_unseen).to_string(),
             known(self.stiffness_error),
             known(Some(self.overflow_share)),
-            self.switches.map_or(String::new(), |switches| switches.to_string()),
-            known(self.bump_n),
-            known(self.switch_j),
+            switching.map_or(String::new(), |switching| switching.count.to_string()),
+            known(switching.map(|switching| switching.bump_n)),
+            known(switching.and_then(|switching| switching.switch_j)),
         ];
         format!("{},{},{}", outcome_name(Some(self.outcome)), numbers.join(","), self.edges)
     }
@@ -138,7 +160,7 @@ impl Cell {
             source,
             heat,
             displayed,
-            ratio,
+            asked,
             contact,
             wraps,
             unseen,
@@ -161,16 +183,18 @@ impl Cell {
             hand_j: hand.parse().ok()?,
             source_j: source.parse().ok()?,
             dissipated_j: heat.parse().ok()?,
-            displayed_stiffness: known(displayed)?,
-            displayed_ratio: known(ratio)?,
+            displayed: known(displayed)?.zip(known(asked)?).map(|(stiffness, asked)| Displayed { stiffness, asked }),
             contact_share: known(contact)?,
             product_wraps: if wraps.is_empty() { None } else { Some(wraps.parse().ok()?) },
             contact_unseen: unseen == "1",
             stiffness_error: known(error)?,
             overflow_share: overflow.parse().ok()?,
-            switches: if switches.is_empty() { None } else { Some(switches.parse().ok()?) },
-            bump_n: known(bump)?,
-            switch_j: known(switch)?,
+            switching: match known(bump)? {
+                None => None,
+                Some(bump_n) => {
+                    Some(Box::new(Switching { count: switches.parse().ok()?, bump_n, switch_j: known(switch)? }))
+                }
+            },
             edges: edges.parse().ok()?,
         })
     }
@@ -213,16 +237,17 @@ impl Cell {
         }
         let verdict = summary.verdict.ok_or("a recording has no verdict")?;
         let (rms, amplitude, frequency_hz) = numbers(verdict);
-        let displayed = match (experiment, verdict) {
+        let wall = match (experiment, verdict) {
             (Experiment::Axis(scene), Verdict::Settled { .. }) => {
-                let wall = (scene.wall.position_rad, scene.wall.stiffness_nm_per_rad);
-                displayed_stiffness(wall, &trace, summary.averages)
+                Some((scene.wall.position_rad, scene.wall.stiffness_nm_per_rad))
             }
-            (Experiment::Dut(scene), Verdict::Settled { .. }) => {
-                displayed_stiffness((scene.wall_rad, 0.0), &trace, summary.averages)
-            }
+            (Experiment::Dut(scene), Verdict::Settled { .. }) => Some((scene.wall_rad, 0.0)),
             _ => None,
         };
+        let displayed = wall.and_then(|wall| {
+            let (stiffness, _) = displayed_stiffness(wall, &trace, summary.averages)?;
+            Some(Displayed { stiffness, asked: wall.1 })
+        });
         let words = match experiment {
             Experiment::Axis(scene) => scene.words().ok().map(|words| (scene, words.realised)),
             _ => None,
@@ -237,17 +262,17 @@ impl Cell {
             hand_j: summary.energy.hand_j,
             source_j: summary.energy.source_j,
             dissipated_j: summary.energy.dissipated_j,
-            displayed_stiffness: displayed.map(|(displayed, _)| displayed),
-            displayed_ratio: displayed.and_then(|(_, ratio)| ratio),
+            displayed,
             contact_share: summary.contact_share,
             product_wraps: wraps.and_then(|wraps| NonZeroU32::new(u32::try_from(wraps).unwrap_or(u32::MAX))),
             contact_unseen: unseen.is_some(),
             stiffness_error: stiffness_error(experiment),
             overflow_share: summary.nets.iter().map(|net| net.usage.overflowed).max().unwrap_or(0) as f64
                 / summary.edges.max(1) as f64,
-            switches: switches.as_ref().map(|switches| switches.count),
-            bump_n: switches.as_ref().map(|switches| switches.bump_n),
-            switch_j: switches.as_ref().and_then(Switches::energy_j),
+            switching: switches.as_ref().map(|switches| {
+                let (count, bump_n) = (switches.count, switches.bump_n);
+                Box::new(Switching { count, bump_n, switch_j: switches.energy_j() })
+            }),
             edges: summary.edges,
         }))
     }

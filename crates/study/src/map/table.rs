@@ -5,7 +5,7 @@ use std::num::NonZeroU32;
 
 use parquet::errors::ParquetError;
 
-use super::{Cell, Found, Map, is_late, outcome, outcome_name};
+use super::{Cell, Displayed, Found, Map, Switching, is_late, outcome, outcome_name};
 use crate::page::{Column, Field, Place, Value, write_csv, write_parquet};
 
 /// Returns units and meanings as keys and values, for the heads of the files.
@@ -58,6 +58,10 @@ pub fn units_of(map: &Map) -> Vec<(String, String)> {
     pairs.map(|(key, value)| (key.to_string(), value)).into()
 }
 
+fn switching(cell: &Cell) -> Option<&Switching> {
+    cell.switching.as_deref()
+}
+
 /// Returns the columns, with the function that takes a cell's value out of the cell of an index. Figures are missing
 /// where they have no meaning, and in cells that were not run. `replay` returns the command of a cell.
 pub fn fields<'a>(map: &'a Map, found: &'a [Found], replay: impl Fn(usize) -> String + 'a) -> Vec<Field<'a, usize>> {
@@ -86,17 +90,17 @@ pub fn fields<'a>(map: &'a Map, found: &'a [Found], replay: impl Fn(usize) -> St
         figure("hand_j", |cell| cell.hand_j.into()),
         figure("source_j", |cell| cell.source_j.into()),
         figure("dissipated_j", |cell| cell.dissipated_j.into()),
-        figure("displayed_stiffness", |cell| cell.displayed_stiffness.into()),
-        figure("displayed_ratio", |cell| cell.displayed_ratio.into()),
+        figure("displayed_stiffness", |cell| cell.displayed.map(|displayed| displayed.stiffness).into()),
+        figure("displayed_ratio", |cell| cell.displayed.and_then(Displayed::ratio).into()),
         figure("contact_share", |cell| cell.contact_share.into()),
         of(Column::integer("product_wraps", ""), |cell| cell.product_wraps.map(NonZeroU32::get).into()),
         of(Column::flag("contact_unseen", "").only(&in_json), |cell| cell.contact_unseen.into()),
         of(Column::number("contact_unseen", "").only(&in_file), |cell| f64::from(u8::from(cell.contact_unseen)).into()),
         figure("stiffness_error", |cell| cell.stiffness_error.into()),
         figure("overflow_share", |cell| cell.overflow_share.into()),
-        of(Column::integer("switches", ""), |cell| cell.switches.into()),
-        figure("bump_n", |cell| cell.bump_n.into()),
-        figure("switch_j", |cell| cell.switch_j.into()),
+        of(Column::integer("switches", ""), |cell| switching(cell).map(|of| of.count).into()),
+        figure("bump_n", |cell| switching(cell).map(|of| of.bump_n).into()),
+        figure("switch_j", |cell| switching(cell).and_then(|of| of.switch_j).into()),
         of(Column::integer("edges", ""), |cell| cell.edges.into()),
         Column::text("reason", "").of(move |index| match &found[*index] {
             Found::Run(Err(reason)) => Value::from(reason),

@@ -12,7 +12,9 @@ use std::time::Duration;
 use hpu_cosim::Control;
 use hpu_cosim::scene::{OutcomeKind, shipped, shipped_file};
 use hpu_study::criteria::named;
-use hpu_study::map::{self, Axis, Cell, CellIndex, CellLimits, Curves, Found, Map, MapError, Method, Plan};
+use hpu_study::map::{
+    self, Axis, Cell, CellIndex, CellLimits, Curves, Displayed, Found, Map, MapError, Method, Plan, Switching,
+};
 use hpu_study::units::UnitResult;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
@@ -146,16 +148,13 @@ fn a_cell_comes_back_from_its_line_as_it_was() {
         hand_j: -1.5,
         source_j: 2.0 / 3.0,
         dissipated_j: 0.0,
-        displayed_stiffness: None,
-        displayed_ratio: None,
+        displayed: None,
         contact_share: Some(1.0 / 3.0),
         product_wraps: std::num::NonZeroU32::new(3),
         contact_unseen: false,
         stiffness_error: None,
         overflow_share: 0.125,
-        switches: Some(12),
-        bump_n: Some(2.0 / 7.0),
-        switch_j: None,
+        switching: Some(Box::new(Switching { count: 12, bump_n: 2.0 / 7.0, switch_j: None })),
         edges: u64::MAX,
     };
     assert_eq!(Cell::read(&cell.line()), Some(cell));
@@ -342,7 +341,7 @@ fn the_displayed_stiffness_of_a_quiet_contact_is_that_of_the_word_within_the_enc
         assert_eq!(cell.outcome, OutcomeKind::Settled);
         let experiment = map.experiment(map.point(index)).unwrap().axis().unwrap();
         let realised = experiment.words().unwrap().realised;
-        let displayed = cell.displayed_stiffness.expect("the hand leans on it");
+        let displayed = cell.displayed.map(|displayed| displayed.stiffness).expect("the hand leans on it");
         // The hand's spring balances where 0.3 (1.8 - x) = k (x - wall). The wall's place is rounded to a count, and
         // the shaft's position is floored to one. So the torque is off by the stiffness times a count and a half, and
         // the position is off by as much. Mean torques are known to a step of the modulator.
@@ -352,7 +351,7 @@ fn the_displayed_stiffness_of_a_quiet_contact_is_that_of_the_word_within_the_enc
         let bound = (off * stiffness + realised.torque_quantum_nm) / depth;
         assert!((displayed - stiffness).abs() < bound, "{displayed} for {stiffness} within {bound}");
         let asked = map.x.values()[map.point(index).ix];
-        assert_eq!(cell.displayed_ratio, Some(displayed / asked));
+        assert_eq!(cell.displayed.and_then(Displayed::ratio), Some(displayed / asked));
     }
 }
 

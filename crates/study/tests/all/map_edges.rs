@@ -25,16 +25,13 @@ fn cell(outcome: OutcomeKind, counts: f64, frequency_hz: Option<f64>, overflow_s
         hand_j: 0.0,
         source_j: 0.0,
         dissipated_j: 0.0,
-        displayed_stiffness: None,
-        displayed_ratio: None,
+        displayed: None,
         contact_share: Some(1.0),
         product_wraps: None,
         contact_unseen: false,
         stiffness_error: None,
         overflow_share,
-        switches: None,
-        bump_n: None,
-        switch_j: None,
+        switching: None,
         edges: 1,
     }))
 }

@@ -128,7 +128,7 @@ pub(super) fn stable(asked: &Asked, control: &Control) -> Result<Values, String>
     ]);
     if let (Some(Taken::Flag(true)), Some(all)) = (asked.options.get("felt"), some.and(all)) {
         scene.wall.stiffness_nm_per_rad = all.stiffness;
-        let felt = cell(&scene, control)?.displayed_stiffness;
+        let felt = cell(&scene, control)?.displayed.map(|displayed| displayed.stiffness);
         values.insert("felt".into(), felt.map(Value::Number).ok_or_else(|| "not felt".into()));
     }
     Ok(values)
