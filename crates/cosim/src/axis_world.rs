@@ -110,32 +110,23 @@ impl<'p> AxisWorld<'p> {
         }
     }
 
-    /// Returns the first edge after the present one, up to `limit`, at which anything may change if the outputs stay as
-    /// they are.
-    pub(crate) fn next_change(&mut self, limit: u64) -> u64 {
-        let last = self.next_due.max(self.edge + 1).min(limit);
-        let Band { low, high, .. } = self.encoder.band();
-        let event = self.device.as_mut().and_then(|device| device.next_event(self.edge, last, (low, high)));
-        event.map_or(last, |event| event.0)
-    }
-
     /// Returns the levels of the encoder's lines.
-    pub(crate) fn pins(&self) -> Pins {
+    pub fn pins(&self) -> Pins {
         self.pins
     }
 
-    /// Returns the encoder's count.
-    pub(crate) fn count(&self) -> i64 {
+    /// Returns the encoder's count, from angle 0.
+    pub fn count(&self) -> i64 {
         self.encoder.count()
     }
 
     /// Returns the count that the encoder's lines show, with faults.
-    pub(crate) fn shown_count(&self) -> i64 {
+    pub fn shown_count(&self) -> i64 {
         self.faults.as_ref().map_or(self.count(), |faults| faults.count(self.count()))
     }
 
     /// Returns whether the encoder's index pulse works.
-    pub(crate) fn has_index(&self) -> bool {
+    pub fn has_index(&self) -> bool {
         self.faults.as_ref().is_none_or(|faults| faults.has_index())
     }
 
@@ -286,6 +277,13 @@ impl World for AxisWorld<'_> {
         if edge >= self.next_due {
             self.due();
         }
+    }
+
+    fn next_change(&mut self, limit: u64) -> u64 {
+        let last = self.next_due.max(self.edge + 1).min(limit);
+        let Band { low, high, .. } = self.encoder.band();
+        let event = self.device.as_mut().and_then(|device| device.next_event(self.edge, last, (low, high)));
+        event.map_or(last, |event| event.0)
     }
 
     #[inline]
