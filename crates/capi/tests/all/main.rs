@@ -1,1 +1,7 @@
-//! Tests of libhpu.
+//! All tests of the crate in one binary: the library in C, and its worlds in Rust.
+
+mod common;
+mod header;
+mod in_c;
+mod motion;
+mod refused;
