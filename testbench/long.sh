@@ -1,5 +1,5 @@
 #!/bin/bash
-# What is too long for the test command: the tests marked `ignore`, the whole `hpu check`, stable sets of 1000 random loops
+# What is too long for the test command: the tests marked `ignore`, the whole `hpu check`, libhpu under valgrind, stable sets of 1000 random loops
 # against numpy, then commands at random, on all cores. Its record is record/long.txt.
 # Usage: testbench/long.sh [COMMANDS [SEED]]: so many commands [100000] of a seed [1]; --update writes the record.
 # Exit codes: 0 every test passed and every command ended as the contract says, 1 one did not.
@@ -29,6 +29,16 @@ cargo test --locked --workspace --tests -- --ignored >"$scratch/ignored" 2>&1 ||
 # The VHDL on all random rows, of which the test command takes a quarter.
 cargo run --locked --quiet -p hpu -- check >"$scratch/checked" || failed=1
 tail -n 1 "$scratch/checked"
+
+# The library in C: no error, no leak. The second program is refused at every turn, in two threads.
+cargo build --locked --release --quiet -p hpu-capi
+for program in crates/capi/examples/motor.c crates/capi/tests/c/refused.c; do
+    cc -O2 -g -pthread -Icrates/capi/include -o "$scratch/program" "$program" -Ltarget/release -lhpu
+    LD_LIBRARY_PATH=target/release valgrind --quiet --leak-check=full --show-leak-kinds=all --error-exitcode=1 \
+        --errors-for-leak-kinds=all "$scratch/program" hybrid-wall "run.duration=20 ms" >"$scratch/said" || failed=1
+    echo "valgrind $program: exit $?" >>"$scratch/valgrind"
+done
+cat "$scratch/valgrind"
 
 # Stable sets against eigenvalues by numpy, of 1000 random loops.
 python3 -m venv "$scratch/venv"

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 /// Each crate, and our crates that it may depend on.
-const MAY_KNOW: [(&str, &[&str]); 9] = [
+const MAY_KNOW: [(&str, &[&str]); 10] = [
     ("signal", &[]),
     ("datapath", &["signal"]),
     ("plant", &["signal"]),
@@ -12,6 +12,7 @@ const MAY_KNOW: [(&str, &[&str]); 9] = [
     ("wave", &["signal", "datapath", "cosim"]),
     ("rtl", &["signal", "datapath", "plant", "cosim", "wave"]),
     ("study", &["signal", "datapath", "plant", "cosim"]),
+    ("capi", &["signal", "datapath", "plant", "cosim"]),
     ("chart", &["signal", "datapath", "plant", "cosim", "study"]),
     ("cli", &["signal", "datapath", "plant", "cosim", "wave", "rtl", "study", "chart"]),
 ];
