@@ -211,11 +211,19 @@ impl<'p> AxisWorld<'p> {
             Kind::Axis { knots, .. } => knots.get(self.next).map(|knot| knot.edge),
             Kind::Capture { pins } => pins.get(self.next).map(|&(edge, _)| edge),
         };
-        let shaper = self.shaping.map(|shaping| shaping.next);
-        let latch = self.latch.map(|latch| latch.next);
-        let faults = self.faults.as_ref().and_then(|faults| faults.next());
-        let all = [outside, self.schedule.next(self.edge), shaper, latch, faults];
-        self.next_due = all.into_iter().flatten().min().unwrap_or(u64::MAX);
+        // One after the other: the compiler must not compare what an absent part leaves uninitialised, which valgrind
+        // reports.
+        let mut due = outside.unwrap_or(u64::MAX);
+        if let Some(shaping) = &self.shaping {
+            due = due.min(shaping.next);
+        }
+        if let Some(latch) = &self.latch {
+            due = due.min(latch.next);
+        }
+        if let Some(faults) = &self.faults {
+            due = due.min(faults.next().unwrap_or(u64::MAX));
+        }
+        self.next_due = due.min(self.schedule.next(self.edge).unwrap_or(u64::MAX));
     }
 }
 
