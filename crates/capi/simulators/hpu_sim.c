@@ -7,6 +7,11 @@
 #include <stdio.h>
 #include <string.h>
 
+/* Verilator compiles this file as C++. */
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 static int32_t failed(const hpu_error *error) {
     fprintf(stderr, "libhpu: %s\n", error->text);
     return -error->status;
@@ -77,3 +82,7 @@ int32_t hpu_sim_close(int32_t plant) {
     hpu_error error;
     return hpu_close((hpu_handle)plant, &error) ? failed(&error) : HPU_OK;
 }
+
+#ifdef __cplusplus
+}
+#endif
