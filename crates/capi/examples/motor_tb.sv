@@ -80,10 +80,10 @@ module motor_tb;
     period    = 24'(hpu_sim_input(plant, "period"));
   end
 
-  always #10 clk = !clk;
-
   // Between two rising edges: the gates of the edge before, then the pins of the edge to come.
-  always @(negedge clk) begin
+  always begin
+    #10 clk = 1;
+    #10 clk = 0;
     rst = 0;
     lines = hpu_sim_step(plant, {28'd0, gates});
     pins = lines[1:0];

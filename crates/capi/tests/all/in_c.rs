@@ -7,7 +7,7 @@ use hpu_cosim::{LoopVisitor, Wired, WiredSimulation, World};
 use hpu_datapath::Wiring;
 use hpu_signal::Ports;
 
-use crate::common::{compiled, set, shipped};
+use crate::common::{compiled, said, set, shipped};
 
 /// Steps a scene's wiring and world edge by edge, without a promise of how outputs repeat. Returns the states at the
 /// end, then energies supplied, stored and dissipated.
@@ -39,11 +39,9 @@ impl<'s> LoopVisitor<'s> for Stepped {
 /// The hand meets the wall at 160 ms.
 #[test]
 fn the_hybrid_wall_in_c_moves_as_the_blocks_do_to_the_bit() {
-    let motor = compiled("examples/motor.c");
+    let motor = compiled("examples/motor.c", &[], "motor");
     let duration = "run.duration=200 ms";
-    let ran = Command::new(motor).args(["hybrid-wall", duration]).output().expect("the program");
-    let said = String::from_utf8(ran.stdout).expect("text");
-    assert!(ran.status.success(), "{said}{}", String::from_utf8_lossy(&ran.stderr));
+    let said = said(Command::new(motor).args(["hybrid-wall", duration]));
     let values: BTreeMap<_, f64> = said
         .lines()
         .filter_map(|line| line.split_once(' '))
@@ -65,7 +63,5 @@ fn the_hybrid_wall_in_c_moves_as_the_blocks_do_to_the_bit() {
 
 #[test]
 fn bad_calls_are_refused_with_what_is_accepted() {
-    let refused = compiled("tests/c/refused.c");
-    let ran = Command::new(refused).output().expect("the program");
-    assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
+    said(&mut Command::new(compiled("tests/c/refused.c", &["-pthread"], "refused")));
 }

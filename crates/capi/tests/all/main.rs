@@ -6,3 +6,4 @@ mod header;
 mod in_c;
 mod motion;
 mod refused;
+mod simulators;
