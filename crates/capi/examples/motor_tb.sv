@@ -1,5 +1,12 @@
 // The hybrid wall in SystemVerilog, register by register as hdl/hybrid_loop.vhd, and a testbench that closes its loop
 // around the plant of a scene. The plusarg +scene= names the scene and its overrides, as hpu_sim_open reads them.
+//
+//   cargo build --release -p hpu-capi
+//   cd crates/capi/examples
+//   export LD_LIBRARY_PATH=$PWD/../../../target/release
+//   $ verilator --binary --timing --top-module motor_tb -MAKEFLAGS OPT_FAST=-O2 -CFLAGS -I$PWD/../include \
+//     -LDFLAGS "-L$LD_LIBRARY_PATH -lhpu" ../simulators/hpu_plant.sv motor_tb.sv $PWD/../simulators/hpu_sim.c
+//   obj_dir/Vmotor_tb "+scene=hybrid-wall;run.duration=200 ms"
 
 module hybrid_wall (
     input  logic        clk, rst,

@@ -1,6 +1,13 @@
 -- motor_tb : hybrid_loop of hdl/ around the plant of the scene SCENE, in a testbench by hand
 --
 -- Runs to the end of the scene, then tells the number of clock edges and the states.
+--
+--   cargo build --release -p hpu-capi
+--   cd crates/capi/examples; export LD_LIBRARY_PATH=.:../../../target/release
+--   cc -O2 -shared -fPIC -I../include -o libhpu_sim.so ../simulators/hpu_sim.c -L../../../target/release -lhpu
+--   ghdl -i --std=08 ../../../hdl/*.vhd ../simulators/hpu_plant.vhd motor_tb.vhd
+--   ghdl -m --std=08 motor_tb
+--   ghdl -r --std=08 motor_tb "-gSCENE=hybrid-wall;run.duration=4 ms;wall.position=0.01 rad"
 
 library ieee;
 use ieee.std_logic_1164.all;

@@ -11,21 +11,22 @@
  *     }
  *     hpu_close(plant, NULL);
  *
- * A plant is everything outside the FPGA: device, encoders, bridge or amplifier, hand. It stands at a clock edge. There
- * the logic reads its inputs as the plant is at that instant; the outputs that it then drives hold until the next edge.
- * Words are whole numbers: a word times 2^-fraction is the value in the signal's unit. All states are in SI units.
+ * A plant is everything outside the FPGA: device, encoders, bridge or amplifier, hand. It stands at a clock edge.
+ * There the logic reads its inputs as the plant is at that instant; the outputs that it then drives hold until the
+ * next edge. Words are whole numbers: a word times 2^-fraction is the value in the signal's unit. All states are in SI
+ * units.
  *
  * Errors. A function that can fail returns HPU_OK or another status. Its last argument, if it is not NULL, receives
  * status and message on failure and is left alone on success. A function that fails changes nothing, but for
- * hpu_advance and hpu_advance_ns (see there), and for a handle that an hpu_open function sets to 0. No function ends the
- * program. A NULL pointer is refused; any other pointer must be valid, as anywhere in C.
+ * hpu_advance and hpu_advance_ns (see there), and for a handle that an hpu_open function sets to 0. No function ends
+ * the program; a fault of the library itself (HPU_BROKEN) also writes a line to standard error. A NULL pointer is refused; any other pointer must be valid, as anywhere in C.
  *
- * Threads. Handles may be used from any thread, but one handle by one thread at a time: a second call at the same time is
- * refused with HPU_BUSY. Different handles are independent. The library has no setting that handles share, and reads no
- * environment variable. Up to HPU_MOST handles can be open.
+ * Threads. Handles may be used from any thread, but one handle by one thread at a time: a second call at the same time
+ * is refused with HPU_BUSY. Different handles are independent. The library has no setting that handles share, and
+ * reads no environment variable. Up to HPU_MOST handles can be open.
  *
- * Versions. A minor version adds functions and status codes only. Compare HPU_VERSION with hpu_version() to find a header
- * that is newer than the library.
+ * Versions. A minor version adds functions and status codes only. Compare HPU_VERSION with hpu_version() to find a
+ * header that is newer than the library.
  */
 #ifndef HPU_H
 #define HPU_H
@@ -58,7 +59,7 @@ extern "C" {
 
 /* Kinds of signals. Inputs and outputs are those of the logic, or of a block. */
 #define HPU_INPUT 0  /* what a plant gives: the encoders' lines, then the words that its scene sets */
-#define HPU_OUTPUT 1 /* what drives a plant: the gates of a bridge, or the words of an averaged bridge or an amplifier */
+#define HPU_OUTPUT 1 /* what drives a plant: the gates of a bridge, or the word of an averaged one or of an amplifier */
 #define HPU_STATE 2  /* the continuous states of a plant */
 
 /* An open plant or block; 0 is never one. */
@@ -99,18 +100,18 @@ typedef struct hpu_energy {
 /* Returns the version of the library, in the form of HPU_VERSION. */
 uint32_t hpu_version(void);
 
-/* Opens the plant of a scene at clock edge 0. `scene` is the path of a file, which has a slash or ends in .toml, or the
- * name of a shipped scene (`hpu scenes` lists them). Each of the `count` overrides is KEY=VALUE, as after --set. A scene
- * with a [method] gives the words of its method as inputs, but its blocks do not run; a design named by a [dut] is not
- * built. HPU_REFUSED: the message has file, line, column and what is accepted. */
+/* Opens the plant of a scene at clock edge 0. `scene` is the path of a file, which has a slash or ends in .toml, or
+ * the name of a shipped scene (`hpu scenes` lists them). Each of the `count` overrides is KEY=VALUE, as after
+ * --set. A scene with a [method] gives the words of its method as inputs, but its blocks do not run; a design named
+ * by a [dut] is not built. HPU_REFUSED: the message has file, line, column and what is accepted. */
 int32_t hpu_open(const char *scene, const char *const *overrides, size_t count, hpu_handle *handle, hpu_error *error);
 
 /* Opens the plant of a scene by its text. Messages name it `name`; its data files are in `folder`. */
 int32_t hpu_open_text(const char *scene, const char *name, const char *folder, const char *const *overrides,
                       size_t count, hpu_handle *handle, hpu_error *error);
 
-/* Opens a block in its state after reset, bit by bit as its VHDL. Each of the `count` generics is NAME=VALUE; the others
- * have their defaults (`hpu block NAME` lists them). */
+/* Opens a block in its state after reset, bit by bit as its VHDL. Each of the `count` generics is NAME=VALUE; the
+ * others have their defaults (`hpu block NAME` lists them). */
 int32_t hpu_open_block(const char *name, const char *const *generics, size_t count, hpu_handle *handle,
                        hpu_error *error);
 
@@ -131,9 +132,9 @@ int32_t hpu_find(hpu_handle handle, int32_t kind, const char *name, size_t *inde
  * and contact (1 while that count is beyond the wall's). */
 int32_t hpu_read(hpu_handle handle, int64_t *words, size_t count, hpu_error *error);
 
-/* Sets all outputs of a plant from the present edge on; they are 0 at the start. The gates of a bridge are a_high, a_low,
- * b_high and b_low; both switches of a leg must not be closed. A positive `command` pushes against the positive
- * direction, as in hpu's loops; `duty` and `force` of a scene with a [dut] push along it. */
+/* Sets all outputs of a plant from the present edge on; they are 0 at the start. The gates of a bridge are a_high,
+ * a_low, b_high and b_low; both switches of a leg must not be closed. A positive `command` pushes against the
+ * positive direction, as in hpu's loops; `duty` and `force` of a scene with a [dut] push along it. */
 int32_t hpu_drive(hpu_handle handle, const int64_t *words, size_t count, hpu_error *error);
 
 /* Moves a plant on by clock edges. HPU_END and HPU_OVER: it stands at the edge at which that happened. */

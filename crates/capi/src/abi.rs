@@ -340,8 +340,8 @@ pub extern "C" fn hpu_advance_ns(handle: u64, nanoseconds: u64, error: *mut CErr
 #[unsafe(no_mangle)]
 pub extern "C" fn hpu_now(handle: u64, edge: *mut u64, seconds: *mut f64, error: *mut CError) -> i32 {
     let done = plant(handle, |plant| {
-        *place(edge, "edge")? = plant.edge();
-        *place(seconds, "seconds")? = plant.seconds();
+        let (edge, seconds) = (place(edge, "edge")?, place(seconds, "seconds")?);
+        (*edge, *seconds) = (plant.edge(), plant.seconds());
         Ok(())
     });
     end(done, error)
@@ -351,8 +351,8 @@ pub extern "C" fn hpu_now(handle: u64, edge: *mut u64, seconds: *mut f64, error:
 #[unsafe(no_mangle)]
 pub extern "C" fn hpu_clock(handle: u64, frequency_hz: *mut u64, edges: *mut u64, error: *mut CError) -> i32 {
     let done = plant(handle, |plant| {
-        *place(frequency_hz, "frequency_hz")? = plant.clock().frequency_hz();
-        *place(edges, "edges")? = plant.edges();
+        let (frequency_hz, edges) = (place(frequency_hz, "frequency_hz")?, place(edges, "edges")?);
+        (*frequency_hz, *edges) = (plant.clock().frequency_hz(), plant.edges());
         Ok(())
     });
     end(done, error)

@@ -1,8 +1,8 @@
 //! A world that somebody else's logic drives edge by edge.
 //!
-//! The world is asked only where something changes. In between, an edge is a step of a counter: the world has told up to
-//! which edge nothing changes by itself while the outputs stay. A new output makes the world flow to the present edge
-//! first, as the loop of a `[dut]` does.
+//! The world is asked only where something changes. In between, an edge is a step of a counter: the world has told up
+//! to which edge nothing changes by itself while the outputs stay. A new output makes the world flow to the present
+//! edge first, as the loop of a `[dut]` does.
 
 use hpu_cosim::{Summary, World};
 use hpu_datapath::bundle;

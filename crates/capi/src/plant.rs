@@ -174,8 +174,8 @@ impl Plant {
         if self.has_legs && (words[0] & words[1] | words[2] & words[3]) != 0 {
             let leg = if words[0] & words[1] == 0 { 'b' } else { 'a' };
             let text = format!(
-                "both switches of leg {leg} are closed at clock edge {}, which shorts the supply; accepted: at most one \
-                 of {leg}_high and {leg}_low",
+                "both switches of leg {leg} are closed at clock edge {}, which shorts the supply; accepted: at most \
+                 one of {leg}_high and {leg}_low",
                 self.edge()
             );
             return Err(Error::new(Status::Argument, text));

@@ -72,7 +72,8 @@ int main(void) {
     /* Scenes. */
     REFUSED(hpu_open("hybrid-wal", NULL, 0, &plant, &error), HPU_REFUSED, "hybrid-wall");
     REFUSED(hpu_open("no/such.toml", NULL, 0, &plant, &error), HPU_REFUSED, "no/such.toml: ");
-    REFUSED(hpu_open("hybrid-wall", OVERRIDE("wall.stifness=2"), &plant, &error), HPU_REFUSED, "did you mean stiffness?");
+    REFUSED(hpu_open("hybrid-wall", OVERRIDE("wall.stifness=2"), &plant, &error), HPU_REFUSED,
+            "did you mean stiffness?");
     REFUSED(hpu_open("hybrid-wall", OVERRIDE("wall.stiffness=soft"), &plant, &error), HPU_REFUSED,
             "--set wall.stiffness=soft: wall.stiffness: ");
     REFUSED(hpu_open("hybrid-wall", OVERRIDE("stiffer"), &plant, &error), HPU_ARGUMENT,
