@@ -19,7 +19,8 @@
  * Errors. A function that can fail returns HPU_OK or another status. Its last argument, if it is not NULL, receives
  * status and message on failure and is left alone on success. A function that fails changes nothing, but for
  * hpu_advance and hpu_advance_ns (see there), and for a handle that an hpu_open function sets to 0. No function ends
- * the program; a fault of the library itself (HPU_BROKEN) also writes a line to standard error. A NULL pointer is refused; any other pointer must be valid, as anywhere in C.
+ * the program; a fault of the library itself (HPU_BROKEN) also writes a line to standard error. A NULL pointer is
+ * refused; any other pointer must be valid, as anywhere in C.
  *
  * Threads. Handles may be used from any thread, but one handle by one thread at a time: a second call at the same time
  * is refused with HPU_BUSY. Different handles are independent. The library has no setting that handles share, and
