@@ -1,6 +1,6 @@
 #!/bin/bash
-# What is too long for the test command: the tests marked `ignore`, the whole `hpu check`, stable sets of 1000 random loops
-# against numpy, then commands at random, on all cores. Its record is record/long.txt.
+# What is too long for the test command: the tests marked `ignore`, the whole `hpu check`, libhpu under valgrind, stable
+# sets of 1000 random loops against numpy, then commands at random, on all cores. Its record is record/long.txt.
 # Usage: testbench/long.sh [COMMANDS [SEED]]: so many commands [100000] of a seed [1]; --update writes the record.
 # Exit codes: 0 every test passed and every command ended as the contract says, 1 one did not.
 set -euo pipefail
@@ -36,6 +36,18 @@ tail -n 1 "$scratch/switched"
 "${CARGO_TARGET_DIR:-target}/debug/hpu" run "${gimbal[@]}" --set run.duration="6 s" --compare >"$scratch/compared" || failed=1
 tail -n 1 "$scratch/compared"
 
+# The library in C: no error, no leak. The second program is refused at every turn, in two threads.
+cargo build --locked --release --quiet -p hpu-capi
+for program in crates/capi/examples/motor.c crates/capi/tests/c/refused.c; do
+    cc -O2 -g -pthread -Icrates/capi/include -o "$scratch/program" "$program" -Ltarget/release -lhpu
+    clean="no error, no leak"
+    LD_LIBRARY_PATH=target/release valgrind --quiet --leak-check=full --show-leak-kinds=all --error-exitcode=1 \
+        --errors-for-leak-kinds=all "$scratch/program" hybrid-wall "run.duration=20 ms" >"$scratch/said" ||
+        { failed=1 && clean="errors"; }
+    echo "valgrind $program: $clean" >>"$scratch/valgrind"
+done
+cat "$scratch/valgrind"
+
 # Stable sets against eigenvalues by numpy, of 1000 random loops.
 python3 -m venv "$scratch/venv"
 "$scratch/venv/bin/pip" install --quiet numpy==2.4.6 mpmath==1.4.1
@@ -65,6 +77,7 @@ grep -h "HPU_FUZZ_SEED" -A3 "$scratch"/*.err || true
     tail -n 1 "$scratch/checked"
     tail -n 1 "$scratch/switched"
     tail -n 1 "$scratch/compared"
+    cat "$scratch/valgrind"
     tail -n 1 "$scratch/sets"
     # The same verb and exit of all shares in one line.
     awk '

@@ -3,6 +3,7 @@
 use std::fmt;
 use std::path::Path;
 
+use hpu_cosim::scene::SceneError;
 use hpu_rtl::dut::DutError;
 use hpu_rtl::{CostError, GhdlError, ToolError};
 
@@ -70,6 +71,13 @@ impl Failure {
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         f.write_str(&self.message)
+    }
+}
+
+/// All errors of the scene, not the first alone.
+impl From<SceneError> for Failure {
+    fn from(error: SceneError) -> Self {
+        Self::file(format!("{error:#}"))
     }
 }
 

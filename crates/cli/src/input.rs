@@ -1,48 +1,15 @@
-//! Reads files as text, up to a size: ordinary files, or anything that a command line names.
+//! Files and the standard input as text, with the command's failures.
 
-use std::fs::{self, File};
-use std::io::{self, Error, ErrorKind, Read};
 use std::path::Path;
-
-use hpu_cosim::utf8;
 
 use crate::exit::Failure;
 
-/// The largest size of a file, in bytes.
-const MOST_BYTES: u64 = 256 << 20;
-
-/// Reads a file that a scene names. It must be an ordinary file of at most [`MOST_BYTES`], because a device or a pipe
-/// might never end.
-pub fn read_plain(path: &Path) -> io::Result<Vec<u8>> {
-    if !fs::metadata(path)?.is_file() {
-        return Err(Error::new(ErrorKind::InvalidInput, "not an ordinary file"));
-    }
-    read(File::open(path)?)
-}
-
 /// Reads, as text, a file that the command line names; it may be a pipe.
 pub fn read_text(path: &Path) -> Result<String, Failure> {
-    let bytes = File::open(path).and_then(read).map_err(|error| Failure::at(path, error))?;
-    text(&path.display().to_string(), bytes)
+    hpu_cosim::read_text(path).map_err(Failure::file)
 }
 
 /// Reads the standard input as text.
 pub fn read_stdin() -> Result<String, Failure> {
-    let bytes = read(io::stdin()).map_err(|error| Failure::file(format!("standard input: {error}")))?;
-    text("-", bytes)
-}
-
-fn text(name: &str, bytes: Vec<u8>) -> Result<String, Failure> {
-    utf8(&bytes).map_err(|error| Failure::file(format!("{name}:{error}")))?;
-    Ok(String::from_utf8(bytes).expect("it is UTF-8"))
-}
-
-fn read(from: impl Read) -> io::Result<Vec<u8>> {
-    let mut bytes = Vec::new();
-    from.take(MOST_BYTES + 1).read_to_end(&mut bytes)?;
-    if bytes.len() as u64 > MOST_BYTES {
-        let said = format!("larger than {} MiB", MOST_BYTES >> 20);
-        return Err(Error::new(ErrorKind::InvalidInput, said));
-    }
-    Ok(bytes)
+    hpu_cosim::read_stdin().map_err(Failure::file)
 }

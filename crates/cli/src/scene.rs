@@ -1,16 +1,14 @@
 //! Scenes on the command line: by path or by shipped name, with `--set`.
 
-use std::io;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use hpu_cosim::did_you_mean;
-use hpu_cosim::scene::{Experiment, SceneError, Shipped, shipped, shipped_file};
+use hpu_cosim::SceneFile;
+use hpu_cosim::scene::{Experiment, SceneError, shipped};
 use hpu_rtl::LoopScene;
 use serde_json::json;
 
 use crate::exit::{Exit, Failure};
-use crate::input::{read_plain, read_text};
 use crate::terminal::{print, print_json};
 
 /// List the shipped scenes
@@ -93,7 +91,7 @@ impl Loaded {
             overrides.push(("run.duration".to_string(), format!("{duration_s:?}")));
             parsed = source.parse(&overrides)?;
         }
-        let Source { name, text, data, is_shipped } = source;
+        let SceneFile { name, text, data, is_shipped } = source;
         Ok(Self { scene: parsed, name, text, overrides, data, is_shipped })
     }
 
@@ -130,51 +128,9 @@ pub fn quoted(word: &str) -> String {
     }
 }
 
-/// The text of a scene.
-pub struct Source {
-    /// The name of the file in errors.
-    pub name: String,
-    /// Its text.
-    pub text: String,
-    data: PathBuf,
-    is_shipped: bool,
-}
-
-/// Reads a scene's text.
-pub fn source(scene: &str) -> Result<Source, Failure> {
-    let is_path = scene.contains('/') || scene.ends_with(".toml");
-    if let (false, Some(Shipped { name, text })) = (is_path, shipped().iter().find(|shipped| shipped.name == scene)) {
-        let name = format!("testbench/scenes/{name}.toml");
-        return Ok(Source { name, text: (*text).to_string(), data: PathBuf::from("."), is_shipped: true });
-    }
-    let path = Path::new(scene);
-    if !is_path && !path.exists() {
-        let names: Vec<_> = shipped().iter().map(|shipped| shipped.name).collect();
-        return Err(Failure::file(format!(
-            "no scene `{scene}`: neither a file nor one of the shipped {}{}",
-            names.join(", "),
-            did_you_mean(scene, &names)
-        )));
-    }
-    let text = read_text(path)?;
-    let data = path.parent().unwrap_or(Path::new("")).to_path_buf();
-    Ok(Source { name: scene.to_string(), text, data, is_shipped: false })
-}
-
-impl Source {
-    /// Parses the scene with these overrides.
-    pub fn parse(&self, overrides: &[(String, String)]) -> Result<Experiment, Failure> {
-        let mut load = |file: &str| self.load(file);
-        // All errors of the scene, not the first alone.
-        let all = |error: SceneError| Failure::file(format!("{error:#}"));
-        Experiment::parse(&self.name, &self.text, overrides, &mut load).map_err(all)
-    }
-
-    /// Reads a data file that the scene names.
-    pub fn load(&self, file: &str) -> io::Result<Vec<u8>> {
-        let read = read_plain(&self.data.join(file));
-        if self.is_shipped { read.or_else(|error| shipped_file(file).map_err(|_| error)) } else { read }
-    }
+/// Finds a scene's text by its path or by its shipped name.
+pub fn source(scene: &str) -> Result<SceneFile, Failure> {
+    SceneFile::find(scene).map_err(Failure::file)
 }
 
 /// Lists the shipped scenes, one line each.

@@ -80,6 +80,10 @@ impl<S: Side, L: Links> World for ArmWorld<'_, S, L> {
         self.go(edge);
     }
 
+    fn next_change(&mut self, limit: u64) -> u64 {
+        self.state.next(limit.min(self.side.due()))
+    }
+
     fn drive(&mut self, out: S::Out, _: &[i64]) {
         self.state.drive(self.side.drive(out));
     }

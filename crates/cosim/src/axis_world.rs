@@ -110,32 +110,23 @@ impl<'p> AxisWorld<'p> {
         }
     }
 
-    /// Returns the first edge after the present one, up to `limit`, at which anything may change if the outputs stay as
-    /// they are.
-    pub(crate) fn next_change(&mut self, limit: u64) -> u64 {
-        let last = self.next_due.max(self.edge + 1).min(limit);
-        let Band { low, high, .. } = self.encoder.band();
-        let event = self.device.as_mut().and_then(|device| device.next_event(self.edge, last, (low, high)));
-        event.map_or(last, |event| event.0)
-    }
-
     /// Returns the levels of the encoder's lines.
-    pub(crate) fn pins(&self) -> Pins {
+    pub fn pins(&self) -> Pins {
         self.pins
     }
 
-    /// Returns the encoder's count.
-    pub(crate) fn count(&self) -> i64 {
+    /// Returns the encoder's count, from angle 0.
+    pub fn count(&self) -> i64 {
         self.encoder.count()
     }
 
     /// Returns the count that the encoder's lines show, with faults.
-    pub(crate) fn shown_count(&self) -> i64 {
+    pub fn shown_count(&self) -> i64 {
         self.faults.as_ref().map_or(self.count(), |faults| faults.count(self.count()))
     }
 
     /// Returns whether the encoder's index pulse works.
-    pub(crate) fn has_index(&self) -> bool {
+    pub fn has_index(&self) -> bool {
         self.faults.as_ref().is_none_or(|faults| faults.has_index())
     }
 
@@ -220,11 +211,19 @@ impl<'p> AxisWorld<'p> {
             Kind::Axis { knots, .. } => knots.get(self.next).map(|knot| knot.edge),
             Kind::Capture { pins } => pins.get(self.next).map(|&(edge, _)| edge),
         };
-        let shaper = self.shaping.map(|shaping| shaping.next);
-        let latch = self.latch.map(|latch| latch.next);
-        let faults = self.faults.as_ref().and_then(|faults| faults.next());
-        let all = [outside, self.schedule.next(self.edge), shaper, latch, faults];
-        self.next_due = all.into_iter().flatten().min().unwrap_or(u64::MAX);
+        // One after the other: the compiler must not compare what an absent part leaves uninitialised, which valgrind
+        // reports.
+        let mut due = outside.unwrap_or(u64::MAX);
+        if let Some(shaping) = &self.shaping {
+            due = due.min(shaping.next);
+        }
+        if let Some(latch) = &self.latch {
+            due = due.min(latch.next);
+        }
+        if let Some(faults) = &self.faults {
+            due = due.min(faults.next().unwrap_or(u64::MAX));
+        }
+        self.next_due = due.min(self.schedule.next(self.edge).unwrap_or(u64::MAX));
     }
 }
 
@@ -286,6 +285,13 @@ impl World for AxisWorld<'_> {
         if edge >= self.next_due {
             self.due();
         }
+    }
+
+    fn next_change(&mut self, limit: u64) -> u64 {
+        let last = self.next_due.max(self.edge + 1).min(limit);
+        let Band { low, high, .. } = self.encoder.band();
+        let event = self.device.as_mut().and_then(|device| device.next_event(self.edge, last, (low, high)));
+        event.map_or(last, |event| event.0)
     }
 
     #[inline]

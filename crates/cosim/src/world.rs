@@ -33,6 +33,11 @@ pub trait World: Clone {
     /// Flows to the first edge after the present one, up to `limit`, at which the world changes by itself, or to
     /// `limit`. Calls `before` with that edge before it leaves the present one.
     fn advance(&mut self, limit: u64, before: impl FnOnce(&Self, u64));
+    /// Returns an edge after the present one, up to `limit`, before which nothing changes by itself if the outputs stay
+    /// as they are. The world does not move. A caller that drives edge by edge need not ask the world until then.
+    fn next_change(&mut self, limit: u64) -> u64 {
+        limit.min(self.edge() + 1)
+    }
     /// Passes ends of steps before `limit` at which nothing changes that anything but `before` could see, as
     /// [`advance`](World::advance) would one by one. Passes only so many that the run can still be stopped.
     fn glide(&mut self, _limit: u64, _before: impl FnMut(&Self, u64)) {}

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use hpu_chart as chart;
+use hpu_cosim::SceneFile;
 use hpu_study::accuracy::{Plan, Race, Share, Speed, Tour, front_of_shares};
 use hpu_study::map::{Axis, MapError};
 use hpu_study::page::{Column, Page, Table};
@@ -14,12 +15,11 @@ use crate::exit::{Exit, Failure};
 use crate::files::Folder;
 use crate::journal;
 use crate::page::show;
-use crate::scene::Source;
 use crate::terminal::with_progress;
 use crate::{interrupt, page, pictures};
 
 /// Runs `hpu chart --x --y`.
-pub fn run(args: &Args, source: &Source, race: Race, axes: (Axis, Axis)) -> Result<Exit, Failure> {
+pub fn run(args: &Args, source: &SceneFile, race: Race, axes: (Axis, Axis)) -> Result<Exit, Failure> {
     let mut load = |file: &str| source.load(file);
     let tour = Tour::new(race, axes, !args.contestants.is_empty(), &mut load).map_err(|error| match error {
         MapError::Method(..) => Failure::file(error),

@@ -6,6 +6,7 @@ mod page;
 use std::path::PathBuf;
 
 use hpu_chart as chart;
+use hpu_cosim::SceneFile;
 use hpu_study::accuracy::{Chart, Entry, Plan, Race, RaceError};
 use hpu_study::map::Axis;
 
@@ -13,7 +14,7 @@ use crate::exit::{Exit, Failure};
 use crate::files::Folder;
 use crate::jobs::Jobs;
 use crate::page::show;
-use crate::scene::{self, Source, quoted, set_options};
+use crate::scene::{self, quoted, set_options};
 use crate::terminal::with_progress;
 use crate::{interrupt, pictures};
 
@@ -69,7 +70,7 @@ impl Args {
     }
 
     /// Returns the race of the contestants that are to run the scene.
-    pub fn race(&self, source: &Source) -> Result<Race, Failure> {
+    pub fn race(&self, source: &SceneFile) -> Result<Race, Failure> {
         let mut load = |file: &str| source.load(file);
         Race::new((&source.name, &source.text), &self.set.set, &self.contestants, &mut load).map_err(
             |error| match error {

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use hpu_cosim::read_plain;
 use hpu_cosim::scene::{SourceFile, Standard};
 use hpu_datapath::Generic;
 use hpu_rtl::CheckReport;
@@ -9,7 +10,6 @@ use hpu_rtl::entity::{Entity, EntityError, Link};
 
 use crate::check::{Args, Shown, fields};
 use crate::exit::{Exit, Failure};
-use crate::input::read_plain;
 use crate::interrupt;
 use crate::scene::pair;
 use crate::terminal::tell;

@@ -1,7 +1,7 @@
 //! `hpu fit`: finds the least model, the cheapest one that still answers a scene's question.
 
-use hpu_cosim::Control;
 use hpu_cosim::scene::{Experiment, Hand, Output, shipped};
+use hpu_cosim::{Control, SceneFile};
 use hpu_study::fit::{Fit, FitError, fit, percent};
 use hpu_study::map::SceneText;
 use hpu_study::page::{Column, Field, Page, Table};
@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use crate::exit::{Exit, Failure};
 use crate::page::show;
 use crate::parameters::{missed_object, stiffness_missed};
-use crate::scene::{self, Source, set_options};
+use crate::scene::{self, set_options};
 use crate::terminal::{print, print_json, verdict};
 use crate::units::si;
 use crate::{interrupt, progress};
@@ -135,7 +135,7 @@ fn command(name: &str, args: &Args, found: &Fit) -> String {
 
 /// Returns the least model of a scene; `None` when interrupted.
 pub fn least(
-    source: &Source,
+    source: &SceneFile,
     set: &[(String, String)],
     within: Option<f64>,
     control: &Control,

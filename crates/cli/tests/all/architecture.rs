@@ -13,6 +13,7 @@ const MAY_KNOW: [(&str, &[&str]); 10] = [
     ("vhpi", &[]),
     ("rtl", &["signal", "datapath", "plant", "cosim", "wave", "vhpi"]),
     ("study", &["signal", "datapath", "plant", "cosim"]),
+    ("capi", &["signal", "datapath", "plant", "cosim"]),
     ("chart", &["signal", "datapath", "plant", "cosim", "study"]),
     ("cli", &["signal", "datapath", "plant", "cosim", "wave", "rtl", "study", "chart"]),
 ];

@@ -33,6 +33,15 @@ pub const COMMANDS: &[(&str, Form)] = &[
         short("hpu run hybrid-wall -o out", "it builds the program, which this test has"),
     ),
     ("testbench/test.sh", Form::NotHere("it runs this test")),
+    ("cargo build --release -p hpu-capi", Form::NotHere("it builds the library, which the tests of hpu-capi have")),
+    (
+        "cc -O2 -Icrates/capi/include -o motor crates/capi/examples/motor.c -Ltarget/release -lhpu",
+        Form::NotHere("the tests of hpu-capi compile the example"),
+    ),
+    (
+        "LD_LIBRARY_PATH=target/release ./motor hybrid-wall wall.stiffness=2",
+        Form::NotHere("the tests of hpu-capi run the example"),
+    ),
     ("hpu completions SHELL", short("hpu completions bash", "SHELL is any of the shells")),
     ("hpu man", Form::AsIs),
     ("hpu block NAME", short("hpu block saturator", "NAME is any block")),

@@ -140,24 +140,10 @@ impl<'s> DutSimulation<'s> {
     pub fn new(scene: &'s DutScene, designs: &dyn Designs, inside: bool) -> Result<Self, Fault> {
         let design = designs.build(scene, inside)?;
         let wires = Wires::new(scene, &*design)?;
-        let around = Around {
-            device: &scene.device,
-            bridge: scene.bridge,
-            hand: &scene.hand,
-            friction: scene.model.friction,
-            winding: scene.model.winding,
-            clock: scene.clock,
-            count_rad: scene.encoder.count_rad(),
-            actuator: actuator(scene)?,
-            modulator: None,
-            stepping: None,
-            faults: scene.faults.as_ref().map(|all| FaultPlan::new(all, scene.clock, scene.run, scene.edges())),
-            horizon: scene.edges(),
-        };
         let (device, count_rad) = (&scene.device, scene.encoder.count_rad());
         let loop_of = (scene.dut.top.as_str(), wires.nets.clone());
         let outline = Outline::of_axis(scene, (device, count_rad), loop_of, Vec::new(), true);
-        Ok(Self { plant: Plant::around(around)?, scene, design, wires, outline })
+        Ok(Self { plant: plant(scene)?, scene, design, wires, outline })
     }
 
     /// Returns the scene.
@@ -174,6 +160,29 @@ impl<'s> DutSimulation<'s> {
     pub fn wires(&self) -> &[Wire] {
         &self.wires.wires
     }
+}
+
+/// Returns the laws of the world around a design: the device, its hand and its actuator, whatever the design is.
+///
+/// # Errors
+///
+/// When a parameter is impossible, or the connections name no way to drive the device.
+pub fn plant(scene: &DutScene) -> Result<Plant, Fault> {
+    let around = Around {
+        device: &scene.device,
+        bridge: scene.bridge,
+        hand: &scene.hand,
+        friction: scene.model.friction,
+        winding: scene.model.winding,
+        clock: scene.clock,
+        count_rad: scene.encoder.count_rad(),
+        actuator: actuator(scene)?,
+        modulator: None,
+        stepping: None,
+        faults: scene.faults.as_ref().map(|all| FaultPlan::new(all, scene.clock, scene.run, scene.edges())),
+        horizon: scene.edges(),
+    };
+    Ok(Plant::around(around)?)
 }
 
 /// Returns the actuator of the scene's device. A command of 1 asks for one ulp of the design's word, against the

@@ -1,0 +1,22 @@
+// hpu_plant: the plant of a scene in a testbench of one's own, by DPI-C. The functions are in hpu_sim.c.
+package hpu_plant;
+
+  // What hpu_sim_step returns at the end of the scene; any other result below 0 is a status code of hpu.h, negated.
+  localparam int HPU_END = -5;
+
+  // Opens the plant of a scene with four gates: its name or path, then KEY=VALUE, each after a semicolon.
+  import "DPI-C" function int hpu_sim_open(input string text);
+
+  // Drives the gates {a_high, a_low, b_high, b_low}, moves on by a clock edge, and returns the encoder's lines {A, B}.
+  import "DPI-C" function int hpu_sim_step(input int plant, input int gates);
+
+  // The word of an input, such as the wall's stiffness.
+  import "DPI-C" function int hpu_sim_input(input int plant, input string name);
+
+  // A state in SI units, such as angle_rad.
+  import "DPI-C" function real hpu_sim_state(input int plant, input string name);
+
+  // Closes the plant.
+  import "DPI-C" function int hpu_sim_close(input int plant);
+
+endpackage

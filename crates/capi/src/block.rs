@@ -1,0 +1,83 @@
+//! A block of the datapath as a golden model.
+
+use hpu_cosim::did_you_mean;
+use hpu_datapath::{AnyBlock, Generic, configured, registry};
+use hpu_signal::Signal;
+
+use crate::error::{Error, Status};
+
+/// A block in its state after a reset or an edge, bit by bit as its VHDL.
+pub struct Block {
+    block: Box<dyn AnyBlock>,
+    inputs: Vec<Signal>,
+    outputs: Vec<Signal>,
+}
+
+impl Block {
+    /// Makes the block of this name, with these generics and the defaults of all others, and resets it.
+    ///
+    /// # Errors
+    ///
+    /// [`Status::Refused`] when there is no such block or generic, or no configuration with these values.
+    pub fn new(name: &str, generics: &[(String, String)]) -> Result<Self, Error> {
+        let refused = |text: String| Error::new(Status::Refused, text);
+        let mut set = Vec::new();
+        for (generic, text) in generics {
+            let value = match (text.as_str(), text.parse()) {
+                ("true", _) => Generic::Boolean(true),
+                ("false", _) => Generic::Boolean(false),
+                (_, Ok(value)) => Generic::Integer(value),
+                _ => return Err(refused(format!("{generic} is {text}; accepted: a whole number, or true or false"))),
+            };
+            set.push((generic.as_str(), value));
+        }
+        let made = configured(name, &set).ok_or_else(|| {
+            let all: Vec<_> = registry().iter().map(|block| block.name()).collect();
+            refused(format!("no block `{name}`; there are {}{}", all.join(", "), did_you_mean(name, &all)))
+        })?;
+        let mut block = made.map_err(|error| refused(error.to_string()))?;
+        block.reset();
+        Ok(Self { inputs: block.inputs(), outputs: block.outputs(), block })
+    }
+
+    /// Returns the inputs.
+    pub fn inputs(&self) -> &[Signal] {
+        &self.inputs
+    }
+
+    /// Returns the outputs.
+    pub fn outputs(&self) -> &[Signal] {
+        &self.outputs
+    }
+
+    /// Computes one clock edge with the reset active. Returns the outputs after it.
+    pub fn reset(&mut self) -> Vec<i64> {
+        self.block.reset()
+    }
+
+    /// Computes one clock edge with these words at the inputs. Returns the outputs after it.
+    ///
+    /// # Errors
+    ///
+    /// [`Status::Argument`] when there are more or fewer words than inputs, or a word does not fit its input.
+    pub fn tick(&mut self, words: &[i64]) -> Result<Vec<i64>, Error> {
+        fit(&self.inputs, words, "input")?;
+        Ok(self.block.tick(words))
+    }
+}
+
+/// Checks that there is one word for each signal, and that each fits.
+pub(crate) fn fit(signals: &[Signal], words: &[i64], what: &str) -> Result<(), Error> {
+    if signals.len() != words.len() {
+        let names: Vec<_> = signals.iter().map(|signal| signal.name).collect();
+        let text = format!("{} words; accepted: {}, one an {what}: {}", words.len(), names.len(), names.join(", "));
+        return Err(Error::new(Status::Argument, text));
+    }
+    match signals.iter().zip(words).find(|(signal, word)| !signal.format.holds(i128::from(**word))) {
+        None => Ok(()),
+        Some((Signal { name, format, .. }, word)) => {
+            let text = format!("{what} {name} is {word}; accepted: {} to {}", format.min(), format.max());
+            Err(Error::new(Status::Argument, text))
+        }
+    }
+}

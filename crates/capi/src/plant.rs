@@ -1,0 +1,354 @@
+//! The plant of a scene: everything outside the FPGA, in the loop of somebody else's logic.
+
+use std::ptr::NonNull;
+
+use hpu_cosim::scene::{BridgeModel, Connection, Device, DutScene, Encoder, Experiment};
+use hpu_cosim::{
+    AXIS_ROW, AxisSimulation, AxisWorld, EnergyAudit, LoopVisitor, RAIL_ROW, SceneFile, Schedule, Simulation, Summary,
+    Wired, WiredSimulation, World, dut,
+};
+use hpu_datapath::{LoopIn, Wiring, flatten};
+use hpu_signal::{Clock, Cycle, Format, Ports, Real, Signal};
+
+use crate::block::fit;
+use crate::error::{Error, Status};
+use crate::joined::{Beside, Halt, Joined, Loop};
+
+const NS_PER_S: u128 = 1_000_000_000;
+
+/// The plant of a scene at a clock edge.
+///
+/// At each edge the logic reads its [inputs](Self::words) as the plant is at that instant; the outputs that it then
+/// [drives](Self::drive) hold until the next edge. A scene with a method of the project's own gives that method's words
+/// beside the encoder's lines; its blocks do not run. The plant promises nothing about what the logic does next, so its
+/// motion is that of a `[dut]` with the same outputs, to the bit.
+pub struct Plant {
+    // Before the fields that it borrows from: fields are dropped in this order.
+    world: Box<dyn Loop>,
+    _laws: Owned<Laws>,
+    scene: Owned<Experiment>,
+    inputs: Vec<Signal>,
+    outputs: Vec<Signal>,
+    /// The continuous outputs, with their indices in the world's rows.
+    states: Vec<(usize, Real)>,
+    /// Whether the outputs are the four gates of a bridge.
+    has_legs: bool,
+    /// The part of a clock edge that calls in nanoseconds have asked for and not got, in 1e-9 of an edge.
+    owed: u128,
+}
+
+// SAFETY: a plant owns all that its world borrows from, and none of it has state that threads share: no Rc, no cell,
+// no thread-local. `Plant` has no method that changes it through a shared reference.
+unsafe impl Send for Plant {}
+
+/// What a world borrows from.
+#[allow(clippy::large_enum_variant, reason = "one of them exists a plant")]
+enum Laws {
+    Wired(WiredSimulation<'static>),
+    Dut(hpu_cosim::Plant),
+}
+
+/// A value on the heap that others borrow from while it is owned here.
+struct Owned<T>(NonNull<T>);
+
+impl<T> Owned<T> {
+    fn new(value: T) -> Self {
+        Self(NonNull::from(Box::leak(Box::new(value))))
+    }
+
+    /// Returns the value.
+    ///
+    /// # Safety
+    ///
+    /// The reference must not be used after the owner has been dropped.
+    unsafe fn lent(&self) -> &'static T {
+        // SAFETY: the value lives as long as its owner, which never hands out a mutable reference.
+        unsafe { self.0.as_ref() }
+    }
+}
+
+impl<T> Drop for Owned<T> {
+    fn drop(&mut self) {
+        // SAFETY: the pointer came from a box and is freed once.
+        drop(unsafe { Box::from_raw(self.0.as_ptr()) });
+    }
+}
+
+/// A world joined to a logic, and the signals between the two.
+struct Joint {
+    world: Box<dyn Loop>,
+    inputs: Vec<Signal>,
+    outputs: Vec<Signal>,
+    states: Vec<(usize, Real)>,
+}
+
+impl Plant {
+    /// Opens the plant of a scene with these overrides, keys and values as those of `--set`.
+    ///
+    /// # Errors
+    ///
+    /// [`Status::Refused`] when the scene is refused, with file, line and what is accepted, or when it has no clock
+    /// or no plant.
+    pub fn open(file: &SceneFile, overrides: &[(String, String)]) -> Result<Self, Error> {
+        let refused = |text: &dyn std::fmt::Display| Error::new(Status::Refused, text);
+        let scene = file.parse(overrides).map_err(|error| refused(&format!("{error:#}")))?;
+        let named = |error: &dyn std::fmt::Display| refused(&format!("{}: {error}", file.name));
+        let scene = Owned::new(scene);
+        // SAFETY: what borrows from the scene is dropped before it, in `Plant` as here.
+        let lent = unsafe { scene.lent() };
+        let laws = Owned::new(match lent {
+            Experiment::Dut(scene) => Laws::Dut(dut::plant(scene).map_err(|error| refused(&error))?),
+            ours => Laws::Wired(WiredSimulation::new(ours).map_err(|error| named(&error))?),
+        });
+        // SAFETY: as above.
+        let joint = match (unsafe { laws.lent() }, lent) {
+            (Laws::Wired(simulation), _) if simulation.direct().is_some() => {
+                return Err(named(&"with this model.solver it runs without a clock, and pins have one"));
+            }
+            (Laws::Wired(WiredSimulation::Axis(simulation)), _) => of_axis(simulation),
+            (Laws::Wired(arm), _) => arm.visit(Arm(arm)),
+            (Laws::Dut(plant), Experiment::Dut(scene)) => of_dut(scene, plant),
+            (Laws::Dut(_), _) => unreachable!("only the scene of a design has its laws"),
+        };
+        let Joint { world, inputs, outputs, states } = joint;
+        let has_legs = outputs.len() == 4 && outputs[0].name == "a_high";
+        Ok(Self { world, _laws: laws, scene, inputs, outputs, states, has_legs, owed: 0 })
+    }
+
+    /// Returns the inputs of the logic, which the plant gives: the encoders' lines first.
+    pub fn inputs(&self) -> &[Signal] {
+        &self.inputs
+    }
+
+    /// Returns the outputs of the logic, which drive the plant.
+    pub fn outputs(&self) -> &[Signal] {
+        &self.outputs
+    }
+
+    /// Returns the continuous states; none where a recording stands in the device's place.
+    pub fn states(&self) -> impl ExactSizeIterator<Item = Real> + '_ {
+        self.states.iter().map(|(_, real)| *real)
+    }
+
+    /// Returns the FPGA's clock.
+    pub fn clock(&self) -> Clock {
+        self.experiment().clock
+    }
+
+    /// Returns the clock edges of the scene.
+    pub fn edges(&self) -> u64 {
+        self.experiment().edges()
+    }
+
+    fn experiment(&self) -> &Experiment {
+        // SAFETY: the reference lives no longer than `self`.
+        unsafe { self.scene.lent() }
+    }
+
+    /// Returns the present clock edge, counted from 0 at the start.
+    pub fn edge(&self) -> u64 {
+        self.world.edge()
+    }
+
+    /// Returns the time of the present edge in seconds.
+    pub fn seconds(&self) -> f64 {
+        self.clock().seconds(Cycle(self.edge()))
+    }
+
+    /// Returns the words of the inputs at the present edge, in the order of [`inputs`](Self::inputs).
+    #[inline]
+    pub fn words(&self) -> &[i64] {
+        self.world.inputs()
+    }
+
+    /// Sets the words of all outputs from the present edge on, in the order of [`outputs`](Self::outputs). They are 0
+    /// at the start.
+    ///
+    /// # Errors
+    ///
+    /// [`Status::Argument`] when there are more or fewer words than outputs, a word does not fit its output, or both
+    /// switches of a leg are closed. The plant is then driven as before.
+    #[inline]
+    pub fn drive(&mut self, words: &[i64]) -> Result<(), Error> {
+        fit(&self.outputs, words, "output")?;
+        if self.has_legs && (words[0] & words[1] | words[2] & words[3]) != 0 {
+            let leg = if words[0] & words[1] == 0 { 'b' } else { 'a' };
+            let text = format!(
+                "both switches of leg {leg} are closed at clock edge {}, which shorts the supply; accepted: at most \
+                 one of {leg}_high and {leg}_low",
+                self.edge()
+            );
+            return Err(Error::new(Status::Argument, text));
+        }
+        self.world.drive(words);
+        Ok(())
+    }
+
+    /// Moves on by this number of clock edges.
+    ///
+    /// # Errors
+    ///
+    /// [`Status::End`] when the scene ends before, and [`Status::Over`] when the run cannot go on; the plant then
+    /// stands at the edge at which that happened.
+    #[inline]
+    pub fn advance(&mut self, edges: u64) -> Result<(), Error> {
+        self.world.advance(edges).map_err(|halt| self.halted(halt))
+    }
+
+    #[cold]
+    fn halted(&self, halt: Halt) -> Error {
+        match halt {
+            Halt::Over(why) => Error::new(Status::Over, format!("{why}, at clock edge {}", self.edge())),
+            Halt::End => {
+                let text = "the scene ends at clock edge";
+                Error::new(Status::End, format!("{text} {}; a longer run.duration lets it go on", self.edge()))
+            }
+        }
+    }
+
+    /// Moves on by this time. The clock edges of all calls together are those of the sum of their times, rounded down,
+    /// so no time is lost between calls.
+    ///
+    /// # Errors
+    ///
+    /// As [`advance`](Self::advance).
+    pub fn advance_ns(&mut self, nanoseconds: u64) -> Result<(), Error> {
+        let asked = self.owed + u128::from(nanoseconds) * u128::from(self.clock().frequency_hz());
+        self.owed = asked % NS_PER_S;
+        self.advance(u64::try_from(asked / NS_PER_S).unwrap_or(u64::MAX))
+    }
+
+    /// Returns the state of this index at the present edge, in SI units.
+    ///
+    /// # Errors
+    ///
+    /// [`Status::Argument`] when there is no such state.
+    pub fn state(&self, index: usize) -> Result<f64, Error> {
+        match self.states.get(index) {
+            Some((column, _)) => Ok(self.world.real(*column)),
+            None => Err(Error::new(Status::Argument, no_index(index, "state", self.states.len()))),
+        }
+    }
+
+    /// Returns the energies from the start to the present edge.
+    pub fn energy(&mut self) -> EnergyAudit {
+        self.summary().energy
+    }
+
+    /// Returns the plant's part of a run's summary, from the start to the present edge.
+    pub fn summary(&mut self) -> Summary {
+        self.world.summary()
+    }
+}
+
+/// Returns the message of an index that is out of range.
+pub(crate) fn no_index(index: usize, what: &str, count: usize) -> String {
+    if count == 0 {
+        format!("no {what} {index}: there is none")
+    } else {
+        format!("no {what} {index}; accepted: 0 to {}", count - 1)
+    }
+}
+
+/// Joins the world of an axis whose method lends its words.
+fn of_axis(simulation: &'static AxisSimulation<'static>) -> Joint {
+    let (scene, wiring) = (simulation.scene(), simulation.wiring());
+    let world = AxisWorld::new(simulation.plant(), 0, simulation.words().schedule);
+    let (inputs, outputs) = (wiring.block().inputs(), wiring.block().outputs());
+    let is_switched = matches!(scene.device, Device::Motor(_)) && scene.model.bridge == BridgeModel::Switching;
+    let outputs = if is_switched {
+        outputs
+    } else {
+        let command = wiring.nets().into_iter().find(|net| net.name == "command");
+        vec![command.expect("the loop of an axis has a command")]
+    };
+    let wall = (scene.wall.position_rad, scene.encoder);
+    let states = simulation.columns().into_iter().filter(|column| *column < simulation.reals().len());
+    axis(
+        (world, scene.edges()),
+        (simulation.input(), inputs),
+        wall,
+        (outputs, (!is_switched).then_some(1)),
+        states.map(|column| (column, simulation.row()[column])).collect(),
+    )
+}
+
+/// Joins the world around a design of the user's own.
+fn of_dut(scene: &'static DutScene, plant: &'static hpu_cosim::Plant) -> Joint {
+    let world = AxisWorld::new(plant, 0, Schedule::default());
+    let word = scene.dut.ports.iter().find_map(|(_, connection)| match connection {
+        Connection::Duty(format, _) => Some(("duty", *format, "Mean voltage of the bridge over its supply")),
+        Connection::Force(format, _) => Some(("force", *format, "Force of the amplifier over its full scale")),
+        _ => None,
+    });
+    // A positive command of the world pushes against the positive direction; the word of a design pushes along it.
+    let (outputs, factor) = match word {
+        Some((name, format, doc)) => (vec![Signal::new(name, format, "1", doc)], Some(-1)),
+        None => {
+            let gate = |name, doc| Signal::bit(name, doc);
+            let gates = [
+                gate("a_high", "Switch from the supply to the motor's minus terminal"),
+                gate("a_low", "Switch from the motor's minus terminal to ground"),
+                gate("b_high", "Switch from the supply to the motor's plus terminal"),
+                gate("b_low", "Switch from the motor's plus terminal to ground"),
+            ];
+            (gates.to_vec(), None)
+        }
+    };
+    let lines = vec![Signal::bit("a_pin", "Encoder line A"), Signal::bit("b_pin", "Encoder line B")];
+    let columns = if matches!(scene.device, Device::Mass(_)) { 1..4 } else { 0..4 };
+    let row = if matches!(scene.device, Device::Mass(_)) { RAIL_ROW } else { AXIS_ROW };
+    axis(
+        (world, scene.edges()),
+        (LoopIn::build(|| 0), lines),
+        (scene.wall_rad, scene.encoder),
+        (outputs, factor),
+        columns.map(|column| (column, row[column])).collect(),
+    )
+}
+
+/// Joins the world of an axis; `inputs` describe the first inputs of its wiring.
+fn axis(
+    (world, end): (AxisWorld<'static>, u64),
+    (input, mut inputs): (LoopIn<i64>, Vec<Signal>),
+    (wall_rad, encoder): (f64, Encoder),
+    (outputs, command): (Vec<Signal>, Option<i64>),
+    states: Vec<(usize, Real)>,
+) -> Joint {
+    let given = inputs.len();
+    inputs.extend([
+        Signal::bit("index", "Encoder's index: 1 at one count of a revolution"),
+        Signal::new("count", Format::signed(64), "count", "Count that the encoder's lines show, from 0 at the start"),
+        Signal::bit("contact", "1 while the encoder's count is beyond the wall's"),
+    ]);
+    let revolution = match encoder {
+        Encoder::Rotary { lines } => Some(4 * i64::from(lines)),
+        Encoder::Linear { .. } => None,
+    };
+    let (wall, start) = ((wall_rad / encoder.count_rad()).round() as i64, world.count());
+    let beside: Beside<AxisWorld> = Box::new(move |world, words| {
+        let count = world.count();
+        let index = revolution.is_some_and(|counts| world.has_index() && count.rem_euclid(counts) == 0);
+        words.extend([i64::from(index), world.shown_count() - start, i64::from(count > wall)]);
+    });
+    let world = Joined::new(world, (input, given), beside, (outputs.len(), command), end);
+    Joint { world: Box::new(world), inputs, outputs, states }
+}
+
+/// Joins the world of an arm or of a gimbal to the signals of its wiring.
+struct Arm<'a>(&'a WiredSimulation<'static>);
+
+impl LoopVisitor<'static> for Arm<'_> {
+    type Out = Joint;
+    fn visit<E, W>(self, wiring: &W, world: E, input: E::In) -> Joint
+    where
+        E: World + 'static,
+        W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone + 'static,
+    {
+        let (inputs, outputs) = (flatten(&wiring.inputs()), flatten(&wiring.outputs()));
+        let size = (inputs.len(), outputs.len());
+        let world = Joined::new(world, (input, size.0), Box::new(|_, _| {}), (size.1, None), self.0.edges());
+        let states = self.0.reals().iter().copied().enumerate().collect();
+        Joint { world: Box::new(world), inputs, outputs, states }
+    }
+}

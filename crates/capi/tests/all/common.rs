@@ -1,0 +1,54 @@
+//! What several tests need: the shared library, C programs, scenes.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::{env, fs};
+
+use hpu_cosim::SceneFile;
+
+/// The folder of the crate.
+pub fn here() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// The folder of the library of this build: cargo leaves it beside the tests.
+pub fn library() -> PathBuf {
+    env::current_exe().expect("a path").parent().expect("a folder").to_path_buf()
+}
+
+/// A folder of this name for files of a test.
+pub fn folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    fs::create_dir_all(&folder).expect("a folder");
+    folder
+}
+
+/// Compiles a C file against the header and the library of this build, with these options. Returns what it makes.
+pub fn compiled(source: &str, options: &[&str], made: &str) -> PathBuf {
+    let made = folder("c").join(made);
+    let mut cc = Command::new("cc");
+    cc.args(["-std=c11", "-O2", "-Wall", "-Wextra", "-Wpedantic", "-Werror"]).args(options).arg("-I");
+    cc.arg(here().join("include")).arg(here().join(source)).arg("-L").arg(library()).args(["-lhpu", "-o"]).arg(&made);
+    cc.arg(format!("-Wl,-rpath,{}", library().display()));
+    assert!(cc.status().expect("cc").success(), "{cc:?}");
+    made
+}
+
+/// What a program prints; it must succeed.
+pub fn said(command: &mut Command) -> String {
+    let ran = command.output().unwrap_or_else(|error| panic!("{command:?}: {error}"));
+    let said = String::from_utf8(ran.stdout).expect("text");
+    assert!(ran.status.success(), "{command:?}: {said}{}", String::from_utf8_lossy(&ran.stderr));
+    said
+}
+
+/// Overrides from `KEY=VALUE`.
+pub fn set(pairs: &[&str]) -> Vec<(String, String)> {
+    let split = |pair: &&str| pair.split_once('=').map(|(key, value)| (key.to_string(), value.to_string()));
+    pairs.iter().map(|pair| split(pair).expect("KEY=VALUE")).collect()
+}
+
+/// A shipped scene.
+pub fn shipped(name: &str) -> SceneFile {
+    SceneFile::find(name).expect("a shipped scene")
+}

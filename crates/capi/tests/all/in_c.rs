@@ -1,0 +1,67 @@
+//! Programs in C.
+
+use std::collections::BTreeMap;
+use std::process::Command;
+
+use hpu_cosim::{LoopVisitor, Wired, WiredSimulation, World};
+use hpu_datapath::Wiring;
+use hpu_signal::Ports;
+
+use crate::common::{compiled, said, set, shipped};
+
+/// Steps a scene's wiring and world edge by edge, without a promise of how outputs repeat. Returns the states at the
+/// end, then energies supplied, stored and dissipated.
+struct Stepped(u64);
+
+impl<'s> LoopVisitor<'s> for Stepped {
+    type Out = Vec<f64>;
+    fn visit<E, W>(self, wiring: &W, mut world: E, mut input: E::In) -> Vec<f64>
+    where
+        E: World + 's,
+        W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone + 'static,
+    {
+        let mut wiring = wiring.clone();
+        wiring.reset();
+        world.drive(E::Out::build(|| 0), &[]);
+        for _ in 0..self.0 {
+            world.sense();
+            world.place(&mut input);
+            let out = wiring.tick(input);
+            world.drive(out, wiring.words());
+        }
+        let energy = world.summary().energy;
+        let mut end = world.reals(self.0).as_ref().to_vec();
+        end.extend([energy.supplied_j, energy.stored_j, energy.dissipated_j]);
+        end
+    }
+}
+
+/// The hand meets the wall at 160 ms.
+#[test]
+fn the_hybrid_wall_in_c_moves_as_the_blocks_do_to_the_bit() {
+    let motor = compiled("examples/motor.c", &[], "motor");
+    let duration = "run.duration=200 ms";
+    let said = said(Command::new(motor).args(["hybrid-wall", duration]));
+    let values: BTreeMap<_, f64> = said
+        .lines()
+        .filter_map(|line| line.split_once(' '))
+        .map(|(name, value)| (name, value.parse().expect("a number")))
+        .collect();
+
+    let scene = shipped("hybrid-wall").parse(&set(&[duration])).expect("a scene");
+    let simulation = WiredSimulation::new(&scene).expect("a simulation");
+    assert_eq!(values["edge"], 10e6);
+    let end = simulation.visit(Stepped(10_000_000));
+    let names = ["current_a", "speed_rad_per_s", "angle_rad", "torque_nm", "supplied_j", "stored_j", "dissipated_j"];
+    assert_eq!(end.len(), names.len());
+    for (name, value) in names.into_iter().zip(end) {
+        assert_eq!(values[name].to_bits(), value.to_bits(), "{name}: {} in C, {value} by the blocks", values[name]);
+    }
+    assert!(values["angle_rad"] > 1.5, "the wall is touched: {said}");
+    println!("{said}");
+}
+
+#[test]
+fn bad_calls_are_refused_with_what_is_accepted() {
+    said(&mut Command::new(compiled("tests/c/refused.c", &["-pthread"], "refused")));
+}

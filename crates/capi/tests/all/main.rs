@@ -1,0 +1,9 @@
+//! All tests of the crate in one binary: the library in C, and its worlds in Rust.
+
+mod common;
+mod dut;
+mod header;
+mod in_c;
+mod motion;
+mod refused;
+mod simulators;

@@ -1,0 +1,115 @@
+//! The motion of plants under known logic: the project's own blocks, constant words.
+
+use hpu::{Block, Plant, Status};
+use hpu_cosim::scene::shipped as all_shipped;
+use hpu_cosim::{Control, Driver, Simulation, Wired, WiredSimulation};
+use hpu_datapath::Generic;
+
+use crate::common::{set, shipped};
+
+/// Runs a scene pin by pin with the loop as a golden model, and by the engine; both give the same energies to the bit.
+/// Only loops that promise no repetition are compared: on a promise, the engine's motor cruises.
+fn same_as_the_engine(name: &str, pairs: &[&str]) {
+    let (file, pairs) = (shipped(name), set(pairs));
+    let scene = file.parse(&pairs).expect("a scene");
+    let simulation = WiredSimulation::new(&scene).expect("a simulation");
+    let control = Control::default();
+    let ran = simulation.run(Driver::Events, &mut simulation.brief_trace(), &mut (), &control);
+
+    let wiring = simulation.wiring().block();
+    let generics = wiring.generics().into_iter().map(|(generic, value)| {
+        let value = match value {
+            Generic::Integer(value) => value.to_string(),
+            Generic::Boolean(value) => value.to_string(),
+        };
+        (generic.to_string(), value)
+    });
+    let mut block = Block::new(wiring.name(), &generics.collect::<Vec<_>>()).expect("the loop");
+    let mut plant = Plant::open(&file, &pairs).expect("a plant");
+    let given = block.inputs().len();
+    assert_eq!(plant.inputs()[..given], *block.inputs(), "{name}");
+    while plant.advance(1).is_ok() {
+        let out = block.tick(&plant.words()[..given]).expect("words that fit");
+        plant.drive(&out).expect("outputs that fit");
+    }
+    assert_eq!(plant.edge(), ran.edges, "{name}");
+    let summary = plant.summary();
+    assert_eq!(format!("{:?}", summary.energy), format!("{:?}", ran.energy), "{name}");
+    assert_eq!((summary.encoder_edges, summary.mode_changes), (ran.encoder_edges, ran.mode_changes), "{name}");
+    assert!(ran.energy.exchanged_j > 0.0, "{name}");
+}
+
+#[test]
+fn a_motor_driven_at_once_moves_as_in_the_engine() {
+    let wall = ["method.pwm.duty=immediate", "run.duration=30 ms", "wall.position=0.05 rad"];
+    same_as_the_engine("hybrid-wall", &wall);
+    same_as_the_engine("conventional-wall-10khz", &["method.pwm.duty=immediate", "run.duration=10 ms", wall[2]]);
+}
+
+#[test]
+fn an_arm_moves_as_in_the_engine() {
+    same_as_the_engine("phantom-thrown", &["run.duration=6 ms"]);
+    same_as_the_engine("phantom-thrown-rtos", &["run.duration=6 ms"]);
+}
+
+#[test]
+fn a_gimbal_moves_as_in_the_engine() {
+    same_as_the_engine("gimbal-spring", &["run.duration=30 ms"]);
+}
+
+#[test]
+fn every_shipped_scene_gives_pins_and_states_or_says_why_not() {
+    for scene in all_shipped() {
+        match Plant::open(&shipped(scene.name), &[]) {
+            Ok(mut plant) => {
+                let outputs = vec![0; plant.outputs().len()];
+                plant.drive(&outputs).expect("all off");
+                plant.advance(1000.min(plant.edges())).expect("a run");
+                assert_eq!(plant.inputs().len(), plant.words().len(), "{}", scene.name);
+                for (index, state) in plant.states().enumerate() {
+                    assert!(plant.state(index).expect("a state").is_finite(), "{}: {}", scene.name, state.name);
+                }
+                for (signal, word) in plant.inputs().iter().zip(plant.words()) {
+                    assert!(signal.format.holds((*word).into()), "{}: {} is {word}", scene.name, signal.name);
+                }
+            }
+            Err(error) => panic!("{}: {error}", scene.name),
+        }
+    }
+}
+
+/// `V = R b w / K + K w` at a constant speed without Coulomb friction; the supply pushes against the positive angle.
+#[test]
+fn an_averaged_bridge_turns_the_motor_at_the_speed_of_its_mean_voltage() {
+    let pairs = ["model.bridge=averaged", "device.coulomb_friction=0", "method.pwm.duty=immediate", "run.duration=2 s"];
+    let mut plant = Plant::open(&shipped("free-motion"), &set(&pairs)).expect("a plant");
+    assert_eq!(plant.outputs().len(), 1);
+    plant.drive(&[1024]).expect("a quarter of full scale");
+    plant.advance(plant.edges()).expect("a run");
+    let (constant, resistance, viscous) = (0.0259, 2.345_660_377_358_490_3, 1.3e-6);
+    let speed = -24.0 / 4.0 / (constant + resistance * viscous / constant);
+    let index = plant.states().position(|state| state.name == "speed_rad_per_s").expect("a speed");
+    let found = plant.state(index).expect("a state");
+    assert!((found / speed - 1.0).abs() < 1e-9, "{found} rad/s, {speed} by the equation");
+}
+
+/// Without friction a constant force accelerates a mass: `v = F t / m`, against the positive direction.
+#[test]
+fn an_amplifier_accelerates_a_mass_by_its_force() {
+    let pairs = ["device.damping=0", "device.coulomb=0", "hand={ kind = \"none\" }", "run.duration=10 ms"];
+    let mut plant = Plant::open(&shipped("rail-drop"), &set(&pairs)).expect("a plant");
+    plant.drive(&[6554]).expect("a tenth of full scale");
+    plant.advance(plant.edges()).expect("a run");
+    let names: Vec<_> = plant.states().map(|state| state.name).collect();
+    assert_eq!(names, ["speed_m_per_s", "position_m", "force_n"]);
+    let force = 6554.0 / 65536.0 * 10.0;
+    let speed = -force * 10e-3 / 0.09;
+    let found = plant.state(0).expect("a speed");
+    assert!((found / speed - 1.0).abs() < 1e-12, "{found} m/s, {speed} by the equation");
+    assert_eq!(plant.state(2), Ok(-force));
+    let outside = plant.drive(&[1 << 17]).expect_err("no such word");
+    assert_eq!(
+        (outside.status, outside.text.as_str()),
+        (Status::Argument, "output command is 131072; accepted: -65536 to 65535")
+    );
+}
