@@ -251,7 +251,7 @@ pub static MEASURES: [Measure; 14] = [
     },
     Measure {
         name: "touch",
-        about: "What the criteria of a switched touch tell without a run: the stiffness of position control, the \
+        about: "The criteria of a switched touch, without a run: the stiffness of position control, the \
                 finger's force at rest under either control, the growth of the linear loop from pulse to pulse there, \
                 and whether each criterion predicts that the touch fails (1) or not (0).",
         is_of_scene: true,
