@@ -346,6 +346,7 @@ pub const EXCEPTED: &[(&str, &str)] = &[
     ("GHDL more than 30 000 times slower", MACHINE),
     ("Linux x86-64", "the machine that it is developed on"),
     // Settings that a reader chooses, and figures from the literature.
+    ("(Pediredla et al. 2022)", LITERATURE),
     ("Vasudevan, Manohar and Manivannan (2007)", LITERATURE),
     ("The paper keeps the lower 12 bits of a 24-bit product", LITERATURE),
     ("*Advanced Robotics* 21(11), 2007", LITERATURE),

@@ -40,7 +40,7 @@ impl Curves {
     pub fn new(map: &Map, method: usize) -> Result<Self, String> {
         let over_x = map.x.key() == KEY;
         if !over_x && map.y.key() != KEY {
-            return Err(format!("the criteria of an axis have a limit of {KEY}, which is no axis of this map"));
+            return Err(format!("the criteria have a limit of {KEY}, which is no axis"));
         }
         let (stiffness, other) = if over_x { (&map.x, &map.y) } else { (&map.y, &map.x) };
         let mut curves: Vec<Curve> = Vec::new();
