@@ -4,7 +4,7 @@
 //! | criterion | the touch fails if |
 //! |---|---|
 //! | `softer` | the asked spring is softer than position control, which acts as a spring of `K1 stall / lever²` |
-//! | `no_rest` | neither control rests: the force at rest under position control is above `switch.on`, and the force at rest under impedance control is below `switch.off` |
+//! | `no_rest` | at rest, position control's force is above `switch.on`, impedance control's below `switch.off` |
 //! | `sampled` | the linear loop of the control that rests grows from pulse to pulse of the crank's servo |
 
 use hpu_cosim::scene::GimbalScene;
@@ -160,8 +160,8 @@ impl Touch<'_> {
         low
     }
 
-    /// Returns the rest at a radius, with the linear loop around it. `gains` are those of the radius and of the finger's
-    /// force, both as forces inward.
+    /// Returns the rest at a radius, with the linear loop around it. `gains` are those of the radius and of the
+    /// finger's force, both as forces inward.
     ///
     /// The drive that a pulse takes is of the sample one period before, and is held to the next pulse.
     fn around(&self, radius_m: f64, gains: impl Fn(&Self) -> (f64, f64)) -> Result<Rest, String> {

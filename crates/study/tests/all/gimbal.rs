@@ -143,8 +143,8 @@ fn the_criteria_refuse_what_they_do_not_know() {
     refused("gimbal-switch", &[("method.crank_derivative", "0.1")], "crank_derivative");
 }
 
-/// The work of the crank's drive in the last three tenths is the supply's energy of the whole run less that of its first
-/// seven tenths: only the crank moves.
+/// The work of the crank's drive in the last three tenths is the supply's energy of the whole run less that of its
+/// first seven tenths: only the crank moves.
 #[test]
 fn the_energy_of_the_switches_is_that_of_the_supply() {
     let (whole, switches, modes) = watched(&scene("gimbal-switch", &[]));

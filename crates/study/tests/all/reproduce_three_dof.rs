@@ -15,8 +15,8 @@ fn number(text: &str, after: &str) -> f64 {
     text.split(after).nth(1).and_then(|rest| rest.split_whitespace().next()).unwrap().parse().unwrap()
 }
 
-/// A servo under a gain of K1 full drives per rad answers as `1 / (1 + s tau)`, `tau = 1 / (K1 w)` with its no-load speed
-/// `w`, late by `atan(2 pi f tau) / (2 pi f)` at a frequency `f`, and half a period of bus and sample more.
+/// A servo under a gain of K1 full drives per rad answers as `1 / (1 + s tau)`, `tau = 1 / (K1 w)` with its no-load
+/// speed `w`, late by `atan(2 pi f tau) / (2 pi f)` at a frequency `f`, and half a period of bus and sample more.
 fn lag_ms(full_drives_per_rad: f64, frequency_hz: f64) -> f64 {
     let (tau, speed) = (1.0 / (full_drives_per_rad * 6.702), std::f64::consts::TAU * frequency_hz);
     1e3 * (speed * tau).atan() / speed

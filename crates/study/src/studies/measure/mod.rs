@@ -241,9 +241,8 @@ pub static MEASURES: [Measure; 14] = [
         about: "Runs of a segment on a gimbal: the distance of the tip from its target, the lags of height, pitch and \
                 roll, the fastest motion of the surface, the force and the stiffness that the finger feels under \
                 impedance control, the error of the shear stress, the switches of control, and those in the last three \
-                tenths. With `seeds` it is run once \
-                for each `run.seed`, and the rows of all runs count. `press` is the window of time in which the stiffness \
-                is taken, from a depth of 1 mm on.",
+                tenths. With `seeds` it is run once for each `run.seed`, and the rows of all runs count. `press` is \
+                the window of time in which the stiffness is taken, from a depth of 1 mm on.",
         is_of_scene: true,
         keys: &[option("seeds", Takes::Numbers), option("press", Takes::Numbers)],
         gives: segment::GIVES,
