@@ -53,7 +53,7 @@ fn bases() -> Vec<Base> {
     };
     let gimbal = |kind, set: &[(&'static str, &'static str)]| {
         let text = "about = 'A.'\n[device]\nkind = 'gimbal'\n[clock]\nfrequency = '50 MHz'\n[target]\n\
-                    [finger]\npath = [[0, 0.02]]\n[shear]\norder = 1\nviscosity = 1\n[run]\nduration = 1\n";
+                    [finger]\npath = [[0, 0.02], [1, 0.021]]\n[shear]\norder = 1\nviscosity = 1\n[run]\nduration = 1\n";
         let set = [("target.kind", kind)].into_iter().chain(set.iter().copied()).collect();
         Base { text: text.into(), set, scene: "gimbal", device: "gimbal", method: "gimbal", hand: kind }
     };
