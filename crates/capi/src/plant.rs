@@ -41,7 +41,7 @@ pub struct Plant {
 // no thread-local. `Plant` has no method that changes it through a shared reference.
 unsafe impl Send for Plant {}
 
-/// What a world borrows from.
+/// The parts of a plant that its world borrows.
 #[allow(clippy::large_enum_variant, reason = "one of them exists a plant")]
 enum Laws {
     Wired(WiredSimulation<'static>),

@@ -18,7 +18,7 @@ const MOST: usize = 4096;
 /// Bits of a handle that hold the place.
 const PLACE_BITS: u32 = MOST.trailing_zeros();
 
-/// What a handle names.
+/// The object that a handle names: a plant or a block.
 pub(crate) enum Object {
     /// Nothing: the place is free.
     None,
@@ -26,7 +26,7 @@ pub(crate) enum Object {
     Plant(Box<Plant>),
     /// A block.
     Block(Box<Block>),
-    /// What a fault of the library has left in an unknown state.
+    /// An object that a fault of the library has left in an unknown state.
     Broken,
 }
 

@@ -1,4 +1,4 @@
-//! What several tests need: the shared library, C programs, scenes.
+//! Helpers of several tests: the shared library, C programs, scenes.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -34,7 +34,7 @@ pub fn compiled(source: &str, options: &[&str], made: &str) -> PathBuf {
     made
 }
 
-/// What a program prints; it must succeed.
+/// Returns the output of a program, which must succeed.
 pub fn said(command: &mut Command) -> String {
     let ran = command.output().unwrap_or_else(|error| panic!("{command:?}: {error}"));
     let said = String::from_utf8(ran.stdout).expect("text");
