@@ -12,11 +12,10 @@ use hpu_study::device;
 use hpu_study::limits::{BoxSet, Limits, Looks, MOST_UNKNOWN, Unknown, WordsSet, World, hands_of, limits, usual_range};
 use hpu_study::map::SceneText;
 
-use crate::answers::Answer;
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
 use crate::jobs::Jobs;
-use crate::page::{self as pages, show};
+use crate::page::{self as pages, Answer, show};
 use crate::progress::Watch;
 use crate::scene::{self, quoted, set_options};
 use crate::{hdl, interrupt, pictures};
