@@ -4,13 +4,14 @@
 //! to which edge nothing changes by itself while the outputs stay. A new output makes the world flow to the present
 //! edge first, as the loop of a `[dut]` does.
 
-use hpu_cosim::{Summary, World};
-use hpu_datapath::bundle;
-use hpu_signal::Ports;
+use hpu_cosim::{AnyWorld, ShownCount, Summary};
 
 /// The fewest and the most edges to look ahead. A look costs as much as some edges, and a look of the drive's own
 /// rhythm is seldom in vain.
 const LOOK: [u64; 2] = [64, 1 << 14];
+
+/// The outputs of an axis's wiring, which a command makes meaningless.
+const GATES_OFF: [i64; 4] = [0; 4];
 
 /// The reason why a plant has not reached the edge that it was asked for.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -21,33 +22,34 @@ pub(crate) enum Halt {
     Over(&'static str),
 }
 
-/// `Loop` hides the type of a world, so that a handle can hold any. [`Joined`] implements it.
-pub(crate) trait Loop {
-    /// Returns the present edge.
-    fn edge(&self) -> u64;
-    /// Moves by this number of edges, or to the edge at which the scene or the world ends.
-    fn advance(&mut self, edges: u64) -> Result<(), Halt>;
-    /// Sets the words of the outputs from the present edge on.
-    fn drive(&mut self, outputs: &[i64]);
-    /// Returns the words of the inputs at the present edge.
-    fn inputs(&self) -> &[i64];
-    /// Returns the continuous output of this index at the present edge.
-    fn real(&self, index: usize) -> f64;
-    /// Returns the world's part of a summary at the present edge.
-    fn summary(&mut self) -> Summary;
+/// An axis's encoder, of which the logic gets the index, the count and the contact too.
+pub(crate) struct Encoder {
+    /// The counts of a revolution; `None` for a linear encoder.
+    pub(crate) revolution: Option<i64>,
+    /// The wall's count.
+    pub(crate) wall: i64,
+    /// The count at the start.
+    pub(crate) start: i64,
 }
 
-/// The words beside a wiring's inputs that a world gives, such as an encoder's count.
-pub(crate) type Beside<E> = Box<dyn Fn(&E, &mut Vec<i64>)>;
+impl Encoder {
+    /// Returns the words of index, count and contact.
+    fn words(&self, ShownCount { count, shown, has_index }: ShownCount) -> [i64; 3] {
+        let index = self.revolution.is_some_and(|counts| has_index && count.rem_euclid(counts) == 0);
+        [i64::from(index), shown - self.start, i64::from(count > self.wall)]
+    }
+}
 
 /// A world, and the logic's side of it.
-pub(crate) struct Joined<E: World> {
-    world: E,
-    input: E::In,
-    beside: Beside<E>,
+pub(crate) struct Joined {
+    world: Box<dyn AnyWorld<'static>>,
+    /// The words of the wiring's inputs.
+    input: Vec<i64>,
+    encoder: Option<Encoder>,
+    /// The words that the logic gets: the first of the wiring's inputs, then those of the encoder.
+    inputs: Vec<i64>,
     /// Number of the wiring's inputs that are given to the logic.
     given: usize,
-    inputs: Vec<i64>,
     outputs: Vec<i64>,
     /// The factor of the one output that drives the world as a command; `None` if the wiring's outputs drive it.
     command: Option<i64>,
@@ -61,13 +63,14 @@ pub(crate) struct Joined<E: World> {
     over: Option<&'static str>,
 }
 
-impl<E: World> Joined<E> {
-    /// Joins a world at edge 0, which ends at the edge `end`, to a logic with `outputs` outputs. `input` holds the
-    /// constant words; `given` inputs of the wiring are given to the logic, then the words `beside`.
+impl Joined {
+    /// Joins a world at edge 0, which ends at the edge `end`, to a logic. `input` holds the constant words of a wiring;
+    /// `given` of its inputs are given to the logic. The logic has `outputs` outputs; with a factor the only one drives
+    /// an axis as a command.
     pub(crate) fn new(
-        world: E,
-        (input, given): (E::In, usize),
-        beside: Beside<E>,
+        world: Box<dyn AnyWorld<'static>>,
+        (input, given): (Vec<i64>, usize),
+        encoder: Option<Encoder>,
         (outputs, command): (usize, Option<i64>),
         end: u64,
     ) -> Self {
@@ -75,9 +78,9 @@ impl<E: World> Joined<E> {
             over: world.over(),
             world,
             input,
-            beside,
-            given,
+            encoder,
             inputs: Vec::new(),
+            given,
             outputs: vec![0; outputs],
             command,
             edge: 0,
@@ -94,20 +97,17 @@ impl<E: World> Joined<E> {
     fn sense(&mut self) {
         self.world.place(&mut self.input);
         self.inputs.clear();
-        let (inputs, given) = (&mut self.inputs, self.given);
-        self.input.each(|&word| {
-            if inputs.len() < given {
-                inputs.push(word);
-            }
-        });
-        (self.beside)(&self.world, &mut self.inputs);
+        self.inputs.extend_from_slice(&self.input[..self.given]);
+        if let (Some(encoder), Some(count)) = (&self.encoder, self.world.shown_count()) {
+            self.inputs.extend(encoder.words(count));
+        }
     }
 
     /// Gives the outputs to the world, which stands at the present edge, and asks how long nothing changes.
     fn put(&mut self) {
         match self.command {
-            Some(factor) => self.world.drive(E::Out::build(|| 0), &[factor * self.outputs[0]]),
-            None => self.world.drive(bundle(&self.outputs), &[]),
+            Some(factor) => self.world.drive(&GATES_OFF, &[factor * self.outputs[0]]),
+            None => self.world.drive(&self.outputs, &[]),
         }
         self.over = self.world.over();
         self.ask();
@@ -131,7 +131,7 @@ impl<E: World> Joined<E> {
         if let Some(why) = self.over {
             return Err(Halt::Over(why));
         }
-        self.world.advance(self.next, |_, _| {});
+        self.world.advance(self.next);
         self.edge = self.world.edge();
         self.sense();
         self.over = self.world.over();
@@ -142,18 +142,18 @@ impl<E: World> Joined<E> {
     /// Moves the world to the present edge, before which nothing changes.
     fn follow(&mut self) {
         if self.world.edge() < self.edge {
-            self.world.advance(self.edge, |_, _| {});
+            self.world.advance(self.edge);
         }
     }
-}
 
-impl<E: World> Loop for Joined<E> {
-    fn edge(&self) -> u64 {
+    /// Returns the present edge.
+    pub(crate) fn edge(&self) -> u64 {
         self.edge
     }
 
+    /// Moves by this number of edges, or to the edge at which the scene or the world ends.
     #[inline]
-    fn advance(&mut self, edges: u64) -> Result<(), Halt> {
+    pub(crate) fn advance(&mut self, edges: u64) -> Result<(), Halt> {
         let wanted = self.edge.saturating_add(edges);
         let target = wanted.min(self.end);
         while self.next <= target {
@@ -163,8 +163,9 @@ impl<E: World> Loop for Joined<E> {
         if wanted > target { Err(Halt::End) } else { Ok(()) }
     }
 
+    /// Sets the words of the outputs from the present edge on.
     #[inline]
-    fn drive(&mut self, outputs: &[i64]) {
+    pub(crate) fn drive(&mut self, outputs: &[i64]) {
         if self.outputs != outputs {
             self.outputs.copy_from_slice(outputs);
             self.follow();
@@ -172,16 +173,19 @@ impl<E: World> Loop for Joined<E> {
         }
     }
 
+    /// Returns the words of the inputs at the present edge.
     #[inline]
-    fn inputs(&self) -> &[i64] {
+    pub(crate) fn inputs(&self) -> &[i64] {
         &self.inputs
     }
 
-    fn real(&self, index: usize) -> f64 {
-        self.world.reals(self.edge).as_ref()[index]
+    /// Returns the continuous output of this index at the present edge.
+    pub(crate) fn real(&self, index: usize) -> f64 {
+        self.world.real(self.edge, index)
     }
 
-    fn summary(&mut self) -> Summary {
+    /// Returns the world's part of a summary at the present edge.
+    pub(crate) fn summary(&mut self) -> Summary {
         self.follow();
         self.world.summary()
     }

@@ -4,15 +4,15 @@ use std::ptr::NonNull;
 
 use hpu_cosim::scene::{BridgeModel, Connection, Device, DutScene, Encoder, Experiment};
 use hpu_cosim::{
-    AXIS_ROW, AxisSimulation, AxisWorld, EnergyAudit, LoopVisitor, RAIL_ROW, SceneFile, Schedule, Simulation, Summary,
-    Wired, WiredSimulation, World, dut,
+    AXIS_ROW, AxisSimulation, AxisWorld, EnergyAudit, RAIL_ROW, SceneFile, Schedule, Simulation, Summary, Wired,
+    WiredSimulation, dut,
 };
-use hpu_datapath::{LoopIn, Wiring, flatten};
+use hpu_datapath::{LoopIn, flatten};
 use hpu_signal::{Clock, Cycle, Format, Ports, Real, Signal};
 
 use crate::block::fit;
 use crate::error::{Error, Status};
-use crate::joined::{Beside, Halt, Joined, Loop};
+use crate::joined::{self, Halt, Joined};
 
 const NS_PER_S: u128 = 1_000_000_000;
 
@@ -24,7 +24,7 @@ const NS_PER_S: u128 = 1_000_000_000;
 /// motion is that of a `[dut]` with the same outputs, to the bit.
 pub struct Plant {
     // Before the fields that it borrows from: fields are dropped in this order.
-    world: Box<dyn Loop>,
+    world: Joined,
     _laws: Owned<Laws>,
     scene: Owned<Experiment>,
     inputs: Vec<Signal>,
@@ -76,7 +76,7 @@ impl<T> Drop for Owned<T> {
 
 /// A world joined to a logic, and the signals between the two.
 struct Joint {
-    world: Box<dyn Loop>,
+    world: Joined,
     inputs: Vec<Signal>,
     outputs: Vec<Signal>,
     states: Vec<(usize, Real)>,
@@ -106,7 +106,7 @@ impl Plant {
                 return Err(named(&"with this model.solver it runs without a clock, and pins have one"));
             }
             (Laws::Wired(WiredSimulation::Axis(simulation)), _) => of_axis(simulation),
-            (Laws::Wired(arm), _) => arm.visit(Arm(arm)),
+            (Laws::Wired(arm), _) => of_arm(arm),
             (Laws::Dut(plant), Experiment::Dut(scene)) => of_dut(scene, plant),
             (Laws::Dut(_), _) => unreachable!("only the scene of a design has its laws"),
         };
@@ -325,30 +325,20 @@ fn axis(
         Encoder::Rotary { lines } => Some(4 * i64::from(lines)),
         Encoder::Linear { .. } => None,
     };
-    let (wall, start) = ((wall_rad / encoder.count_rad()).round() as i64, world.count());
-    let beside: Beside<AxisWorld> = Box::new(move |world, words| {
-        let count = world.count();
-        let index = revolution.is_some_and(|counts| world.has_index() && count.rem_euclid(counts) == 0);
-        words.extend([i64::from(index), world.shown_count() - start, i64::from(count > wall)]);
-    });
-    let world = Joined::new(world, (input, given), beside, (outputs.len(), command), end);
-    Joint { world: Box::new(world), inputs, outputs, states }
+    let encoder =
+        joined::Encoder { revolution, wall: (wall_rad / encoder.count_rad()).round() as i64, start: world.count() };
+    let size = (outputs.len(), command);
+    let world = Joined::new(Box::new(world), (flatten(&input), given), Some(encoder), size, end);
+    Joint { world, inputs, outputs, states }
 }
 
 /// Joins the world of an arm or of a gimbal to the signals of its wiring.
-struct Arm<'a>(&'a WiredSimulation<'static>);
-
-impl LoopVisitor<'static> for Arm<'_> {
-    type Out = Joint;
-    fn visit<E, W>(self, wiring: &W, world: E, input: E::In) -> Joint
-    where
-        E: World + 'static,
-        W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone + 'static,
-    {
-        let (inputs, outputs) = (flatten(&wiring.inputs()), flatten(&wiring.outputs()));
-        let size = (inputs.len(), outputs.len());
-        let world = Joined::new(world, (input, size.0), Box::new(|_, _| {}), (size.1, None), self.0.edges());
-        let states = self.0.reals().iter().copied().enumerate().collect();
-        Joint { world: Box::new(world), inputs, outputs, states }
-    }
+fn of_arm(simulation: &'static WiredSimulation<'static>) -> Joint {
+    let block = simulation.wiring().block();
+    let (inputs, outputs) = (block.inputs(), block.outputs());
+    let start = simulation.closed_loop();
+    let words = (start.constants(), inputs.len());
+    let world = Joined::new(start.world().copy(), words, None, (outputs.len(), None), simulation.edges());
+    let states = simulation.reals().iter().copied().enumerate().collect();
+    Joint { world, inputs, outputs, states }
 }

@@ -68,6 +68,10 @@ pub trait World: Clone {
     fn torque_and_angle(&self, _edge: u64) -> [f64; 2] {
         [0.0; 2]
     }
+    /// Returns the count of the encoder; `None` for a world without one encoder of its own.
+    fn shown_count(&self) -> Option<ShownCount> {
+        None
+    }
     /// Returns the world's part of a run's summary, at the present edge: encoder edges, changes of mode, steps, decisions
     /// made again, energies and faults.
     fn summary(&self) -> Summary;
@@ -76,4 +80,15 @@ pub trait World: Clone {
     fn over(&self) -> Option<&'static str> {
         None
     }
+}
+
+/// The count of an axis's encoder.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct ShownCount {
+    /// The count at which the device stands.
+    pub count: i64,
+    /// The count that the encoder's lines show, with faults.
+    pub shown: i64,
+    /// Whether the encoder's index pulse works.
+    pub has_index: bool,
 }

@@ -16,7 +16,7 @@ use crate::schedule::Schedule;
 use crate::simulation::{Recorder, Simulation, judged};
 use crate::summary::{NetUse, Summary};
 use crate::trace::Trace;
-use crate::world::World;
+use crate::world::{ShownCount, World};
 
 /// The fewest and the most edges to look ahead. A look of the world costs as much as about a hundred edges of a design,
 /// and a simulator has to answer within a fraction of a second.
@@ -141,14 +141,8 @@ impl DutSimulation<'_> {
 /// Returns the present state of the world, as the design's inputs need it.
 fn given(world: &AxisWorld, start: i64) -> Given {
     let pins = world.pins();
-    Given {
-        count: world.count(),
-        shown: world.shown_count(),
-        start,
-        a: pins.a,
-        b: pins.b,
-        has_index: world.has_index(),
-    }
+    let ShownCount { count, shown, has_index } = world.encoder_count();
+    Given { count, shown, start, a: pins.a, b: pins.b, has_index }
 }
 
 /// The watchers of a run: the rows of the plant, and the trace, contact and observer that see rows and nets in the
