@@ -4,7 +4,9 @@
 //! to which edge nothing changes by itself while the outputs stay. A new output makes the world flow to the present
 //! edge first, as the loop of a `[dut]` does.
 
-use hpu_cosim::{AnyWorld, ShownCount, Summary};
+use hpu_cosim::dut::{Misdriven, Wire, Wires};
+use hpu_cosim::{AnyWorld, EncoderState, Summary};
+use hpu_datapath::flatten;
 
 /// The fewest and the most edges to look ahead. A look costs as much as some edges, and a look of the drive's own
 /// rhythm is seldom in vain.
@@ -34,25 +36,42 @@ pub(crate) struct Encoder {
 
 impl Encoder {
     /// Returns the words of index, count and contact.
-    fn words(&self, ShownCount { count, shown, has_index }: ShownCount) -> [i64; 3] {
+    fn words(&self, EncoderState { count, shown, has_index, .. }: EncoderState) -> [i64; 3] {
         let index = self.revolution.is_some_and(|counts| has_index && count.rem_euclid(counts) == 0);
         [i64::from(index), shown - self.start, i64::from(count > self.wall)]
     }
 }
 
+/// Returns whether a wire is an output that drives the world.
+pub(crate) fn is_output(wire: &Wire) -> bool {
+    wire.connection.drives()
+}
+
+/// The logic that a world is joined to.
+pub(crate) enum Logic {
+    /// A wiring of a scene's own.
+    Wiring {
+        /// The words of its inputs.
+        input: Vec<i64>,
+        /// Number of its inputs that are given to the logic.
+        given: usize,
+        /// Whether the logic's only output drives an axis as a command; else its outputs are those of the wiring.
+        commands: bool,
+    },
+    /// A design of the user's own.
+    Design(Wires),
+}
+
 /// A world, and the logic's side of it.
 pub(crate) struct Joined {
     world: Box<dyn AnyWorld<'static>>,
-    /// The words of the wiring's inputs.
-    input: Vec<i64>,
+    logic: Logic,
     encoder: Option<Encoder>,
-    /// The words that the logic gets: the first of the wiring's inputs, then those of the encoder.
+    /// The words that the logic gets: those of the wiring or the design, then those of the encoder.
     inputs: Vec<i64>,
-    /// Number of the wiring's inputs that are given to the logic.
-    given: usize,
     outputs: Vec<i64>,
-    /// The factor of the one output that drives the world as a command; `None` if the wiring's outputs drive it.
-    command: Option<i64>,
+    /// Room for the outputs before, for the case that new ones are refused.
+    before: Vec<i64>,
     /// The present edge. The world stands there or before, and nothing changes between the two.
     edge: u64,
     /// The edge at which the world has to be asked.
@@ -64,53 +83,71 @@ pub(crate) struct Joined {
 }
 
 impl Joined {
-    /// Joins a world at edge 0, which ends at the edge `end`, to a logic. `input` holds the constant words of a wiring;
-    /// `given` of its inputs are given to the logic. The logic has `outputs` outputs; with a factor the only one drives
-    /// an axis as a command.
+    /// Joins a world at edge 0, which ends at the edge `end`, to a logic with so many outputs. An axis has an encoder.
     pub(crate) fn new(
         world: Box<dyn AnyWorld<'static>>,
-        (input, given): (Vec<i64>, usize),
+        logic: Logic,
         encoder: Option<Encoder>,
-        (outputs, command): (usize, Option<i64>),
+        outputs: usize,
         end: u64,
     ) -> Self {
         let mut joined = Self {
             over: world.over(),
             world,
-            input,
+            logic,
             encoder,
             inputs: Vec::new(),
-            given,
             outputs: vec![0; outputs],
-            command,
+            before: vec![0; outputs],
             edge: 0,
             next: 0,
             asked: 0,
             end,
         };
         joined.sense();
-        joined.put();
+        // All outputs are 0. A design may invert them so that a leg would be shorted: its world is then not driven yet.
+        if joined.put().is_err() {
+            joined.ask();
+        }
         joined
     }
 
     /// Reads the inputs from the world at the edge at which it stands.
     fn sense(&mut self) {
-        self.world.place(&mut self.input);
         self.inputs.clear();
-        self.inputs.extend_from_slice(&self.input[..self.given]);
-        if let (Some(encoder), Some(count)) = (&self.encoder, self.world.shown_count()) {
-            self.inputs.extend(encoder.words(count));
+        let state = self.world.encoder();
+        match &mut self.logic {
+            Logic::Wiring { input, given, .. } => {
+                self.world.place(input);
+                self.inputs.extend_from_slice(&input[..*given]);
+            }
+            Logic::Design(wires) => {
+                let (Some(encoder), Some(state)) = (&self.encoder, state) else { unreachable!("a design has an axis") };
+                let given = wires.wires().iter().filter(|wire| wire.port.is_input);
+                self.inputs.extend(given.map(|wire| wires.word(wire, state, encoder.start)));
+            }
+        }
+        if let (Some(encoder), Some(state)) = (&self.encoder, state) {
+            self.inputs.extend(encoder.words(state));
         }
     }
 
     /// Gives the outputs to the world, which stands at the present edge, and asks how long nothing changes.
-    fn put(&mut self) {
-        match self.command {
-            Some(factor) => self.world.drive(&GATES_OFF, &[factor * self.outputs[0]]),
-            None => self.world.drive(&self.outputs, &[]),
+    fn put(&mut self) -> Result<(), Misdriven> {
+        match &self.logic {
+            Logic::Wiring { commands: true, .. } => self.world.drive(&GATES_OFF, &self.outputs),
+            Logic::Wiring { .. } => self.world.drive(&self.outputs, &[]),
+            Logic::Design(wires) => {
+                let mut given = self.outputs.iter().copied();
+                let words: Vec<_> =
+                    wires.wires().iter().map(|wire| if is_output(wire) { given.next() } else { None }).collect();
+                let (gates, command) = wires.drive(&words)?;
+                self.world.drive(&flatten(&gates), &[command]);
+            }
         }
         self.over = self.world.over();
         self.ask();
+        Ok(())
     }
 
     /// Asks the world, which stands at the present edge, for the edge at which it has to be asked next.
@@ -163,20 +200,30 @@ impl Joined {
         if wanted > target { Err(Halt::End) } else { Ok(()) }
     }
 
-    /// Sets the words of the outputs from the present edge on.
+    /// Sets the words of the outputs from the present edge on. The world is driven as before when they are refused.
     #[inline]
-    pub(crate) fn drive(&mut self, outputs: &[i64]) {
+    pub(crate) fn drive(&mut self, outputs: &[i64]) -> Result<(), Misdriven> {
         if self.outputs != outputs {
+            self.before.copy_from_slice(&self.outputs);
             self.outputs.copy_from_slice(outputs);
             self.follow();
-            self.put();
+            if let Err(fault) = self.put() {
+                self.outputs.copy_from_slice(&self.before);
+                return Err(fault);
+            }
         }
+        Ok(())
     }
 
     /// Returns the words of the inputs at the present edge.
     #[inline]
     pub(crate) fn inputs(&self) -> &[i64] {
         &self.inputs
+    }
+
+    /// Returns the words of the outputs.
+    pub(crate) fn outputs(&self) -> &[i64] {
+        &self.outputs
     }
 
     /// Returns the continuous output of this index at the present edge.

@@ -16,7 +16,7 @@ use crate::plant::{Kind, Plant};
 use crate::schedule::Schedule;
 use crate::stepped::Stepped;
 use crate::summary::{EnergyAudit, Summary};
-use crate::world::{ShownCount, World};
+use crate::world::{EncoderState, World};
 
 /// Steps passed at a time: enough that the leaps between them cost little, few enough that a run can be stopped.
 const GLIDES: u32 = 64;
@@ -120,11 +120,11 @@ impl<'p> AxisWorld<'p> {
         self.encoder.count()
     }
 
-    /// Returns the encoder's count and what its lines show of it.
-    pub(crate) fn encoder_count(&self) -> ShownCount {
+    /// Returns the state of the encoder.
+    pub(crate) fn encoder_state(&self) -> EncoderState {
         let (count, faults) = (self.count(), self.faults.as_ref());
         let shown = faults.map_or(count, |faults| faults.count(count));
-        ShownCount { count, shown, has_index: faults.is_none_or(|faults| faults.has_index()) }
+        EncoderState { count, shown, pins: self.pins, has_index: faults.is_none_or(|faults| faults.has_index()) }
     }
 
     /// Tells the encoder its angle at the present edge.
@@ -417,8 +417,8 @@ impl World for AxisWorld<'_> {
         [axis.torque_constant_nm_per_a() * current, angle]
     }
 
-    fn shown_count(&self) -> Option<ShownCount> {
-        Some(self.encoder_count())
+    fn encoder(&self) -> Option<EncoderState> {
+        Some(self.encoder_state())
     }
 
     fn summary(&self) -> Summary {

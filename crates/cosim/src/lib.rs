@@ -80,6 +80,6 @@ pub use trace::Trace;
 pub use untyped::{AnyClosedLoop, AnyWorld};
 pub use verdict::{Abort, PASSIVE_RMS_M, Verdict, judge, judge_drop, unseen_growth_per_s};
 pub use wired_simulation::WiredSimulation;
-pub use world::{ShownCount, World};
+pub use world::{EncoderState, World};
 
 pub use hpu_plant::Pace;

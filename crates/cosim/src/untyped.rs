@@ -9,7 +9,7 @@ use hpu_signal::{Cycle, Observe, Ports};
 use crate::engine::ClosedLoop;
 use crate::simulation::LoopVisitor;
 use crate::summary::Summary;
-use crate::world::{ShownCount, World};
+use crate::world::{EncoderState, World};
 
 /// A [`World`] whose port bundles are slices, in port order. Every world implements it.
 pub trait AnyWorld<'s> {
@@ -37,8 +37,8 @@ pub trait AnyWorld<'s> {
     fn measure(&mut self, stride: u64);
     /// See [`World::measured`].
     fn measured(&self, edge: u64, row: &mut Vec<f64>);
-    /// See [`World::shown_count`].
-    fn shown_count(&self) -> Option<ShownCount>;
+    /// See [`World::encoder`].
+    fn encoder(&self) -> Option<EncoderState>;
     /// See [`World::summary`].
     fn summary(&self) -> Summary;
     /// See [`World::over`].
@@ -86,8 +86,8 @@ impl<'s, E: World + 's> AnyWorld<'s> for E {
     fn measured(&self, edge: u64, row: &mut Vec<f64>) {
         World::measured(self, edge, row);
     }
-    fn shown_count(&self) -> Option<ShownCount> {
-        World::shown_count(self)
+    fn encoder(&self) -> Option<EncoderState> {
+        World::encoder(self)
     }
     fn summary(&self) -> Summary {
         World::summary(self)

@@ -6,6 +6,7 @@
 use hpu_datapath::Repeat;
 use hpu_signal::{Ports, Real};
 
+use crate::encoder::Pins;
 use crate::summary::Summary;
 
 /// A `World` is the state of everything outside the FPGA: plant, encoders, hand, on some platforms a host. The engine
@@ -68,8 +69,8 @@ pub trait World: Clone {
     fn torque_and_angle(&self, _edge: u64) -> [f64; 2] {
         [0.0; 2]
     }
-    /// Returns the count of the encoder; `None` for a world without one encoder of its own.
-    fn shown_count(&self) -> Option<ShownCount> {
+    /// Returns the state of the encoder; `None` for a world without one encoder of its own.
+    fn encoder(&self) -> Option<EncoderState> {
         None
     }
     /// Returns the world's part of a run's summary, at the present edge: encoder edges, changes of mode, steps, decisions
@@ -82,13 +83,15 @@ pub trait World: Clone {
     }
 }
 
-/// The count of an axis's encoder.
+/// The state of an axis's encoder.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct ShownCount {
-    /// The count at which the device stands.
+pub struct EncoderState {
+    /// The count at which the device stands, from angle 0.
     pub count: i64,
     /// The count that the encoder's lines show, with faults.
     pub shown: i64,
+    /// The levels of the encoder's lines.
+    pub pins: Pins,
     /// Whether the encoder's index pulse works.
     pub has_index: bool,
 }
