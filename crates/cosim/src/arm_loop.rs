@@ -1,8 +1,7 @@
 //! The wirings of an arm.
 
+use hpu_datapath::AnyWiring;
 use hpu_datapath::phantom::{PhantomIo, PhantomLoop, PhantomSharedLoop};
-use hpu_datapath::{AnyBlock, Instance, Wiring};
-use hpu_signal::Signal;
 
 /// The wiring of an arm.
 #[derive(Clone)]
@@ -26,30 +25,12 @@ impl ArmLoop {
         ]
     }
 
-    /// Returns the wiring as a block.
-    pub fn block(&self) -> &dyn AnyBlock {
+    /// Returns the wiring without its type.
+    pub fn wiring(&self) -> &dyn AnyWiring {
         match self {
             Self::Phantom(wiring) => wiring,
             Self::PhantomShared(wiring) => wiring,
             Self::PhantomIo(wiring) => wiring,
-        }
-    }
-
-    /// Returns the nets.
-    pub fn nets(&self) -> Vec<Signal> {
-        match self {
-            Self::Phantom(wiring) => wiring.nets(),
-            Self::PhantomShared(wiring) => wiring.nets(),
-            Self::PhantomIo(wiring) => wiring.nets(),
-        }
-    }
-
-    /// Returns the instances, in the order of the VHDL.
-    pub fn instances(&self) -> Vec<Instance> {
-        match self {
-            Self::Phantom(wiring) => wiring.instances(),
-            Self::PhantomShared(wiring) => wiring.instances(),
-            Self::PhantomIo(wiring) => wiring.instances(),
         }
     }
 }

@@ -16,6 +16,7 @@ use crate::simulation::{self, Compare, Direct, LoopVisitor, Simulation, TheLoop,
 use crate::simulation_error::SimulationError;
 use crate::summary::Summary;
 use crate::trace::Trace;
+use crate::untyped::{AnyClosedLoop, Close};
 
 /// A scene made ready: its words, its wiring, its plant.
 pub struct AxisSimulation<'s> {
@@ -120,6 +121,10 @@ impl Wired for AxisSimulation<'_> {
 
     fn run(&self, driver: Driver, trace: &mut Trace, observer: &mut dyn Observe, control: &Control) -> Summary {
         simulation::run(self, driver, trace, observer, control)
+    }
+
+    fn closed_loop(&self) -> Box<dyn AnyClosedLoop<'_> + '_> {
+        self.visit(Close)
     }
 
     fn compare(&self, edges: u64) -> Comparison {

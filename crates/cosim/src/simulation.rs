@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::time::Instant;
 
-use hpu_datapath::{AnyBlock, Instance, Wiring};
+use hpu_datapath::{AnyBlock, AnyWiring, Instance, Wiring};
 use hpu_signal::{Clock, Cycle, Observe, Real, Signal, UNKNOWN};
 
 use crate::arm_loop::ArmLoop;
@@ -16,6 +16,7 @@ use crate::outline::{Command, Outline};
 use crate::scene::Record;
 use crate::summary::{NetUse, Summary};
 use crate::trace::Trace;
+use crate::untyped::AnyClosedLoop;
 use crate::verdict::Abort;
 use crate::world::World;
 
@@ -33,14 +34,19 @@ pub enum TheLoop<'s> {
 }
 
 impl<'s> TheLoop<'s> {
+    /// Returns the wiring without its type.
+    pub fn wiring(self) -> &'s dyn AnyWiring {
+        match self {
+            Self::Axis(axis_loop) => axis_loop.wiring(),
+            Self::Law(wiring) => wiring,
+            Self::Arm(arm_loop) => arm_loop.wiring(),
+            Self::Gimbal(segment_loop) => segment_loop.wiring(),
+        }
+    }
+
     /// Returns the wiring as a block.
     pub fn block(self) -> &'s dyn AnyBlock {
-        match self {
-            Self::Axis(axis_loop) => axis_loop.block(),
-            Self::Law(wiring) => wiring,
-            Self::Arm(arm_loop) => arm_loop.block(),
-            Self::Gimbal(segment_loop) => segment_loop.block(),
-        }
+        self.wiring()
     }
 
     /// Returns the wiring's name.
@@ -50,22 +56,12 @@ impl<'s> TheLoop<'s> {
 
     /// Returns the nets.
     pub fn nets(self) -> Vec<Signal> {
-        match self {
-            Self::Axis(axis_loop) => axis_loop.nets(),
-            Self::Law(wiring) => wiring.nets(),
-            Self::Arm(arm_loop) => arm_loop.nets(),
-            Self::Gimbal(segment_loop) => segment_loop.nets(),
-        }
+        self.wiring().nets()
     }
 
     /// Returns the instances, in the order of the VHDL.
     pub fn instances(self) -> Vec<Instance> {
-        match self {
-            Self::Axis(axis_loop) => axis_loop.instances(),
-            Self::Law(wiring) => wiring.instances(),
-            Self::Arm(arm_loop) => arm_loop.instances(),
-            Self::Gimbal(segment_loop) => segment_loop.instances(),
-        }
+        self.wiring().instances()
     }
 
     /// Returns whether there is VHDL of the wiring.
@@ -204,6 +200,9 @@ pub trait Wired: Simulation {
     /// Not generic over the observer, so that the loops of all wirings and worlds are compiled once, in this crate, and
     /// not in each crate that runs a scene.
     fn run(&self, driver: Driver, trace: &mut Trace, observer: &mut dyn Observe, control: &Control) -> Summary;
+
+    /// Returns the loop after reset, at edge 0, without its types.
+    fn closed_loop(&self) -> Box<dyn AnyClosedLoop<'_> + '_>;
 
     /// Runs `events` against `clock` over this many edges, comparing every net and state at every edge.
     fn compare(&self, edges: u64) -> Comparison;

@@ -268,8 +268,8 @@ impl Loops {
         let axis = AxisLoop::all();
         let arm = ArmLoop::all();
         let segment = SegmentLoop::all();
-        let wirings = axis.iter().map(AxisLoop::block).chain(arm.iter().map(ArmLoop::block));
-        let wirings = wirings.chain(segment.iter().map(SegmentLoop::block));
+        let wirings = axis.iter().map(AxisLoop::wiring).chain(arm.iter().map(ArmLoop::wiring));
+        let wirings = wirings.chain(segment.iter().map(SegmentLoop::wiring));
         blocks.retain(|name| wirings.clone().all(|wiring| wiring.name() != name));
         let bridge = [("hpu_dut_bridge.vhd".to_string(), bridge(Standard::Vhdl2008))];
         let library = Library::analyse(&bridge, setup, blocks.iter().map(String::as_str), &texts)?;

@@ -17,6 +17,7 @@ use crate::simulation::{self, Compare, LoopVisitor, Simulation, TheLoop, Wired};
 use crate::simulation_error::SimulationError;
 use crate::summary::Summary;
 use crate::trace::Trace;
+use crate::untyped::{AnyClosedLoop, Close};
 
 pub use segment_loop::SegmentLoop;
 use side::{GimbalSide, Plan};
@@ -48,7 +49,7 @@ impl<'s> GimbalSimulation<'s> {
             ("drive2", "stall_torque2_nm", second),
             ("drive3", "stall_torque3_nm", third),
         ];
-        let closed_by = (TheLoop::Gimbal(&wiring).name(), wiring.nets());
+        let closed_by = (wiring.wiring().name(), wiring.wiring().nets());
         let (has_contact, has_shear) = (scene.probe.is_some(), scene.shear.is_some());
         let outline = Outline::of_gimbal(scene, (still_within_m(scene), has_contact, has_shear), closed_by, commands);
         Ok(Self { scene, plant, plan: Plan::new(scene), words, wiring, outline })
@@ -161,6 +162,10 @@ impl Wired for GimbalSimulation<'_> {
 
     fn run(&self, driver: Driver, trace: &mut Trace, observer: &mut dyn Observe, control: &Control) -> Summary {
         simulation::run(self, driver, trace, observer, control)
+    }
+
+    fn closed_loop(&self) -> Box<dyn AnyClosedLoop<'_> + '_> {
+        self.visit(Close)
     }
 
     fn compare(&self, edges: u64) -> Comparison {

@@ -1,8 +1,7 @@
 //! The wirings of a segment on a gimbal.
 
 use hpu_datapath::gimbal::{GimbalLoop, GimbalLoopConfig, GimbalShearLoop};
-use hpu_datapath::{AnyBlock, ConfigError, Instance, Wiring};
-use hpu_signal::Signal;
+use hpu_datapath::{AnyWiring, ConfigError};
 
 /// The wiring of a segment on a gimbal.
 #[derive(Clone)]
@@ -29,27 +28,11 @@ impl SegmentLoop {
         vec![Self::Plain(GimbalLoop::default()), Self::Shear(GimbalShearLoop::default())]
     }
 
-    /// Returns the wiring as a block.
-    pub fn block(&self) -> &dyn AnyBlock {
+    /// Returns the wiring without its type.
+    pub fn wiring(&self) -> &dyn AnyWiring {
         match self {
             Self::Plain(wiring) => wiring,
             Self::Shear(wiring) => wiring,
-        }
-    }
-
-    /// Returns the nets.
-    pub fn nets(&self) -> Vec<Signal> {
-        match self {
-            Self::Plain(wiring) => wiring.nets(),
-            Self::Shear(wiring) => wiring.nets(),
-        }
-    }
-
-    /// Returns the instances, in the order of the VHDL.
-    pub fn instances(&self) -> Vec<Instance> {
-        match self {
-            Self::Plain(wiring) => wiring.instances(),
-            Self::Shear(wiring) => wiring.instances(),
         }
     }
 }

@@ -1,9 +1,7 @@
 //! The wirings of an axis: a type for each method.
 
-use hpu_datapath::{
-    AnyBlock, ConventionalLoop, HybridLoop, Instance, Law, LoopConfig, MethodLoop, MethodLoopConfig, Shaping, Wiring,
-};
-use hpu_signal::{Format, Signal};
+use hpu_datapath::{AnyWiring, ConventionalLoop, HybridLoop, Law, LoopConfig, MethodLoop, MethodLoopConfig, Shaping};
+use hpu_signal::Format;
 
 use super::published::Published;
 use super::setting::{Setting, Unmade};
@@ -71,19 +69,9 @@ macro_rules! axis_loop {
 laws!(axis_loop);
 
 impl AxisLoop {
-    /// Returns the wiring as a block.
-    pub fn block(&self) -> &dyn AnyBlock {
+    /// Returns the wiring without its type.
+    pub fn wiring(&self) -> &dyn AnyWiring {
         with_axis_loop!(self, wiring => wiring)
-    }
-
-    /// Returns the nets.
-    pub fn nets(&self) -> Vec<Signal> {
-        with_axis_loop!(self, wiring => wiring.nets())
-    }
-
-    /// Returns the instances, in the order of the VHDL.
-    pub fn instances(&self) -> Vec<Instance> {
-        with_axis_loop!(self, wiring => wiring.instances())
     }
 }
 

@@ -26,6 +26,7 @@ use crate::simulation::{self, Compare, Direct, LoopVisitor, Simulation, TheLoop,
 use crate::simulation_error::SimulationError;
 use crate::summary::Summary;
 use crate::trace::Trace;
+use crate::untyped::{AnyClosedLoop, Close};
 
 /// Gravity.
 const GRAVITY_M_PER_S2: f64 = 9.81;
@@ -78,7 +79,8 @@ impl<'s> PhantomSimulation<'s> {
             ("command2", "wall_torque2_nm", second),
             ("command3", "wall_torque3_nm", third),
         ];
-        let outline = Outline::of_drop(scene, plant.axis, (wiring.block().name(), wiring.nets()), commands);
+        let closed_by = (wiring.wiring().name(), wiring.wiring().nets());
+        let outline = Outline::of_drop(scene, plant.axis, closed_by, commands);
         Ok(Self { scene, plant, words, wiring, outline })
     }
 
@@ -279,6 +281,10 @@ impl Wired for PhantomSimulation<'_> {
 
     fn run(&self, driver: Driver, trace: &mut Trace, observer: &mut dyn Observe, control: &Control) -> Summary {
         simulation::run(self, driver, trace, observer, control)
+    }
+
+    fn closed_loop(&self) -> Box<dyn AnyClosedLoop<'_> + '_> {
+        self.visit(Close)
     }
 
     fn compare(&self, edges: u64) -> Comparison {

@@ -34,7 +34,7 @@ const TRAVEL: &str = "the segment tilts by at most 55 degrees, and the crank sta
 pub(super) fn proof(scene: &GimbalScene) -> Result<Proof, String> {
     let simulation = GimbalSimulation::new(scene).map_err(|error| error.to_string())?;
     let TheLoop::Gimbal(wiring) = simulation.wiring() else { return Err("it has no loop of a gimbal".into()) };
-    let (nets, instances) = (wiring.nets(), wiring.instances());
+    let (nets, instances) = (wiring.wiring().nets(), wiring.wiring().instances());
     let errors = joint_errors(&scene.method.config.gimbal).map_err(|error| error.to_string())?;
     let (rows, tables) = Affine::on_a_sheet(|| {
         // No counter of the loop turns over, so none is read through its difference.
