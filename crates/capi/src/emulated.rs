@@ -1,16 +1,21 @@
 //! The loop of a scene with its own blocks, moved on step by step.
 
+use std::sync::atomic::Ordering;
+
 use hpu_cosim::scene::Experiment;
-use hpu_cosim::{Control, Running, SceneFile, Simulation, Summary, WiredSimulation};
+use hpu_cosim::{AnyClosedLoop, Control, Driver, SceneFile, Simulation, Summary, Wired, WiredSimulation};
 use hpu_signal::{Clock, Cycle, Observe, Real, Signal};
 
 use crate::error::{Error, Status};
 use crate::plant::{Owned, no_index};
 
+/// Events from one look at the control to the next.
+const LOOK: u32 = 256;
+
 /// The loop of a scene, its blocks and its plant, at a clock edge. The motion is that of a whole run, to the bit.
 pub struct Emulated {
     // Before the fields that it borrows from: fields are dropped in this order.
-    running: Box<dyn Running>,
+    running: Box<dyn AnyClosedLoop<'static>>,
     simulation: Owned<WiredSimulation<'static>>,
     _scene: Owned<Experiment>,
     nets: Vec<Signal>,
@@ -48,11 +53,16 @@ impl Emulated {
         let nets = simulation.nets();
         let simulation = Owned::new(simulation);
         // SAFETY: as above.
-        let running = unsafe { simulation.lent() }.start();
-        let running = running.ok_or_else(|| named(&"with this model.solver it runs without a clock: run it whole"))?;
-        let mut opened = Self { running, simulation, _scene: scene, nets, now: Now(Vec::new()) };
-        opened.running.run_to(0, &mut opened.now, &Control::new());
-        Ok(opened)
+        let lent = unsafe { simulation.lent() };
+        if lent.direct().is_some() {
+            return Err(named(&"with this model.solver it runs without a clock; run it whole"));
+        }
+        let mut running = lent.closed_loop();
+        if !lent.gates_drive() {
+            running.wiring_mut().rest_modulator();
+        }
+        let now = Now(running.wiring().words().to_vec());
+        Ok(Self { running, simulation, _scene: scene, nets, now })
     }
 
     fn simulation(&self) -> &WiredSimulation<'static> {
@@ -65,7 +75,8 @@ impl Emulated {
         &self.nets
     }
 
-    /// Returns the words of the nets at the present edge, in the order of [`nets`](Self::nets).
+    /// Returns the words of the nets at the present edge, in the order of [`nets`](Self::nets); at edge 0 those of the
+    /// reset.
     pub fn words(&self) -> &[i64] {
         &self.now.0
     }
@@ -85,7 +96,7 @@ impl Emulated {
         if index >= count {
             return Err(Error::new(Status::Argument, no_index(index, "state", count)));
         }
-        Ok(self.running.real(index))
+        Ok(self.running.world().real(self.edge(), index))
     }
 
     /// Returns the FPGA's clock.
@@ -111,8 +122,22 @@ impl Emulated {
     /// at the edge at which that happened.
     pub fn step(&mut self, edges: u64, control: &Control) -> Result<(), Error> {
         let (wanted, end) = (self.edge().saturating_add(edges), self.edges());
-        self.running.run_to(wanted.min(end), &mut self.now, control);
-        if let Some(why) = self.running.over() {
+        let (target, driver) = (wanted.min(end), self.simulation().driver());
+        let mut events = 0_u32;
+        while self.edge() < target && self.running.world().over().is_none() {
+            match driver {
+                Driver::Events => self.running.leap(target, &mut self.now),
+                Driver::Clock => self.running.step(),
+            }
+            events = (events + 1) % LOOK;
+            if events == 0 && control.stop.load(Ordering::Relaxed) {
+                break;
+            }
+        }
+        if driver == Driver::Clock {
+            self.now.nets(Cycle(self.edge()), self.running.wiring().words());
+        }
+        if let Some(why) = self.running.world().over() {
             return Err(Error::new(Status::Over, format!("{why}, at clock edge {}", self.edge())));
         }
         if wanted > end {
@@ -123,7 +148,7 @@ impl Emulated {
     }
 
     /// Returns the plant's part of a run's summary, from the start to the present edge.
-    pub fn summary(&mut self) -> Summary {
-        self.running.summary()
+    pub fn summary(&self) -> Summary {
+        self.running.world().summary()
     }
 }
