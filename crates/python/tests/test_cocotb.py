@@ -29,7 +29,7 @@ class Designs(unittest.TestCase):
         self.assertEqual(motion["energy"], run.summary["energy"])
         self.assertEqual(motion["states"], {state: last[state] for state in motion["states"]})
         self.assertGreater(run.contact, 0.5)
-        self.assertGreater(run.summary["output_changes"], 50)
+        self.assertGreater(run.summary["output_changes"], 10)
         print(f"cocotb {name}: {motion['edges_per_s']:.2e} clock edges a second of processor time")
 
     def test_verilog_in_icarus(self):
@@ -37,8 +37,7 @@ class Designs(unittest.TestCase):
 
     def test_vhdl_93_in_ghdl(self):
         # The wall is a generic of this design.
-        generics = {"dut.generics": "{ WALL_AT = 65 }"}
-        self.moves_as_in_a_dut("rim", OVERRIDES | generics)
+        self.moves_as_in_a_dut("rim", OVERRIDES | {"dut.generics.WALL_AT": "65"})
 
 
 if __name__ == "__main__":

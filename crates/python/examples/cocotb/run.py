@@ -31,15 +31,28 @@ def main(name, out, *overrides):
         "clocks": dut["reset"].get("clocks", 4),
         "out": str(Path(out).resolve()),
     }
+    prefix = "dut.generics."
+    generics = {key.removeprefix(prefix): value for key, value in told["overrides"].items() if key.startswith(prefix)}
+    # Icarus takes parameters when it builds, GHDL generics when it runs.
+    parameters = dut.get("generics", {}) | generics
     runner = get_runner(simulator)
     build = f"cocotb-{name}"
     files = [DESIGNS / file for file in dut["files"]]
-    runner.build(sources=files, hdl_toplevel=dut["top"], build_args=build_args, build_dir=build, always=True)
+    runner.build(
+        sources=files,
+        hdl_toplevel=dut["top"],
+        build_args=build_args,
+        build_dir=build,
+        parameters=parameters,
+        timescale=("1ns", "1ns"),
+        always=True,
+    )
     results = runner.test(
         hdl_toplevel=dut["top"],
         test_module="in_loop",
         test_args=build_args,
         plusargs=plusargs,
+        parameters=parameters,
         extra_env={
             "HPU_LOOP": json.dumps(told),
             "PYTHONPATH": f"{HERE}{os.pathsep}{os.environ.get('PYTHONPATH', '')}",

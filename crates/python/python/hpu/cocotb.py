@@ -2,25 +2,44 @@
 
 A test of your own holds its design in the loop with three lines more::
 
-    from hpu.cocotb import close
-    plant = hpu.Plant("mine.toml")             # the scene has a [dut] that names the ports
-    await close(dut, plant, dut.clk)           # after the reset, at a falling edge
+    plant = hpu.Plant("mine.toml")                  # the scene has a [dut] that names the ports
+    hpu.cocotb.put(dut, plant)                      # before the reset
+    await hpu.cocotb.close(dut, plant, dut.clk)     # after the reset, at a falling edge
 
-The motion is that of ``hpu run mine.toml``, to the bit.
+The motion is that of ``hpu run mine.toml``, to the bit, if the reset takes as many clock cycles.
 """
 
 from cocotb.triggers import FallingEdge, Timer
 
 from ._errors import ArgumentError, EndError
 
-__all__ = ["close"]
+__all__ = ["close", "put"]
+
+
+# What an axis tells beside the pins. A signal of this name inside a design is no port for it.
+_BESIDE = ["index", "count", "contact"]
+
+
+def _pins(dut, plant):
+    """Returns the number and the port of each of the plant's inputs that the design has."""
+    names = [pin.name for pin in plant.inputs]
+    if names[-3:] == _BESIDE:
+        del names[-3:]
+    return [(number, getattr(dut, name)) for number, name in enumerate(names) if hasattr(dut, name)]
+
+
+def put(dut, plant):
+    """Puts the plant's words at the inputs of the same name, so that they are known while the reset is active."""
+    words = plant.read()
+    for number, port in _pins(dut, plant):
+        port.value = words[number]
 
 
 async def close(dut, plant, clk, edges=None):
     """Closes the loop of a design around a plant, from the present clock edge on, and returns the edge of its end.
 
     Inputs and outputs of the plant are joined to the ports of the same name. A scene with a ``[dut]`` names them as the
-    design does; inputs that the design does not have, such as ``count``, are left out. The clock is the caller's. Call it
+    design does; index, count and contact, which an axis tells beside them, are left out. The clock is the caller's. Call it
     between a falling and a rising edge of ``clk``, when the reset is over: each rising edge from then on is one of the
     plant's. The plant moves before it, the outputs are read at the falling edge after it.
 
@@ -34,7 +53,7 @@ async def close(dut, plant, clk, edges=None):
         hpu.ArgumentError: an output of the plant is no port of the design, or a word of it is unknown (X) or refused.
         hpu.EndError: the device cannot go on.
     """
-    pins = [(number, getattr(dut, pin.name)) for number, pin in enumerate(plant.inputs) if hasattr(dut, pin.name)]
+    pins = _pins(dut, plant)
     missing = [gate.name for gate in plant.outputs if not hasattr(dut, gate.name)]
     if missing:
         names = ", ".join(gate.name for gate in plant.outputs)
