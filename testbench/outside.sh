@@ -90,9 +90,9 @@ package() { # HPU TEST...
 }
 printf '#!/bin/sh\n"%s" "$@" | sed "s/edges.: /&1/"\n' "$built/hpu" >wrong
 fails "Python package" "AssertionError" package "$work/wrong" test_run.Runs.test_overrides_are_those_of_set
-agrees "Python package" package "$built/hpu" test_block test_notebook test_plant test_readme test_run test_stubs test_studies
+agrees "Python package" package "$built/hpu" test_block test_cocotb test_notebook test_plant test_readme test_run test_stubs test_studies
 [ $differs = 0 ] || exit 1
 echo "$narrowed"
-grep "beyond the engine" log
+grep -o -e "hpu.run beyond .*" -e "cocotb .*a second.*" log
 echo "Python package: $(sed -n 's/^Ran \([0-9]* tests\).*/\1/p' log) agree with the command"
 echo "cocotb: 2 blocks agree, 2000 rows each; VUnit: the same"

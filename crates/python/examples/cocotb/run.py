@@ -5,7 +5,6 @@ needs the package hpu and cocotb. Exit codes: 0 the scene has come to its end, 1
 """
 
 import json
-import os
 import sys
 import tomllib
 from pathlib import Path
@@ -53,10 +52,7 @@ def main(name, out, *overrides):
         test_args=build_args,
         plusargs=plusargs,
         parameters=parameters,
-        extra_env={
-            "HPU_LOOP": json.dumps(told),
-            "PYTHONPATH": f"{HERE}{os.pathsep}{os.environ.get('PYTHONPATH', '')}",
-        },
+        extra_env={"HPU_LOOP": json.dumps(told)},
         build_dir=build,
         results_xml="results.xml",
     )

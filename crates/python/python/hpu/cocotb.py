@@ -2,6 +2,8 @@
 
 A test of your own holds its design in the loop with three lines more::
 
+    import hpu.cocotb
+
     plant = hpu.Plant("mine.toml")                  # the scene has a [dut] that names the ports
     hpu.cocotb.put(dut, plant)                      # before the reset
     await hpu.cocotb.close(dut, plant, dut.clk)     # after the reset, at a falling edge
