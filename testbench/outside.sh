@@ -1,12 +1,13 @@
 #!/bin/bash
-# What other tools make of hpu: APyTypes of its rounding and overflow, cocotb and VUnit of its vectors, on the VHDL in GHDL.
+# What other tools make of hpu: APyTypes of its rounding and overflow, cocotb and VUnit of its vectors, on the VHDL in GHDL;
+# and what the Python package makes of runs, studies, blocks and plants, against the command.
 # Each is seen to fail on something broken first. Installs what it needs where it may; ends with what agrees.
 # Exit codes: 0 all agree, 1 something differs, 3 a tool is missing.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
 packages="ghdl-mcode python3 python3-venv"
-python_packages="apytypes==0.5.1 cocotb==2.1.0 vunit_hdl==4.7.1"
+python_packages="apytypes==0.5.1 cocotb==2.1.0 vunit_hdl==4.7.1 numpy==2.4.6 polars==2.1.0 pandas==3.1.1"
 
 if ! { command -v ghdl && command -v python3 && python3 -m ensurepip --version; } >/dev/null 2>&1; then
     if [ "$(id -u)" != 0 ] || ! command -v apt-get >/dev/null; then
@@ -29,7 +30,7 @@ fi
 python=$venv/bin/python
 
 # Of the whole workspace, so that the crates have the features that they have in the tests, and are not built once more.
-cargo build --locked --quiet --workspace --bin hpu --example narrow
+cargo build --locked --quiet --workspace --lib --bin hpu --example narrow
 built=$(cd "${CARGO_TARGET_DIR:-target}/debug" && pwd)
 testbench=$PWD/testbench
 hdl=$PWD/hdl
@@ -78,5 +79,20 @@ chmod +x wrong
 fails APyTypes "APyTypes (" "$python" "$testbench/oracle/narrowing.py" ./wrong
 agrees APyTypes "$python" "$testbench/oracle/narrowing.py" "$built/examples/narrow"
 [ $differs = 0 ] || exit 1
-cat log
+narrowed=$(cat log)
+
+# The package as its wheel has it. Maturin would build the crates once more; long.sh makes the wheel.
+mkdir package
+cp -r "$testbench/../crates/python/python/hpu" package/
+cp "$built/lib_hpu.so" package/hpu/_hpu.abi3.so
+package() { # HPU TEST...
+    HPU=$1 LIBHPU=$built PYTHONPATH=$work/package:$testbench/../crates/python/tests "$python" -B -m unittest "${@:2}"
+}
+printf '#!/bin/sh\n"%s" "$@" | sed "s/\"edges\": 1/\"edges\": 2/"\n' "$built/hpu" >wrong
+fails "Python package" "AssertionError" package "$work/wrong" test_run.Runs.test_overrides_are_those_of_set
+agrees "Python package" package "$built/hpu" test_block test_plant test_run test_stubs test_studies
+[ $differs = 0 ] || exit 1
+echo "$narrowed"
+grep "beyond the engine" log
+echo "Python package: $(sed -n 's/^Ran \([0-9]* tests\).*/\1/p' log) agree with the command"
 echo "cocotb: 2 blocks agree, 2000 rows each; VUnit: the same"

@@ -13,6 +13,9 @@ pub struct Block {
     outputs: Vec<Signal>,
 }
 
+// SAFETY: a block is words and formats; none has state that threads share: no Rc, no cell, no thread-local.
+unsafe impl Send for Block {}
+
 impl Block {
     /// Makes the block of this name, with these generics and the defaults of all others, and resets it.
     ///

@@ -1,15 +1,17 @@
 //! `libhpu`: the plant of a scene in the loop of somebody else's logic, and blocks as golden models.
 //!
-//! [`Plant`] and [`Block`] are the library in Rust. `abi` is the C interface around them, which `include/hpu.h`
+//! [`Plant`] and [`Block`] are the library in Rust; [`Emulated`] is a scene's own loop, for the Python package. `abi` is the C interface around them, which `include/hpu.h`
 //! documents: handles, status codes, and no panic across the boundary.
 
 mod abi;
 mod block;
+mod emulated;
 mod error;
 mod joined;
 mod plant;
 mod table;
 
 pub use block::Block;
+pub use emulated::Emulated;
 pub use error::{Error, Status};
 pub use plant::Plant;

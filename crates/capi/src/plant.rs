@@ -50,10 +50,10 @@ enum Laws {
 }
 
 /// A value on the heap that others borrow from while it is owned here.
-struct Owned<T>(NonNull<T>);
+pub(crate) struct Owned<T>(NonNull<T>);
 
 impl<T> Owned<T> {
-    fn new(value: T) -> Self {
+    pub(crate) fn new(value: T) -> Self {
         Self(NonNull::from(Box::leak(Box::new(value))))
     }
 
@@ -62,7 +62,7 @@ impl<T> Owned<T> {
     /// # Safety
     ///
     /// The reference must not be used after the owner has been dropped.
-    unsafe fn lent(&self) -> &'static T {
+    pub(crate) unsafe fn lent(&self) -> &'static T {
         // SAFETY: the value lives as long as its owner, which never hands out a mutable reference.
         unsafe { self.0.as_ref() }
     }

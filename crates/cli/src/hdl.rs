@@ -14,7 +14,7 @@ use crate::exit::Failure;
 static LIBRARY: &[u8] = include_bytes!(env!("HPU_VHPI_LIBRARY"));
 
 /// The VHDL and its tools.
-#[derive(clap::Args)]
+#[derive(Default, clap::Args)]
 pub struct Vhdl {
     /// Folder of the VHDL [default: hdl, where the command runs, if it holds VHDL of a block, else what hpu carries]
     #[arg(long, value_name = "DIR")]

@@ -11,6 +11,7 @@ use signal_hook::consts::signal::{SIGINT, SIGTERM};
 use signal_hook::iterator::Signals;
 
 use crate::exit::{Exit, Failure};
+use crate::progress::Watch;
 
 static CONTROL: Control = Control::new();
 /// Whether a command checks `CONTROL.stop`.
@@ -59,6 +60,11 @@ pub fn code() -> u8 {
 pub fn heed() -> &'static Control {
     HEEDED.store(true, Ordering::Relaxed);
     &CONTROL
+}
+
+/// Returns the control of a run as [`heed`] does, with its progress on stderr.
+pub fn watch() -> Watch<'static> {
+    Watch::Shown(heed())
 }
 
 /// Returns whether a signal has asked the command to stop.

@@ -4,7 +4,7 @@ use clap::ValueEnum;
 use hpu_signal::{Format, Notation};
 
 /// The option of every command that shows word formats in a table.
-#[derive(clap::Args)]
+#[derive(Default, clap::Args)]
 pub struct Written {
     /// How word formats are written [default: triple]
     #[arg(long, value_enum)]

@@ -77,6 +77,47 @@ pub fn with_progress<T>(total: u64, what: &'static str, control: &'static Contro
     made
 }
 
+/// The control of a piece of work, and the one who hears of its progress.
+#[derive(Clone, Copy)]
+pub enum Watch<'a> {
+    /// The command's own control. The work is counted on stderr.
+    Shown(&'static Control),
+    /// The control of another program. The number of things to count is left for it in `total`.
+    Kept {
+        /// The control, whose `progress` counts.
+        control: &'a Control,
+        /// The things to count, 0 if unknown.
+        total: &'a AtomicU64,
+    },
+}
+
+impl<'a> Watch<'a> {
+    /// Returns the control that stops the work.
+    pub fn control(self) -> &'a Control {
+        match self {
+            Self::Shown(control) => control,
+            Self::Kept { control, .. } => control,
+        }
+    }
+
+    /// Returns whether the work was asked to stop.
+    pub fn is_stopped(self) -> bool {
+        self.control().stop.load(Ordering::Relaxed)
+    }
+
+    /// Calls `work` while the control counts from 0 to `total`, as [`with_progress`] does.
+    pub fn counted<T>(self, total: u64, what: &'static str, work: impl FnOnce() -> T) -> T {
+        match self {
+            Self::Shown(control) => with_progress(total, what, control, work),
+            Self::Kept { control, total: kept } => {
+                control.progress.store(0, Ordering::Relaxed);
+                kept.store(total, Ordering::Relaxed);
+                work()
+            }
+        }
+    }
+}
+
 fn aside<T>(change: impl FnOnce(&mut State) -> T) -> T {
     change(&mut PROGRESS.lock())
 }

@@ -51,7 +51,7 @@ pub fn scenes(args: &ListArgs) -> Result<Exit, Failure> {
 }
 
 /// A scene and what of it is changed.
-#[derive(Args)]
+#[derive(Default, Args)]
 pub struct Set {
     /// Change a key of the scene, as in wall.stiffness=2
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = pair)]
@@ -83,7 +83,11 @@ pub struct Loaded {
 impl Loaded {
     /// Reads a scene. `edges`, if given, replaces its duration.
     pub fn new(scene: &str, overrides: &[(String, String)], edges: Option<u64>) -> Result<Self, Failure> {
-        let source = source(scene)?;
+        Self::of(source(scene)?, overrides, edges)
+    }
+
+    /// Reads a scene as [`new`](Self::new) does, from its text.
+    pub fn of(source: SceneFile, overrides: &[(String, String)], edges: Option<u64>) -> Result<Self, Failure> {
         let mut overrides = overrides.to_vec();
         let mut parsed = source.parse(&overrides)?;
         if let Some(edges) = edges {

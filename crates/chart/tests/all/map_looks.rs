@@ -52,7 +52,7 @@ fn all() -> Vec<Method> {
 }
 
 fn drawn(map: &Map, found: &[Found]) -> Vec<Picture> {
-    let curves: Vec<_> = (0..map.methods.len()).map(|method| Curves::new(map, method)).collect();
+    let curves: Vec<_> = (0..map.methods.len()).map(|method| Curves::new(map, method, &Control::new())).collect();
     map_pictures(map, found, &curves, COMMAND)
 }
 

@@ -8,12 +8,13 @@ use hpu_study::page::{Column, Field, Page, Table};
 use serde_json::{Value, json};
 
 use crate::exit::{Exit, Failure};
+use crate::interrupt;
 use crate::page::show;
 use crate::parameters::{missed_object, stiffness_missed};
+use crate::progress::{self, Watch};
 use crate::scene::{self, set_options};
 use crate::terminal::{print, print_json, verdict};
 use crate::units::si;
-use crate::{interrupt, progress};
 
 /// Find the least model of a scene whose outputs stay within a tolerance of the scene's own
 ///
@@ -56,18 +57,23 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let Some(name) = &args.scene else {
         return all(args);
     };
-    let source = scene::source(name)?;
-    let Some(found) = least(&source, &args.set.set, args.within, interrupt::heed())? else {
+    let Some(page) = answer(args, name, &scene::source(name)?, interrupt::watch())? else {
         return Ok(Exit::Interrupted);
     };
+    show(&page, args.json)?;
+    Ok(Exit::Fine)
+}
+
+/// Returns the page of the least model of the scene with this name; `None` when stopped.
+pub fn answer(args: &Args, name: &str, source: &SceneFile, watch: Watch) -> Result<Option<Page>, Failure> {
+    let Some(found) = least(source, &args.set.set, args.within, watch.control())? else { return Ok(None) };
     let experiment = source.parse(&args.set.set)?;
     let mut page = page(name, &found, &command(name, args, &found));
     page.data("stiffness_missed", experiment.setup().stiffness_miss().as_ref().map(missed_object));
     if let Some(said) = stiffness_missed(&experiment) {
         page.line("warning", said);
     }
-    show(&page, args.json)?;
-    Ok(Exit::Fine)
+    Ok(Some(page))
 }
 
 /// Fits all shipped scenes with a device.

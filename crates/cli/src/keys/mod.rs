@@ -43,18 +43,9 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         print_json(&schema())?;
         return Ok(Exit::Fine);
     }
-    let mut found: Vec<KeyRow> = rows().collect();
-    if let Some(section) = &args.section {
-        let mut names: Vec<_> = found.iter().map(|row| row.section).filter(|name| !name.is_empty()).collect();
-        names.dedup();
-        if !names.contains(&section.as_str()) {
-            let near = did_you_mean(section, &names);
-            return Err(Failure::usage(format!("no section `{section}`; there are {}{near}", names.join(", "))));
-        }
-        found.retain(|row| row.section == section);
-    }
+    let found = of_section(args.section.as_deref())?;
     let mut page = Page::default();
-    page.data("keys", Table::of("", &found, fields()).json());
+    page.data("keys", as_data(&found));
     for (index, group) in grouped(found.into_iter()).into_iter().enumerate() {
         let heading = group.first().map_or(String::new(), |row| row.heading().replace('`', ""));
         page.note(if index > 0 { format!("\n{heading}") } else { heading });
@@ -62,6 +53,26 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     }
     show(&page, args.json)?;
     Ok(Exit::Fine)
+}
+
+/// Returns keys as JSON.
+pub fn as_data(found: &[KeyRow]) -> Value {
+    Table::of("", found, fields()).json()
+}
+
+/// Returns the keys of a section, or of all.
+pub fn of_section(section: Option<&str>) -> Result<Vec<KeyRow>, Failure> {
+    let mut found: Vec<KeyRow> = rows().collect();
+    if let Some(section) = section {
+        let mut names: Vec<_> = found.iter().map(|row| row.section).filter(|name| !name.is_empty()).collect();
+        names.dedup();
+        if !names.contains(&section) {
+            let near = did_you_mean(section, &names);
+            return Err(Failure::usage(format!("no section `{section}`; there are {}{near}", names.join(", "))));
+        }
+        found.retain(|row| row.section == section);
+    }
+    Ok(found)
 }
 
 /// Returns the columns of keys. In text, the meaning stands below each key.

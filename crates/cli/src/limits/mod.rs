@@ -6,16 +6,18 @@ mod touch;
 use std::path::PathBuf;
 
 use hpu_chart as chart;
-use hpu_cosim::figure;
 use hpu_cosim::scene::{DutScene, Experiment, Scene};
+use hpu_cosim::{SceneFile, figure};
 use hpu_study::device;
 use hpu_study::limits::{BoxSet, Limits, Looks, MOST_UNKNOWN, Unknown, WordsSet, World, hands_of, limits, usual_range};
 use hpu_study::map::SceneText;
 
+use crate::answers::Answer;
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
 use crate::jobs::Jobs;
-use crate::page::show;
+use crate::page::{self as pages, show};
+use crate::progress::Watch;
 use crate::scene::{self, quoted, set_options};
 use crate::{hdl, interrupt, pictures};
 
@@ -68,13 +70,43 @@ pub struct Args {
 /// Runs `hpu limits`.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
     let source = scene::source(&args.scene)?;
+    let open = || args.out.as_deref().map(Folder::open).transpose();
+    // Until the runs begin, a signal ends the command at once.
+    let Some((folder, Answer { mut page, pictures })) = find(args, &source, open, interrupt::watch)? else {
+        return Ok(Exit::Interrupted);
+    };
+    if let Some(mut folder) = folder {
+        pictures.iter().try_for_each(|picture| pictures::put(picture, &mut folder))?;
+        pages::files(&mut page, &folder.places().map(Into::into).collect::<Vec<PathBuf>>());
+        folder.commit()?;
+    } else if !pictures.is_empty() {
+        pages::files(&mut page, &[]);
+    }
+    show(&page, args.json)?;
+    // The absence of a limit is a result, not a failure.
+    Ok(Exit::Fine)
+}
+
+/// Returns the page and the picture of the limits of this scene; `None` when stopped.
+pub fn answer(args: &Args, source: &SceneFile, watch: Watch) -> Result<Option<Answer>, Failure> {
+    Ok(find(args, source, || Ok(()), || watch)?.map(|((), answer)| answer))
+}
+
+/// Finds the limits of this scene; `None` when stopped. Calls `open` before the runs, and `watch` when they begin.
+fn find<'w, F>(
+    args: &Args,
+    source: &SceneFile,
+    open: impl FnOnce() -> Result<F, Failure>,
+    watch: impl FnOnce() -> Watch<'w>,
+) -> Result<Option<(F, Answer)>, Failure> {
     let mut load = |file: &str| source.load(file);
     let read = SceneText::read((&source.name, &source.text), &args.set.set, &mut load).map_err(Failure::file)?;
     if let Experiment::Dut(scene) = &read.1 {
-        return of_design(args, &read.0, scene);
+        return of_design(args, &read.0, scene, open, watch);
     }
     if let Experiment::Gimbal(scene) = &read.1 {
-        return touch::run(args, scene);
+        let page = touch::found(args, scene)?;
+        return Ok(Some((open()?, Answer { page, pictures: Vec::new() })));
     }
     let (text, nominal) = (read.0, axis(&read.1)?);
     let range = match &args.range {
@@ -89,31 +121,36 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     }
     let world = World { text: &text, set: &args.set.set, nominal: &nominal, unknown: &over, named: &named };
     let worlds = if over.is_empty() { vec![nominal.clone()] } else { points(&world)? };
-    let folder = args.out.as_deref().map(Folder::open).transpose()?;
+    let opened = open()?;
 
     let most = args.words.unwrap_or(if over.is_empty() { 256 } else { 96 });
     let looks = Looks::words(most as usize, args.phases);
     let in_box = (!over.is_empty()).then(|| BoxSet::new(&world, &worlds, range));
-    // Until the runs begin, a signal ends the command at once.
-    let found = limits(&nominal, range, || WordsSet::new(&worlds, range, looks, args.jobs.get(), interrupt::heed()));
+    let mut stopped = false;
+    let found = limits(&nominal, range, || {
+        let watch = watch();
+        let found = WordsSet::new(&worlds, range, looks, args.jobs.get(), watch.control());
+        stopped = watch.is_stopped();
+        found
+    });
     let found = Limits { in_box, ..found };
-    if interrupt::pressed() {
-        return Ok(Exit::Interrupted);
-    }
-    let mut files: Vec<PathBuf> = Vec::new();
-    if let Some(mut folder) = folder {
-        let picture = chart::limits(&nominal.name, &found, &over, &command(args));
-        pictures::put(&picture, &mut folder)?;
-        files = folder.places().map(Into::into).collect();
-        folder.commit()?;
-    }
-    show(&page::page(&nominal.name, &found, &over, &files), args.json)?;
-    // The absence of a limit is a result, not a failure.
-    Ok(Exit::Fine)
+    Ok((!stopped).then(|| (opened, drawn(args, &nominal.name, &found, &over))))
+}
+
+/// Returns the page of limits, and their picture.
+fn drawn(args: &Args, name: &str, found: &Limits, over: &[Unknown]) -> Answer {
+    let picture = chart::limits(name, found, over, &command(args));
+    Answer { page: page::page(name, found, over), pictures: vec![picture] }
 }
 
 /// Finds the limits of a design of the user's own: over the generic or constant that its scene names.
-fn of_design(args: &Args, text: &SceneText, scene: &DutScene) -> Result<Exit, Failure> {
+fn of_design<'w, F>(
+    args: &Args,
+    text: &SceneText,
+    scene: &DutScene,
+    open: impl FnOnce() -> Result<F, Failure>,
+    watch: impl FnOnce() -> Watch<'w>,
+) -> Result<Option<(F, Answer)>, Failure> {
     let usage = |said: &str| Failure::usage(format!("{}: {said}", scene.name));
     if !args.over.is_empty() || args.hands.is_some() {
         return Err(usage("--over and --hands are of scenes with a [method]"));
@@ -128,7 +165,7 @@ fn of_design(args: &Args, text: &SceneText, scene: &DutScene) -> Result<Exit, Fa
         usage(&format!("--range {range}: write whole numbers from 1 on, the smaller first, as in 1..1023"))
     })?;
     hpu_cosim::dut::provide(args.hdl.simulators()?);
-    let folder = args.out.as_deref().map(Folder::open).transpose()?;
+    let opened = open()?;
     let at = |value: i128| {
         let set: Vec<_> = args.set.set.iter().cloned().chain([(key.clone(), value.to_string())]).collect();
         match text.parse(&set).map_err(|error| error.to_string())? {
@@ -137,9 +174,10 @@ fn of_design(args: &Args, text: &SceneText, scene: &DutScene) -> Result<Exit, Fa
         }
     };
     let looks = Looks::words(args.words.unwrap_or(64) as usize, args.phases);
-    let in_words = WordsSet::of_design(&at, range, looks, args.jobs.get(), interrupt::heed());
-    if interrupt::pressed() {
-        return Ok(Exit::Interrupted);
+    let watch = watch();
+    let in_words = WordsSet::of_design(&at, range, looks, args.jobs.get(), watch.control());
+    if watch.is_stopped() {
+        return Ok(None);
     }
     let found = Limits {
         varied: Some(key.clone()),
@@ -151,14 +189,7 @@ fn of_design(args: &Args, text: &SceneText, scene: &DutScene) -> Result<Exit, Fa
         in_words,
         stiffness_miss: None,
     };
-    let mut files: Vec<PathBuf> = Vec::new();
-    if let Some(mut folder) = folder {
-        pictures::put(&chart::limits(&scene.name, &found, &[], &command(args)), &mut folder)?;
-        files = folder.places().map(Into::into).collect();
-        folder.commit()?;
-    }
-    show(&page::page(&scene.name, &found, &[], &files), args.json)?;
-    Ok(Exit::Fine)
+    Ok(Some((opened, drawn(args, &scene.name, &found, &[]))))
 }
 
 /// Returns the worlds of a box that are run.

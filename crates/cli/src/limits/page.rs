@@ -1,21 +1,18 @@
 //! The page of the limits of a scene's wall.
 
-use std::path::PathBuf;
-
 use hpu_cosim::figure;
 use hpu_study::criteria::{Assumption, Criterion, Figure, Region, Silent};
 use hpu_study::limits::{BoxSet, End, Group, Limits, MOST_EVENTS, Seen, StableSet, Stretch, Unknown, WordsSet};
 use hpu_study::page::{Cell, Column, Page, Table};
 use serde_json::{Value, json};
 
-use crate::page as pages;
 use crate::parameters::{missed, missed_object};
 
 /// The width of the labels.
 const LABEL: usize = 21;
 
 /// Returns the page of limits.
-pub fn page(scene: &str, found: &Limits, over: &[Unknown], files: &[PathBuf]) -> Page {
+pub fn page(scene: &str, found: &Limits, over: &[Unknown]) -> Page {
     let unit = found.linear.as_ref().map_or("", |set| set.unit);
     let [low, high] = found.range.map(figure);
     let what = found.varied.as_deref().unwrap_or("stiffnesses");
@@ -75,7 +72,6 @@ pub fn page(scene: &str, found: &Limits, over: &[Unknown], files: &[PathBuf]) ->
     if found.varied.is_none() {
         page.note("").table(table).note("");
     }
-    pages::files(&mut page, files);
     if found.varied.is_none() {
         for (Assumption { text: words, met, here }, letter) in assumptions.iter().zip('a'..) {
             let (mark, here) = if *met { (' ', String::new()) } else { ('!', format!("; here: {here}")) };

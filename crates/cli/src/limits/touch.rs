@@ -8,8 +8,7 @@ use hpu_study::page::{Cell, Column, Page, Table};
 use serde_json::json;
 
 use super::Args;
-use crate::exit::{Exit, Failure};
-use crate::page::show;
+use crate::exit::Failure;
 use crate::scene::{quoted, set_options};
 
 /// The width of the labels.
@@ -22,8 +21,8 @@ const SAID: [&str; 3] = [
     "the loop of every control that rests grows from pulse to pulse",
 ];
 
-/// Runs `hpu limits` for a segment on a gimbal.
-pub fn run(args: &Args, scene: &GimbalScene) -> Result<Exit, Failure> {
+/// Returns the page of the limits of a segment on a gimbal.
+pub fn found(args: &Args, scene: &GimbalScene) -> Result<Page, Failure> {
     let usage = |said: &str| Failure::usage(format!("{}: {said}", scene.name));
     let is_of_runs = args.words.is_some() || args.phases != Looks::default().phases;
     if args.range.is_some() || !args.over.is_empty() || args.hands.is_some() || is_of_runs {
@@ -33,8 +32,7 @@ pub fn run(args: &Args, scene: &GimbalScene) -> Result<Exit, Failure> {
         return Err(usage("the limits of a gimbal have no picture; hpu map draws its criteria beside runs"));
     }
     let found = TouchLimits::of(scene).map_err(|why| usage(&why))?;
-    show(&page(args, scene, &found), args.json)?;
-    Ok(Exit::Fine)
+    Ok(page(args, scene, &found))
 }
 
 fn page(args: &Args, scene: &GimbalScene, found: &TouchLimits) -> Page {

@@ -2,23 +2,28 @@
 
 mod page;
 
+use std::cell::Cell;
+use std::collections::BTreeMap;
 use std::io::BufWriter;
 use std::panic::resume_unwind;
 use std::path::PathBuf;
 use std::thread;
 use std::time::Duration;
 
-use hpu_chart as chart;
+use hpu_chart::{self as chart, Picture};
+use hpu_cosim::SceneFile;
 use hpu_cosim::scene::Loop;
 use hpu_study::map::{self as study, Axis, CellLimits, Curves, Found, Map, MapError, Method, Plan};
+use hpu_study::units::UnitResult;
 
+use crate::answers::Answer;
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
 use crate::jobs::Jobs;
 use crate::journal;
 use crate::page::show;
+use crate::progress::Watch;
 use crate::scene::{self, quoted, set_options};
-use crate::terminal::with_progress;
 use crate::{hdl, interrupt, pictures};
 
 /// Run a scene over two of its keys, and draw what becomes of the motion
@@ -107,8 +112,7 @@ impl Args {
         format!("{full}{events}{out}")
     }
 
-    fn map(&self) -> Result<Map, Failure> {
-        let source = scene::source(&self.scene)?;
+    fn map(&self, source: &SceneFile) -> Result<Map, Failure> {
         let mut methods = self.method.clone();
         if self.all_methods {
             let experiment = source.parse(&self.set.set)?;
@@ -130,6 +134,42 @@ impl Args {
             _ => Failure::usage(error),
         })
     }
+
+    /// Runs the cells that are not `done`; every new row goes through `keep`. Calls `stopped` and returns `None` when
+    /// the watch stopped it.
+    fn fill(
+        &self,
+        map: Map,
+        done: BTreeMap<usize, UnitResult>,
+        watch: Watch,
+        keep: impl FnMut(usize, &UnitResult) -> Result<(), Failure>,
+        stopped: impl FnOnce(&Map) -> Result<(), Failure>,
+    ) -> Result<Option<Mapped>, Failure> {
+        let limits = CellLimits { events: self.cell_events, guard: self.cell_timeout };
+        let plan = Plan { full: self.full, limits, jobs: self.jobs.get() };
+        let (found, curves) = thread::scope(|scope| {
+            // The curves are computed beside the cells: after them, a single thread would work alone.
+            let curves = scope
+                .spawn(|| (0..map.methods.len()).map(|method| Curves::new(&map, method, watch.control())).collect());
+            let left = (map.len() - done.len()) as u64;
+            let found = watch.counted(left, "cells", || map.run(plan, done, watch.control(), keep))?;
+            if found.is_none() {
+                stopped(&map)?;
+            }
+            Ok::<_, Failure>((found, curves.join()))
+        })?;
+        let Some(found) = found else { return Ok(None) };
+        let curves = curves.unwrap_or_else(|panic| resume_unwind(panic));
+        let command = self.command() + &self.options();
+        Ok(Some(Mapped { map, found, curves, command, scene: self.scene.clone(), files: Vec::new() }))
+    }
+}
+
+/// Returns the page and the pictures of a map of this scene; `None` when stopped.
+pub fn answer(args: &Args, source: &SceneFile, watch: Watch) -> Result<Option<Answer>, Failure> {
+    hpu_cosim::dut::provide(args.hdl.simulators()?);
+    let mapped = args.fill(args.map(source)?, BTreeMap::new(), watch, |_, _| Ok(()), |_| Ok(()))?;
+    Ok(mapped.map(|mapped| Answer { page: page::page(&mapped), pictures: mapped.pictures() }))
 }
 
 /// A complete map.
@@ -155,6 +195,10 @@ impl Mapped {
         format!("hpu run {}{}", quoted(&self.scene), set_options(&overrides))
     }
 
+    fn pictures(&self) -> Vec<Picture> {
+        chart::map_pictures(&self.map, &self.found, &self.curves, &self.command)
+    }
+
     fn write(&mut self, mut folder: Folder) -> Result<(), Failure> {
         let replay = |index: usize| self.replay(index);
         let csv = BufWriter::new(folder.create("map.csv")?);
@@ -163,8 +207,7 @@ impl Mapped {
         let parquet = folder.create("map.parquet")?;
         study::parquet(parquet, &self.map, &self.found, &self.command, replay)
             .map_err(|error| Failure::at(&folder.place("map.parquet"), error))?;
-        let drawn = chart::map_pictures(&self.map, &self.found, &self.curves, &self.command);
-        drawn.iter().try_for_each(|picture| pictures::put(picture, &mut folder))?;
+        self.pictures().iter().try_for_each(|picture| pictures::put(picture, &mut folder))?;
         self.files = folder.places().map(PathBuf::from).collect();
         folder.commit()
     }
@@ -173,7 +216,7 @@ impl Mapped {
 /// Runs `hpu map`.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
     hpu_cosim::dut::provide(args.hdl.simulators()?);
-    let map = args.map()?;
+    let map = args.map(&scene::source(&args.scene)?)?;
     let command = args.command();
     let events = args.cell_events.to_string();
     let files = map.scene.files.iter().flat_map(|(name, bytes)| [name.as_bytes(), bytes]);
@@ -181,31 +224,18 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let folder = args.out.as_deref().map(Folder::open).transpose()?;
     let (mut journal, done) = journal::resume(args.out.as_deref(), map.len(), ("map", &command), parts)?;
 
-    let jobs = args.jobs.get();
-    let plan =
-        Plan { full: args.full, limits: CellLimits { events: args.cell_events, guard: args.cell_timeout }, jobs };
-    let control = interrupt::heed();
-    let mut kept = done.len();
-    let (found, curves) = thread::scope(|scope| {
-        // The curves are computed beside the cells: after them, a single thread would work alone.
-        let curves = scope.spawn(|| (0..map.methods.len()).map(|method| Curves::new(&map, method)).collect());
-        let found = with_progress((map.len() - done.len()) as u64, "cells", control, || {
-            map.run(plan, done, control, |index, row| {
-                kept += 1;
-                journal.add(index, row)
-            })
-        });
-        if let Ok(None) = found {
-            // The map is not drawn, so the curves are not needed.
-            show(&page::interrupted(&map, kept, args.out.as_deref()), args.json)?;
-            interrupt::end();
-        }
-        Ok::<_, Failure>((found?, curves.join()))
-    })?;
-    let found = found.expect("an interrupted map has ended");
-    let curves = curves.unwrap_or_else(|panic| resume_unwind(panic));
-    let command = command + &args.options();
-    let mut mapped = Mapped { map, found, curves, command, scene: args.scene.clone(), files: Vec::new() };
+    let kept = Cell::new(done.len());
+    let keep = |index: usize, row: &UnitResult| {
+        kept.set(kept.get() + 1);
+        journal.add(index, row)
+    };
+    let stopped = |map: &Map| {
+        // The map is not drawn, so the curves are not needed.
+        show(&page::interrupted(map, kept.get(), args.out.as_deref()), args.json)?;
+        interrupt::end();
+    };
+    let mapped = args.fill(map, done, interrupt::watch(), keep, stopped)?;
+    let mut mapped = mapped.expect("an interrupted map has ended");
     if let Some(folder) = folder {
         mapped.write(folder)?;
     }

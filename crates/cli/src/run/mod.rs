@@ -4,17 +4,19 @@ mod contact;
 mod device;
 mod junit;
 mod nets;
-mod page;
+pub mod page;
 mod pictures;
 mod rows;
 
 use std::fs;
 use std::path::PathBuf;
 
-use clap::{Args as _, FromArgMatches, ValueEnum};
+use clap::ValueEnum;
+use hpu_chart::Picture;
 use hpu_cosim::scene::{Datapath, Expectation, Experiment, OutcomeKind};
 use hpu_cosim::{
-    AnySimulation, Comparison, Driver, Simulation, Summary, Trace, Wired, WiredSimulation, judged_window_s, metric,
+    AnySimulation, Comparison, Driver, SceneFile, Simulation, Summary, Trace, Wired, WiredSimulation, judged_window_s,
+    metric,
 };
 use hpu_rtl::{CheckRow, Hdl, LoopScene, Setup, run_vhdl};
 use hpu_signal::{Cycle, Notation, Observe, Signal};
@@ -28,8 +30,9 @@ use crate::files::{Folder, Single};
 use crate::notation::Written;
 use crate::page::show;
 use crate::parameters::{self, Said};
+use crate::progress::Watch;
 use crate::scene::{self, Loaded, quoted};
-use crate::terminal::{verdict, with_progress};
+use crate::terminal::verdict;
 use crate::waves::Waves;
 use crate::{fit, hdl, interrupt};
 
@@ -38,7 +41,7 @@ use nets::{NetComparison, Pairs};
 use rows::{Estimate, Rows};
 
 /// Run a scene and sum it up; without a scene, list the shipped ones
-#[derive(clap::Args)]
+#[derive(Default, clap::Args)]
 pub struct Args {
     /// A scene's file, or the name of a shipped scene
     scene: Option<String>,
@@ -197,13 +200,18 @@ impl Ran<'_> {
 }
 
 /// Reads a scene, and chooses its model if it leaves the model open; `None` when interrupted.
-fn load(name: &str, set: &[(String, String)], edges: Option<u64>) -> Result<Option<(Loaded, Option<Fit>)>, Failure> {
-    let mut loaded = Loaded::new(name, set, edges)?;
+fn load(
+    source: &SceneFile,
+    set: &[(String, String)],
+    edges: Option<u64>,
+    watch: Watch,
+) -> Result<Option<(Loaded, Option<Fit>)>, Failure> {
+    let mut loaded = Loaded::of(source.clone(), set, edges)?;
     let mut fitted = None;
     if loaded.scene.auto {
-        let Some(found) = fit::least(&scene::source(name)?, set, None, interrupt::heed())? else { return Ok(None) };
+        let Some(found) = fit::least(source, set, None, watch.control())? else { return Ok(None) };
         let set: Vec<_> = set.iter().chain(&found.set).cloned().collect();
-        loaded = Loaded::new(name, &set, edges)?;
+        loaded = Loaded::of(source.clone(), &set, edges)?;
         fitted = Some(found);
     }
     if let Experiment::Axis(scene) = &loaded.scene
@@ -217,14 +225,129 @@ fn load(name: &str, set: &[(String, String)], edges: Option<u64>) -> Result<Opti
 
 /// Runs a scene as it is written, and returns its summary as `hpu run --json` prints it; `None` when interrupted.
 pub fn summary(name: &str) -> Result<Option<Value>, Failure> {
-    let matches = Args::augment_args(clap::Command::new("run")).try_get_matches_from(["run", "--", name]);
-    let args = Args::from_arg_matches(&matches.map_err(Failure::usage)?).map_err(Failure::usage)?;
-    let Some((loaded, fitted)) = load(name, &[], None)? else { return Ok(None) };
+    Ok(finished(&scene::source(name)?, &[], interrupt::watch(), unseen)?.map(|(finished, _)| finished.page.json()))
+}
+
+/// A run of a scene, which other programs hold.
+pub struct Finished {
+    /// The page of the run.
+    pub page: Page,
+    loaded: Loaded,
+    args: Args,
+}
+
+/// A run that was recorded: its trace for pictures, its summary, and its observer.
+pub struct Recorded<O> {
+    /// The observer, which has seen the whole run.
+    pub observer: O,
+    /// The summary of the run.
+    pub summary: Summary,
+    driver: &'static str,
+    trace: Trace,
+}
+
+impl<O> Recorded<O> {
+    /// Returns the recording without its observer, and the observer.
+    pub fn split(self) -> (Recorded<()>, O) {
+        let Self { observer, summary, driver, trace } = self;
+        (Recorded { observer: (), summary, driver, trace }, observer)
+    }
+}
+
+/// Makes no observer of a run.
+///
+/// # Errors
+///
+/// None.
+pub fn unseen(_: &AnySimulation) -> Result<(), Failure> {
+    Ok(())
+}
+
+/// Runs a scene with these overrides, as `hpu run` does. `observed` makes an observer of the run from the simulation.
+/// Returns the run and its recording, which has a trace for pictures if the observer watches; `None` when interrupted.
+///
+/// # Errors
+///
+/// As the command.
+pub fn finished<O: Observe>(
+    source: &SceneFile,
+    set: &[(String, String)],
+    watch: Watch,
+    observed: impl FnOnce(&AnySimulation) -> Result<O, Failure>,
+) -> Result<Option<(Finished, Recorded<O>)>, Failure> {
+    let args = Args { set: scene::Set { set: set.to_vec() }, ..Args::default() };
+    let Some((loaded, fitted)) = load(source, set, None, watch)? else { return Ok(None) };
+    let page = |mut ran: Ran| {
+        ran.parameters = parameters::of(&loaded.scene, fitted.as_ref(), false);
+        ran.fitted = fitted;
+        let page = page::page(&ran);
+        (page, ran.driver, ran.summary, ran.trace)
+    };
+    let Some(((page, driver, summary, trace), observer)) = observe(&loaded, &args, watch, observed, page)? else {
+        return Ok(None);
+    };
+    Ok(Some((Finished { page, loaded, args }, Recorded { observer, summary, driver, trace })))
+}
+
+/// Runs a scene and shows it to an observer; `None` when interrupted.
+fn observe<O: Observe, T>(
+    loaded: &Loaded,
+    args: &Args,
+    watch: Watch,
+    observed: impl FnOnce(&AnySimulation) -> Result<O, Failure>,
+    told: impl FnOnce(Ran) -> T,
+) -> Result<Option<(T, O)>, Failure> {
     let simulation = AnySimulation::new(&loaded.scene, &args.hdl.simulators()?, false)?;
-    let mut ran = simulate(&loaded.scene, &simulation, &args, None, None, None)?;
-    ran.parameters = parameters::of(&loaded.scene, fitted.as_ref(), false);
-    ran.fitted = fitted;
-    Ok((!interrupt::pressed()).then(|| page::page(&ran).json()))
+    let mut observer = observed(&simulation)?;
+    let ran = simulate(&loaded.scene, &simulation, args, None, None, Recorder::Other(&mut observer), watch)?;
+    if watch.is_stopped() {
+        return Ok(None);
+    }
+    Ok(Some((told(ran), observer)))
+}
+
+impl Finished {
+    /// Runs the scene again, to the same bits, for another observer; `None` when interrupted.
+    ///
+    /// # Errors
+    ///
+    /// As the run.
+    pub fn again<O: Observe>(
+        &self,
+        watch: Watch,
+        observed: impl FnOnce(&AnySimulation) -> Result<O, Failure>,
+    ) -> Result<Option<Recorded<O>>, Failure> {
+        let parts = |ran: Ran| (ran.driver, ran.summary, ran.trace);
+        let seen = observe(&self.loaded, &self.args, watch, observed, parts)?;
+        Ok(seen.map(|((driver, summary, trace), observer)| Recorded { observer, summary, driver, trace }))
+    }
+
+    /// Draws the pictures of a recording of this run.
+    ///
+    /// # Errors
+    ///
+    /// As [`AnySimulation::new`].
+    pub fn pictures<O>(&self, recorded: &Recorded<O>) -> Result<Vec<Picture>, Failure> {
+        let simulation = AnySimulation::new(&self.loaded.scene, &self.args.hdl.simulators()?, false)?;
+        let ran = Ran {
+            driver: recorded.driver,
+            solver: self.loaded.scene.setup().solver().name(),
+            simulation: &simulation,
+            summary: recorded.summary.clone(),
+            trace: recorded.trace.clone(),
+            window_s: judged_window_s(&self.loaded.scene),
+            parameters: Vec::new(),
+            held: None,
+            rtl: None,
+            outcome_met: None,
+            numbers: Vec::new(),
+            unjudged: None,
+            fitted: None,
+            notation: Notation::Triple,
+            files: Vec::new(),
+        };
+        Ok(shown(&simulation).pictures(&ran, &self.loaded.command()))
+    }
 }
 
 /// Runs `hpu run`.
@@ -240,7 +363,9 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     }
     let set = args.changes()?;
     let junit_file = args.junit.as_deref().map(Single::open).transpose()?;
-    let Some((loaded, fitted)) = load(name, &set, args.edges)? else { return Ok(Exit::Interrupted) };
+    let watch = interrupt::watch();
+    let source = scene::source(name)?;
+    let Some((loaded, fitted)) = load(&source, &set, args.edges, watch)? else { return Ok(Exit::Interrupted) };
     let simulation = AnySimulation::new(&loaded.scene, &args.hdl.simulators()?, args.out.is_some())?;
     let other = args.beside.as_ref().map(|other| Loaded::new(other, &[], args.edges)).transpose()?;
     let drivers = args.compare.as_ref().is_some_and(Vec::is_empty);
@@ -277,13 +402,16 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         Estimate::of(&simulation, table(&simulation, vhdl.is_some()).len(), args.parquet).tell(out)?;
     }
     let command = command(&loaded, vhdl.as_ref());
-    let recorded = folder.as_mut().map(|folder| (folder, &*command));
+    let recorded = match &mut folder {
+        Some(folder) => Recorder::Folder(folder, &command),
+        None => Recorder::Nothing,
+    };
     let beside = match (&args.compare, &other) {
         (Some(_), Some(other)) => Some(WiredSimulation::new(&other.scene).map_err(Failure::file)?),
         _ => None,
     };
     let against = beside.as_ref().zip(args.compare.as_deref());
-    let mut ran = match simulate(&loaded.scene, &simulation, args, vhdl.as_ref(), against, recorded) {
+    let mut ran = match simulate(&loaded.scene, &simulation, args, vhdl.as_ref(), against, recorded, watch) {
         Err(failure) if failure.exit() == Exit::Interrupted => return Ok(Exit::Interrupted),
         ran => ran?,
     };
@@ -322,7 +450,8 @@ fn write(
             let simulation = AnySimulation::new(&other.scene, &args.hdl.simulators()?, false)?;
             let command = format!("{command} --beside {}", other.scene.name);
             let vhdl = ran.rtl.as_ref().map(|_| (other.in_vhdl(other.scene.edges()), args.hdl.setup()));
-            let beside = simulate(&other.scene, &simulation, args, vhdl.as_ref(), None, None)?;
+            let beside =
+                simulate(&other.scene, &simulation, args, vhdl.as_ref(), None, Recorder::Nothing, interrupt::watch())?;
             pictures::write_beside([ran, &beside], &command, folder)?;
         }
     }
@@ -348,9 +477,9 @@ fn command(loaded: &Loaded, vhdl: Option<&(LoopScene, Setup)>) -> String {
 }
 
 /// The waveforms and rows of a run, as they are written to disk.
-struct Recorded(Waves, Rows);
+struct WavesAndRows(Waves, Rows);
 
-impl Observe for Recorded {
+impl Observe for WavesAndRows {
     fn measures(&self) -> bool {
         self.1.measures()
     }
@@ -368,15 +497,25 @@ impl Observe for Recorded {
     }
 }
 
-/// Runs the scene, in VHDL if `vhdl` is given. With a folder, records waveforms and rows; `command` goes into the heads
-/// of the files.
+/// What a run leaves beside its summary.
+enum Recorder<'a> {
+    /// Nothing.
+    Nothing,
+    /// Waveforms and rows in a folder; the command goes into the heads of the files.
+    Folder(&'a mut Folder, &'a str),
+    /// What another program's observer keeps.
+    Other(&'a mut dyn Observe),
+}
+
+/// Runs the scene, in VHDL if `vhdl` is given.
 fn simulate<'s>(
     scene: &Experiment,
     simulation: &'s AnySimulation<'s>,
     args: &Args,
     vhdl: Option<&(LoopScene, Setup)>,
     against: Option<(&WiredSimulation, &[(String, String)])>,
-    folder: Option<(&mut Folder, &str)>,
+    recorder: Recorder,
+    watch: Watch,
 ) -> Result<Ran<'s>, Failure> {
     let pairs = against.map(|(ours, names)| Pairs::new(simulation, ours, names)).transpose()?;
     let mut held = None;
@@ -392,15 +531,18 @@ fn simulate<'s>(
             AnySimulation::Dut(_) => (Driver::Clock, "dut"),
         },
     };
-    let control = interrupt::heed();
+    let control = watch.control();
     // Without pictures the trace needs only the columns for the verdict. The length of the run does not change the
     // memory.
     let drawn: Vec<&str> = shown(simulation).nets().iter().map(|net| net.name).collect();
-    let trace =
-        if args.out.is_some() && !args.no_plot { simulation.drawn_trace(&drawn) } else { simulation.brief_trace() };
+    let is_drawn = match &recorder {
+        Recorder::Other(observer) => observer.watches(),
+        _ => args.out.is_some() && !args.no_plot,
+    };
+    let trace = if is_drawn { simulation.drawn_trace(&drawn) } else { simulation.brief_trace() };
     let mut trace = trace.bounded(Trace::USUAL, &simulation.judged());
     let mut advance = |trace: &mut Trace, observer: &mut dyn Observe| -> Result<_, Failure> {
-        with_progress(simulation.edges(), "edges", control, || match (simulation, vhdl) {
+        watch.counted(simulation.edges(), "edges", || match (simulation, vhdl) {
             (AnySimulation::Dut(dut), _) => {
                 let mut run = |observer: &mut dyn Observe| dut.run(true, trace, observer, control);
                 let (Some(pairs), Some((ours, _))) = (pairs.clone(), against) else {
@@ -421,15 +563,23 @@ fn simulate<'s>(
             }
         })
     };
-    let (summary, rtl) = match folder {
-        None => advance(&mut trace, &mut ())?,
-        Some((folder, command)) => {
+    let (summary, rtl) = match recorder {
+        Recorder::Nothing => advance(&mut trace, &mut ())?,
+        Recorder::Other(observer) => advance(&mut trace, observer)?,
+        Recorder::Folder(folder, command) => {
             let compared = vhdl.is_some() || pairs.is_some();
             let waves = Waves::begin(simulation, folder, args.vcd, compared)?;
-            let rows = Rows::begin(simulation, &table(simulation, compared), command, args.parquet, folder, control)?;
-            let mut recorded = Recorded(waves, rows);
+            let rows = Rows::begin(
+                simulation,
+                &table(simulation, compared),
+                command,
+                args.parquet,
+                folder,
+                interrupt::heed(),
+            )?;
+            let mut recorded = WavesAndRows(waves, rows);
             let advanced = advance(&mut trace, &mut recorded);
-            let Recorded(waves, rows) = recorded;
+            let WavesAndRows(waves, rows) = recorded;
             // If a row could not be written, that error has ended the run.
             rows.finish(folder)?;
             let (summary, rtl) = advanced?;

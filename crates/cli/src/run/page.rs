@@ -2,18 +2,19 @@
 //! Numbers are in SI units.
 
 use hpu_cosim::scene::{Metric, Units};
-use hpu_cosim::{AnySimulation, Mark, NetUse, SIGNS, Simulation, Verdict, unseen_growth_per_s};
+use hpu_cosim::{AnySimulation, EnergyAudit, Mark, NetUse, SIGNS, Simulation, Verdict, unseen_growth_per_s};
 use hpu_rtl::{CheckRow, Hdl, Mismatch};
 use hpu_signal::{Clock, Cycle};
 use hpu_study::map::outcome_name;
 use hpu_study::page::{Cell, Column, Page, Table};
+use hpu_study::trace_table::TraceColumns;
 use hpu_study::widths::idle_bits;
 use serde_json::{Value, json};
 
 use crate::notation::triple;
 use crate::run::contact::{self, displayed, unseen, wraps};
 use crate::run::device::shown;
-use crate::run::{Ran, rows, table};
+use crate::run::{Ran, table};
 use crate::terminal::verdict;
 use crate::units::{percent, rounded_up, si};
 use crate::{fit, page as pages, parameters};
@@ -137,11 +138,9 @@ fn outcome(verdict: Verdict, unit: &str, [from_s, to_s]: [f64; 2]) -> (String, V
     }
 }
 
-/// Adds the energies.
-fn energy(page: &mut Page, ran: &Ran) {
-    let energy = &ran.summary.energy;
-    let j = |value| si(value, "J");
-    let numbers = json!({
+/// Returns energies as JSON.
+pub fn energies(energy: &EnergyAudit) -> Value {
+    json!({
         "supplied_j": energy.supplied_j,
         "stored_j": energy.stored_j,
         "dissipated_j": energy.dissipated_j,
@@ -154,8 +153,14 @@ fn energy(page: &mut Page, ran: &Ran) {
         "viscous_j": energy.viscous_j,
         "coulomb_j": energy.coulomb_j,
         "transmission_j": energy.transmission_j,
-    });
-    page.data("energy", numbers);
+    })
+}
+
+/// Adds the energies.
+fn energy(page: &mut Page, ran: &Ran) {
+    let energy = &ran.summary.energy;
+    let j = |value| si(value, "J");
+    page.data("energy", energies(energy));
     if energy.exchanged_j <= 0.0 {
         return;
     }
@@ -324,8 +329,9 @@ fn first_difference(first: &Mismatch, clock: Clock) -> Value {
 
 /// Describes the columns of trace.csv and trace.parquet: names, units and meanings.
 fn trace(ran: &Ran) -> Value {
-    let columns = rows::columns(ran.simulation, &table(ran.simulation, ran.rtl.is_some() || ran.held.is_some()));
-    let columns: Vec<_> = columns.iter().map(|(name, doc)| json!({ "name": name, "doc": doc })).collect();
+    let nets = table(ran.simulation, ran.rtl.is_some() || ran.held.is_some());
+    let shown = TraceColumns::new(ran.simulation, &nets, &[]);
+    let columns: Vec<_> = shown.told().iter().map(|(name, doc)| json!({ "name": name, "doc": doc })).collect();
     json!({ "signs": SIGNS, "columns": columns })
 }
 

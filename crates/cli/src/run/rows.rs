@@ -10,8 +10,8 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::{self, JoinHandle};
 
 use hpu_cosim::{AnySimulation, Control, SIGNS, Simulation};
-use hpu_signal::{Clock, Cycle, Observe, Signal};
-use hpu_study::trace_table::TraceTable;
+use hpu_signal::{Cycle, Observe, Signal};
+use hpu_study::trace_table::{TraceColumns, TraceTable};
 use hpu_wave::differs;
 
 use crate::exit::Failure;
@@ -88,38 +88,9 @@ fn free_bytes(dir: &Path) -> Option<u64> {
 const BATCH: usize = 1024;
 const WAITING: usize = 64;
 
-/// A column of words: its name with the unit, a line about it, and the net.
-struct Column {
-    name: String,
-    doc: String,
-    /// The net's index among the picked nets.
-    pick: usize,
-    net: Signal,
-    /// The value of one LSB where the column's unit is not the net's own.
-    scale: Option<f64>,
-}
-
-impl Column {
-    /// Returns the value of a word, never a negative zero; NaN for a word with an unknown bit.
-    fn value(&self, word: i64) -> f64 {
-        match self.scale {
-            _ if self.net.format.is_unknown(word) => f64::NAN,
-            None => self.net.shown(word),
-            Some(scale) => 0.0 + scale * self.net.format.value(word) as f64,
-        }
-    }
-}
-
 /// Observes a run, and passes its rows to a thread that writes them. A row that cannot be written ends the run.
 pub struct Rows {
-    clock: Clock,
-    /// The indices of the plant's columns in a row.
-    reals: Vec<usize>,
-    words: Vec<Column>,
-    /// The indices of the nets among all nets.
-    picks: Vec<usize>,
-    /// The present words of these nets.
-    now: Vec<i64>,
+    shown: TraceColumns,
     /// The number of values in a row.
     columns: usize,
     /// Rows that have not been sent, one after the other.
@@ -162,36 +133,6 @@ impl Files {
     }
 }
 
-/// Returns the columns of words: first the commands to the actuators, in the plant's units, then the nets in their own.
-fn words(simulation: &AnySimulation, nets: &[Signal]) -> Vec<Column> {
-    let commands = simulation.commands().into_iter().filter_map(|(net, name, scale)| {
-        let pick = nets.iter().position(|other| other.name == net)?;
-        let doc = format!("What the datapath asks of the actuator: the word {net} by {scale:e}");
-        Some(Column { name: name.to_string(), doc, pick, net: nets[pick].clone(), scale: Some(scale) })
-    });
-    let own = nets.iter().enumerate().map(|(pick, net)| {
-        let read = if net.is_counter() { ", read as signed" } else { "" };
-        let doc = format!("{}: a word of format {}{read}", net.doc, net.format);
-        Column { name: named(net), doc, pick, net: net.clone(), scale: None }
-    });
-    commands.chain(own).collect()
-}
-
-/// Returns a net's name with its unit: `velocity` in `count/sample` is `velocity_count_per_sample`.
-fn named(net: &Signal) -> String {
-    let unit = net.unit.replace('/', "_per_").replace([' ', '.', '*'], "_").to_lowercase();
-    if unit == "1" { net.name.into() } else { format!("{}_{unit}", net.name) }
-}
-
-/// Returns the columns of the trace, each with a line about it, in the order of the files.
-pub fn columns(simulation: &AnySimulation, nets: &[Signal]) -> Vec<(String, String)> {
-    let row = simulation.row();
-    let time = ("time_s".to_string(), "Time since the reset".to_string());
-    let reals = simulation.columns().into_iter().map(|column| (row[column].name.into(), row[column].doc.into()));
-    let words = words(simulation, nets).into_iter().map(|column| (column.name, column.doc));
-    [time].into_iter().chain(reals).chain(words).collect()
-}
-
 impl Rows {
     /// Begins the files with the times, the outputs of the plant, the commands to the actuator, and the nets. Each name
     /// has its unit.
@@ -204,16 +145,15 @@ impl Rows {
         control: &'static Control,
     ) -> Result<Self, Failure> {
         // A run of VHDL also shows the net `differs`.
-        let all = [simulation.nets(), vec![differs()]].concat();
-        let picks = nets.iter().filter_map(|net| all.iter().position(|other| other.name == net.name)).collect();
+        let shown = TraceColumns::new(simulation, nets, &[differs()]);
+        let told = shown.told();
         let mut csv = BufWriter::new(folder.create(CSV)?);
-        let (reals, words, told) = (simulation.columns(), words(simulation, nets), columns(simulation, nets));
         let names: Vec<&str> = told.iter().map(|(name, _)| &**name).collect();
         writeln!(csv, "{}", names.join(",")).map_err(|error| Failure::at(&folder.place(CSV), error))?;
         let parquet = match parquet {
             true => {
                 let file = folder.create(PARQUET)?;
-                let table = TraceTable::new(file, &told, SIGNS, command);
+                let table = TraceTable::new(file, told, SIGNS, command);
                 Some(table.map_err(|error| Failure::at(&folder.place(PARQUET), error))?)
             }
             false => None,
@@ -228,17 +168,8 @@ impl Rows {
             }
             written
         });
-        Ok(Self {
-            clock: simulation.clock(),
-            reals,
-            words,
-            picks,
-            now: vec![0; nets.len()],
-            columns,
-            batch: Vec::with_capacity(BATCH * columns),
-            send,
-            writer,
-        })
+        let batch = Vec::with_capacity(BATCH * columns);
+        Ok(Self { shown, columns, batch, send, writer })
     }
 
     /// Sends the rows to the writer. The writer is gone only after an error, which [`finish`](Self::finish) reports.
@@ -258,7 +189,7 @@ impl Rows {
 
 impl Observe for Rows {
     fn follows(&self, nets: Range<usize>) -> bool {
-        self.picks.iter().any(|pick| nets.contains(pick))
+        self.shown.follows(nets)
     }
 
     fn measures(&self) -> bool {
@@ -267,16 +198,11 @@ impl Observe for Rows {
 
     #[inline]
     fn nets(&mut self, _: Cycle, words: &[i64]) {
-        for (now, &pick) in self.now.iter_mut().zip(&self.picks) {
-            *now = words[pick];
-        }
+        self.shown.nets(words);
     }
 
     fn reals(&mut self, cycle: Cycle, values: &[f64]) {
-        self.batch.push(self.clock.seconds(cycle));
-        self.batch.extend(self.reals.iter().map(|&column| values[column]));
-        let value = |column: &Column| column.value(self.now[column.pick]);
-        self.batch.extend(self.words.iter().map(value));
+        self.batch.extend(self.shown.row(cycle, values));
         if self.batch.len() >= BATCH * self.columns {
             self.hand_over();
         }

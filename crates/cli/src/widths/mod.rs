@@ -9,7 +9,7 @@ mod search;
 
 use std::path::PathBuf;
 
-use hpu_chart::ranges;
+use hpu_chart::{Picture, ranges};
 use hpu_cosim::scene::Experiment;
 use hpu_rtl::{Cache, Setup};
 use hpu_signal::Notation;
@@ -17,6 +17,7 @@ use hpu_study::device;
 use hpu_study::tables::Tables;
 use hpu_study::widths::{Field, Measured, Recommended, by_range, measured, random, recommend, together};
 
+use crate::answers::{Answer, Named};
 use crate::cache::Remember;
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
@@ -25,8 +26,8 @@ use crate::notation::Written;
 use crate::page::show;
 use crate::parameters::stiffness_missed;
 use crate::price::{self, Price};
+use crate::progress::Watch;
 use crate::scene::{self, set_options};
-use crate::terminal::with_progress;
 use crate::{fit, hdl, interrupt, pictures};
 
 use cost::{OneMore, one_more};
@@ -160,7 +161,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     } else {
         None
     };
-    let Some(mut found) = measure(args, &experiments)? else { return Ok(Exit::Interrupted) };
+    let Some(mut found) = measure(args, &experiments, interrupt::watch())? else { return Ok(Exit::Interrupted) };
     found.tables = tables;
     if let Some(cache) = &cache
         && !price(&mut found, &experiments[0], &setup, cache)?
@@ -168,9 +169,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         return Ok(Exit::Interrupted);
     }
     if let Some(folder) = &mut folder {
-        let bounds = found.proved.as_ref().map_or(&[][..], |proved| &proved.bounds);
-        let title = format!("{}: what words hold, and what was in them", found.scenes.join(", "));
-        pictures::put(&ranges(&title, &found.measured, bounds, &found.command), folder)?;
+        pictures::put(&drawn(&found), folder)?;
         let page = page::page(&found);
         folder.write("widths.txt", page.text())?;
         folder.write("widths.csv", page.tables().next().expect("its signals").csv(&[] as &[&str]))?;
@@ -193,16 +192,32 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     Ok(Exit::Fine)
 }
 
+/// Returns the page and the picture of these scenes, without prices, tables and search; `None` when stopped.
+pub fn answer(args: &Args, scenes: &[Named], watch: Watch) -> Result<Option<Answer>, Failure> {
+    let parsed = scenes.iter().map(|(_, source)| source.parse(&args.set.set));
+    let found = measure(args, &parsed.collect::<Result<Vec<_>, _>>()?, watch)?;
+    Ok(found
+        .filter(|_| !watch.is_stopped())
+        .map(|found| Answer { page: page::page(&found), pictures: vec![drawn(&found)] }))
+}
+
+/// Draws the ranges.
+fn drawn(found: &Widths) -> Picture {
+    let bounds = found.proved.as_ref().map_or(&[][..], |proved| &proved.bounds);
+    let title = format!("{}: what words hold, and what was in them", found.scenes.join(", "));
+    ranges(&title, &found.measured, bounds, &found.command)
+}
+
 /// Runs the scenes, and tries and proves their widths; `None` when interrupted.
-fn measure(args: &Args, experiments: &[Experiment]) -> Result<Option<Widths>, Failure> {
-    let control = interrupt::heed();
+fn measure(args: &Args, experiments: &[Experiment], watch: Watch) -> Result<Option<Widths>, Failure> {
+    let control = watch.control();
     let mut runs = Vec::new();
     for (name, experiment) in args.scenes.iter().zip(experiments) {
         let run = || match args.random {
             Some(seconds) => random(experiment, seconds, args.seed, control),
             None => measured(experiment, control),
         };
-        let found = with_progress(experiment.edges(), "edges", control, run);
+        let found = watch.counted(experiment.edges(), "edges", run);
         match found.map_err(|why| Failure::file(format!("{name}: {why}")))? {
             Some(run) => runs.push(run),
             None => return Ok(None),
@@ -212,7 +227,7 @@ fn measure(args: &Args, experiments: &[Experiment]) -> Result<Option<Widths>, Fa
         Some(_) => Err("a proof is of the scene's own hand, and random motion knows none".into()),
         None => proved(experiments, &runs),
     };
-    let Some(recommended) = recommended(args, experiments, &runs)? else { return Ok(None) };
+    let Some(recommended) = recommended(args, experiments, &runs, watch)? else { return Ok(None) };
     let mut measured = together(&args.scenes, runs).map_err(Failure::usage)?;
     for row in &mut measured.rows {
         row.recommended = match &recommended {
@@ -262,6 +277,7 @@ fn recommended(
     args: &Args,
     experiments: &[Experiment],
     runs: &[Measured],
+    watch: Watch,
 ) -> Result<Option<Result<Recommended, String>>, Failure> {
     if args.no_trials {
         return Ok(Some(Err("no fewer bits were tried (--no-trials)".into())));
@@ -269,13 +285,12 @@ fn recommended(
     if args.random.is_some() {
         return Ok(Some(Err("random motion has no outputs that a width could break".into())));
     }
-    let control = interrupt::heed();
     let jobs = args.jobs.get();
     let mut all: Option<Recommended> = None;
     for (experiment, run) in experiments.iter().zip(runs) {
         let within = args.within.unwrap_or(experiment.accuracy.within);
-        let trials = || recommend(experiment, run, within, jobs, control);
-        match with_progress(40, "runs", control, trials) {
+        let trials = || recommend(experiment, run, within, jobs, watch.control());
+        match watch.counted(40, "runs", trials) {
             Err(why) => return Ok(Some(Err(why))),
             Ok(None) => return Ok(None),
             Ok(Some(found)) => {

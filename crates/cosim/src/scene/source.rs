@@ -33,6 +33,11 @@ impl SceneError {
         (numbers.next().unwrap_or(0), column)
     }
 
+    /// Returns line and column of the first error in its file; `None` for an override, or for the file as a whole.
+    pub fn place(&self) -> Option<(u32, u32)> {
+        Some(self.line_and_column()).filter(|(line, _)| *line > 0 && !self.is_override())
+    }
+
     /// Returns whether the refused value came from an override, not from the file.
     pub fn is_override(&self) -> bool {
         self.place.starts_with(OVERRIDE)

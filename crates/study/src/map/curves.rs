@@ -1,6 +1,9 @@
 //! The curves of published criteria over a map: the greatest stiffness that each allows, along the other axis. Only
 //! criteria that apply to the method's kind of loop have a curve.
 
+use std::sync::atomic::Ordering;
+
+use hpu_cosim::Control;
 use hpu_cosim::scene::{Experiment, Scene};
 
 use super::{Axis, CellIndex, Map};
@@ -32,12 +35,12 @@ pub struct Curve {
 }
 
 impl Curves {
-    /// Returns the curves of a method of a map.
+    /// Returns the curves of a method of a map. They are not complete when `control` stopped it.
     ///
     /// # Errors
     ///
     /// Returns as text why there are none.
-    pub fn new(map: &Map, method: usize) -> Result<Self, String> {
+    pub fn new(map: &Map, method: usize, control: &Control) -> Result<Self, String> {
         let over_x = map.x.key() == KEY;
         if !over_x && map.y.key() != KEY {
             return Err(format!("the criteria have a limit of {KEY}, which is no axis"));
@@ -45,7 +48,7 @@ impl Curves {
         let (stiffness, other) = if over_x { (&map.x, &map.y) } else { (&map.y, &map.x) };
         let mut curves: Vec<Curve> = Vec::new();
         let mut refused = None;
-        for cell in 0..other.cells() {
+        for cell in (0..other.cells()).take_while(|_| !control.stop.load(Ordering::Relaxed)) {
             match scene(map, method, over_x, cell) {
                 Err(why) => refused = Some(why),
                 Ok((scene, asked)) => {

@@ -360,7 +360,7 @@ fn curves_are_the_limits_that_hpu_limits_tells_in_the_axiss_unit_and_over_either
     let (stiffness, damping) = ("wall.stiffness=100..5000 mN.m/rad:5", "wall.damping=0..0.4 mN.m.s/rad:3");
     for (x, y) in [(stiffness, damping), (damping, stiffness)] {
         let map = map_of("hybrid-wall", &[], x, y, &["a"]).expect("a map");
-        let curves = Curves::new(&map, 0).expect("curves");
+        let curves = Curves::new(&map, 0, &Control::new()).expect("curves");
         assert_eq!(curves.over_x, x == stiffness);
         let names: Vec<_> = curves.curves.iter().map(|curve| curve.name).collect();
         assert_eq!(names, ["spectral_radius", "routh", "describing_function"]);
@@ -379,9 +379,9 @@ fn curves_are_the_limits_that_hpu_limits_tells_in_the_axiss_unit_and_over_either
 #[test]
 fn where_no_criterion_speaks_it_is_said_why() {
     let map = map_of("hybrid-wall", &[], "wall.position=1..1.5:3", "wall.damping=0..0.1 mN.m.s/rad:3", &["a"]);
-    assert!(Curves::new(&map.expect("a map"), 0).expect_err("none").contains("wall.stiffness"));
+    assert!(Curves::new(&map.expect("a map"), 0, &Control::new()).expect_err("none").contains("wall.stiffness"));
     let map = map_of("phantom-drop", &[], "room.stiffness=100..1000 N/m:3", "drop.weight=0.1..0.2 N:3", &["a"]);
-    assert!(Curves::new(&map.expect("a map"), 0).expect_err("none").contains("no axis"));
+    assert!(Curves::new(&map.expect("a map"), 0, &Control::new()).expect_err("none").contains("no axis"));
 }
 
 #[test]

@@ -1,0 +1,129 @@
+//! The loop of a scene with its own blocks, moved on step by step.
+
+use hpu_cosim::scene::Experiment;
+use hpu_cosim::{Control, Running, SceneFile, Simulation, Summary, WiredSimulation};
+use hpu_signal::{Clock, Cycle, Observe, Real, Signal};
+
+use crate::error::{Error, Status};
+use crate::plant::{Owned, no_index};
+
+/// The loop of a scene, its blocks and its plant, at a clock edge. The motion is that of a whole run, to the bit.
+pub struct Emulated {
+    // Before the fields that it borrows from: fields are dropped in this order.
+    running: Box<dyn Running>,
+    simulation: Owned<WiredSimulation<'static>>,
+    _scene: Owned<Experiment>,
+    nets: Vec<Signal>,
+    now: Now,
+}
+
+// SAFETY: as for a plant: it owns all that it borrows from, and none of it has state that threads share.
+unsafe impl Send for Emulated {}
+
+/// The words of the nets at the present edge.
+struct Now(Vec<i64>);
+
+impl Observe for Now {
+    fn nets(&mut self, _: Cycle, words: &[i64]) {
+        self.0.clear();
+        self.0.extend_from_slice(words);
+    }
+
+    fn reals(&mut self, _: Cycle, _: &[f64]) {}
+}
+
+impl Emulated {
+    /// Opens the loop of a scene with these overrides, keys and values as those of `--set`, as after the reset.
+    ///
+    /// # Errors
+    ///
+    /// [`Status::Refused`] when the scene is refused, when it has no clock, or when its loop is closed by a design of
+    /// the user's own.
+    pub fn open(file: &SceneFile, overrides: &[(String, String)]) -> Result<Self, Error> {
+        let refused = |text: &dyn std::fmt::Display| Error::new(Status::Refused, text);
+        let scene = Owned::new(file.parse(overrides).map_err(|error| refused(&format!("{error:#}")))?);
+        let named = |error: &dyn std::fmt::Display| refused(&format!("{}: {error}", file.name));
+        // SAFETY: what borrows from the scene is dropped before it, in `Emulated` as here.
+        let simulation = WiredSimulation::new(unsafe { scene.lent() }).map_err(|error| named(&error))?;
+        let nets = simulation.nets();
+        let simulation = Owned::new(simulation);
+        // SAFETY: as above.
+        let running = unsafe { simulation.lent() }.start();
+        let running = running.ok_or_else(|| named(&"with this model.solver it runs without a clock: run it whole"))?;
+        let mut opened = Self { running, simulation, _scene: scene, nets, now: Now(Vec::new()) };
+        opened.running.run_to(0, &mut opened.now, &Control::new());
+        Ok(opened)
+    }
+
+    fn simulation(&self) -> &WiredSimulation<'static> {
+        // SAFETY: the reference lives no longer than `self`.
+        unsafe { self.simulation.lent() }
+    }
+
+    /// Returns the nets of the loop.
+    pub fn nets(&self) -> &[Signal] {
+        &self.nets
+    }
+
+    /// Returns the words of the nets at the present edge, in the order of [`nets`](Self::nets).
+    pub fn words(&self) -> &[i64] {
+        &self.now.0
+    }
+
+    /// Returns the continuous states; none where a recording stands in the device's place.
+    pub fn states(&self) -> Vec<Real> {
+        self.simulation().reals().to_vec()
+    }
+
+    /// Returns the state of this index at the present edge, in SI units.
+    ///
+    /// # Errors
+    ///
+    /// [`Status::Argument`] when there is no such state.
+    pub fn state(&self, index: usize) -> Result<f64, Error> {
+        let count = self.simulation().reals().len();
+        if index >= count {
+            return Err(Error::new(Status::Argument, no_index(index, "state", count)));
+        }
+        Ok(self.running.real(index))
+    }
+
+    /// Returns the FPGA's clock.
+    pub fn clock(&self) -> Clock {
+        self.simulation().clock()
+    }
+
+    /// Returns the clock edges of the scene.
+    pub fn edges(&self) -> u64 {
+        self.simulation().edges()
+    }
+
+    /// Returns the present clock edge, counted from 0 at the start.
+    pub fn edge(&self) -> u64 {
+        self.running.edge()
+    }
+
+    /// Moves on by this number of clock edges, or until `control` stops it.
+    ///
+    /// # Errors
+    ///
+    /// [`Status::End`] when the scene ends before, and [`Status::Over`] when the run cannot go on; the loop then stands
+    /// at the edge at which that happened.
+    pub fn step(&mut self, edges: u64, control: &Control) -> Result<(), Error> {
+        let (wanted, end) = (self.edge().saturating_add(edges), self.edges());
+        self.running.run_to(wanted.min(end), &mut self.now, control);
+        if let Some(why) = self.running.over() {
+            return Err(Error::new(Status::Over, format!("{why}, at clock edge {}", self.edge())));
+        }
+        if wanted > end {
+            let text = format!("the scene ends at clock edge {end}; a longer run.duration lets it go on");
+            return Err(Error::new(Status::End, text));
+        }
+        Ok(())
+    }
+
+    /// Returns the plant's part of a run's summary, from the start to the present edge.
+    pub fn summary(&mut self) -> Summary {
+        self.running.summary()
+    }
+}

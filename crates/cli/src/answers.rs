@@ -1,0 +1,88 @@
+//! The results of verbs for programs that have no terminal, such as the Python package.
+//!
+//! Options are those of the command, as its words. A [`Watch`] of the caller stops the work and hears of its progress.
+//! Nothing is printed, no signal is handled, no file is written.
+
+use clap::Args;
+use hpu_chart::Picture;
+use hpu_cosim::SceneFile;
+use hpu_study::page::Page;
+use serde_json::Value;
+
+pub use crate::exit::Failure;
+pub use crate::progress::Watch;
+pub use crate::run::page::energies;
+pub use crate::run::{Finished, Recorded, finished as run, table, unseen};
+use crate::{fit as fits, keys as all_keys, limits as sets, map as maps, widths as bits};
+
+/// A scene: its name or path, as the command has it, and its text.
+pub type Named = (String, SceneFile);
+
+/// A page, and the pictures of the same result.
+pub struct Answer {
+    /// The page.
+    pub page: Page,
+    /// The pictures, the one to show first before the others.
+    pub pictures: Vec<Picture>,
+}
+
+/// Maps a scene over two of its keys, as `hpu map`; `None` when stopped. `words` are the options.
+///
+/// # Errors
+///
+/// As the command.
+pub fn map((name, source): &Named, words: &[String], watch: Watch) -> Result<Option<Answer>, Failure> {
+    maps::answer(&read("map", words, &[name])?, source, watch)
+}
+
+/// Finds the limits of a scene's wall, as `hpu limits`; `None` when stopped. `words` are the options.
+///
+/// # Errors
+///
+/// As the command.
+pub fn limits((name, source): &Named, words: &[String], watch: Watch) -> Result<Option<Answer>, Failure> {
+    sets::answer(&read("limits", words, &[name])?, source, watch)
+}
+
+/// Finds the least model of a scene, as `hpu fit`; `None` when stopped. `words` are the options. It has no picture.
+///
+/// # Errors
+///
+/// As the command.
+pub fn fit((name, source): &Named, words: &[String], watch: Watch) -> Result<Option<Answer>, Failure> {
+    let page = fits::answer(&read("fit", words, &[name])?, name, source, watch)?;
+    Ok(page.map(|page| Answer { page, pictures: Vec::new() }))
+}
+
+/// Finds the bits that the signals of these scenes need, as `hpu widths` without its search and its prices; `None` when
+/// stopped. `words` are the options.
+///
+/// # Errors
+///
+/// As the command.
+pub fn widths(scenes: &[Named], words: &[String], watch: Watch) -> Result<Option<Answer>, Failure> {
+    let names: Vec<&str> = scenes.iter().map(|(name, _)| &**name).collect();
+    bits::answer(&read("widths", words, &names)?, scenes, watch)
+}
+
+/// Returns the keys of a section of a scene, or of all sections, as `hpu keys --json`.
+///
+/// # Errors
+///
+/// The sections that there are, when it is none of them.
+pub fn keys(section: Option<&str>) -> Result<Value, Failure> {
+    all_keys::of_section(section).map(|found| all_keys::as_data(&found))
+}
+
+/// Reads the options of a verb, and the names of its scenes.
+fn read<A: Args>(verb: &'static str, words: &[String], scenes: &[&str]) -> Result<A, Failure> {
+    let words = words.iter().map(String::as_str).chain(["--"]).chain(scenes.iter().copied());
+    let command = A::augment_args(clap::Command::new(verb).no_binary_name(true));
+    let matches = command.try_get_matches_from(words).and_then(|matches| A::from_arg_matches(&matches));
+    matches.map_err(|refusal| {
+        // Usage and help follow, which are those of the command.
+        let said = refusal.to_string();
+        let said = said.split("\n\n").next().unwrap_or_default();
+        Failure::usage(said.trim_start_matches("error: "))
+    })
+}

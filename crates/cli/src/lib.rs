@@ -1,0 +1,151 @@
+//! The `hpu` command: arguments, files and colours. Everything else is in the libraries.
+//!
+//! [`main`] is the command. [`answers`] gives the results of its verbs to programs that have no terminal.
+
+pub mod answers;
+
+mod block;
+mod cache;
+mod chart;
+mod check;
+mod cost;
+mod diff;
+mod exit;
+mod files;
+mod fit;
+mod hdl;
+mod input;
+mod interrupt;
+mod jobs;
+mod journal;
+mod keys;
+mod limits;
+mod manual;
+mod map;
+mod new;
+mod notation;
+mod page;
+mod parameters;
+mod pictures;
+mod price;
+mod progress;
+mod reproduce;
+mod run;
+mod scene;
+mod show;
+mod study;
+mod terminal;
+mod units;
+mod vectors;
+mod waves;
+mod widths;
+
+use std::env;
+use std::ffi::OsString;
+use std::process::ExitCode;
+
+use clap::{CommandFactory, Parser, Subcommand};
+
+use exit::{Exit, Failure};
+
+/// Cycle-accurate emulator of haptic FPGA datapaths.
+///
+/// Exit codes: 0 fine; 1 a mismatch, an unmet expectation; 2 wrong usage, an output place that cannot be used; 3 a
+/// needed tool is missing or too old; 4 a bad scene, vector or data file, a write or a tool that failed; 130
+/// interrupted (SIGINT); 143 terminated (SIGTERM).
+#[derive(Parser)]
+#[command(name = "hpu", version = env!("HPU_VERSION"), max_term_width = 100)]
+struct Command {
+    /// Show no progress: no bar on a terminal, no line every 10 s elsewhere
+    #[arg(short, long, global = true)]
+    quiet: bool,
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+#[derive(Subcommand)]
+enum Verb {
+    Run(run::Args),
+    Scenes(scene::ListArgs),
+    Scene(show::Args),
+    New(new::Args),
+    Keys(keys::Args),
+    Block(block::Args),
+    Vectors(vectors::Args),
+    Check(check::Args),
+    Limits(limits::Args),
+    Map(map::Args),
+    Chart(chart::Args),
+    Fit(fit::Args),
+    Diff(diff::Args),
+    Widths(widths::Args),
+    Cost(cost::Args),
+    Study(study::Args),
+    Reproduce(reproduce::Args),
+    Completions(manual::CompletionArgs),
+    Man(manual::ManArgs),
+}
+
+/// Runs the command whose arguments are those of this process.
+pub fn main() -> ExitCode {
+    let command = match Command::try_parse() {
+        Ok(command) => command,
+        Err(refusal) if refusal.use_stderr() => refusal.exit(),
+        // Help and the version are results like any other: a full disk is an error.
+        Err(help) => return ended(terminal::print(&help.render().to_string()).map(|()| Exit::Fine)),
+    };
+    if !command.quiet {
+        progress::begin(&named(env::args_os().skip(1)));
+    }
+    ended(interrupt::listen().and_then(|()| command.verb.call()))
+}
+
+impl Verb {
+    fn call(self) -> Result<Exit, Failure> {
+        match self {
+            Self::Run(args) => run::run(&args),
+            Self::Scenes(args) => scene::scenes(&args),
+            Self::Scene(args) => show::run(&args),
+            Self::New(args) => new::run(&args),
+            Self::Keys(args) => keys::run(&args),
+            Self::Block(args) => block::run(&args),
+            Self::Vectors(args) => vectors::run(&args),
+            Self::Check(args) => check::run(&args),
+            Self::Limits(args) => limits::run(&args),
+            Self::Map(args) => map::run(&args),
+            Self::Chart(args) => chart::run(&args),
+            Self::Fit(args) => fit::run(&args),
+            Self::Diff(args) => diff::run(&args),
+            Self::Widths(args) => widths::run(&args),
+            Self::Cost(args) => cost::run(&args),
+            Self::Study(args) => study::run(&args, &Command::command(), again),
+            Self::Reproduce(args) => reproduce::run(&args),
+            Self::Completions(args) => manual::completions(&args, Command::command()),
+            Self::Man(args) => manual::man(&args, Command::command()),
+        }
+    }
+}
+
+/// Reads a command that a study's file makes, to be called later.
+fn again(words: &[String]) -> Result<study::Call, clap::Error> {
+    let command = Command::try_parse_from(words)?;
+    Ok(Box::new(|| command.verb.call()))
+}
+
+fn ended(done: Result<Exit, Failure>) -> ExitCode {
+    let exit = done.unwrap_or_else(|failure: Failure| {
+        // The user who interrupted a command knows why it ended.
+        if failure.exit() != Exit::Interrupted {
+            terminal::complain(&failure);
+        }
+        failure.exit()
+    });
+    progress::end();
+    ExitCode::from(if exit == Exit::Interrupted { interrupt::code() } else { exit as u8 })
+}
+
+/// Returns the name of a command in progress lines: its verb and the argument after it, as in `chart friction-wall`.
+fn named(arguments: impl Iterator<Item = OsString>) -> String {
+    let words = arguments.map(|argument| argument.to_string_lossy().into_owned());
+    words.take_while(|word| !word.starts_with('-')).take(2).collect::<Vec<_>>().join(" ")
+}

@@ -1,0 +1,233 @@
+"""Runs: results against those of the command, traces without a copy, errors, signals."""
+
+import csv
+import os
+import signal
+import subprocess
+import tempfile
+import threading
+import time
+import unittest
+from pathlib import Path
+
+import numpy as np
+import pandas
+import polars
+
+import hpu
+from common import HPU, OF_THE_MACHINE, options, told, without
+
+# 23 columns, of which each row has a value.
+SHORT = {"run.duration": "20 ms"}
+
+
+def address(array):
+    return array.__array_interface__["data"][0]
+
+
+def resident():
+    """Returns the bytes of memory that this process holds."""
+    return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+
+
+class Runs(unittest.TestCase):
+    def test_the_summary_is_that_of_the_command(self):
+        cases = [
+            ("hybrid-wall", {}),
+            ("hybrid-wall", {"wall.stiffness": "6 N.m/rad", "run.duration": "1 s"}),
+            ("rail-drop", {}),
+            ("phantom-drop", {"run.duration": "20 ms"}),
+            ("gimbal-spring", {"run.duration": "20 ms"}),
+        ]
+        for scene, overrides in cases:
+            with self.subTest(scene=scene, overrides=overrides):
+                run = hpu.run(scene, overrides)
+                command = told("run", scene, *options(overrides))
+                self.assertEqual(without(run.summary, *OF_THE_MACHINE), without(command, *OF_THE_MACHINE))
+                self.assertEqual(run.verdict, command["outcome"] and command["outcome"]["kind"])
+                self.assertEqual(run.contact, command["contact_share"])
+
+    def test_overrides_are_those_of_set(self):
+        given = [
+            hpu.run("hybrid-wall", {"wall.stiffness": 2, "run.duration": "1 s"}),
+            hpu.run("hybrid-wall", wall__stiffness=np.int32(2), run__duration=1),
+            hpu.run("hybrid-wall", {"run.duration": 1.0}, wall__stiffness="2 N.m/rad"),
+        ]
+        command = told("run", "hybrid-wall", "--set", "wall.stiffness=2", "--set", "run.duration=1 s")
+        for run in given:
+            kept = ("outcome", "energy", "events", "edges", "signals")
+            self.assertEqual({key: run.summary[key] for key in kept}, {key: command[key] for key in kept})
+        listed = hpu.run("hybrid-wall", {"hand.path": [["0 s", 0], ["1 s", 0.1]]})
+        self.assertEqual(listed.contact, 0.0, "the hand never reaches the wall at 1.5 rad")
+
+    def test_a_scene_is_a_name_a_path_or_a_text(self):
+        path = Path(__file__).parents[3] / "testbench/scenes/hybrid-wall.toml"
+        text = hpu.Scene(path.read_text(), name="mine.toml", folder=str(path.parent))
+        energies = [hpu.run(scene, SHORT).summary["energy"] for scene in ("hybrid-wall", path, str(path), text)]
+        self.assertEqual(energies, energies[:1] * 4)
+
+    def test_the_trace_is_that_of_the_command(self):
+        with tempfile.TemporaryDirectory() as folder:
+            words = ["run", "hybrid-wall", *options(SHORT), "-o", folder, "--vcd", "--no-plot"]
+            subprocess.run([HPU, *words], check=True, capture_output=True)
+            with open(f"{folder}/trace.csv", encoding="ascii") as file:
+                names, *rows = csv.reader(file)
+            for at_once in (True, False):
+                trace = hpu.run("hybrid-wall", SHORT, trace=at_once).trace
+                self.assertEqual(list(trace.keys()), names)
+                self.assertEqual((len(trace), trace.rows), (len(rows), len(rows)))
+                for name, column in zip(names, zip(*rows)):
+                    np.testing.assert_array_equal(trace[name], np.array(column, dtype=float), name)
+                    self.assertTrue(trace.about[name])
+            run = hpu.run("hybrid-wall", SHORT)
+            for name in ("wave.fst", "wave.vcd"):
+                mine = Path(folder, f"mine-{name}")
+                run.save_wave(mine)
+                self.assertEqual(mine.read_bytes(), Path(folder, name).read_bytes(), name)
+            mine = sorted(path.name for path in Path(folder).glob("mine-*"))
+            self.assertEqual(mine, ["mine-wave.fst", "mine-wave.vcd"])
+
+    def test_ten_million_rows_arrive_without_a_copy(self):
+        overrides = {"run.duration": "100 ms", "record.plant_rate": "100 MHz", "clock.frequency": "100 MHz"}
+        trace = hpu.run("rail-drop", overrides, trace=True).trace
+        rows, before = 10_000_001, resident()
+        self.assertEqual(trace.rows, rows)
+        arrays = {name: trace[name] for name in trace.keys()}
+        frame = polars.DataFrame(trace)
+        table = pandas.DataFrame(dict(trace), copy=False)
+        for name, array in arrays.items():
+            self.assertEqual((array.dtype, array.shape, array.flags.writeable), (np.float64, (rows,), False))
+            others = [trace[name], frame[name].to_numpy(allow_copy=False), table[name].to_numpy()]
+            self.assertEqual([address(other) for other in others], [address(array)] * 3, name)
+        # A copy of one column would take 80 MB.
+        self.assertLess(resident() - before, 40e6)
+        self.assertEqual(frame.shape, (rows, len(arrays)))
+        # The memory outlives the run and its trace.
+        last = {name: array[-1] for name, array in arrays.items()}
+        del trace, table
+        self.assertEqual({name: array[-1] for name, array in arrays.items()}, last)
+        self.assertEqual(frame.row(-1, named=True), last)
+
+    def test_arrow_arrays_that_nobody_takes_are_freed(self):
+        trace = hpu.run("hybrid-wall", SHORT).trace
+        before = None
+        for turn in range(3000):
+            trace.__arrow_c_stream__(), trace.__arrow_c_array__(), trace.__arrow_c_schema__()
+            polars.DataFrame(trace)
+            if turn == 500:
+                before = resident()
+        self.assertLess(resident() - before, 4e6)
+
+    def test_a_run_costs_at_most_5_ms_more_than_the_engine(self):
+        def beyond():
+            begin = time.perf_counter()
+            wall_s = hpu.run("hybrid-wall").summary["wall_s"]
+            return time.perf_counter() - begin - wall_s
+
+        least = min(beyond() for _ in range(20))
+        print(f"hpu.run beyond the engine: {1e3 * least:.2f} ms")
+        self.assertLess(least, 5e-3)
+
+    def test_results_are_shown_as_text_and_pictures(self):
+        run = hpu.run("hybrid-wall")
+        self.assertIn("settled", repr(run))
+        self.assertTrue(str(run).startswith("scene      hybrid-wall"))
+        self.assertEqual(run._repr_png_()[:8], b"\x89PNG\r\n\x1a\n")
+        self.assertIn("<pre>scene", run._repr_html_())
+        self.assertIn("torque", run.pictures())
+
+
+class Refused(unittest.TestCase):
+    def refused(self, kind, *texts):
+        """Returns a context in which this exception is raised with these texts in its message."""
+        test = self
+
+        class Context:
+            def __enter__(self):
+                return self
+
+            def __exit__(self, got, raised, trace):
+                test.assertIs(got, kind, raised)
+                for text in texts:
+                    test.assertIn(text, str(raised))
+                self.raised = raised
+                return True
+
+        return Context()
+
+    def test_a_scene_that_is_refused_names_file_line_and_what_is_accepted(self):
+        text = 'about = "x"\n[device]\nkind = "motor"\n[wall]\nstiffnes = 1\n'
+        with self.refused(hpu.SceneError, "stiffnes", "accepted here", "did you mean stiffness?") as refusal:
+            hpu.run(hpu.Scene(text, name="mine.toml"))
+        self.assertEqual(refusal.raised.file, "mine.toml")
+        self.assertIn(f"mine.toml:{refusal.raised.line}:{refusal.raised.column}:", refusal.raised.message)
+        for made in (hpu.Plant, hpu.Loop, hpu.fit, hpu.widths, hpu.limits):
+            with self.refused(hpu.SceneError, "mine.toml:", "unknown key") as refusal:
+                made(hpu.Scene(text, name="mine.toml"))
+            self.assertGreater(refusal.raised.line, 0)
+
+    def test_an_override_that_does_not_exist_names_those_that_do(self):
+        with self.refused(hpu.SceneError, "wall.stifness", "unknown key", "position, stiffness") as refusal:
+            hpu.run("hybrid-wall", wall__stifness=1)
+        self.assertIsNone(refusal.raised.line)
+        with self.refused(hpu.SceneError, "no scene `hybrid-wal`", "did you mean hybrid-wall?"):
+            hpu.run("hybrid-wal")
+        with self.refused(hpu.SceneError, "nowhere.toml"):
+            hpu.run(Path("nowhere.toml"))
+        with self.refused(hpu.ArgumentError, "accepted: a name, a path, or hpu.Scene(text)"):
+            hpu.run(7)
+        with self.refused(hpu.ArgumentError, "wall.stiffness", "accepted: bool, int, float, str, or a list"):
+            hpu.run("hybrid-wall", wall__stiffness=object())
+        with self.refused(hpu.ArgumentError, "accepted: .fst, .vcd"):
+            hpu.run("hybrid-wall", SHORT).save_wave("wave.txt")
+        with self.refused(hpu.Error, "nowhere"):
+            hpu.run("hybrid-wall", SHORT).save_wave("nowhere/wave.fst")
+        with self.refused(KeyError, "no column angle", "angle_rad"):
+            hpu.run("hybrid-wall", SHORT).trace["angle"]
+
+    def test_a_trace_beyond_all_memory_is_refused(self):
+        with self.refused(hpu.Error, "no memory for the trace", "lower record.plant_rate"):
+            hpu.run("hybrid-wall", {"run.duration": "900000 s", "record.plant_rate": "50 MHz"}, trace=True)
+
+
+class Signals(unittest.TestCase):
+    LONG = {"run.duration": "1000 s", "model.solver": "clock"}
+
+    def test_ctrl_c_ends_a_run(self):
+        threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT)).start()
+        begin = time.monotonic()
+        with self.assertRaises(KeyboardInterrupt):
+            hpu.run("hybrid-wall", self.LONG)
+        self.assertLess(time.monotonic() - begin, 5.0)
+
+    def test_other_threads_run_beside_a_run_and_its_progress_is_told(self):
+        seen, counted, ended = [], [], threading.Event()
+
+        def count():
+            while not ended.is_set():
+                counted.append(time.monotonic())
+                time.sleep(0.001)
+
+        def progress(done, total):
+            seen.append((done, total))
+            if len(seen) == 5:
+                raise StopIteration("enough")
+
+        thread = threading.Thread(target=count)
+        thread.start()
+        begin = time.monotonic()
+        with self.assertRaises(StopIteration):
+            hpu.run("hybrid-wall", self.LONG, progress=progress)
+        ended.set()
+        thread.join()
+        self.assertGreater(sum(at > begin for at in counted), 20, "the GIL is released")
+        self.assertEqual(seen, sorted(seen))
+        self.assertEqual({total for _, total in seen}, {50_000_000_000})
+        self.assertGreater(seen[-1][0], 0)
+        told = []
+        hpu.run("hybrid-wall", progress=lambda done, total: told.append((done, total)))
+        self.assertEqual(told[-1], (100_000_000, 100_000_000))
+
+
+if __name__ == "__main__":
+    unittest.main()
