@@ -1,7 +1,7 @@
 //! The loop of a scene with its own blocks, moved on step by step.
 
 use hpu_cosim::scene::Experiment;
-use hpu_cosim::{Control, Running, SceneFile, Simulation, Summary, WiredSimulation};
+use hpu_cosim::{AnyClosedLoop, Control, SceneFile, Simulation, Summary, Wired, WiredSimulation};
 use hpu_signal::{Clock, Cycle, Observe, Real, Signal};
 
 use crate::error::{Error, Status};
@@ -10,7 +10,7 @@ use crate::plant::{Owned, no_index};
 /// The loop of a scene, its blocks and its plant, at a clock edge. The motion is that of a whole run, to the bit.
 pub struct Emulated {
     // Before the fields that it borrows from: fields are dropped in this order.
-    running: Box<dyn Running>,
+    running: Box<dyn AnyClosedLoop<'static>>,
     simulation: Owned<WiredSimulation<'static>>,
     _scene: Owned<Experiment>,
     nets: Vec<Signal>,
@@ -48,11 +48,17 @@ impl Emulated {
         let nets = simulation.nets();
         let simulation = Owned::new(simulation);
         // SAFETY: as above.
-        let running = unsafe { simulation.lent() }.start();
-        let running = running.ok_or_else(|| named(&"with this model.solver it runs without a clock: run it whole"))?;
-        let mut opened = Self { running, simulation, _scene: scene, nets, now: Now(Vec::new()) };
-        opened.running.run_to(0, &mut opened.now, &Control::new());
-        Ok(opened)
+        let lent = unsafe { simulation.lent() };
+        if lent.direct().is_some() {
+            return Err(named(&"with this model.solver it runs without a clock: run it whole"));
+        }
+        let mut running = lent.closed_loop();
+        if !lent.gates_drive() {
+            running.wiring_mut().rest_modulator();
+        }
+        let mut now = Now(Vec::new());
+        running.run_to(lent.driver(), 0, &mut now, &Control::new());
+        Ok(Self { running, simulation, _scene: scene, nets, now })
     }
 
     fn simulation(&self) -> &WiredSimulation<'static> {
@@ -85,7 +91,7 @@ impl Emulated {
         if index >= count {
             return Err(Error::new(Status::Argument, no_index(index, "state", count)));
         }
-        Ok(self.running.real(index))
+        Ok(self.running.world().real(self.edge(), index))
     }
 
     /// Returns the FPGA's clock.
@@ -111,8 +117,9 @@ impl Emulated {
     /// at the edge at which that happened.
     pub fn step(&mut self, edges: u64, control: &Control) -> Result<(), Error> {
         let (wanted, end) = (self.edge().saturating_add(edges), self.edges());
-        self.running.run_to(wanted.min(end), &mut self.now, control);
-        if let Some(why) = self.running.over() {
+        let driver = self.simulation().driver();
+        self.running.run_to(driver, wanted.min(end), &mut self.now, control);
+        if let Some(why) = self.running.world().over() {
             return Err(Error::new(Status::Over, format!("{why}, at clock edge {}", self.edge())));
         }
         if wanted > end {
@@ -124,6 +131,6 @@ impl Emulated {
 
     /// Returns the plant's part of a run's summary, from the start to the present edge.
     pub fn summary(&mut self) -> Summary {
-        self.running.summary()
+        self.running.world().summary()
     }
 }

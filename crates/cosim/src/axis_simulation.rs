@@ -124,7 +124,7 @@ impl Wired for AxisSimulation<'_> {
     }
 
     fn closed_loop(&self) -> Box<dyn AnyClosedLoop<'_> + '_> {
-        self.visit(Close)
+        self.visit(Close(self.trace(&[])))
     }
 
     fn compare(&self, edges: u64) -> Comparison {

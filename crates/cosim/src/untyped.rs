@@ -6,9 +6,11 @@
 use hpu_datapath::{AnyWiring, Repeat, Wiring, bundle, flatten};
 use hpu_signal::{Cycle, Observe, Ports};
 
-use crate::engine::ClosedLoop;
-use crate::simulation::LoopVisitor;
+use crate::contact::Contact;
+use crate::engine::{ClosedLoop, Control, Driver};
+use crate::simulation::{LoopVisitor, Recorder};
 use crate::summary::Summary;
+use crate::trace::Trace;
 use crate::world::{EncoderState, World};
 
 /// A [`World`] whose port bundles are slices, in port order. Every world implements it.
@@ -105,6 +107,9 @@ pub trait AnyClosedLoop<'s> {
     fn step(&mut self);
     /// See [`ClosedLoop::leap`].
     fn leap(&mut self, end: u64, observer: &mut dyn Observe);
+    /// Runs to this edge, or until the device cannot go on. Shows every net to the observer; at edge 0 first the words
+    /// after the reset. Returns whether the control let it go on. How a run is cut into parts does not change it.
+    fn run_to(&mut self, driver: Driver, edge: u64, observer: &mut dyn Observe, control: &Control) -> bool;
     /// Returns the constant words of the wiring's inputs; words that the world drives are 0.
     fn constants(&self) -> Vec<i64>;
     /// Returns the wiring.
@@ -117,8 +122,12 @@ pub trait AnyClosedLoop<'s> {
     fn world(&self) -> &(dyn AnyWorld<'s> + 's);
 }
 
-/// A closed loop, and the constant words of the wiring's inputs.
-struct Closed<W, E: World>(ClosedLoop<W, E>, E::In);
+/// A closed loop, the constant words of the wiring's inputs, and an empty trace for an observer of a whole run.
+struct Closed<W, E: World> {
+    run: ClosedLoop<W, E>,
+    constants: E::In,
+    trace: Trace,
+}
 
 impl<'s, E, W> AnyClosedLoop<'s> for Closed<W, E>
 where
@@ -126,28 +135,34 @@ where
     W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone + 'static,
 {
     fn edge(&self) -> u64 {
-        self.0.edge()
+        self.run.edge()
     }
     fn step(&mut self) {
-        self.0.step(&mut ());
+        self.run.step(&mut ());
     }
     fn leap(&mut self, end: u64, observer: &mut dyn Observe) {
-        self.0.leap(end, &mut Through(observer));
+        self.run.leap(end, &mut Through(observer));
+    }
+    fn run_to(&mut self, driver: Driver, edge: u64, observer: &mut dyn Observe, control: &Control) -> bool {
+        // The observer of a whole run, so that the loop is compiled once for both.
+        let contact = Contact::of(0, u64::MAX);
+        let mut observer = Recorder { trace: &mut self.trace, contact, observer: Some(observer), reals: usize::MAX };
+        self.run.run(driver, edge, &mut observer, control)
     }
     fn constants(&self) -> Vec<i64> {
-        flatten(&self.1)
+        flatten(&self.constants)
     }
     fn wiring(&self) -> &dyn AnyWiring {
-        &self.0.wiring
+        &self.run.wiring
     }
     fn wiring_mut(&mut self) -> &mut dyn AnyWiring {
-        &mut self.0.wiring
+        &mut self.run.wiring
     }
     fn wiring_copy(&self) -> Box<dyn AnyWiring> {
-        Box::new(self.0.wiring.clone())
+        Box::new(self.run.wiring.clone())
     }
     fn world(&self) -> &(dyn AnyWorld<'s> + 's) {
-        &self.0.world
+        &self.run.world
     }
 }
 
@@ -166,8 +181,8 @@ impl Observe for Through<'_> {
     }
 }
 
-/// Implements [`Wired::closed_loop`](crate::Wired::closed_loop) for any simulation.
-pub(crate) struct Close;
+/// Implements [`Wired::closed_loop`](crate::Wired::closed_loop) for any simulation, with an empty trace.
+pub(crate) struct Close(pub(crate) Trace);
 
 impl<'s> LoopVisitor<'s> for Close {
     type Out = Box<dyn AnyClosedLoop<'s> + 's>;
@@ -176,6 +191,7 @@ impl<'s> LoopVisitor<'s> for Close {
         E: World + 's,
         W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone + 'static,
     {
-        Box::new(Closed(ClosedLoop::new(wiring.clone(), world, input, u64::MAX), input))
+        let run = ClosedLoop::new(wiring.clone(), world, input, u64::MAX);
+        Box::new(Closed { run, constants: input, trace: self.0 })
     }
 }

@@ -165,7 +165,7 @@ impl Wired for GimbalSimulation<'_> {
     }
 
     fn closed_loop(&self) -> Box<dyn AnyClosedLoop<'_> + '_> {
-        self.visit(Close)
+        self.visit(Close(self.trace(&[])))
     }
 
     fn compare(&self, edges: u64) -> Comparison {
