@@ -335,7 +335,7 @@ fn axis(
     Joint { world: Box::new(world), inputs, outputs, states }
 }
 
-/// Joins the world of an arm or of a gimbal to the signals of its wiring.
+/// Joins the world of a device with joints to the signals of its wiring.
 struct Arm<'a>(&'a WiredSimulation<'static>);
 
 impl LoopVisitor<'static> for Arm<'_> {

@@ -3,16 +3,14 @@
 use std::ops::Range;
 use std::time::Instant;
 
-use hpu_datapath::{AnyBlock, Instance, Wiring};
+use hpu_datapath::{AnyBlock, AnyWiring, Instance, Wiring};
 use hpu_signal::{Clock, Cycle, Observe, Real, Signal, UNKNOWN};
 
-use crate::arm_loop::ArmLoop;
 use crate::contact::{Contact, stride, window_start};
 use crate::engine::{ClosedLoop, Comparison, Control, Driver, compare};
-use crate::gimbal::SegmentLoop;
 use crate::law_loop::LawLoop;
 use crate::method::AxisLoop;
-use crate::outline::{Command, Outline};
+use crate::outline::{Command, Outline, Waves};
 use crate::scene::Record;
 use crate::summary::{NetUse, Summary};
 use crate::trace::Trace;
@@ -26,21 +24,22 @@ pub enum TheLoop<'s> {
     Axis(&'s AxisLoop),
     /// An axis's law in floats.
     Law(&'s LawLoop),
-    /// A PHANToM's loop.
-    Arm(&'s ArmLoop),
-    /// The loop of a segment on a gimbal.
-    Gimbal(&'s SegmentLoop),
+    /// The loop of another device.
+    Device(&'s dyn AnyWiring),
 }
 
 impl<'s> TheLoop<'s> {
+    fn any(self) -> &'s dyn AnyWiring {
+        match self {
+            Self::Axis(axis_loop) => axis_loop.wiring(),
+            Self::Law(wiring) => wiring,
+            Self::Device(wiring) => wiring,
+        }
+    }
+
     /// Returns the wiring as a block.
     pub fn block(self) -> &'s dyn AnyBlock {
-        match self {
-            Self::Axis(axis_loop) => axis_loop.block(),
-            Self::Law(wiring) => wiring,
-            Self::Arm(arm_loop) => arm_loop.block(),
-            Self::Gimbal(segment_loop) => segment_loop.block(),
-        }
+        self.any().block()
     }
 
     /// Returns the wiring's name.
@@ -50,22 +49,12 @@ impl<'s> TheLoop<'s> {
 
     /// Returns the nets.
     pub fn nets(self) -> Vec<Signal> {
-        match self {
-            Self::Axis(axis_loop) => axis_loop.nets(),
-            Self::Law(wiring) => wiring.nets(),
-            Self::Arm(arm_loop) => arm_loop.nets(),
-            Self::Gimbal(segment_loop) => segment_loop.nets(),
-        }
+        self.any().nets()
     }
 
     /// Returns the instances, in the order of the VHDL.
     pub fn instances(self) -> Vec<Instance> {
-        match self {
-            Self::Axis(axis_loop) => axis_loop.instances(),
-            Self::Law(wiring) => wiring.instances(),
-            Self::Arm(arm_loop) => arm_loop.instances(),
-            Self::Gimbal(segment_loop) => segment_loop.instances(),
-        }
+        self.any().instances()
     }
 
     /// Returns whether there is VHDL of the wiring.
@@ -143,6 +132,11 @@ pub trait Simulation {
     /// them.
     fn commands(&self) -> Vec<Command> {
         self.outline().commands.clone()
+    }
+
+    /// Returns how waveforms show the nets, if not as those of an axis.
+    fn waves(&self) -> Waves {
+        self.outline().waves
     }
 
     /// Returns whether there is a device, not a recording in its place.
@@ -238,8 +232,7 @@ pub(crate) fn run<R: Wired>(
         Some(direct) => direct.run((from, end), stride, trace, observer, control),
         None => {
             let observer: Option<&mut dyn Observe> = if observer.watches() { Some(observer) } else { None };
-            // The first output that judges an arm is the number of the joint under test.
-            let contact = Contact::new(&simulation.nets(), from, simulation.judged()[0]);
+            let contact = Contact::of(simulation.outline().contact.expect("a loop around a wall"), from);
             let observer = Recorder { trace, contact, observer, reals: simulation.reals().len() };
             let edge_s = simulation.clock().period_s();
             simulation.visit(Run { driver, window: (from, end), stride, modulated, edge_s, observer, control })
@@ -262,8 +255,8 @@ pub fn follow<R: Simulation, E>(
     play: impl FnOnce(&mut dyn Observe) -> Result<(Summary, Option<&'static str>), E>,
 ) -> Result<Summary, E> {
     trace.begin(simulation.edges() / simulation.stride() + 1);
-    let contact =
-        Contact::new(&simulation.nets(), window_start(simulation.edges(), simulation.stride()), simulation.judged()[0]);
+    let from = window_start(simulation.edges(), simulation.stride());
+    let contact = Contact::of(simulation.outline().contact.expect("a loop around a wall"), from);
     let mut follow = Follow { trace, observer, contact, known: Vec::new() };
     let (summary, over) = play(&mut follow)?;
     let contact = follow.contact.edges(summary.edges) as f64;

@@ -2,7 +2,7 @@
 
 use hpu_signal::{Ports, Signal, SignalUse};
 
-use crate::block::{Block, Instance, Parts};
+use crate::block::{AnyBlock, Block, Instance, Parts};
 
 hpu_signal::ports! {
     /// Inputs of a haptic loop: the encoder's pins and the words that the scene sets.
@@ -88,4 +88,26 @@ pub trait Wiring: Block {
     }
     /// Returns the range and the lost bits of every net since reset.
     fn uses(&self) -> Vec<SignalUse>;
+}
+
+/// A wiring to read, whatever its type. Implemented by every [`Wiring`].
+pub trait AnyWiring {
+    /// Returns the wiring as a block.
+    fn block(&self) -> &dyn AnyBlock;
+    /// See [`Wiring::nets`].
+    fn nets(&self) -> Vec<Signal>;
+    /// See [`Wiring::instances`].
+    fn instances(&self) -> Vec<Instance>;
+}
+
+impl<W: Wiring> AnyWiring for W {
+    fn block(&self) -> &dyn AnyBlock {
+        self
+    }
+    fn nets(&self) -> Vec<Signal> {
+        Wiring::nets(self)
+    }
+    fn instances(&self) -> Vec<Instance> {
+        Wiring::instances(self)
+    }
 }

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use hpu_cosim::{Simulation, Wired};
+use hpu_cosim::{Simulation, Waves, Wired};
 use hpu_datapath::{AnyBlock, Instance, Wiring};
 use hpu_signal::{Format, Real, Signal};
 
@@ -53,6 +53,7 @@ pub struct Layout {
     pub(crate) tied: Vec<i64>,
     /// The number of channels of a logic analyser; `None` for a design.
     pub(crate) channels: Option<usize>,
+    pub(crate) waves: Waves,
 }
 
 /// The name of the net that is 1 once the VHDL has differed.
@@ -152,14 +153,15 @@ impl Layout {
         if !reals.is_empty() {
             scopes.push(Scope::new("plant", false, reals.iter().enumerate().map(Var::real)));
         }
-        Self { scopes, nets, reals: reals.to_vec(), tied, channels: None }
+        Self { scopes, nets, reals: reals.to_vec(), tied, channels: None, waves: Waves::default() }
     }
 
     /// Returns the hierarchy of a scene's wiring and world. A recording has no plant.
     pub fn of(simulation: &impl Wired) -> Self {
         let reals = if simulation.has_device() { simulation.reals() } else { &[] };
         let wiring = simulation.wiring();
-        Self::laid((wiring.name(), wiring.block().clocked()), wiring.nets(), wiring.instances(), reals)
+        let laid = Self::laid((wiring.name(), wiring.block().clocked()), wiring.nets(), wiring.instances(), reals);
+        Self { waves: simulation.waves(), ..laid }
     }
 
     /// Returns the hierarchy of a design of the user's own: its ports in a scope of its name, and its world.
@@ -173,7 +175,7 @@ impl Layout {
             scope.vars.push(Var::new(name, signal.format, Source::Net(index)));
         }
         let scopes = vec![top, Scope::new("plant", false, simulation.reals().iter().enumerate().map(Var::real))];
-        Self { scopes, nets, reals: simulation.reals().to_vec(), tied: Vec::new(), channels: None }
+        Self { scopes, nets, reals: simulation.reals().to_vec(), tied: Vec::new(), channels: None, waves: Waves::default() }
     }
 
     /// Adds `clk` in front of every `rst`. The writers toggle it between the changes that they observe: it costs two
@@ -210,7 +212,7 @@ impl Layout {
             Ok(Var::new(channel, nets[index].format, Source::Net(index)))
         });
         let scope = Scope::new("libsigrok", false, vars.collect::<Result<Vec<_>, _>>()?.into_iter());
-        Ok(Self { scopes: vec![scope], nets, reals: Vec::new(), tied: Vec::new(), channels: Some(channels.len()) })
+        Ok(Self { scopes: vec![scope], nets, reals: Vec::new(), tied: Vec::new(), channels: Some(channels.len()), waves: Waves::default() })
     }
 
     /// Returns the topmost scopes.

@@ -1,16 +1,15 @@
 //! `hpu limits`: the stiffnesses at which a scene's wall settles.
 
 mod page;
-mod touch;
 
 use std::path::PathBuf;
 
 use hpu_chart as chart;
 use hpu_cosim::figure;
 use hpu_cosim::scene::{DutScene, Experiment, Scene};
-use hpu_study::device;
 use hpu_study::limits::{BoxSet, Limits, Looks, MOST_UNKNOWN, Unknown, WordsSet, World, hands_of, limits, usual_range};
 use hpu_study::map::SceneText;
+use hpu_study::{ToldLimits, device};
 
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
@@ -73,8 +72,9 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     if let Experiment::Dut(scene) = &read.1 {
         return of_design(args, &read.0, scene);
     }
-    if let Experiment::Gimbal(scene) = &read.1 {
-        return touch::run(args, scene);
+    let shown = format!("{}{}", quoted(&args.scene), set_options(&args.set.set));
+    if let Some(told) = device(&read.1).told_limits(&shown) {
+        return without_runs(args, &read.1.name, told);
     }
     let (text, nominal) = (read.0, axis(&read.1)?);
     let range = match &args.range {
@@ -109,6 +109,21 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     }
     show(&page::page(&nominal.name, &found, &over, &files), args.json)?;
     // The absence of a limit is a result, not a failure.
+    Ok(Exit::Fine)
+}
+
+/// Shows the limits that criteria tell without a run.
+fn without_runs(args: &Args, name: &str, ToldLimits { of, page }: ToldLimits) -> Result<Exit, Failure> {
+    let usage = |said: &str| Failure::usage(format!("{name}: {said}"));
+    let is_of_runs = args.words.is_some() || args.phases != Looks::default().phases;
+    if args.range.is_some() || !args.over.is_empty() || args.hands.is_some() || is_of_runs {
+        let options = "--range, --over, --hands, --words and --phases";
+        return Err(usage(&format!("{options} are of an axis; of {of} nothing is run")));
+    }
+    if args.out.is_some() {
+        return Err(usage(&format!("the limits of {of} have no picture; hpu map draws its criteria beside runs")));
+    }
+    show(&page.map_err(|why| usage(&why))?, args.json)?;
     Ok(Exit::Fine)
 }
 

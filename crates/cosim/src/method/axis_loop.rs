@@ -1,9 +1,7 @@
 //! The wirings of an axis: a type for each method.
 
-use hpu_datapath::{
-    AnyBlock, ConventionalLoop, HybridLoop, Instance, Law, LoopConfig, MethodLoop, MethodLoopConfig, Shaping, Wiring,
-};
-use hpu_signal::{Format, Signal};
+use hpu_datapath::{AnyWiring, ConventionalLoop, HybridLoop, Law, LoopConfig, MethodLoop, MethodLoopConfig, Shaping};
+use hpu_signal::Format;
 
 use super::published::Published;
 use super::setting::{Setting, Unmade};
@@ -37,15 +35,6 @@ macro_rules! axis_loop {
         }
 
         impl AxisLoop {
-            /// Returns the wiring of every method, in its default configuration.
-            pub fn all() -> Vec<Self> {
-                vec![
-                    Self::Hybrid(HybridLoop::default()),
-                    Self::Conventional(ConventionalLoop::default()),
-                    $(Self::$Law(MethodLoop::default()),)*
-                ]
-            }
-
             /// Returns the wiring of a method before reset.
             pub(crate) fn new(method: &Loop, setting: &Setting, config: LoopConfig) -> Result<Self, Unmade> {
                 Ok(match method {
@@ -71,19 +60,9 @@ macro_rules! axis_loop {
 laws!(axis_loop);
 
 impl AxisLoop {
-    /// Returns the wiring as a block.
-    pub fn block(&self) -> &dyn AnyBlock {
+    /// Returns the wiring, to read.
+    pub fn wiring(&self) -> &dyn AnyWiring {
         with_axis_loop!(self, wiring => wiring)
-    }
-
-    /// Returns the nets.
-    pub fn nets(&self) -> Vec<Signal> {
-        with_axis_loop!(self, wiring => wiring.nets())
-    }
-
-    /// Returns the instances, in the order of the VHDL.
-    pub fn instances(&self) -> Vec<Instance> {
-        with_axis_loop!(self, wiring => wiring.instances())
     }
 }
 

@@ -1,12 +1,14 @@
 //! A PHANToM: its scene made ready, its worlds, the host of its operating-system platforms, and its law without a
 //! clock.
 
+mod arm_loop;
 mod direct;
 mod host;
 mod sides;
 #[cfg(test)]
 mod tests;
 
+use arm_loop::ArmLoop;
 use direct::ArmDirect;
 use host::{COUNTING, Host};
 use sides::{FpgaSide, HostSide};
@@ -16,10 +18,10 @@ use hpu_plant::arm::{Arm, ArmModel, Transmission, kinematics};
 use hpu_signal::{Format, Observe, Ports};
 
 use crate::arm::{ArmPlant, Stops};
-use crate::arm_loop::ArmLoop;
 use crate::arm_world::ArmWorld;
+use crate::columns::{ARM_REALS, ARM_ROW};
 use crate::engine::{Comparison, Control, Driver};
-use crate::outline::Outline;
+use crate::outline::{Outline, Rule};
 use crate::random::SplitMix64;
 use crate::scene::{PhantomLaw, PhantomScene, PhantomWords, Platform, Premium};
 use crate::simulation::{self, Compare, Direct, LoopVisitor, Simulation, TheLoop, Wired};
@@ -78,7 +80,12 @@ impl<'s> PhantomSimulation<'s> {
             ("command2", "wall_torque2_nm", second),
             ("command3", "wall_torque3_nm", third),
         ];
-        let outline = Outline::of_drop(scene, plant.axis, (wiring.block().name(), wiring.nets()), commands);
+        let logged = 3 + plant.axis;
+        let closed_by = (wiring.any().block().name(), wiring.any().nets());
+        let outline = Outline::new(scene, (&ARM_ROW, ARM_REALS.len()), closed_by, Rule::Drop(logged));
+        // A host's wiring has no net of its own for contact: the command of the joint under test takes its place.
+        let contact = outline.net("contact").or_else(|| Some(outline.net("command1")? + plant.axis));
+        let outline = Outline { commands, judged: vec![plant.axis, logged], contact, ..outline };
         Ok(Self { scene, plant, words, wiring, outline })
     }
 
@@ -262,7 +269,7 @@ impl Simulation for PhantomSimulation<'_> {
 
 impl Wired for PhantomSimulation<'_> {
     fn wiring(&self) -> TheLoop<'_> {
-        TheLoop::Arm(&self.wiring)
+        TheLoop::Device(self.wiring.any())
     }
 
     fn visit<'v, V: LoopVisitor<'v>>(&'v self, visitor: V) -> V::Out {

@@ -11,7 +11,7 @@ pub enum OutcomeKind {
     LimitCycle,
     /// The motion oscillates ever wider.
     Diverged,
-    /// A segment on a gimbal follows a moving target.
+    /// The device follows a moving target to the end.
     Tracking,
     /// A drop test: the tip rests on the wall.
     Passive,
@@ -79,7 +79,7 @@ impl Metric {
             Self::SpringOverflowShare => keys::expect::spring_overflow_share.name,
             Self::EncoderEdges => keys::expect::encoder_edges.name,
             Self::ContactShare => keys::expect::contact_share.name,
-            Self::Rms => keys::expect_drop::rms.name,
+            Self::Rms => "rms",
         }
     }
 }

@@ -2,7 +2,9 @@
 //! position control, stiffness by impedance control of the crank.
 
 mod read;
+pub(super) mod rows;
 mod shear;
+pub(super) mod shipped;
 mod target;
 
 pub(super) use read::scene;

@@ -5,23 +5,13 @@ use super::{Choice, Group, Key, Own, Quantity, Shape, Takes, Text, Whole, keys, 
 use crate::scene::model::{BridgeModel, Datapath, EncoderModel, Friction, Solver, Winding};
 use crate::scene::quantity as q;
 use crate::scene::quantity::Sense::{Any, NotNegative, Positive, Within};
-use crate::scene::read_device::{DeviceKind, MOTORS, NamedMotor};
+use crate::scene::read_device::{MOTORS, NamedMotor};
 
 /// The form of `hand.path`.
 pub(crate) const PATH: &str = "[[time, angle], ...] with at least one point, as in [[0, 0], [\"50 ms\", \"30 deg\"]]";
 
 /// The default of what a named motor brings.
 const MOTORS_OWN: &str = "the motor's";
-
-keys! { device: "device" of [];
-    /// Kind of the device: a motor with a wheel, a mass on a rail, the arm of a PHANToM, or a segment on a gimbal.
-    kind: Choice<DeviceKind> = Choice::new(|| vec![
-        ("motor", DeviceKind::Motor),
-        ("mass", DeviceKind::Mass),
-        ("phantom", DeviceKind::Phantom),
-        ("gimbal", DeviceKind::Gimbal),
-    ], Required);
-}
 
 keys! { motor: "device" of ["motor"];
     /// Motor whose data are known; a key beside it replaces one of its data.

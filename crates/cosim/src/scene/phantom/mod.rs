@@ -1,6 +1,8 @@
 //! A scene of a PHANToM: the drop test of Sevcik et al. 2009, its platforms and its models.
 
 mod read;
+pub(super) mod rows;
+pub(super) mod shipped;
 
 pub(super) use read::{Words, scene};
 

@@ -28,7 +28,7 @@ pub(crate) struct NetRanges(Vec<NetRange>);
 impl NetRanges {
     /// Reads the words of a wiring's nets, block after block.
     pub fn of(settings: &Settings, travel: &Travel, wiring: &AxisLoop) -> Self {
-        let (nets, instances) = (wiring.nets(), wiring.instances());
+        let (nets, instances) = (wiring.wiring().nets(), wiring.wiring().instances());
         Affine::on_a_sheet(|| {
             let moved = |clocks| travel.decoded.then(|| travel.moved(clocks));
             let mut walk = Walk { nets: vec![None; nets.len()], moved: &moved };

@@ -1,11 +1,10 @@
 //! The keys of a scene of a PHANToM.
 
-use super::Otherwise::{Is, Required, Said};
-use super::value::Expected;
-use super::{Choice, Flag, Group, Key, Own, Quantity, Text, Whole, keys, named};
 use crate::message::number;
 use crate::scene::accuracy::OfOutputs;
 use crate::scene::expect::OutcomeKind;
+use crate::scene::keys::Otherwise::{Is, Required, Said};
+use crate::scene::keys::{Choice, DeviceKeys, Expected, Flag, Group, Key, Own, Quantity, Text, Whole, keys, named};
 use crate::scene::model::Solver;
 use crate::scene::phantom::{Direction, OUTPUTS, PhantomLaw, Platform, Premium, Words};
 use crate::scene::quantity as q;
@@ -144,3 +143,19 @@ keys! { accuracy_phantom: "accuracy" of ["phantom"];
     /// Outputs that must agree.
     outputs: OfOutputs = OfOutputs(&OUTPUTS);
 }
+
+/// All of them.
+pub(in crate::scene) const KEYS: DeviceKeys = DeviceKeys {
+    first: &[&top_phantom::GROUP],
+    top: &[&top_room::GROUP],
+    device: &[&phantom::GROUP],
+    parts: &[&drop::GROUP, &platform::GROUP],
+    method: &[&method_phantom::GROUP],
+    motion: &[],
+    walls: &[&room::GROUP],
+    model: &[&model_phantom::GROUP],
+    record: &[&record_phantom::GROUP],
+    expect: &[&expect_drop::GROUP],
+    accuracy: &[&accuracy_phantom::GROUP],
+    own_kinds: &[],
+};
