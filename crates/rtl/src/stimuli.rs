@@ -320,7 +320,7 @@ pub fn random(block: &dyn AnyBlock, seed: u64, rows: usize) -> Vec<Stimulus> {
         _ => 700,
     };
     let mut walker = is_law(&inputs).then(Walker::new);
-    let mut targets = gimbal::Targets::of(block, latency(block));
+    let mut targets = gimbal::Targets::of(block, latency);
     let mut next = |row: usize| {
         for (index, signal) in inputs.iter().enumerate().skip(2 * encoders) {
             let odds = match signal.name {

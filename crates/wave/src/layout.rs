@@ -175,7 +175,14 @@ impl Layout {
             scope.vars.push(Var::new(name, signal.format, Source::Net(index)));
         }
         let scopes = vec![top, Scope::new("plant", false, simulation.reals().iter().enumerate().map(Var::real))];
-        Self { scopes, nets, reals: simulation.reals().to_vec(), tied: Vec::new(), channels: None, waves: Waves::default() }
+        Self {
+            scopes,
+            nets,
+            reals: simulation.reals().to_vec(),
+            tied: Vec::new(),
+            channels: None,
+            waves: Waves::default(),
+        }
     }
 
     /// Adds `clk` in front of every `rst`. The writers toggle it between the changes that they observe: it costs two
@@ -212,7 +219,14 @@ impl Layout {
             Ok(Var::new(channel, nets[index].format, Source::Net(index)))
         });
         let scope = Scope::new("libsigrok", false, vars.collect::<Result<Vec<_>, _>>()?.into_iter());
-        Ok(Self { scopes: vec![scope], nets, reals: Vec::new(), tied: Vec::new(), channels: Some(channels.len()), waves: Waves::default() })
+        Ok(Self {
+            scopes: vec![scope],
+            nets,
+            reals: Vec::new(),
+            tied: Vec::new(),
+            channels: Some(channels.len()),
+            waves: Waves::default(),
+        })
     }
 
     /// Returns the topmost scopes.

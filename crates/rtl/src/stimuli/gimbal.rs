@@ -84,12 +84,12 @@ pub(super) struct Targets {
 }
 
 impl Targets {
-    /// Returns targets of an inverse kinematics whose computations take that many edges; `None` for another block.
-    pub(super) fn of(block: &dyn AnyBlock, latency: i64) -> Option<Self> {
+    /// Returns targets of an inverse kinematics whose computations take `latency` edges; `None` for another block.
+    pub(super) fn of(block: &dyn AnyBlock, latency: fn(&dyn AnyBlock) -> i64) -> Option<Self> {
         let lengths = ["OFFSET", "ROD_LENGTH", "CRANK_LENGTH"].map(|name| generic(block, name));
         let [Some(offset), Some(rod), Some(crank)] = lengths else { return None };
         let reach = [offset + rod - crank, offset + rod + crank];
-        (block.inputs()[0].name == "start").then(|| Self::new(latency, reach))
+        (block.inputs()[0].name == "start").then(|| Self::new(latency(block), reach))
     }
 
     /// Returns targets about this reach, in words, for computations of that many edges.

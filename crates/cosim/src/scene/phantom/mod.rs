@@ -4,7 +4,7 @@ mod read;
 pub(super) mod rows;
 pub(super) mod shipped;
 
-pub(super) use read::{Words, scene};
+pub(super) use read::scene;
 
 use hpu_datapath::phantom::Config;
 

@@ -10,7 +10,7 @@ use super::super::read::{clock, expect};
 use super::super::read_model::step;
 use super::super::section::Section;
 use super::super::source::{SceneError, Source};
-use super::rows;
+use super::rows::{self, Words};
 use super::{Direction, Drop, Irregularity, PhantomMethod, PhantomModel, PhantomScene, Platform, Premium, Room};
 use crate::message::number;
 
@@ -189,14 +189,6 @@ fn method(s: &Section, drop: &Drop) -> Result<PhantomMethod, SceneError> {
     let lengths = drop.lengths_m.map(|length_m| (length_m * length_lsbs).round() as u32);
     let config = Config { depth_width, lengths, ..config };
     Ok(PhantomMethod { shared, config: if shared { config.shared() } else { config } })
-}
-
-/// The word formats that a scene can choose.
-#[derive(Clone, Copy, PartialEq)]
-pub(crate) enum Words {
-    Fitted,
-    Narrow,
-    PlainQ22,
 }
 
 fn room(s: &Section, axis: Direction) -> Result<Room, SceneError> {

@@ -6,13 +6,21 @@ use crate::scene::expect::OutcomeKind;
 use crate::scene::keys::Otherwise::{Is, Required, Said};
 use crate::scene::keys::{Choice, DeviceKeys, Expected, Flag, Group, Key, Own, Quantity, Text, Whole, keys, named};
 use crate::scene::model::Solver;
-use crate::scene::phantom::{Direction, OUTPUTS, PhantomLaw, Platform, Premium, Words};
+use crate::scene::phantom::{Direction, OUTPUTS, PhantomLaw, Platform, Premium};
 use crate::scene::quantity as q;
 use crate::scene::quantity::Sense::{NotNegative, Positive, UpTo, Within};
 
 /// The length of one of the arm's links.
 const LINK: Quantity = Quantity::new(&q::LENGTH, Within(0.02, 0.5), Said("140 mm of a premium_1.0, else the arm's"))
     .refusing(|m| (m > 0.0).then(|| format!("{} m: links of 20 mm to 500 mm are accepted", number(m))));
+
+/// The word formats that a scene can choose.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) enum Words {
+    Fitted,
+    Narrow,
+    PlainQ22,
+}
 
 /// The words for a value above the greatest.
 macro_rules! above {
