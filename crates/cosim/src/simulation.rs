@@ -217,6 +217,30 @@ pub trait Direct {
     ) -> (Summary, f64, Option<&'static str>);
 }
 
+/// The part of `impl Wired` that is alike in the simulations of all devices.
+macro_rules! wired_alike {
+    () => {
+        fn run(
+            &self,
+            driver: $crate::Driver,
+            trace: &mut $crate::Trace,
+            observer: &mut dyn hpu_signal::Observe,
+            control: &$crate::Control,
+        ) -> $crate::Summary {
+            $crate::simulation::run(self, driver, trace, observer, control)
+        }
+
+        fn compare(&self, edges: u64) -> $crate::Comparison {
+            self.visit($crate::simulation::Compare(edges))
+        }
+
+        fn driver(&self) -> $crate::Driver {
+            self.scene.model.solver.into()
+        }
+    };
+}
+pub(crate) use wired_alike;
+
 /// Implements [`Wired::run`] for any simulation.
 pub(crate) fn run<R: Wired>(
     simulation: &R,

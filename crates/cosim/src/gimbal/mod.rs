@@ -6,16 +6,14 @@ mod side;
 
 use hpu_datapath::gimbal::GimbalIn;
 use hpu_plant::arm::{Arm, Joints, Recorded};
-use hpu_signal::{Observe, Ports};
+use hpu_signal::Ports;
 
 use crate::arm::ArmPlant;
 use crate::arm_world::ArmWorld;
-use crate::engine::{Comparison, Control, Driver};
 use crate::outline::{Command, Outline, Rule, Waves};
 use crate::scene::{GimbalScene, GimbalWords};
-use crate::simulation::{self, Compare, LoopVisitor, Simulation, TheLoop, Wired};
+use crate::simulation::{LoopVisitor, Simulation, TheLoop, Wired};
 use crate::simulation_error::SimulationError;
-use crate::summary::Summary;
 use crate::trace::Trace;
 
 pub use columns::{ERROR, FORCE, GIMBAL_REALS, GIMBAL_ROW, RADIUS, STRESSES};
@@ -214,15 +212,5 @@ impl Wired for GimbalSimulation<'_> {
         }
     }
 
-    fn run(&self, driver: Driver, trace: &mut Trace, observer: &mut dyn Observe, control: &Control) -> Summary {
-        simulation::run(self, driver, trace, observer, control)
-    }
-
-    fn compare(&self, edges: u64) -> Comparison {
-        self.visit(Compare(edges))
-    }
-
-    fn driver(&self) -> Driver {
-        self.scene.model.solver.into()
-    }
+    crate::simulation::wired_alike!();
 }

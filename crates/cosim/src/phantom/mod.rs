@@ -15,19 +15,16 @@ use sides::{FpgaSide, HostSide};
 
 use hpu_datapath::phantom::{PhantomIn, PhantomIo, PhantomIoIn, PhantomLoop, PhantomSharedLoop};
 use hpu_plant::arm::{Arm, ArmModel, Transmission, kinematics};
-use hpu_signal::{Format, Observe, Ports};
+use hpu_signal::{Format, Ports};
 
 use crate::arm::{ArmPlant, Stops};
 use crate::arm_world::ArmWorld;
 use crate::columns::{ARM_REALS, ARM_ROW};
-use crate::engine::{Comparison, Control, Driver};
 use crate::outline::{Outline, Rule};
 use crate::random::SplitMix64;
 use crate::scene::{PhantomLaw, PhantomScene, PhantomWords, Platform, Premium};
-use crate::simulation::{self, Compare, Direct, LoopVisitor, Simulation, TheLoop, Wired};
+use crate::simulation::{Direct, LoopVisitor, Simulation, TheLoop, Wired};
 use crate::simulation_error::SimulationError;
-use crate::summary::Summary;
-use crate::trace::Trace;
 
 /// Gravity.
 const GRAVITY_M_PER_S2: f64 = 9.81;
@@ -284,17 +281,7 @@ impl Wired for PhantomSimulation<'_> {
         }
     }
 
-    fn run(&self, driver: Driver, trace: &mut Trace, observer: &mut dyn Observe, control: &Control) -> Summary {
-        simulation::run(self, driver, trace, observer, control)
-    }
-
-    fn compare(&self, edges: u64) -> Comparison {
-        self.visit(Compare(edges))
-    }
-
-    fn driver(&self) -> Driver {
-        self.scene.model.solver.into()
-    }
+    crate::simulation::wired_alike!();
 
     fn direct(&self) -> Option<Box<dyn Direct + '_>> {
         if self.scene.model.law == PhantomLaw::Words {

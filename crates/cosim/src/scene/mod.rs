@@ -107,8 +107,7 @@ pub use head::Head;
 pub use model::{BridgeModel, Datapath, EncoderModel, Friction, Model, Solver, Winding};
 pub use parameter::{Origin, Parameter, ParameterValue};
 pub use parts::{
-    Amplifier, AnalogShaper, Bridge, Device, Encoder, Hand, Mass, Method, Motor, PathPoint, Pwm, Ramp, Record, Run,
-    Units, Wall,
+    Amplifier, AnalogShaper, Device, Encoder, Hand, Mass, Method, Motor, PathPoint, Pwm, Ramp, Record, Run, Units, Wall,
 };
 pub use phantom::{
     Direction, Drop, Irregularity, PhantomLaw, PhantomMethod, PhantomModel, PhantomScene, PhantomWords, Platform,
@@ -121,6 +120,7 @@ pub use source::SceneError;
 pub use words::{COMMAND_BITS, LoopWords, Miss, Realised};
 
 pub use crate::method::{LawMethod, Loop, SampledWallMethod};
+pub use hpu_plant::Bridge;
 
 use devices::{DeviceKind, device};
 use head::has_head;

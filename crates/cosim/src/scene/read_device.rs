@@ -1,9 +1,11 @@
 //! Reading `[device]`, `[encoder]`, `[bridge]` and `[amplifier]`.
 
+use hpu_plant::Bridge;
+
 use super::devices::{DeviceKind, device};
 use super::keys::{self, Key, Quantity};
 use super::parameter::Origin;
-use super::parts::{Amplifier, AnalogShaper, Bridge, Device, Encoder, Mass, Motor};
+use super::parts::{Amplifier, AnalogShaper, Device, Encoder, Mass, Motor};
 use super::quantity::{Axis, RAIL, SHAFT};
 use super::section::Section;
 use super::source::SceneError;

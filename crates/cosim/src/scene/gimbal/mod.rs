@@ -278,14 +278,6 @@ impl Setup for GimbalScene {
         &OUTPUTS
     }
 
-    fn wall_position(&self) -> f64 {
-        0.0
-    }
-
-    fn stiffness_error(&self) -> Option<f64> {
-        self.stiffness_miss().map(|miss| miss.error)
-    }
-
     fn stiffness_miss(&self) -> Option<Miss> {
         self.words().ok()?.stiffness_miss
     }
