@@ -10,27 +10,23 @@ use crate::{
     foaw, levant_differentiator, velocity_register, window_difference,
 };
 
-/// The method by which a law estimates a velocity, in the order of the generic `ESTIMATOR`.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Estimator {
-    /// Backward difference, in counts per sample.
-    Difference,
-    /// Backward difference through a low-pass filter, in counts per sample.
-    Filtered,
-    /// Difference over a window, in counts per window.
-    Window,
-    /// Difference over an adaptive window (FOAW), in counts per sample.
-    Foaw,
-    /// The sample period divided by the time between two counts, in counts per sample.
-    EdgeTimer,
-    /// Levant's differentiator, in counts per sample.
-    Levant,
-}
-
-impl Estimator {
-    /// Every estimator, in the order of the generic.
-    pub const ALL: [Self; 6] =
-        [Self::Difference, Self::Filtered, Self::Window, Self::Foaw, Self::EdgeTimer, Self::Levant];
+hpu_signal::named! {
+    /// The method by which a law estimates a velocity, in the order of the generic `ESTIMATOR`.
+    #[derive(Clone, Copy, PartialEq, Eq, Debug)]
+    pub enum Estimator {
+        /// Backward difference, in counts per sample.
+        Difference = "difference",
+        /// Backward difference through a low-pass filter, in counts per sample.
+        Filtered = "filtered",
+        /// Difference over a window, in counts per window.
+        Window = "window",
+        /// Difference over an adaptive window (FOAW), in counts per sample.
+        Foaw = "foaw",
+        /// The sample period divided by the time between two counts, in counts per sample.
+        EdgeTimer = "edge_timer",
+        /// Levant's differentiator, in counts per sample.
+        Levant = "levant",
+    }
 }
 
 /// Its place among all.

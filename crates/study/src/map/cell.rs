@@ -66,20 +66,9 @@ impl Displayed {
     }
 }
 
-/// Names of the outcomes, as in a scene's `[expect]`.
-pub const OUTCOMES: [(OutcomeKind, &str); 7] = [
-    (OutcomeKind::Settled, "settled"),
-    (OutcomeKind::LimitCycle, "limit_cycle"),
-    (OutcomeKind::Diverged, "diverged"),
-    (OutcomeKind::Tracking, "tracking"),
-    (OutcomeKind::Passive, "passive"),
-    (OutcomeKind::NonPassive, "non_passive"),
-    (OutcomeKind::HighlyUnstable, "highly_unstable"),
-];
-
 /// Returns the name of a cell's outcome; `failed` for a cell without one.
 pub fn outcome_name(outcome: Option<OutcomeKind>) -> &'static str {
-    OUTCOMES.iter().find(|(kind, _)| Some(*kind) == outcome).map_or("failed", |(_, name)| name)
+    outcome.map_or("failed", OutcomeKind::name)
 }
 
 /// How far a cell is run.
@@ -166,7 +155,7 @@ impl Cell {
         };
         let known = |text: &str| if text.is_empty() { Some(None) } else { text.parse().ok().map(Some) };
         Some(Self {
-            outcome: OUTCOMES.iter().find(|(_, name)| *name == outcome)?.0,
+            outcome: OutcomeKind::ALL.into_iter().find(|kind| kind.name() == outcome)?,
             rms: known(rms)?,
             amplitude: known(amplitude)?,
             frequency_hz: known(frequency)?,

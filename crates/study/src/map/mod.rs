@@ -27,7 +27,7 @@ pub use crate::device::Switching;
 pub use agreement::{Agreement, agreements, predicted};
 pub use axis::Axis;
 pub(crate) use cell::more_events;
-pub use cell::{Cell, CellLimits, Displayed, OUTCOMES, displayed_stiffness, outcome_name, product_wraps};
+pub use cell::{Cell, CellLimits, Displayed, displayed_stiffness, outcome_name, product_wraps};
 pub use class::is_unseen;
 pub use class::{Class, class_name, classes, unseen, wrapped};
 pub use curves::{Curve, Curves};

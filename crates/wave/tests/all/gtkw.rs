@@ -116,13 +116,6 @@ fn the_window_opens_on_the_span() {
 }
 
 #[test]
-fn an_analyser_has_a_trace_a_channel() {
-    let hybrid = HybridLoop::new(config()).expect("valid");
-    let layout = Layout::analyser(&hybrid, &[("a_pin", "A"), ("b_pin", "B")]).expect("nets");
-    assert_eq!(traces(&save(&layout)), ["libsigrok.A", "libsigrok.B"]);
-}
-
-#[test]
 fn a_comparison_with_vhdl_comes_first_and_its_first_difference_is_marked() {
     let layout = Layout::new(&HybridLoop::new(config()).expect("valid"), &REALS).with_comparison();
     let clock = Clock::new(50_000_000).expect("valid");

@@ -219,12 +219,10 @@ keys! { record_gimbal: "record" of ["gimbal"];
 keys! { expect_gimbal: "expect" of ["gimbal"];
     /// Verdict that the run must reach: the segment follows a moving target to the end, comes to rest at a fixed one,
     /// keeps a limit cycle there, or diverges.
-    outcome: Choice<OutcomeKind> = Choice::new(|| vec![
-        ("tracking", OutcomeKind::Tracking),
-        ("settled", OutcomeKind::Settled),
-        ("limit_cycle", OutcomeKind::LimitCycle),
-        ("diverged", OutcomeKind::Diverged),
-    ], Said("not judged"));
+    outcome: Choice<OutcomeKind> = Choice::new(|| {
+        use OutcomeKind::{Diverged, LimitCycle, Settled, Tracking};
+        named(&[Tracking, Settled, LimitCycle, Diverged], OutcomeKind::name)
+    }, Said("not judged"));
     /// Root mean square of the distance between tip and target in the judged window.
     rms: Expected = Expected::new(&q::LENGTH, NotNegative);
     /// Amplitude of the limit cycle of the radius.

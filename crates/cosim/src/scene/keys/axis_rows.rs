@@ -168,20 +168,15 @@ keys! { model: "model" of ["axis"];
     step: Quantity = Quantity::new(&q::TIME, Positive, Said("none"));
     /// How the law is computed: by the blocks in fixed point, in floats on encoder counts with the gains that the
     /// fixed-point words realise, or as the linear law of the limits.
-    datapath: Choice<Datapath> = Choice::new(|| vec![
-        ("words", Datapath::Words), ("law", Datapath::Law), ("linear", Datapath::Linear),
-    ], Is(Datapath::Words));
+    datapath: Choice<Datapath> = Choice::new(|| named(&Datapath::ALL, Datapath::name), Is(Datapath::Words));
 }
 
 keys! { model_motor: "model" of ["motor"];
     /// Models every switching of the bridge, or its mean voltage with the pulses' area and first moment.
-    bridge: Choice<BridgeModel> = Choice::new(|| vec![
-        ("switching", BridgeModel::Switching), ("averaged", BridgeModel::Averaged),
-    ], Is(BridgeModel::Switching));
+    bridge: Choice<BridgeModel> =
+        Choice::new(|| named(&BridgeModel::ALL, BridgeModel::name), Is(BridgeModel::Switching));
     /// Models the winding with or without its inductance; without needs an averaged bridge.
-    winding: Choice<Winding> = Choice::new(|| vec![
-        ("inductive", Winding::Inductive), ("resistive", Winding::Resistive),
-    ], Is(Winding::Inductive));
+    winding: Choice<Winding> = Choice::new(|| named(&Winding::ALL, Winding::name), Is(Winding::Inductive));
 }
 
 keys! { model_friction: "model" of ["axis", "dut"];
@@ -197,9 +192,8 @@ keys! { model_friction: "model" of ["axis", "dut"];
 keys! { model_law: "model" of ["axis"];
     /// Position that the law reads: counts from the encoder's lines; counts that a fixed-step run loads into the
     /// counter once a step; or, for the law in floats, the position itself.
-    encoder: Choice<EncoderModel> = Choice::new(|| vec![
-        ("quantised", EncoderModel::Quantised), ("loaded", EncoderModel::Loaded), ("ideal", EncoderModel::Ideal),
-    ], Is(EncoderModel::Quantised));
+    encoder: Choice<EncoderModel> =
+        Choice::new(|| named(&EncoderModel::ALL, EncoderModel::name), Is(EncoderModel::Quantised));
     /// Delay of the linear law in addition to sampling.
     delay: Quantity = Quantity::new(&q::TIME, NotNegative, Is(0.0));
 }
