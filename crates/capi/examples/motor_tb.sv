@@ -81,6 +81,9 @@ module motor_tb;
     if (!$value$plusargs("scene=%s", scene)) scene = "hybrid-wall";
     plant = hpu_sim_open(scene);
     if (plant < 0) $fatal(1, "the scene is refused");
+    // Off until the reset is over: any output can be set by its index too.
+    if (hpu_sim_set(plant, hpu_sim_output(plant, "a_high"), 0) != 0) $fatal(1, "a bridge is expected");
+    if (hpu_sim_advance(plant, 0) != 0) $fatal(1, "the scene has no edge");
     reference = 12'(hpu_sim_input(plant, "reference"));
     stiffness = 12'(hpu_sim_input(plant, "stiffness"));
     damping   = 12'(hpu_sim_input(plant, "damping"));

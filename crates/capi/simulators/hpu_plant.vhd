@@ -15,10 +15,21 @@ package hpu_plant is
   -- Opens the plant of a scene: its name or path, then KEY=VALUE, each after a semicolon.
   impure function hpu_open(text : string) return integer;
 
-  -- Drives the gates (a_high in bit 3 to b_low in bit 0), moves on by a clock edge, and
+  -- Drives the four gates of a bridge (a_high in bit 3 to b_low in bit 0), moves on by a clock edge, and
   -- returns the encoder's lines there: A in bit 1, B in bit 0.
   impure function hpu_step(plant : integer; gates : integer) return integer;
   attribute foreign of hpu_step : function is "VHPIDIRECT libhpu_sim.so hpu_sim_step";
+
+  -- The index of an output by its name, for hpu_set.
+  impure function hpu_output(plant : integer; name : string) return integer;
+
+  -- Sets an output by its index from the present edge on: a gate, a duty, a force, a command.
+  impure function hpu_set(plant : integer; output : integer; word : integer) return integer;
+  attribute foreign of hpu_set : function is "VHPIDIRECT libhpu_sim.so hpu_sim_set";
+
+  -- Moves on by this number of clock edges. HPU_END at the end.
+  impure function hpu_advance(plant : integer; edges : integer) return integer;
+  attribute foreign of hpu_advance : function is "VHPIDIRECT libhpu_sim.so hpu_sim_advance";
 
   -- The word of an input, such as the wall's stiffness.
   impure function hpu_input(plant : integer; name : string) return integer;
@@ -34,6 +45,8 @@ package hpu_plant is
   subtype long_text is string(1 to 4096);
   impure function hpu_sim_open(text : long_text) return integer;
   attribute foreign of hpu_sim_open : function is "VHPIDIRECT libhpu_sim.so hpu_sim_open";
+  impure function hpu_sim_output(plant : integer; name : long_text) return integer;
+  attribute foreign of hpu_sim_output : function is "VHPIDIRECT libhpu_sim.so hpu_sim_output";
   impure function hpu_sim_input(plant : integer; name : long_text) return integer;
   attribute foreign of hpu_sim_input : function is "VHPIDIRECT libhpu_sim.so hpu_sim_input";
   impure function hpu_sim_state(plant : integer; name : long_text) return real;
@@ -61,6 +74,23 @@ package body hpu_plant is
     return 0;
   end function;
 
+  impure function hpu_output(plant : integer; name : string) return integer is
+  begin
+    return hpu_sim_output(plant, ended(name));
+  end function;
+
+  impure function hpu_set(plant : integer; output : integer; word : integer) return integer is
+  begin
+    report "libhpu_sim.so is called instead" severity failure;
+    return 0;
+  end function;
+
+  impure function hpu_advance(plant : integer; edges : integer) return integer is
+  begin
+    report "libhpu_sim.so is called instead" severity failure;
+    return 0;
+  end function;
+
   impure function hpu_input(plant : integer; name : string) return integer is
   begin
     return hpu_sim_input(plant, ended(name));
@@ -78,6 +108,12 @@ package body hpu_plant is
   end function;
 
   impure function hpu_sim_open(text : long_text) return integer is
+  begin
+    report "libhpu_sim.so is called instead" severity failure;
+    return 0;
+  end function;
+
+  impure function hpu_sim_output(plant : integer; name : long_text) return integer is
   begin
     report "libhpu_sim.so is called instead" severity failure;
     return 0;

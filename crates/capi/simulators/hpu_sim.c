@@ -17,13 +17,12 @@ static int32_t failed(const hpu_error *error) {
     return -error->status;
 }
 
-/* Opens the plant of a scene with four gates. `text` is the scene, then KEY=VALUE, each after a
- * semicolon. Returns its handle. */
+/* Opens the plant of a scene. `text` is the scene, then KEY=VALUE, each after a semicolon. Returns its handle. */
 int32_t hpu_sim_open(const char *text) {
     enum { MOST = 64 };
     char parts[4096];
     const char *all[MOST];
-    size_t count = 0, outputs;
+    size_t count = 0;
     hpu_handle plant;
     hpu_error error = {HPU_ARGUMENT, "the scene and its overrides are too long"};
     if (strlen(text) >= sizeof parts) return failed(&error);
@@ -35,14 +34,14 @@ int32_t hpu_sim_open(const char *text) {
         if (part) *part++ = 0;
     }
     if (hpu_open(all[0], all + 1, count - 1, &plant, &error)) return failed(&error);
-    if (hpu_count(plant, HPU_OUTPUT, &outputs, &error)) return failed(&error);
-    if (outputs == 4 && plant <= INT32_MAX) return (int32_t)plant;
+    if (plant <= INT32_MAX) return (int32_t)plant;
     hpu_close(plant, NULL);
-    strcpy(error.text, "a bridge with four gates is expected");
+    error.status = HPU_FULL;
+    strcpy(error.text, "this process has opened too many handles for 32 bits");
     return failed(&error);
 }
 
-/* Drives the gates, moves on by a clock edge, and returns the encoder's lines there: A in bit 1, B in bit 0.
+/* Drives the four gates of a bridge, moves on by a clock edge, and returns the encoder's lines there: A in bit 1, B in bit 0.
  * `gates` has a_high in bit 3, a_low in bit 2, b_high in bit 1, b_low in bit 0. Returns -HPU_END without a message
  * at the end. */
 int32_t hpu_sim_step(int32_t plant, int32_t gates) {
@@ -54,6 +53,27 @@ int32_t hpu_sim_step(int32_t plant, int32_t gates) {
     if (status == HPU_END) return -HPU_END;
     if (status || hpu_read(handle, lines, 2, &error)) return failed(&error);
     return (int32_t)(2 * lines[0] + lines[1]);
+}
+
+/* Returns the index of an output by its name, for hpu_sim_set. */
+int32_t hpu_sim_output(int32_t plant, const char *name) {
+    size_t index;
+    hpu_error error;
+    if (hpu_find((hpu_handle)plant, HPU_OUTPUT, name, &index, &error)) return failed(&error);
+    return (int32_t)index;
+}
+
+/* Sets an output by its index from the present edge on: a gate, a duty, a force, a command. */
+int32_t hpu_sim_set(int32_t plant, int32_t output, int32_t word) {
+    hpu_error error;
+    return hpu_set((hpu_handle)plant, (size_t)output, word, &error) ? failed(&error) : HPU_OK;
+}
+
+/* Moves on by this number of clock edges. Returns -HPU_END without a message at the end. */
+int32_t hpu_sim_advance(int32_t plant, int32_t edges) {
+    hpu_error error;
+    int32_t status = hpu_advance((hpu_handle)plant, (uint64_t)edges, &error);
+    return status && status != HPU_END ? failed(&error) : -status;
 }
 
 /* Returns the word of an input by its name, such as the wall's stiffness. */

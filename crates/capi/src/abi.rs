@@ -324,6 +324,12 @@ pub extern "C" fn hpu_drive(handle: u64, words: *const i64, count: usize, error:
     end(plant(handle, |plant| plant.drive(array(words, count, "words")?)), error)
 }
 
+/// Sets one output.
+#[unsafe(no_mangle)]
+pub extern "C" fn hpu_set(handle: u64, output: usize, word: i64, error: *mut CError) -> i32 {
+    end(plant(handle, |plant| plant.set(output, word)), error)
+}
+
 /// Moves on by clock edges.
 #[unsafe(no_mangle)]
 pub extern "C" fn hpu_advance(handle: u64, edges: u64, error: *mut CError) -> i32 {

@@ -4,13 +4,16 @@
 //! to which edge nothing changes by itself while the outputs stay. A new output makes the world flow to the present
 //! edge first, as the loop of a `[dut]` does.
 
-use hpu_cosim::{Summary, World};
-use hpu_datapath::bundle;
-use hpu_signal::Ports;
+use hpu_cosim::dut::{Misdriven, Wire, Wires};
+use hpu_cosim::{AnyWorld, EncoderState, Summary};
+use hpu_datapath::flatten;
 
 /// The fewest and the most edges to look ahead. A look costs as much as some edges, and a look of the drive's own
 /// rhythm is seldom in vain.
 const LOOK: [u64; 2] = [64, 1 << 14];
+
+/// The outputs of an axis's wiring, which a command makes meaningless.
+const GATES_OFF: [i64; 4] = [0; 4];
 
 /// The reason why a plant has not reached the edge that it was asked for.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -21,36 +24,54 @@ pub(crate) enum Halt {
     Over(&'static str),
 }
 
-/// `Loop` hides the type of a world, so that a handle can hold any. [`Joined`] implements it.
-pub(crate) trait Loop {
-    /// Returns the present edge.
-    fn edge(&self) -> u64;
-    /// Moves by this number of edges, or to the edge at which the scene or the world ends.
-    fn advance(&mut self, edges: u64) -> Result<(), Halt>;
-    /// Sets the words of the outputs from the present edge on.
-    fn drive(&mut self, outputs: &[i64]);
-    /// Returns the words of the inputs at the present edge.
-    fn inputs(&self) -> &[i64];
-    /// Returns the continuous output of this index at the present edge.
-    fn real(&self, index: usize) -> f64;
-    /// Returns the world's part of a summary at the present edge.
-    fn summary(&mut self) -> Summary;
+/// An axis's encoder, of which the logic gets the index, the count and the contact too.
+pub(crate) struct Encoder {
+    /// The counts of a revolution; `None` for a linear encoder.
+    pub(crate) revolution: Option<i64>,
+    /// The wall's count.
+    pub(crate) wall: i64,
+    /// The count at the start.
+    pub(crate) start: i64,
 }
 
-/// The words beside a wiring's inputs that a world gives, such as an encoder's count.
-pub(crate) type Beside<E> = Box<dyn Fn(&E, &mut Vec<i64>)>;
+impl Encoder {
+    /// Returns the words of index, count and contact.
+    fn words(&self, EncoderState { count, shown, has_index, .. }: EncoderState) -> [i64; 3] {
+        let index = self.revolution.is_some_and(|counts| has_index && count.rem_euclid(counts) == 0);
+        [i64::from(index), shown - self.start, i64::from(count > self.wall)]
+    }
+}
+
+/// Returns whether a wire is an output that drives the world.
+pub(crate) fn is_output(wire: &Wire) -> bool {
+    wire.connection.drives()
+}
+
+/// The logic that a world is joined to.
+pub(crate) enum Logic {
+    /// A wiring of a scene's own.
+    Wiring {
+        /// The words of its inputs.
+        input: Vec<i64>,
+        /// Number of its inputs that are given to the logic.
+        given: usize,
+        /// Whether the logic's only output drives an axis as a command; else its outputs are those of the wiring.
+        commands: bool,
+    },
+    /// A design of the user's own.
+    Design(Wires),
+}
 
 /// A world, and the logic's side of it.
-pub(crate) struct Joined<E: World> {
-    world: E,
-    input: E::In,
-    beside: Beside<E>,
-    /// Number of the wiring's inputs that are given to the logic.
-    given: usize,
+pub(crate) struct Joined {
+    world: Box<dyn AnyWorld<'static>>,
+    logic: Logic,
+    encoder: Option<Encoder>,
+    /// The words that the logic gets: those of the wiring or the design, then those of the encoder.
     inputs: Vec<i64>,
     outputs: Vec<i64>,
-    /// The factor of the one output that drives the world as a command; `None` if the wiring's outputs drive it.
-    command: Option<i64>,
+    /// Room for the outputs before, for the case that new ones are refused.
+    before: Vec<i64>,
     /// The present edge. The world stands there or before, and nothing changes between the two.
     edge: u64,
     /// The edge at which the world has to be asked.
@@ -61,56 +82,72 @@ pub(crate) struct Joined<E: World> {
     over: Option<&'static str>,
 }
 
-impl<E: World> Joined<E> {
-    /// Joins a world at edge 0, which ends at the edge `end`, to a logic with `outputs` outputs. `input` holds the
-    /// constant words; `given` inputs of the wiring are given to the logic, then the words `beside`.
+impl Joined {
+    /// Joins a world at edge 0, which ends at the edge `end`, to a logic with so many outputs. An axis has an encoder.
     pub(crate) fn new(
-        world: E,
-        (input, given): (E::In, usize),
-        beside: Beside<E>,
-        (outputs, command): (usize, Option<i64>),
+        world: Box<dyn AnyWorld<'static>>,
+        logic: Logic,
+        encoder: Option<Encoder>,
+        outputs: usize,
         end: u64,
     ) -> Self {
         let mut joined = Self {
             over: world.over(),
             world,
-            input,
-            beside,
-            given,
+            logic,
+            encoder,
             inputs: Vec::new(),
             outputs: vec![0; outputs],
-            command,
+            before: vec![0; outputs],
             edge: 0,
             next: 0,
             asked: 0,
             end,
         };
         joined.sense();
-        joined.put();
+        // All outputs are 0. A design may invert them so that a leg would be shorted: its world is then not driven yet.
+        if joined.put().is_err() {
+            joined.ask();
+        }
         joined
     }
 
     /// Reads the inputs from the world at the edge at which it stands.
     fn sense(&mut self) {
-        self.world.place(&mut self.input);
         self.inputs.clear();
-        let (inputs, given) = (&mut self.inputs, self.given);
-        self.input.each(|&word| {
-            if inputs.len() < given {
-                inputs.push(word);
+        let state = self.world.encoder();
+        match &mut self.logic {
+            Logic::Wiring { input, given, .. } => {
+                self.world.place(input);
+                self.inputs.extend_from_slice(&input[..*given]);
             }
-        });
-        (self.beside)(&self.world, &mut self.inputs);
+            Logic::Design(wires) => {
+                let (Some(encoder), Some(state)) = (&self.encoder, state) else { unreachable!("a design has an axis") };
+                let given = wires.wires().iter().filter(|wire| wire.port.is_input);
+                self.inputs.extend(given.map(|wire| wires.word(wire, state, encoder.start)));
+            }
+        }
+        if let (Some(encoder), Some(state)) = (&self.encoder, state) {
+            self.inputs.extend(encoder.words(state));
+        }
     }
 
     /// Gives the outputs to the world, which stands at the present edge, and asks how long nothing changes.
-    fn put(&mut self) {
-        match self.command {
-            Some(factor) => self.world.drive(E::Out::build(|| 0), &[factor * self.outputs[0]]),
-            None => self.world.drive(bundle(&self.outputs), &[]),
+    fn put(&mut self) -> Result<(), Misdriven> {
+        match &self.logic {
+            Logic::Wiring { commands: true, .. } => self.world.drive(&GATES_OFF, &self.outputs),
+            Logic::Wiring { .. } => self.world.drive(&self.outputs, &[]),
+            Logic::Design(wires) => {
+                let mut given = self.outputs.iter().copied();
+                let words: Vec<_> =
+                    wires.wires().iter().map(|wire| if is_output(wire) { given.next() } else { None }).collect();
+                let (gates, command) = wires.drive(&words)?;
+                self.world.drive(&flatten(&gates), &[command]);
+            }
         }
         self.over = self.world.over();
         self.ask();
+        Ok(())
     }
 
     /// Asks the world, which stands at the present edge, for the edge at which it has to be asked next.
@@ -131,7 +168,7 @@ impl<E: World> Joined<E> {
         if let Some(why) = self.over {
             return Err(Halt::Over(why));
         }
-        self.world.advance(self.next, |_, _| {});
+        self.world.advance(self.next);
         self.edge = self.world.edge();
         self.sense();
         self.over = self.world.over();
@@ -142,18 +179,18 @@ impl<E: World> Joined<E> {
     /// Moves the world to the present edge, before which nothing changes.
     fn follow(&mut self) {
         if self.world.edge() < self.edge {
-            self.world.advance(self.edge, |_, _| {});
+            self.world.advance(self.edge);
         }
     }
-}
 
-impl<E: World> Loop for Joined<E> {
-    fn edge(&self) -> u64 {
+    /// Returns the present edge.
+    pub(crate) fn edge(&self) -> u64 {
         self.edge
     }
 
+    /// Moves by this number of edges, or to the edge at which the scene or the world ends.
     #[inline]
-    fn advance(&mut self, edges: u64) -> Result<(), Halt> {
+    pub(crate) fn advance(&mut self, edges: u64) -> Result<(), Halt> {
         let wanted = self.edge.saturating_add(edges);
         let target = wanted.min(self.end);
         while self.next <= target {
@@ -163,25 +200,39 @@ impl<E: World> Loop for Joined<E> {
         if wanted > target { Err(Halt::End) } else { Ok(()) }
     }
 
+    /// Sets the words of the outputs from the present edge on. The world is driven as before when they are refused.
     #[inline]
-    fn drive(&mut self, outputs: &[i64]) {
+    pub(crate) fn drive(&mut self, outputs: &[i64]) -> Result<(), Misdriven> {
         if self.outputs != outputs {
+            self.before.copy_from_slice(&self.outputs);
             self.outputs.copy_from_slice(outputs);
             self.follow();
-            self.put();
+            if let Err(fault) = self.put() {
+                self.outputs.copy_from_slice(&self.before);
+                return Err(fault);
+            }
         }
+        Ok(())
     }
 
+    /// Returns the words of the inputs at the present edge.
     #[inline]
-    fn inputs(&self) -> &[i64] {
+    pub(crate) fn inputs(&self) -> &[i64] {
         &self.inputs
     }
 
-    fn real(&self, index: usize) -> f64 {
-        self.world.reals(self.edge).as_ref()[index]
+    /// Returns the words of the outputs.
+    pub(crate) fn outputs(&self) -> &[i64] {
+        &self.outputs
     }
 
-    fn summary(&mut self) -> Summary {
+    /// Returns the continuous output of this index at the present edge.
+    pub(crate) fn real(&self, index: usize) -> f64 {
+        self.world.real(self.edge, index)
+    }
+
+    /// Returns the world's part of a summary at the present edge.
+    pub(crate) fn summary(&mut self) -> Summary {
         self.follow();
         self.world.summary()
     }

@@ -2,17 +2,18 @@
 
 use std::ptr::NonNull;
 
-use hpu_cosim::scene::{BridgeModel, Connection, Device, DutScene, Encoder, Experiment};
+use hpu_cosim::dut::{Wire, Wires};
+use hpu_cosim::scene::{BridgeModel, Device, DutScene, Encoder, Experiment};
 use hpu_cosim::{
-    AXIS_ROW, AxisSimulation, AxisWorld, EnergyAudit, LoopVisitor, RAIL_ROW, SceneFile, Schedule, Simulation, Summary,
-    Wired, WiredSimulation, World, dut,
+    AXIS_ROW, AxisSimulation, AxisWorld, EnergyAudit, RAIL_ROW, SceneFile, Schedule, Simulation, Summary, Wired,
+    WiredSimulation, dut,
 };
-use hpu_datapath::{LoopIn, Wiring, flatten};
-use hpu_signal::{Clock, Cycle, Format, Ports, Real, Signal};
+use hpu_datapath::flatten;
+use hpu_signal::{Clock, Cycle, Format, Real, Signal};
 
 use crate::block::fit;
 use crate::error::{Error, Status};
-use crate::joined::{Beside, Halt, Joined, Loop};
+use crate::joined::{self, Halt, Joined, Logic};
 
 const NS_PER_S: u128 = 1_000_000_000;
 
@@ -24,14 +25,14 @@ const NS_PER_S: u128 = 1_000_000_000;
 /// motion is that of a `[dut]` with the same outputs, to the bit.
 pub struct Plant {
     // Before the fields that it borrows from: fields are dropped in this order.
-    world: Box<dyn Loop>,
+    world: Joined,
     _laws: Owned<Laws>,
     scene: Owned<Experiment>,
     inputs: Vec<Signal>,
     outputs: Vec<Signal>,
     /// The continuous outputs, with their indices in the world's rows.
     states: Vec<(usize, Real)>,
-    /// Whether the outputs are the four gates of a bridge.
+    /// Whether the outputs are the four gates of a wiring's bridge.
     has_legs: bool,
     /// The part of a clock edge that calls in nanoseconds have asked for and not got, in 1e-9 of an edge.
     owed: u128,
@@ -76,7 +77,7 @@ impl<T> Drop for Owned<T> {
 
 /// A world joined to a logic, and the signals between the two.
 struct Joint {
-    world: Box<dyn Loop>,
+    world: Joined,
     inputs: Vec<Signal>,
     outputs: Vec<Signal>,
     states: Vec<(usize, Real)>,
@@ -106,12 +107,13 @@ impl Plant {
                 return Err(named(&"with this model.solver it runs without a clock, and pins have one"));
             }
             (Laws::Wired(WiredSimulation::Axis(simulation)), _) => of_axis(simulation),
-            (Laws::Wired(arm), _) => arm.visit(Arm(arm)),
-            (Laws::Dut(plant), Experiment::Dut(scene)) => of_dut(scene, plant),
+            (Laws::Wired(arm), _) => of_arm(arm),
+            (Laws::Dut(plant), Experiment::Dut(scene)) => of_dut(scene, plant)?,
             (Laws::Dut(_), _) => unreachable!("only the scene of a design has its laws"),
         };
         let Joint { world, inputs, outputs, states } = joint;
-        let has_legs = outputs.len() == 4 && outputs[0].name == "a_high";
+        let is_design = matches!(lent, Experiment::Dut(_));
+        let has_legs = !is_design && outputs.len() == 4 && outputs[0].name == "a_high";
         Ok(Self { world, _laws: laws, scene, inputs, outputs, states, has_legs, owed: 0 })
     }
 
@@ -180,8 +182,21 @@ impl Plant {
             );
             return Err(Error::new(Status::Argument, text));
         }
-        self.world.drive(words);
-        Ok(())
+        let driven = self.world.drive(words);
+        driven.map_err(|fault| Error::new(Status::Argument, fault.text(self.edge(), self.seconds())))
+    }
+
+    /// Sets the word of one output from the present edge on; the others stay.
+    ///
+    /// # Errors
+    ///
+    /// [`Status::Argument`] when there is no such output, and as [`drive`](Self::drive).
+    pub fn set(&mut self, output: usize, word: i64) -> Result<(), Error> {
+        let mut words = self.world.outputs().to_vec();
+        let count = words.len();
+        let place = words.get_mut(output);
+        *place.ok_or_else(|| Error::new(Status::Argument, no_index(output, "output", count)))? = word;
+        self.drive(&words)
     }
 
     /// Moves on by this number of clock edges.
@@ -262,60 +277,38 @@ fn of_axis(simulation: &'static AxisSimulation<'static>) -> Joint {
         let command = wiring.nets().into_iter().find(|net| net.name == "command");
         vec![command.expect("the loop of an axis has a command")]
     };
+    let input = flatten(&simulation.input());
+    let logic = Logic::Wiring { given: input.len(), input, commands: !is_switched };
     let wall = (scene.wall.position_rad, scene.encoder);
     let states = simulation.columns().into_iter().filter(|column| *column < simulation.reals().len());
-    axis(
-        (world, scene.edges()),
-        (simulation.input(), inputs),
-        wall,
-        (outputs, (!is_switched).then_some(1)),
-        states.map(|column| (column, simulation.row()[column])).collect(),
-    )
+    let states = states.map(|column| (column, simulation.row()[column])).collect();
+    axis((world, scene.edges()), (logic, inputs), wall, outputs, states)
 }
 
-/// Joins the world around a design of the user's own.
-fn of_dut(scene: &'static DutScene, plant: &'static hpu_cosim::Plant) -> Joint {
+/// Joins the world around a design of the user's own. Its ports are those that the scene connects.
+fn of_dut(scene: &'static DutScene, plant: &'static hpu_cosim::Plant) -> Result<Joint, Error> {
     let world = AxisWorld::new(plant, 0, Schedule::default());
-    let word = scene.dut.ports.iter().find_map(|(_, connection)| match connection {
-        Connection::Duty(format, _) => Some(("duty", *format, "Mean voltage of the bridge over its supply")),
-        Connection::Force(format, _) => Some(("force", *format, "Force of the amplifier over its full scale")),
-        _ => None,
-    });
-    // A positive command of the world pushes against the positive direction; the word of a design pushes along it.
-    let (outputs, factor) = match word {
-        Some((name, format, doc)) => (vec![Signal::new(name, format, "1", doc)], Some(-1)),
-        None => {
-            let gate = |name, doc| Signal::bit(name, doc);
-            let gates = [
-                gate("a_high", "Switch from the supply to the motor's minus terminal"),
-                gate("a_low", "Switch from the motor's minus terminal to ground"),
-                gate("b_high", "Switch from the supply to the motor's plus terminal"),
-                gate("b_low", "Switch from the motor's plus terminal to ground"),
-            ];
-            (gates.to_vec(), None)
-        }
+    let wires = Wires::of_scene(scene).map_err(|error| Error::new(Status::Refused, error))?;
+    let of = |is: &dyn Fn(&Wire) -> bool| -> Vec<Signal> {
+        let all = wires.wires().iter().zip(wires.nets());
+        all.filter(|(wire, _)| is(wire)).map(|(_, net)| net.clone()).collect()
     };
-    let lines = vec![Signal::bit("a_pin", "Encoder line A"), Signal::bit("b_pin", "Encoder line B")];
+    let (inputs, outputs) = (of(&|wire| wire.port.is_input), of(&joined::is_output));
     let columns = if matches!(scene.device, Device::Mass(_)) { 1..4 } else { 0..4 };
     let row = if matches!(scene.device, Device::Mass(_)) { RAIL_ROW } else { AXIS_ROW };
-    axis(
-        (world, scene.edges()),
-        (LoopIn::build(|| 0), lines),
-        (scene.wall_rad, scene.encoder),
-        (outputs, factor),
-        columns.map(|column| (column, row[column])).collect(),
-    )
+    let states = columns.map(|column| (column, row[column])).collect();
+    let wall = (scene.wall_rad, scene.encoder);
+    Ok(axis((world, scene.edges()), (Logic::Design(wires), inputs), wall, outputs, states))
 }
 
-/// Joins the world of an axis; `inputs` describe the first inputs of its wiring.
+/// Joins the world of an axis; `inputs` describe the first inputs of its logic.
 fn axis(
     (world, end): (AxisWorld<'static>, u64),
-    (input, mut inputs): (LoopIn<i64>, Vec<Signal>),
+    (logic, mut inputs): (Logic, Vec<Signal>),
     (wall_rad, encoder): (f64, Encoder),
-    (outputs, command): (Vec<Signal>, Option<i64>),
+    outputs: Vec<Signal>,
     states: Vec<(usize, Real)>,
 ) -> Joint {
-    let given = inputs.len();
     inputs.extend([
         Signal::bit("index", "Encoder's index: 1 at one count of a revolution"),
         Signal::new("count", Format::signed(64), "count", "Count that the encoder's lines show, from 0 at the start"),
@@ -325,30 +318,19 @@ fn axis(
         Encoder::Rotary { lines } => Some(4 * i64::from(lines)),
         Encoder::Linear { .. } => None,
     };
-    let (wall, start) = ((wall_rad / encoder.count_rad()).round() as i64, world.count());
-    let beside: Beside<AxisWorld> = Box::new(move |world, words| {
-        let count = world.count();
-        let index = revolution.is_some_and(|counts| world.has_index() && count.rem_euclid(counts) == 0);
-        words.extend([i64::from(index), world.shown_count() - start, i64::from(count > wall)]);
-    });
-    let world = Joined::new(world, (input, given), beside, (outputs.len(), command), end);
-    Joint { world: Box::new(world), inputs, outputs, states }
+    let encoder =
+        joined::Encoder { revolution, wall: (wall_rad / encoder.count_rad()).round() as i64, start: world.count() };
+    let world = Joined::new(Box::new(world), logic, Some(encoder), outputs.len(), end);
+    Joint { world, inputs, outputs, states }
 }
 
 /// Joins the world of a device with joints to the signals of its wiring.
-struct Arm<'a>(&'a WiredSimulation<'static>);
-
-impl LoopVisitor<'static> for Arm<'_> {
-    type Out = Joint;
-    fn visit<E, W>(self, wiring: &W, world: E, input: E::In) -> Joint
-    where
-        E: World + 'static,
-        W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone + 'static,
-    {
-        let (inputs, outputs) = (flatten(&wiring.inputs()), flatten(&wiring.outputs()));
-        let size = (inputs.len(), outputs.len());
-        let world = Joined::new(world, (input, size.0), Box::new(|_, _| {}), (size.1, None), self.0.edges());
-        let states = self.0.reals().iter().copied().enumerate().collect();
-        Joint { world: Box::new(world), inputs, outputs, states }
-    }
+fn of_arm(simulation: &'static WiredSimulation<'static>) -> Joint {
+    let block = simulation.wiring().block();
+    let (inputs, outputs) = (block.inputs(), block.outputs());
+    let start = simulation.closed_loop();
+    let logic = Logic::Wiring { input: start.constants(), given: inputs.len(), commands: false };
+    let world = Joined::new(start.world().copy(), logic, None, outputs.len(), simulation.edges());
+    let states = simulation.reals().iter().copied().enumerate().collect();
+    Joint { world, inputs, outputs, states }
 }

@@ -16,7 +16,7 @@ use crate::plant::{Kind, Plant};
 use crate::schedule::Schedule;
 use crate::stepped::Stepped;
 use crate::summary::{EnergyAudit, Summary};
-use crate::world::World;
+use crate::world::{EncoderState, World};
 
 /// Steps passed at a time: enough that the leaps between them cost little, few enough that a run can be stopped.
 const GLIDES: u32 = 64;
@@ -120,14 +120,11 @@ impl<'p> AxisWorld<'p> {
         self.encoder.count()
     }
 
-    /// Returns the count that the encoder's lines show, with faults.
-    pub fn shown_count(&self) -> i64 {
-        self.faults.as_ref().map_or(self.count(), |faults| faults.count(self.count()))
-    }
-
-    /// Returns whether the encoder's index pulse works.
-    pub fn has_index(&self) -> bool {
-        self.faults.as_ref().is_none_or(|faults| faults.has_index())
+    /// Returns the state of the encoder.
+    pub(crate) fn encoder_state(&self) -> EncoderState {
+        let (count, faults) = (self.count(), self.faults.as_ref());
+        let shown = faults.map_or(count, |faults| faults.count(count));
+        EncoderState { count, shown, pins: self.pins, has_index: faults.is_none_or(|faults| faults.has_index()) }
     }
 
     /// Tells the encoder its angle at the present edge.
@@ -418,6 +415,10 @@ impl World for AxisWorld<'_> {
         let (Kind::Axis { axis, .. }, Some(device)) = (&self.plant.kind, &self.device) else { return [0.0; 2] };
         let [current, angle] = device.energy(edge).current_and_angle();
         [axis.torque_constant_nm_per_a() * current, angle]
+    }
+
+    fn encoder(&self) -> Option<EncoderState> {
+        Some(self.encoder_state())
     }
 
     fn summary(&self) -> Summary {

@@ -42,6 +42,7 @@ mod simulation_error;
 mod stepped;
 mod summary;
 mod trace;
+mod untyped;
 mod verdict;
 mod window;
 mod wired_simulation;
@@ -73,8 +74,9 @@ pub use simulation::{Direct, LoopVisitor, Simulation, TheLoop, Wired, follow};
 pub use simulation_error::SimulationError;
 pub use summary::{EnergyAudit, NetUse, Summary, metric};
 pub use trace::Trace;
+pub use untyped::{AnyClosedLoop, AnyWorld};
 pub use verdict::{Abort, PASSIVE_RMS_M, Verdict, judge, judge_drop, unseen_growth_per_s};
 pub use wired_simulation::WiredSimulation;
-pub use world::World;
+pub use world::{EncoderState, World};
 
 pub use hpu_plant::Pace;

@@ -14,6 +14,7 @@ use crate::outline::{Command, Outline, Waves};
 use crate::scene::Record;
 use crate::summary::{NetUse, Summary};
 use crate::trace::Trace;
+use crate::untyped::AnyClosedLoop;
 use crate::verdict::Abort;
 use crate::world::World;
 
@@ -29,7 +30,8 @@ pub enum TheLoop<'s> {
 }
 
 impl<'s> TheLoop<'s> {
-    fn any(self) -> &'s dyn AnyWiring {
+    /// Returns the wiring without its type.
+    pub fn wiring(self) -> &'s dyn AnyWiring {
         match self {
             Self::Axis(axis_loop) => axis_loop.wiring(),
             Self::Law(wiring) => wiring,
@@ -39,7 +41,7 @@ impl<'s> TheLoop<'s> {
 
     /// Returns the wiring as a block.
     pub fn block(self) -> &'s dyn AnyBlock {
-        self.any().block()
+        self.wiring()
     }
 
     /// Returns the wiring's name.
@@ -49,12 +51,12 @@ impl<'s> TheLoop<'s> {
 
     /// Returns the nets.
     pub fn nets(self) -> Vec<Signal> {
-        self.any().nets()
+        self.wiring().nets()
     }
 
     /// Returns the instances, in the order of the VHDL.
     pub fn instances(self) -> Vec<Instance> {
-        self.any().instances()
+        self.wiring().instances()
     }
 
     /// Returns whether there is VHDL of the wiring.
@@ -199,6 +201,9 @@ pub trait Wired: Simulation {
     /// not in each crate that runs a scene.
     fn run(&self, driver: Driver, trace: &mut Trace, observer: &mut dyn Observe, control: &Control) -> Summary;
 
+    /// Returns the loop after reset, at edge 0, without its types.
+    fn closed_loop(&self) -> Box<dyn AnyClosedLoop<'_> + '_>;
+
     /// Runs `events` against `clock` over this many edges, comparing every net and state at every edge.
     fn compare(&self, edges: u64) -> Comparison;
 }
@@ -228,6 +233,10 @@ macro_rules! wired_alike {
             control: &$crate::Control,
         ) -> $crate::Summary {
             $crate::simulation::run(self, driver, trace, observer, control)
+        }
+
+        fn closed_loop(&self) -> Box<dyn $crate::AnyClosedLoop<'_> + '_> {
+            self.visit($crate::untyped::Close)
         }
 
         fn compare(&self, edges: u64) -> $crate::Comparison {

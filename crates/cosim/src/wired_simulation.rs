@@ -10,6 +10,7 @@ use crate::simulation::{Direct, LoopVisitor, Simulation, TheLoop, Wired};
 use crate::simulation_error::SimulationError;
 use crate::summary::Summary;
 use crate::trace::Trace;
+use crate::untyped::AnyClosedLoop;
 
 macro_rules! wired {
     (($d:tt) $(#[doc = $meaning:literal] $Device:ident: $module:ident, $Scene:ident, $Simulation:ident;)*) => {
@@ -73,6 +74,10 @@ impl Wired for WiredSimulation<'_> {
 
     fn run(&self, driver: Driver, trace: &mut Trace, observer: &mut dyn Observe, control: &Control) -> Summary {
         forward!(self, simulation => simulation.run(driver, trace, observer, control))
+    }
+
+    fn closed_loop(&self) -> Box<dyn AnyClosedLoop<'_> + '_> {
+        forward!(self, simulation => simulation.closed_loop())
     }
 
     fn compare(&self, edges: u64) -> Comparison {

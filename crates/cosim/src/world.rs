@@ -6,6 +6,7 @@
 use hpu_datapath::Repeat;
 use hpu_signal::{Ports, Real};
 
+use crate::encoder::Pins;
 use crate::summary::Summary;
 
 /// A `World` is the state of everything outside the FPGA: plant, encoders, hand, on some platforms a host. The engine
@@ -68,6 +69,10 @@ pub trait World: Clone {
     fn torque_and_angle(&self, _edge: u64) -> [f64; 2] {
         [0.0; 2]
     }
+    /// Returns the state of the encoder; `None` for a world without one encoder of its own.
+    fn encoder(&self) -> Option<EncoderState> {
+        None
+    }
     /// Returns the world's part of a run's summary, at the present edge: encoder edges, changes of mode, steps, decisions
     /// made again, energies and faults.
     fn summary(&self) -> Summary;
@@ -76,4 +81,17 @@ pub trait World: Clone {
     fn over(&self) -> Option<&'static str> {
         None
     }
+}
+
+/// The state of an axis's encoder.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct EncoderState {
+    /// The count at which the device stands, from angle 0.
+    pub count: i64,
+    /// The count that the encoder's lines show, with faults.
+    pub shown: i64,
+    /// The levels of the encoder's lines.
+    pub pins: Pins,
+    /// Whether the encoder's index pulse works.
+    pub has_index: bool,
 }

@@ -2,7 +2,7 @@
 
 use hpu_signal::{Ports, Signal, SignalUse};
 
-use crate::block::{AnyBlock, Block, Instance, Parts};
+use crate::block::{AnyBlock, Block, Instance, Parts, bundle, flatten};
 
 hpu_signal::ports! {
     /// Inputs of a haptic loop: the encoder's pins and the words that the scene sets.
@@ -90,24 +90,46 @@ pub trait Wiring: Block {
     fn uses(&self) -> Vec<SignalUse>;
 }
 
-/// A wiring to read, whatever its type. Implemented by every [`Wiring`].
-pub trait AnyWiring {
-    /// Returns the wiring as a block.
-    fn block(&self) -> &dyn AnyBlock;
+/// A wiring whose port bundles are slices, in port order. Every [`Wiring`] implements it. Code other than the inner loop
+/// of a run uses it, so that it is compiled once and not for each wiring.
+pub trait AnyWiring: AnyBlock {
     /// See [`Wiring::nets`].
     fn nets(&self) -> Vec<Signal>;
     /// See [`Wiring::instances`].
     fn instances(&self) -> Vec<Instance>;
+    /// See [`Wiring::words`].
+    fn words(&self) -> &[i64];
+    /// Computes one edge with `rst = '0'`; [`words`](Self::words) contain the outputs.
+    fn step(&mut self, input: &[i64]);
+    /// See [`Wiring::rest_modulator`].
+    fn rest_modulator(&mut self);
+    /// See [`Wiring::repeats`].
+    fn repeats(&self, input: &[i64]) -> Option<Repeat<Vec<i64>>>;
+    /// See [`Wiring::uses`].
+    fn uses(&self) -> Vec<SignalUse>;
 }
 
 impl<W: Wiring> AnyWiring for W {
-    fn block(&self) -> &dyn AnyBlock {
-        self
-    }
     fn nets(&self) -> Vec<Signal> {
         Wiring::nets(self)
     }
     fn instances(&self) -> Vec<Instance> {
         Wiring::instances(self)
+    }
+    fn words(&self) -> &[i64] {
+        Wiring::words(self)
+    }
+    fn step(&mut self, input: &[i64]) {
+        Block::tick(self, bundle(input));
+    }
+    fn rest_modulator(&mut self) {
+        Wiring::rest_modulator(self);
+    }
+    fn repeats(&self, input: &[i64]) -> Option<Repeat<Vec<i64>>> {
+        let Repeat { period, first, others, edges } = Wiring::repeats(self, &bundle(input))?;
+        Some(Repeat { period, first, others: flatten(&others), edges })
+    }
+    fn uses(&self) -> Vec<SignalUse> {
+        Wiring::uses(self)
     }
 }

@@ -9,9 +9,8 @@
 //! at the scene's start to those of the arm, and the arm stands still until they get there.
 
 use hpu_cosim::scene::{Experiment, Loop};
-use hpu_cosim::{ClosedLoop, Pins, World};
-use hpu_datapath::{Wiring, flatten};
-use hpu_signal::{Cycle, Format, Observe, Ports, Signal};
+use hpu_cosim::{AnyWorld, Pins, Wired};
+use hpu_signal::{Cycle, Format, Observe, Signal};
 
 /// Number of edges compared, unless the user asks for another number.
 const EDGES: u64 = 150_000;
@@ -48,56 +47,45 @@ pub struct Late {
 }
 
 /// The state of a scene at the beginning of a comparison.
-pub(crate) struct Begin<E: World> {
-    pub(crate) world: E,
-    pub(crate) input: E::In,
+pub(crate) struct Begin<'s> {
+    pub(crate) world: Box<dyn AnyWorld<'s> + 's>,
+    pub(crate) input: Vec<i64>,
     pub(crate) homing: Option<Homing>,
-    pub(crate) late: Late,
+    pub(crate) late: Option<Late>,
 }
 
-impl<E: World> Begin<E> {
-    /// Finds the beginning of a comparison of `edges` edges, in a scene of `end` edges.
-    pub(crate) fn find<W>(
-        wiring: &W,
-        nets: &[Signal],
-        world: &E,
-        input: E::In,
-        (edges, end): (u64, u64),
-        modulated: bool,
-    ) -> Self
-    where
-        W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone,
-    {
+impl<'s> Begin<'s> {
+    /// Finds the beginning of a comparison of `edges` edges in a scene with these nets.
+    pub(crate) fn find(simulation: &'s impl Wired, nets: &[Signal], edges: u64) -> Self {
         let at = |name: &str| nets.iter().position(|net| net.name == name);
+        let end = simulation.edges();
         let start = || {
-            let mut wiring = wiring.clone();
-            if !modulated {
-                wiring.rest_modulator();
+            let mut run = simulation.closed_loop();
+            if !simulation.gates_drive() {
+                run.wiring_mut().rest_modulator();
             }
-            ClosedLoop::new(wiring, world.clone(), input, u64::MAX)
+            run
         };
         let mut contact = Contact { nets: touching(nets), at: None };
         let mut run = start();
-        while contact.at.is_none() && run.edge() < end && run.world.over().is_none() {
+        let mut words = run.constants();
+        while contact.at.is_none() && run.edge() < end && run.world().over().is_none() {
             run.leap(end, &mut contact);
         }
         // A position that is held shows the wall only when it is sampled.
-        let words = flatten(&input);
         let waits = if at("held").is_some() { at("period").map_or(0, |net| words[net].unsigned_abs()) } else { 0 };
         let is_long = edges >= least(waits);
         let before = if is_long { (edges / 3).max(waits + AHEAD) } else { 0 };
         let from_edge = contact.at.map_or(0, |reached| reached.saturating_sub(before).min(end.saturating_sub(edges)));
-        let late = Late { from_edge, reached: contact.at, is_long };
-        if from_edge == 0 {
-            return Self { world: world.clone(), input, homing: None, late };
-        }
+        let late = Some(Late { from_edge, reached: contact.at, is_long });
         let mut run = start();
-        while run.edge() < from_edge {
-            // The same observer, which has what it looks for, so that the run is compiled once.
-            run.leap(from_edge, &mut contact);
+        if from_edge == 0 {
+            return Self { world: run.world().copy(), input: words, homing: None, late };
         }
-        let now = run.wiring.words();
-        let (mut words, mut homing) = (words, None);
+        while run.edge() < from_edge {
+            run.leap(from_edge, &mut ());
+        }
+        let (now, mut homing) = (run.wiring().words(), None);
         match (at("reference"), at("position")) {
             (Some(reference), Some(position)) => {
                 let passed = i128::from(words[reference]) - i128::from(now[position]);
@@ -105,9 +93,7 @@ impl<E: World> Begin<E> {
             }
             _ => homing = Some(Homing::to(nets, now)),
         }
-        let mut next = words.into_iter();
-        let input = E::In::build(|| next.next().expect("as many words as ports"));
-        Self { world: run.world, input, homing, late }
+        Self { world: run.world().copy(), input: words, homing, late }
     }
 }
 

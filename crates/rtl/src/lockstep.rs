@@ -17,7 +17,7 @@ use crate::around::{AFTER, BEFORE};
 use crate::dut::DutError;
 use crate::late::{Late, touching};
 use crate::report::{Contact, Mismatch, Tally};
-use crate::side::{Pair, Pairing, Sides};
+use crate::side::{Pair, Sides};
 use crate::tool::{Fault, Tool, ToolError};
 use crate::vector::{digits, hex};
 
@@ -72,7 +72,7 @@ pub(crate) struct Lockstep<'s> {
     outputs: usize,
     /// Whether each net drives the world.
     drives: Vec<bool>,
-    pair: Box<dyn Pair + 's>,
+    pair: Pair<'s>,
     /// The words of all nets after each edge that the emulator has run ahead of the VHDL.
     ahead: VecDeque<Vec<i64>>,
     spare: Vec<Vec<i64>>,
@@ -98,10 +98,8 @@ impl<'s> Lockstep<'s> {
     /// Returns both sides of a scene after reset, for a comparison of `edges` edges: from the start of the scene or, if
     /// `late`, from shortly before the wall is reached.
     pub(crate) fn new(simulation: &'s impl Wired, edges: u64, late: bool) -> Self {
-        let late = late.then(|| (edges, simulation.edges()));
         let modulated = simulation.gates_drive();
-        let Sides { pair, input, nets, late, homing } =
-            simulation.visit(Pairing { late, modulated, nets: simulation.wiring().nets() });
+        let Sides { pair, input, nets, late, homing } = Sides::of(simulation, late.then_some(edges));
         let outputs = input.len();
         let drives = (0..nets.len()).map(|net| {
             let is_output = (outputs..outputs + simulation.wiring().block().outputs().len()).contains(&net);
@@ -262,7 +260,7 @@ impl<'s> Lockstep<'s> {
         for (word, got) in self.words.iter_mut().zip(&self.got) {
             *word = got.unwrap_or(0);
         }
-        self.pair.drive(self.outputs, &self.words, agrees);
+        self.pair.drive(&self.words, agrees);
         self.note(told || is_first);
     }
 

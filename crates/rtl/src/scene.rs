@@ -1,7 +1,7 @@
 //! Vectors recorded from a scene: of its whole loop, and of each block inside it.
 
-use hpu_cosim::{ClosedLoop, LoopVisitor, TheLoop, Wired, World};
-use hpu_datapath::{AnyBlock, Instance, Wiring, configured, flatten};
+use hpu_cosim::{TheLoop, Wired};
+use hpu_datapath::{AnyBlock, Instance, configured};
 
 use crate::vector::{Stimulus, Vectors};
 
@@ -10,34 +10,20 @@ use crate::vector::{Stimulus, Vectors};
 /// changed.
 pub fn scene_vectors(simulation: &impl Wired, edges: u64) -> Vec<(&'static str, Vectors)> {
     let wiring = simulation.wiring();
-    let (sampled, constants) = simulation.visit(Recorded(edges));
-    vectors(wiring, &sampled, constants)
-}
-
-/// Visits a loop for this number of edges. Returns the words that each edge samples, of the pins as they are at that edge
-/// and of all other nets as the edge before has left them, and the inputs at the start.
-struct Recorded(u64);
-
-impl<'s> LoopVisitor<'s> for Recorded {
-    type Out = (Vec<Vec<i64>>, Vec<i64>);
-    fn visit<E, W>(self, wiring: &W, world: E, input: E::In) -> Self::Out
-    where
-        E: World + 's,
-        W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone + 'static,
-    {
-        let constants = flatten(&input);
-        let inputs = constants.len();
-        let mut run = ClosedLoop::new(wiring.clone(), world, input, u64::MAX);
-        let mut sampled = Vec::new();
-        let mut before = run.wiring.words().to_vec();
-        for _ in 0..self.0 {
-            run.step(&mut ());
-            let after = run.wiring.words().to_vec();
-            before[..inputs].copy_from_slice(&after[..inputs]);
-            sampled.push(std::mem::replace(&mut before, after));
-        }
-        (sampled, constants)
+    let mut run = simulation.closed_loop();
+    let constants = run.constants();
+    let inputs = constants.len();
+    // The words that each edge samples: of the pins as they are at that edge, and of all other nets as the edge before has
+    // left them.
+    let mut sampled = Vec::new();
+    let mut before = run.wiring().words().to_vec();
+    for _ in 0..edges {
+        run.step();
+        let after = run.wiring().words().to_vec();
+        before[..inputs].copy_from_slice(&after[..inputs]);
+        sampled.push(std::mem::replace(&mut before, after));
     }
+    vectors(wiring, &sampled, constants)
 }
 
 /// Returns the vectors of a wiring and of its instances from the words that each edge sampled and the wiring's inputs at

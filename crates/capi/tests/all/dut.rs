@@ -125,16 +125,14 @@ fn a_design_pin_by_pin_moves_as_in_a_dut_to_the_bit() {
 
     let (mut plant, mut block) = (Plant::open(&file, &[]).expect("a plant"), block());
     let names: Vec<_> = plant.inputs().iter().map(|input| input.name).collect();
-    assert_eq!(names, ["a_pin", "b_pin", "index", "count", "contact"]);
-    let lent = Plant::open(&shipped("hybrid-wall"), &[]).expect("a plant");
-    let mut inputs = lent.words()[..7].to_vec();
-    inputs[2] = 33;
+    let ports = ["a_pin", "b_pin", "reference", "stiffness", "damping", "period", "scale"];
+    assert_eq!(names, [&ports[..], &["index", "count", "contact"]].concat());
+    assert_eq!(plant.words()[2], 33);
     let (mut contact, mut touched) = (0, false);
     while plant.advance(1).is_ok() {
-        inputs[..2].copy_from_slice(&plant.words()[..2]);
-        plant.drive(&block.tick(&inputs).expect("words that fit")).expect("outputs that fit");
-        contact += plant.words()[4];
-        touched |= plant.words()[3] > 33;
+        plant.drive(&block.tick(&plant.words()[..7]).expect("words that fit")).expect("outputs that fit");
+        contact += plant.words()[9];
+        touched |= plant.words()[8] > 33;
     }
     let summary = plant.summary();
     assert_eq!(format!("{:?}", summary.energy), format!("{:?}", ran.energy));
@@ -154,5 +152,40 @@ fn the_words_of_a_design_push_along_the_positive_direction() {
     assert_eq!(outputs, ["duty"]);
     plant.drive(&[100]).expect("a duty");
     plant.advance(100_000).expect("a run");
-    assert!(plant.state(1).expect("a speed") > 0.0 && plant.words()[3] > 0);
+    assert!(plant.state(1).expect("a speed") > 0.0 && plant.words()[8] > 0);
+}
+
+/// The word of a design that pushes at the bridge's whole voltage is as good as its gates: pulse and direction of
+/// `knee.toml` turn the motor, an inverted pair of gates would short the supply.
+#[test]
+fn outputs_of_a_design_are_its_ports() {
+    let data = here().join("../../testbench/dut");
+    let text = std::fs::read_to_string(data.join("knee.toml")).expect("a scene");
+    let knee = SceneFile { name: "knee.toml".to_string(), text, data, is_shipped: false };
+    let mut plant = Plant::open(&knee, &set(&["hand={ kind = \"none\" }"])).expect("a plant");
+    let inputs: Vec<_> = plant.inputs().iter().map(|input| input.name).collect();
+    assert_eq!(inputs, ["enc_a", "enc_b", "gain", "wall", "index", "count", "contact"]);
+    let outputs: Vec<_> = plant.outputs().iter().map(|output| output.name).collect();
+    assert_eq!(outputs, ["pwm", "dir"]);
+    assert_eq!(plant.words()[2], 95);
+    let turned = |plant: &mut Plant| {
+        plant.advance(20_000).expect("a run");
+        plant.state(1).expect("a speed")
+    };
+    plant.drive(&[1, 1]).expect("forward");
+    assert!(turned(&mut plant) > 0.0);
+    plant.set(1, 0).expect("backward");
+    assert!(turned(&mut plant) < 0.0);
+    let error = plant.set(2, 0).expect_err("two outputs").to_string();
+    assert!(error.contains("no output 2; accepted: 0 to 1"), "{error}");
+
+    let (before, _) = knee.text.split_once("pwm = ").expect("the pulse");
+    let (_, after) = knee.text.split_once("dir = \"bridge.direction\"").expect("the direction");
+    let gates = "ah = \"bridge.minus_high\"\nal = \"not bridge.minus_low\"\nbh = \"bridge.plus_high\"\n\
+                 bl = \"bridge.plus_low\"\n";
+    let file = SceneFile { text: format!("{before}{gates}{after}"), data: PathBuf::from(&knee.data), ..knee };
+    let mut plant = Plant::open(&file, &[]).expect("a plant");
+    let error = plant.drive(&[1, 0, 0, 1]).expect_err("a short").to_string();
+    assert!(error.contains("both switches of the minus leg are closed at clock edge 0"), "{error}");
+    plant.drive(&[1, 1, 0, 1]).expect("no short");
 }

@@ -7,7 +7,6 @@ use std::time::Instant;
 use hpu_datapath::LoopOut;
 use hpu_signal::{Cycle, Observe, SignalUse, UNKNOWN};
 
-use super::connect::{Given, Misdriven};
 use super::{Change, DutSimulation, Fault, RunningDesign};
 use crate::axis_world::AxisWorld;
 use crate::contact::{Contact, window_start};
@@ -106,8 +105,8 @@ impl DutSimulation<'_> {
         let world = AxisWorld::new(&self.plant, 0, Schedule::default());
         let wires = &self.wires.wires;
         let start = world.count();
-        let given = given(&world, start);
-        let mut words: Vec<Option<i64>> = wires.iter().map(|wire| Some(self.wires.word(wire, given))).collect();
+        let encoder = world.encoder_state();
+        let mut words: Vec<_> = wires.iter().map(|wire| Some(self.wires.word(wire, encoder, start))).collect();
         let bits = |word: &Option<i64>, format: hpu_signal::Format| word.map_or(0, |word| format.bits(word));
         let bits: Vec<_> = words.iter().zip(&self.wires.nets).map(|(word, net)| bits(word, net.format)).collect();
         let drives: Vec<_> = wires.iter().map(|wire| wire.connection.drives()).collect();
@@ -135,19 +134,6 @@ impl DutSimulation<'_> {
         closed.take_changes(0, None);
         closed.drive()?;
         Ok(closed)
-    }
-}
-
-/// Returns the present state of the world, as the design's inputs need it.
-fn given(world: &AxisWorld, start: i64) -> Given {
-    let pins = world.pins();
-    Given {
-        count: world.count(),
-        shown: world.shown_count(),
-        start,
-        a: pins.a,
-        b: pins.b,
-        has_index: world.has_index(),
     }
 }
 
@@ -244,11 +230,10 @@ impl Closed<'_> {
 
     /// Sets the inputs from the world at the edge at which it stands. Returns whether any of them is new.
     fn sense(&mut self) -> bool {
-        let given = given(&self.world, self.start);
-        let simulation = self.simulation;
+        let (encoder, simulation) = (self.world.encoder_state(), self.simulation);
         let mut changed = false;
         for (index, wire) in simulation.wires.wires.iter().enumerate().filter(|(_, wire)| wire.port.is_input) {
-            let word = simulation.wires.word(wire, given);
+            let word = simulation.wires.word(wire, encoder, self.start);
             if self.words[index] != Some(word) {
                 self.words[index] = Some(word);
                 self.bits[index] = simulation.wires.nets[index].format.bits(word);
@@ -259,7 +244,7 @@ impl Closed<'_> {
     }
 
     fn touched(&self) -> bool {
-        self.simulation.wires.touches(given(&self.world, self.start))
+        self.world.count() > self.simulation.wires.wall
     }
 
     /// Shows the nets after an edge to the observer.
@@ -278,18 +263,7 @@ impl Closed<'_> {
     /// Drives the device with the words of the outputs from the present edge on.
     fn drive(&mut self) -> Result<(), Fault> {
         let at = self.simulation.clock().seconds(Cycle(self.edge));
-        let driven = self.simulation.wires.drive(&self.words).map_err(|fault| match fault {
-            Misdriven::Unknown(port) => format!(
-                "output `{port}` has an unknown bit (X, Z or U) at clock edge {} ({at:e} s), where it drives the device; \
-                 let the reset or an initial value set it",
-                self.edge
-            ),
-            Misdriven::Short(leg) => format!(
-                "both switches of the {leg} leg are closed at clock edge {} ({at:e} s), which shorts the supply; check \
-                 dead time and polarity (\"not bridge.{leg}_low\")",
-                self.edge
-            ),
-        })?;
+        let driven = self.simulation.wires.drive(&self.words).map_err(|fault| fault.text(self.edge, at))?;
         if driven != self.driven || self.edge == 0 {
             self.driven = driven;
             self.world.drive(driven.0, &[driven.1]);

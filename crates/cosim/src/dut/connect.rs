@@ -8,6 +8,7 @@ use hpu_signal::{Format, Signal};
 
 use super::{Design, Fault, Port};
 use crate::scene::{Connection, Driving, DutScene, Encoder, Line, SceneError};
+use crate::world::EncoderState;
 
 /// A port with its connection.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -19,7 +20,7 @@ pub struct Wire {
 }
 
 /// All connections of a design, in the order of its ports without clocks and reset.
-pub(super) struct Wires {
+pub struct Wires {
     pub(super) wires: Vec<Wire>,
     /// The ports as nets, then a net that tells whether the wall is touched.
     pub(super) nets: Vec<Signal>,
@@ -28,34 +29,56 @@ pub(super) struct Wires {
     /// Counts per revolution, if the encoder has an index.
     revolution: Option<i64>,
     /// The wall's position in counts from angle 0.
-    wall: i64,
+    pub(super) wall: i64,
     count_rad: f64,
-}
-
-/// The state of the world, as the design's inputs need it.
-#[derive(Clone, Copy)]
-pub(super) struct Given {
-    /// Counts from angle 0: the encoder's own, the count that its lines show, and the count at the start.
-    pub(super) count: i64,
-    pub(super) shown: i64,
-    pub(super) start: i64,
-    /// The levels of the encoder's lines.
-    pub(super) a: i64,
-    pub(super) b: i64,
-    /// Whether the encoder's index pulse works.
-    pub(super) has_index: bool,
 }
 
 /// Outputs that cannot drive the device: both switches of a leg are closed, or a bit is unknown.
 #[derive(Debug)]
-pub(super) enum Misdriven {
+pub enum Misdriven {
     /// The name of the port with an unknown bit.
     Unknown(String),
     /// The leg whose switches are both closed.
     Short(&'static str),
 }
 
+impl Misdriven {
+    /// Returns the message, with the clock edge and the time at which it happened.
+    pub fn text(&self, edge: u64, at_s: f64) -> String {
+        match self {
+            Self::Unknown(port) => format!(
+                "output `{port}` has an unknown bit (X, Z or U) at clock edge {edge} ({at_s:e} s), where it drives the \
+                 device; let the reset or an initial value set it"
+            ),
+            Self::Short(leg) => format!(
+                "both switches of the {leg} leg are closed at clock edge {edge} ({at_s:e} s), which shorts the supply; \
+                 check dead time and polarity (\"not bridge.{leg}_low\")"
+            ),
+        }
+    }
+}
+
 impl Wires {
+    /// Returns the connections that the scene names, of a design that is not built. A port whose connection does not
+    /// fix its format has a signed word of 64 bits.
+    ///
+    /// # Errors
+    ///
+    /// When the connections name no way to drive the device.
+    pub fn of_scene(scene: &DutScene) -> Result<Self, SceneError> {
+        let port = |(name, connection): &(String, Connection)| Wire {
+            port: Port {
+                name: name.clone(),
+                is_input: connection.is_given(),
+                format: connection.format().unwrap_or(Format::signed(64)),
+                is_inside: false,
+                is_number: false,
+            },
+            connection: *connection,
+        };
+        Self::of(scene, scene.dut.ports.iter().map(port).collect())
+    }
+
     pub(super) fn new(scene: &DutScene, design: &dyn Design) -> Result<Self, Fault> {
         let dut = &scene.dut;
         let ports = design.ports();
@@ -97,6 +120,10 @@ impl Wires {
             }
             wires.push(Wire { port: port.clone(), connection: connection.unwrap_or(Connection::Open) });
         }
+        Ok(Self::of(scene, wires)?)
+    }
+
+    fn of(scene: &DutScene, wires: Vec<Wire>) -> Result<Self, SceneError> {
         let net = |wire: &Wire| {
             let format = wire.connection.format().unwrap_or(wire.port.format);
             let unit = match wire.connection {
@@ -116,46 +143,57 @@ impl Wires {
         Ok(Self {
             wires,
             nets,
-            driving: dut.driving().map_err(|reason| scene.error("dut.ports", reason))?,
-            floats: dut.floats,
+            driving: scene.dut.driving().map_err(|reason| scene.error("dut.ports", reason))?,
+            floats: scene.dut.floats,
             revolution,
             wall: scene.wall_counts(),
             count_rad: scene.encoder.count_rad(),
         })
     }
 
-    /// Returns whether the wall is touched.
-    pub(super) fn touches(&self, given: Given) -> bool {
-        given.count > self.wall
+    /// Returns the wires, in the order of the ports.
+    pub fn wires(&self) -> &[Wire] {
+        &self.wires
     }
 
-    /// Returns the word of an input.
-    pub(super) fn word(&self, wire: &Wire, given: Given) -> i64 {
+    /// Returns the ports as signals, then one that tells whether the wall is touched.
+    pub fn nets(&self) -> &[Signal] {
+        &self.nets
+    }
+
+    /// Returns the word of an input in a state of the encoder, which stood at the count `start` at the start; 0 for an
+    /// output.
+    pub fn word(&self, wire: &Wire, encoder: EncoderState, start: i64) -> i64 {
         let format = wire.connection.format().unwrap_or(wire.port.format);
         match wire.connection {
             Connection::Line(line, inverted) => {
                 let level = match line {
-                    Line::A => given.a,
-                    Line::B => given.b,
+                    Line::A => encoder.pins.a,
+                    Line::B => encoder.pins.b,
                     _ => {
-                        let is_there = |counts| given.has_index && given.count.rem_euclid(counts) == 0;
+                        let is_there = |counts| encoder.has_index && encoder.count.rem_euclid(counts) == 0;
                         i64::from(self.revolution.is_some_and(is_there))
                     }
                 };
                 level ^ i64::from(inverted)
             }
-            Connection::Count => format.wrap((given.shown - given.start).into()),
-            Connection::Wall => format.wrap((self.wall - given.start).into()),
+            Connection::Count => format.wrap((encoder.shown - start).into()),
+            Connection::Wall => format.wrap((self.wall - start).into()),
             Connection::Angle(format) => {
-                format.wrap((given.shown as f64 * self.count_rad / format.lsb()).round() as i128)
+                format.wrap((encoder.shown as f64 * self.count_rad / format.lsb()).round() as i128)
             }
             Connection::Constant(word) => format.wrap(word.into()),
             Connection::Duty(..) | Connection::Force(..) | Connection::Open => 0,
         }
     }
 
-    /// Returns the gates and the command that the words of the outputs, in the order of the wires, ask for.
-    pub(super) fn drive(&self, words: &[Option<i64>]) -> Result<(LoopOut<i64>, i64), Misdriven> {
+    /// Returns the gates and the command that the words of the outputs, in the order of the wires, ask for; the words of
+    /// inputs do not matter, and `None` is an unknown word.
+    ///
+    /// # Errors
+    ///
+    /// When an output that drives the device is unknown, or both switches of a leg would be closed.
+    pub fn drive(&self, words: &[Option<i64>]) -> Result<(LoopOut<i64>, i64), Misdriven> {
         let of = |wanted: Line| -> Result<Option<bool>, Misdriven> {
             let is = |(index, wire): (usize, &Wire)| match wire.connection {
                 Connection::Line(line, inverted) if line == wanted => Some((index, inverted)),

@@ -22,9 +22,8 @@ use crate::outline::Outline;
 use crate::plant::{Around, Plant};
 use crate::scene::{Connection, Driving, DutScene, SceneError};
 use crate::simulation::Simulation;
-use connect::Wires;
 
-pub use connect::Wire;
+pub use connect::{Misdriven, Wire, Wires};
 
 /// The reason why a design could not be simulated: a message of its simulator, or a fault of the design itself.
 pub type Fault = Box<dyn Error + Send + Sync>;

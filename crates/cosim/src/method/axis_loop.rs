@@ -60,7 +60,7 @@ macro_rules! axis_loop {
 laws!(axis_loop);
 
 impl AxisLoop {
-    /// Returns the wiring, to read.
+    /// Returns the wiring without its type.
     pub fn wiring(&self) -> &dyn AnyWiring {
         with_axis_loop!(self, wiring => wiring)
     }

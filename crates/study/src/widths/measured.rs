@@ -1,8 +1,7 @@
 //! Measures ranges and losses of every signal of a scene: in one run, in a set of scenes, in random motion.
 
 use hpu_cosim::scene::{Experiment, OutcomeKind};
-use hpu_cosim::{ClosedLoop, Control, Driver, LoopVisitor, NetUse, Simulation, Wired, WiredSimulation, World};
-use hpu_datapath::Wiring;
+use hpu_cosim::{Control, Driver, NetUse, Simulation, Wired, WiredSimulation};
 use hpu_signal::{Cycle, Format, Signal, SignalUse};
 
 use super::noise::Beside;
@@ -120,62 +119,32 @@ pub(super) fn bits(signed: bool, min: i128, max: i128) -> u32 {
 /// Finds the first losses of nets whose blocks do not report them: repeats the run until each of these nets has lost
 /// bits.
 fn first_losses(simulation: &WiredSimulation, rows: &mut [SignalRow], last: u64) {
-    let left: Vec<_> = rows
+    let mut left: Vec<_> = rows
         .iter()
         .enumerate()
         .flat_map(|(net, row)| [(net, false, row.rounded), (net, true, row.overflowed)])
         .filter(|(_, _, loss)| loss.edges > 0 && loss.first.is_none())
         .map(|(net, above, _)| (net, above))
         .collect();
-    if left.is_empty() {
-        return;
+    let mut run = simulation.closed_loop();
+    if !simulation.gates_drive() {
+        run.wiring_mut().rest_modulator();
     }
-    for (net, above, first) in
-        simulation.visit(First { driver: simulation.driver(), modulated: simulation.gates_drive(), left, last })
-    {
-        let row = &mut rows[net];
-        let loss = if above { &mut row.overflowed } else { &mut row.rounded };
-        loss.first = Some(first);
-    }
-}
-
-/// Runs until every net of a list has lost bits. Notes its index, whether the loss was above, and the edge.
-struct First {
-    driver: Driver,
-    modulated: bool,
-    left: Vec<(usize, bool)>,
-    last: u64,
-}
-
-impl<'s> LoopVisitor<'s> for First {
-    type Out = Vec<(usize, bool, Cycle)>;
-
-    fn visit<E, W>(mut self, wiring: &W, world: E, input: E::In) -> Self::Out
-    where
-        E: World + 's,
-        W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone + 'static,
-    {
-        let mut wiring = wiring.clone();
-        if !self.modulated {
-            wiring.rest_modulator();
+    while !left.is_empty() && run.edge() < last && run.world().over().is_none() {
+        match simulation.driver() {
+            Driver::Events => run.leap(last, &mut ()),
+            Driver::Clock => run.step(),
         }
-        let mut run = ClosedLoop::new(wiring, world, input, u64::MAX);
-        let mut found = Vec::new();
-        while !self.left.is_empty() && run.edge() < self.last && run.world.over().is_none() {
-            match self.driver {
-                Driver::Events => run.leap(self.last, &mut ()),
-                Driver::Clock => run.step(&mut ()),
+        let (uses, edge) = (run.wiring().uses(), Cycle(run.edge()));
+        left.retain(|&(net, above)| {
+            let row = &mut rows[net];
+            let (edges, loss) =
+                if above { (uses[net].overflowed, &mut row.overflowed) } else { (uses[net].rounded, &mut row.rounded) };
+            if edges > 0 {
+                loss.first = Some(edge);
             }
-            let (uses, edge) = (run.wiring.uses(), Cycle(run.edge()));
-            self.left.retain(|&(net, above)| {
-                let edges = if above { uses[net].overflowed } else { uses[net].rounded };
-                if edges > 0 {
-                    found.push((net, above, edge));
-                }
-                edges == 0
-            });
-        }
-        found
+            edges == 0
+        });
     }
 }
 

@@ -4,9 +4,8 @@
 //! of up to [`BAND_HZ`]. It is reflected at both ends of its range, so that it reaches every count in the range.
 
 use hpu_cosim::scene::Experiment;
-use hpu_cosim::{Control, LoopVisitor, Simulation, SplitMix64, Wired, World};
-use hpu_datapath::{Wiring, flatten};
-use hpu_signal::{Cycle, Observe, Ports, SignalUse};
+use hpu_cosim::{Control, Simulation, SplitMix64, Wired, WiredSimulation};
+use hpu_signal::{Cycle, Observe, SignalUse};
 
 use super::measured::{Measured, beside, rows, simulation};
 use crate::device::Reach;
@@ -76,8 +75,8 @@ pub fn random(experiment: &Experiment, seconds: f64, seed: u64, control: &Contro
     let walks = device(experiment).reaches()?.into_iter().map(walk).collect();
     let mut beside = beside(experiment, &simulation);
     let end = simulation.clock().edges(seconds);
-    let drive = Drive { walks, clock_s: simulation.clock().period_s(), end, beside: &mut beside, control };
-    let Some(uses) = simulation.visit(drive) else { return Ok(None) };
+    let clock_s = simulation.clock().period_s();
+    let Some(uses) = drive(&simulation, walks, (clock_s, end), &mut beside, control) else { return Ok(None) };
     let nets: Vec<_> = simulation.wiring().nets().into_iter().zip(uses).collect();
     beside.finish(end);
     let rows = rows(&nets, &beside);
@@ -127,66 +126,56 @@ impl Encoder {
     }
 }
 
-struct Drive<'a> {
+/// Drives a wiring by the walks of its encoders up to the edge `end`. Returns the use of its nets; `None` when `control`
+/// stopped it.
+fn drive(
+    simulation: &WiredSimulation,
     walks: Vec<Walk>,
-    clock_s: f64,
-    end: u64,
-    beside: &'a mut super::Beside,
-    control: &'a Control,
-}
-
-impl<'s> LoopVisitor<'s> for Drive<'_> {
-    type Out = Option<Vec<SignalUse>>;
-
-    fn visit<E, W>(self, wiring: &W, _: E, input: E::In) -> Self::Out
-    where
-        E: World + 's,
-        W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone + 'static,
-    {
-        use std::sync::atomic::Ordering;
-        let straight = (STRAIGHT_S / self.clock_s).ceil().max(8.0) as u64;
-        let mut encoders: Vec<Encoder> = self
-            .walks
-            .into_iter()
-            .map(|walk| {
-                let mut encoder = Encoder { walk, count: 0, from: (0, 0.0), slope: 0.0, until: 0 };
-                encoder.go(0, self.clock_s, straight);
-                encoder
-            })
-            .collect();
-        let mut wiring = wiring.clone();
-        wiring.rest_modulator();
-        wiring.reset();
-        self.beside.nets(Cycle(0), wiring.words());
-        let mut words = flatten(&input);
-        let (mut edge, mut input) = (0, with_pins(&mut words, &encoders));
-        while edge < self.end {
-            let quiet = wiring.quiet(&input);
-            let moves = encoders.iter().map(Encoder::next).fold(u64::MAX, u64::min);
-            let next = moves.max(edge + 1).min(edge.saturating_add(quiet).saturating_add(1)).min(self.end);
-            wiring.skip(next - 1 - edge, &input);
-            edge = next;
-            for encoder in encoders.iter_mut().filter(|encoder| encoder.next() <= edge) {
-                encoder.go(edge, self.clock_s, straight);
-            }
-            input = with_pins(&mut words, &encoders);
-            wiring.tick(input);
-            self.beside.nets(Cycle(edge), wiring.words());
-            self.control.progress.store(edge, Ordering::Relaxed);
-            if self.control.stop.load(Ordering::Relaxed) {
-                return None;
-            }
+    (clock_s, end): (f64, u64),
+    beside: &mut super::Beside,
+    control: &Control,
+) -> Option<Vec<SignalUse>> {
+    use std::sync::atomic::Ordering;
+    let straight = (STRAIGHT_S / clock_s).ceil().max(8.0) as u64;
+    let mut encoders: Vec<Encoder> = walks
+        .into_iter()
+        .map(|walk| {
+            let mut encoder = Encoder { walk, count: 0, from: (0, 0.0), slope: 0.0, until: 0 };
+            encoder.go(0, clock_s, straight);
+            encoder
+        })
+        .collect();
+    let start = simulation.closed_loop();
+    let (mut wiring, mut input) = (start.wiring_copy(), start.constants());
+    wiring.rest_modulator();
+    wiring.reset();
+    beside.nets(Cycle(0), wiring.words());
+    show(&encoders, &mut input);
+    let mut edge = 0;
+    while edge < end {
+        let quiet = wiring.quiet(&input);
+        let moves = encoders.iter().map(Encoder::next).fold(u64::MAX, u64::min);
+        let next = moves.max(edge + 1).min(edge.saturating_add(quiet).saturating_add(1)).min(end);
+        wiring.skip(next - 1 - edge, &input);
+        edge = next;
+        for encoder in encoders.iter_mut().filter(|encoder| encoder.next() <= edge) {
+            encoder.go(edge, clock_s, straight);
         }
-        Some(wiring.uses())
+        show(&encoders, &mut input);
+        wiring.step(&input);
+        beside.nets(Cycle(edge), wiring.words());
+        control.progress.store(edge, Ordering::Relaxed);
+        if control.stop.load(Ordering::Relaxed) {
+            return None;
+        }
     }
+    Some(wiring.uses())
 }
 
-/// Returns the inputs with the encoders' pins, which come first.
-fn with_pins<P: Ports<i64>>(words: &mut [i64], encoders: &[Encoder]) -> P {
-    for (pins, encoder) in words.chunks_exact_mut(2).zip(encoders) {
+/// Writes the encoders' pins, which come first, to the inputs.
+fn show(encoders: &[Encoder], input: &mut [i64]) {
+    for (pins, encoder) in input.chunks_exact_mut(2).zip(encoders) {
         let lines = hpu_cosim::Pins::at(encoder.count);
         pins.copy_from_slice(&[lines.a, lines.b]);
     }
-    let mut words = words.iter();
-    P::build(|| *words.next().expect("one word a port"))
 }
