@@ -85,7 +85,7 @@ impl<'s> GimbalSimulation<'s> {
 /// Without a finger it has no contact, and without shear no stresses.
 fn outline(scene: &GimbalScene, wiring: &SegmentLoop, commands: Vec<Command>) -> Outline {
     let has_shear = scene.shear.is_some();
-    let closed_by = (wiring.any().name(), wiring.any().nets());
+    let closed_by = (wiring.wiring().name(), wiring.wiring().nets());
     let reals = if has_shear { GIMBAL_REALS.len() } else { STRESSES[0] };
     let rule = still_within_m(scene).map_or(Rule::Follow(ERROR), |count_m| Rule::Rest(RADIUS, count_m));
     let outline = Outline::new(scene, (&GIMBAL_ROW, reals), closed_by, rule);
@@ -201,7 +201,7 @@ impl Simulation for GimbalSimulation<'_> {
 
 impl Wired for GimbalSimulation<'_> {
     fn wiring(&self) -> TheLoop<'_> {
-        TheLoop::Device(self.wiring.any())
+        TheLoop::Device(self.wiring.wiring())
     }
 
     fn visit<'v, V: LoopVisitor<'v>>(&'v self, visit: V) -> V::Out {

@@ -22,8 +22,8 @@ impl SegmentLoop {
         if has_shear { GimbalShearLoop::new(config).map(Self::Shear) } else { GimbalLoop::new(config).map(Self::Plain) }
     }
 
-    /// Returns the wiring, to read.
-    pub(super) fn any(&self) -> &dyn AnyWiring {
+    /// Returns the wiring without its type.
+    pub(super) fn wiring(&self) -> &dyn AnyWiring {
         match self {
             Self::Plain(wiring) => wiring,
             Self::Shear(wiring) => wiring,

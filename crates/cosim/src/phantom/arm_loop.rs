@@ -15,8 +15,8 @@ pub(super) enum ArmLoop {
 }
 
 impl ArmLoop {
-    /// Returns the wiring, to read.
-    pub(super) fn any(&self) -> &dyn AnyWiring {
+    /// Returns the wiring without its type.
+    pub(super) fn wiring(&self) -> &dyn AnyWiring {
         match self {
             Self::Phantom(wiring) => wiring,
             Self::PhantomShared(wiring) => wiring,

@@ -78,7 +78,7 @@ impl<'s> PhantomSimulation<'s> {
             ("command3", "wall_torque3_nm", third),
         ];
         let logged = 3 + plant.axis;
-        let closed_by = (wiring.any().name(), wiring.any().nets());
+        let closed_by = (wiring.wiring().name(), wiring.wiring().nets());
         let outline = Outline::new(scene, (&ARM_ROW, ARM_REALS.len()), closed_by, Rule::Drop(logged));
         // A host's wiring has no net of its own for contact: the command of the joint under test takes its place.
         let contact = outline.net("contact").or_else(|| Some(outline.net("command1")? + plant.axis));
@@ -266,7 +266,7 @@ impl Simulation for PhantomSimulation<'_> {
 
 impl Wired for PhantomSimulation<'_> {
     fn wiring(&self) -> TheLoop<'_> {
-        TheLoop::Device(self.wiring.any())
+        TheLoop::Device(self.wiring.wiring())
     }
 
     fn visit<'v, V: LoopVisitor<'v>>(&'v self, visitor: V) -> V::Out {

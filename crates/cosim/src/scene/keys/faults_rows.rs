@@ -32,7 +32,8 @@ keys! { faults: "faults" of [];
     /// Times at which a line is inverted for some clock cycles.
     glitch: OfTimes = OfTimes;
     /// Line of the glitch.
-    glitch_line beside glitch: Choice<EncoderLine> = Choice::new(|| named(&EncoderLine::ALL, EncoderLine::name), Is(EncoderLine::A));
+    glitch_line beside glitch: Choice<EncoderLine> =
+        Choice::new(|| named(&EncoderLine::ALL, EncoderLine::name), Is(EncoderLine::A));
     /// Length of a glitch in clock cycles.
     glitch_clocks beside glitch: Whole<u64> = Whole::new(1, MOST_CLOCKS, Is(1));
     /// Exchanges lines A and B.
