@@ -4,27 +4,15 @@
 //! Nothing is printed, no signal is handled, no file is written.
 
 use clap::Args;
-use hpu_chart::Picture;
-use hpu_cosim::SceneFile;
-use hpu_study::page::Page;
 use serde_json::Value;
 
 pub use crate::exit::Failure;
+pub use crate::page::Answer;
 pub use crate::progress::Watch;
 pub use crate::run::page::energies;
 pub use crate::run::{Finished, Recorded, finished as run, table, unseen};
+pub use crate::scene::Named;
 use crate::{fit as fits, keys as all_keys, limits as sets, map as maps, widths as bits};
-
-/// A scene: its name or path, as the command has it, and its text.
-pub type Named = (String, SceneFile);
-
-/// A page, and the pictures of the same result.
-pub struct Answer {
-    /// The page.
-    pub page: Page,
-    /// The pictures, the one to show first before the others.
-    pub pictures: Vec<Picture>,
-}
 
 /// Maps a scene over two of its keys, as `hpu map`; `None` when stopped. `words` are the options.
 ///

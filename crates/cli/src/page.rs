@@ -2,11 +2,20 @@
 
 use std::path::PathBuf;
 
+use hpu_chart::Picture;
 use hpu_study::page::Page;
 use serde_json::json;
 
 use crate::exit::Failure;
 use crate::terminal::{print, print_json, verdict};
+
+/// A page, and the pictures of the same result.
+pub struct Answer {
+    /// The page.
+    pub page: Page,
+    /// The pictures, the one to show first before the others.
+    pub pictures: Vec<Picture>,
+}
 
 /// Prints a page: as one JSON object, or as text with colours on a terminal.
 pub fn show(page: &Page, as_json: bool) -> Result<(), Failure> {

@@ -69,6 +69,9 @@ pub fn pair(text: &str) -> Result<(String, String), String> {
     Ok((key.to_string(), value.to_string()))
 }
 
+/// A scene: its name or path, as the command has it, and its text.
+pub type Named = (String, SceneFile);
+
 /// A scene, and its source.
 pub struct Loaded {
     /// The scene.

@@ -9,16 +9,15 @@ use hpu_cli::answers::{self, Failure, Finished, Recorded};
 use hpu_cosim::{AnySimulation, SceneFile, Simulation};
 use hpu_signal::{Cycle, Observe};
 use hpu_wave::{Layout, WaveFile, fst_aside, vcd_aside};
-use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
-use crate::errors::{ArgumentError, Error, of_scene};
+use crate::errors::{ArgumentError, Error};
 use crate::json::object;
 use crate::scene::{Overrides, overrides, scene};
 use crate::study::{drawn, html};
 use crate::trace::{Kept, Trace};
-use crate::work::work;
+use crate::work::{ended, work};
 
 /// The result of a run. `str(result)` is the page that the command prints; a notebook shows it with a picture.
 #[pyclass(module = "hpu", frozen)]
@@ -75,15 +74,6 @@ pub fn run(
 fn traced(py: Python, recording: Recorded<Kept>) -> PyResult<(Recorded<()>, Py<Trace>)> {
     let (recording, kept) = recording.split();
     Ok((recording, Py::new(py, kept.trace())?))
-}
-
-/// Returns what a run gave, or its exception.
-pub fn ended<T>(run: std::result::Result<Option<T>, Failure>, source: &SceneFile, set: &Overrides) -> PyResult<T> {
-    match run {
-        Ok(Some(run)) => Ok(run),
-        Ok(None) => Err(PyKeyboardInterrupt::new_err("stopped")),
-        Err(failure) => Err(of_scene(source, set, failure.to_string())),
-    }
 }
 
 impl Result {

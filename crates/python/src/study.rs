@@ -7,9 +7,8 @@ use pyo3::types::{PyBytes, PyDict, PyList, PyTuple};
 
 use crate::errors::ArgumentError;
 use crate::json::object;
-use crate::result::ended;
 use crate::scene::{Overrides, overrides, scene, set_words, words};
-use crate::work::work;
+use crate::work::{ended, work};
 
 /// The result of a study. `str(study)` is the page that the command prints; a notebook shows it with the first picture.
 #[pyclass(module = "hpu", frozen)]

@@ -5,11 +5,13 @@ use std::sync::mpsc::{self, RecvTimeoutError};
 use std::thread;
 use std::time::Duration;
 
-use hpu_cli::answers::Watch;
-use hpu_cosim::Control;
+use hpu_cli::answers::{Failure, Watch};
+use hpu_cosim::{Control, SceneFile};
+use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 
-use crate::errors::{Error, of_panic};
+use crate::errors::{Error, of_panic, of_scene};
+use crate::scene::Overrides;
 
 /// Time from one look at signals and progress to the next.
 const LOOK: Duration = Duration::from_millis(50);
@@ -49,4 +51,13 @@ pub fn work<T: Send>(py: Python, progress: Option<&Bound<PyAny>>, work: impl FnO
     })?;
     tell(py)?;
     Ok(done)
+}
+
+/// Returns what a run gave, or its exception.
+pub fn ended<T>(run: Result<Option<T>, Failure>, source: &SceneFile, set: &Overrides) -> PyResult<T> {
+    match run {
+        Ok(Some(run)) => Ok(run),
+        Ok(None) => Err(PyKeyboardInterrupt::new_err("stopped")),
+        Err(failure) => Err(of_scene(source, set, failure.to_string())),
+    }
 }

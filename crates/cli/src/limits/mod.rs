@@ -12,11 +12,10 @@ use hpu_study::map::SceneText;
 use hpu_study::page::Page;
 use hpu_study::{ToldLimits, device};
 
-use crate::answers::Answer;
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
 use crate::jobs::Jobs;
-use crate::page::{self as pages, show};
+use crate::page::{self as pages, Answer, show};
 use crate::progress::Watch;
 use crate::scene::{self, quoted, set_options};
 use crate::{hdl, interrupt, pictures};

@@ -16,12 +16,11 @@ use hpu_cosim::scene::Loop;
 use hpu_study::map::{self as study, Axis, CellLimits, Curves, Found, Map, MapError, Method, Plan};
 use hpu_study::units::UnitResult;
 
-use crate::answers::Answer;
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
 use crate::jobs::Jobs;
 use crate::journal;
-use crate::page::show;
+use crate::page::{Answer, show};
 use crate::progress::Watch;
 use crate::scene::{self, quoted, set_options};
 use crate::{hdl, interrupt, pictures};

@@ -17,17 +17,16 @@ use hpu_study::device;
 use hpu_study::tables::Tables;
 use hpu_study::widths::{Field, Measured, Recommended, by_range, measured, random, recommend, together};
 
-use crate::answers::{Answer, Named};
 use crate::cache::Remember;
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
 use crate::jobs::Jobs;
 use crate::notation::Written;
-use crate::page::show;
+use crate::page::{Answer, show};
 use crate::parameters::stiffness_missed;
 use crate::price::{self, Price};
 use crate::progress::Watch;
-use crate::scene::{self, set_options};
+use crate::scene::{self, Named, set_options};
 use crate::{fit, hdl, interrupt, pictures};
 
 use cost::{OneMore, one_more};

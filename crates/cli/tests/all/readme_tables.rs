@@ -42,6 +42,10 @@ pub const COMMANDS: &[(&str, Form)] = &[
         "LD_LIBRARY_PATH=target/release ./motor hybrid-wall wall.stiffness=2",
         Form::NotHere("the tests of hpu-capi run the example"),
     ),
+    (
+        "pip wheel ./crates/python --no-deps -w dist",
+        Form::NotHere("it builds the crates once more; testbench/long.sh makes the wheel and tests it"),
+    ),
     ("hpu completions SHELL", short("hpu completions bash", "SHELL is any of the shells")),
     ("hpu man", Form::AsIs),
     ("hpu block NAME", short("hpu block saturator", "NAME is any block")),
