@@ -1,6 +1,6 @@
 #!/bin/bash
-# What is too long for the test command: the tests marked `ignore`, the whole `hpu check`, libhpu under valgrind, stable
-# sets of 1000 random loops against numpy, then commands at random, on all cores. Its record is record/long.txt.
+# What is too long for the test command: the tests marked `ignore`, the whole `hpu check`, libhpu and the Python package
+# under valgrind, stable sets of 1000 random loops against numpy, then commands at random, on all cores. Its record is record/long.txt.
 # Usage: testbench/long.sh [COMMANDS [SEED]]: so many commands [100000] of a seed [1]; --update writes the record.
 # Exit codes: 0 every test passed and every command ended as the contract says, 1 one did not.
 set -euo pipefail
@@ -48,10 +48,25 @@ for program in crates/capi/examples/motor.c crates/capi/tests/c/refused.c; do
 done
 cat "$scratch/valgrind"
 
-# Stable sets against eigenvalues by numpy, of 1000 random loops.
+# The wheel of the Python package by README's command, its tests, and every public name under valgrind. Python's own
+# memory at exit is not the package's: records count that have a frame of the extension.
 python3 -m venv "$scratch/venv"
-"$scratch/venv/bin/pip" install --quiet numpy==2.4.6 mpmath==1.4.1
+"$scratch/venv/bin/pip" install --quiet numpy==2.4.6 mpmath==1.4.1 polars==2.1.0 pandas==3.1.1 cocotb==2.1.0
+"$scratch/venv/bin/pip" wheel --quiet ./crates/python --no-deps -w "$scratch/dist"
+"$scratch/venv/bin/pip" install --quiet "$scratch"/dist/*.whl
 cargo build --locked --release --quiet -p hpu
+HPU=$PWD/target/release/hpu LIBHPU=$PWD/target/release "$scratch/venv/bin/python" -B -m unittest discover \
+    -s crates/python/tests >"$scratch/python" 2>&1 || { failed=1 && cat "$scratch/python"; }
+echo "wheel of the Python package: $(grep -E '^Ran ' "$scratch/python")" >"$scratch/wheel"
+PYTHONMALLOC=malloc valgrind --leak-check=full --show-leak-kinds=definite --num-callers=40 --log-file="$scratch/memory" \
+    "$scratch/venv/bin/python" crates/python/tests/every_call.py >"$scratch/called" || failed=1
+clean=$(awk -v RS='\n==[0-9]*== \n' '/_hpu\.abi3/ && !/possibly lost|still reachable/ { errors++ }
+    END { print errors ? errors " errors" : "no error, no leak" }' "$scratch/memory")
+[ "$clean" = "no error, no leak" ] || { failed=1 && cat "$scratch/memory"; }
+echo "valgrind Python: $(cat "$scratch/called"), $clean" >>"$scratch/wheel"
+cat "$scratch/wheel"
+
+# Stable sets against eigenvalues by numpy, of 1000 random loops.
 "$scratch/venv/bin/python" testbench/oracle/stable_set.py target/release/hpu 1000 "$seed" >"$scratch/sets" || failed=1
 cat "$scratch/sets"
 
@@ -77,7 +92,7 @@ grep -h "HPU_FUZZ_SEED" -A3 "$scratch"/*.err || true
     tail -n 1 "$scratch/checked"
     tail -n 1 "$scratch/switched"
     tail -n 1 "$scratch/compared"
-    cat "$scratch/valgrind"
+    cat "$scratch/valgrind" "$scratch/wheel"
     tail -n 1 "$scratch/sets"
     # The same verb and exit of all shares in one line.
     awk '
