@@ -1,16 +1,11 @@
 //! The loop of a scene with its own blocks, moved on step by step.
 
-use std::sync::atomic::Ordering;
-
 use hpu_cosim::scene::Experiment;
 use hpu_cosim::{AnyClosedLoop, Control, SceneFile, Simulation, Summary, Wired, WiredSimulation};
 use hpu_signal::{Clock, Cycle, Observe, Real, Signal};
 
 use crate::error::{Error, Status};
 use crate::plant::{Owned, no_index};
-
-/// Events from one look at the control to the next.
-const LOOK: u32 = 256;
 
 /// The loop of a scene, its blocks and its plant, at a clock edge. The motion is that of a whole run, to the bit.
 pub struct Emulated {
@@ -76,8 +71,7 @@ impl Emulated {
         &self.nets
     }
 
-    /// Returns the words of the nets at the present edge, in the order of [`nets`](Self::nets); at edge 0 those of the
-    /// reset.
+    /// Returns the words of the nets at the present edge, in the order of [`nets`](Self::nets).
     pub fn words(&self) -> &[i64] {
         &self.now.0
     }
