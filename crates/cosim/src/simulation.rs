@@ -14,7 +14,7 @@ use crate::outline::{Command, Outline, Waves};
 use crate::scene::Record;
 use crate::summary::{NetUse, Summary};
 use crate::trace::Trace;
-use crate::untyped::AnyClosedLoop;
+use crate::untyped::{AnyClosedLoop, Closed};
 use crate::verdict::Abort;
 use crate::world::World;
 
@@ -369,6 +369,20 @@ impl Observe for Recorder<'_> {
         if let Some(observer) = &mut self.observer {
             observer.reals(cycle, values);
         }
+    }
+}
+
+/// Implements [`Wired::closed_loop`] for any simulation.
+pub(crate) struct Close;
+
+impl<'s> LoopVisitor<'s> for Close {
+    type Out = Box<dyn AnyClosedLoop<'s> + 's>;
+    fn visit<E, W>(self, wiring: &W, world: E, input: E::In) -> Self::Out
+    where
+        E: World + 's,
+        W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone + 'static,
+    {
+        Box::new(Closed(ClosedLoop::new(wiring.clone(), world, input, u64::MAX), input))
     }
 }
 
