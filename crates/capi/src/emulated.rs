@@ -1,11 +1,16 @@
 //! The loop of a scene with its own blocks, moved on step by step.
 
+use std::sync::atomic::Ordering;
+
 use hpu_cosim::scene::Experiment;
-use hpu_cosim::{AnyClosedLoop, Control, SceneFile, Simulation, Summary, Wired, WiredSimulation};
+use hpu_cosim::{AnyClosedLoop, Control, Driver, SceneFile, Simulation, Summary, Wired, WiredSimulation};
 use hpu_signal::{Clock, Cycle, Observe, Real, Signal};
 
 use crate::error::{Error, Status};
 use crate::plant::{Owned, no_index};
+
+/// Events from one look at the control to the next.
+const LOOK: u32 = 256;
 
 /// The loop of a scene, its blocks and its plant, at a clock edge. The motion is that of a whole run, to the bit.
 pub struct Emulated {
@@ -50,14 +55,13 @@ impl Emulated {
         // SAFETY: as above.
         let lent = unsafe { simulation.lent() };
         if lent.direct().is_some() {
-            return Err(named(&"with this model.solver it runs without a clock: run it whole"));
+            return Err(named(&"with this model.solver it runs without a clock; run it whole"));
         }
         let mut running = lent.closed_loop();
         if !lent.gates_drive() {
             running.wiring_mut().rest_modulator();
         }
-        let mut now = Now(Vec::new());
-        running.run_to(lent.driver(), 0, &mut now, &Control::new());
+        let now = Now(running.wiring().words().to_vec());
         Ok(Self { running, simulation, _scene: scene, nets, now })
     }
 
@@ -71,7 +75,8 @@ impl Emulated {
         &self.nets
     }
 
-    /// Returns the words of the nets at the present edge, in the order of [`nets`](Self::nets).
+    /// Returns the words of the nets at the present edge, in the order of [`nets`](Self::nets); at edge 0 those of the
+    /// reset.
     pub fn words(&self) -> &[i64] {
         &self.now.0
     }
@@ -117,8 +122,21 @@ impl Emulated {
     /// at the edge at which that happened.
     pub fn step(&mut self, edges: u64, control: &Control) -> Result<(), Error> {
         let (wanted, end) = (self.edge().saturating_add(edges), self.edges());
-        let driver = self.simulation().driver();
-        self.running.run_to(driver, wanted.min(end), &mut self.now, control);
+        let (target, driver) = (wanted.min(end), self.simulation().driver());
+        let mut events = 0_u32;
+        while self.edge() < target && self.running.world().over().is_none() {
+            match driver {
+                Driver::Events => self.running.leap(target, &mut self.now),
+                Driver::Clock => self.running.step(),
+            }
+            events = (events + 1) % LOOK;
+            if events == 0 && control.stop.load(Ordering::Relaxed) {
+                break;
+            }
+        }
+        if driver == Driver::Clock {
+            self.now.nets(Cycle(self.edge()), self.running.wiring().words());
+        }
         if let Some(why) = self.running.world().over() {
             return Err(Error::new(Status::Over, format!("{why}, at clock edge {}", self.edge())));
         }
@@ -130,7 +148,7 @@ impl Emulated {
     }
 
     /// Returns the plant's part of a run's summary, from the start to the present edge.
-    pub fn summary(&mut self) -> Summary {
+    pub fn summary(&self) -> Summary {
         self.running.world().summary()
     }
 }

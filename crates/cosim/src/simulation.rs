@@ -236,7 +236,7 @@ macro_rules! wired_alike {
         }
 
         fn closed_loop(&self) -> Box<dyn $crate::AnyClosedLoop<'_> + '_> {
-            self.visit($crate::untyped::Close($crate::Simulation::trace(self, &[])))
+            self.visit($crate::simulation::Close)
         }
 
         fn compare(&self, edges: u64) -> $crate::Comparison {

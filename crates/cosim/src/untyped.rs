@@ -6,11 +6,8 @@
 use hpu_datapath::{AnyWiring, Repeat, Wiring, bundle, flatten};
 use hpu_signal::{Cycle, Observe, Ports};
 
-use crate::contact::Contact;
-use crate::engine::{ClosedLoop, Control, Driver};
-use crate::simulation::{LoopVisitor, Recorder};
+use crate::engine::ClosedLoop;
 use crate::summary::Summary;
-use crate::trace::Trace;
 use crate::world::{EncoderState, World};
 
 /// A [`World`] whose port bundles are slices, in port order. Every world implements it.
@@ -107,9 +104,6 @@ pub trait AnyClosedLoop<'s> {
     fn step(&mut self);
     /// See [`ClosedLoop::leap`].
     fn leap(&mut self, end: u64, observer: &mut dyn Observe);
-    /// Runs to this edge, or until the device cannot go on. Shows every net to the observer; at edge 0 first the words
-    /// after the reset. Returns whether the control let it go on. How a run is cut into parts does not change it.
-    fn run_to(&mut self, driver: Driver, edge: u64, observer: &mut dyn Observe, control: &Control) -> bool;
     /// Returns the constant words of the wiring's inputs; words that the world drives are 0.
     fn constants(&self) -> Vec<i64>;
     /// Returns the wiring.
@@ -122,12 +116,8 @@ pub trait AnyClosedLoop<'s> {
     fn world(&self) -> &(dyn AnyWorld<'s> + 's);
 }
 
-/// A closed loop, the constant words of the wiring's inputs, and an empty trace for an observer of a whole run.
-struct Closed<W, E: World> {
-    run: ClosedLoop<W, E>,
-    constants: E::In,
-    trace: Trace,
-}
+/// A closed loop, and the constant words of the wiring's inputs.
+pub(crate) struct Closed<W, E: World>(pub(crate) ClosedLoop<W, E>, pub(crate) E::In);
 
 impl<'s, E, W> AnyClosedLoop<'s> for Closed<W, E>
 where
@@ -135,34 +125,28 @@ where
     W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone + 'static,
 {
     fn edge(&self) -> u64 {
-        self.run.edge()
+        self.0.edge()
     }
     fn step(&mut self) {
-        self.run.step(&mut ());
+        self.0.step(&mut ());
     }
     fn leap(&mut self, end: u64, observer: &mut dyn Observe) {
-        self.run.leap(end, &mut Through(observer));
-    }
-    fn run_to(&mut self, driver: Driver, edge: u64, observer: &mut dyn Observe, control: &Control) -> bool {
-        // The observer of a whole run, so that the loop is compiled once for both.
-        let contact = Contact::of(0, u64::MAX);
-        let mut observer = Recorder { trace: &mut self.trace, contact, observer: Some(observer), reals: usize::MAX };
-        self.run.run(driver, edge, &mut observer, control)
+        self.0.leap(end, &mut Through(observer));
     }
     fn constants(&self) -> Vec<i64> {
-        flatten(&self.constants)
+        flatten(&self.1)
     }
     fn wiring(&self) -> &dyn AnyWiring {
-        &self.run.wiring
+        &self.0.wiring
     }
     fn wiring_mut(&mut self) -> &mut dyn AnyWiring {
-        &mut self.run.wiring
+        &mut self.0.wiring
     }
     fn wiring_copy(&self) -> Box<dyn AnyWiring> {
-        Box::new(self.run.wiring.clone())
+        Box::new(self.0.wiring.clone())
     }
     fn world(&self) -> &(dyn AnyWorld<'s> + 's) {
-        &self.run.world
+        &self.0.world
     }
 }
 
@@ -178,20 +162,5 @@ impl Observe for Through<'_> {
     }
     fn follows(&self, nets: std::ops::Range<usize>) -> bool {
         self.0.follows(nets)
-    }
-}
-
-/// Implements [`Wired::closed_loop`](crate::Wired::closed_loop) for any simulation, with an empty trace.
-pub(crate) struct Close(pub(crate) Trace);
-
-impl<'s> LoopVisitor<'s> for Close {
-    type Out = Box<dyn AnyClosedLoop<'s> + 's>;
-    fn visit<E, W>(self, wiring: &W, world: E, input: E::In) -> Self::Out
-    where
-        E: World + 's,
-        W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone + 'static,
-    {
-        let run = ClosedLoop::new(wiring.clone(), world, input, u64::MAX);
-        Box::new(Closed { run, constants: input, trace: self.0 })
     }
 }
