@@ -1,7 +1,7 @@
 """A cocotb test: a design of `testbench/dut` in the loop around the plant of its scene, to the scene's end.
 
 `run.py` gives the scene and its overrides, the names of clock and reset, and a file for the motion. In a test of your
-own, these are known: the lines for the loop are the three with `hpu` or `close`.
+own, these are known: the lines for the loop are the three with `plant`.
 """
 
 import json
@@ -12,7 +12,7 @@ import cocotb
 import hpu
 from cocotb.clock import Clock
 from cocotb.triggers import FallingEdge
-from hpu.cocotb import close
+from hpu.cocotb import close, put
 
 
 @cocotb.test()
@@ -20,6 +20,7 @@ async def the_wall_is_touched(dut):
     told = json.loads(os.environ["HPU_LOOP"])
     clk, reset = getattr(dut, told["clock"]), getattr(dut, told["reset"])
     plant = hpu.Plant(told["scene"], told["overrides"])
+    put(dut, plant)
     reset.value = told["active"]
     Clock(clk, 100, unit="ns").start(start_high=False)
     for _ in range(told["clocks"]):

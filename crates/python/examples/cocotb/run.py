@@ -5,7 +5,6 @@ end, which are those of `hpu run SCENE --set KEY=VALUE`.
 """
 
 import json
-import os
 import sys
 import tomllib
 from pathlib import Path
@@ -15,31 +14,43 @@ from cocotb_tools.runner import get_results, get_runner
 HERE = Path(__file__).resolve().parent
 
 
-def main(scene, simulator, *overrides):
-    path = Path(scene).resolve()
-    dut = tomllib.loads(path.read_text())["dut"]
-    reset = dut["reset"]
-    arguments = ["--std=" + dut.get("standard", "08")] if simulator == "ghdl" else []
+def main(name, out, *overrides):
+    scene = DESIGNS / f"{name}.toml"
+    dut = tomllib.loads(scene.read_text(encoding="utf-8"))["dut"]
+    simulator, build_args, plusargs = SIMULATORS[name]
+    told = {
+        "scene": str(scene),
+        "overrides": dict(pair.split("=", 1) for pair in overrides),
+        "clock": dut["clock"],
+        "reset": dut["reset"]["port"],
+        "active": 0 if dut["reset"].get("active") == "low" else 1,
+        "clocks": dut["reset"].get("clocks", 4),
+        "out": str(Path(out).resolve()),
+    }
+    prefix = "dut.generics."
+    generics = {key.removeprefix(prefix): value for key, value in told["overrides"].items() if key.startswith(prefix)}
+    # Icarus takes parameters when it builds, GHDL generics when it runs.
+    parameters = dut.get("generics", {}) | generics
     runner = get_runner(simulator)
+    build = f"cocotb-{name}"
+    files = [DESIGNS / file for file in dut["files"]]
     runner.build(
-        sources=[path.parent / file for file in dut["files"]],
-        hdl_toplevel=dut["top"].lower() if simulator == "ghdl" else dut["top"],
-        build_args=arguments,
-        build_dir=f"cocotb-{simulator}",
+        sources=files,
+        hdl_toplevel=dut["top"],
+        build_args=build_args,
+        build_dir=build,
+        parameters=parameters,
+        timescale=("1ns", "1ns"),
         always=True,
-        timescale=("1ns", "1ps"),
     )
     results = runner.test(
-        hdl_toplevel=dut["top"].lower() if simulator == "ghdl" else dut["top"],
-        test_module="closed",
-        test_args=arguments,
-        extra_env={
-            "PYTHONPATH": f"{HERE}{os.pathsep}{os.environ.get('PYTHONPATH', '')}",
-            "CLOSED": str(path),
-            "CLOSED_RESET": f"{reset['port']}={0 if reset.get('active') == 'low' else 1}",
-            "CLOSED_SET": json.dumps(dict(pair.split("=", 1) for pair in overrides)),
-        },
-        build_dir=f"cocotb-{simulator}",
+        hdl_toplevel=dut["top"],
+        test_module="in_loop",
+        test_args=build_args,
+        plusargs=plusargs,
+        parameters=parameters,
+        extra_env={"HPU_LOOP": json.dumps(told)},
+        build_dir=build,
         results_xml="results.xml",
     )
     return get_results(results)[1] != 0

@@ -4,12 +4,11 @@ In a test of your own, after the reset and while the clock is low::
 
     import hpu.cocotb
 
-    with hpu.Plant("knob.toml") as plant:
-        await hpu.cocotb.join(dut, plant, dut.clk)
+    plant = hpu.Plant("mine.toml")                  # the scene has a [dut] that names the ports
+    hpu.cocotb.put(dut, plant)                      # before the reset
+    await hpu.cocotb.close(dut, plant, dut.clk)     # after the reset, at a falling edge
 
-The ports are those of the scene's ``[dut.ports]``, connected as the scene says; with a scene of a ``[method]`` they have
-the names of that method's VHDL. At each rising edge the design samples the plant's pins as they are at that instant, and
-its outputs drive the plant from that edge on: the motion is that of ``hpu run`` on the same ``[dut]``, to the bit.
+The motion is that of ``hpu run mine.toml``, to the bit, if the reset takes as many clock cycles.
 """
 
 from collections.abc import Callable, Mapping
@@ -20,8 +19,26 @@ from cocotb.triggers import FallingEdge
 from . import Plant, Signal
 from ._errors import ArgumentError, EndError
 
-# What a plant tells beside the pins of the logic.
-_BESIDE = ("index", "count", "contact")
+__all__ = ["close", "put"]
+
+
+# What an axis tells beside the pins. A signal of this name inside a design is no port for it.
+_BESIDE = ["index", "count", "contact"]
+
+
+def _pins(dut, plant):
+    """Returns the number and the port of each of the plant's inputs that the design has."""
+    names = [pin.name for pin in plant.inputs]
+    if names[-3:] == _BESIDE:
+        del names[-3:]
+    return [(number, getattr(dut, name)) for number, name in enumerate(names) if hasattr(dut, name)]
+
+
+def put(dut, plant):
+    """Puts the plant's words at the inputs of the same name, so that they are known while the reset is active."""
+    words = plant.read()
+    for number, port in _pins(dut, plant):
+        port.value = words[number]
 
 
 async def join(
@@ -33,29 +50,40 @@ async def join(
 ) -> None:
     """Closes the loop from the present clock edge of the plant to the end of its scene.
 
-    ``dut`` is the design's top and ``clock`` the handle of its clock, which somebody else drives and which is low now;
-    its rising edges are the clock edges of the plant. ``ports`` gives the handle of a port whose name is not that of the
-    signal. ``each`` is called after every clock edge, when the outputs of that edge drive the plant; if it returns
-    False, the loop ends there.
+    Inputs and outputs of the plant are joined to the ports of the same name. A scene with a ``[dut]`` names them as the
+    design does; index, count and contact, which an axis tells beside them, are left out. The clock is the caller's. Call it
+    between a falling and a rising edge of ``clk``, when the reset is over: each rising edge from then on is one of the
+    plant's. The plant moves before it, the outputs are read at the falling edge after it.
 
     Raises ``hpu.ArgumentError`` when the design lacks a port, when an output that drives the plant has an unknown bit, or
     when both switches of a leg are closed.
     """
-    ports = ports or {}
-    names = [signal.name for signal in plant.inputs]
-    count = len(names) - len(_BESIDE) if tuple(names[-len(_BESIDE) :]) == _BESIDE else len(names)
-    inputs = [(_port(dut, signal, ports), signal) for signal in plant.inputs[:count]]
-    outputs = [(_port(dut, signal, ports), signal) for signal in plant.outputs]
-    masks = [(1 << len(handle)) - 1 if _is_wide(handle) else 1 for handle, _ in inputs]
-    falling = FallingEdge(clock)
-    given: list[int | None] = [None] * count
-    taken: list[Any] = [None] * len(outputs)
-    words: tuple[int, ...] = ()
-    while True:
-        values = [handle.value for handle, _ in outputs]
-        if values != taken:
-            taken = values
-            words = tuple(_word(value, signal, plant) for value, (_, signal) in zip(values, outputs, strict=True))
+    pins = _pins(dut, plant)
+    missing = [gate.name for gate in plant.outputs if not hasattr(dut, gate.name)]
+    if missing:
+        names = ", ".join(gate.name for gate in plant.outputs)
+        raise ArgumentError(f"the design has no port {', '.join(missing)}; accepted: one for each of {names}")
+    gates = [(getattr(dut, gate.name), gate.format[0] and sum(gate.format) > 1) for gate in plant.outputs]
+    shown = (None,) * len(plant.inputs)
+
+    def show():
+        nonlocal shown
+        words = plant.read()
+        if words != shown:
+            for number, port in pins:
+                if words[number] != shown[number]:
+                    port.value = words[number]
+            shown = words
+
+    driven = None
+
+    def drive():
+        nonlocal driven
+        try:
+            words = [port.value.to_signed() if is_signed else int(port.value) for port, is_signed in gates]
+        except ValueError as unknown:
+            raise ArgumentError(f"an output at clock edge {plant.edge}: {unknown}; accepted: 0 and 1") from None
+        if words != driven:
             plant.drive(*words)
         if each is not None and each(plant) is False:
             return
