@@ -1,7 +1,7 @@
-"""run.py SCENE SIMULATOR [KEY=VALUE...]: runs closed.py on the design of a scene, here.
+"""run.py knee|rim OUT.json [KEY=VALUE]...: holds a design of testbench/dut in the loop around its scene's plant.
 
-SCENE is a TOML file with a [dut]; SIMULATOR is ghdl, icarus or verilator. Prints the plant's states and energies at the
-end, which are those of `hpu run SCENE --set KEY=VALUE`.
+`knee` is Verilog in Icarus, `rim` VHDL-93 in GHDL; both are as their authors wrote them. The motion goes to OUT.json. It
+needs the package hpu and cocotb. Exit codes: 0 the scene has come to its end, 1 it has not.
 """
 
 import json
@@ -12,6 +12,9 @@ from pathlib import Path
 from cocotb_tools.runner import get_results, get_runner
 
 HERE = Path(__file__).resolve().parent
+DESIGNS = HERE.parents[3] / "testbench/dut"
+# Simulator and the options that it builds and runs with.
+SIMULATORS = {"knee": ("icarus", [], []), "rim": ("ghdl", ["--std=93"], ["--ieee-asserts=disable"])}
 
 
 def main(name, out, *overrides):
@@ -53,8 +56,10 @@ def main(name, out, *overrides):
         build_dir=build,
         results_xml="results.xml",
     )
-    return get_results(results)[1] != 0
+    sys.exit(get_results(results)[1] != 0)
 
 
 if __name__ == "__main__":
-    sys.exit(main(*sys.argv[1:]))
+    if len(sys.argv) < 3:
+        sys.exit(__doc__)
+    main(*sys.argv[1:])

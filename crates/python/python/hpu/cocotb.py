@@ -1,6 +1,6 @@
-"""Closes a design in cocotb around a plant, whatever simulator runs it.
+"""cocotb: the plant of a scene in the loop of a design, in any simulator that cocotb drives.
 
-In a test of your own, after the reset and while the clock is low::
+A test of your own holds its design in the loop with three lines more::
 
     import hpu.cocotb
 
@@ -11,15 +11,22 @@ In a test of your own, after the reset and while the clock is low::
 The motion is that of ``hpu run mine.toml``, to the bit, if the reset takes as many clock cycles.
 """
 
-from collections.abc import Callable, Mapping
-from typing import Any
+from cocotb.triggers import FallingEdge, Timer
 
-from cocotb.triggers import FallingEdge
-
-from . import Plant, Signal
 from ._errors import ArgumentError, EndError
 
 __all__ = ["close", "put"]
+
+# A plant tells these beside the pins of the logic. A design may have signals of such names that are no inputs.
+_BESIDE = ("index", "count", "contact")
+
+
+def _pins(dut, plant):
+    """The inputs of the plant that are ports of the design: their numbers and handles."""
+    names = [pin.name for pin in plant.inputs]
+    if tuple(names[-len(_BESIDE) :]) == _BESIDE:
+        names = names[: -len(_BESIDE)]
+    return [(number, getattr(dut, name)) for number, name in enumerate(names) if hasattr(dut, name)]
 
 
 # What an axis tells beside the pins. A signal of this name inside a design is no port for it.
@@ -41,22 +48,23 @@ def put(dut, plant):
         port.value = words[number]
 
 
-async def join(
-    dut: Any,
-    plant: Plant,
-    clock: Any,
-    ports: Mapping[str, Any] | None = None,
-    each: Callable[[Plant], object] | None = None,
-) -> None:
-    """Closes the loop from the present clock edge of the plant to the end of its scene.
+async def close(dut, plant, clk, edges=None):
+    """Closes the loop of a design around a plant, from the present clock edge on, and returns the edge of its end.
 
     Inputs and outputs of the plant are joined to the ports of the same name. A scene with a ``[dut]`` names them as the
     design does; index, count and contact, which an axis tells beside them, are left out. The clock is the caller's. Call it
     between a falling and a rising edge of ``clk``, when the reset is over: each rising edge from then on is one of the
     plant's. The plant moves before it, the outputs are read at the falling edge after it.
 
-    Raises ``hpu.ArgumentError`` when the design lacks a port, when an output that drives the plant has an unknown bit, or
-    when both switches of a leg are closed.
+    Args:
+        dut: the design, as cocotb gives it.
+        plant: an ``hpu.Plant``.
+        clk: the signal of the clock, which rises once for each edge of the plant.
+        edges: the number of clock edges; None goes on to the end of the scene.
+
+    Raises:
+        hpu.ArgumentError: an output of the plant is no port of the design, or a word of it is unknown (X) or refused.
+        hpu.EndError: the device cannot go on.
     """
     pins = _pins(dut, plant)
     missing = [gate.name for gate in plant.outputs if not hasattr(dut, gate.name)]
@@ -85,49 +93,22 @@ async def join(
             raise ArgumentError(f"an output at clock edge {plant.edge}: {unknown}; accepted: 0 and 1") from None
         if words != driven:
             plant.drive(*words)
-        if each is not None and each(plant) is False:
-            return
+            driven = words
+
+    show()
+    await Timer(1, "step")
+    drive()
+    falling = FallingEdge(clk)
+    done = 0
+    while edges is None or done < edges:
         try:
             plant.advance()
         except EndError:
-            return
-        now = plant.read()
-        for index in range(count):
-            if now[index] != given[index]:
-                given[index] = now[index]
-                inputs[index][0].value = now[index] & masks[index]
+            if plant.edge == plant.edges:
+                break
+            raise
+        show()
         await falling
-
-
-def _port(dut: Any, signal: Signal, ports: Mapping[str, Any]) -> Any:
-    """The handle of a signal's port. VHDL's names have small letters in a simulator."""
-    if signal.name in ports:
-        return ports[signal.name]
-    for name in (signal.name, signal.name.lower()):
-        try:
-            return getattr(dut, name)
-        except AttributeError:
-            pass
-    raise ArgumentError(
-        f"the design {dut._name} has no port `{signal.name}` ({signal.doc}); accepted: ports={{{signal.name!r}: a handle}}"
-    )
-
-
-def _is_wide(handle: Any) -> bool:
-    """Whether a port is a vector."""
-    try:
-        len(handle)
-    except TypeError:
-        return False
-    return True
-
-
-def _word(value: Any, signal: Signal, plant: Plant) -> int:
-    """The word of an output, from its bits."""
-    if not value.is_resolvable:
-        raise ArgumentError(
-            f"output `{signal.name}` is {value} at clock edge {plant.edge}, where it drives the plant; let the reset or an "
-            "initial value set it"
-        )
-    word = value.to_unsigned() if hasattr(value, "to_unsigned") else int(value)
-    return word - (signal.max - signal.min + 1) if word > signal.max else word
+        drive()
+        done += 1
+    return plant.edge
