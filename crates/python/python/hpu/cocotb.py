@@ -17,18 +17,6 @@ from ._errors import ArgumentError, EndError
 
 __all__ = ["close", "put"]
 
-# A plant tells these beside the pins of the logic. A design may have signals of such names that are no inputs.
-_BESIDE = ("index", "count", "contact")
-
-
-def _pins(dut, plant):
-    """The inputs of the plant that are ports of the design: their numbers and handles."""
-    names = [pin.name for pin in plant.inputs]
-    if tuple(names[-len(_BESIDE) :]) == _BESIDE:
-        names = names[: -len(_BESIDE)]
-    return [(number, getattr(dut, name)) for number, name in enumerate(names) if hasattr(dut, name)]
-
-
 # What an axis tells beside the pins. A signal of this name inside a design is no port for it.
 _BESIDE = ["index", "count", "contact"]
 
