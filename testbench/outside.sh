@@ -6,12 +6,12 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-packages="ghdl-mcode python3 python3-venv"
+packages="ghdl-mcode iverilog python3 python3-venv gcc"
 python_packages="apytypes==0.5.1 cocotb==2.1.0 vunit_hdl==4.7.1 numpy==2.4.6 polars==2.1.0 pandas==3.1.1"
 
-if ! { command -v ghdl && command -v python3 && python3 -m ensurepip --version; } >/dev/null 2>&1; then
+if ! { command -v ghdl && command -v iverilog && command -v cc && command -v python3 && python3 -m ensurepip --version; } >/dev/null 2>&1; then
     if [ "$(id -u)" != 0 ] || ! command -v apt-get >/dev/null; then
-        echo "error: GHDL or Python with venv is missing; install and run this again: sudo apt-get install $packages" >&2
+        echo "error: GHDL, Icarus Verilog, a C compiler or Python with venv is missing; install and run this again: sudo apt-get install $packages" >&2
         exit 3
     fi
     apt-get update -qq
@@ -92,7 +92,21 @@ printf '#!/bin/sh\n"%s" "$@" | sed "s/edges.: /&1/"\n' "$built/hpu" >wrong
 fails "Python package" "AssertionError" package "$work/wrong" test_run.Runs.test_overrides_are_those_of_set
 agrees "Python package" package "$built/hpu" test_block test_cocotb test_notebook test_plant test_readme test_run test_stubs test_studies
 [ $differs = 0 ] || exit 1
+packaged=$(cat log)
+
+# The project for users of VUnit, around the plant in C; it fails where the hand never comes to the wall.
+mkdir -p vunit/crates/capi
+ln -s "$hdl" vunit/hdl
+ln -s "$testbench/../crates/capi/simulators" vunit/crates/capi/simulators
+cp -r "$testbench/../crates/capi/examples" vunit/crates/capi/
+cc -O2 -shared -fPIC -I"$testbench/../crates/capi/include" -o libhpu_sim.so "$testbench/../crates/capi/simulators/hpu_sim.c" \
+    -L"$built" -lhpu
+walls() { (cd vunit && LD_LIBRARY_PATH=$work:$built "$python" crates/capi/examples/vunit/run.py --no-color); }
+agrees "VUnit around a plant" walls
+sed -i 's/0.0016 rad/1 rad/' vunit/crates/capi/examples/vunit/tb_wall.vhd
+fails "VUnit around a plant" "the wall is not reached" walls
+[ $differs = 0 ] || exit 1
 echo "$narrowed"
-grep -o -e "hpu.run beyond .*" -e "cocotb .*a second.*" log
-echo "Python package: $(sed -n 's/^Ran \([0-9]* tests\).*/\1/p' log) agree with the command"
+grep -o -e "hpu.run beyond .*" -e "cocotb .*a second.*" <<<"$packaged"
+echo "Python package: $(sed -n 's/^Ran \([0-9]* tests\).*/\1/p' <<<"$packaged") agree with the command"
 echo "cocotb: 2 blocks agree, 2000 rows each; VUnit: the same"

@@ -324,7 +324,7 @@ fn axis(
     Joint { world, inputs, outputs, states }
 }
 
-/// Joins the world of an arm or of a gimbal to the signals of its wiring.
+/// Joins the world of a device with joints to the signals of its wiring.
 fn of_arm(simulation: &'static WiredSimulation<'static>) -> Joint {
     let block = simulation.wiring().block();
     let (inputs, outputs) = (block.inputs(), block.outputs());

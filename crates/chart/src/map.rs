@@ -3,7 +3,6 @@
 use hpu_cosim::scene::{Experiment, OutcomeKind};
 use plotters::style::{RGBColor, WHITE};
 
-use hpu_study::gimbal::NAMES;
 use hpu_study::map::{
     Cell, Class, Curves, Displayed, Edge, Found, Map, class, class_name, classes, is_unseen, nearest, predicted,
     unseen, wrapped,
@@ -133,7 +132,7 @@ fn outcomes(map: &Map, found: &[Found], curves: &[Result<Curves, String>], comma
         count => format!("; product wrapped in {count} settled cells"),
     };
     let hatched = if unseen(found, 0..found.len()) > 0 { "; hatched: past the wall, contact not seen" } else { "" };
-    let fails = |index: usize| predicted(map, index).is_ok_and(|fails| fails[NAMES.len() - 1]);
+    let fails = |index: usize| predicted(map, index).is_ok_and(|fails| fails.last().is_some_and(|(_, fails)| *fails));
     let fails: Vec<bool> = (0..found.len()).map(fails).collect();
     let failing = if fails.contains(&true) { "; hatched: predicted to fail by the linear loop" } else { "" };
     let mut canvas = page(&title, &(said(found) + &wraps + hatched + failing), command);

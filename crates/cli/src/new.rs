@@ -2,10 +2,9 @@
 
 use std::path::Path;
 
-use clap::ValueEnum;
-use clap::builder::PossibleValuesParser;
+use clap::builder::{PossibleValue, PossibleValuesParser};
 use hpu_cosim::scene::keys::{Takes, rows};
-use hpu_cosim::scene::{Experiment, Resolved, ValueSource, as_scene, resolved};
+use hpu_cosim::scene::{BEGINNINGS, Begin, Experiment, Resolved, ValueSource, as_scene, resolved};
 
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
@@ -22,8 +21,8 @@ pub struct Args {
     /// Name of the scene, also with folders in front
     name: String,
     /// Device that the hand holds
-    #[arg(long, value_enum, default_value_t = Device::Motor)]
-    device: Device,
+    #[arg(long, value_parser = PossibleValuesParser::new(devices()), default_value = "motor")]
+    device: String,
     /// Counts of the encoder: of a revolution of a motor, four a line, or of a metre of a mass [default: 4096, or
     /// 50000]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(16..=1_000_000))]
@@ -39,24 +38,16 @@ pub struct Args {
     dut: bool,
 }
 
-/// A device, by `device.kind`.
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Device {
-    /// A motor with a wheel
-    Motor,
-    /// A mass on a rail
-    Mass,
-    /// The arm of a PHANToM
-    Phantom,
-    /// A segment on a gimbal, raised by a crank
-    Gimbal,
+/// Returns the devices, by `device.kind`: those of an axis, then the others.
+fn devices() -> impl Iterator<Item = PossibleValue> {
+    let axis = [("motor", "A motor with a wheel"), ("mass", "A mass on a rail")];
+    let others = BEGINNINGS.iter().map(|(kind, begin)| (*kind, begin.device));
+    axis.into_iter().chain(others).map(|(kind, device)| PossibleValue::new(kind).help(device))
 }
 
-impl Device {
-    /// Whether the device has three joints, and its own law and sensors.
-    fn is_arm(self) -> bool {
-        matches!(self, Self::Phantom | Self::Gimbal)
-    }
+/// Returns the scene to begin with of a device that has its own law and encoders.
+fn beginning(args: &Args) -> Option<&'static Begin> {
+    BEGINNINGS.iter().find(|(kind, _)| *kind == args.device).map(|(_, begin)| begin)
 }
 
 /// The design to begin with; its entity has this name.
@@ -81,10 +72,10 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     if stem.is_empty() {
         return Err(Failure::usage(format!("`{}` is no name of a scene", args.name)));
     }
-    if args.device.is_arm() && (args.method.is_some() || args.counts.is_some()) {
+    if beginning(args).is_some() && (args.method.is_some() || args.counts.is_some()) {
         return Err(Failure::usage("this device has its own law and encoders; leave --method and --counts out"));
     }
-    if args.device != Device::Motor && args.dut {
+    if args.device != "motor" && args.dut {
         return Err(Failure::usage("the design to begin with drives a motor; leave --device out"));
     }
     let design = format!("{stem}.vhd");
@@ -112,8 +103,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
 }
 
 fn command(args: &Args, stem: &str) -> String {
-    let device = args.device.to_possible_value().map_or(String::new(), |value| value.get_name().to_string());
-    let mut command = format!("hpu new {} --device {device} --clock {}", quoted(stem), quoted(&args.clock));
+    let mut command = format!("hpu new {} --device {} --clock {}", quoted(stem), args.device, quoted(&args.clock));
     if let Some(counts) = args.counts {
         command += &format!(" --counts {counts}");
     }
@@ -158,7 +148,7 @@ fn begin(args: &Args, design: &str) -> Result<(Vec<Resolved>, Experiment), Failu
 
 /// Returns formats of the gains to try, from narrow to wide; none for devices whose scenes have no such keys.
 fn formats(args: &Args) -> Vec<Given> {
-    if args.dut || args.device.is_arm() {
+    if args.dut || beginning(args).is_some() {
         return vec![Vec::new()];
     }
     let bounded = args.method.as_deref() == Some("energy_bounding");
@@ -175,40 +165,18 @@ fn formats(args: &Args) -> Vec<Given> {
 /// Returns the keys that the scene gives.
 fn given(args: &Args, design: &str) -> Given {
     let method = args.method.as_deref().unwrap_or("hybrid");
-    let counts = args.counts.unwrap_or(if args.device == Device::Mass { 50_000 } else { 4096 });
+    let counts = args.counts.unwrap_or(if args.device == "mass" { 50_000 } else { 4096 });
     let clock = args.clock.as_str();
     let text = |key: &str, value: &str| (key.to_string(), value.to_string());
     let about = text("about", "A wall to begin with. Say here what to look for.");
     let mut all = vec![about, text("clock.frequency", clock)];
     let mut give = |pairs: &[(&str, &str)]| all.extend(pairs.iter().map(|(key, value)| text(key, value)));
-    match args.device {
-        Device::Phantom => {
-            give(&[
-                ("device.kind", "phantom"),
-                ("drop.axis", "y"),
-                ("platform.kind", "FPGA-400"),
-                ("room.distance", "2 cm"),
-                ("room.stiffness", "1 kN/m"),
-                ("model.amplifier_lag", "0.4 ms"),
-                ("model.transmission_stiffness", "3.5 kN/m"),
-                ("run.duration", "4 s"),
-                ("expect.outcome", "passive"),
-            ]);
-            return all;
-        }
-        Device::Gimbal => {
-            give(&[
-                ("device.kind", "gimbal"),
-                ("target.kind", "path"),
-                ("target.path", "[[0, \"22 mm\", 0, 0]]"),
-                ("surface.stiffness", "1 N/mm"),
-                ("finger.path", "[[\"0 s\", \"24 mm\"], [\"0.5 s\", \"24 mm\"], [\"1.5 s\", \"16 mm\"]]"),
-                ("run.duration", "4 s"),
-                ("expect.outcome", "settled"),
-            ]);
-            return all;
-        }
-        Device::Motor => give(&[
+    if let Some(begin) = beginning(args) {
+        give(begin.keys);
+        return all;
+    }
+    match args.device.as_str() {
+        "motor" => give(&[
             ("device.kind", "motor"),
             ("device.motor", "vasudevan_2007"),
             ("device.wheel_ratio", "7"),
@@ -219,7 +187,7 @@ fn given(args: &Args, design: &str) -> Given {
             ("hand.damping", "0.5 mN.m.s/rad"),
             ("hand.path", "[[\"0 s\", 0], [\"150 ms\", 1.4], [\"250 ms\", 1.9]]"),
         ]),
-        Device::Mass => give(&[
+        _ => give(&[
             ("device.kind", "mass"),
             ("device.mass", "90 g"),
             ("device.damping", "0.5 N.s/m"),
@@ -252,7 +220,7 @@ fn given(args: &Args, design: &str) -> Given {
         ]);
         return all;
     }
-    let is_mass = args.device == Device::Mass;
+    let is_mass = args.device == "mass";
     let [stiffness, damping] = if is_mass { ["500 N/m", "1 N.s/m"] } else { ["0.5 N.m/rad", "0.1 mN.m.s/rad"] };
     // Laws that have a damper of their own, or none.
     let damped = !matches!(method, "virtual_coupling" | "passive_spring");

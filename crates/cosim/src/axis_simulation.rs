@@ -1,22 +1,17 @@
 //! A scene of an axis, made ready.
 
 use hpu_datapath::{AxisWiring, LoopIn};
-use hpu_signal::Observe;
 
 use crate::actuator::Actuator;
 use crate::axis_world::AxisWorld;
 use crate::closed::Closed;
 use crate::direct::{AxisDirect, Computed};
-use crate::engine::{Comparison, Control, Driver};
 use crate::method::AxisLoop;
 use crate::outline::Outline;
 use crate::plant::Plant;
 use crate::scene::{Device, EncoderModel, LoopWords, Scene, Solver};
-use crate::simulation::{self, Compare, Direct, LoopVisitor, Simulation, TheLoop, Wired};
+use crate::simulation::{Direct, LoopVisitor, Simulation, TheLoop, Wired};
 use crate::simulation_error::SimulationError;
-use crate::summary::Summary;
-use crate::trace::Trace;
-use crate::untyped::{AnyClosedLoop, Close};
 
 /// A scene made ready: its words, its wiring, its plant.
 pub struct AxisSimulation<'s> {
@@ -119,21 +114,7 @@ impl Wired for AxisSimulation<'_> {
         }
     }
 
-    fn run(&self, driver: Driver, trace: &mut Trace, observer: &mut dyn Observe, control: &Control) -> Summary {
-        simulation::run(self, driver, trace, observer, control)
-    }
-
-    fn closed_loop(&self) -> Box<dyn AnyClosedLoop<'_> + '_> {
-        self.visit(Close)
-    }
-
-    fn compare(&self, edges: u64) -> Comparison {
-        self.visit(Compare(edges))
-    }
-
-    fn driver(&self) -> Driver {
-        self.scene.model.solver.into()
-    }
+    crate::simulation::wired_alike!();
 
     fn direct(&self) -> Option<Box<dyn Direct + '_>> {
         let stepping = self.plant.stepping?;

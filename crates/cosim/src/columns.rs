@@ -8,13 +8,15 @@
 use hpu_plant::{Axis, Measured, REALS};
 use hpu_signal::Real;
 
+use crate::joined::joined;
+
 /// The convention of signs, as traces, waveforms and summaries state it.
 pub const SIGNS: &str = "torques and forces are positive along the positive direction of the position that they act on; \
                          a wall at a positive position pushes back with a negative one; a net is the value of its word, \
                          and a positive command of an axis asks for a negative torque or force, one of a PHANToM for a \
                          positive one";
 
-const fn real(name: &'static str, doc: &'static str) -> Real {
+pub(crate) const fn real(name: &'static str, doc: &'static str) -> Real {
     Real { name, doc }
 }
 
@@ -79,74 +81,8 @@ pub const ARM_REALS: [Real; 9] = [
     Real { name: "torque3_nm", doc: "Torque of the motor on joint 3, positive along its positive angle" },
 ];
 
-/// The continuous outputs of a segment on a gimbal; only a scene with shear has the last two.
-pub const GIMBAL_REALS: [Real; 15] = [
-    ARM_REALS[0],
-    ARM_REALS[1],
-    ARM_REALS[2],
-    real("target_x_m", "Position that the host, or with shear the stress, asks of the tip"),
-    real("target_y_m", "Position that the host asks of the tip"),
-    real("target_z_m", "Position that the host asks of the tip"),
-    real("torque1_nm", "Torque that the servo of the pitch would have at no speed, positive along its positive angle"),
-    real("torque2_nm", "Torque that the servo of the roll would have at no speed, positive along its positive angle"),
-    real("torque3_nm", "Torque that the crank's servo would have at no speed, positive along its positive angle"),
-    real("tip_radius_m", "Distance of the tip from the centre of the gimbal"),
-    real("error_m", "Distance of the tip from the target"),
-    real("finger_force_n", "Force of the finger on the segment, positive inwards"),
-    real("finger_radius_m", "Distance of the finger's pad, at rest, from the centre of the gimbal; 0 without a finger"),
-    real("asked_stress_pa", "Shear stress that the target's motion asks for, along x"),
-    real("rendered_stress_pa", "Shear stress of the skin at the tip's displacement, along x"),
-];
-
-/// Columns of a gimbal's row.
-pub const GIMBAL_ROW: [Real; 24] = [
-    GIMBAL_REALS[0],
-    GIMBAL_REALS[1],
-    GIMBAL_REALS[2],
-    GIMBAL_REALS[3],
-    GIMBAL_REALS[4],
-    GIMBAL_REALS[5],
-    GIMBAL_REALS[6],
-    GIMBAL_REALS[7],
-    GIMBAL_REALS[8],
-    GIMBAL_REALS[9],
-    GIMBAL_REALS[10],
-    GIMBAL_REALS[11],
-    GIMBAL_REALS[12],
-    GIMBAL_REALS[13],
-    GIMBAL_REALS[14],
-    ARM_ROW[9],
-    ARM_ROW[10],
-    ARM_ROW[11],
-    ARM_ROW[12],
-    ARM_ROW[13],
-    ARM_ROW[14],
-    ARM_ROW[15],
-    ARM_ROW[16],
-    ARM_ROW[17],
-];
-
-/// Index of the radius in a row of a gimbal.
-pub const RADIUS: usize = 9;
-/// Index of the distance from the target in a row of a gimbal.
-pub const ERROR: usize = 10;
-/// Index of the force of the finger in a row of a gimbal.
-pub const FORCE: usize = 11;
-
-/// Indices of the stress asked for and of the rendered one in a row of a gimbal.
-pub const STRESSES: [usize; 2] = [13, 14];
-
-/// Columns of an arm's row.
-pub const ARM_ROW: [Real; 18] = [
-    ARM_REALS[0],
-    ARM_REALS[1],
-    ARM_REALS[2],
-    ARM_REALS[3],
-    ARM_REALS[4],
-    ARM_REALS[5],
-    ARM_REALS[6],
-    ARM_REALS[7],
-    ARM_REALS[8],
+/// Means and extremes of the torques of an arm's motors.
+pub(crate) const ARM_BETWEEN: [Real; 9] = [
     real("torque1_mean_nm", MEAN),
     real("torque1_least_nm", LEAST),
     real("torque1_greatest_nm", GREATEST),
@@ -157,6 +93,9 @@ pub const ARM_ROW: [Real; 18] = [
     real("torque3_least_nm", LEAST),
     real("torque3_greatest_nm", GREATEST),
 ];
+
+/// Columns of an arm's row.
+pub const ARM_ROW: [Real; 18] = joined(&[&ARM_REALS, &ARM_BETWEEN]);
 
 /// Returns mean, least and greatest value of one output over a row, in the column's unit.
 pub(crate) fn three(measured: &Measured, scale: f64) -> [f64; 3] {

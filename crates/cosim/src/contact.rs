@@ -3,14 +3,14 @@
 //! The window is that of the [verdict](crate::verdict): the last 30 % of the run. The position that the wall's law
 //! reads decides, not the true angle. The share is
 //!
-//! - for a loop with a clock, the share of the clock cycles in which the net `penetration` is above 0 (an arm's
-//!   `contact`; a gimbal's `mode`, which is 1 under impedance control); nets change only at ticks, so the count is exact with both drivers;
+//! - for a loop with a clock, the share of the clock cycles in which the net `penetration` is above 0 (of another
+//!   device, the net that its outline names); nets change only at ticks, so the count is exact with both drivers;
 //! - for an arm whose force a host computes, the share of the cycles in which the tested joint's command is not 0;
 //! - for an axis in steps without a clock, the share of the time beyond the first count inside the wall (with an ideal
 //!   encoder, beyond the wall itself), on the straight line between the ends of a step;
 //! - for a design of the user's own, the share of the cycles in which the encoder's count is beyond the wall's.
 
-use hpu_signal::{Clock, Cycle, Signal};
+use hpu_signal::{Clock, Cycle};
 
 use crate::scene::Experiment;
 use crate::window::window;
@@ -46,15 +46,6 @@ pub(crate) struct Contact {
 }
 
 impl Contact {
-    /// Creates the count for a wiring with these nets, from this edge on. A host's wiring has no net of its own for
-    /// contact: the command of joint number `joint` takes its place.
-    pub(crate) fn new(nets: &[Signal], from: u64, joint: usize) -> Self {
-        let net = |name: &str| nets.iter().position(|net| net.name == name);
-        let command = || net("command1").map(|first| first + joint);
-        let told = net("penetration").or_else(|| net("contact")).or_else(|| net("mode")).or_else(command);
-        Self::of(told.expect("a loop around a wall"), from)
-    }
-
     /// Creates the count for the net of this index, from this edge on.
     pub(crate) fn of(net: usize, from: u64) -> Self {
         Self { net, word: 0, since: 0, from, edges: 0 }

@@ -3,6 +3,7 @@
 pub mod law;
 #[macro_use]
 pub mod method;
+#[macro_use]
 pub mod scene;
 
 mod actuator;
@@ -10,7 +11,6 @@ mod any_device;
 mod any_simulation;
 mod arm;
 mod arm_body;
-mod arm_loop;
 mod arm_world;
 mod axis_simulation;
 mod axis_world;
@@ -26,6 +26,7 @@ mod faults;
 mod files;
 mod gimbal;
 mod integrator;
+mod joined;
 mod law_loop;
 mod linear;
 mod message;
@@ -48,25 +49,21 @@ mod wired_simulation;
 mod world;
 
 pub use any_simulation::AnySimulation;
-pub use arm_loop::ArmLoop;
 pub use axis_simulation::AxisSimulation;
 pub use axis_world::AxisWorld;
 pub use closed::law_as_asked;
-pub use columns::{
-    ARM_REALS, ARM_ROW, AXIS_ROW, ERROR, FORCE, GIMBAL_REALS, GIMBAL_ROW, RADIUS, RAIL_ROW, SIGNS, STRESSES,
-    TORQUE_BETWEEN,
-};
+pub use columns::{ARM_REALS, ARM_ROW, AXIS_ROW, RAIL_ROW, SIGNS, TORQUE_BETWEEN};
 pub use contact::judged_window_s;
 pub use encoder::Pins;
 pub use engine::{ClosedLoop, Comparison, Control, Difference, Driver, compare};
 pub use faults::Mark;
 pub use files::{read_plain, read_stdin, read_text};
-pub use gimbal::{GimbalSimulation, SegmentLoop, stress_error_pa};
+pub use gimbal::{ERROR, FORCE, GIMBAL_REALS, GIMBAL_ROW, GimbalSimulation, RADIUS, STRESSES, stress_error_pa};
 pub use law_loop::{LawConfig, LawLoop};
 pub use linear::LinearLoop;
 pub use message::{did_you_mean, excerpt, figure, number, utf8};
 pub use method::AxisLoop;
-pub use outline::Outline;
+pub use outline::{Outline, Waves};
 pub use phantom::PhantomSimulation;
 pub use plant::{Plant, PlantError};
 pub use random::SplitMix64;

@@ -54,7 +54,7 @@ pub struct Plant {
 /// The parts of a scene that make up its world.
 pub(crate) struct Around<'a> {
     pub(crate) device: &'a scene::Device,
-    pub(crate) bridge: scene::Bridge,
+    pub(crate) bridge: Bridge,
     pub(crate) hand: &'a scene::Hand,
     pub(crate) friction: Friction,
     pub(crate) winding: Winding,
@@ -138,11 +138,6 @@ impl Plant {
                     inertia_kg_m2: motor.inertia_kg_m2(),
                     viscous_nm_s_per_rad: motor.viscous_friction_nm_s_per_rad,
                     coulomb_nm: if rubs { motor.coulomb_friction_nm } else { 0.0 },
-                };
-                let bridge = Bridge {
-                    supply_v: bridge.supply_v,
-                    on_resistance_ohm: bridge.on_resistance_ohm,
-                    diode_drop_v: bridge.diode_drop_v,
                 };
                 Axis::new(shaft, bridge, hand, edge_s, horizon).map(|axis| match winding {
                     Winding::Inductive => axis,

@@ -6,17 +6,15 @@ use std::time::Instant;
 use hpu_datapath::{AnyBlock, AnyWiring, Instance, Wiring};
 use hpu_signal::{Clock, Cycle, Observe, Real, Signal, UNKNOWN};
 
-use crate::arm_loop::ArmLoop;
 use crate::contact::{Contact, stride, window_start};
 use crate::engine::{ClosedLoop, Comparison, Control, Driver, compare};
-use crate::gimbal::SegmentLoop;
 use crate::law_loop::LawLoop;
 use crate::method::AxisLoop;
-use crate::outline::{Command, Outline};
+use crate::outline::{Command, Outline, Waves};
 use crate::scene::Record;
 use crate::summary::{NetUse, Summary};
 use crate::trace::Trace;
-use crate::untyped::AnyClosedLoop;
+use crate::untyped::{AnyClosedLoop, Closed};
 use crate::verdict::Abort;
 use crate::world::World;
 
@@ -27,10 +25,8 @@ pub enum TheLoop<'s> {
     Axis(&'s AxisLoop),
     /// An axis's law in floats.
     Law(&'s LawLoop),
-    /// A PHANToM's loop.
-    Arm(&'s ArmLoop),
-    /// The loop of a segment on a gimbal.
-    Gimbal(&'s SegmentLoop),
+    /// The loop of another device.
+    Device(&'s dyn AnyWiring),
 }
 
 impl<'s> TheLoop<'s> {
@@ -39,8 +35,7 @@ impl<'s> TheLoop<'s> {
         match self {
             Self::Axis(axis_loop) => axis_loop.wiring(),
             Self::Law(wiring) => wiring,
-            Self::Arm(arm_loop) => arm_loop.wiring(),
-            Self::Gimbal(segment_loop) => segment_loop.wiring(),
+            Self::Device(wiring) => wiring,
         }
     }
 
@@ -141,6 +136,11 @@ pub trait Simulation {
         self.outline().commands.clone()
     }
 
+    /// Returns how waveforms show the nets, if not as those of an axis.
+    fn waves(&self) -> Waves {
+        self.outline().waves
+    }
+
     /// Returns whether there is a device, not a recording in its place.
     fn has_device(&self) -> bool {
         self.outline().has_device
@@ -222,6 +222,34 @@ pub trait Direct {
     ) -> (Summary, f64, Option<&'static str>);
 }
 
+/// The part of `impl Wired` that is alike in the simulations of all devices.
+macro_rules! wired_alike {
+    () => {
+        fn run(
+            &self,
+            driver: $crate::Driver,
+            trace: &mut $crate::Trace,
+            observer: &mut dyn hpu_signal::Observe,
+            control: &$crate::Control,
+        ) -> $crate::Summary {
+            $crate::simulation::run(self, driver, trace, observer, control)
+        }
+
+        fn closed_loop(&self) -> Box<dyn $crate::AnyClosedLoop<'_> + '_> {
+            self.visit($crate::simulation::Close)
+        }
+
+        fn compare(&self, edges: u64) -> $crate::Comparison {
+            self.visit($crate::simulation::Compare(edges))
+        }
+
+        fn driver(&self) -> $crate::Driver {
+            self.scene.model.solver.into()
+        }
+    };
+}
+pub(crate) use wired_alike;
+
 /// Implements [`Wired::run`] for any simulation.
 pub(crate) fn run<R: Wired>(
     simulation: &R,
@@ -237,8 +265,7 @@ pub(crate) fn run<R: Wired>(
         Some(direct) => direct.run((from, end), stride, trace, observer, control),
         None => {
             let observer: Option<&mut dyn Observe> = if observer.watches() { Some(observer) } else { None };
-            // The first output that judges an arm is the number of the joint under test.
-            let contact = Contact::new(&simulation.nets(), from, simulation.judged()[0]);
+            let contact = Contact::of(simulation.outline().contact.expect("a loop around a wall"), from);
             let observer = Recorder { trace, contact, observer, reals: simulation.reals().len() };
             let edge_s = simulation.clock().period_s();
             simulation.visit(Run { driver, window: (from, end), stride, modulated, edge_s, observer, control })
@@ -261,8 +288,8 @@ pub fn follow<R: Simulation, E>(
     play: impl FnOnce(&mut dyn Observe) -> Result<(Summary, Option<&'static str>), E>,
 ) -> Result<Summary, E> {
     trace.begin(simulation.edges() / simulation.stride() + 1);
-    let contact =
-        Contact::new(&simulation.nets(), window_start(simulation.edges(), simulation.stride()), simulation.judged()[0]);
+    let from = window_start(simulation.edges(), simulation.stride());
+    let contact = Contact::of(simulation.outline().contact.expect("a loop around a wall"), from);
     let mut follow = Follow { trace, observer, contact, known: Vec::new() };
     let (summary, over) = play(&mut follow)?;
     let contact = follow.contact.edges(summary.edges) as f64;
@@ -342,6 +369,20 @@ impl Observe for Recorder<'_> {
         if let Some(observer) = &mut self.observer {
             observer.reals(cycle, values);
         }
+    }
+}
+
+/// Implements [`Wired::closed_loop`] for any simulation.
+pub(crate) struct Close;
+
+impl<'s> LoopVisitor<'s> for Close {
+    type Out = Box<dyn AnyClosedLoop<'s> + 's>;
+    fn visit<E, W>(self, wiring: &W, world: E, input: E::In) -> Self::Out
+    where
+        E: World + 's,
+        W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone + 'static,
+    {
+        Box::new(Closed(ClosedLoop::new(wiring.clone(), world, input, u64::MAX), input))
     }
 }
 

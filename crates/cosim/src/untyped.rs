@@ -7,7 +7,6 @@ use hpu_datapath::{AnyWiring, Repeat, Wiring, bundle, flatten};
 use hpu_signal::{Cycle, Observe, Ports};
 
 use crate::engine::ClosedLoop;
-use crate::simulation::LoopVisitor;
 use crate::summary::Summary;
 use crate::world::{EncoderState, World};
 
@@ -118,7 +117,7 @@ pub trait AnyClosedLoop<'s> {
 }
 
 /// A closed loop, and the constant words of the wiring's inputs.
-struct Closed<W, E: World>(ClosedLoop<W, E>, E::In);
+pub(crate) struct Closed<W, E: World>(pub(crate) ClosedLoop<W, E>, pub(crate) E::In);
 
 impl<'s, E, W> AnyClosedLoop<'s> for Closed<W, E>
 where
@@ -163,19 +162,5 @@ impl Observe for Through<'_> {
     }
     fn follows(&self, nets: std::ops::Range<usize>) -> bool {
         self.0.follows(nets)
-    }
-}
-
-/// Implements [`Wired::closed_loop`](crate::Wired::closed_loop) for any simulation.
-pub(crate) struct Close;
-
-impl<'s> LoopVisitor<'s> for Close {
-    type Out = Box<dyn AnyClosedLoop<'s> + 's>;
-    fn visit<E, W>(self, wiring: &W, world: E, input: E::In) -> Self::Out
-    where
-        E: World + 's,
-        W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone + 'static,
-    {
-        Box::new(Closed(ClosedLoop::new(wiring.clone(), world, input, u64::MAX), input))
     }
 }

@@ -28,10 +28,10 @@
 //! aborted when the tip leaves the tables or reaches the opposite wall; it can reach that wall only with energy that
 //! the loop has generated.
 //!
-//! A segment on a gimbal whose target stands still is judged by its radius, by the rule of an axis with the radius of one
-//! position of the crank's servo in the place of a count. Whether it comes to rest does not depend on where the target
-//! is. If the target moves in the window, the verdict is **tracking**, with the rms and the greatest distance of tip and
-//! target.
+//! A device that follows a target of its host is judged by the rule of an axis while the target stands still, with its
+//! motion by one position of its sensor in the place of a count. Whether it comes to rest does not depend on where the
+//! target is. If the target moves in the window, the verdict is **tracking**, with the rms and the greatest distance of
+//! tip and target.
 
 use crate::trace::Trace;
 use crate::window::{Streamed, passage, quarter, window};

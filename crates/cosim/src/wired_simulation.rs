@@ -1,12 +1,10 @@
-//! A scene made ready whose loop blocks of this project close: an axis or a PHANToM.
+//! A scene made ready whose loop blocks of this project close: an axis, or another device.
 
 use hpu_signal::Observe;
 
 use crate::axis_simulation::AxisSimulation;
 use crate::engine::{Comparison, Control, Driver};
-use crate::gimbal::GimbalSimulation;
 use crate::outline::Outline;
-use crate::phantom::PhantomSimulation;
 use crate::scene::Experiment;
 use crate::simulation::{Direct, LoopVisitor, Simulation, TheLoop, Wired};
 use crate::simulation_error::SimulationError;
@@ -14,45 +12,46 @@ use crate::summary::Summary;
 use crate::trace::Trace;
 use crate::untyped::AnyClosedLoop;
 
-/// A scene made ready whose loop blocks of this project close: an axis or a PHANToM.
-#[allow(clippy::large_enum_variant, reason = "one of them exists a run")]
-pub enum WiredSimulation<'s> {
-    /// An axis.
-    Axis(AxisSimulation<'s>),
-    /// A PHANToM.
-    Phantom(PhantomSimulation<'s>),
-    /// A segment on a gimbal.
-    Gimbal(GimbalSimulation<'s>),
-}
+macro_rules! wired {
+    (($d:tt) $(#[doc = $meaning:literal] $Device:ident: $module:ident, $Scene:ident, $Simulation:ident;)*) => {
+        /// A scene made ready whose loop blocks of this project close: an axis, or another device.
+        #[allow(clippy::large_enum_variant, reason = "one of them exists a run")]
+        pub enum WiredSimulation<'s> {
+            /// One axis: a motor with a wheel, and a wall.
+            Axis(AxisSimulation<'s>),
+            $(#[doc = $meaning] $Device(crate::$Simulation<'s>),)*
+        }
 
-macro_rules! forward {
-    ($self:ident, $simulation:ident => $call:expr) => {
-        match $self {
-            Self::Axis($simulation) => $call,
-            Self::Phantom($simulation) => $call,
-            Self::Gimbal($simulation) => $call,
+        /// Evaluates an expression with a simulation bound to a name, whatever its type.
+        macro_rules! forward {
+            ($d self:ident, $d simulation:ident => $d call:expr) => {
+                match $d self {
+                    Self::Axis($d simulation) => $d call,
+                    $(Self::$Device($d simulation) => $d call,)*
+                }
+            };
+        }
+
+        impl<'s> WiredSimulation<'s> {
+            /// Makes a scene ready.
+            ///
+            /// # Errors
+            ///
+            /// When its words, widths or parameters are impossible, or its device has no datapath.
+            pub fn new(experiment: &'s Experiment) -> Result<Self, SimulationError> {
+                match experiment {
+                    Experiment::Axis(scene) => AxisSimulation::new(scene).map(Self::Axis),
+                    $(Experiment::$Device(scene) => crate::$Simulation::new(scene).map(Self::$Device),)*
+                    Experiment::Dut(scene) => {
+                        let reason = "this asks for blocks of hpu's own, and the scene has a design of yours";
+                        Err(SimulationError::Scene(scene.error("dut", reason)))
+                    }
+                }
+            }
         }
     };
 }
-
-impl<'s> WiredSimulation<'s> {
-    /// Makes a scene ready.
-    ///
-    /// # Errors
-    ///
-    /// When its words, widths or parameters are impossible, or its device has no datapath.
-    pub fn new(experiment: &'s Experiment) -> Result<Self, SimulationError> {
-        match experiment {
-            Experiment::Axis(scene) => AxisSimulation::new(scene).map(Self::Axis),
-            Experiment::Phantom(scene) => PhantomSimulation::new(scene).map(Self::Phantom),
-            Experiment::Gimbal(scene) => GimbalSimulation::new(scene).map(Self::Gimbal),
-            Experiment::Dut(scene) => {
-                let reason = "this asks for blocks of hpu's own, and the scene has a design of yours";
-                Err(SimulationError::Scene(scene.error("dut", reason)))
-            }
-        }
-    }
-}
+devices!(wired);
 
 impl Simulation for WiredSimulation<'_> {
     fn outline(&self) -> &Outline {

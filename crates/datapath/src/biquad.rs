@@ -23,7 +23,7 @@ use crate::config::{COUNTER, within};
 use crate::countdown::{Countdown, edges};
 use crate::listed::{Given, Listed};
 use crate::step::counted_down;
-use crate::{AnyStep, Block, ConfigError, Generic, Register, Step};
+use crate::{Block, ConfigError, Generic, Register, Step};
 
 hpu_signal::ports! {
     /// Inputs of the section.
@@ -199,9 +199,7 @@ crate::block::data_sheet!(Biquad = Self::new(BiquadConfig::default()));
 
 impl Block for Biquad {
     const NAME: &'static str = "biquad";
-    const CLOCKED: bool = true;
-    type In<T> = In<T>;
-    type Out<T> = Out<T>;
+    crate::block::clocked!();
 
     fn inputs(&self) -> In<Signal> {
         let period = Format::unsigned(self.config.period_width);
@@ -232,10 +230,6 @@ impl Block for Biquad {
             integer("A2", a[1]),
             ("PERIOD_WIDTH", Generic::Integer(period_width.into())),
         ]
-    }
-
-    fn equations(&self) -> Option<&dyn AnyStep> {
-        Some(self)
     }
 
     fn reset(&mut self) -> Out<i64> {

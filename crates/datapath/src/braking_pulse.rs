@@ -29,18 +29,13 @@ use crate::method_variants::{InLoops, bare, distinct, shaped, short};
 use crate::step::counted_down;
 use crate::{AnyStep, Block, ConfigError, Generic, Law, LawIn, LawOut, LawWidths, MethodLoop, Register, Step};
 
-/// The widths and the gain of a braking pulse.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct PulseConfig {
-    /// The widths and formats that every law has.
-    pub widths: LawWidths,
-    /// Torque that takes out a speed of one count per sample within a sample, with the fraction bits of the damping.
-    pub pulse: u32,
-}
-
-impl Default for PulseConfig {
-    fn default() -> Self {
-        Self { widths: LawWidths::default(), pulse: 1025 }
+crate::listed::configuration! {
+    /// The widths and the gain of a braking pulse.
+    pub struct PulseConfig {
+        /// The widths and formats that every law has.
+        widths: LawWidths = LawWidths::default(), [];
+        /// Torque that takes out a speed of one count per sample within a sample, with the fraction bits of the damping.
+        pulse: u32 = 1025, ["PULSE"];
     }
 }
 
@@ -164,13 +159,7 @@ crate::block::data_sheet!(BrakingPulse = Self::new(PulseConfig::default()));
 impl Law for BrakingPulse {
     const LOOP: &'static str = "braking_pulse_loop";
 
-    fn widths(&self) -> &LawWidths {
-        &self.config.widths
-    }
-
-    fn own_generics(&self) -> Vec<(&'static str, Generic)> {
-        vec![("PULSE", Generic::Integer(self.config.pulse.into()))]
-    }
+    crate::law::law_config!();
 
     fn latency(&self) -> u32 {
         1
@@ -231,7 +220,7 @@ impl Block for BrakingPulse {
 
 impl Listed for BrakingPulse {
     fn of_generics(given: &Given) -> Result<Self, ConfigError> {
-        Self::new(PulseConfig { widths: LawWidths::given(given)?, pulse: given.natural("PULSE")? })
+        Self::new(PulseConfig::given(given)?)
     }
 
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {

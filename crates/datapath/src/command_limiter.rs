@@ -15,7 +15,7 @@ use hpu_signal::{Signal, Word};
 
 use crate::config::within;
 use crate::listed::{Given, Listed};
-use crate::{AnyStep, Block, Combinational, ConfigError, Generic, Register, Saturator, Step, saturator};
+use crate::{Block, Combinational, ConfigError, Generic, Register, Saturator, Step, saturator};
 
 pub use crate::saturator::{In, Out};
 
@@ -103,9 +103,7 @@ crate::block::data_sheet!(CommandLimiter = Self::new(14, 13, 4095, 0));
 
 impl Block for CommandLimiter {
     const NAME: &'static str = "command_limiter";
-    const CLOCKED: bool = true;
-    type In<T> = In<T>;
-    type Out<T> = Out<T>;
+    crate::block::clocked!();
 
     fn inputs(&self) -> In<Signal> {
         self.limiter.inputs()
@@ -119,10 +117,6 @@ impl Block for CommandLimiter {
         let mut all = self.limiter.generics();
         all.push(("SETTLING", Generic::Integer(self.late.len() as i64)));
         all
-    }
-
-    fn equations(&self) -> Option<&dyn AnyStep> {
-        Some(self)
     }
 
     fn reset(&mut self) -> Out<i64> {

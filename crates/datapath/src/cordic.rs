@@ -30,7 +30,7 @@ use crate::computation::Computation;
 use crate::config::within;
 use crate::listed::{Given, Listed};
 use crate::step::loads_first;
-use crate::{AnyStep, Block, ConfigError, Generic, Lemma, Register, Step};
+use crate::{Block, ConfigError, Generic, Lemma, Register, Step};
 
 hpu_signal::ports! {
     /// Inputs of the CORDIC.
@@ -42,17 +42,18 @@ hpu_signal::ports! {
     pub struct Out { radius, angle, busy, ready }
 }
 
-/// The widths of a CORDIC.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct CordicConfig {
-    /// Width of both coordinates.
-    pub width: u32,
-    /// Width of the angle.
-    pub angle_width: u32,
-    /// Bits below those of coordinates and angle, which keep the rounding of the rotations small.
-    pub guard: u32,
-    /// The number of rotations.
-    pub rotations: u32,
+crate::listed::configuration! {
+    /// The widths of a CORDIC.
+    pub struct CordicConfig {
+        /// Width of both coordinates.
+        width: u32 = 21, ["WIDTH"];
+        /// Width of the angle.
+        angle_width: u32 = 20, ["ANGLE_WIDTH"];
+        /// Bits below those of coordinates and angle, which keep the rounding of the rotations small.
+        guard: u32 = 4, ["GUARD"];
+        /// The number of rotations.
+        rotations: u32 = 20, ["ROTATIONS"];
+    }
 }
 
 /// The most by which the results of a CORDIC differ from length and angle of the vector.
@@ -127,12 +128,6 @@ impl CordicConfig {
         let above = (long + displaced) * scale - radius;
         let below = radius - (long - displaced).max(0.0) * libm::cos((turned + last).min(PI / 2.0)) * scale;
         CordicBound { angle: angle.min(1.0), radius: above.max(below) + 0.5 }
-    }
-}
-
-impl Default for CordicConfig {
-    fn default() -> Self {
-        Self { width: 21, angle_width: 20, guard: 4, rotations: 20 }
     }
 }
 
@@ -266,17 +261,11 @@ impl Step for Cordic {
     }
 }
 
-impl Default for Cordic {
-    fn default() -> Self {
-        Self::new(CordicConfig::default()).expect("the data sheet's default")
-    }
-}
+crate::block::data_sheet!(Cordic = Self::new(CordicConfig::default()));
 
 impl Block for Cordic {
     const NAME: &'static str = "cordic";
-    const CLOCKED: bool = true;
-    type In<T> = In<T>;
-    type Out<T> = Out<T>;
+    crate::block::computing!((0, 0));
 
     fn inputs(&self) -> In<Signal> {
         let coordinate = Format::signed(self.config.width);
@@ -298,44 +287,13 @@ impl Block for Cordic {
     }
 
     fn generics(&self) -> Vec<(&'static str, Generic)> {
-        let CordicConfig { width, angle_width, guard, rotations } = self.config;
-        let integers = [("WIDTH", width), ("ANGLE_WIDTH", angle_width), ("GUARD", guard), ("ROTATIONS", rotations)];
-        integers.map(|(name, value)| (name, Generic::Integer(value.into()))).to_vec()
-    }
-
-    fn equations(&self) -> Option<&dyn AnyStep> {
-        Some(self)
-    }
-
-    fn reset(&mut self) -> Out<i64> {
-        self.computation.reset((0, 0));
-        self.shown()
-    }
-
-    #[inline]
-    fn tick(&mut self, input: In<i64>) -> Out<i64> {
-        let started = self.started(&input);
-        self.computation.tick(started);
-        self.shown()
-    }
-
-    #[inline]
-    fn quiet(&self, input: &In<i64>) -> u64 {
-        self.computation.quiet(input.start != 0)
-    }
-
-    #[inline]
-    fn skip(&mut self, edges: u64, input: &In<i64>) {
-        debug_assert!(edges <= self.quiet(input));
-        let started = self.started(input);
-        self.computation.skip(edges, started);
+        self.config.generics()
     }
 }
 
 impl Listed for Cordic {
     fn of_generics(given: &Given) -> Result<Self, ConfigError> {
-        let [width, angle_width, guard, rotations] = given.naturals(["WIDTH", "ANGLE_WIDTH", "GUARD", "ROTATIONS"])?;
-        Self::new(CordicConfig { width, angle_width, guard, rotations })
+        Self::new(CordicConfig::given(given)?)
     }
 
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {

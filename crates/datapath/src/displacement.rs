@@ -61,8 +61,6 @@ crate::block::data_sheet!(Displacement = Self::new(12));
 
 impl Block for Displacement {
     const NAME: &'static str = "displacement";
-    type In<T> = In<T>;
-    type Out<T> = Out<T>;
 
     fn inputs(&self) -> In<Signal> {
         let word = Format::unsigned(self.delta.width());

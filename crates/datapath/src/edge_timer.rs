@@ -21,7 +21,7 @@ use hpu_signal::{Format, Signal, Word};
 
 use crate::config::{COUNTER, WORD, within};
 use crate::listed::{Given, Listed};
-use crate::{AnyStep, Block, ConfigError, Generic, Register, Step};
+use crate::{Block, ConfigError, Generic, Register, Step};
 
 hpu_signal::ports! {
     /// Inputs of the timer.
@@ -135,9 +135,7 @@ crate::block::data_sheet!(EdgeTimer = Self::new(12, 20));
 
 impl Block for EdgeTimer {
     const NAME: &'static str = "edge_timer";
-    const CLOCKED: bool = true;
-    type In<T> = In<T>;
-    type Out<T> = Out<T>;
+    crate::block::clocked!();
 
     fn inputs(&self) -> In<Signal> {
         let position = Format::unsigned(self.difference.width());
@@ -157,10 +155,6 @@ impl Block for EdgeTimer {
             ("WIDTH", Generic::Integer(self.difference.width().into())),
             ("TIME_WIDTH", Generic::Integer(self.time.width().into())),
         ]
-    }
-
-    fn equations(&self) -> Option<&dyn AnyStep> {
-        Some(self)
     }
 
     fn reset(&mut self) -> Out<i64> {

@@ -41,39 +41,25 @@ use crate::{
     square_root,
 };
 
-/// The widths and bounds of an energy-bounding law.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct BoundingConfig {
-    /// The widths that every law has.
-    pub widths: LawWidths,
-    /// Whether the force bound is used instead of c1 and c2.
-    pub least_conservative: bool,
-    /// Damping of the device over the sample period, in PWM counts per count.
-    pub c1: u32,
-    /// Stiffness that the stored energy must be able to pay for, in PWM counts per count.
-    pub c2: u32,
-    /// Fraction bits of both.
-    pub bound_frac: u32,
-    /// Width of both.
-    pub bound_width: u32,
-    /// Width of the energy.
-    pub energy_width: u32,
-    /// Width of the radicand.
-    pub root_width: u32,
-}
-
-impl Default for BoundingConfig {
-    fn default() -> Self {
-        Self {
-            widths: LawWidths::default(),
-            least_conservative: false,
-            c1: 320,
-            c2: 320,
-            bound_frac: 4,
-            bound_width: 14,
-            energy_width: 32,
-            root_width: 54,
-        }
+crate::listed::configuration! {
+    /// The widths and bounds of an energy-bounding law.
+    pub struct BoundingConfig {
+        /// The widths that every law has.
+        widths: LawWidths = LawWidths::default(), [];
+        /// Whether the force bound is used instead of c1 and c2.
+        least_conservative: bool = false, ["LEAST_CONSERVATIVE"];
+        /// Damping of the device over the sample period, in PWM counts per count.
+        c1: u32 = 320, ["C1"];
+        /// Stiffness that the stored energy must be able to pay for, in PWM counts per count.
+        c2: u32 = 320, ["C2"];
+        /// Fraction bits of both.
+        bound_frac: u32 = 4, ["BOUND_FRAC"];
+        /// Width of both.
+        bound_width: u32 = 14, ["BOUND_WIDTH"];
+        /// Width of the energy.
+        energy_width: u32 = 32, ["ENERGY_WIDTH"];
+        /// Width of the radicand.
+        root_width: u32 = 54, ["ROOT_WIDTH"];
     }
 }
 
@@ -297,24 +283,7 @@ crate::block::data_sheet!(EnergyBounding = Self::new(BoundingConfig::default()))
 impl Law for EnergyBounding {
     const LOOP: &'static str = "energy_bounding_loop";
 
-    fn widths(&self) -> &LawWidths {
-        &self.config.widths
-    }
-
-    fn own_generics(&self) -> Vec<(&'static str, Generic)> {
-        let BoundingConfig { c1, c2, bound_frac, bound_width, energy_width, root_width, .. } = self.config;
-        let integers = [
-            ("C1", c1),
-            ("C2", c2),
-            ("BOUND_FRAC", bound_frac),
-            ("BOUND_WIDTH", bound_width),
-            ("ENERGY_WIDTH", energy_width),
-            ("ROOT_WIDTH", root_width),
-        ];
-        let mut own = vec![("LEAST_CONSERVATIVE", Generic::Boolean(self.config.least_conservative))];
-        own.extend(integers.map(|(name, value)| (name, Generic::Integer(value.into()))));
-        own
-    }
+    crate::law::law_config!();
 
     fn latency(&self) -> u32 {
         self.sequence.latency()
@@ -334,19 +303,7 @@ impl Block for EnergyBounding {
 
 impl Listed for EnergyBounding {
     fn of_generics(given: &Given) -> Result<Self, ConfigError> {
-        let [c1, c2, bound_frac, bound_width, energy_width, root_width] =
-            given.naturals(["C1", "C2", "BOUND_FRAC", "BOUND_WIDTH", "ENERGY_WIDTH", "ROOT_WIDTH"])?;
-        let (widths, least_conservative) = (LawWidths::given(given)?, given.is("LEAST_CONSERVATIVE"));
-        Self::new(BoundingConfig {
-            widths,
-            least_conservative,
-            c1,
-            c2,
-            bound_frac,
-            bound_width,
-            energy_width,
-            root_width,
-        })
+        Self::new(BoundingConfig::given(given)?)
     }
 
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {

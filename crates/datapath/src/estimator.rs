@@ -2,38 +2,47 @@
 
 use hpu_signal::{Narrowed, Word};
 
+use crate::listed::{Field, Given};
 use crate::timed_velocity::TimedVelocity;
 use crate::{
-    Block, ConfigError, FilteredConfig, FilteredDifference, Foaw, FoawConfig, LevantConfig, LevantDifferentiator,
-    Register, Step, VelocityConfig, VelocityRegister, WindowDifference, filtered_difference, foaw,
-    levant_differentiator, velocity_register, window_difference,
+    Block, ConfigError, FilteredConfig, FilteredDifference, Foaw, FoawConfig, Generic, LevantConfig,
+    LevantDifferentiator, Register, Step, VelocityConfig, VelocityRegister, WindowDifference, filtered_difference,
+    foaw, levant_differentiator, velocity_register, window_difference,
 };
 
-/// The method by which a law estimates a velocity, in the order of the generic `ESTIMATOR`.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Estimator {
-    /// Backward difference, in counts per sample.
-    Difference,
-    /// Backward difference through a low-pass filter, in counts per sample.
-    Filtered,
-    /// Difference over a window, in counts per window.
-    Window,
-    /// Difference over an adaptive window (FOAW), in counts per sample.
-    Foaw,
-    /// The sample period divided by the time between two counts, in counts per sample.
-    EdgeTimer,
-    /// Levant's differentiator, in counts per sample.
-    Levant,
+hpu_signal::named! {
+    /// The method by which a law estimates a velocity, in the order of the generic `ESTIMATOR`.
+    #[derive(Clone, Copy, PartialEq, Eq, Debug)]
+    pub enum Estimator {
+        /// Backward difference, in counts per sample.
+        Difference = "difference",
+        /// Backward difference through a low-pass filter, in counts per sample.
+        Filtered = "filtered",
+        /// Difference over a window, in counts per window.
+        Window = "window",
+        /// Difference over an adaptive window (FOAW), in counts per sample.
+        Foaw = "foaw",
+        /// The sample period divided by the time between two counts, in counts per sample.
+        EdgeTimer = "edge_timer",
+        /// Levant's differentiator, in counts per sample.
+        Levant = "levant",
+    }
 }
 
-impl Estimator {
-    /// Every estimator, in the order of the generic.
-    pub const ALL: [Self; 6] =
-        [Self::Difference, Self::Filtered, Self::Window, Self::Foaw, Self::EdgeTimer, Self::Levant];
+/// Its place among all.
+impl Field for Estimator {
+    fn told(self, generics: &[&'static str]) -> Vec<(&'static str, Generic)> {
+        let index = Self::ALL.iter().position(|&estimator| estimator == self).expect("all of them");
+        vec![(generics[0], Generic::Integer(index as i64))]
+    }
 
-    /// Returns the value of the generic `ESTIMATOR`.
-    pub(crate) fn index(self) -> i64 {
-        Self::ALL.iter().position(|&estimator| estimator == self).expect("all of them") as i64
+    fn given(given: &Given, generics: &[&'static str]) -> Result<Self, ConfigError> {
+        let index: i64 = given.whole(generics[0], "a whole number")?;
+        let found = usize::try_from(index).ok().and_then(|index| Self::ALL.get(index)).copied();
+        found.ok_or_else(|| {
+            let last = Self::ALL.len() - 1;
+            ConfigError::new(given.name(), format!("{} is {index}", generics[0]), format!("0 to {last}"))
+        })
     }
 }
 

@@ -22,7 +22,7 @@ use crate::config::{COUNTER, WORD, within};
 use crate::countdown::{Countdown, edges};
 use crate::listed::{Given, Listed};
 use crate::step::counted_down;
-use crate::{AnyStep, Block, ConfigError, Generic, Register, Step};
+use crate::{Block, ConfigError, Generic, Register, Step};
 
 hpu_signal::ports! {
     /// Inputs of the estimator.
@@ -34,22 +34,17 @@ hpu_signal::ports! {
     pub struct Out { velocity }
 }
 
-/// The widths of a filtered difference.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct FilteredConfig {
-    /// Width of the position, in bits.
-    pub width: u32,
-    /// Width of the period, in bits.
-    pub period_width: u32,
-    /// Exponent of the filter's factor `2^-shift`; with 0 nothing is filtered.
-    pub shift: u32,
-    /// Number of fraction bits of the velocity.
-    pub out_frac: u32,
-}
-
-impl Default for FilteredConfig {
-    fn default() -> Self {
-        Self { width: 12, period_width: 24, shift: 3, out_frac: 8 }
+crate::listed::configuration! {
+    /// The widths of a filtered difference.
+    pub struct FilteredConfig {
+        /// Width of the position, in bits.
+        width: u32 = 12, ["WIDTH"];
+        /// Width of the period, in bits.
+        period_width: u32 = 24, ["PERIOD_WIDTH"];
+        /// Exponent of the filter's factor `2^-shift`; with 0 nothing is filtered.
+        shift: u32 = 3, ["SHIFT"];
+        /// Number of fraction bits of the velocity.
+        out_frac: u32 = 8, ["OUT_FRAC"];
     }
 }
 
@@ -149,9 +144,7 @@ crate::block::data_sheet!(FilteredDifference = Self::new(FilteredConfig::default
 
 impl Block for FilteredDifference {
     const NAME: &'static str = "filtered_difference";
-    const CLOCKED: bool = true;
-    type In<T> = In<T>;
-    type Out<T> = Out<T>;
+    crate::block::clocked!();
 
     fn inputs(&self) -> In<Signal> {
         let position = Format::unsigned(self.config.width);
@@ -167,16 +160,7 @@ impl Block for FilteredDifference {
     }
 
     fn generics(&self) -> Vec<(&'static str, Generic)> {
-        vec![
-            ("WIDTH", Generic::Integer(self.config.width.into())),
-            ("PERIOD_WIDTH", Generic::Integer(self.config.period_width.into())),
-            ("SHIFT", Generic::Integer(self.config.shift.into())),
-            ("OUT_FRAC", Generic::Integer(self.config.out_frac.into())),
-        ]
-    }
-
-    fn equations(&self) -> Option<&dyn AnyStep> {
-        Some(self)
+        self.config.generics()
     }
 
     fn reset(&mut self) -> Out<i64> {
@@ -219,8 +203,7 @@ impl Block for FilteredDifference {
 
 impl Listed for FilteredDifference {
     fn of_generics(given: &Given) -> Result<Self, ConfigError> {
-        let [width, period_width, shift, out_frac] = given.naturals(["WIDTH", "PERIOD_WIDTH", "SHIFT", "OUT_FRAC"])?;
-        Self::new(FilteredConfig { width, period_width, shift, out_frac })
+        Self::new(FilteredConfig::given(given)?)
     }
 
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {

@@ -34,24 +34,19 @@ hpu_signal::ports! {
     pub struct Out { velocity }
 }
 
-/// The widths and bounds of an adaptive window.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct FoawConfig {
-    /// Width of the position.
-    pub width: u32,
-    /// Width of the period.
-    pub period_width: u32,
-    /// The longest window, in samples.
-    pub window: u32,
-    /// Bound of the position's noise, in counts.
-    pub noise: u32,
-    /// Fraction bits of the velocity.
-    pub out_frac: u32,
-}
-
-impl Default for FoawConfig {
-    fn default() -> Self {
-        Self { width: 12, period_width: 24, window: 8, noise: 1, out_frac: 8 }
+crate::listed::configuration! {
+    /// The widths and bounds of an adaptive window.
+    pub struct FoawConfig {
+        /// Width of the position.
+        width: u32 = 12, ["WIDTH"];
+        /// Width of the period.
+        period_width: u32 = 24, ["PERIOD_WIDTH"];
+        /// The longest window, in samples.
+        window: u32 = 8, ["WINDOW"];
+        /// Bound of the position's noise, in counts.
+        noise: u32 = 1, ["NOISE"];
+        /// Fraction bits of the velocity.
+        out_frac: u32 = 8, ["OUT_FRAC"];
     }
 }
 
@@ -216,13 +211,7 @@ impl Block for Foaw {
     }
 
     fn generics(&self) -> Vec<(&'static str, Generic)> {
-        vec![
-            ("WIDTH", Generic::Integer(self.config.width.into())),
-            ("PERIOD_WIDTH", Generic::Integer(self.config.period_width.into())),
-            ("WINDOW", Generic::Integer(self.config.window.into())),
-            ("NOISE", Generic::Integer(self.config.noise.into())),
-            ("OUT_FRAC", Generic::Integer(self.config.out_frac.into())),
-        ]
+        self.config.generics()
     }
 
     fn equations(&self) -> Option<&dyn AnyStep> {
@@ -263,9 +252,7 @@ impl Block for Foaw {
 
 impl Listed for Foaw {
     fn of_generics(given: &Given) -> Result<Self, ConfigError> {
-        let [width, period_width, window, noise, out_frac] =
-            given.naturals(["WIDTH", "PERIOD_WIDTH", "WINDOW", "NOISE", "OUT_FRAC"])?;
-        Self::new(FoawConfig { width, period_width, window, noise, out_frac })
+        Self::new(FoawConfig::given(given)?)
     }
 
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {

@@ -28,7 +28,7 @@ use crate::law::ZERO;
 use crate::listed::{Given, Listed};
 use crate::part::Part;
 use crate::phantom::words::{accept, natural, parts};
-use crate::{AnyStep, Block, ConfigError, Generic, Register, Rom, Step};
+use crate::{Block, ConfigError, Generic, Register, Rom, Step};
 
 hpu_signal::ports! {
     /// Inputs of the derivative.
@@ -246,17 +246,11 @@ impl Step for FractionalDifference {
     }
 }
 
-impl Default for FractionalDifference {
-    fn default() -> Self {
-        Self::new(FractionalConfig::default()).expect("the data sheet's default")
-    }
-}
+crate::block::data_sheet!(FractionalDifference = Self::new(FractionalConfig::default()));
 
 impl Block for FractionalDifference {
     const NAME: &'static str = "fractional_difference";
-    const CLOCKED: bool = true;
-    type In<T> = In<T>;
-    type Out<T> = Out<T>;
+    crate::block::clocked!();
 
     fn inputs(&self) -> In<Signal> {
         In {
@@ -283,10 +277,6 @@ impl Block for FractionalDifference {
     fn roms(&self) -> Vec<Rom> {
         let format = Format::new(true, 1, self.config.coef_frac.cast_signed()).expect("at most 32 bits");
         vec![Rom { name: "weights", format, words: self.table.clone() }]
-    }
-
-    fn equations(&self) -> Option<&dyn AnyStep> {
-        Some(self)
     }
 
     fn reset(&mut self) -> Out<i64> {

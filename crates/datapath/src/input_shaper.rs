@@ -24,7 +24,7 @@ use hpu_signal::{Format, Machine, Narrowed, Narrowing, Overflow, Rounding, Signa
 use crate::config::{COUNTER, within};
 use crate::listed::{Given, Listed};
 use crate::{
-    AnyStep, Biquad, BiquadConfig, Block, ConfigError, Generic, Register, Step, ZeroOrderHold, biquad, zero_order_hold,
+    Biquad, BiquadConfig, Block, ConfigError, Generic, Register, Step, ZeroOrderHold, biquad, zero_order_hold,
 };
 
 hpu_signal::ports! {
@@ -248,9 +248,7 @@ impl Shaping {
 
 impl Block for InputShaper {
     const NAME: &'static str = "input_shaper";
-    const CLOCKED: bool = true;
-    type In<T> = In<T>;
-    type Out<T> = Out<T>;
+    crate::block::clocked!();
 
     fn inputs(&self) -> In<Signal> {
         let period = Format::unsigned(self.config.period_width);
@@ -273,10 +271,6 @@ impl Block for InputShaper {
         ];
         all.extend(Shaping::generics(shaping, ["PHASE", "B0", "B1", "B2", "A1", "A2"]));
         all
-    }
-
-    fn equations(&self) -> Option<&dyn AnyStep> {
-        Some(self)
     }
 
     fn reset(&mut self) -> Out<i64> {

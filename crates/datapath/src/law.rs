@@ -10,7 +10,7 @@
 use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding, Signal, Word};
 
 use crate::config::{COUNTER, WORD, within};
-use crate::listed::Given;
+use crate::listed::{Field, Given};
 use crate::{Block, ConfigError, Generic};
 
 hpu_signal::ports! {
@@ -217,9 +217,13 @@ impl Wanted {
     }
 }
 
-impl LawWidths {
-    /// Reads the generics that every law has.
-    pub(crate) fn given(given: &Given) -> Result<Self, ConfigError> {
+impl Field for LawWidths {
+    /// Returns nothing: a law's generics are those of every law, then its own.
+    fn told(self, _: &[&'static str]) -> Vec<(&'static str, Generic)> {
+        Vec::new()
+    }
+
+    fn given(given: &Given, _: &[&'static str]) -> Result<Self, ConfigError> {
         Ok(Self {
             width: given.natural("WIDTH")?,
             stiffness: given.unsigned("STIFFNESS")?,
@@ -229,6 +233,19 @@ impl LawWidths {
             torque_width: given.natural("TORQUE_WIDTH")?,
         })
     }
+}
+
+/// The part of `impl Law` that is alike in all laws: the widths of every law, and the generics of their configuration.
+macro_rules! law_config {
+    () => {
+        fn widths(&self) -> &LawWidths {
+            &self.config.widths
+        }
+
+        fn own_generics(&self) -> Vec<(&'static str, crate::Generic)> {
+            self.config.generics()
+        }
+    };
 }
 
 /// The part of `impl Block` that is alike in all laws: their ports, with the description of the memory, and their
@@ -288,4 +305,4 @@ macro_rules! law_in_sequence {
     };
 }
 
-pub(crate) use {law_in_sequence, law_ports};
+pub(crate) use {law_config, law_in_sequence, law_ports};

@@ -26,7 +26,7 @@ use crate::config::{COUNTER, WORD, within};
 use crate::law::ZERO;
 use crate::listed::{Given, Listed};
 use crate::sequence::{Sequence, captures, loads_before_it_reads};
-use crate::{AnyStep, Block, ConfigError, Generic, Lemma, Register, SquareRoot, Step, square_root};
+use crate::{Block, ConfigError, Generic, Lemma, Register, SquareRoot, Step, square_root};
 
 hpu_signal::ports! {
     /// Inputs of the estimator.
@@ -38,24 +38,19 @@ hpu_signal::ports! {
     pub struct Out { velocity }
 }
 
-/// The widths and gains of a Levant differentiator.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct LevantConfig {
-    /// Width of the position, in bits.
-    pub width: u32,
-    /// Width of the period, in bits.
-    pub period_width: u32,
-    /// Number of fraction bits of the velocity.
-    pub out_frac: u32,
-    /// Slope for an error of one count, in counts per sample, with 8 fraction bits.
-    pub root_gain: u32,
-    /// Velocity added in a sample, in LSBs of the velocity.
-    pub slew: u32,
-}
-
-impl Default for LevantConfig {
-    fn default() -> Self {
-        Self { width: 12, period_width: 24, out_frac: 8, root_gain: 94, slew: 17 }
+crate::listed::configuration! {
+    /// The widths and gains of a Levant differentiator.
+    pub struct LevantConfig {
+        /// Width of the position, in bits.
+        width: u32 = 12, ["WIDTH"];
+        /// Width of the period, in bits.
+        period_width: u32 = 24, ["PERIOD_WIDTH"];
+        /// Number of fraction bits of the velocity.
+        out_frac: u32 = 8, ["OUT_FRAC"];
+        /// Slope for an error of one count, in counts per sample, with 8 fraction bits.
+        root_gain: u32 = 94, ["ROOT_GAIN"];
+        /// Velocity added in a sample, in LSBs of the velocity.
+        slew: u32 = 17, ["SLEW"];
     }
 }
 
@@ -229,9 +224,7 @@ crate::block::data_sheet!(LevantDifferentiator = Self::new(LevantConfig::default
 
 impl Block for LevantDifferentiator {
     const NAME: &'static str = "levant_differentiator";
-    const CLOCKED: bool = true;
-    type In<T> = In<T>;
-    type Out<T> = Out<T>;
+    crate::block::clocked!();
 
     fn inputs(&self) -> In<Signal> {
         let period = Format::unsigned(self.config.period_width);
@@ -251,20 +244,7 @@ impl Block for LevantDifferentiator {
     }
 
     fn generics(&self) -> Vec<(&'static str, Generic)> {
-        let LevantConfig { width, period_width, out_frac, root_gain, slew } = self.config;
-        [
-            ("WIDTH", width),
-            ("PERIOD_WIDTH", period_width),
-            ("OUT_FRAC", out_frac),
-            ("ROOT_GAIN", root_gain),
-            ("SLEW", slew),
-        ]
-        .map(|(name, value)| (name, Generic::Integer(value.into())))
-        .to_vec()
-    }
-
-    fn equations(&self) -> Option<&dyn AnyStep> {
-        Some(self)
+        self.config.generics()
     }
 
     fn reset(&mut self) -> Out<i64> {
@@ -294,9 +274,7 @@ impl Block for LevantDifferentiator {
 
 impl Listed for LevantDifferentiator {
     fn of_generics(given: &Given) -> Result<Self, ConfigError> {
-        let [width, period_width, out_frac, root_gain, slew] =
-            given.naturals(["WIDTH", "PERIOD_WIDTH", "OUT_FRAC", "ROOT_GAIN", "SLEW"])?;
-        Self::new(LevantConfig { width, period_width, out_frac, root_gain, slew })
+        Self::new(LevantConfig::given(given)?)
     }
 
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {

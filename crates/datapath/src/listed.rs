@@ -131,3 +131,74 @@ impl Given {
         self.format(signed, self.word(&format!("{stem}_INT"))?, self.word(&format!("{stem}_FRAC"))?)
     }
 }
+
+/// A field of a [`configuration!`], as the generics of an entity. Implemented by the types of such fields.
+pub(crate) trait Field: Sized {
+    /// Returns the field's generics of these names.
+    fn told(self, generics: &[&'static str]) -> Vec<(&'static str, Generic)>;
+    /// Reads the field from its generics of these names.
+    fn given(given: &Given, generics: &[&'static str]) -> Made<Self>;
+}
+
+impl Field for u32 {
+    fn told(self, generics: &[&'static str]) -> Vec<(&'static str, Generic)> {
+        vec![(generics[0], Generic::Integer(self.into()))]
+    }
+
+    fn given(given: &Given, generics: &[&'static str]) -> Made<Self> {
+        given.natural(generics[0])
+    }
+}
+
+impl Field for bool {
+    fn told(self, generics: &[&'static str]) -> Vec<(&'static str, Generic)> {
+        vec![(generics[0], Generic::Boolean(self))]
+    }
+
+    fn given(given: &Given, generics: &[&'static str]) -> Made<Self> {
+        Ok(given.is(generics[0]))
+    }
+}
+
+/// An unsigned format: its width, named `..._WIDTH`, and its fraction bits.
+impl Field for Format {
+    fn told(self, generics: &[&'static str]) -> Vec<(&'static str, Generic)> {
+        let parts = [i64::from(self.width()), self.frac().into()];
+        generics.iter().copied().zip(parts.map(Generic::Integer)).collect()
+    }
+
+    fn given(given: &Given, generics: &[&'static str]) -> Made<Self> {
+        given.unsigned(generics[0].trim_end_matches("_WIDTH"))
+    }
+}
+
+/// A configuration whose fields are the generics of its entity, in their order: of each field its type, its default and
+/// the names of its generics.
+macro_rules! configuration {
+    ($(#[doc = $about:literal])+ pub struct $Config:ident {
+        $($(#[doc = $doc:literal])+ $field:ident: $Field:ty = $default:expr, [$($generic:literal),*];)*
+    }) => {
+        $(#[doc = $about])+
+        #[derive(Clone, Copy, PartialEq, Eq, Debug)]
+        pub struct $Config {
+            $($(#[doc = $doc])+ pub $field: $Field,)*
+        }
+
+        impl Default for $Config {
+            fn default() -> Self {
+                Self { $($field: $default),* }
+            }
+        }
+
+        impl $Config {
+            fn generics(self) -> Vec<(&'static str, $crate::Generic)> {
+                [$($crate::listed::Field::told(self.$field, &[$($generic),*])),*].concat()
+            }
+
+            fn given(given: &$crate::listed::Given) -> Result<Self, $crate::ConfigError> {
+                Ok(Self { $($field: $crate::listed::Field::given(given, &[$($generic),*])?),* })
+            }
+        }
+    };
+}
+pub(crate) use configuration;

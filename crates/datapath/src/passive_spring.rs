@@ -37,29 +37,24 @@ use crate::{
     square_root,
 };
 
-/// The widths and options of a passive spring.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct SpringConfig {
-    /// The widths that every law has.
-    pub widths: LawWidths,
-    /// Fraction bits of the extension.
-    pub extension_frac: u32,
-    /// Motion of the spring per motion of the device, with 8 fraction bits.
-    pub alpha: u32,
-    /// Whether a spring that has lost its whole extension inside the wall engages again.
-    pub revive: bool,
+crate::listed::configuration! {
+    /// The widths and options of a passive spring.
+    pub struct SpringConfig {
+        /// The widths that every law has.
+        widths: LawWidths = LawWidths::default(), [];
+        /// Fraction bits of the extension.
+        extension_frac: u32 = 8, ["EXTENSION_FRAC"];
+        /// Motion of the spring per motion of the device, with 8 fraction bits.
+        alpha: u32 = 256, ["ALPHA"];
+        /// Whether a spring that has lost its whole extension inside the wall engages again.
+        revive: bool = true, ["REVIVE"];
+    }
 }
 
 impl SpringConfig {
     /// Returns the width of the radicand.
     pub const fn root_width(self) -> u32 {
         2 * (self.widths.width + self.extension_frac) + 2
-    }
-}
-
-impl Default for SpringConfig {
-    fn default() -> Self {
-        Self { widths: LawWidths::default(), extension_frac: 8, alpha: 256, revive: true }
     }
 }
 
@@ -249,18 +244,7 @@ crate::block::data_sheet!(PassiveSpring = Self::new(SpringConfig::default()));
 impl Law for PassiveSpring {
     const LOOP: &'static str = "passive_spring_loop";
 
-    fn widths(&self) -> &LawWidths {
-        &self.config.widths
-    }
-
-    fn own_generics(&self) -> Vec<(&'static str, Generic)> {
-        let SpringConfig { extension_frac, alpha, revive, .. } = self.config;
-        vec![
-            ("EXTENSION_FRAC", Generic::Integer(extension_frac.into())),
-            ("ALPHA", Generic::Integer(alpha.into())),
-            ("REVIVE", Generic::Boolean(revive)),
-        ]
-    }
+    crate::law::law_config!();
 
     fn latency(&self) -> u32 {
         self.sequence.latency()
@@ -280,9 +264,7 @@ impl Block for PassiveSpring {
 
 impl Listed for PassiveSpring {
     fn of_generics(given: &Given) -> Result<Self, ConfigError> {
-        let [extension_frac, alpha] = given.naturals(["EXTENSION_FRAC", "ALPHA"])?;
-        let (widths, revive) = (LawWidths::given(given)?, given.is("REVIVE"));
-        Self::new(SpringConfig { widths, extension_frac, alpha, revive })
+        Self::new(SpringConfig::given(given)?)
     }
 
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {

@@ -37,22 +37,17 @@ use crate::{
     SequentialDivider, Step, sequential_divider,
 };
 
-/// The widths and options of a passivity controller.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct PassivityConfig {
-    /// The widths that every law has.
-    pub widths: LawWidths,
-    /// Whether the observer uses the torque that was shown, instead of the wanted torque.
-    pub exact: bool,
-    /// Width of the energy.
-    pub energy_width: u32,
-    /// The largest stored energy; 0 for no limit.
-    pub credit: u32,
-}
-
-impl Default for PassivityConfig {
-    fn default() -> Self {
-        Self { widths: LawWidths::default(), exact: false, energy_width: 32, credit: 0 }
+crate::listed::configuration! {
+    /// The widths and options of a passivity controller.
+    pub struct PassivityConfig {
+        /// The widths that every law has.
+        widths: LawWidths = LawWidths::default(), [];
+        /// Whether the observer uses the torque that was shown, instead of the wanted torque.
+        exact: bool = false, ["EXACT"];
+        /// Width of the energy.
+        energy_width: u32 = 32, ["ENERGY_WIDTH"];
+        /// The largest stored energy; 0 for no limit.
+        credit: u32 = 0, ["CREDIT"];
     }
 }
 
@@ -230,18 +225,7 @@ crate::block::data_sheet!(PassivityController = Self::new(PassivityConfig::defau
 impl Law for PassivityController {
     const LOOP: &'static str = "passivity_controller_loop";
 
-    fn widths(&self) -> &LawWidths {
-        &self.config.widths
-    }
-
-    fn own_generics(&self) -> Vec<(&'static str, Generic)> {
-        let PassivityConfig { exact, energy_width, credit, .. } = self.config;
-        vec![
-            ("EXACT", Generic::Boolean(exact)),
-            ("ENERGY_WIDTH", Generic::Integer(energy_width.into())),
-            ("CREDIT", Generic::Integer(credit.into())),
-        ]
-    }
+    crate::law::law_config!();
 
     fn latency(&self) -> u32 {
         self.sequence.latency()
@@ -263,9 +247,7 @@ impl Block for PassivityController {
 
 impl Listed for PassivityController {
     fn of_generics(given: &Given) -> Result<Self, ConfigError> {
-        let [energy_width, credit] = given.naturals(["ENERGY_WIDTH", "CREDIT"])?;
-        let (widths, exact) = (LawWidths::given(given)?, given.is("EXACT"));
-        Self::new(PassivityConfig { widths, exact, energy_width, credit })
+        Self::new(PassivityConfig::given(given)?)
     }
 
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {

@@ -12,7 +12,7 @@ use hpu_signal::{Format, Machine, Signal, Word};
 
 use crate::config::{WORD, within};
 use crate::listed::{Given, Listed};
-use crate::{AnyStep, Block, ConfigError, Generic, Register, Step};
+use crate::{Block, ConfigError, Generic, Register, Step};
 
 hpu_signal::ports! {
     /// Inputs of the counter.
@@ -73,9 +73,7 @@ crate::block::data_sheet!(PositionCounter = Self::new(12));
 
 impl Block for PositionCounter {
     const NAME: &'static str = "position_counter";
-    const CLOCKED: bool = true;
-    type In<T> = In<T>;
-    type Out<T> = Out<T>;
+    crate::block::clocked!();
 
     fn inputs(&self) -> In<Signal> {
         In { step: Signal::new("step", Format::signed(2), "count", "Motion to be added") }
@@ -87,10 +85,6 @@ impl Block for PositionCounter {
 
     fn generics(&self) -> Vec<(&'static str, Generic)> {
         vec![("WIDTH", Generic::Integer(self.format.width().into()))]
-    }
-
-    fn equations(&self) -> Option<&dyn AnyStep> {
-        Some(self)
     }
 
     fn counts(&self) -> Option<&'static str> {

@@ -19,7 +19,7 @@ use hpu_signal::{Format, Signal, Word};
 
 use crate::config::{NATURAL, within};
 use crate::listed::{Given, Listed};
-use crate::{AnyStep, Block, ConfigError, Generic, Register, Repeat, Step};
+use crate::{Block, ConfigError, Generic, Register, Repeat, Step};
 
 hpu_signal::ports! {
     /// Inputs of the modulator.
@@ -272,9 +272,7 @@ crate::block::data_sheet!(Pwm = Self::new(PwmConfig::default()));
 
 impl Block for Pwm {
     const NAME: &'static str = "pwm";
-    const CLOCKED: bool = true;
-    type In<T> = In<T>;
-    type Out<T> = Out<T>;
+    crate::block::clocked!();
 
     fn inputs(&self) -> In<Signal> {
         let command = Format::signed(self.config.width + 1);
@@ -298,10 +296,6 @@ impl Block for Pwm {
             ("FLOATING", Generic::Boolean(self.config.floating)),
             ("DEAD_TIME", Generic::Integer(self.config.dead_time.into())),
         ]
-    }
-
-    fn equations(&self) -> Option<&dyn AnyStep> {
-        Some(self)
     }
 
     fn reset(&mut self) -> Out<i64> {

@@ -16,7 +16,7 @@ use hpu_signal::{Format, Signal, Word};
 
 use crate::config::{NATURAL, within};
 use crate::listed::{Given, Listed};
-use crate::{AnyStep, Block, ConfigError, Generic, Register, Step};
+use crate::{Block, ConfigError, Generic, Register, Step};
 
 hpu_signal::ports! {
     /// Inputs of the decoder.
@@ -105,9 +105,7 @@ crate::block::data_sheet!(QuadratureDecoder = Self::new(3));
 
 impl Block for QuadratureDecoder {
     const NAME: &'static str = "quadrature_decoder";
-    const CLOCKED: bool = true;
-    type In<T> = In<T>;
-    type Out<T> = Out<T>;
+    crate::block::clocked!();
 
     fn inputs(&self) -> In<Signal> {
         In { a: Signal::bit("a", "Encoder line A, synchronous"), b: Signal::bit("b", "Encoder line B, synchronous") }
@@ -127,10 +125,6 @@ impl Block for QuadratureDecoder {
 
     fn generics(&self) -> Vec<(&'static str, Generic)> {
         vec![("SETTLE", Generic::Integer(self.settle.into()))]
-    }
-
-    fn equations(&self) -> Option<&dyn AnyStep> {
-        Some(self)
     }
 
     fn reset(&mut self) -> Out<i64> {

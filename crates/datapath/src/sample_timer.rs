@@ -17,7 +17,7 @@ use crate::config::{COUNTER, within};
 use crate::countdown::{Countdown, edges};
 use crate::listed::{Given, Listed};
 use crate::step::counted_down;
-use crate::{AnyStep, Block, ConfigError, Generic, Register, Step};
+use crate::{Block, ConfigError, Generic, Register, Step};
 
 hpu_signal::ports! {
     /// Inputs of the timer.
@@ -65,9 +65,7 @@ crate::block::data_sheet!(SampleTimer = Self::new(24));
 
 impl Block for SampleTimer {
     const NAME: &'static str = "sample_timer";
-    const CLOCKED: bool = true;
-    type In<T> = In<T>;
-    type Out<T> = Out<T>;
+    crate::block::clocked!();
 
     fn inputs(&self) -> In<Signal> {
         In { period: Signal::new("period", self.period, "clock", "Sample period; 0 acts as 1") }
@@ -79,10 +77,6 @@ impl Block for SampleTimer {
 
     fn generics(&self) -> Vec<(&'static str, Generic)> {
         vec![("PERIOD_WIDTH", Generic::Integer(self.period.width().into()))]
-    }
-
-    fn equations(&self) -> Option<&dyn AnyStep> {
-        Some(self)
     }
 
     fn reset(&mut self) -> Out<i64> {

@@ -36,48 +36,31 @@ use crate::{
     PwmConfig, Register, Shaping, Step, ZeroOrderHold, zero_order_hold,
 };
 
-/// The widths and modes of a sampled wall.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct SampledWallConfig {
-    /// The widths of every law.
-    pub widths: LawWidths,
-    /// Whether the spring is sampled too; otherwise it acts at once.
-    pub spring_held: bool,
-    /// The estimator of the velocity.
-    pub estimator: Estimator,
-    /// The velocity's period in periods of the spring.
-    pub ratio: u32,
-    /// Exponent of the low pass, for [`Estimator::Filtered`].
-    pub shift: u32,
-    /// Samples of the window, for [`Estimator::Window`] and [`Estimator::Foaw`].
-    pub window: u32,
-    /// Noise of the position in counts, for [`Estimator::Foaw`].
-    pub noise: u32,
-    /// Fraction bits of the velocity.
-    pub velocity_frac: u32,
-    /// Gain of negative damping, in units of the damping's LSB.
-    pub relief: u32,
-    /// Slope for an error of one count, for [`Estimator::Levant`], as in its block.
-    pub root_gain: u32,
-    /// Velocity added in a sample, for [`Estimator::Levant`], as in its block.
-    pub slew: u32,
-}
-
-impl Default for SampledWallConfig {
-    fn default() -> Self {
-        Self {
-            widths: LawWidths::default(),
-            spring_held: true,
-            estimator: Estimator::Difference,
-            ratio: 1,
-            shift: 3,
-            window: 8,
-            noise: 1,
-            velocity_frac: 8,
-            relief: 0,
-            root_gain: 94,
-            slew: 17,
-        }
+crate::listed::configuration! {
+    /// The widths and modes of a sampled wall.
+    pub struct SampledWallConfig {
+        /// The widths of every law.
+        widths: LawWidths = LawWidths::default(), [];
+        /// Whether the spring is sampled too; otherwise it acts at once.
+        spring_held: bool = true, ["SPRING_HELD"];
+        /// The estimator of the velocity.
+        estimator: Estimator = Estimator::Difference, ["ESTIMATOR"];
+        /// The velocity's period in periods of the spring.
+        ratio: u32 = 1, ["RATIO"];
+        /// Exponent of the low pass, for [`Estimator::Filtered`].
+        shift: u32 = 3, ["SHIFT"];
+        /// Samples of the window, for [`Estimator::Window`] and [`Estimator::Foaw`].
+        window: u32 = 8, ["WINDOW"];
+        /// Noise of the position in counts, for [`Estimator::Foaw`].
+        noise: u32 = 1, ["NOISE"];
+        /// Fraction bits of the velocity.
+        velocity_frac: u32 = 8, ["VELOCITY_FRAC"];
+        /// Gain of negative damping, in units of the damping's LSB.
+        relief: u32 = 0, ["RELIEF"];
+        /// Slope for an error of one count, for [`Estimator::Levant`], as in its block.
+        root_gain: u32 = 94, ["ROOT_GAIN"];
+        /// Velocity added in a sample, for [`Estimator::Levant`], as in its block.
+        slew: u32 = 17, ["SLEW"];
     }
 }
 
@@ -276,26 +259,7 @@ crate::block::data_sheet!(SampledWall = Self::new(SampledWallConfig::default()))
 impl Law for SampledWall {
     const LOOP: &'static str = "sampled_wall_loop";
 
-    fn widths(&self) -> &LawWidths {
-        &self.config.widths
-    }
-
-    fn own_generics(&self) -> Vec<(&'static str, Generic)> {
-        let SampledWallConfig { ratio, shift, window, noise, velocity_frac, relief, root_gain, slew, .. } = self.config;
-        let natural = |value: u32| Generic::Integer(value.into());
-        vec![
-            ("SPRING_HELD", Generic::Boolean(self.config.spring_held)),
-            ("ESTIMATOR", Generic::Integer(self.config.estimator.index())),
-            ("RATIO", natural(ratio)),
-            ("SHIFT", natural(shift)),
-            ("WINDOW", natural(window)),
-            ("NOISE", natural(noise)),
-            ("VELOCITY_FRAC", natural(velocity_frac)),
-            ("RELIEF", natural(relief)),
-            ("ROOT_GAIN", natural(root_gain)),
-            ("SLEW", natural(slew)),
-        ]
-    }
+    crate::law::law_config!();
 
     fn latency(&self) -> u32 {
         0
@@ -358,24 +322,7 @@ impl Block for SampledWall {
 
 impl Listed for SampledWall {
     fn of_generics(given: &Given) -> Result<Self, ConfigError> {
-        let index: i64 = given.whole("ESTIMATOR", "a whole number")?;
-        let estimator = Estimator::ALL.into_iter().find(|estimator| estimator.index() == index).ok_or_else(|| {
-            let last = Estimator::ALL.len() - 1;
-            ConfigError::new(given.name(), format!("ESTIMATOR is {index}"), format!("0 to {last}"))
-        })?;
-        Self::new(SampledWallConfig {
-            widths: LawWidths::given(given)?,
-            spring_held: given.is("SPRING_HELD"),
-            estimator,
-            ratio: given.natural("RATIO")?,
-            shift: given.natural("SHIFT")?,
-            window: given.natural("WINDOW")?,
-            noise: given.natural("NOISE")?,
-            velocity_frac: given.natural("VELOCITY_FRAC")?,
-            relief: given.natural("RELIEF")?,
-            root_gain: given.natural("ROOT_GAIN")?,
-            slew: given.natural("SLEW")?,
-        })
+        Self::new(SampledWallConfig::given(given)?)
     }
 
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {

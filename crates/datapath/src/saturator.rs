@@ -67,8 +67,6 @@ crate::block::data_sheet!(Saturator = Self::new(14, 13, 4095));
 
 impl Block for Saturator {
     const NAME: &'static str = "saturator";
-    type In<T> = In<T>;
-    type Out<T> = Out<T>;
 
     fn inputs(&self) -> In<Signal> {
         In { value: Signal::new("value", self.value, "PWM count", "Torque asked for") }

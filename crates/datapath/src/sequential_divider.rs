@@ -20,7 +20,7 @@ use crate::computation::{Computation, ZERO};
 use crate::config::within;
 use crate::listed::{Given, Listed};
 use crate::step::{equal, loads_first};
-use crate::{AnyStep, Block, ConfigError, Generic, Lemma, Register, Step};
+use crate::{Block, ConfigError, Generic, Lemma, Register, Step};
 
 hpu_signal::ports! {
     /// Inputs of the divider.
@@ -32,29 +32,24 @@ hpu_signal::ports! {
     pub struct Out { quotient, busy, ready }
 }
 
-/// The widths of a divider.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct DividerConfig {
-    /// Width of the dividend.
-    pub num_width: u32,
-    /// Width of the divisor.
-    pub den_width: u32,
-    /// Fraction bits of the quotient.
-    pub frac: u32,
-    /// Width of the quotient, fraction bits included.
-    pub out_width: u32,
+crate::listed::configuration! {
+    /// The widths of a divider.
+    pub struct DividerConfig {
+        /// Width of the dividend.
+        num_width: u32 = 24, ["NUM_WIDTH"];
+        /// Width of the divisor.
+        den_width: u32 = 16, ["DEN_WIDTH"];
+        /// Fraction bits of the quotient.
+        frac: u32 = 8, ["FRAC"];
+        /// Width of the quotient, fraction bits included.
+        out_width: u32 = 24, ["OUT_WIDTH"];
+    }
 }
 
 impl DividerConfig {
     /// Returns the number of edges from the start to the quotient.
     pub const fn steps(self) -> u32 {
         self.num_width + self.frac
-    }
-}
-
-impl Default for DividerConfig {
-    fn default() -> Self {
-        Self { num_width: 24, den_width: 16, frac: 8, out_width: 24 }
     }
 }
 
@@ -217,9 +212,7 @@ crate::block::data_sheet!(SequentialDivider = Self::new(DividerConfig::default()
 
 impl Block for SequentialDivider {
     const NAME: &'static str = "sequential_divider";
-    const CLOCKED: bool = true;
-    type In<T> = In<T>;
-    type Out<T> = Out<T>;
+    crate::block::computing!(ZERO);
 
     fn inputs(&self) -> In<Signal> {
         let (num, den) = (Format::unsigned(self.config.num_width), Format::unsigned(self.config.den_width));
@@ -239,48 +232,13 @@ impl Block for SequentialDivider {
     }
 
     fn generics(&self) -> Vec<(&'static str, Generic)> {
-        vec![
-            ("NUM_WIDTH", Generic::Integer(self.config.num_width.into())),
-            ("DEN_WIDTH", Generic::Integer(self.config.den_width.into())),
-            ("FRAC", Generic::Integer(self.config.frac.into())),
-            ("OUT_WIDTH", Generic::Integer(self.config.out_width.into())),
-        ]
-    }
-
-    fn equations(&self) -> Option<&dyn AnyStep> {
-        Some(self)
-    }
-
-    fn reset(&mut self) -> Out<i64> {
-        self.computation.reset(ZERO);
-        self.shown()
-    }
-
-    #[inline]
-    fn tick(&mut self, input: In<i64>) -> Out<i64> {
-        let started = self.started(&input);
-        self.computation.tick(started);
-        self.shown()
-    }
-
-    #[inline]
-    fn quiet(&self, input: &In<i64>) -> u64 {
-        self.computation.quiet(input.start != 0)
-    }
-
-    #[inline]
-    fn skip(&mut self, edges: u64, input: &In<i64>) {
-        debug_assert!(edges <= self.quiet(input));
-        let started = self.started(input);
-        self.computation.skip(edges, started);
+        self.config.generics()
     }
 }
 
 impl Listed for SequentialDivider {
     fn of_generics(given: &Given) -> Result<Self, ConfigError> {
-        let [num_width, den_width, frac, out_width] =
-            given.naturals(["NUM_WIDTH", "DEN_WIDTH", "FRAC", "OUT_WIDTH"])?;
-        Self::new(DividerConfig { num_width, den_width, frac, out_width })
+        Self::new(DividerConfig::given(given)?)
     }
 
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {

@@ -17,7 +17,7 @@ use crate::computation::{Computation, ZERO};
 use crate::config::within;
 use crate::listed::{Given, Listed};
 use crate::step::{equal, loads_first};
-use crate::{AnyStep, Block, ConfigError, Generic, Lemma, Register, Step};
+use crate::{Block, ConfigError, Generic, Lemma, Register, Step};
 
 hpu_signal::ports! {
     /// Inputs of the square root.
@@ -65,7 +65,7 @@ impl SquareRoot {
 
     /// Returns the root of an extraction that starts with these inputs, if one does.
     #[inline]
-    fn started(input: &In<i64>) -> Option<Narrowed> {
+    fn started(&self, input: &In<i64>) -> Option<Narrowed> {
         (input.start != 0).then(|| Self::root(input.x))
     }
 
@@ -167,9 +167,7 @@ crate::block::data_sheet!(SquareRoot = Self::new(24));
 
 impl Block for SquareRoot {
     const NAME: &'static str = "square_root";
-    const CLOCKED: bool = true;
-    type In<T> = In<T>;
-    type Out<T> = Out<T>;
+    crate::block::computing!(ZERO);
 
     fn inputs(&self) -> In<Signal> {
         In {
@@ -189,32 +187,6 @@ impl Block for SquareRoot {
 
     fn generics(&self) -> Vec<(&'static str, Generic)> {
         vec![("WIDTH", Generic::Integer(self.word.width().into()))]
-    }
-
-    fn equations(&self) -> Option<&dyn AnyStep> {
-        Some(self)
-    }
-
-    fn reset(&mut self) -> Out<i64> {
-        self.computation.reset(ZERO);
-        self.shown()
-    }
-
-    #[inline]
-    fn tick(&mut self, input: In<i64>) -> Out<i64> {
-        self.computation.tick(Self::started(&input));
-        self.shown()
-    }
-
-    #[inline]
-    fn quiet(&self, input: &In<i64>) -> u64 {
-        self.computation.quiet(input.start != 0)
-    }
-
-    #[inline]
-    fn skip(&mut self, edges: u64, input: &In<i64>) {
-        debug_assert!(edges <= self.quiet(input));
-        self.computation.skip(edges, Self::started(input));
     }
 }
 

@@ -13,7 +13,7 @@
 use hpu_signal::{Format, Signal, Word};
 
 use crate::listed::{Given, Listed};
-use crate::{AnyStep, Block, ConfigError, Generic, Register, Step};
+use crate::{Block, ConfigError, Generic, Register, Step};
 
 hpu_signal::ports! {
     /// Inputs of the synchronizer.
@@ -58,9 +58,7 @@ impl Default for Synchronizer {
 
 impl Block for Synchronizer {
     const NAME: &'static str = "synchronizer";
-    const CLOCKED: bool = true;
-    type In<T> = In<T>;
-    type Out<T> = Out<T>;
+    crate::block::clocked!();
 
     fn inputs(&self) -> In<Signal> {
         In {
@@ -75,10 +73,6 @@ impl Block for Synchronizer {
 
     fn generics(&self) -> Vec<(&'static str, Generic)> {
         Vec::new()
-    }
-
-    fn equations(&self) -> Option<&dyn AnyStep> {
-        Some(self)
     }
 
     fn reset(&mut self) -> Out<i64> {

@@ -71,8 +71,6 @@ crate::block::data_sheet!(TorqueSum = Self::new(12, 13, 14));
 
 impl Block for TorqueSum {
     const NAME: &'static str = "torque_sum";
-    type In<T> = In<T>;
-    type Out<T> = Out<T>;
 
     fn inputs(&self) -> In<Signal> {
         In {

@@ -151,8 +151,6 @@ impl Default for TruncatingMultiplier {
 
 impl Block for TruncatingMultiplier {
     const NAME: &'static str = "truncating_multiplier";
-    type In<T> = In<T>;
-    type Out<T> = Out<T>;
 
     fn inputs(&self) -> In<Signal> {
         In { a: Signal::new("a", self.a, "1", "First factor"), b: Signal::new("b", self.b, "1", "Second factor") }

@@ -62,8 +62,6 @@ crate::block::data_sheet!(Unilateral = Self::new(12));
 
 impl Block for Unilateral {
     const NAME: &'static str = "unilateral";
-    type In<T> = In<T>;
-    type Out<T> = Out<T>;
 
     fn inputs(&self) -> In<Signal> {
         In { delta: Signal::new("delta", Format::signed(self.width), "count", "Displacement from the reference") }

@@ -21,7 +21,7 @@ use crate::config::{COUNTER, WORD, within};
 use crate::countdown::{Countdown, edges};
 use crate::listed::{Given, Listed};
 use crate::step::counted_down;
-use crate::{AnyStep, Block, ConfigError, Generic, Register, Step};
+use crate::{Block, ConfigError, Generic, Register, Step};
 
 hpu_signal::ports! {
     /// Inputs of the register.
@@ -33,25 +33,19 @@ hpu_signal::ports! {
     pub struct Out { velocity }
 }
 
-/// The widths of a velocity register.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct VelocityConfig {
-    /// Width of the position, in bits.
-    pub width: u32,
-    /// Width of the period, in bits.
-    pub period_width: u32,
-    /// Whether the difference is multiplied by `scale`.
-    pub rescaled: bool,
-    /// Format of `scale`.
-    pub scale: Format,
-    /// Width of the velocity, in bits.
-    pub out_width: u32,
-}
-
-impl Default for VelocityConfig {
-    fn default() -> Self {
-        let scale = Format::new(false, 8, 8).expect("16 bits");
-        Self { width: 12, period_width: 24, rescaled: false, scale, out_width: 12 }
+crate::listed::configuration! {
+    /// The widths of a velocity register.
+    pub struct VelocityConfig {
+        /// Width of the position, in bits.
+        width: u32 = 12, ["WIDTH"];
+        /// Width of the period, in bits.
+        period_width: u32 = 24, ["PERIOD_WIDTH"];
+        /// Whether the difference is multiplied by `scale`.
+        rescaled: bool = false, ["RESCALED"];
+        /// Format of `scale`.
+        scale: Format = Format::new(false, 8, 8).expect("16 bits"), ["SCALE_WIDTH", "SCALE_FRAC"];
+        /// Width of the velocity, in bits.
+        out_width: u32 = 12, ["OUT_WIDTH"];
     }
 }
 
@@ -150,9 +144,7 @@ crate::block::data_sheet!(VelocityRegister = Self::new(VelocityConfig::default()
 
 impl Block for VelocityRegister {
     const NAME: &'static str = "velocity_register";
-    const CLOCKED: bool = true;
-    type In<T> = In<T>;
-    type Out<T> = Out<T>;
+    crate::block::clocked!();
 
     fn inputs(&self) -> In<Signal> {
         let position = Format::unsigned(self.config.width);
@@ -169,18 +161,7 @@ impl Block for VelocityRegister {
     }
 
     fn generics(&self) -> Vec<(&'static str, Generic)> {
-        vec![
-            ("WIDTH", Generic::Integer(self.config.width.into())),
-            ("PERIOD_WIDTH", Generic::Integer(self.config.period_width.into())),
-            ("RESCALED", Generic::Boolean(self.config.rescaled)),
-            ("SCALE_WIDTH", Generic::Integer(self.config.scale.width().into())),
-            ("SCALE_FRAC", Generic::Integer(self.config.scale.frac().into())),
-            ("OUT_WIDTH", Generic::Integer(self.config.out_width.into())),
-        ]
-    }
-
-    fn equations(&self) -> Option<&dyn AnyStep> {
-        Some(self)
+        self.config.generics()
     }
 
     fn reset(&mut self) -> Out<i64> {
@@ -224,13 +205,7 @@ impl Block for VelocityRegister {
 
 impl Listed for VelocityRegister {
     fn of_generics(given: &Given) -> Result<Self, ConfigError> {
-        Self::new(VelocityConfig {
-            width: given.natural("WIDTH")?,
-            period_width: given.natural("PERIOD_WIDTH")?,
-            rescaled: given.is("RESCALED"),
-            scale: given.unsigned("SCALE")?,
-            out_width: given.natural("OUT_WIDTH")?,
-        })
+        Self::new(VelocityConfig::given(given)?)
     }
 
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {

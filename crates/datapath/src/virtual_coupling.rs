@@ -32,26 +32,21 @@ use crate::method_variants::{InLoops, bare, distinct, shaped, short};
 use crate::step::counted_down;
 use crate::{AnyStep, Block, ConfigError, Generic, Law, LawIn, LawOut, LawWidths, MethodLoop, Register, Step};
 
-/// The widths and gains of a virtual coupling.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct CouplingConfig {
-    /// The widths and formats that every law has.
-    pub widths: LawWidths,
-    /// Number of fraction bits of the extension.
-    pub extension_frac: u32,
-    /// Number of fraction bits of the three gains.
-    pub gain_frac: u32,
-    /// Gain `SHARE`: extension per unit of the device's depth inside the wall.
-    pub share: u32,
-    /// Gain `FREE`: share of its extension that a free tool keeps over a sample.
-    pub free: u32,
-    /// Gain `HELD`: share of its extension that a tool inside the wall keeps over a sample.
-    pub held: u32,
-}
-
-impl Default for CouplingConfig {
-    fn default() -> Self {
-        Self { widths: LawWidths::default(), extension_frac: 8, gain_frac: 16, share: 1 << 16, free: 0, held: 0 }
+crate::listed::configuration! {
+    /// The widths and gains of a virtual coupling.
+    pub struct CouplingConfig {
+        /// The widths and formats that every law has.
+        widths: LawWidths = LawWidths::default(), [];
+        /// Number of fraction bits of the extension.
+        extension_frac: u32 = 8, ["EXTENSION_FRAC"];
+        /// Number of fraction bits of the three gains.
+        gain_frac: u32 = 16, ["GAIN_FRAC"];
+        /// Gain `SHARE`: extension per unit of the device's depth inside the wall.
+        share: u32 = 1 << 16, ["SHARE"];
+        /// Gain `FREE`: share of its extension that a free tool keeps over a sample.
+        free: u32 = 0, ["FREE"];
+        /// Gain `HELD`: share of its extension that a tool inside the wall keeps over a sample.
+        held: u32 = 0, ["HELD"];
     }
 }
 
@@ -169,21 +164,7 @@ crate::block::data_sheet!(VirtualCoupling = Self::new(CouplingConfig::default())
 impl Law for VirtualCoupling {
     const LOOP: &'static str = "virtual_coupling_loop";
 
-    fn widths(&self) -> &LawWidths {
-        &self.config.widths
-    }
-
-    fn own_generics(&self) -> Vec<(&'static str, Generic)> {
-        let CouplingConfig { extension_frac, gain_frac, share, free, held, .. } = self.config;
-        let own = [
-            ("EXTENSION_FRAC", extension_frac),
-            ("GAIN_FRAC", gain_frac),
-            ("SHARE", share),
-            ("FREE", free),
-            ("HELD", held),
-        ];
-        own.map(|(name, value)| (name, Generic::Integer(value.into()))).to_vec()
-    }
+    crate::law::law_config!();
 
     fn latency(&self) -> u32 {
         1
@@ -231,9 +212,7 @@ impl Block for VirtualCoupling {
 
 impl Listed for VirtualCoupling {
     fn of_generics(given: &Given) -> Result<Self, ConfigError> {
-        let [extension_frac, gain_frac, share, free, held] =
-            given.naturals(["EXTENSION_FRAC", "GAIN_FRAC", "SHARE", "FREE", "HELD"])?;
-        Self::new(CouplingConfig { widths: LawWidths::given(given)?, extension_frac, gain_frac, share, free, held })
+        Self::new(CouplingConfig::given(given)?)
     }
 
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {

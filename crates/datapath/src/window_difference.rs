@@ -20,7 +20,7 @@ use crate::countdown::{Countdown, edges};
 use crate::history::History;
 use crate::listed::{Given, Listed};
 use crate::step::counted_down;
-use crate::{AnyStep, Block, ConfigError, Generic, Register, Step};
+use crate::{Block, ConfigError, Generic, Register, Step};
 
 hpu_signal::ports! {
     /// Inputs of the estimator.
@@ -93,9 +93,7 @@ crate::block::data_sheet!(WindowDifference = Self::new(12, 24, 8));
 
 impl Block for WindowDifference {
     const NAME: &'static str = "window_difference";
-    const CLOCKED: bool = true;
-    type In<T> = In<T>;
-    type Out<T> = Out<T>;
+    crate::block::clocked!();
 
     fn inputs(&self) -> In<Signal> {
         let position = Format::unsigned(self.difference.width());
@@ -115,10 +113,6 @@ impl Block for WindowDifference {
             ("PERIOD_WIDTH", Generic::Integer(self.period.width().into())),
             ("WINDOW", Generic::Integer(self.history.window() as i64)),
         ]
-    }
-
-    fn equations(&self) -> Option<&dyn AnyStep> {
-        Some(self)
     }
 
     fn reset(&mut self) -> Out<i64> {

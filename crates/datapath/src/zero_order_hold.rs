@@ -17,7 +17,7 @@ use crate::config::{COUNTER, WORD, within};
 use crate::countdown::Countdown;
 use crate::listed::{Given, Listed};
 use crate::step::counted_down;
-use crate::{AnyStep, Block, ConfigError, Generic, Register, Step};
+use crate::{Block, ConfigError, Generic, Register, Step};
 
 hpu_signal::ports! {
     /// Inputs of the hold.
@@ -72,9 +72,7 @@ crate::block::data_sheet!(ZeroOrderHold = Self::new(12, 24));
 
 impl Block for ZeroOrderHold {
     const NAME: &'static str = "zero_order_hold";
-    const CLOCKED: bool = true;
-    type In<T> = In<T>;
-    type Out<T> = Out<T>;
+    crate::block::clocked!();
 
     fn inputs(&self) -> In<Signal> {
         In {
@@ -92,10 +90,6 @@ impl Block for ZeroOrderHold {
             ("WIDTH", Generic::Integer(self.word.width().into())),
             ("PERIOD_WIDTH", Generic::Integer(self.period.width().into())),
         ]
-    }
-
-    fn equations(&self) -> Option<&dyn AnyStep> {
-        Some(self)
     }
 
     fn reset(&mut self) -> Out<i64> {

@@ -11,9 +11,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use hpu_cosim::scene::{Dut, DutClock, DutReset, Engine, Experiment, Generic, Standard, shipped_file};
-use hpu_cosim::{
-    ArmLoop, AxisLoop, Control, NetUse, SegmentLoop, Simulation, Summary, Trace, Wired, WiredSimulation, follow,
-};
+use hpu_cosim::{Control, NetUse, Simulation, Summary, Trace, Wired, WiredSimulation, follow};
 use hpu_signal::{Clock, Observe, SignalUse};
 use hpu_wave::Around;
 
@@ -265,12 +263,7 @@ impl Loops {
             }
         }
         let mut blocks = sources(jobs.iter().map(|job| job.wiring), &setup.hdl)?;
-        let axis = AxisLoop::all();
-        let arm = ArmLoop::all();
-        let segment = SegmentLoop::all();
-        let wirings = axis.iter().map(AxisLoop::wiring).chain(arm.iter().map(ArmLoop::wiring));
-        let wirings = wirings.chain(segment.iter().map(SegmentLoop::wiring));
-        blocks.retain(|name| wirings.clone().all(|wiring| wiring.name() != name));
+        blocks.retain(|name| jobs.iter().all(|job| job.wiring != name));
         let bridge = [("hpu_dut_bridge.vhd".to_string(), bridge(Standard::Vhdl2008))];
         let library = Library::analyse(&bridge, setup, blocks.iter().map(String::as_str), &texts)?;
         place_library(setup, library.dir())?;

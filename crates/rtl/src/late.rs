@@ -97,8 +97,8 @@ impl<'s> Begin<'s> {
     }
 }
 
-/// Returns the nets of which at least one is not 0 while a datapath sees the wall: the depth of an axis, the room's
-/// contact, the mode of a gimbal's crank, or the commands of a host, which pushes nowhere else.
+/// Returns the nets of which at least one is not 0 while a datapath sees the wall: the depth of an axis, the contact
+/// with a room, the mode of a control that a touch switches, or the commands of a host, which pushes nowhere else.
 pub(crate) fn touching(nets: &[Signal]) -> Vec<usize> {
     let of =
         |names: &[&str]| -> Vec<usize> { (0..nets.len()).filter(|&net| names.contains(&nets[net].name)).collect() };

@@ -13,7 +13,7 @@ use hpu_signal::{Format, Signal};
 use self::sequences::{computations, is_estimator, motions, strobed};
 use self::walls::{Walker, gain, grounded, is_law};
 use crate::Stimulus;
-use crate::postures::{Targets, is_posed, pose};
+use crate::postures::{is_posed, pose};
 
 /// Gray code of an encoder's phase: the words of lines (a, b) in forward order.
 const FORWARD: [[i64; 2]; 4] = [[0, 0], [0, 1], [1, 1], [1, 0]];
@@ -41,13 +41,6 @@ fn latency(block: &dyn AnyBlock) -> i64 {
         (Some(rotations), None) => rotations + 1,
         _ => i64::from(block.inputs()[1].format.width()) + generic(block, "FRAC").unwrap_or(0),
     }
-}
-
-/// Returns the least and the greatest radius of an inverse kinematics, in words.
-fn reach(block: &dyn AnyBlock) -> Option<[i64; 2]> {
-    let lengths = ["OFFSET", "ROD_LENGTH", "CRANK_LENGTH"].map(|name| generic(block, name));
-    let [Some(offset), Some(rod), Some(crank)] = lengths else { return None };
-    (block.inputs()[0].name == "start").then_some([offset + rod - crank, offset + rod + crank])
 }
 
 /// Returns the words at which formats go wrong: 0, 1, -1 (all bits set), both ends and their neighbours, without
@@ -327,7 +320,7 @@ pub fn random(block: &dyn AnyBlock, seed: u64, rows: usize) -> Vec<Stimulus> {
         _ => 700,
     };
     let mut walker = is_law(&inputs).then(Walker::new);
-    let mut targets = reach(block).map(|reach| Targets::new(latency(block), reach));
+    let mut targets = gimbal::Targets::of(block, latency);
     let mut next = |row: usize| {
         for (index, signal) in inputs.iter().enumerate().skip(2 * encoders) {
             let odds = match signal.name {

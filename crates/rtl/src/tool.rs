@@ -36,39 +36,28 @@ const INSTALL: &str = "apt install ghdl-mcode yosys nextpnr-ice40 fpga-icestorm 
 /// Bitwuzla's Python package has only the library. This script makes it read a file as the program does.
 const BITWUZLA: &str = include_str!("bitwuzla.py");
 
-/// An external tool.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Tool {
-    /// The VHDL simulator.
-    Ghdl,
-    /// The synthesis.
-    Yosys,
-    /// The placement and timing.
-    Nextpnr,
-    /// The simulator that translates Verilog to C++.
-    Verilator,
-    /// A solver of SMT-LIB.
-    Z3,
-    /// A second solver.
-    Yices,
-    /// A third solver: the program, or Python with the library.
-    Bitwuzla,
+hpu_signal::named! {
+    /// An external tool.
+    #[derive(Clone, Copy, PartialEq, Eq, Debug)]
+    pub enum Tool {
+        /// The VHDL simulator.
+        Ghdl = "ghdl",
+        /// The synthesis.
+        Yosys = "yosys",
+        /// The placement and timing.
+        Nextpnr = "nextpnr-ice40",
+        /// The simulator that translates Verilog to C++.
+        Verilator = "verilator",
+        /// A solver of SMT-LIB.
+        Z3 = "z3",
+        /// A second solver.
+        Yices = "yices-smt2",
+        /// A third solver: the program, or Python with the library.
+        Bitwuzla = "bitwuzla",
+    }
 }
 
 impl Tool {
-    /// Returns the name of the command.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Ghdl => "ghdl",
-            Self::Yosys => "yosys",
-            Self::Nextpnr => "nextpnr-ice40",
-            Self::Verilator => "verilator",
-            Self::Z3 => "z3",
-            Self::Yices => "yices-smt2",
-            Self::Bitwuzla => "bitwuzla",
-        }
-    }
-
     /// Returns the command, to which arguments are to be added.
     pub(crate) fn command(self) -> Command {
         let is_program = |folder: PathBuf| folder.join(self.name()).is_file();

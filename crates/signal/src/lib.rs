@@ -7,6 +7,7 @@ mod clock;
 mod format;
 mod format_text;
 mod machine;
+mod named;
 mod narrow;
 mod notation;
 mod operators;

@@ -1,10 +1,12 @@
 //! The interface between the studies and the devices that they study.
 
 use hpu_cosim::scene::{Scene, Setup};
-use hpu_cosim::{LawConfig, TheLoop, Trace};
+use hpu_cosim::{LawConfig, Simulation, TheLoop, Trace};
+use hpu_signal::Observe;
 
 use crate::accuracy::Contestant;
 use crate::fit::Simplifications;
+use crate::page::Page;
 use crate::tables::Tables;
 use crate::widths::proof::Proof;
 use crate::widths::search::Loops;
@@ -19,6 +21,32 @@ pub struct Reach {
     pub counts: [f64; 2],
     /// The greatest speed, in counts a second.
     pub most_per_s: f64,
+}
+
+/// The switches of a control, as a map's cell has them.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Switching {
+    /// Their number in the whole run.
+    pub count: u64,
+    /// The greatest leap of the drive at a switch, as a force in N at a tip that rests.
+    pub bump_n: f64,
+    /// Energy that the drive gave per switch in the judged window, in J; `None` without a switch there.
+    pub switch_j: Option<f64>,
+}
+
+/// A `SwitchWatch` observes a run and counts the switches of its control. Implemented by the watch of each device whose
+/// control switches; [`Device::switches`] returns it.
+pub trait SwitchWatch: Observe {
+    /// Returns the switches so far.
+    fn switching(&self) -> Switching;
+}
+
+/// The limits of a device that criteria tell without a run.
+pub struct ToldLimits {
+    /// The device, as in `an arm`.
+    pub of: &'static str,
+    /// Their page, or why the criteria say nothing of the scene.
+    pub page: Result<Page, String>,
 }
 
 /// A `Device` answers the questions of every study about the device of a scene, so that no study asks which device it
@@ -99,6 +127,22 @@ pub trait Device: Setup {
 
     /// Returns the scene whose limits of stiffness are found analytically, or why there are none.
     fn limited(&self) -> Result<&Scene, String>;
+
+    /// Returns the limits that criteria tell without a run, if these are the device's limits. `scene` is the scene with
+    /// its overrides as the command line has them.
+    fn told_limits(&self, _scene: &str) -> Option<ToldLimits> {
+        None
+    }
+
+    /// Returns of each criterion its name and whether it predicts, without a run, that a touch fails.
+    fn predictions(&self) -> Result<Vec<(&'static str, bool)>, String> {
+        Err("no criterion speaks of a touch of this device".into())
+    }
+
+    /// Returns what watches the switches of the control in a run of this simulation of the scene.
+    fn switches(&self, _simulation: &dyn Simulation) -> Option<Box<dyn SwitchWatch>> {
+        None
+    }
 
     /// Returns the tables of sines of the scene, or why it has none.
     fn tables(&self) -> Result<Tables, String> {

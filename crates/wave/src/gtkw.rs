@@ -11,8 +11,7 @@ use crate::{Layout, Scope, Source, Var};
 
 /// The groups and their nets. Nets of several joints are listed without the joint's number. Nets that are not listed go
 /// into a last group.
-const GROUPS: [(&str, &[&str]); 8] = [
-    ("VHDL and emulator", &[DIFFERS]),
+const GROUPS: &[(&str, &[&str])] = &[
     ("Encoder", &["a_pin", "b_pin", "a", "b", "step", "error"]),
     ("Position", &["position", "count", "held", "reference", "delta", "contact", "penetration", "period", "velocity"]),
     ("Sines", &["sine", "cosine", "valid"]),
@@ -24,30 +23,8 @@ const GROUPS: [(&str, &[&str]); 8] = [
     ),
     ("PWM & bridge", &["a_high", "a_low", "b_high", "b_low"]),
 ];
-/// The groups of a segment on a gimbal, whose `x`, `y` and `z` are those of the target.
-const GIMBAL_GROUPS: [(&str, &[&str]); 4] = [
-    ("VHDL and emulator", &[DIFFERS]),
-    ("Target", &["x", "y", "z", "shear_gain", "shear_x", "pitch", "roll", "crank", "rest", "out_of_reach"]),
-    ("Servos", &["count", "drive", "proportional", "derivative", "crank_proportional", "crank_derivative"]),
-    (
-        "Switch",
-        &[
-            "finger_force",
-            "threshold_on",
-            "threshold_off",
-            "mode",
-            "radius",
-            "equilibrium",
-            "slope",
-            "stiffness",
-            "feedback",
-            "position_drive",
-            "impedance_drive",
-        ],
-    ),
-];
 /// Nets that are drawn as curves.
-const CURVES: [&str; 29] = [
+const CURVES: [&str; 20] = [
     "position",
     "count",
     "held",
@@ -67,16 +44,7 @@ const CURVES: [&str; 29] = [
     "shaped",
     "host",
     "command",
-    "pitch",
-    "roll",
-    "crank",
-    "rest",
-    "drive",
-    "finger_force",
     "radius",
-    "equilibrium",
-    "position_drive",
-    "impedance_drive",
 ];
 
 // Trace flags of GTKWave (TR_*_B in its analyzer.h). The save file has them in hexadecimal.
@@ -118,8 +86,9 @@ pub fn gtkw(
     let tree: Vec<_> = layout.scopes().iter().map(|scope| scope.name.as_str()).collect();
     let mut file = header(&tree, dump, clock, span, marker, named);
     file.extend(trace(layout, Source::Clock, BINARY | RIGHT, 0, None));
-    let groups = groups(layout);
-    for (group, names) in groups {
+    let own = if layout.waves.groups.is_empty() { GROUPS } else { layout.waves.groups };
+    let groups = [&[("VHDL and emulator", &[DIFFERS][..])], own].concat();
+    for (group, names) in &groups {
         let all = || layout.nets.iter().enumerate();
         let of = |name: &'static str| all().filter(move |(_, net)| base(net.name) == name).map(|(index, _)| index);
         let nets = names.iter().flat_map(|&name| of(name));
@@ -132,11 +101,6 @@ pub fn gtkw(
     let reals = (0..layout.reals.len()).filter_map(|real| trace(layout, Source::Real(real), curve, 0, None));
     write_group(&mut file, "Plant: torques and forces positive along the positive position", reals);
     file
-}
-
-/// Returns the groups of a layout's loop.
-fn groups(layout: &Layout) -> &'static [(&'static str, &'static [&'static str])] {
-    if layout.nets.iter().any(|net| net.name == "crank") { &GIMBAL_GROUPS } else { &GROUPS }
 }
 
 /// Returns a net's name without the number of its joint.
@@ -185,7 +149,8 @@ fn write_group(file: &mut String, name: &str, traces: impl Iterator<Item = Strin
 fn net_trace(layout: &Layout, index: usize) -> Option<String> {
     let net @ Signal { name, format, unit, .. } = &layout.nets[index];
     let flags = word_flags(net);
-    let flags = if CURVES.contains(&base(name)) { flags | STEP | FULL_SCALE } else { flags };
+    let is_curve = [&CURVES[..], layout.waves.curves].iter().any(|names| names.contains(&base(name)));
+    let flags = if is_curve { flags | STEP | FULL_SCALE } else { flags };
     let read = if net.is_counter() { ", read as signed" } else { "" };
     let alias = (*unit != "1").then(|| format!("{name} ({unit}{read})"));
     trace(layout, Source::Net(index), flags, format.frac(), alias)

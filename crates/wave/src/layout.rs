@@ -1,8 +1,6 @@
 //! The variables of a waveform, and their places in the hierarchy.
 
-use std::fmt;
-
-use hpu_cosim::{Simulation, Wired};
+use hpu_cosim::{Simulation, Waves, Wired};
 use hpu_datapath::{AnyBlock, Instance, Wiring};
 use hpu_signal::{Format, Real, Signal};
 
@@ -51,8 +49,7 @@ pub struct Layout {
     pub(crate) reals: Vec<Real>,
     /// Words of the inputs that are tied to a constant.
     pub(crate) tied: Vec<i64>,
-    /// The number of channels of a logic analyser; `None` for a design.
-    pub(crate) channels: Option<usize>,
+    pub(crate) waves: Waves,
 }
 
 /// The name of the net that is 1 once the VHDL has differed.
@@ -63,23 +60,6 @@ pub(crate) const DIFFERS: &str = "differs";
 pub fn differs() -> Signal {
     Signal::bit(DIFFERS, "A net has differed from the emulator's")
 }
-
-/// The error for a net that the wiring does not have.
-#[derive(Clone, PartialEq, Eq, Debug)]
-pub struct UnknownNet {
-    /// The name.
-    pub name: String,
-    /// The names of the wiring's nets.
-    pub known: Vec<&'static str>,
-}
-
-impl fmt::Display for UnknownNet {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        write!(f, "there is no net `{}`; there are {}", self.name, self.known.join(", "))
-    }
-}
-
-impl std::error::Error for UnknownNet {}
 
 impl Var {
     fn new(name: &str, format: Format, source: Source) -> Self {
@@ -152,14 +132,15 @@ impl Layout {
         if !reals.is_empty() {
             scopes.push(Scope::new("plant", false, reals.iter().enumerate().map(Var::real)));
         }
-        Self { scopes, nets, reals: reals.to_vec(), tied, channels: None }
+        Self { scopes, nets, reals: reals.to_vec(), tied, waves: Waves::default() }
     }
 
     /// Returns the hierarchy of a scene's wiring and world. A recording has no plant.
     pub fn of(simulation: &impl Wired) -> Self {
         let reals = if simulation.has_device() { simulation.reals() } else { &[] };
         let wiring = simulation.wiring();
-        Self::laid((wiring.name(), wiring.block().clocked()), wiring.nets(), wiring.instances(), reals)
+        let laid = Self::laid((wiring.name(), wiring.block().clocked()), wiring.nets(), wiring.instances(), reals);
+        Self { waves: simulation.waves(), ..laid }
     }
 
     /// Returns the hierarchy of a design of the user's own: its ports in a scope of its name, and its world.
@@ -173,7 +154,7 @@ impl Layout {
             scope.vars.push(Var::new(name, signal.format, Source::Net(index)));
         }
         let scopes = vec![top, Scope::new("plant", false, simulation.reals().iter().enumerate().map(Var::real))];
-        Self { scopes, nets, reals: simulation.reals().to_vec(), tied: Vec::new(), channels: None }
+        Self { scopes, nets, reals: simulation.reals().to_vec(), tied: Vec::new(), waves: Waves::default() }
     }
 
     /// Adds `clk` in front of every `rst`. The writers toggle it between the changes that they observe: it costs two
@@ -192,25 +173,6 @@ impl Layout {
         self.nets.push(differs());
         self.scopes.push(Scope::new("comparison", false, [var].into_iter()));
         self
-    }
-
-    /// Returns a layout of a few nets as a logic analyser would export them: one scope `libsigrok`, each net under the
-    /// name of its channel, as in `[("a_pin", "A"), ("b_pin", "B")]`.
-    ///
-    /// # Errors
-    ///
-    /// [`UnknownNet`] when the wiring has no net of that name.
-    pub fn analyser<W: Wiring>(wiring: &W, channels: &[(&str, &str)]) -> Result<Self, UnknownNet> {
-        let nets = wiring.nets();
-        let vars = channels.iter().map(|&(name, channel)| {
-            let index = nets.iter().position(|net| net.name == name).ok_or_else(|| UnknownNet {
-                name: name.to_string(),
-                known: nets.iter().map(|net| net.name).collect(),
-            })?;
-            Ok(Var::new(channel, nets[index].format, Source::Net(index)))
-        });
-        let scope = Scope::new("libsigrok", false, vars.collect::<Result<Vec<_>, _>>()?.into_iter());
-        Ok(Self { scopes: vec![scope], nets, reals: Vec::new(), tied: Vec::new(), channels: Some(channels.len()) })
     }
 
     /// Returns the topmost scopes.

@@ -26,7 +26,7 @@ pub use self::around::{Around, Column, ComparedRow};
 pub use self::aside::Aside;
 pub use self::fst::{Fst, FstFile};
 pub use self::gtkw::gtkw;
-pub use self::layout::{Layout, Scope, Source, UnknownNet, Var, differs};
+pub use self::layout::{Layout, Scope, Source, Var, differs};
 pub use self::mismatch::{mismatch_gtkw, mismatch_vcd};
 pub use self::recording::Recording;
 pub use self::sink::Sink;

@@ -50,10 +50,6 @@ impl<W: Write> Vcd<W> {
         let mut out = BufWriter::with_capacity(1 << 16, out);
         let mut header = Writer::new(&mut out);
         header.version(VERSION)?;
-        if let Some(channels) = layout.channels {
-            let frequency_mhz = clock.frequency_hz() as f64 / 1e6;
-            header.comment(&format!("Acquisition with {channels}/{channels} channels at {frequency_mhz} MHz"))?;
-        }
         if !layout.reals.is_empty() {
             header.comment(SIGNS)?;
         }
@@ -76,7 +72,6 @@ fn declare<W: Write>(header: &mut Writer<W>, layout: &Layout, scope: &Scope, var
     for var in &scope.vars {
         let kind = match var.source {
             Source::Real(_) => VarType::Real,
-            _ if layout.channels.is_some() => VarType::Wire,
             _ => VarType::Reg,
         };
         let slot = layout.slot(var.source);

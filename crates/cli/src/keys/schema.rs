@@ -18,7 +18,7 @@ struct Of {
 
 /// Returns the schema.
 pub fn schema() -> Value {
-    let cases = KINDS.map(|(scene, device)| {
+    let of_kind = |&(scene, device): &(&'static str, &'static str)| {
         let of = Of { scene, device };
         let device = json!({ "properties": { "kind": { "const": of.device } }, "required": ["kind"] });
         let mut case = json!({ "properties": { "device": device }, "required": ["device"] });
@@ -28,7 +28,8 @@ pub fn schema() -> Value {
             _ => {}
         }
         json!({ "if": case, "then": object(of, "", &[of.scene]) })
-    });
+    };
+    let cases = KINDS.iter().map(of_kind).collect::<Vec<_>>();
     let kinds =
         options(&rows().find(|row| (row.section, row.key) == ("device", "kind")).expect("every device has a kind"));
     let device = json!({ "type": "object", "properties": { "kind": kinds }, "required": ["kind"] });

@@ -1,16 +1,16 @@
 //! `hpu limits`: the stiffnesses at which a scene's wall settles.
 
 mod page;
-mod touch;
 
 use std::path::PathBuf;
 
 use hpu_chart as chart;
 use hpu_cosim::scene::{DutScene, Experiment, Scene};
 use hpu_cosim::{SceneFile, figure};
-use hpu_study::device;
 use hpu_study::limits::{BoxSet, Limits, Looks, MOST_UNKNOWN, Unknown, WordsSet, World, hands_of, limits, usual_range};
 use hpu_study::map::SceneText;
+use hpu_study::page::Page;
+use hpu_study::{ToldLimits, device};
 
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
@@ -103,8 +103,9 @@ fn find<'w, F>(
     if let Experiment::Dut(scene) = &read.1 {
         return of_design(args, &read.0, scene, open, watch);
     }
-    if let Experiment::Gimbal(scene) = &read.1 {
-        let page = touch::found(args, scene)?;
+    let shown = format!("{}{}", quoted(&args.scene), set_options(&args.set.set));
+    if let Some(told) = device(&read.1).told_limits(&shown) {
+        let page = without_runs(args, &read.1.name, told)?;
         return Ok(Some((open()?, Answer { page, pictures: Vec::new() })));
     }
     let (text, nominal) = (read.0, axis(&read.1)?);
@@ -140,6 +141,20 @@ fn find<'w, F>(
 fn drawn(args: &Args, name: &str, found: &Limits, over: &[Unknown]) -> Answer {
     let picture = chart::limits(name, found, over, &command(args));
     Answer { page: page::page(name, found, over), pictures: vec![picture] }
+}
+
+/// Returns the page of limits that criteria tell without a run.
+fn without_runs(args: &Args, name: &str, ToldLimits { of, page }: ToldLimits) -> Result<Page, Failure> {
+    let usage = |said: &str| Failure::usage(format!("{name}: {said}"));
+    let is_of_runs = args.words.is_some() || args.phases != Looks::default().phases;
+    if args.range.is_some() || !args.over.is_empty() || args.hands.is_some() || is_of_runs {
+        let options = "--range, --over, --hands, --words and --phases";
+        return Err(usage(&format!("{options} are of an axis; of {of} nothing is run")));
+    }
+    if args.out.is_some() {
+        return Err(usage(&format!("the limits of {of} have no picture; hpu map draws its criteria beside runs")));
+    }
+    page.map_err(|why| usage(&why))
 }
 
 /// Finds the limits of a design of the user's own: over the generic or constant that its scene names.

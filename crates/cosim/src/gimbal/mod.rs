@@ -1,25 +1,23 @@
 //! A segment on a gimbal: its scene made ready, its world.
 
+mod columns;
 mod segment_loop;
 mod side;
 
 use hpu_datapath::gimbal::GimbalIn;
 use hpu_plant::arm::{Arm, Joints, Recorded};
-use hpu_signal::{Observe, Ports};
+use hpu_signal::Ports;
 
 use crate::arm::ArmPlant;
 use crate::arm_world::ArmWorld;
-use crate::columns::STRESSES;
-use crate::engine::{Comparison, Control, Driver};
-use crate::outline::Outline;
+use crate::outline::{Command, Outline, Rule, Waves};
 use crate::scene::{GimbalScene, GimbalWords};
-use crate::simulation::{self, Compare, LoopVisitor, Simulation, TheLoop, Wired};
+use crate::simulation::{LoopVisitor, Simulation, TheLoop, Wired};
 use crate::simulation_error::SimulationError;
-use crate::summary::Summary;
 use crate::trace::Trace;
-use crate::untyped::{AnyClosedLoop, Close};
 
-pub use segment_loop::SegmentLoop;
+pub use columns::{ERROR, FORCE, GIMBAL_REALS, GIMBAL_ROW, RADIUS, STRESSES};
+use segment_loop::SegmentLoop;
 use side::{GimbalSide, Plan};
 
 /// A scene of a segment on a gimbal made ready: its words, its wiring, its plant.
@@ -49,9 +47,7 @@ impl<'s> GimbalSimulation<'s> {
             ("drive2", "stall_torque2_nm", second),
             ("drive3", "stall_torque3_nm", third),
         ];
-        let closed_by = (wiring.wiring().name(), wiring.wiring().nets());
-        let (has_contact, has_shear) = (scene.probe.is_some(), scene.shear.is_some());
-        let outline = Outline::of_gimbal(scene, (still_within_m(scene), has_contact, has_shear), closed_by, commands);
+        let outline = outline(scene, &wiring, commands);
         Ok(Self { scene, plant, plan: Plan::new(scene), words, wiring, outline })
     }
 
@@ -84,6 +80,62 @@ impl<'s> GimbalSimulation<'s> {
         }
     }
 }
+
+/// Returns the outline of a scene. Its target stands still in the judged window if its radius is to come to rest there.
+/// Without a finger it has no contact, and without shear no stresses.
+fn outline(scene: &GimbalScene, wiring: &SegmentLoop, commands: Vec<Command>) -> Outline {
+    let has_shear = scene.shear.is_some();
+    let closed_by = (wiring.wiring().name(), wiring.wiring().nets());
+    let reals = if has_shear { GIMBAL_REALS.len() } else { STRESSES[0] };
+    let rule = still_within_m(scene).map_or(Rule::Follow(ERROR), |count_m| Rule::Rest(RADIUS, count_m));
+    let outline = Outline::new(scene, (&GIMBAL_ROW, reals), closed_by, rule);
+    // The mode is 1 under impedance control.
+    let contact = outline.net("mode");
+    Outline {
+        columns: (0..GIMBAL_ROW.len()).filter(|column| has_shear || !STRESSES.contains(column)).collect(),
+        commands,
+        judged: [RADIUS, ERROR, FORCE].into_iter().chain(STRESSES.into_iter().filter(|_| has_shear)).collect(),
+        has_contact: scene.probe.is_some(),
+        contact,
+        waves: WAVES,
+        ..outline
+    }
+}
+
+/// The nets as waveforms show them; `x`, `y` and `z` are those of the target.
+const WAVES: Waves = Waves {
+    groups: &[
+        ("Target", &["x", "y", "z", "shear_gain", "shear_x", "pitch", "roll", "crank", "rest", "out_of_reach"]),
+        ("Servos", &["count", "drive", "proportional", "derivative", "crank_proportional", "crank_derivative"]),
+        (
+            "Switch",
+            &[
+                "finger_force",
+                "threshold_on",
+                "threshold_off",
+                "mode",
+                "radius",
+                "equilibrium",
+                "slope",
+                "stiffness",
+                "feedback",
+                "position_drive",
+                "impedance_drive",
+            ],
+        ),
+    ],
+    curves: &[
+        "pitch",
+        "roll",
+        "crank",
+        "rest",
+        "drive",
+        "finger_force",
+        "equilibrium",
+        "position_drive",
+        "impedance_drive",
+    ],
+};
 
 /// Returns mean and standard deviation of the absolute error of the rendered stress, in Pa, over the whole trace of a
 /// scene with shear. The published error of the stress is given in this form.
@@ -149,7 +201,7 @@ impl Simulation for GimbalSimulation<'_> {
 
 impl Wired for GimbalSimulation<'_> {
     fn wiring(&self) -> TheLoop<'_> {
-        TheLoop::Gimbal(&self.wiring)
+        TheLoop::Device(self.wiring.wiring())
     }
 
     fn visit<'v, V: LoopVisitor<'v>>(&'v self, visit: V) -> V::Out {
@@ -160,19 +212,5 @@ impl Wired for GimbalSimulation<'_> {
         }
     }
 
-    fn run(&self, driver: Driver, trace: &mut Trace, observer: &mut dyn Observe, control: &Control) -> Summary {
-        simulation::run(self, driver, trace, observer, control)
-    }
-
-    fn closed_loop(&self) -> Box<dyn AnyClosedLoop<'_> + '_> {
-        self.visit(Close)
-    }
-
-    fn compare(&self, edges: u64) -> Comparison {
-        self.visit(Compare(edges))
-    }
-
-    fn driver(&self) -> Driver {
-        self.scene.model.solver.into()
-    }
+    crate::simulation::wired_alike!();
 }

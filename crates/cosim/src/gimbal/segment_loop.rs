@@ -4,9 +4,8 @@ use hpu_datapath::gimbal::{GimbalLoop, GimbalLoopConfig, GimbalShearLoop};
 use hpu_datapath::{AnyWiring, ConfigError};
 
 /// The wiring of a segment on a gimbal.
-#[derive(Clone)]
 #[allow(clippy::large_enum_variant, reason = "one of them exists a run")]
-pub enum SegmentLoop {
+pub(super) enum SegmentLoop {
     /// The tip follows the target.
     Plain(GimbalLoop),
     /// The tip follows a fractional derivative of the target's `x`.
@@ -23,13 +22,8 @@ impl SegmentLoop {
         if has_shear { GimbalShearLoop::new(config).map(Self::Shear) } else { GimbalLoop::new(config).map(Self::Plain) }
     }
 
-    /// Returns every wiring in its default configuration.
-    pub fn all() -> Vec<Self> {
-        vec![Self::Plain(GimbalLoop::default()), Self::Shear(GimbalShearLoop::default())]
-    }
-
     /// Returns the wiring without its type.
-    pub fn wiring(&self) -> &dyn AnyWiring {
+    pub(super) fn wiring(&self) -> &dyn AnyWiring {
         match self {
             Self::Plain(wiring) => wiring,
             Self::Shear(wiring) => wiring,

@@ -9,9 +9,9 @@ use hpu_datapath::gimbal::{GimbalIn, GimbalOut};
 use hpu_plant::arm::{Gimbal, Links};
 use hpu_signal::{Cycle, Real};
 
+use super::GIMBAL_REALS;
 use crate::arm::ArmState;
 use crate::arm_world::Side;
-use crate::columns::GIMBAL_REALS;
 use crate::random::SplitMix64;
 use crate::scene::{Displacement, GimbalScene, along};
 

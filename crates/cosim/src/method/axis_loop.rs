@@ -35,15 +35,6 @@ macro_rules! axis_loop {
         }
 
         impl AxisLoop {
-            /// Returns the wiring of every method, in its default configuration.
-            pub fn all() -> Vec<Self> {
-                vec![
-                    Self::Hybrid(HybridLoop::default()),
-                    Self::Conventional(ConventionalLoop::default()),
-                    $(Self::$Law(MethodLoop::default()),)*
-                ]
-            }
-
             /// Returns the wiring of a method before reset.
             pub(crate) fn new(method: &Loop, setting: &Setting, config: LoopConfig) -> Result<Self, Unmade> {
                 Ok(match method {

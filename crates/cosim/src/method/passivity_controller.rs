@@ -21,7 +21,7 @@ use super::sampled_law::SampledLaw;
 use super::setting::{Setting, Unmade};
 use super::wall::Wall;
 use crate::scene::keys::Otherwise::{Is, Said};
-use crate::scene::keys::{Choice, Group, Key, Quantity, Whole, keys};
+use crate::scene::keys::{Choice, Group, Key, Quantity, Whole, keys, named};
 use crate::scene::quantity as q;
 use crate::scene::quantity::Sense::Positive;
 use crate::scene::section::Section;
@@ -29,8 +29,7 @@ use crate::scene::source::SceneError;
 
 keys! { passivity_controller: "method" of ["passivity_controller"];
     /// Force that the passivity observer multiplies a motion by: the velocity's, or the force that was held.
-    observer: Choice<Observer> = Choice::new(
-        || vec![("velocity", Observer::Velocity), ("held_force", Observer::HeldForce)], Is(Observer::Velocity));
+    observer: Choice<Observer> = Choice::new(|| named(&Observer::ALL, Observer::name), Is(Observer::Velocity));
     /// Greatest energy that the observer may store.
     credit: Quantity = Quantity::new(&q::ENERGY, Positive, Said("unbounded"));
     /// Width of the observed energy.
@@ -90,13 +89,15 @@ impl Published for PassivityMethod {
     }
 }
 
-/// The force that the passivity observer multiplies a motion by.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Observer {
-    /// The force wanted at the motion's end, as published.
-    Velocity,
-    /// The force held during the motion.
-    HeldForce,
+hpu_signal::named! {
+    /// The force that the passivity observer multiplies a motion by.
+    #[derive(Clone, Copy, PartialEq, Eq, Debug)]
+    pub enum Observer {
+        /// The force wanted at the motion's end, as published.
+        Velocity = "velocity",
+        /// The force held during the motion.
+        HeldForce = "held_force",
+    }
 }
 
 /// See the [module](self).

@@ -6,7 +6,7 @@ use super::published::{Features, Layer, Published};
 use super::setting::{Setting, Unmade};
 use super::wall::Wall;
 use crate::scene::keys::Otherwise::{self, Is};
-use crate::scene::keys::{Choice, Group, Key, Quantity, Whole, keys};
+use crate::scene::keys::{Choice, Group, Key, Quantity, Whole, keys, named};
 use crate::scene::quantity::Sense::{self, NotNegative};
 use crate::scene::section::Section;
 use crate::scene::source::SceneError;
@@ -16,14 +16,8 @@ keys! { sampled_wall: "method" of ["sampled_wall"];
     spring: Choice<bool> = Choice::new(|| vec![("held", false), ("live", true)], Is(false));
     /// How the velocity is estimated: difference of two samples, low-pass filter, difference over a window, first-order
     /// adaptive window, time between encoder edges, or Levant's differentiator.
-    estimator: Choice<Estimator> = Choice::new(|| vec![
-        ("difference", Estimator::Difference),
-        ("filtered", Estimator::Filtered),
-        ("window", Estimator::Window),
-        ("foaw", Estimator::Foaw),
-        ("edge_timer", Estimator::EdgeTimer),
-        ("levant", Estimator::Levant),
-    ], Is(Estimator::Difference));
+    estimator: Choice<Estimator> =
+        Choice::new(|| named(&Estimator::ALL, Estimator::name), Is(Estimator::Difference));
     /// Samples of the spring for one sample of the velocity.
     velocity_every: Whole<u32> = Whole::new(1, 1 << 20, Is(1));
     /// Weight of a new sample in the filter of `filtered`: 2^-`filter_shift`.

@@ -1,32 +1,30 @@
 //! A PHANToM: its scene made ready, its worlds, the host of its operating-system platforms, and its law without a
 //! clock.
 
+mod arm_loop;
 mod direct;
 mod host;
 mod sides;
 #[cfg(test)]
 mod tests;
 
+use arm_loop::ArmLoop;
 use direct::ArmDirect;
 use host::{COUNTING, Host};
 use sides::{FpgaSide, HostSide};
 
 use hpu_datapath::phantom::{PhantomIn, PhantomIo, PhantomIoIn, PhantomLoop, PhantomSharedLoop};
 use hpu_plant::arm::{Arm, ArmModel, Transmission, kinematics};
-use hpu_signal::{Format, Observe, Ports};
+use hpu_signal::{Format, Ports};
 
 use crate::arm::{ArmPlant, Stops};
-use crate::arm_loop::ArmLoop;
 use crate::arm_world::ArmWorld;
-use crate::engine::{Comparison, Control, Driver};
-use crate::outline::Outline;
+use crate::columns::{ARM_REALS, ARM_ROW};
+use crate::outline::{Outline, Rule};
 use crate::random::SplitMix64;
 use crate::scene::{PhantomLaw, PhantomScene, PhantomWords, Platform, Premium};
-use crate::simulation::{self, Compare, Direct, LoopVisitor, Simulation, TheLoop, Wired};
+use crate::simulation::{Direct, LoopVisitor, Simulation, TheLoop, Wired};
 use crate::simulation_error::SimulationError;
-use crate::summary::Summary;
-use crate::trace::Trace;
-use crate::untyped::{AnyClosedLoop, Close};
 
 /// Gravity.
 const GRAVITY_M_PER_S2: f64 = 9.81;
@@ -79,8 +77,12 @@ impl<'s> PhantomSimulation<'s> {
             ("command2", "wall_torque2_nm", second),
             ("command3", "wall_torque3_nm", third),
         ];
+        let logged = 3 + plant.axis;
         let closed_by = (wiring.wiring().name(), wiring.wiring().nets());
-        let outline = Outline::of_drop(scene, plant.axis, closed_by, commands);
+        let outline = Outline::new(scene, (&ARM_ROW, ARM_REALS.len()), closed_by, Rule::Drop(logged));
+        // A host's wiring has no net of its own for contact: the command of the joint under test takes its place.
+        let contact = outline.net("contact").or_else(|| Some(outline.net("command1")? + plant.axis));
+        let outline = Outline { commands, judged: vec![plant.axis, logged], contact, ..outline };
         Ok(Self { scene, plant, words, wiring, outline })
     }
 
@@ -264,7 +266,7 @@ impl Simulation for PhantomSimulation<'_> {
 
 impl Wired for PhantomSimulation<'_> {
     fn wiring(&self) -> TheLoop<'_> {
-        TheLoop::Arm(&self.wiring)
+        TheLoop::Device(self.wiring.wiring())
     }
 
     fn visit<'v, V: LoopVisitor<'v>>(&'v self, visitor: V) -> V::Out {
@@ -279,21 +281,7 @@ impl Wired for PhantomSimulation<'_> {
         }
     }
 
-    fn run(&self, driver: Driver, trace: &mut Trace, observer: &mut dyn Observe, control: &Control) -> Summary {
-        simulation::run(self, driver, trace, observer, control)
-    }
-
-    fn closed_loop(&self) -> Box<dyn AnyClosedLoop<'_> + '_> {
-        self.visit(Close)
-    }
-
-    fn compare(&self, edges: u64) -> Comparison {
-        self.visit(Compare(edges))
-    }
-
-    fn driver(&self) -> Driver {
-        self.scene.model.solver.into()
-    }
+    crate::simulation::wired_alike!();
 
     fn direct(&self) -> Option<Box<dyn Direct + '_>> {
         if self.scene.model.law == PhantomLaw::Words {

@@ -1,11 +1,12 @@
 //! Tests that the arm moves alike by the recursion written out by hand and by its recorded dynamics.
 
 use hpu_plant::arm::{Links, Recorded};
-use hpu_signal::Cycle;
+use hpu_signal::{Cycle, Observe};
 
 use super::*;
-use crate::engine::ClosedLoop;
+use crate::engine::{ClosedLoop, Control, Driver};
 use crate::scene::{Experiment, shipped};
+use crate::summary::Summary;
 use crate::world::World;
 
 /// The words of all nets, from each edge at which one of them changed.

@@ -7,25 +7,27 @@ use super::parameter::ParameterValue;
 use super::section::Section;
 use super::source::SceneError;
 
-/// An output of a run, by which models are compared.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
-pub enum Output {
-    /// The motion at the plant's rate.
-    Trace,
-    /// The angle at the end.
-    FinalAngle,
-    /// The deepest point in the wall.
-    PeakPenetration,
-    /// The amplitude of the verdict.
-    Amplitude,
-    /// The frequency of the verdict.
-    Frequency,
-    /// The energy that source and hand have given.
-    Energy,
-    /// rms about the steady value at the end of a drop test.
-    Rms,
-    /// The verdict on the motion.
-    Verdict,
+hpu_signal::named! {
+    /// An output of a run, by which models are compared.
+    #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+    pub enum Output {
+        /// The motion at the plant's rate.
+        Trace = "trace",
+        /// The angle at the end.
+        FinalAngle = "final_angle",
+        /// The deepest point in the wall.
+        PeakPenetration = "peak_penetration",
+        /// The amplitude of the verdict.
+        Amplitude = "amplitude",
+        /// The frequency of the verdict.
+        Frequency = "frequency",
+        /// The energy that source and hand have given.
+        Energy = "energy",
+        /// rms about the steady value at the end of a drop test.
+        Rms = "rms",
+        /// The verdict on the motion.
+        Verdict = "verdict",
+    }
 }
 
 impl Output {
@@ -39,20 +41,6 @@ impl Output {
         Self::Energy,
         Self::Verdict,
     ];
-
-    /// Returns its name in a scene.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Trace => "trace",
-            Self::FinalAngle => "final_angle",
-            Self::PeakPenetration => "peak_penetration",
-            Self::Amplitude => "amplitude",
-            Self::Frequency => "frequency",
-            Self::Energy => "energy",
-            Self::Rms => "rms",
-            Self::Verdict => "verdict",
-        }
-    }
 }
 
 /// The outputs of a run that must be right, and the error allowed.

@@ -3,20 +3,11 @@
 //!
 //! Conditions between sections are checked only by readers, after every section was read.
 
+use super::devices::KINDS;
 use super::keys;
 use super::quantity::{Axis, RAIL, SHAFT};
 use super::section::Section;
 use super::source::{SceneError, Source};
-
-/// Every kind of scene with every kind of device that it can have, as rows of keys call them.
-pub const KINDS: [(&str, &str); 6] = [
-    ("axis", "motor"),
-    ("axis", "mass"),
-    ("dut", "motor"),
-    ("dut", "mass"),
-    ("phantom", "phantom"),
-    ("gimbal", "gimbal"),
-];
 
 /// Returns the first error of a scene with all others that its keys have, each by itself.
 pub(super) fn with_others(source: &Source, first: SceneError) -> SceneError {
@@ -31,7 +22,7 @@ pub(super) fn with_others(source: &Source, first: SceneError) -> SceneError {
 pub(super) fn kinds(root: &Section) -> Option<(&'static str, &'static str, &'static Axis)> {
     let device = kind(&root.section("device").ok()?)?;
     let has = |&(scene, of): &(&str, &str)| of == device && (scene != "dut" || root.has("dut"));
-    let (scene, device) = KINDS.into_iter().rfind(has)?;
+    let (scene, device) = *KINDS.iter().rfind(|kinds| has(kinds))?;
     Some((scene, device, if device == "mass" { &RAIL } else { &SHAFT }))
 }
 

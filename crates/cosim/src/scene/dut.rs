@@ -72,34 +72,27 @@ pub struct Dut {
 /// A file of a design: its name, as the scene has it, and its content.
 pub type SourceFile = (String, Arc<[u8]>);
 
-/// An edition of VHDL.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Standard {
-    /// VHDL-93.
-    Vhdl93,
-    /// VHDL-2008.
-    Vhdl2008,
+hpu_signal::named! {
+    /// An edition of VHDL.
+    #[derive(Clone, Copy, PartialEq, Eq, Debug)]
+    pub enum Standard {
+        /// VHDL-93.
+        Vhdl93 = "93",
+        /// VHDL-2008.
+        Vhdl2008 = "2008",
+    }
 }
 
-/// A simulator of designs.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Engine {
-    /// Verilator where it can simulate the design, else GHDL.
-    Auto,
-    /// GHDL.
-    Ghdl,
-    /// Verilator, after GHDL's synthesis for VHDL.
-    Verilator,
-}
-
-impl Engine {
-    /// Returns its name in `dut.engine`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Auto => "auto",
-            Self::Ghdl => "ghdl",
-            Self::Verilator => "verilator",
-        }
+hpu_signal::named! {
+    /// A simulator of designs.
+    #[derive(Clone, Copy, PartialEq, Eq, Debug)]
+    pub enum Engine {
+        /// Verilator where it can simulate the design, else GHDL.
+        Auto = "auto",
+        /// GHDL.
+        Ghdl = "ghdl",
+        /// Verilator, after GHDL's synthesis for VHDL.
+        Verilator = "verilator",
     }
 }
 
@@ -144,70 +137,38 @@ impl fmt::Display for Generic {
     }
 }
 
-/// A line of one bit between world and design.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Line {
-    /// Encoder line A.
-    A,
-    /// Encoder line B.
-    B,
-    /// The encoder's index: 1 at one count of a revolution.
-    Index,
-    /// The high switch of the leg at the motor's plus terminal.
-    PlusHigh,
-    /// The low switch of the leg at the plus terminal.
-    PlusLow,
-    /// The high switch of the leg at the minus terminal.
-    MinusHigh,
-    /// The low switch of the leg at the minus terminal.
-    MinusLow,
-    /// The plus leg: high at 1, low at 0.
-    Plus,
-    /// The minus leg: high at 1, low at 0.
-    Minus,
-    /// The pulse: the motor is driven at 1.
-    Pwm,
-    /// The direction in which it is driven: positive at 1.
-    Direction,
-    /// Enable: at 0 all switches are open.
-    Enable,
+hpu_signal::named! {
+    /// A line of one bit between world and design.
+    #[derive(Clone, Copy, PartialEq, Eq, Debug)]
+    pub enum Line {
+        /// Encoder line A.
+        A = "encoder.a",
+        /// Encoder line B.
+        B = "encoder.b",
+        /// The encoder's index: 1 at one count of a revolution.
+        Index = "encoder.index",
+        /// The high switch of the leg at the motor's plus terminal.
+        PlusHigh = "bridge.plus_high",
+        /// The low switch of the leg at the plus terminal.
+        PlusLow = "bridge.plus_low",
+        /// The high switch of the leg at the minus terminal.
+        MinusHigh = "bridge.minus_high",
+        /// The low switch of the leg at the minus terminal.
+        MinusLow = "bridge.minus_low",
+        /// The plus leg: high at 1, low at 0.
+        Plus = "bridge.plus",
+        /// The minus leg: high at 1, low at 0.
+        Minus = "bridge.minus",
+        /// The pulse: the motor is driven at 1.
+        Pwm = "bridge.pwm",
+        /// The direction in which it is driven: positive at 1.
+        Direction = "bridge.direction",
+        /// Enable: at 0 all switches are open.
+        Enable = "bridge.enable",
+    }
 }
 
 impl Line {
-    /// All of them.
-    pub const ALL: [Self; 12] = [
-        Self::A,
-        Self::B,
-        Self::Index,
-        Self::PlusHigh,
-        Self::PlusLow,
-        Self::MinusHigh,
-        Self::MinusLow,
-        Self::Plus,
-        Self::Minus,
-        Self::Pwm,
-        Self::Direction,
-        Self::Enable,
-    ];
-
-    /// Returns its name in scenes.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::A => "encoder.a",
-            Self::B => "encoder.b",
-            Self::Index => "encoder.index",
-            Self::PlusHigh => "bridge.plus_high",
-            Self::PlusLow => "bridge.plus_low",
-            Self::MinusHigh => "bridge.minus_high",
-            Self::MinusLow => "bridge.minus_low",
-            Self::Plus => "bridge.plus",
-            Self::Minus => "bridge.minus",
-            Self::Pwm => "bridge.pwm",
-            Self::Direction => "bridge.direction",
-            Self::Enable => "bridge.enable",
-        }
-    }
-
     /// Returns whether it is an input of the design, driven by the world.
     pub fn is_given(self) -> bool {
         matches!(self, Self::A | Self::B | Self::Index)

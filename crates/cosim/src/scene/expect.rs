@@ -2,23 +2,25 @@
 
 use super::keys;
 
-/// The verdict that a scene expects.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum OutcomeKind {
-    /// The motion comes to rest.
-    Settled,
-    /// The motion is a limit cycle: it keeps oscillating.
-    LimitCycle,
-    /// The motion oscillates ever wider.
-    Diverged,
-    /// A segment on a gimbal follows a moving target.
-    Tracking,
-    /// A drop test: the tip rests on the wall.
-    Passive,
-    /// A drop test: the tip chatters on the wall.
-    NonPassive,
-    /// A drop test that had to be aborted.
-    HighlyUnstable,
+hpu_signal::named! {
+    /// The verdict that a scene expects.
+    #[derive(Clone, Copy, PartialEq, Eq, Debug)]
+    pub enum OutcomeKind {
+        /// The motion comes to rest.
+        Settled = "settled",
+        /// The motion is a limit cycle: it keeps oscillating.
+        LimitCycle = "limit_cycle",
+        /// The motion oscillates ever wider.
+        Diverged = "diverged",
+        /// The device follows a moving target to the end.
+        Tracking = "tracking",
+        /// A drop test: the tip rests on the wall.
+        Passive = "passive",
+        /// A drop test: the tip chatters on the wall.
+        NonPassive = "non_passive",
+        /// A drop test that had to be aborted.
+        HighlyUnstable = "highly_unstable",
+    }
 }
 
 /// The expected results of a run.
@@ -79,7 +81,7 @@ impl Metric {
             Self::SpringOverflowShare => keys::expect::spring_overflow_share.name,
             Self::EncoderEdges => keys::expect::encoder_edges.name,
             Self::ContactShare => keys::expect::contact_share.name,
-            Self::Rms => keys::expect_drop::rms.name,
+            Self::Rms => "rms",
         }
     }
 }

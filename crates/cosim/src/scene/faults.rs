@@ -9,26 +9,30 @@ pub enum Times {
     At(Vec<f64>),
 }
 
-/// A line of the encoder.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum EncoderLine {
-    /// Line A.
-    A,
-    /// Line B.
-    B,
+hpu_signal::named! {
+    /// A line of the encoder.
+    #[derive(Clone, Copy, PartialEq, Eq, Debug)]
+    pub enum EncoderLine {
+        /// Line A.
+        A = "encoder.a",
+        /// Line B.
+        B = "encoder.b",
+    }
 }
 
-/// A switch of the bridge.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Switch {
-    /// The high switch at the motor's plus terminal.
-    PlusHigh,
-    /// The low switch at the plus terminal.
-    PlusLow,
-    /// The high switch at the minus terminal.
-    MinusHigh,
-    /// The low switch at the minus terminal.
-    MinusLow,
+hpu_signal::named! {
+    /// A switch of the bridge.
+    #[derive(Clone, Copy, PartialEq, Eq, Debug)]
+    pub enum Switch {
+        /// The high switch at the motor's plus terminal.
+        PlusHigh = "bridge.plus_high",
+        /// The low switch at the plus terminal.
+        PlusLow = "bridge.plus_low",
+        /// The high switch at the minus terminal.
+        MinusHigh = "bridge.minus_high",
+        /// The low switch at the minus terminal.
+        MinusLow = "bridge.minus_low",
+    }
 }
 
 /// A switch that does not follow its gate.

@@ -65,6 +65,8 @@
 
 mod accuracy;
 mod audit;
+#[macro_use]
+mod devices;
 mod dut;
 mod expect;
 mod faults;
@@ -93,7 +95,7 @@ pub(crate) mod source;
 mod words;
 
 pub use accuracy::{Accuracy, Output};
-pub use audit::KINDS;
+pub use devices::{BEGINNINGS, KINDS, shipped};
 pub use dut::{Connection, Driving, Dut, DutClock, DutReset, DutScene, Engine, Generic, Line, SourceFile, Standard};
 pub use expect::{Expect, Expectation, Metric, OutcomeKind};
 pub use faults::{EncoderLine, Faults, Stuck, Switch, Times};
@@ -105,8 +107,7 @@ pub use head::Head;
 pub use model::{BridgeModel, Datapath, EncoderModel, Friction, Model, Solver, Winding};
 pub use parameter::{Origin, Parameter, ParameterValue};
 pub use parts::{
-    Amplifier, AnalogShaper, Bridge, Device, Encoder, Hand, Mass, Method, Motor, PathPoint, Pwm, Ramp, Record, Run,
-    Units, Wall,
+    Amplifier, AnalogShaper, Device, Encoder, Hand, Mass, Method, Motor, PathPoint, Pwm, Ramp, Record, Run, Units, Wall,
 };
 pub use phantom::{
     Direction, Drop, Irregularity, PhantomLaw, PhantomMethod, PhantomModel, PhantomScene, PhantomWords, Platform,
@@ -114,14 +115,15 @@ pub use phantom::{
 };
 pub use resolved::{Resolved, ValueSource, as_scene, resolved};
 pub use setup::Setup;
-pub use shipped::{Shipped, shipped, shipped_file};
+pub use shipped::{Begin, Shipped, shipped_file};
 pub use source::SceneError;
 pub use words::{COMMAND_BITS, LoopWords, Miss, Realised};
 
 pub use crate::method::{LawMethod, Loop, SampledWallMethod};
+pub use hpu_plant::Bridge;
 
+use devices::{DeviceKind, device};
 use head::has_head;
-use read_device::DeviceKind;
 use read_hand::Load;
 use section::Section;
 use source::Source;
@@ -140,19 +142,54 @@ pub(crate) struct Text<'a> {
 /// Refuses an axis whose words make no datapath. The parser knows no datapath, so its caller gives this check.
 type Buildable<'a> = &'a dyn Fn(&Scene, &LoopWords) -> Result<(), SceneError>;
 
-/// Any experiment.
-#[derive(Clone, PartialEq, Debug)]
-#[allow(clippy::large_enum_variant, reason = "one of them exists a run")]
-pub enum Experiment {
-    /// One axis: a motor with a wheel, and a wall.
-    Axis(Scene),
-    /// The three axes of a PHANToM.
-    Phantom(PhantomScene),
-    /// A segment on a gimbal, raised by a crank.
-    Gimbal(GimbalScene),
-    /// One axis whose loop is closed by a design of the user's own.
-    Dut(DutScene),
+macro_rules! experiment {
+    (($d:tt) $(#[doc = $meaning:literal] $Device:ident: $module:ident, $Scene:ident, $Simulation:ident;)*) => {
+        /// Any experiment.
+        #[derive(Clone, PartialEq, Debug)]
+        #[allow(clippy::large_enum_variant, reason = "one of them exists a run")]
+        pub enum Experiment {
+            /// One axis: a motor with a wheel, and a wall.
+            Axis(Scene),
+            $(#[doc = $meaning] $Device($Scene),)*
+            /// One axis whose loop is closed by a design of the user's own.
+            Dut(DutScene),
+        }
+
+        impl Experiment {
+            fn of(name: &str, source: &Source, load: Load, buildable: Buildable) -> Result<Self, SceneError> {
+                match Section::root(source).section("device")?.read(&device::kind)? {
+                    $(DeviceKind::$Device => return $module::scene(name, source).map(Self::$Device),)*
+                    DeviceKind::Motor | DeviceKind::Mass => {}
+                }
+                if Section::root(source).has("dut") {
+                    return read_dut::dut_scene(name, source, load).map(Self::Dut);
+                }
+                read::scene(name, source, load, buildable).map(Self::Axis)
+            }
+
+            /// Returns the scene as one of any kind.
+            pub fn setup(&self) -> &dyn Setup {
+                match self {
+                    Self::Axis(scene) => scene,
+                    $(Self::$Device(scene) => scene,)*
+                    Self::Dut(scene) => scene,
+                }
+            }
+        }
+
+        impl std::ops::Deref for Experiment {
+            type Target = Head;
+            fn deref(&self) -> &Head {
+                match self {
+                    Self::Axis(scene) => &scene.head,
+                    $(Self::$Device(scene) => &scene.head,)*
+                    Self::Dut(scene) => &scene.head,
+                }
+            }
+        }
+    };
 }
+devices!(experiment);
 
 impl Experiment {
     /// Reads a scene of any kind. `buildable` refuses an axis whose words make no datapath.
@@ -165,54 +202,14 @@ impl Experiment {
         Self::of(name, &source, load, buildable).map_err(|first| audit::with_others(&source, first))
     }
 
-    fn of(name: &str, source: &Source, load: Load, buildable: Buildable) -> Result<Self, SceneError> {
-        match Section::root(source).section("device")?.read(&keys::device::kind)? {
-            DeviceKind::Phantom => return phantom::scene(name, source).map(Self::Phantom),
-            DeviceKind::Gimbal => return gimbal::scene(name, source).map(Self::Gimbal),
-            DeviceKind::Motor | DeviceKind::Mass => {}
-        }
-        if Section::root(source).has("dut") {
-            return read_dut::dut_scene(name, source, load).map(Self::Dut);
-        }
-        read::scene(name, source, load, buildable).map(Self::Axis)
-    }
-
-    /// Returns the scene as one of any kind.
-    pub fn setup(&self) -> &dyn Setup {
-        match self {
-            Self::Axis(scene) => scene,
-            Self::Phantom(scene) => scene,
-            Self::Gimbal(scene) => scene,
-            Self::Dut(scene) => scene,
-        }
-    }
-
     /// Returns the scene if it is one of an axis.
     pub fn axis(self) -> Option<Scene> {
-        match self {
-            Self::Axis(scene) => Some(scene),
-            Self::Phantom(_) | Self::Gimbal(_) | Self::Dut(_) => None,
-        }
+        if let Self::Axis(scene) = self { Some(scene) } else { None }
     }
 
     /// Returns the scene if it is one of a PHANToM.
     pub fn phantom(self) -> Option<PhantomScene> {
-        match self {
-            Self::Phantom(scene) => Some(scene),
-            Self::Axis(_) | Self::Gimbal(_) | Self::Dut(_) => None,
-        }
-    }
-}
-
-impl std::ops::Deref for Experiment {
-    type Target = Head;
-    fn deref(&self) -> &Head {
-        match self {
-            Self::Axis(scene) => &scene.head,
-            Self::Phantom(scene) => &scene.head,
-            Self::Gimbal(scene) => &scene.head,
-            Self::Dut(scene) => &scene.head,
-        }
+        if let Self::Phantom(scene) = self { Some(scene) } else { None }
     }
 }
 

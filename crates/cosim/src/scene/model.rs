@@ -1,62 +1,51 @@
 //! The parts of the world's physics that a scene models.
 
-/// The arithmetic of the law.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Datapath {
-    /// The blocks, in words.
-    Words,
-    /// Floats: unquantised, unsaturated, pulling as well as pushing. Limits are computed for this law.
-    Linear,
-    /// Floats on counts, unilateral and limited to what the actuator gives: the law that the words approximate.
-    Law,
+hpu_signal::named! {
+    /// The arithmetic of the law.
+    #[derive(Clone, Copy, PartialEq, Eq, Debug)]
+    pub enum Datapath {
+        /// The blocks, in words.
+        Words = "words",
+        /// Floats on counts, unilateral and limited to what the actuator gives: the law that the words approximate.
+        Law = "law",
+        /// Floats: unquantised, unsaturated, pulling as well as pushing. Limits are computed for this law.
+        Linear = "linear",
+    }
 }
 
-/// The model of the bridge.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum BridgeModel {
-    /// Every switching of the gates.
-    Switching,
-    /// Its mean voltage.
-    Averaged,
+hpu_signal::named! {
+    /// The model of the bridge.
+    #[derive(Clone, Copy, PartialEq, Eq, Debug)]
+    pub enum BridgeModel {
+        /// Every switching of the gates.
+        Switching = "switching",
+        /// Its mean voltage.
+        Averaged = "averaged",
+    }
 }
 
-/// The solver that moves the device from one instant to the next.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Solver {
-    /// Exact flows, from event to event.
-    Events,
-    /// Exact flows, edge by edge.
-    Clock,
-    /// Exact flows over a sample period; datapath and device meet only at its ends.
-    Sample,
-    /// Fixed steps, explicit Euler.
-    Euler,
-    /// Fixed steps, Euler with the speed from the new current and the angle from the new speed.
-    SemiImplicit,
-    /// Fixed steps, implicit midpoint.
-    Midpoint,
-    /// Fixed steps, the classic Runge-Kutta method of order 4.
-    Rk4,
+hpu_signal::named! {
+    /// The solver that moves the device from one instant to the next.
+    #[derive(Clone, Copy, PartialEq, Eq, Debug)]
+    pub enum Solver {
+        /// Exact flows, from event to event.
+        Events = "events",
+        /// Exact flows, edge by edge.
+        Clock = "clock",
+        /// Exact flows over a sample period; datapath and device meet only at its ends.
+        Sample = "sample",
+        /// Fixed steps, explicit Euler.
+        Euler = "euler",
+        /// Fixed steps, Euler with the speed from the new current and the angle from the new speed.
+        SemiImplicit = "semi_implicit",
+        /// Fixed steps, implicit midpoint.
+        Midpoint = "midpoint",
+        /// Fixed steps, the classic Runge-Kutta method of order 4.
+        Rk4 = "rk4",
+    }
 }
 
 impl Solver {
-    /// All of them.
-    pub const ALL: [Self; 7] =
-        [Self::Events, Self::Clock, Self::Sample, Self::Euler, Self::SemiImplicit, Self::Midpoint, Self::Rk4];
-
-    /// Returns its name in `model.solver`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Events => "events",
-            Self::Clock => "clock",
-            Self::Sample => "sample",
-            Self::Euler => "euler",
-            Self::SemiImplicit => "semi_implicit",
-            Self::Midpoint => "midpoint",
-            Self::Rk4 => "rk4",
-        }
-    }
-
     /// Returns the method of its steps, if it takes steps of a length of its own.
     pub fn method(self) -> Option<hpu_plant::Method> {
         match self {
@@ -79,13 +68,15 @@ impl Solver {
     }
 }
 
-/// The model of the winding.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Winding {
-    /// With its inductance.
-    Inductive,
-    /// Without inductance: the current follows the voltage at once.
-    Resistive,
+hpu_signal::named! {
+    /// The model of the winding.
+    #[derive(Clone, Copy, PartialEq, Eq, Debug)]
+    pub enum Winding {
+        /// With its inductance.
+        Inductive = "inductive",
+        /// Without inductance: the current follows the voltage at once.
+        Resistive = "resistive",
+    }
 }
 
 /// The model of Coulomb friction.
@@ -102,15 +93,17 @@ pub enum Friction {
     None,
 }
 
-/// The position that the law reads.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum EncoderModel {
-    /// Counts, counted from the encoder's lines.
-    Quantised,
-    /// Counts that are loaded into the counter, once a step and at samples: no lines, and no clock between them.
-    Loaded,
-    /// The true position.
-    Ideal,
+hpu_signal::named! {
+    /// The position that the law reads.
+    #[derive(Clone, Copy, PartialEq, Eq, Debug)]
+    pub enum EncoderModel {
+        /// Counts, counted from the encoder's lines.
+        Quantised = "quantised",
+        /// Counts that are loaded into the counter, once a step and at samples: no lines, and no clock between them.
+        Loaded = "loaded",
+        /// The true position.
+        Ideal = "ideal",
+    }
 }
 
 /// The parts of the physics that are modelled.

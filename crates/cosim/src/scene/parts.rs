@@ -129,17 +129,6 @@ pub struct AnalogShaper {
     pub hold_s: f64,
 }
 
-/// An H-bridge.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Bridge {
-    /// Supply voltage.
-    pub supply_v: f64,
-    /// Resistance of one closed switch; two are in series with the winding.
-    pub on_resistance_ohm: f64,
-    /// Forward voltage of one freewheeling diode.
-    pub diode_drop_v: f64,
-}
-
 /// The method that closes the loop, and its words.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Method {

@@ -1,30 +1,22 @@
 //! Reading `[device]`, `[encoder]`, `[bridge]` and `[amplifier]`.
 
+use hpu_plant::Bridge;
+
+use super::devices::{DeviceKind, device};
 use super::keys::{self, Key, Quantity};
 use super::parameter::Origin;
-use super::parts::{Amplifier, AnalogShaper, Bridge, Device, Encoder, Mass, Motor};
+use super::parts::{Amplifier, AnalogShaper, Device, Encoder, Mass, Motor};
 use super::quantity::{Axis, RAIL, SHAFT};
 use super::section::Section;
 use super::source::SceneError;
 
-/// The kind of a scene's device, by `device.kind`.
-#[derive(Clone, Copy, PartialEq)]
-pub(crate) enum DeviceKind {
-    Motor,
-    Mass,
-    Phantom,
-    Gimbal,
-}
-
 pub(super) fn device(s: &Section) -> Result<(Device, &'static Axis), SceneError> {
-    match s.read(&keys::device::kind)? {
+    match s.read(&device::kind)? {
         DeviceKind::Motor => Ok((Device::Motor(motor(s)?), &SHAFT)),
         DeviceKind::Mass => Ok((Device::Mass(mass(s)?), &RAIL)),
-        DeviceKind::Phantom => {
-            Err(s.error("kind", "\"phantom\" is a scene of its own; an axis is a \"motor\" or a \"mass\""))
-        }
-        DeviceKind::Gimbal => {
-            Err(s.error("kind", "\"gimbal\" is a scene of its own; an axis is a \"motor\" or a \"mass\""))
+        other => {
+            let name = other.name();
+            Err(s.error("kind", format!("\"{name}\" is a scene of its own; an axis is a \"motor\" or a \"mass\"")))
         }
     }
 }

@@ -16,10 +16,12 @@ pub trait Setup {
     /// Returns the outputs by which models of the scene can be compared.
     fn outputs(&self) -> &'static [Output];
     /// Returns the position of the wall from which penetration is measured; 0 where nothing is measured from it.
-    fn wall_position(&self) -> f64;
+    fn wall_position(&self) -> f64 {
+        0.0
+    }
     /// Returns the relative error of the stiffness that the words realise; `None` without such words.
     fn stiffness_error(&self) -> Option<f64> {
-        None
+        self.stiffness_miss().map(|miss| miss.error)
     }
     /// Returns the miss of the stiffness, if its word is far from it.
     fn stiffness_miss(&self) -> Option<Miss> {

@@ -11,6 +11,15 @@ pub struct Shipped {
     pub text: &'static str,
 }
 
+/// The scene to begin with of a device, for `hpu new`.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Begin {
+    /// The device in a few words.
+    pub device: &'static str,
+    /// Its keys beside `about` and the clock, and their values.
+    pub keys: &'static [(&'static str, &'static str)],
+}
+
 macro_rules! text {
     ($file:expr) => {
         include_str!(concat!("../../../../testbench/scenes/", $file))
@@ -18,10 +27,17 @@ macro_rules! text {
 }
 
 macro_rules! scenes {
-    ($($name:literal),* $(,)?) => { &[$(Shipped { name: $name, text: text!(concat!($name, ".toml")) }),*] };
+    ($($name:literal),* $(,)?) => {
+        &[$($crate::scene::Shipped {
+            name: $name,
+            text: include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../testbench/scenes/", $name, ".toml")),
+        }),*]
+    };
 }
+pub(super) use scenes;
 
-static SCENES: &[Shipped] = scenes![
+/// The scenes of an axis.
+pub(super) const AXIS: &[Shipped] = scenes![
     "hybrid-wall",
     "hybrid-wall-25mhz",
     "slow-pwm",
@@ -79,20 +95,6 @@ static SCENES: &[Shipped] = scenes![
     "shaped-push",
     "stiffening-wall",
     "weak-wall",
-    "phantom-drop",
-    "phantom-drop-rtos",
-    "phantom-thrown",
-    "phantom-thrown-shared",
-    "phantom-thrown-rtos",
-    "phantom-late",
-    "phantom-flexible",
-    "gimbal-shape",
-    "gimbal-profile",
-    "gimbal-shear",
-    "gimbal-texture",
-    "gimbal-spring",
-    "gimbal-switch",
-    "gimbal-switch-held",
 ];
 
 static FILES: &[(&str, &str)] = &[
@@ -101,11 +103,6 @@ static FILES: &[(&str, &str)] = &[
     ("../recordings/qube/arm-start.csv", text!("../recordings/qube/arm-start.csv")),
     ("../recordings/qube/arm-stop.csv", text!("../recordings/qube/arm-stop.csv")),
 ];
-
-/// Returns the shipped scenes.
-pub fn shipped() -> &'static [Shipped] {
-    SCENES
-}
 
 /// Returns a data file that a shipped scene names.
 ///

@@ -200,10 +200,58 @@ macro_rules! data_sheet {
     };
 }
 
+/// The part of `impl Block` that is alike in the clocked blocks whose ports are `In` and `Out` and whose clock edge is
+/// written as equations.
+macro_rules! clocked {
+    () => {
+        const CLOCKED: bool = true;
+        type In<T> = In<T>;
+        type Out<T> = Out<T>;
+
+        fn equations(&self) -> Option<&dyn $crate::AnyStep> {
+            Some(self)
+        }
+    };
+}
+
+/// The part of `impl Block` that is alike in the blocks that compute for many edges after a start: a computation from
+/// what `started` returns, which begins with `$idle`.
+macro_rules! computing {
+    ($idle:expr) => {
+        crate::block::clocked!();
+
+        fn reset(&mut self) -> Out<i64> {
+            self.computation.reset($idle);
+            self.shown()
+        }
+
+        #[inline]
+        fn tick(&mut self, input: In<i64>) -> Out<i64> {
+            let started = self.started(&input);
+            self.computation.tick(started);
+            self.shown()
+        }
+
+        #[inline]
+        fn quiet(&self, input: &In<i64>) -> u64 {
+            self.computation.quiet(input.start != 0)
+        }
+
+        #[inline]
+        fn skip(&mut self, edges: u64, input: &In<i64>) {
+            debug_assert!(edges <= self.quiet(input));
+            let started = self.started(input);
+            self.computation.skip(edges, started);
+        }
+    };
+}
+
 /// The part of `impl Block` that is alike in all blocks without registers: they answer their inputs, and nothing else.
 macro_rules! combinational {
     ($self:ident, $input:ident => $answer:expr) => {
         const CLOCKED: bool = false;
+        type In<T> = In<T>;
+        type Out<T> = Out<T>;
 
         fn equations(&self) -> Option<&dyn $crate::AnyStep> {
             Some(self)
@@ -228,4 +276,4 @@ macro_rules! combinational {
     };
 }
 
-pub(crate) use {combinational, data_sheet};
+pub(crate) use {clocked, combinational, computing, data_sheet};

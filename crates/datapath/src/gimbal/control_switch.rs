@@ -28,7 +28,7 @@ use crate::law::ZERO;
 use crate::listed::{Given, Listed};
 use crate::part::Part;
 use crate::phantom::words::natural;
-use crate::{AnyStep, Block, ConfigError, Generic, Register, Step};
+use crate::{Block, ConfigError, Generic, Register, Step};
 
 hpu_signal::ports! {
     /// Inputs of the switch.
@@ -201,17 +201,11 @@ impl Step for ControlSwitch {
     }
 }
 
-impl Default for ControlSwitch {
-    fn default() -> Self {
-        Self::new(SwitchConfig::default()).expect("the data sheet's default")
-    }
-}
+crate::block::data_sheet!(ControlSwitch = Self::new(SwitchConfig::default()));
 
 impl Block for ControlSwitch {
     const NAME: &'static str = "control_switch";
-    const CLOCKED: bool = true;
-    type In<T> = In<T>;
-    type Out<T> = Out<T>;
+    crate::block::clocked!();
 
     fn inputs(&self) -> In<Signal> {
         let SwitchConfig { drive_width, force_width, length, .. } = self.config;
@@ -252,10 +246,6 @@ impl Block for ControlSwitch {
             ("BUMPLESS", Generic::Boolean(bumpless)),
             natural("DECAY", decay),
         ]
-    }
-
-    fn equations(&self) -> Option<&dyn AnyStep> {
-        Some(self)
     }
 
     fn reset(&mut self) -> Out<i64> {

@@ -20,7 +20,7 @@ use hpu_signal::{Format, Machine, Signal, Word};
 use super::GimbalConfig;
 use crate::config::{NATURAL, within};
 use crate::listed::{Given, Listed};
-use crate::{AnyStep, Block, ConfigError, Generic, Register, Rom, Step};
+use crate::{Block, ConfigError, Generic, Register, Rom, Step};
 
 hpu_signal::ports! {
     /// Inputs of the table.
@@ -94,17 +94,11 @@ impl Step for CrankTable {
     }
 }
 
-impl Default for CrankTable {
-    fn default() -> Self {
-        Self::new(GimbalConfig::default()).expect("the data sheet's default")
-    }
-}
+crate::block::data_sheet!(CrankTable = Self::new(GimbalConfig::default()));
 
 impl Block for CrankTable {
     const NAME: &'static str = "crank_table";
-    const CLOCKED: bool = true;
-    type In<T> = In<T>;
-    type Out<T> = Out<T>;
+    crate::block::clocked!();
 
     fn inputs(&self) -> In<Signal> {
         let count = Format::signed(self.config.count_width);
@@ -133,10 +127,6 @@ impl Block for CrankTable {
             Rom { name, format: self.config.length, words }
         };
         vec![rom("radii", &self.radii), rom("slopes", &self.slopes)]
-    }
-
-    fn equations(&self) -> Option<&dyn AnyStep> {
-        Some(self)
     }
 
     fn reset(&mut self) -> Out<i64> {

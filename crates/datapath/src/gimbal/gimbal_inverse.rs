@@ -32,7 +32,7 @@ use crate::computation::Computation;
 use crate::config::within;
 use crate::listed::{Given, Listed};
 use crate::step::{equal, loads_first};
-use crate::{AnyStep, Block, ConfigError, Cordic, Generic, Lemma, Register, SquareRoot, Step, cordic, square_root};
+use crate::{Block, ConfigError, Cordic, Generic, Lemma, Register, SquareRoot, Step, cordic, square_root};
 
 hpu_signal::ports! {
     /// Inputs of the kinematics.
@@ -318,17 +318,11 @@ impl Step for GimbalInverse {
     }
 }
 
-impl Default for GimbalInverse {
-    fn default() -> Self {
-        Self::new(GimbalConfig::default()).expect("the data sheet's default")
-    }
-}
+crate::block::data_sheet!(GimbalInverse = Self::new(GimbalConfig::default()));
 
 impl Block for GimbalInverse {
     const NAME: &'static str = "gimbal_inverse";
-    const CLOCKED: bool = true;
-    type In<T> = In<T>;
-    type Out<T> = Out<T>;
+    crate::block::computing!(NONE);
 
     fn inputs(&self) -> In<Signal> {
         let length = |name, doc| Signal::new(name, self.config.length, "m", doc);
@@ -358,34 +352,6 @@ impl Block for GimbalInverse {
         let own = [("ANGLE_WIDTH", angle_width), ("LIMIT", limit), ("GUARD", guard), ("ROTATIONS", rotations)];
         let own = own.map(|(name, value)| (name, Generic::Integer(value.into())));
         self.config.generics().into_iter().chain(own).collect()
-    }
-
-    fn equations(&self) -> Option<&dyn AnyStep> {
-        Some(self)
-    }
-
-    fn reset(&mut self) -> Out<i64> {
-        self.computation.reset(NONE);
-        self.shown()
-    }
-
-    #[inline]
-    fn tick(&mut self, input: In<i64>) -> Out<i64> {
-        let started = self.started(&input);
-        self.computation.tick(started);
-        self.shown()
-    }
-
-    #[inline]
-    fn quiet(&self, input: &In<i64>) -> u64 {
-        self.computation.quiet(input.start != 0)
-    }
-
-    #[inline]
-    fn skip(&mut self, edges: u64, input: &In<i64>) {
-        debug_assert!(edges <= self.quiet(input));
-        let started = self.started(input);
-        self.computation.skip(edges, started);
     }
 }
 

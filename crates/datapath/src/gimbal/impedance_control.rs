@@ -25,7 +25,7 @@ use crate::config::{NATURAL, within};
 use crate::listed::{Given, Listed};
 use crate::phantom::words::{accept, limited, natural};
 use crate::step::in_machine;
-use crate::{AnyStep, Block, Combinational, ConfigError, Generic, Step};
+use crate::{Block, Combinational, ConfigError, Generic, Step};
 
 hpu_signal::ports! {
     /// Inputs of the controller.
@@ -141,17 +141,10 @@ impl Combinational for ImpedanceControl {
     }
 }
 
-impl Default for ImpedanceControl {
-    fn default() -> Self {
-        Self::new(ImpedanceConfig::default()).expect("the data sheet's default")
-    }
-}
+crate::block::data_sheet!(ImpedanceControl = Self::new(ImpedanceConfig::default()));
 
 impl Block for ImpedanceControl {
     const NAME: &'static str = "impedance_control";
-    const CLOCKED: bool = false;
-    type In<T> = In<T>;
-    type Out<T> = Out<T>;
 
     fn inputs(&self) -> In<Signal> {
         let ImpedanceConfig { length, force_width, stiffness, feedback, .. } = self.config;
@@ -194,26 +187,7 @@ impl Block for ImpedanceControl {
         .to_vec()
     }
 
-    fn equations(&self) -> Option<&dyn AnyStep> {
-        Some(self)
-    }
-
-    fn reset(&mut self) -> Out<i64> {
-        Out { drive: 0 }
-    }
-
-    #[inline]
-    fn tick(&mut self, input: In<i64>) -> Out<i64> {
-        self.eval(input).map(|port| port.word)
-    }
-
-    #[inline]
-    fn quiet(&self, _: &In<i64>) -> u64 {
-        u64::MAX
-    }
-
-    #[inline]
-    fn skip(&mut self, _: u64, _: &In<i64>) {}
+    crate::block::combinational!(self, input => self.eval(input).map(|port| port.word));
 }
 
 impl ImpedanceConfig {

@@ -28,7 +28,7 @@ use crate::law::ZERO;
 use crate::listed::{Given, Listed};
 use crate::part::Part;
 use crate::phantom::words::{accept, natural};
-use crate::{AnyStep, Block, ConfigError, Generic, Register, Step};
+use crate::{Block, ConfigError, Generic, Register, Step};
 
 hpu_signal::ports! {
     /// Inputs of the controller.
@@ -218,17 +218,11 @@ impl Step for ServoControl {
     }
 }
 
-impl Default for ServoControl {
-    fn default() -> Self {
-        Self::new(ServoConfig::default()).expect("the data sheet's default")
-    }
-}
+crate::block::data_sheet!(ServoControl = Self::new(ServoConfig::default()));
 
 impl Block for ServoControl {
     const NAME: &'static str = "servo_control";
-    const CLOCKED: bool = true;
-    type In<T> = In<T>;
-    type Out<T> = Out<T>;
+    crate::block::clocked!();
 
     fn inputs(&self) -> In<Signal> {
         let ServoConfig { count_width, proportional, derivative, .. } = self.config;
@@ -262,10 +256,6 @@ impl Block for ServoControl {
         ]
         .map(|(name, value)| natural(name, value))
         .to_vec()
-    }
-
-    fn equations(&self) -> Option<&dyn AnyStep> {
-        Some(self)
     }
 
     fn reset(&mut self) -> Out<i64> {

@@ -21,7 +21,7 @@ use crate::config::{COUNTER, WORD, within};
 use crate::countdown::Countdown;
 use crate::listed::{Given, Listed};
 use crate::step::counted_down;
-use crate::{AnyStep, Block, ConfigError, Generic, Register, Step};
+use crate::{Block, ConfigError, Generic, Register, Step};
 
 hpu_signal::ports! {
     /// Inputs of the register.
@@ -84,9 +84,7 @@ crate::block::data_sheet!(CommandRegister = Self::new(16, 24, 8));
 
 impl Block for CommandRegister {
     const NAME: &'static str = "command_register";
-    const CLOCKED: bool = true;
-    type In<T> = In<T>;
-    type Out<T> = Out<T>;
+    crate::block::clocked!();
 
     fn inputs(&self) -> In<Signal> {
         let command = |name, doc| Signal::new(name, self.command, "DAC count", doc);
@@ -113,10 +111,6 @@ impl Block for CommandRegister {
             natural("PERIOD_WIDTH", self.period.width()),
             natural("DELAY", self.delay),
         ]
-    }
-
-    fn equations(&self) -> Option<&dyn AnyStep> {
-        Some(self)
     }
 
     fn reset(&mut self) -> Out<i64> {

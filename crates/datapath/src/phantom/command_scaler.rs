@@ -86,8 +86,6 @@ impl Default for CommandScaler {
 
 impl Block for CommandScaler {
     const NAME: &'static str = "command_scaler";
-    type In<T> = In<T>;
-    type Out<T> = Out<T>;
 
     fn inputs(&self) -> In<Signal> {
         In {

@@ -109,8 +109,6 @@ crate::block::data_sheet!(CubeRoom = Self::new(&Formats::default(), 557_056));
 
 impl Block for CubeRoom {
     const NAME: &'static str = "cube_room";
-    type In<T> = In<T>;
-    type Out<T> = Out<T>;
 
     fn inputs(&self) -> In<Signal> {
         let position = |name, doc| Signal::new(name, self.position, "m", doc);

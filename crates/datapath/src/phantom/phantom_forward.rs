@@ -98,8 +98,6 @@ impl Default for PhantomForward {
 
 impl Block for PhantomForward {
     const NAME: &'static str = "phantom_forward";
-    type In<T> = In<T>;
-    type Out<T> = Out<T>;
 
     fn inputs(&self) -> In<Signal> {
         let trig = |name, doc| Signal::new(name, self.trig, "1", doc);

@@ -106,8 +106,6 @@ impl Default for PhantomTorque {
 
 impl Block for PhantomTorque {
     const NAME: &'static str = "phantom_torque";
-    type In<T> = In<T>;
-    type Out<T> = Out<T>;
 
     fn inputs(&self) -> In<Signal> {
         let Formats { trig, position, force, .. } = self.formats;

@@ -18,7 +18,7 @@ use crate::config::{COUNTER, WORD, within};
 use crate::countdown::Countdown;
 use crate::listed::{Given, Listed};
 use crate::step::counted_down;
-use crate::{AnyStep, Block, ConfigError, Generic, Register, Step};
+use crate::{Block, ConfigError, Generic, Register, Step};
 
 hpu_signal::ports! {
     /// Inputs of the register.
@@ -83,9 +83,7 @@ crate::block::data_sheet!(SampleRegister = Self::new(16, 24));
 
 impl Block for SampleRegister {
     const NAME: &'static str = "sample_register";
-    const CLOCKED: bool = true;
-    type In<T> = In<T>;
-    type Out<T> = Out<T>;
+    crate::block::clocked!();
 
     fn inputs(&self) -> In<Signal> {
         let position = |name, doc| Signal::new(name, Format::unsigned(self.count.width()), "count", doc);
@@ -108,10 +106,6 @@ impl Block for SampleRegister {
 
     fn generics(&self) -> Vec<(&'static str, Generic)> {
         vec![natural("WIDTH", self.count.width()), natural("PERIOD_WIDTH", self.period.width())]
-    }
-
-    fn equations(&self) -> Option<&dyn AnyStep> {
-        Some(self)
     }
 
     fn reset(&mut self) -> Out<i64> {

@@ -33,8 +33,8 @@ impl Scalar for f64 {
 
 /// `Dynamics` describe the links of an arm with three joints, each with a motor. A mechanism that implements this trait
 /// moves: [`Arm::of`](super::Arm::of) makes it flow by its Taylor series and move in steps, with the friction, motors
-/// and transmissions of its [`Joints`](super::Joints). Implemented by [`ArmModel`](super::ArmModel) and
-/// [`Gimbal`](super::Gimbal).
+/// and transmissions of its [`Joints`](super::Joints). Implemented by [`ArmModel`](super::ArmModel) and by
+/// every other mechanism of this module.
 ///
 /// A pendulum about joint 1, whose other joints turn wheels:
 ///

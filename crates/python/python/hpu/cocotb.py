@@ -17,7 +17,6 @@ from ._errors import ArgumentError, EndError
 
 __all__ = ["close", "put"]
 
-
 # What an axis tells beside the pins. A signal of this name inside a design is no port for it.
 _BESIDE = ["index", "count", "contact"]
 

@@ -158,20 +158,11 @@ impl Vectors {
 
     /// Returns decimal values (in units of each word's least significant bit) under a line of column names.
     pub fn to_csv(&self) -> String {
-        self.csv_from(0)
-    }
-
-    /// Returns the outputs alone, in the format of [`to_csv`](Self::to_csv).
-    pub fn outputs_to_csv(&self) -> String {
-        self.csv_from(self.header.inputs.len())
-    }
-
-    fn csv_from(&self, first: usize) -> String {
-        let columns: Vec<_> = self.header.columns().skip(first).collect();
+        let columns: Vec<_> = self.header.columns().collect();
         let names: Vec<_> = columns.iter().map(|column| column.name).collect();
         let mut text = names.join(",") + "\n";
         for row in &self.rows {
-            let cells = columns.iter().zip(&row[first..]);
+            let cells = columns.iter().zip(row);
             let values: Vec<_> = cells.map(|(column, &word)| column.format.value(word).to_string()).collect();
             text += &(values.join(",") + "\n");
         }

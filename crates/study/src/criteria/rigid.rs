@@ -28,28 +28,18 @@ pub struct Rigid {
     pub wall_damping_nm_s_per_rad: f64,
 }
 
-/// The behaviour of a wall, by the energy that a quantum and a sample generate.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Region {
-    /// The wall is passive at every speed.
-    Passive,
-    /// The motion settles from below the critical speed, and grows beyond it.
-    LocallyStable,
-    /// The motion goes on without end, no faster than the critical speed.
-    LimitCycle,
-    /// The motion grows at every speed.
-    Unstable,
-}
-
-impl Region {
-    /// Returns the region's name.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Passive => "passive",
-            Self::LocallyStable => "locally stable",
-            Self::LimitCycle => "limit cycle",
-            Self::Unstable => "unstable",
-        }
+hpu_signal::named! {
+    /// The behaviour of a wall, by the energy that a quantum and a sample generate.
+    #[derive(Clone, Copy, PartialEq, Eq, Debug)]
+    pub enum Region {
+        /// The wall is passive at every speed.
+        Passive = "passive",
+        /// The motion settles from below the critical speed, and grows beyond it.
+        LocallyStable = "locally stable",
+        /// The motion goes on without end, no faster than the critical speed.
+        LimitCycle = "limit cycle",
+        /// The motion grows at every speed.
+        Unstable = "unstable",
     }
 }
 

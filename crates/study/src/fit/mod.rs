@@ -16,7 +16,7 @@
 //!    the change that each of them makes does not grow;
 //! 4. it is within the tolerance, with the same verdict, in the neighbouring scenes: the wall 5 % softer and stiffer,
 //!    and moved either way by up to 7.5 counts, so that each time a contact meets the sampling in another phase and
-//!    fixed-point words meet another count; of a segment on a gimbal its mass, spring and pad 5 % less and more;
+//!    fixed-point words meet another count; of a device without a wall its other parts, 5 % less and more;
 //! 5. where the verdict's rms is between half of its limit and twice its limit, in the scene itself or in a
 //!    neighbouring one, the next longer step of its ladder would do as well.
 //!

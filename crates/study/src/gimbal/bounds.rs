@@ -8,7 +8,7 @@
 use std::f64::consts::PI;
 
 use hpu_cosim::scene::GimbalScene;
-use hpu_cosim::{GimbalSimulation, TheLoop, Wired};
+use hpu_cosim::{GimbalSimulation, Wired};
 use hpu_datapath::gimbal::{GimbalConfig, GimbalInverse};
 use hpu_datapath::{ConfigError, Instance, Register, flatten};
 use hpu_plant::arm::Gimbal;
@@ -33,8 +33,8 @@ const TRAVEL: &str = "the segment tilts by at most 55 degrees, and the crank sta
 /// The reason why nothing can be proved: words that do not fit, or make no datapath.
 pub(super) fn proof(scene: &GimbalScene) -> Result<Proof, String> {
     let simulation = GimbalSimulation::new(scene).map_err(|error| error.to_string())?;
-    let TheLoop::Gimbal(wiring) = simulation.wiring() else { return Err("it has no loop of a gimbal".into()) };
-    let (nets, instances) = (wiring.wiring().nets(), wiring.wiring().instances());
+    let wiring = simulation.wiring();
+    let (nets, instances) = (wiring.nets(), wiring.instances());
     let errors = joint_errors(&scene.method.config.gimbal).map_err(|error| error.to_string())?;
     let (rows, tables) = Affine::on_a_sheet(|| {
         // No counter of the loop turns over, so none is read through its difference.

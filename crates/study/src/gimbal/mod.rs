@@ -3,14 +3,15 @@
 mod bounds;
 mod criteria;
 mod models;
+mod page;
 mod switches;
 mod touch;
 
-use hpu_cosim::Trace;
 use hpu_cosim::scene::{GimbalScene, Scene};
+use hpu_cosim::{Simulation, Trace};
 
 use crate::accuracy::Contestant;
-use crate::device::{Device, Reach};
+use crate::device::{Device, Reach, SwitchWatch, ToldLimits};
 use crate::fit::Simplifications;
 use crate::tables::Tables;
 use crate::widths::proof::Proof;
@@ -59,6 +60,19 @@ impl Device for GimbalScene {
         Err("a search varies keys of widths, of which a gimbal's scene has none; hpu widths without --search proves \
              and measures its words"
             .into())
+    }
+
+    fn told_limits(&self, scene: &str) -> Option<ToldLimits> {
+        let page = TouchLimits::of(self).map(|found| page::page(scene, &self.name, &found));
+        Some(ToldLimits { of: "a gimbal", page })
+    }
+
+    fn predictions(&self) -> Result<Vec<(&'static str, bool)>, String> {
+        Ok(NAMES.into_iter().zip(Criteria::of(self)?.fails()).collect())
+    }
+
+    fn switches(&self, simulation: &dyn Simulation) -> Option<Box<dyn SwitchWatch>> {
+        Some(Box::new(Switches::of(self, simulation)))
     }
 
     fn bounds(&self) -> Result<Proof, String> {

@@ -5,6 +5,8 @@ use hpu_cosim::{RADIUS, Simulation};
 use hpu_plant::arm::Gimbal;
 use hpu_signal::{Cycle, Observe};
 
+use crate::device::{SwitchWatch, Switching};
+
 /// Watches the switches of a run; see [`Observe`].
 #[derive(Clone, PartialEq, Debug)]
 pub struct Switches {
@@ -35,7 +37,7 @@ const TORQUE: usize = 8;
 
 impl Switches {
     /// Returns the watch of a simulation's run.
-    pub fn of(scene: &GimbalScene, simulation: &impl Simulation) -> Self {
+    pub fn of(scene: &GimbalScene, simulation: &(impl Simulation + ?Sized)) -> Self {
         let nets = simulation.nets();
         let index = |name| nets.iter().position(|net| net.name == name).expect("a net of the gimbal's loops");
         let full = f64::from(1u32 << (scene.method.config.impedance.drive_width - 1));
@@ -59,6 +61,12 @@ impl Switches {
     /// switch there. At rest a drive gives none, so it is what the switching costs.
     pub fn energy_j(&self) -> Option<f64> {
         (self.judged > 0).then(|| self.work_j / self.judged as f64)
+    }
+}
+
+impl SwitchWatch for Switches {
+    fn switching(&self) -> Switching {
+        Switching { count: self.count, bump_n: self.bump_n, switch_j: self.energy_j() }
     }
 }
 

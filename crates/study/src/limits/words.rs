@@ -11,15 +11,17 @@ pub struct Seen {
     pub settled: u32,
 }
 
-/// The behaviour that neighbouring stiffnesses share.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Group {
-    /// The stiffnesses settle at every phase.
-    All,
-    /// The stiffnesses settle at some phases.
-    Some,
-    /// The stiffnesses settle at no phase.
-    None,
+hpu_signal::named! {
+    /// The behaviour that neighbouring stiffnesses share.
+    #[derive(Clone, Copy, PartialEq, Eq, Debug)]
+    pub enum Group {
+        /// The stiffnesses settle at every phase.
+        All = "all",
+        /// The stiffnesses settle at some phases.
+        Some = "some",
+        /// The stiffnesses settle at no phase.
+        None = "none",
+    }
 }
 
 /// The behaviour of a scene in fixed-point words, over stiffnesses and phases of its contact.
@@ -144,15 +146,6 @@ impl Group {
             0 => Self::None,
             all if all == phases => Self::All,
             _ => Self::Some,
-        }
-    }
-
-    /// Returns the group's name.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::All => "all",
-            Self::Some => "some",
-            Self::None => "none",
         }
     }
 }

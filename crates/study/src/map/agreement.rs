@@ -1,9 +1,9 @@
 //! How well the criteria of a switched touch predict a map's outcomes.
 
-use hpu_cosim::scene::{Experiment, OutcomeKind};
+use hpu_cosim::scene::OutcomeKind;
 
 use super::{Found, Map, nearest};
-use crate::gimbal::{Criteria, NAMES};
+use crate::devices::device;
 
 /// The agreement of a criterion with the outcomes of a layer, in cells. A touch fails if it does not settle, or if its
 /// control goes on switching in the judged window, however small the motion is.
@@ -17,17 +17,13 @@ pub struct Agreement {
     pub holding: [usize; 2],
 }
 
-/// Returns for a cell whether each criterion predicts that it fails, in the order of [`NAMES`].
+/// Returns of a cell each criterion with whether it predicts that the cell fails.
 ///
 /// # Errors
 ///
 /// Returns as text why the criteria say nothing of this cell.
-pub fn predicted(map: &Map, index: usize) -> Result<[bool; NAMES.len()], String> {
-    match map.experiment(map.point(index)) {
-        Ok(Experiment::Gimbal(scene)) => Criteria::of(&scene).map(|criteria| criteria.fails()),
-        Ok(_) => Err("the criteria speak of a gimbal, which this is not".into()),
-        Err(error) => Err(error.to_string()),
-    }
+pub fn predicted(map: &Map, index: usize) -> Result<Vec<(&'static str, bool)>, String> {
+    device(&map.experiment(map.point(index)).map_err(|error| error.to_string())?).predictions()
 }
 
 /// Returns the agreement of each criterion with a layer. Cells that failed to run, or of which the criteria say
@@ -37,26 +33,32 @@ pub fn predicted(map: &Map, index: usize) -> Result<[bool; NAMES.len()], String>
 ///
 /// Returns the first reason if the criteria say nothing of any cell.
 pub fn agreements(map: &Map, found: &[Found], method: usize) -> Result<Vec<Agreement>, String> {
-    let mut all = NAMES.map(|name| Agreement { name, failing: [0; 2], holding: [0; 2] });
+    let mut all: Vec<Agreement> = Vec::new();
     let mut refused = None;
     let mut judged = false;
     for index in method * map.layer()..(method + 1) * map.layer() {
-        match (predicted(map, index), nearest(found, index)) {
-            (Ok(fails), Some(cell)) => {
-                judged = true;
-                let holds = cell.outcome == OutcomeKind::Settled
-                    && cell.switching.as_ref().is_none_or(|switching| switching.switch_j.is_none());
-                for (agreement, fails) in all.iter_mut().zip(fails) {
-                    let cells = if holds { &mut agreement.holding } else { &mut agreement.failing };
-                    *cells = [cells[0] + 1, cells[1] + usize::from(fails)];
-                }
+        let predictions = match predicted(map, index) {
+            Ok(predictions) => predictions,
+            Err(why) => {
+                refused = refused.or(Some(why));
+                continue;
             }
-            (Ok(_), None) => {}
-            (Err(why), _) => refused = refused.or(Some(why)),
+        };
+        if all.is_empty() {
+            all = predictions.iter().map(|(name, _)| Agreement { name, failing: [0; 2], holding: [0; 2] }).collect();
+        }
+        if let Some(cell) = nearest(found, index) {
+            judged = true;
+            let holds = cell.outcome == OutcomeKind::Settled
+                && cell.switching.as_ref().is_none_or(|switching| switching.switch_j.is_none());
+            for (agreement, (_, fails)) in all.iter_mut().zip(predictions) {
+                let cells = if holds { &mut agreement.holding } else { &mut agreement.failing };
+                *cells = [cells[0] + 1, cells[1] + usize::from(fails)];
+            }
         }
     }
     match refused {
         Some(why) if !judged => Err(why),
-        _ => Ok(all.into()),
+        _ => Ok(all),
     }
 }

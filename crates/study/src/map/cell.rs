@@ -11,7 +11,8 @@ use hpu_cosim::{AnySimulation, Control, Driver, Simulation, Summary, Trace, Verd
 use hpu_signal::Observe;
 
 use super::unseen::unseen_contact;
-use crate::gimbal::Switches;
+use crate::device::Switching;
+use crate::devices::device;
 use crate::watch::limited;
 
 /// The result of a cell; positions in rad, of a mass or an arm in m.
@@ -43,7 +44,7 @@ pub struct Cell {
     pub stiffness_error: Option<f64>,
     /// Share of the clock edges at which the net that overflowed most had overflowed.
     pub overflow_share: f64,
-    /// The switches of a gimbal's control; `None` of another device.
+    /// The switches of a control; `None` of a device whose control does not switch.
     pub switching: Option<Box<Switching>>,
     /// Number of clock edges that were run.
     pub edges: u64,
@@ -65,31 +66,9 @@ impl Displayed {
     }
 }
 
-/// The switches of the control of a gimbal's crank.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Switching {
-    /// Their number in the whole run.
-    pub count: u64,
-    /// The greatest leap of the crank's drive at a switch, as a force in N at the tip of a segment that rests.
-    pub bump_n: f64,
-    /// Energy that the crank's drive gave per switch in the judged window, in J; `None` without a switch there.
-    pub switch_j: Option<f64>,
-}
-
-/// Names of the outcomes, as in a scene's `[expect]`.
-pub const OUTCOMES: [(OutcomeKind, &str); 7] = [
-    (OutcomeKind::Settled, "settled"),
-    (OutcomeKind::LimitCycle, "limit_cycle"),
-    (OutcomeKind::Diverged, "diverged"),
-    (OutcomeKind::Tracking, "tracking"),
-    (OutcomeKind::Passive, "passive"),
-    (OutcomeKind::NonPassive, "non_passive"),
-    (OutcomeKind::HighlyUnstable, "highly_unstable"),
-];
-
 /// Returns the name of a cell's outcome; `failed` for a cell without one.
 pub fn outcome_name(outcome: Option<OutcomeKind>) -> &'static str {
-    OUTCOMES.iter().find(|(kind, _)| Some(*kind) == outcome).map_or("failed", |(_, name)| name)
+    outcome.map_or("failed", OutcomeKind::name)
 }
 
 /// How far a cell is run.
@@ -176,7 +155,7 @@ impl Cell {
         };
         let known = |text: &str| if text.is_empty() { Some(None) } else { text.parse().ok().map(Some) };
         Some(Self {
-            outcome: OUTCOMES.iter().find(|(_, name)| *name == outcome)?.0,
+            outcome: OutcomeKind::ALL.into_iter().find(|kind| kind.name() == outcome)?,
             rms: known(rms)?,
             amplitude: known(amplitude)?,
             frequency_hz: known(frequency)?,
@@ -214,15 +193,12 @@ impl Cell {
         }
         let mut trace = simulation.brief_trace();
         let CellLimits { events, guard } = limits;
-        let mut switches = match experiment {
-            Experiment::Gimbal(scene) => Some(Switches::of(scene, &simulation)),
-            _ => None,
-        };
+        let mut switches = device(experiment).switches(&simulation);
         let mut nothing = ();
         let run = |own: &Control| match &simulation {
             AnySimulation::Ours(ours) => {
                 let observer: &mut dyn Observe = match &mut switches {
-                    Some(switches) => switches,
+                    Some(switches) => &mut **switches,
                     None => &mut nothing,
                 };
                 Ok(ours.run(Driver::Events, &mut trace, observer, own))
@@ -269,10 +245,7 @@ impl Cell {
             stiffness_error: stiffness_error(experiment),
             overflow_share: summary.nets.iter().map(|net| net.usage.overflowed).max().unwrap_or(0) as f64
                 / summary.edges.max(1) as f64,
-            switching: switches.as_ref().map(|switches| {
-                let (count, bump_n) = (switches.count, switches.bump_n);
-                Box::new(Switching { count, bump_n, switch_j: switches.energy_j() })
-            }),
+            switching: switches.map(|switches| Box::new(switches.switching())),
             edges: summary.edges,
         }))
     }

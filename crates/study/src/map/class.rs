@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use hpu_cosim::scene::OutcomeKind;
 
-use super::{Cell, Found, OUTCOMES, nearest, outcome_name};
+use super::{Cell, Found, nearest, outcome_name};
 
 /// The class of a cell that was run. Boundaries run between cells of different classes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -24,7 +24,7 @@ impl Class {
 
 /// Returns all classes; the last, `None`, is that of a failed cell.
 pub fn classes() -> impl Iterator<Item = Option<Class>> {
-    let outcomes = OUTCOMES.iter().map(|(kind, _)| Some(Class::Outcome(*kind)));
+    let outcomes = OutcomeKind::ALL.into_iter().map(|kind| Some(Class::Outcome(kind)));
     outcomes.chain([Some(Class::WallNotReached), None])
 }
 

@@ -23,10 +23,11 @@ use std::io;
 use hpu_cosim::Simulation;
 use hpu_cosim::scene::{Datapath, Experiment, OutcomeKind, SceneError};
 
+pub use crate::device::Switching;
 pub use agreement::{Agreement, agreements, predicted};
 pub use axis::Axis;
 pub(crate) use cell::more_events;
-pub use cell::{Cell, CellLimits, Displayed, OUTCOMES, Switching, displayed_stiffness, outcome_name, product_wraps};
+pub use cell::{Cell, CellLimits, Displayed, displayed_stiffness, outcome_name, product_wraps};
 pub use class::is_unseen;
 pub use class::{Class, class_name, classes, unseen, wrapped};
 pub use curves::{Curve, Curves};

@@ -9,7 +9,7 @@ use toml_edit::{Item, TableLike, Value};
 
 use super::comparison::{Claim, Comparison, Found, Line, Shown, claimed};
 use super::file::{At, File, FileErrors, join, start};
-use super::measure::{Asked, Load, MEASURES, Measure, Taken, Takes, Velocities};
+use super::measure::{Asked, Load, Measure, Taken, Takes, Velocities, measures};
 use super::summing::Statement;
 use super::template::{Template, Values, figure};
 use super::vary::{Variables, whole, written};
@@ -234,12 +234,12 @@ impl Lines<'_, '_> {
     fn part(&mut self, name: &str, item: &Item, vars: &Variables) -> Option<Part> {
         let path = join("group.line.measure", name);
         let at = At { key: &path, byte: start(item.span()) };
-        let names = MEASURES.iter().map(|measure| measure.name).collect::<Vec<_>>();
+        let names = measures().map(|measure| measure.name).collect::<Vec<_>>();
         let Some(table) = item.as_table_like() else {
             return self.file.refused(at, "write a table, as in { measure = \"run\", scene = \"hybrid-wall\" }");
         };
         let kind = self.file.string(table, at, "measure", vars, true);
-        let Some(measure) = MEASURES.iter().find(|measure| measure.name == kind) else {
+        let Some(measure) = measures().find(|measure| measure.name == kind) else {
             let reason = format!("no measure \"{kind}\"; one of {}{}", names.join(", "), did_you_mean(&kind, &names));
             return self.file.refused(at, reason);
         };

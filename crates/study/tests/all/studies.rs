@@ -6,7 +6,7 @@ use hpu_cosim::Control;
 use hpu_cosim::scene::{Experiment, shipped};
 use hpu_study::formula::Formula;
 use hpu_study::studies::comparison::sums;
-use hpu_study::studies::measure::MEASURES;
+use hpu_study::studies::measure::measures;
 use hpu_study::studies::summing::Finding;
 use hpu_study::studies::template::{Template, Value, Values};
 use hpu_study::studies::{Study, read};
@@ -281,7 +281,7 @@ fn sections_of_verbs_stand_in_the_order_of_the_file() {
 #[test]
 fn every_measure_gives_every_value_that_it_names() {
     // The measures of a wall, over the shortest scene that each takes; the values of an option need the option.
-    for measure in &MEASURES {
+    for measure in measures() {
         let options = match measure.name {
             "run" => ", press = [0.01, 0.02], after = 0.01",
             "apart" => ", other = ['wall.stiffness=2 kN/m'], after = 0.01",

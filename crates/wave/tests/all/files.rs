@@ -1,4 +1,4 @@
-//! Waveform files: their ends, their errors, and the files of a logic analyser.
+//! Waveform files: their ends and their errors.
 
 use std::io::{self, Cursor, Seek, SeekFrom, Write};
 
@@ -196,49 +196,6 @@ fn an_fst_can_be_read_from_the_middle() {
         }
     }
     assert!(starts.len() > 10, "{starts:?}");
-}
-
-#[test]
-fn the_words_of_a_run_are_not_changed_by_a_net_that_the_file_does_not_show() {
-    let layout = Layout::analyser(&wiring(), &[("b_pin", "B")]).expect("a net");
-    let mut vcd = Vcd::new(Vec::new(), &layout, clock()).expect("memory");
-    let mut words = alternating(0);
-    vcd.nets(Cycle(0), &words);
-    words[0] = 1;
-    vcd.nets(Cycle(1), &words);
-    words[1] = 1;
-    vcd.nets(Cycle(2), &words);
-    let text = String::from_utf8(vcd.finish(Cycle(3)).expect("memory")).expect("ASCII");
-    let (_, changes) = text.split_once("$enddefinitions $end\n").expect("a header");
-    assert_eq!(changes, "#0\n0\"\n#4\n1\"\n#6\n");
-}
-
-#[test]
-fn an_analyser_shows_its_channels_under_their_own_names() {
-    let layout = Layout::analyser(&wiring(), &[("a_pin", "A"), ("b_pin", "B")]).expect("nets");
-    let vcd = Vcd::new(Vec::new(), &layout, clock()).expect("memory");
-    let text = String::from_utf8(vcd.finish(Cycle(0)).expect("memory")).expect("ASCII");
-    let header = [
-        "$comment",
-        "    Acquisition with 2/2 channels at 50 MHz",
-        "$end",
-        "$timescale 10 ns $end",
-        "$scope module libsigrok $end",
-        "$var wire 1 ! A $end",
-        "$var wire 1 \" B $end",
-        "$upscope $end",
-        "$enddefinitions $end",
-        "#0",
-        "#2",
-        "",
-    ];
-    assert!(text.ends_with(&header.join("\n")), "{text}");
-}
-
-#[test]
-fn an_unknown_net_is_refused_with_those_there_are() {
-    let error = Layout::analyser(&wiring(), &[("a_pim", "A")]).expect_err("no such net");
-    assert!(error.to_string().starts_with("there is no net `a_pim`; there are a_pin, b_pin, reference, "), "{error}");
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! The GTKWave save file names every variable of the waveform once, in groups that are closed again.
 
-use hpu_cosim::GIMBAL_REALS;
-use hpu_datapath::gimbal::{GimbalLoop, GimbalShearLoop};
+use hpu_cosim::WiredSimulation;
+use hpu_cosim::scene::shipped;
 use hpu_datapath::{ConventionalLoop, HybridLoop, LoopConfig};
 use hpu_signal::{Clock, Cycle, Format, Real};
 use hpu_wave::{Layout, gtkw};
@@ -14,6 +14,13 @@ fn save(layout: &Layout) -> String {
 
 fn config() -> LoopConfig {
     LoopConfig { stiffness: Format::new(false, 8, 4).expect("12 bits"), ..LoopConfig::default() }
+}
+
+/// Returns the layout of a shipped scene.
+fn of_scene(name: &str) -> Layout {
+    let shipped = shipped().iter().find(|scene| scene.name == name).expect("a shipped scene");
+    let scene = shipped.parse(&[]).expect("a scene");
+    Layout::of(&WiredSimulation::new(&scene).expect("it is made ready"))
 }
 
 /// Returns the names of the traces, without the aliases under which they are shown.
@@ -33,8 +40,8 @@ fn before<'a>(save: &'a str, trace: &str) -> [&'a str; 2] {
 fn each_net_and_each_output_of_the_plant_has_one_trace() {
     let hybrid = Layout::new(&HybridLoop::new(config()).expect("valid"), &REALS);
     let conventional = Layout::new(&ConventionalLoop::new(config()).expect("valid"), &REALS);
-    let gimbal = Layout::new(&GimbalLoop::default(), &GIMBAL_REALS);
-    let sheared = Layout::new(&GimbalShearLoop::default(), &GIMBAL_REALS);
+    let gimbal = of_scene("gimbal-spring");
+    let sheared = of_scene("gimbal-shear");
     for layout in [hybrid, conventional, gimbal, sheared] {
         let save = save(&layout);
         let mut found = traces(&save);
@@ -74,7 +81,7 @@ fn groups_open_and_close_in_the_order_of_the_signal_flow() {
 
 #[test]
 fn a_gimbals_groups_are_target_servos_and_switch() {
-    let save = save(&Layout::new(&GimbalLoop::default(), &GIMBAL_REALS));
+    let save = save(&of_scene("gimbal-spring"));
     assert_eq!(grouped(&save), [["-Target", "-Servos", "-Switch", "-Other", PLANT]; 2]);
     let place = |trace: &str| save.find(trace).unwrap_or_else(|| panic!("{trace}"));
     assert!(place("-Target") < place("gimbal_loop.x[") && place("gimbal_loop.rest[") < place("-Servos"));
@@ -106,13 +113,6 @@ fn the_window_opens_on_the_span() {
     let pixels = 50_000.0 * 20.0 / (-zoom).exp2() * 200.0;
     // 1500 pixels less a tree of 280 and names of 340 leave 880 for the waves and their frame.
     assert!((800.0..880.0).contains(&pixels), "{pixels} pixels");
-}
-
-#[test]
-fn an_analyser_has_a_trace_a_channel() {
-    let hybrid = HybridLoop::new(config()).expect("valid");
-    let layout = Layout::analyser(&hybrid, &[("a_pin", "A"), ("b_pin", "B")]).expect("nets");
-    assert_eq!(traces(&save(&layout)), ["libsigrok.A", "libsigrok.B"]);
 }
 
 #[test]

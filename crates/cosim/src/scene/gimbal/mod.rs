@@ -2,7 +2,9 @@
 //! position control, stiffness by impedance control of the crank.
 
 mod read;
+pub(super) mod rows;
 mod shear;
+pub(super) mod shipped;
 mod target;
 
 pub(super) use read::scene;
@@ -274,14 +276,6 @@ impl Setup for GimbalScene {
 
     fn outputs(&self) -> &'static [Output] {
         &OUTPUTS
-    }
-
-    fn wall_position(&self) -> f64 {
-        0.0
-    }
-
-    fn stiffness_error(&self) -> Option<f64> {
-        self.stiffness_miss().map(|miss| miss.error)
     }
 
     fn stiffness_miss(&self) -> Option<Miss> {

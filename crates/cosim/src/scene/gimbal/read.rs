@@ -7,13 +7,14 @@ use hpu_signal::Format;
 
 use super::super::expect::{Expect, Metric};
 use super::super::head::{Own, about};
-use super::super::keys::{self, Key, Quantity};
+use super::super::keys::{Key, Quantity};
 use super::super::parameter::{Origin, ParameterValue};
 use super::super::quantity::{ANGLE, Dimension, FREQUENCY, LENGTH, Sense, TIME};
 use super::super::read::{clock, expect};
 use super::super::read_model::step;
 use super::super::section::Section;
 use super::super::source::{SceneError, Source};
+use super::rows;
 use super::{
     ForceSensor, GimbalMethod, GimbalModel, GimbalScene, PositionGains, Posture, Probe, Servo, Shear, Target,
     TargetKind, Thresholds,
@@ -24,9 +25,9 @@ use crate::random::SplitMix64;
 /// The head of a scene of a gimbal.
 const OWN: Own = Own {
     kind: "gimbal",
-    plant_rate: &keys::record_gimbal::plant_rate,
+    plant_rate: &rows::record_gimbal::plant_rate,
     expect: gimbal_expect,
-    outputs: &keys::accuracy_gimbal::outputs,
+    outputs: &rows::accuracy_gimbal::outputs,
 };
 
 pub(crate) fn scene(file: &str, source: &Source) -> Result<GimbalScene, SceneError> {
@@ -36,14 +37,14 @@ pub(crate) fn scene(file: &str, source: &Source) -> Result<GimbalScene, SceneErr
     let clock = clock(&root.section("clock")?)?;
     let gimbal = device(&root.section("device")?)?;
     let tilt_servo = {
-        use keys::tilt_servo as key;
+        use rows::tilt_servo as key;
         servo(
             &root.section("tilt_servo")?,
             [&key::stall_torque, &key::no_load_speed, &key::inertia, &key::coulomb, &key::rate],
         )?
     };
     let crank_servo = {
-        use keys::crank_servo as key;
+        use rows::crank_servo as key;
         servo(
             &root.section("crank_servo")?,
             [&key::stall_torque, &key::no_load_speed, &key::inertia, &key::coulomb, &key::rate],
@@ -60,7 +61,7 @@ pub(crate) fn scene(file: &str, source: &Source) -> Result<GimbalScene, SceneErr
         shear,
         method: method(&root.section("method")?, &gimbal, &crank_servo, &force_sensor, (latched, bumpless, decay))?,
         target: target(&root.section("target")?, head.run.duration_s, head.run.seed)?,
-        stiffness_n_per_m: surface.read(&keys::surface::stiffness)?,
+        stiffness_n_per_m: surface.read(&rows::surface::stiffness)?,
         thresholds: switch,
         probe: if root.has("finger") { Some(probe(&finger)?) } else { None },
         model: model(&root.section("model")?)?,
@@ -79,7 +80,7 @@ pub(crate) fn scene(file: &str, source: &Source) -> Result<GimbalScene, SceneErr
 }
 
 fn device(s: &Section) -> Result<Gimbal, SceneError> {
-    use keys::gimbal as key;
+    use rows::gimbal as key;
     s.accept(&["gimbal"])?;
     let gimbal = Gimbal {
         crank_m: s.read(&key::crank)?,
@@ -111,7 +112,7 @@ fn servo(s: &Section, keys: [&'static Key<Quantity>; 5]) -> Result<Servo, SceneE
 }
 
 fn force_sensor(s: &Section) -> Result<ForceSensor, SceneError> {
-    use keys::force_sensor as key;
+    use rows::force_sensor as key;
     s.accept(&[])?;
     Ok(ForceSensor {
         full_scale_n: s.read(&key::full_scale)?,
@@ -121,7 +122,7 @@ fn force_sensor(s: &Section) -> Result<ForceSensor, SceneError> {
 }
 
 fn switch(s: &Section) -> Result<(Thresholds, bool, bool, u32), SceneError> {
-    use keys::switch as key;
+    use rows::switch as key;
     s.accept(&[])?;
     let on_n = s.read(&key::on)?;
     let off_n = s.read_or(&key::off, on_n, Origin::Default)?;
@@ -132,7 +133,7 @@ fn switch(s: &Section) -> Result<(Thresholds, bool, bool, u32), SceneError> {
 }
 
 fn shear(s: &Section) -> Result<Shear, SceneError> {
-    use keys::shear as key;
+    use rows::shear as key;
     s.accept(&[])?;
     Ok(Shear {
         order: Shear::fraction(s.read(&key::order)?),
@@ -164,7 +165,7 @@ fn method(
     force: &ForceSensor,
     (latched, bumpless, decay): (bool, bool, u32),
 ) -> Result<GimbalMethod, SceneError> {
-    use keys::method_gimbal as key;
+    use rows::method_gimbal as key;
     s.accept(&["gimbal"])?;
     let gains = |proportional: &'static Key<Quantity>, derivative: &'static Key<Quantity>| {
         Ok(PositionGains { proportional: s.read(proportional)?, derivative_s: s.read(derivative)? })
@@ -252,16 +253,16 @@ fn in_time<const N: usize>(s: &Section, points: &[[f64; N]]) -> Result<(), Scene
 }
 
 fn target(s: &Section, duration_s: f64, seed: u64) -> Result<Target, SceneError> {
-    let kind = s.read(&keys::target::kind)?;
+    let kind = s.read(&rows::target::kind)?;
     s.accept(&[kind.name()])?;
-    let rate_hz = s.read(&keys::target_rate::rate)?;
+    let rate_hz = s.read(&rows::target_rate::rate)?;
     let still = |height_m: f64| vec![(0.0, [height_m, 0.0, 0.0])];
     let waves = [Vec::new(), Vec::new(), Vec::new()];
     Ok(match kind {
         TargetKind::Path => {
             let kinds =
                 [(&TIME, Sense::NotNegative), (&LENGTH, Sense::Any), (&ANGLE, Sense::Any), (&ANGLE, Sense::Any)];
-            let points = lists(s, "path", keys::TARGET_PATH, kinds)?;
+            let points = lists(s, "path", rows::TARGET_PATH, kinds)?;
             in_time(s, &points)?;
             let points = points.into_iter().map(|[time_s, height, pitch, roll]| (time_s, [height, pitch, roll]));
             Target { points: points.collect(), is_smooth: false, waves, rate_hz }
@@ -272,15 +273,15 @@ fn target(s: &Section, duration_s: f64, seed: u64) -> Result<Target, SceneError>
                 if s.has(name) { lists(s, name, accepted, kinds) } else { Ok(Vec::new()) }
             };
             let waves = [
-                read("height", keys::LENGTH_WAVES, &LENGTH)?,
-                read("pitch", keys::ANGLE_WAVES, &ANGLE)?,
-                read("roll", keys::ANGLE_WAVES, &ANGLE)?,
+                read("height", rows::LENGTH_WAVES, &LENGTH)?,
+                read("pitch", rows::ANGLE_WAVES, &ANGLE)?,
+                read("roll", rows::ANGLE_WAVES, &ANGLE)?,
             ];
-            Target { points: still(s.read(&keys::target_middle::middle)?), is_smooth: false, waves, rate_hz }
+            Target { points: still(s.read(&rows::target_middle::middle)?), is_smooth: false, waves, rate_hz }
         }
         TargetKind::Random => {
-            use keys::target_random as key;
-            let middle_m = s.read(&keys::target_middle::middle)?;
+            use rows::target_random as key;
+            let middle_m = s.read(&rows::target_middle::middle)?;
             let interval_s = s.read(&key::interval)?;
             let (range_m, tilt_rad, profile) =
                 (s.read(&key::height_range)?, s.read(&key::tilt)?, s.read(&key::profile)?);
@@ -293,10 +294,10 @@ fn target(s: &Section, duration_s: f64, seed: u64) -> Result<Target, SceneError>
 }
 
 fn probe(s: &Section) -> Result<Probe, SceneError> {
-    use keys::finger as key;
+    use rows::finger as key;
     s.accept(&[])?;
     let finger = Finger { stiffness_n_per_m: s.read(&key::stiffness)?, damping_n_s_per_m: s.read(&key::damping)? };
-    let points = lists(s, "path", keys::FINGER_PATH, [(&TIME, Sense::NotNegative), (&LENGTH, Sense::Any)])?;
+    let points = lists(s, "path", rows::FINGER_PATH, [(&TIME, Sense::NotNegative), (&LENGTH, Sense::Any)])?;
     in_time(s, &points)?;
     let speeds = points.windows(2).map(|pair| ((pair[1][1] - pair[0][1]) / (pair[1][0] - pair[0][0])).abs());
     let fastest = speeds.fold(0.0, f64::max);
@@ -309,14 +310,14 @@ fn probe(s: &Section) -> Result<Probe, SceneError> {
 }
 
 fn model(s: &Section) -> Result<GimbalModel, SceneError> {
-    use keys::model_gimbal as key;
+    use rows::model_gimbal as key;
     s.accept(&["gimbal"])?;
     let solver = s.read(&key::solver)?;
     Ok(GimbalModel { solver, step_s: step(s, &key::step, solver)? })
 }
 
 fn gimbal_expect(s: &Section) -> Result<Expect, SceneError> {
-    use keys::expect_gimbal as key;
+    use rows::expect_gimbal as key;
     s.accept(&["gimbal"])?;
     expect(s, &[(Metric::Rms, &key::rms), (Metric::Amplitude, &key::amplitude)], &key::outcome)
 }

@@ -2,24 +2,16 @@
 
 use crate::random::SplitMix64;
 
-/// The kind of a target's motion.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum TargetKind {
-    /// Straight from point to point.
-    Path,
-    /// A sum of sines.
-    Sines,
-    /// Smooth from random point to random point.
-    Random,
-}
-
-impl TargetKind {
-    /// All three.
-    pub const ALL: [Self; 3] = [Self::Path, Self::Sines, Self::Random];
-
-    /// Returns its name.
-    pub const fn name(self) -> &'static str {
-        ["path", "sines", "random"][self as usize]
+hpu_signal::named! {
+    /// The kind of a target's motion.
+    #[derive(Clone, Copy, PartialEq, Eq, Debug)]
+    pub enum TargetKind {
+        /// Straight from point to point.
+        Path = "path",
+        /// A sum of sines.
+        Sines = "sines",
+        /// Smooth from random point to random point.
+        Random = "random",
     }
 }
 

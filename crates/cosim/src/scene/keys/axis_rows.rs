@@ -5,23 +5,13 @@ use super::{Choice, Group, Key, Own, Quantity, Shape, Takes, Text, Whole, keys, 
 use crate::scene::model::{BridgeModel, Datapath, EncoderModel, Friction, Solver, Winding};
 use crate::scene::quantity as q;
 use crate::scene::quantity::Sense::{Any, NotNegative, Positive, Within};
-use crate::scene::read_device::{DeviceKind, MOTORS, NamedMotor};
+use crate::scene::read_device::{MOTORS, NamedMotor};
 
 /// The form of `hand.path`.
 pub(crate) const PATH: &str = "[[time, angle], ...] with at least one point, as in [[0, 0], [\"50 ms\", \"30 deg\"]]";
 
 /// The default of what a named motor brings.
 const MOTORS_OWN: &str = "the motor's";
-
-keys! { device: "device" of [];
-    /// Kind of the device: a motor with a wheel, a mass on a rail, the arm of a PHANToM, or a segment on a gimbal.
-    kind: Choice<DeviceKind> = Choice::new(|| vec![
-        ("motor", DeviceKind::Motor),
-        ("mass", DeviceKind::Mass),
-        ("phantom", DeviceKind::Phantom),
-        ("gimbal", DeviceKind::Gimbal),
-    ], Required);
-}
 
 keys! { motor: "device" of ["motor"];
     /// Motor whose data are known; a key beside it replaces one of its data.
@@ -178,20 +168,15 @@ keys! { model: "model" of ["axis"];
     step: Quantity = Quantity::new(&q::TIME, Positive, Said("none"));
     /// How the law is computed: by the blocks in fixed point, in floats on encoder counts with the gains that the
     /// fixed-point words realise, or as the linear law of the limits.
-    datapath: Choice<Datapath> = Choice::new(|| vec![
-        ("words", Datapath::Words), ("law", Datapath::Law), ("linear", Datapath::Linear),
-    ], Is(Datapath::Words));
+    datapath: Choice<Datapath> = Choice::new(|| named(&Datapath::ALL, Datapath::name), Is(Datapath::Words));
 }
 
 keys! { model_motor: "model" of ["motor"];
     /// Models every switching of the bridge, or its mean voltage with the pulses' area and first moment.
-    bridge: Choice<BridgeModel> = Choice::new(|| vec![
-        ("switching", BridgeModel::Switching), ("averaged", BridgeModel::Averaged),
-    ], Is(BridgeModel::Switching));
+    bridge: Choice<BridgeModel> =
+        Choice::new(|| named(&BridgeModel::ALL, BridgeModel::name), Is(BridgeModel::Switching));
     /// Models the winding with or without its inductance; without needs an averaged bridge.
-    winding: Choice<Winding> = Choice::new(|| vec![
-        ("inductive", Winding::Inductive), ("resistive", Winding::Resistive),
-    ], Is(Winding::Inductive));
+    winding: Choice<Winding> = Choice::new(|| named(&Winding::ALL, Winding::name), Is(Winding::Inductive));
 }
 
 keys! { model_friction: "model" of ["axis", "dut"];
@@ -207,9 +192,8 @@ keys! { model_friction: "model" of ["axis", "dut"];
 keys! { model_law: "model" of ["axis"];
     /// Position that the law reads: counts from the encoder's lines; counts that a fixed-step run loads into the
     /// counter once a step; or, for the law in floats, the position itself.
-    encoder: Choice<EncoderModel> = Choice::new(|| vec![
-        ("quantised", EncoderModel::Quantised), ("loaded", EncoderModel::Loaded), ("ideal", EncoderModel::Ideal),
-    ], Is(EncoderModel::Quantised));
+    encoder: Choice<EncoderModel> =
+        Choice::new(|| named(&EncoderModel::ALL, EncoderModel::name), Is(EncoderModel::Quantised));
     /// Delay of the linear law in addition to sampling.
     delay: Quantity = Quantity::new(&q::TIME, NotNegative, Is(0.0));
 }

@@ -19,10 +19,9 @@ keys! { dut: "dut" of [];
     top: Text = Text("the name of the topmost entity or module", Required);
     /// VHDL standard of the files.
     standard: Choice<Standard> =
-        Choice::new(|| vec![("93", Standard::Vhdl93), ("2008", Standard::Vhdl2008)], Is(Standard::Vhdl2008));
+        Choice::new(|| named(&Standard::ALL, Standard::name), Is(Standard::Vhdl2008));
     /// Simulator of the design; auto takes Verilator where it can, else GHDL.
-    engine: Choice<Engine> = Choice::new(
-        || named(&[Engine::Auto, Engine::Ghdl, Engine::Verilator], Engine::name), Is(Engine::Auto));
+    engine: Choice<Engine> = Choice::new(|| named(&Engine::ALL, Engine::name), Is(Engine::Auto));
     /// Port of the clock; required without `[dut.clocks]`.
     clock: Text = Text(
         "the port of the clock, as in clock = \"clk\", or [dut.clocks] with a line a port, as in clk = 1",

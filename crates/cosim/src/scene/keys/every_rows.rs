@@ -2,7 +2,7 @@
 
 use super::Otherwise::{Is, Required, Said};
 use super::value::Expected;
-use super::{Choice, Flag, Group, Key, Own, Quantity, Takes, Text, Whole, keys};
+use super::{Choice, Flag, Group, Key, Own, Quantity, Takes, Text, Whole, keys, named};
 use crate::scene::accuracy::{OfOutputs, Output};
 use crate::scene::expect::OutcomeKind;
 use crate::scene::quantity as q;
@@ -85,11 +85,9 @@ keys! { record_all: "record" of [];
 
 keys! { expect: "expect" of ["axis", "dut"];
     /// Verdict that the run must reach: the motion settles, keeps a limit cycle, or diverges.
-    outcome: Choice<OutcomeKind> = Choice::new(|| vec![
-        ("settled", OutcomeKind::Settled),
-        ("limit_cycle", OutcomeKind::LimitCycle),
-        ("diverged", OutcomeKind::Diverged),
-    ], Said("not judged"));
+    outcome: Choice<OutcomeKind> = Choice::new(|| {
+        named(&[OutcomeKind::Settled, OutcomeKind::LimitCycle, OutcomeKind::Diverged], OutcomeKind::name)
+    }, Said("not judged"));
     /// Angle or position at the end.
     final_angle: Expected = Expected::along(|axis| axis.position);
     /// Greatest recorded angle or position.

@@ -1,7 +1,7 @@
 //! The keys of the faults between device and logic.
 
 use super::Otherwise::{Is, Said};
-use super::{Choice, Flag, Group, Key, Quantity, Whole, keys};
+use super::{Choice, Flag, Group, Key, Quantity, Whole, keys, named};
 use crate::scene::faults::{EncoderLine, Switch};
 use crate::scene::quantity as q;
 use crate::scene::quantity::Sense::{NotNegative, Positive};
@@ -10,7 +10,10 @@ use crate::scene::read_faults::OfTimes;
 /// Clocks that a fault may take.
 const MOST_CLOCKS: u64 = 1 << 32;
 
-const LINES: [(&str, EncoderLine); 2] = [("encoder.a", EncoderLine::A), ("encoder.b", EncoderLine::B)];
+/// Returns all of these by name, behind `none`.
+fn or_none<T: Copy, const N: usize>(all: [T; N], name: fn(T) -> &'static str) -> Vec<(&'static str, Option<T>)> {
+    std::iter::once(("none", None)).chain(all.map(|it| (name(it), Some(it)))).collect()
+}
 
 keys! { faults: "faults" of [];
     /// Encoder edges that the lines do not show: a number of them at random, by `run.seed`, or the first after each
@@ -29,7 +32,8 @@ keys! { faults: "faults" of [];
     /// Times at which a line is inverted for some clock cycles.
     glitch: OfTimes = OfTimes;
     /// Line of the glitch.
-    glitch_line beside glitch: Choice<EncoderLine> = Choice::new(|| LINES.to_vec(), Is(EncoderLine::A));
+    glitch_line beside glitch: Choice<EncoderLine> =
+        Choice::new(|| named(&EncoderLine::ALL, EncoderLine::name), Is(EncoderLine::A));
     /// Length of a glitch in clock cycles.
     glitch_clocks beside glitch: Whole<u64> = Whole::new(1, MOST_CLOCKS, Is(1));
     /// Exchanges lines A and B.
@@ -37,22 +41,14 @@ keys! { faults: "faults" of [];
     /// Time from which the lines are exchanged.
     swapped_from beside swapped: Quantity = Quantity::new(&q::TIME, NotNegative, Is(0.0));
     /// Inverts a line.
-    inverted: Choice<Option<EncoderLine>> = Choice::new(|| {
-        let lines = LINES.map(|(name, line)| (name, Some(line)));
-        std::iter::once(("none", None)).chain(lines).collect()
-    }, Is(None));
+    inverted: Choice<Option<EncoderLine>> =
+        Choice::new(|| or_none(EncoderLine::ALL, EncoderLine::name), Is(None));
     /// Time from which the line is inverted.
     inverted_from beside inverted: Quantity = Quantity::new(&q::TIME, NotNegative, Is(0.0));
     /// Loses the encoder's index; of a scene with `[dut]`.
     lost_index: Flag = Flag(false);
     /// Switch of the bridge that does not follow its gate.
-    stuck_switch: Choice<Option<Switch>> = Choice::new(|| vec![
-        ("none", None),
-        ("bridge.plus_high", Some(Switch::PlusHigh)),
-        ("bridge.plus_low", Some(Switch::PlusLow)),
-        ("bridge.minus_high", Some(Switch::MinusHigh)),
-        ("bridge.minus_low", Some(Switch::MinusLow)),
-    ], Is(None));
+    stuck_switch: Choice<Option<Switch>> = Choice::new(|| or_none(Switch::ALL, Switch::name), Is(None));
     /// How the switch is stuck.
     stuck beside stuck_switch: Choice<bool> = Choice::new(|| vec![("open", false), ("closed", true)], Is(false));
     /// Time from which the switch is stuck.

@@ -6,14 +6,13 @@
 
 mod axis_rows;
 mod choice;
+mod device_keys;
 mod dut_rows;
 mod every_rows;
 mod faults_rows;
-mod gimbal_rows;
 mod groups;
 mod markdown;
 mod method_rows;
-mod phantom_rows;
 mod reading;
 mod told;
 mod value;
@@ -24,14 +23,14 @@ use super::source::SceneError;
 use groups::groups;
 
 pub use super::quantity::Sizes;
+pub use groups::{has_own_kind, kinds_of};
 pub use markdown::{grouped, markdown};
 pub use value::{Otherwise, Shape, Takes};
 
 pub(crate) use choice::{Choice, Flag, GainFormat, Own, Text, named, none_of, quoted};
+pub(crate) use device_keys::DeviceKeys;
 pub(crate) use value::{Expected, Quantity, Read, Whole};
-pub(crate) use {
-    axis_rows::*, dut_rows::*, every_rows::*, faults_rows::*, gimbal_rows::*, method_rows::*, phantom_rows::*,
-};
+pub(crate) use {axis_rows::*, dut_rows::*, every_rows::*, faults_rows::*, method_rows::*};
 
 /// A key of a scene, as the documentation, the schema and `hpu keys` show it.
 #[derive(Clone, PartialEq, Debug)]
@@ -39,8 +38,8 @@ pub struct KeyRow {
     /// The section; empty for the scene itself. A word in capitals stands for any name, as in `dut.ports.PORT`.
     pub section: &'static str,
     /// The kinds that take the key: of `[method]` and `[hand]` values of their own `kind`, else a kind of device
-    /// (`motor`, `mass`, `phantom`, `gimbal`) or of scene: `axis` with one of hpu's methods, `dut` with a design of the
-    /// user's own, `phantom`, `gimbal`. Empty if all kinds take it.
+    /// (`motor`, `mass`) or of scene: `axis` with one of hpu's methods, `dut` with a design of the user's own. A device
+    /// beside an axis has one name for both kinds, as in `phantom`. Empty if all kinds take it.
     pub kinds: &'static [&'static str],
     /// The key. A word in capitals stands for any name.
     pub key: &'static str,
@@ -157,26 +156,6 @@ pub fn is_any_name(key: &str) -> bool {
 /// Returns every key of every section.
 pub fn rows() -> impl Iterator<Item = KeyRow> {
     groups().flat_map(|group| group.keys.iter().map(|key| key.row(group)))
-}
-
-/// Returns the kinds of a section in a scene of this kind with this device, by which rows are chosen; `own` is the
-/// section's `kind`.
-pub fn kinds_of<'a>(section: &str, scene: &'a str, device: &'a str, own: Option<&'a str>) -> Vec<&'a str> {
-    match section {
-        "device" | "encoder" => vec![device],
-        _ if has_own_kind(section, scene) => own.into_iter().collect(),
-        "model" if scene == "axis" => vec![scene, device],
-        _ => vec![scene],
-    }
-}
-
-/// Returns whether the `kind` of a section decides which keys it takes.
-pub fn has_own_kind(section: &str, scene: &str) -> bool {
-    match scene {
-        "phantom" => false,
-        "gimbal" => section == "target",
-        _ => matches!(section, "method" | "hand"),
-    }
 }
 
 /// Returns the key `kind` of a section.

@@ -1,8 +1,10 @@
 //! A scene of a PHANToM: the drop test of Sevcik et al. 2009, its platforms and its models.
 
 mod read;
+pub(super) mod rows;
+pub(super) mod shipped;
 
-pub(super) use read::{Words, scene};
+pub(super) use read::scene;
 
 use hpu_datapath::phantom::Config;
 
@@ -69,38 +71,34 @@ impl Platform {
     }
 }
 
-/// The model of the arm.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Premium {
-    /// The Premium 1.0 of the paper.
-    OneZero,
-    /// The Premium 1.5, whose inertias are published.
-    OneFive,
+hpu_signal::named! {
+    /// The model of the arm.
+    #[derive(Clone, Copy, PartialEq, Eq, Debug)]
+    pub enum Premium {
+        /// The Premium 1.0 of the paper.
+        OneZero = "premium_1.0",
+        /// The Premium 1.5, whose inertias are published.
+        OneFive = "premium_1.5",
+    }
 }
 
-/// A direction of the room.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Direction {
-    /// Sideways.
-    X,
-    /// Up.
-    Y,
-    /// Towards the hand.
-    Z,
+hpu_signal::named! {
+    /// A direction of the room.
+    #[derive(Clone, Copy, PartialEq, Eq, Debug)]
+    pub enum Direction {
+        /// Sideways.
+        X = "x",
+        /// Up.
+        Y = "y",
+        /// Towards the hand.
+        Z = "z",
+    }
 }
 
 impl Direction {
-    /// All three.
-    pub const ALL: [Self; 3] = [Self::X, Self::Y, Self::Z];
-
     /// Returns its index. It is also the index of the joint that moves the tip along this direction at the origin.
     pub const fn index(self) -> usize {
         self as usize
-    }
-
-    /// Returns its name.
-    pub const fn name(self) -> &'static str {
-        ["x", "y", "z"][self as usize]
     }
 }
 
@@ -154,28 +152,16 @@ pub struct Room {
     pub walls: [bool; 3],
 }
 
-/// The arithmetic that computes the force.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum PhantomLaw {
-    /// The platform's own: words in the FPGA, or floating point on the host.
-    Words,
-    /// Floats, from the counts.
-    Floats,
-    /// Floats, from the true angles.
-    Ideal,
-}
-
-impl PhantomLaw {
-    /// All of them.
-    pub const ALL: [Self; 3] = [Self::Words, Self::Floats, Self::Ideal];
-
-    /// Returns its name in `model.law`.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Words => "words",
-            Self::Floats => "floats",
-            Self::Ideal => "ideal",
-        }
+hpu_signal::named! {
+    /// The arithmetic that computes the force.
+    #[derive(Clone, Copy, PartialEq, Eq, Debug)]
+    pub enum PhantomLaw {
+        /// The platform's own: words in the FPGA, or floating point on the host.
+        Words = "words",
+        /// Floats, from the counts.
+        Floats = "floats",
+        /// Floats, from the true angles.
+        Ideal = "ideal",
     }
 }
 
@@ -323,14 +309,6 @@ impl Setup for PhantomScene {
 
     fn outputs(&self) -> &'static [Output] {
         &OUTPUTS
-    }
-
-    fn wall_position(&self) -> f64 {
-        0.0
-    }
-
-    fn stiffness_error(&self) -> Option<f64> {
-        self.stiffness_miss().map(|miss| miss.error)
     }
 
     fn stiffness_miss(&self) -> Option<Miss> {

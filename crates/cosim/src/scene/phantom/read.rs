@@ -5,21 +5,21 @@ use hpu_plant::arm::{ArmModel, kinematics};
 
 use super::super::expect::{Expect, Metric};
 use super::super::head::{Own, about};
-use super::super::keys;
 use super::super::parameter::Origin;
 use super::super::read::{clock, expect};
 use super::super::read_model::step;
 use super::super::section::Section;
 use super::super::source::{SceneError, Source};
+use super::rows::{self, Words};
 use super::{Direction, Drop, Irregularity, PhantomMethod, PhantomModel, PhantomScene, Platform, Premium, Room};
 use crate::message::number;
 
 /// The head of a scene of a PHANToM.
 const OWN: Own = Own {
     kind: "phantom",
-    plant_rate: &keys::record_phantom::plant_rate,
+    plant_rate: &rows::record_phantom::plant_rate,
     expect: phantom_expect,
-    outputs: &keys::accuracy_phantom::outputs,
+    outputs: &rows::accuracy_phantom::outputs,
 };
 
 pub(crate) fn scene(file: &str, source: &Source) -> Result<PhantomScene, SceneError> {
@@ -125,7 +125,7 @@ fn agree(scene: &PhantomScene) -> Result<(), SceneError> {
 }
 
 fn drop(device: &Section, s: &Section) -> Result<Drop, SceneError> {
-    use keys::{drop as key, phantom as of_the_arm};
+    use rows::{drop as key, phantom as of_the_arm};
     device.accept(&["phantom"])?;
     s.accept(&[])?;
     let premium = device.read(&of_the_arm::model)?;
@@ -154,7 +154,7 @@ fn drop(device: &Section, s: &Section) -> Result<Drop, SceneError> {
 }
 
 fn platform(s: &Section) -> Result<(Platform, Irregularity), SceneError> {
-    use keys::platform as key;
+    use rows::platform as key;
     s.accept(&[])?;
     let kind = s.read(&key::kind)?;
     for key in [&key::jitter, &key::missed] {
@@ -166,7 +166,7 @@ fn platform(s: &Section) -> Result<(Platform, Irregularity), SceneError> {
 }
 
 fn method(s: &Section, drop: &Drop) -> Result<PhantomMethod, SceneError> {
-    use keys::method_phantom as key;
+    use rows::method_phantom as key;
     let premium = drop.premium;
     s.accept(&["phantom"])?;
     let arm = match premium {
@@ -191,16 +191,8 @@ fn method(s: &Section, drop: &Drop) -> Result<PhantomMethod, SceneError> {
     Ok(PhantomMethod { shared, config: if shared { config.shared() } else { config } })
 }
 
-/// The word formats that a scene can choose.
-#[derive(Clone, Copy, PartialEq)]
-pub(crate) enum Words {
-    Fitted,
-    Narrow,
-    PlainQ22,
-}
-
 fn room(s: &Section, axis: Direction) -> Result<Room, SceneError> {
-    use keys::room as key;
+    use rows::room as key;
     s.accept(&[])?;
     let mut walls = Direction::ALL.map(|direction| direction == axis);
     if let Some(text) = s.given(&key::walls)? {
@@ -213,7 +205,7 @@ fn room(s: &Section, axis: Direction) -> Result<Room, SceneError> {
 }
 
 fn model(s: &Section) -> Result<PhantomModel, SceneError> {
-    use keys::model_phantom as key;
+    use rows::model_phantom as key;
     s.accept(&["phantom"])?;
     let transmission_n_per_m = s.read(&key::transmission_stiffness)?;
     for key in [&key::transmission_damping, &key::motor_share] {
@@ -238,7 +230,7 @@ fn model(s: &Section) -> Result<PhantomModel, SceneError> {
 }
 
 fn phantom_expect(s: &Section) -> Result<Expect, SceneError> {
-    use keys::expect_drop as key;
+    use rows::expect_drop as key;
     s.accept(&["phantom"])?;
     expect(s, &[(Metric::Rms, &key::rms)], &key::outcome)
 }

@@ -10,33 +10,22 @@ use super::Config;
 use super::datapath::{Phase, Trig, TrigCordic, TrigInterpolated, TrigOut, TrigQuarter, TrigTable, Turn, Wave};
 use super::text::quoted;
 
-/// A source of sine and cosine.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Source {
-    /// A table with a word for each count.
-    Table,
-    /// A table of a quarter wave, read at the nearest step.
-    Quarter,
-    /// A table of a quarter wave, with straight lines between its steps.
-    Interpolated,
-    /// CORDIC rotations.
-    Cordic,
+hpu_signal::named! {
+    /// A source of sine and cosine.
+    #[derive(Clone, Copy, PartialEq, Eq, Debug)]
+    pub enum Source {
+        /// A table with a word for each count.
+        Table = "trig_table",
+        /// A table of a quarter wave, read at the nearest step.
+        Quarter = "trig_quarter",
+        /// A table of a quarter wave, with straight lines between its steps.
+        Interpolated = "trig_interpolated",
+        /// CORDIC rotations.
+        Cordic = "trig_cordic",
+    }
 }
 
 impl Source {
-    /// All sources.
-    pub const ALL: [Self; 4] = [Self::Table, Self::Quarter, Self::Interpolated, Self::Cordic];
-
-    /// Returns the name of the source's block.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Table => "trig_table",
-            Self::Quarter => "trig_quarter",
-            Self::Interpolated => "trig_interpolated",
-            Self::Cordic => "trig_cordic",
-        }
-    }
-
     /// Returns the arithmetic that the source needs, as text.
     pub const fn arithmetic(self) -> &'static str {
         match self {

@@ -5,28 +5,18 @@ use hpu_cosim::scene::{Direction, Platform};
 use super::trial::{Trial, Verdict};
 use super::{Outcomes, Study};
 
-/// The class of a cell, and how the paper prints it.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Class {
-    /// Every trial was passive: "x".
-    Passive,
-    /// Some trial was not passive, and none was aborted: shaded.
-    NonPassive,
-    /// Some trial was aborted: white.
-    HighlyUnstable,
-    /// Some trial could not be run.
-    Failed,
-}
-
-impl Class {
-    /// Returns the class's name.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Passive => "passive",
-            Self::NonPassive => "non-passive",
-            Self::HighlyUnstable => "highly unstable",
-            Self::Failed => "failed",
-        }
+hpu_signal::named! {
+    /// The class of a cell, and how the paper prints it.
+    #[derive(Clone, Copy, PartialEq, Eq, Debug)]
+    pub enum Class {
+        /// Every trial was passive: "x".
+        Passive = "passive",
+        /// Some trial was not passive, and none was aborted: shaded.
+        NonPassive = "non-passive",
+        /// Some trial was aborted: white.
+        HighlyUnstable = "highly unstable",
+        /// Some trial could not be run.
+        Failed = "failed",
     }
 }
 

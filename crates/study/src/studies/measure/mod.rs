@@ -18,6 +18,7 @@ pub use motion::{slope, told};
 pub use velocity::Velocities;
 
 /// A kind of measure.
+#[derive(Clone, Copy)]
 pub struct Measure {
     /// Its name in a study's file.
     pub name: &'static str,
@@ -33,6 +34,7 @@ pub struct Measure {
 }
 
 /// A key of a measure.
+#[derive(Clone, Copy)]
 pub struct Key {
     /// Its name.
     pub name: &'static str,
@@ -146,8 +148,12 @@ const fn option(name: &'static str, takes: Takes) -> Key {
     Key { name, takes, is_required: false }
 }
 
-/// The measures.
-pub static MEASURES: [Measure; 14] = [
+/// Returns the measures.
+pub fn measures() -> impl Iterator<Item = &'static Measure> {
+    [MEASURES, segment::MEASURES, FILTERED].into_iter().flatten()
+}
+
+static MEASURES: &[Measure] = &[
     Measure {
         name: "run",
         about: "One run: its verdict, its energies, how it moved. `swing` asks for half of the range of \
@@ -236,28 +242,9 @@ pub static MEASURES: [Measure; 14] = [
         gives: velocity::GIVES,
         run: velocity::velocity,
     },
-    Measure {
-        name: "segment",
-        about: "Runs of a segment on a gimbal: the distance of the tip from its target, the lags of height, pitch and \
-                roll, the fastest motion of the surface, the force and the stiffness that the finger feels under \
-                impedance control, the error of the shear stress, the switches of control, and those in the last three \
-                tenths. With `seeds` it is run once for each `run.seed`, and the rows of all runs count. `press` is \
-                the window of time in which the stiffness is taken, from a depth of 1 mm on.",
-        is_of_scene: true,
-        keys: &[option("seeds", Takes::Numbers), option("press", Takes::Numbers)],
-        gives: segment::GIVES,
-        run: segment::segment,
-    },
-    Measure {
-        name: "touch",
-        about: "The criteria of a switched touch, without a run: the stiffness of position control, the \
-                finger's force at rest under either control, the growth of the linear loop from pulse to pulse there, \
-                and whether each criterion predicts that the touch fails (1) or not (0).",
-        is_of_scene: true,
-        keys: &[],
-        gives: segment::TOUCH_GIVES,
-        run: segment::touch,
-    },
+];
+
+static FILTERED: &[Measure] = &[
     Measure {
         name: "shaper_gain",
         about: "The gain of an input shaper without its rectifiers at a frequency.",

@@ -9,7 +9,7 @@ use hpu_plant::arm::Gimbal;
 
 use super::super::template::{Value, Values, length};
 use super::velocity::lag;
-use super::{Asked, numbers, text};
+use super::{Asked, Measure, Takes, numbers, option, text};
 use crate::gimbal::{Criteria, NAMES, Switches};
 
 /// Columns of a row of a gimbal: the tip, its target.
@@ -26,7 +26,7 @@ const LEAST_DEPTH_M: f64 = 1e-3;
 const SPEED_OVER_S: f64 = 0.02;
 
 /// The values that the measure gives.
-pub(super) const GIVES: &[&str] = &[
+const GIVES: &[&str] = &[
     "outcome",
     "settles",
     "rms",
@@ -54,8 +54,33 @@ pub(super) const GIVES: &[&str] = &[
 ];
 
 /// The values that the criteria of a touch give.
-pub(super) const TOUCH_GIVES: &[&str] =
-    &["position", "position_force", "impedance_force", "growth", NAMES[0], NAMES[1], NAMES[2]];
+const TOUCH_GIVES: &[&str] = &["position", "position_force", "impedance_force", "growth", NAMES[0], NAMES[1], NAMES[2]];
+
+/// The measures of a segment.
+pub(super) static MEASURES: &[Measure] = &[
+    Measure {
+        name: "segment",
+        about: "Runs of a segment on a gimbal: the distance of the tip from its target, the lags of height, pitch and \
+                roll, the fastest motion of the surface, the force and the stiffness that the finger feels under \
+                impedance control, the error of the shear stress, the switches of control, and those in the last three \
+                tenths. With `seeds` it is run once for each `run.seed`, and the rows of all runs count. `press` is \
+                the window of time in which the stiffness is taken, from a depth of 1 mm on.",
+        is_of_scene: true,
+        keys: &[option("seeds", Takes::Numbers), option("press", Takes::Numbers)],
+        gives: GIVES,
+        run: segment,
+    },
+    Measure {
+        name: "touch",
+        about: "The criteria of a switched touch, without a run: the stiffness of position control, the \
+                finger's force at rest under either control, the growth of the linear loop from pulse to pulse there, \
+                and whether each criterion predicts that the touch fails (1) or not (0).",
+        is_of_scene: true,
+        keys: &[],
+        gives: TOUCH_GIVES,
+        run: touch,
+    },
+];
 
 /// A finished run.
 struct Made {
@@ -157,7 +182,7 @@ fn lags(all: &[Made]) -> [f64; 3] {
 }
 
 /// Runs a segment on a gimbal.
-pub(super) fn segment(asked: &Asked, control: &Control) -> Result<Values, String> {
+fn segment(asked: &Asked, control: &Control) -> Result<Values, String> {
     let seeds: Vec<Vec<(String, String)>> = match asked.numbers("seeds") {
         [] => vec![Vec::new()],
         seeds => seeds.iter().map(|seed| vec![("run.seed".to_string(), seed.to_string())]).collect(),
@@ -243,7 +268,7 @@ fn missing(name: &str) -> &'static str {
 }
 
 /// Returns what the criteria of a touch tell.
-pub(super) fn touch(asked: &Asked, _: &Control) -> Result<Values, String> {
+fn touch(asked: &Asked, _: &Control) -> Result<Values, String> {
     let criteria = Criteria::of(&scene(asked, &[])?)?;
     let fails = criteria.fails().map(|fails| f64::from(u8::from(fails)));
     // The control that rests; under both, or neither, impedance control.

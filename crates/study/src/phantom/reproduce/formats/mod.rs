@@ -55,25 +55,16 @@ pub(super) fn greatest(format: Format) -> f64 {
     format.max() as f64 * format.lsb()
 }
 
-/// The effect on a value that its word cannot hold.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Fate {
-    /// No value is too large for its word.
-    Never,
-    /// The value stops at the limit, by intent.
-    Saturates,
-    /// The value loses its upper bits.
-    Wraps,
-}
-
-impl Fate {
-    /// Returns the effect's name.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Never => "never",
-            Self::Saturates => "saturates",
-            Self::Wraps => "wraps",
-        }
+hpu_signal::named! {
+    /// The effect on a value that its word cannot hold.
+    #[derive(Clone, Copy, PartialEq, Eq, Debug)]
+    pub enum Fate {
+        /// No value is too large for its word.
+        Never = "never",
+        /// The value stops at the limit, by intent.
+        Saturates = "saturates",
+        /// The value loses its upper bits.
+        Wraps = "wraps",
     }
 }
 

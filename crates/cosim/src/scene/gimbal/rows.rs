@@ -2,12 +2,13 @@
 
 use hpu_plant::arm::Form;
 
-use super::Otherwise::{Is, Required, Said};
-use super::value::Expected;
-use super::{Choice, Flag, Group, Key, Own, Quantity, Shape, Takes, Whole, keys, named};
 use crate::scene::accuracy::OfOutputs;
 use crate::scene::expect::OutcomeKind;
 use crate::scene::gimbal::{OUTPUTS, Shear, TargetKind};
+use crate::scene::keys::Otherwise::{Is, Required, Said};
+use crate::scene::keys::{
+    Choice, DeviceKeys, Expected, Flag, Group, Key, Own, Quantity, Shape, Takes, Whole, keys, named,
+};
 use crate::scene::model::Solver;
 use crate::scene::quantity as q;
 use crate::scene::quantity::Sense::{NotNegative, Positive, UpTo, Within};
@@ -218,12 +219,10 @@ keys! { record_gimbal: "record" of ["gimbal"];
 keys! { expect_gimbal: "expect" of ["gimbal"];
     /// Verdict that the run must reach: the segment follows a moving target to the end, comes to rest at a fixed one,
     /// keeps a limit cycle there, or diverges.
-    outcome: Choice<OutcomeKind> = Choice::new(|| vec![
-        ("tracking", OutcomeKind::Tracking),
-        ("settled", OutcomeKind::Settled),
-        ("limit_cycle", OutcomeKind::LimitCycle),
-        ("diverged", OutcomeKind::Diverged),
-    ], Said("not judged"));
+    outcome: Choice<OutcomeKind> = Choice::new(|| {
+        use OutcomeKind::{Diverged, LimitCycle, Settled, Tracking};
+        named(&[Tracking, Settled, LimitCycle, Diverged], OutcomeKind::name)
+    }, Said("not judged"));
     /// Root mean square of the distance between tip and target in the judged window.
     rms: Expected = Expected::new(&q::LENGTH, NotNegative);
     /// Amplitude of the limit cycle of the radius.
@@ -234,3 +233,29 @@ keys! { accuracy_gimbal: "accuracy" of ["gimbal"];
     /// Outputs that must agree.
     outputs: OfOutputs = OfOutputs(&OUTPUTS);
 }
+
+/// All of them.
+pub(in crate::scene) const KEYS: DeviceKeys = DeviceKeys {
+    first: &[],
+    top: &[&top_gimbal::GROUP],
+    device: &[&gimbal::GROUP, &tilt_servo::GROUP, &crank_servo::GROUP, &force_sensor::GROUP, &shear::GROUP],
+    parts: &[],
+    method: &[&method_gimbal::GROUP],
+    motion: &[
+        &target::GROUP,
+        &target_rate::GROUP,
+        &target_path::GROUP,
+        &target_middle::GROUP,
+        &target_sines::GROUP,
+        &target_random::GROUP,
+        &surface::GROUP,
+        &switch::GROUP,
+        &finger::GROUP,
+    ],
+    walls: &[],
+    model: &[&model_gimbal::GROUP],
+    record: &[&record_gimbal::GROUP],
+    expect: &[&expect_gimbal::GROUP],
+    accuracy: &[&accuracy_gimbal::GROUP],
+    own_kinds: &["target"],
+};

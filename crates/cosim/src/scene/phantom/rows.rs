@@ -1,19 +1,28 @@
 //! The keys of a scene of a PHANToM.
 
-use super::Otherwise::{Is, Required, Said};
-use super::value::Expected;
-use super::{Choice, Flag, Group, Key, Own, Quantity, Text, Whole, keys, named};
 use crate::message::number;
 use crate::scene::accuracy::OfOutputs;
 use crate::scene::expect::OutcomeKind;
+use crate::scene::keys::Otherwise::{Is, Required, Said};
+use crate::scene::keys::{Choice, DeviceKeys, Expected, Flag, Group, Key, Own, Quantity, Text, Whole, keys, named};
 use crate::scene::model::Solver;
-use crate::scene::phantom::{Direction, OUTPUTS, PhantomLaw, Platform, Premium, Words};
+use crate::scene::phantom::{Direction, OUTPUTS, PhantomLaw, Platform, Premium};
 use crate::scene::quantity as q;
 use crate::scene::quantity::Sense::{NotNegative, Positive, UpTo, Within};
 
 /// The length of one of the arm's links.
 const LINK: Quantity = Quantity::new(&q::LENGTH, Within(0.02, 0.5), Said("140 mm of a premium_1.0, else the arm's"))
     .refusing(|m| (m > 0.0).then(|| format!("{} m: links of 20 mm to 500 mm are accepted", number(m))));
+
+hpu_signal::named! {
+    /// The word formats that a scene can choose.
+    #[derive(Clone, Copy, PartialEq)]
+    pub(crate) enum Words {
+        Fitted = "fitted",
+        Narrow = "narrow",
+        PlainQ22 = "plain_q22",
+    }
+}
 
 /// The words for a value above the greatest.
 macro_rules! above {
@@ -24,8 +33,7 @@ macro_rules! above {
 
 keys! { phantom: "device" of ["phantom"];
     /// The arm.
-    model: Choice<Premium> = Choice::new(
-        || vec![("premium_1.0", Premium::OneZero), ("premium_1.5", Premium::OneFive)], Is(Premium::OneZero));
+    model: Choice<Premium> = Choice::new(|| named(&Premium::ALL, Premium::name), Is(Premium::OneZero));
     /// Length of the upper arm; a `premium_1.5` has its own.
     upper_arm: Quantity = LINK;
     /// Length of the forearm; a `premium_1.5` has its own.
@@ -63,9 +71,7 @@ keys! { method_phantom: "method" of ["phantom"];
     /// Hardware of its own for each operation, or one multiplier that all share.
     architecture: Choice<bool> = Choice::new(|| vec![("parallel", false), ("shared", true)], Is(false));
     /// Word formats of the datapath: fitted to the signals, narrow, or 22 fraction bits everywhere.
-    words: Choice<Words> = Choice::new(
-        || vec![("fitted", Words::Fitted), ("narrow", Words::Narrow), ("plain_q22", Words::PlainQ22)],
-        Is(Words::Fitted));
+    words: Choice<Words> = Choice::new(|| named(&Words::ALL, Words::name), Is(Words::Fitted));
     /// Bits of the index into the tables of sines, which bound the joints' angles.
     depth_bits: Whole<u32> = Whole::bits(4, 15, 13);
 }
@@ -131,11 +137,9 @@ keys! { record_phantom: "record" of ["phantom"];
 
 keys! { expect_drop: "expect" of ["phantom"];
     /// Verdict that the drop must reach: the tip rests on the wall, chatters on it, or the run is aborted.
-    outcome: Choice<OutcomeKind> = Choice::new(|| vec![
-        ("passive", OutcomeKind::Passive),
-        ("non_passive", OutcomeKind::NonPassive),
-        ("highly_unstable", OutcomeKind::HighlyUnstable),
-    ], Said("not judged"));
+    outcome: Choice<OutcomeKind> = Choice::new(|| {
+        named(&[OutcomeKind::Passive, OutcomeKind::NonPassive, OutcomeKind::HighlyUnstable], OutcomeKind::name)
+    }, Said("not judged"));
     /// Root mean square of the motion about its steady value at the end of the drop.
     rms: Expected = Expected::new(&q::LENGTH, NotNegative);
 }
@@ -144,3 +148,19 @@ keys! { accuracy_phantom: "accuracy" of ["phantom"];
     /// Outputs that must agree.
     outputs: OfOutputs = OfOutputs(&OUTPUTS);
 }
+
+/// All of them.
+pub(in crate::scene) const KEYS: DeviceKeys = DeviceKeys {
+    first: &[&top_phantom::GROUP],
+    top: &[&top_room::GROUP],
+    device: &[&phantom::GROUP],
+    parts: &[&drop::GROUP, &platform::GROUP],
+    method: &[&method_phantom::GROUP],
+    motion: &[],
+    walls: &[&room::GROUP],
+    model: &[&model_phantom::GROUP],
+    record: &[&record_phantom::GROUP],
+    expect: &[&expect_drop::GROUP],
+    accuracy: &[&accuracy_phantom::GROUP],
+    own_kinds: &[],
+};

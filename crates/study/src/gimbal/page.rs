@@ -1,15 +1,10 @@
 //! The limits of a touch on a segment on a gimbal: the criteria that tell whether the finger can rest.
 
 use hpu_cosim::figure;
-use hpu_cosim::scene::GimbalScene;
-use hpu_study::gimbal::{NAMES, Rest, TouchLimits};
-use hpu_study::limits::Looks;
-use hpu_study::page::{Cell, Column, Page, Table};
 use serde_json::json;
 
-use super::Args;
-use crate::exit::Failure;
-use crate::scene::{quoted, set_options};
+use super::{NAMES, Rest, TouchLimits};
+use crate::page::{Cell, Column, Page, Table};
 
 /// The width of the labels.
 const LABEL: usize = 21;
@@ -21,25 +16,12 @@ const SAID: [&str; 3] = [
     "the loop of every control that rests grows from pulse to pulse",
 ];
 
-/// Returns the page of the limits of a segment on a gimbal.
-pub fn found(args: &Args, scene: &GimbalScene) -> Result<Page, Failure> {
-    let usage = |said: &str| Failure::usage(format!("{}: {said}", scene.name));
-    let is_of_runs = args.words.is_some() || args.phases != Looks::default().phases;
-    if args.range.is_some() || !args.over.is_empty() || args.hands.is_some() || is_of_runs {
-        return Err(usage("--range, --over, --hands, --words and --phases are of an axis; of a gimbal nothing is run"));
-    }
-    if args.out.is_some() {
-        return Err(usage("the limits of a gimbal have no picture; hpu map draws its criteria beside runs"));
-    }
-    let found = TouchLimits::of(scene).map_err(|why| usage(&why))?;
-    Ok(page(args, scene, &found))
-}
-
-fn page(args: &Args, scene: &GimbalScene, found: &TouchLimits) -> Page {
+/// Returns the page of a scene's limits. `scene` is the scene as the command line has it, `name` its name.
+pub(super) fn page(scene: &str, name: &str, found: &TouchLimits) -> Page {
     let TouchLimits { criteria, range_n_per_m: [least, most], rests_n_per_m } = found;
     let mut page = Page::labelled(LABEL);
-    page.note(format!("{}: whether a finger can rest on the segment", scene.name)).note("");
-    page.data("scene", &scene.name);
+    page.note(format!("{}: whether a finger can rest on the segment", name)).note("");
+    page.data("scene", name);
     let stiffness = |value: f64| format!("{} N/m", figure(value));
     let (position, asked) = (criteria.position_n_per_m, criteria.asked_n_per_m);
     let of_position = format!("{}, where the target ends", stiffness(position));
@@ -51,11 +33,7 @@ fn page(args: &Args, scene: &GimbalScene, found: &TouchLimits) -> Page {
     page.note("").table(rests(&criteria.rests, criteria.holds)).note("");
     page.table(verdicts(criteria.fails(), rests_n_per_m)).note("");
     page.note("criteria in floats, without words and friction; a map holds them against runs:");
-    let map = format!(
-        "hpu map {}{} --x 'surface.stiffness=0.2..3 N/mm' --y method.force_gain=0..15",
-        quoted(&args.scene),
-        set_options(&args.set.set)
-    );
+    let map = format!("hpu map {scene} --x 'surface.stiffness=0.2..3 N/mm' --y method.force_gain=0..15");
     page.data("map", &map).note(map);
     page
 }

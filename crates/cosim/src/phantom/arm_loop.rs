@@ -4,9 +4,8 @@ use hpu_datapath::AnyWiring;
 use hpu_datapath::phantom::{PhantomIo, PhantomLoop, PhantomSharedLoop};
 
 /// The wiring of an arm.
-#[derive(Clone)]
 #[allow(clippy::large_enum_variant, reason = "one of them exists a run")]
-pub enum ArmLoop {
+pub(super) enum ArmLoop {
     /// A PHANToM's loop, every block its own logic.
     Phantom(PhantomLoop),
     /// A PHANToM's loop, one multiplier for all blocks.
@@ -16,17 +15,8 @@ pub enum ArmLoop {
 }
 
 impl ArmLoop {
-    /// Returns every wiring in its default configuration.
-    pub fn all() -> Vec<Self> {
-        vec![
-            Self::Phantom(PhantomLoop::default()),
-            Self::PhantomShared(PhantomSharedLoop::default()),
-            Self::PhantomIo(PhantomIo::default()),
-        ]
-    }
-
     /// Returns the wiring without its type.
-    pub fn wiring(&self) -> &dyn AnyWiring {
+    pub(super) fn wiring(&self) -> &dyn AnyWiring {
         match self {
             Self::Phantom(wiring) => wiring,
             Self::PhantomShared(wiring) => wiring,
