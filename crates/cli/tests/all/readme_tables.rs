@@ -319,9 +319,9 @@ pub const FIGURES: &[(&str, From, &str)] = &[
         "friction-wall … 0.28 % … solver=semi_implicit step=100 us",
     ),
     (
-        "30 of 59 can be had at least five times as fast",
+        "30 of 70 can be had at least five times as fast",
         From::File("testbench/record/fit.txt"),
-        "30 of 59 at least 5 times as fast as written",
+        "30 of 70 at least 5 times as fast as written",
     ),
     ("over 1.8·10¹⁰ edges", PRECISION, "all 9087980505"),
     ("over 1.8·10¹⁰ edges", PRECISION, "all 9271278912"),
