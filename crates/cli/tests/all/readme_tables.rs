@@ -316,7 +316,7 @@ pub const FIGURES: &[(&str, From, &str)] = &[
     (
         "So it takes 100 \u{b5}s of semi-implicit Euler, 0.3 % off",
         From::File("testbench/record/fit.txt"),
-        "friction-wall … 0.28 % … solver=semi_implicit step=100 us",
+        "friction-wall … 0.27 % … solver=semi_implicit step=100 us",
     ),
     (
         "30 of 70 can be had at least five times as fast",
