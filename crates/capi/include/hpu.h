@@ -131,7 +131,7 @@ int32_t hpu_find(hpu_handle handle, int32_t kind, const char *name, size_t *inde
 /* Reads the first `count` inputs of a plant at the present edge. The lines of an axis are a_pin and b_pin, those of an
  * arm a1_pin, b1_pin and so on; behind the scene's words, an axis has index, count (the encoder's, from 0 at the start)
  * and contact (1 while that count is beyond the wall's). With a [dut] they are the inputs of the design that the scene
- * connects, under the names of its ports, then these three; a port whose connection has no width has 64 bits, signed. */
+ * connects, by the names of its ports, then these three; a port whose connection has no width has 64 bits, signed. */
 int32_t hpu_read(hpu_handle handle, int64_t *words, size_t count, hpu_error *error);
 
 /* Sets all outputs of a plant from the present edge on; they are 0 at the start. The gates of a bridge are a_high,

@@ -7,7 +7,8 @@ package hpu_plant;
   // Opens the plant of a scene: its name or path, then KEY=VALUE, each after a semicolon.
   import "DPI-C" function int hpu_sim_open(input string text);
 
-  // Drives the four gates of a bridge {a_high, a_low, b_high, b_low}, moves on by a clock edge, and returns the encoder's lines {A, B}.
+  // Drives the four gates of a bridge {a_high, a_low, b_high, b_low}, moves on by a clock edge, and returns the
+  // encoder's lines {A, B}.
   import "DPI-C" function int hpu_sim_step(input int plant, input int gates);
 
   // The index of an output by its name, for hpu_sim_set.

@@ -41,7 +41,8 @@ int32_t hpu_sim_open(const char *text) {
     return failed(&error);
 }
 
-/* Drives the four gates of a bridge, moves on by a clock edge, and returns the encoder's lines there: A in bit 1, B in bit 0.
+/* Drives the four gates of a bridge, moves on by a clock edge, and returns the encoder's lines there: A in bit 1,
+ * B in bit 0.
  * `gates` has a_high in bit 3, a_low in bit 2, b_high in bit 1, b_low in bit 0. Returns -HPU_END without a message
  * at the end. */
 int32_t hpu_sim_step(int32_t plant, int32_t gates) {
