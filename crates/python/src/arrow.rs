@@ -1,8 +1,8 @@
 //! The Arrow C data and stream interfaces of a table of doubles, without a copy of its values.
 //!
 //! The structs are those of the [specification](https://arrow.apache.org/docs/format/CDataInterface.html). Each owns
-//! what it points to by `private_data`, and frees it when a consumer calls `release`. A capsule that no consumer has taken
-//! releases its struct itself.
+//! what it points to by `private_data`, and frees it when a consumer calls `release`. A capsule that no consumer has
+//! taken releases its struct itself.
 
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
 use std::ptr::{null, null_mut};

@@ -40,9 +40,9 @@ async def close(dut, plant, clk, edges=None):
     """Closes the loop of a design around a plant, from the present clock edge on, and returns the edge of its end.
 
     Inputs and outputs of the plant are joined to the ports of the same name. A scene with a ``[dut]`` names them as the
-    design does; index, count and contact, which an axis tells beside them, are left out. The clock is the caller's. Call it
-    between a falling and a rising edge of ``clk``, when the reset is over: each rising edge from then on is one of the
-    plant's. The plant moves before it, the outputs are read at the falling edge after it.
+    design does; index, count and contact, which an axis tells beside them, are left out. The clock is the caller's.
+    Call it between a falling and a rising edge of ``clk``, when the reset is over: each rising edge from then on is one
+    of the plant's. The plant moves before it, the outputs are read at the falling edge after it.
 
     Args:
         dut: the design, as cocotb gives it.
