@@ -105,7 +105,7 @@ impl<'a> Watch<'a> {
         self.control().stop.load(Ordering::Relaxed)
     }
 
-    /// Calls `work` while the control counts from 0 to `total`, as [`with_progress`] does.
+    /// Calls `work` while the control counts from 0 to `total`, as `with_progress` does.
     pub fn counted<T>(self, total: u64, what: &'static str, work: impl FnOnce() -> T) -> T {
         match self {
             Self::Shown(control) => with_progress(total, what, control, work),
