@@ -145,6 +145,11 @@ int32_t hpu_set(hpu_handle handle, size_t output, int64_t word, hpu_error *error
 /* Moves a plant on by clock edges. HPU_END and HPU_OVER: it stands at the edge at which that happened. */
 int32_t hpu_advance(hpu_handle handle, uint64_t edges, hpu_error *error);
 
+/* Sets all `count` outputs of a plant, moves it on by one clock edge, and reads its `first` inputs there: hpu_drive,
+ * hpu_advance and hpu_read in one call, which is the quickest way to close a loop edge by edge. Errors as theirs. */
+int32_t hpu_step(hpu_handle handle, const int64_t *outputs, size_t count, int64_t *inputs, size_t first,
+                 hpu_error *error);
+
 /* Moves a plant on by nanoseconds. The edges of all such calls together are those of the sum of their times, rounded
  * down. Errors as of hpu_advance. */
 int32_t hpu_advance_ns(hpu_handle handle, uint64_t nanoseconds, hpu_error *error);

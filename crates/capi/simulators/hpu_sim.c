@@ -49,10 +49,9 @@ int32_t hpu_sim_step(int32_t plant, int32_t gates) {
     hpu_handle handle = (hpu_handle)plant;
     int64_t lines[2], outputs[4] = {gates >> 3 & 1, gates >> 2 & 1, gates >> 1 & 1, gates & 1};
     hpu_error error;
-    if (hpu_drive(handle, outputs, 4, &error)) return failed(&error);
-    int32_t status = hpu_advance(handle, 1, &error);
+    int32_t status = hpu_step(handle, outputs, 4, lines, 2, &error);
     if (status == HPU_END) return -HPU_END;
-    if (status || hpu_read(handle, lines, 2, &error)) return failed(&error);
+    if (status) return failed(&error);
     return (int32_t)(2 * lines[0] + lines[1]);
 }
 

@@ -308,12 +308,32 @@ pub extern "C" fn hpu_find(handle: u64, kind: i32, name: *const c_char, index: *
 /// Reads the first inputs.
 #[unsafe(no_mangle)]
 pub extern "C" fn hpu_read(handle: u64, words: *mut i64, count: usize, error: *mut CError) -> i32 {
+    end(plant(handle, |plant| read(plant, array_mut(words, count, "words")?)), error)
+}
+
+#[inline]
+fn read(plant: &Plant, to: &mut [i64]) -> Result<(), Error> {
+    let (from, count) = (plant.words(), to.len());
+    let from = from.get(..count).ok_or_else(|| argument(format!("count is {count}; accepted: 0 to {}", from.len())))?;
+    to.copy_from_slice(from);
+    Ok(())
+}
+
+/// Sets all outputs, moves on by a clock edge, and reads the first inputs there.
+#[unsafe(no_mangle)]
+pub extern "C" fn hpu_step(
+    handle: u64,
+    outputs: *const i64,
+    count: usize,
+    inputs: *mut i64,
+    first: usize,
+    error: *mut CError,
+) -> i32 {
     let done = plant(handle, |plant| {
-        let (to, from) = (array_mut(words, count, "words")?, plant.words());
-        let from =
-            from.get(..count).ok_or_else(|| argument(format!("count is {count}; accepted: 0 to {}", from.len())))?;
-        to.copy_from_slice(from);
-        Ok(())
+        let (outputs, inputs) = (array(outputs, count, "outputs")?, array_mut(inputs, first, "inputs")?);
+        plant.drive(outputs)?;
+        plant.advance(1)?;
+        read(plant, inputs)
     });
     end(done, error)
 }

@@ -29,7 +29,8 @@ pub fn compiled(source: &str, options: &[&str], made: &str) -> PathBuf {
     let mut cc = Command::new("cc");
     cc.args(["-std=c11", "-O2", "-Wall", "-Wextra", "-Wpedantic", "-Werror"]).args(options).arg("-I");
     cc.arg(here().join("include")).arg(here().join(source)).arg("-L").arg(library()).args(["-lhpu", "-o"]).arg(&made);
-    cc.arg(format!("-Wl,-rpath,{}", library().display()));
+    // Before the folders that cargo puts on the library path: one of them may hold the library of an older build.
+    cc.arg(format!("-Wl,--disable-new-dtags,-rpath,{}", library().display()));
     assert!(cc.status().expect("cc").success(), "{cc:?}");
     made
 }

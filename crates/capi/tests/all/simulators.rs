@@ -83,7 +83,7 @@ fn a_testbench_in_systemverilog_moves_the_plant_as_the_program_in_c() {
     // Compiled fast, not to be fast.
     verilator.args(["-j", "2", "-MAKEFLAGS", "OPT_FAST=-O0 OPT_SLOW=-O0 OPT_GLOBAL=-O0"]);
     verilator.arg("-CFLAGS").arg(format!("-I{include}"));
-    verilator.arg("-LDFLAGS").arg(format!("-L{folder} -lhpu -Wl,-rpath,{folder}"));
+    verilator.arg("-LDFLAGS").arg(format!("-L{folder} -lhpu -Wl,--disable-new-dtags,-rpath,{folder}"));
     let files = ["simulators/hpu_plant.sv", "examples/motor_tb.sv", "simulators/hpu_sim.c"];
     said(verilator.args(files.map(|file| here().join(file))));
     let program = Path::new(&work).join("Vmotor_tb");
