@@ -1,4 +1,4 @@
-//! What is inside a handle that can be closed, and that one thread at a time may use.
+//! The content of a handle that can be closed, and that one thread at a time may use.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Mutex, TryLockError};

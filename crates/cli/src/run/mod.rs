@@ -497,13 +497,13 @@ impl Observe for WavesAndRows {
     }
 }
 
-/// What a run leaves beside its summary.
+/// Keeps a run as it goes, beside its summary.
 enum Recorder<'a> {
     /// Nothing.
     Nothing,
     /// Waveforms and rows in a folder; the command goes into the heads of the files.
     Folder(&'a mut Folder, &'a str),
-    /// What another program's observer keeps.
+    /// An observer of another program.
     Other(&'a mut dyn Observe),
 }
 

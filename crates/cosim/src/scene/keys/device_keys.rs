@@ -14,7 +14,7 @@ pub(crate) struct DeviceKeys {
     pub parts: &'static [&'static Group],
     /// The design of the datapath.
     pub method: &'static [&'static Group],
-    /// What moves or touches the device.
+    /// The keys of its motion or its touch.
     pub motion: &'static [&'static Group],
     /// The walls around the device.
     pub walls: &'static [&'static Group],
