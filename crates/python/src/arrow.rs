@@ -50,7 +50,7 @@ struct Stream {
     private_data: *mut c_void,
 }
 
-/// The property of a schema or an array: the table, its children and its pointers to buffers.
+/// Owned by a schema or an array: the table, its children and its pointers to buffers.
 struct Held<T> {
     _columns: Columns,
     children: Vec<*mut T>,
@@ -175,7 +175,7 @@ impl Array {
     }
 }
 
-/// The property of a stream: the table, and whether its one array was taken.
+/// Owned by a stream: the table, and whether its one array was taken.
 struct Streamed {
     columns: Columns,
     taken: bool,
