@@ -66,7 +66,7 @@ impl<'s> TheLoop<'s> {
 }
 
 /// `LoopVisitor` is a generic callback: [`Wired::visit`] calls it with the concrete wiring and world types, so that
-/// run, compare, record and check are each written once.
+/// run, compare and the loop without types are each written once.
 pub trait LoopVisitor<'s> {
     /// The result of the visit.
     type Out;
