@@ -1,7 +1,7 @@
 #!/bin/bash
-# What is too long for the test command: the tests marked `ignore`, the whole `hpu check`, libhpu and the Python package
-# under valgrind, stable sets of 1000 random loops against numpy, then commands at random, on all cores. Its record is
-# record/long.txt.
+# What is too long for the test command: every test with checks of overflow and debug assertions, the tests marked
+# `ignore`, the whole `hpu check`, libhpu and the Python package under valgrind, stable sets of 1000 random loops against
+# numpy, then commands at random, on all cores. Its record is record/long.txt.
 # Usage: testbench/long.sh [COMMANDS [SEED]]: so many commands [100000] of a seed [1]; --update writes the record.
 # Exit codes: 0 every test passed and every command ended as the contract says, 1 one did not.
 set -euo pipefail
@@ -23,8 +23,8 @@ scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 
 failed=0
-cargo test --locked --workspace --tests -- --ignored >"$scratch/ignored" 2>&1 || failed=1
-[ $failed = 0 ] || cat "$scratch/ignored"
+cargo test --locked --workspace --tests --no-fail-fast -- --include-ignored >"$scratch/tests" 2>&1 || failed=1
+[ $failed = 0 ] || cat "$scratch/tests"
 
 # The VHDL on all random rows, of which the test command takes a twentieth.
 "${CARGO_TARGET_DIR:-target}/debug/hpu" check >"$scratch/checked" || failed=1
@@ -97,7 +97,8 @@ grep -h "HPU_FUZZ_SEED" -A3 "$scratch"/*.err || true
     echo "# testbench/long.sh $commands $seed: $(rustc -V), $cores cores, commit $(git rev-parse --short HEAD)"
     echo "# seconds of wall time, other work on the machine included; a command that computes for more than 20 s fails"
     awk '/^test result:/ { passed += $4; failed += $6 }
-        END { printf "tests that the test command leaves out: %d passed, %d failed\n", passed, failed }' "$scratch/ignored"
+        END { printf "tests with checks of overflow, and those that the test command leaves out: %d passed, %d failed\n", passed, failed }' \
+        "$scratch/tests"
     tail -n 1 "$scratch/checked"
     tail -n 1 "$scratch/switched"
     tail -n 1 "$scratch/compared"

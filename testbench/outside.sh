@@ -30,8 +30,8 @@ fi
 python=$venv/bin/python
 
 # Of the whole workspace, so that the crates have the features that they have in the tests, and are not built once more.
-cargo build --locked --quiet --workspace --lib --bin hpu --example narrow
-built=$(cd "${CARGO_TARGET_DIR:-target}/debug" && pwd)
+cargo build --locked --release --quiet --workspace --lib --bin hpu --example narrow
+built=$(cd "${CARGO_TARGET_DIR:-target}/release" && pwd)
 testbench=$PWD/testbench
 hdl=$PWD/hdl
 work=$(mktemp -d)

@@ -59,16 +59,17 @@ lint() {
 ) >"$scratch/priority" &
 beside=$!
 
-# Every Rust test, then the examples in the documentation.
+# Every Rust test, then the examples in the documentation. They test the program that users run, and what it costs in
+# instructions is counted on the same libraries. long.sh runs them all once more with checks of overflow and assertions.
 tested=passed
 testbench/tests.py | tee "$scratch/tests" || tested=failed
-cargo test --locked --workspace --doc --quiet | tee -a "$scratch/tests" || tested=failed
+cargo test --locked --release --workspace --doc --quiet | tee -a "$scratch/tests" || tested=failed
 
 # The VHDL: blocks on their vectors, loops closed around the plant, edge by edge. Beside the directed rows a twentieth of the
 # random ones: most blocks are proved too, and long.sh runs the whole check. The tests have built the program; `cargo run`
 # would build half of it once more, with fewer features of its dependencies.
 checked=passed
-"$target/debug/hpu" check --rows 100 || checked=failed
+"$target/release/hpu" check --rows 100 || checked=failed
 
 # APyTypes, cocotb and VUnit.
 outside=passed

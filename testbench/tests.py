@@ -25,7 +25,7 @@ SLOW_S = 2.0
 
 def built():
     """Every test binary: its package, its name, its path."""
-    command = ["cargo", "test", "--locked", "--workspace", "--lib", "--bins", "--tests", "--no-run"]
+    command = ["cargo", "test", "--locked", "--release", "--workspace", "--tests", "--no-run"]
     command.append("--message-format=json-render-diagnostics")
     build = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE)
     if build.returncode != 0:

@@ -150,6 +150,11 @@ int32_t hpu_advance(hpu_handle handle, uint64_t edges, hpu_error *error);
 int32_t hpu_step(hpu_handle handle, const int64_t *outputs, size_t count, int64_t *inputs, size_t first,
                  hpu_error *error);
 
+/* Tells a number of clock edges for which the inputs of a plant certainly keep their words, if its outputs keep theirs.
+ * A loop that counts them need not call the library before they are over or an output changes; it then moves the plant
+ * on by the edges that it has counted. */
+int32_t hpu_quiet(hpu_handle handle, uint64_t *edges, hpu_error *error);
+
 /* Moves a plant on by nanoseconds. The edges of all such calls together are those of the sum of their times, rounded
  * down. Errors as of hpu_advance. */
 int32_t hpu_advance_ns(hpu_handle handle, uint64_t nanoseconds, hpu_error *error);

@@ -20,6 +20,10 @@ package hpu_plant;
   // Moves on by this number of clock edges. HPU_END at the end.
   import "DPI-C" function int hpu_sim_advance(input int plant, input int edges);
 
+  // For how many clock edges the lines and all other inputs keep their words if the outputs keep theirs. A testbench
+  // that counts them need not call the plant meanwhile; hpu_sim_advance then moves it on by the edges counted.
+  import "DPI-C" function int hpu_sim_quiet(input int plant);
+
   // The word of an input, such as the wall's stiffness.
   import "DPI-C" function int hpu_sim_input(input int plant, input string name);
 

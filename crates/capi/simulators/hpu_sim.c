@@ -76,6 +76,13 @@ int32_t hpu_sim_advance(int32_t plant, int32_t edges) {
     return status && status != HPU_END ? failed(&error) : -status;
 }
 
+/* Returns for how many clock edges the inputs keep their words if the outputs keep theirs, 0 after an error. */
+int32_t hpu_sim_quiet(int32_t plant) {
+    uint64_t edges;
+    if (hpu_quiet((hpu_handle)plant, &edges, NULL)) return 0;
+    return edges < INT32_MAX ? (int32_t)edges : INT32_MAX;
+}
+
 /* Returns the word of an input by its name, such as the wall's stiffness. */
 int32_t hpu_sim_input(int32_t plant, const char *name) {
     hpu_handle handle = (hpu_handle)plant;

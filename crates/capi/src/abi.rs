@@ -356,6 +356,12 @@ pub extern "C" fn hpu_advance(handle: u64, edges: u64, error: *mut CError) -> i3
     end(plant(handle, |plant| plant.advance(edges)), error)
 }
 
+/// Tells for how many edges the inputs keep their words.
+#[unsafe(no_mangle)]
+pub extern "C" fn hpu_quiet(handle: u64, edges: *mut u64, error: *mut CError) -> i32 {
+    end(plant(handle, |plant| place(edges, "edges").map(|edges| *edges = plant.quiet())), error)
+}
+
 /// Moves on by nanoseconds.
 #[unsafe(no_mangle)]
 pub extern "C" fn hpu_advance_ns(handle: u64, nanoseconds: u64, error: *mut CError) -> i32 {

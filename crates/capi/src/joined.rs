@@ -200,6 +200,11 @@ impl Joined {
         if wanted > target { Err(Halt::End) } else { Ok(()) }
     }
 
+    /// Returns for how many edges the inputs certainly keep their words, if the outputs keep theirs.
+    pub(crate) fn quiet(&self) -> u64 {
+        self.next.saturating_sub(1).min(self.end).saturating_sub(self.edge)
+    }
+
     /// Sets the words of the outputs from the present edge on. The world is driven as before when they are refused.
     #[inline]
     pub(crate) fn drive(&mut self, outputs: &[i64]) -> Result<(), Misdriven> {

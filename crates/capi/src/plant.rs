@@ -221,6 +221,12 @@ impl Plant {
         }
     }
 
+    /// Returns a number of clock edges for which the inputs certainly keep their words, if the outputs keep theirs. It
+    /// may be 0, and never leads past the end of the scene.
+    pub fn quiet(&self) -> u64 {
+        self.world.quiet()
+    }
+
     /// Moves on by this time. The clock edges of all calls together are those of the sum of their times, rounded down,
     /// so no time is lost between calls.
     ///

@@ -106,6 +106,8 @@ int main(void) {
     REFUSED(hpu_step(plant, NULL, 4, words, 2, &error), HPU_ARGUMENT, "outputs is null, with 4 elements");
     REFUSED(hpu_step(plant, gates, 4, NULL, 2, &error), HPU_ARGUMENT, "inputs is null, with 2 elements");
     REFUSED(hpu_tick(plant, words, 1, words, 1, &error), HPU_ARGUMENT, "the handle is a plant; accepted: a block");
+    REFUSED(hpu_quiet(plant, NULL, &error), HPU_ARGUMENT, "edges is null");
+    REFUSED(hpu_quiet(0, &edges, &error), HPU_CLOSED, "not open");
 
     /* Time: 50 MHz, so 30 ns are an edge and a half. */
     FINE(hpu_clock(plant, &frequency_hz, &edges, &error));

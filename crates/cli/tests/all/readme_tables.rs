@@ -173,7 +173,10 @@ pub const COMMANDS: &[(&str, Form)] = &[
         ),
     ),
     (ESTIMATORS, Form::AsIs),
-    ("hpu reproduce criteria", Form::AsIs),
+    (
+        "hpu reproduce criteria",
+        Form::Begun("a minute of one core; testbench/long.sh tests a device, record/criteria.txt is what it prints"),
+    ),
     (
         "hpu run thrown-hybrid --driver rtl --hdl hdl --edges 100000 -o out",
         short("hpu run thrown-hybrid --driver rtl --edges 100000 -o out", "hpu carries the VHDL of that folder"),

@@ -1,7 +1,6 @@
 //! Folders of built models. The name of a folder is the SHA-256 of everything that the model is built from.
 
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -13,6 +12,7 @@ use hpu_signal::Clock;
 use sha2::{Digest, Sha256};
 
 use super::{DutError, Simulators};
+use crate::entry::hexadecimal;
 use crate::temporary::Temporary;
 use crate::tool::TIMEOUT;
 
@@ -105,10 +105,7 @@ fn key(Model { dut, clock, settle }: &Model, tools: &str) -> String {
         field(name.as_bytes());
         field(content);
     }
-    hash.finalize().iter().fold(String::new(), |mut text, byte| {
-        let _ = write!(text, "{byte:02x}");
-        text
-    })
+    hexadecimal(hash.finalize())
 }
 
 /// Returns the name of a file without its folders.

@@ -15,12 +15,20 @@ use super::build::{Model, base, carries_clock, common_cycle, write, write_files}
 use super::process::{ANSWER, Process};
 use super::{DutError, Simulators};
 use crate::cost::verilog::{UNTOLD, repaired};
+use crate::entry::key;
 use crate::tool::{Said, Tool, run};
 
 /// The file that lists the ports of a built model.
 const PORTS: &str = "ports";
 /// The program into which a model is compiled.
 const MODEL: &str = "obj/model";
+/// The parts of Verilator that every model has, compiled; the folder in the cache that keeps them begins with this name.
+const RUNTIME: [&str; 2] = ["verilated.o", "verilated_threads.o"];
+const KEPT: &str = "runtime";
+/// How the compiler treats what is computed at clock edges, what is computed once, and the parts that every model has.
+const LEVELS: [&str; 3] = ["OPT_FAST=-O3", "OPT_SLOW=-O1", "OPT_GLOBAL=-O1"];
+/// An endless loop has to hang, so that it is noticed. The compiler must not remove it.
+const FLAGS: &str = "-std=c++17 -O3 -fno-finite-loops -DVL_USER_FINISH";
 /// The widest port, in bits.
 const MOST_BITS: u32 = 64;
 
@@ -104,8 +112,7 @@ impl Simulators {
         let unknown = if generics { "unique" } else { "fast" };
         command.args(["--cc", "--exe", "-O3", "--flatten", "--x-assign", unknown, "--x-initial", "unique"]);
         command.args(["-Wno-lint", "-Wno-style", "-Wno-fatal", "--prefix", "Vdut", "--Mdir", "obj", "-o", "model"]);
-        // An endless loop has to hang, so that it is noticed. The compiler must not remove it.
-        command.args(["-CFLAGS", "-std=c++17 -O3 -fno-finite-loops -DVL_USER_FINISH", "-I.", "--top-module", top]);
+        command.args(["-CFLAGS", FLAGS, "-I.", "--top-module", top]);
         if inside {
             // Signals keep their names and are not merged.
             command.arg("--public-flat-rw");
@@ -137,10 +144,13 @@ impl Simulators {
         state.makes_up |= !is_flat(&folder.join("obj"));
         write(folder, "main.cpp", main_cpp(model, &found, &state).as_bytes())?;
         let mut make = Command::new("make");
-        make.current_dir(folder).args(["-s", "-C", "obj", "-f", "Vdut.mk", "model"]);
-        // Of the parts that every model has, none computes at a clock edge.
-        make.args(["OPT_FAST=-O3", "OPT_SLOW=-O1", "OPT_GLOBAL=-O1"]);
+        make.current_dir(folder).args(["-s", "-C", "obj", "-f", "Vdut.mk", "model"]).args(LEVELS);
+        let kept = self.runtime()?;
+        let is_lent = RUNTIME.iter().all(|part| fs::copy(kept.join(part), folder.join("obj").join(part)).is_ok());
         run(Tool::Verilator, "compile a design with make and g++", make, self.limit()).map_err(say)?;
+        if !is_lent {
+            keep(&folder.join("obj"), &kept);
+        }
         let lines = found.iter().map(|field| {
             let way = match field {
                 Field { is_inside: true, .. } => "inside",
@@ -152,6 +162,13 @@ impl Simulators {
             format!("{} {way} {} {sign}\n", field.name, field.width)
         });
         write(folder, PORTS, lines.collect::<String>().as_bytes())
+    }
+
+    /// Returns the folder in the cache for the parts of Verilator that every model has. Compiling them takes as long as a
+    /// small design does.
+    fn runtime(&self) -> Result<PathBuf, DutError> {
+        let version = Tool::Verilator.version().map_err(DutError::Tool)?;
+        Ok(self.cache.join(format!("{KEPT}-{}", key(&[&[&version, FLAGS], LEVELS.as_slice()].concat()))))
     }
 
     /// Returns the names of the ports and signals that are signed numbers, from Verilator's XML of the design.
@@ -192,6 +209,15 @@ impl Simulators {
         let plain: BTreeSet<_> = all().filter(|line| !is_signed(line)).filter_map(name).collect();
         let names = all().filter(is_signed).filter_map(name).filter(|name| !plain.contains(name));
         Ok(names.map(str::to_string).collect())
+    }
+}
+
+/// Keeps the parts that every model has for the next design. Where this fails, they are compiled again then.
+fn keep(objects: &Path, kept: &Path) {
+    if fs::create_dir_all(kept).is_ok() {
+        for part in RUNTIME {
+            let _ = fs::hard_link(objects.join(part), kept.join(part));
+        }
     }
 }
 

@@ -13,6 +13,7 @@ use sha2::{Digest, Sha256};
 use hpu_wave::Column;
 
 use super::{Header, Vectors};
+use crate::entry::hexadecimal;
 
 /// The source of the inputs of a set.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -142,7 +143,7 @@ fn digest(text: &str) -> String {
     for line in text.split_inclusive('\n').filter(|line| !line.contains(DIGEST)) {
         sha.update(line);
     }
-    sha.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+    hexadecimal(sha.finalize())
 }
 
 /// Returns the keys that describe a header.
