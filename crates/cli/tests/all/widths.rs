@@ -151,7 +151,7 @@ fn bad_questions_are_refused() {
     let narrow = ["hybrid-wall", "--set", "method.stiffness_format=(0,3,0)"];
     refused(&narrow, 4, "does not fit (0,3,0)");
     refused(&["hybrid-wall", "wrap-product", "--price"], 2, "--price takes one scene");
-    refused(&["hybrid-wall", "--tables"], 2, "an axis has no tables of sines");
+    refused(&["hybrid-wall", "--tables"], 2, "an axis has no tables; write the scene");
     refused(&["hybrid-wall", "--notation", "floats"], 2, "possible values: triple, vhdl, cpp, q");
 }
 
