@@ -45,7 +45,8 @@ impl Plant {
     #[pyo3(signature = (scene, overrides = None, **keys))]
     fn new(scene: &Bound<PyAny>, overrides: Option<&Bound<PyDict>>, keys: Option<&Bound<PyDict>>) -> PyResult<Self> {
         let ((name, file), set) = (self::scene(scene)?, self::overrides(overrides, keys)?);
-        let plant = hpu::Plant::open(&file, &set).map_err(|error| of_plant(&error, Some((&file, &set))))?;
+        let plant =
+            hpu::Plant::open(&file, &set).map_err(|error| of_plant(&error, Some((&file, file.plant(&set).err()))))?;
         Ok(Self {
             name,
             inputs: plant.inputs().to_vec(),
