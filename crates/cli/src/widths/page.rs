@@ -6,7 +6,7 @@ use hpu_study::map::outcome_name;
 use hpu_study::page::{Cell, Column, Page, Place, Table, Value};
 use hpu_study::widths::proof::{Bound, How};
 use hpu_study::widths::{Field, Loss, Needed, Recommended, SignalRow};
-use serde_json::{Value as Json, json};
+use serde_json::json;
 
 use crate::notation::triple;
 use crate::price::Price;
