@@ -21,9 +21,9 @@ const NS_PER_S: u128 = 1_000_000_000;
 ///
 /// At each edge the logic reads its [inputs](Self::words) as the plant is at that instant; the outputs that it then
 /// [drives](Self::drive) hold until the next edge. A scene with a method of the project's own gives that method's words
-/// beside the encoder's lines; its blocks do not run. A motor's scene may have neither
-/// method nor design; the logic then has the encoder's lines and the gates of the bridge. The plant promises nothing about what the logic does next, so its
-/// motion is that of a `[dut]` with the same outputs, to the bit.
+/// beside the encoder's lines; its blocks do not run. A motor's scene may have neither method nor design; the logic
+/// then has the encoder's lines and the gates of the bridge. The plant promises nothing about what the logic does next, so
+/// its motion is that of a `[dut]` with the same outputs, to the bit.
 pub struct Plant {
     // Before the fields that it borrows from: fields are dropped in this order.
     world: Joined,
@@ -286,8 +286,8 @@ fn of_axis(simulation: &'static AxisSimulation<'static>) -> Joint {
     axis((world, scene.edges()), (logic, inputs), wall, outputs, states)
 }
 
-/// Joins the world around a logic of the user's own. Its ports are those that the scene connects; where the scene has no
-/// design, they are the pins of the motor.
+/// Joins the world around a logic of the user's own. Its ports are those that the scene connects; a scene without a
+/// design has the pins of a motor.
 fn of_dut(scene: &'static DutScene, plant: &'static hpu_cosim::Plant) -> Result<Joint, Error> {
     let world = AxisWorld::new(plant, 0, Schedule::default());
     let wires = Wires::of_scene(scene).map_err(|error| Error::new(Status::Refused, error))?;

@@ -1,5 +1,5 @@
-/* Drives the plant of a scene without a method, and that of the same scene with one, by the same logic. Pins, states and
- * energies must be equal to the bit.
+/* Drives the plant of a scene without a method, and that of the same scene with one, by the same logic. Pins, states
+ * and energies must be equal to the bit.
  *
  *     alone ALONE.toml METHOD.toml
  */

@@ -23,9 +23,9 @@ const OWN: Own =
     Own { kind: "axis", plant_rate: &keys::record::plant_rate, expect: axis_expect, outputs: &keys::accuracy::outputs };
 
 /// The reason why a scene of an axis without a method is refused.
-const NO_METHOD: &str = "missing; write a [method] of hpu's own blocks or a [dut] of yours; a motor's scene without both \
-                         is for a logic outside of hpu, which opens the plant alone: hpu_open of libhpu, or hpu.Plant in \
-                         Python";
+const NO_METHOD: &str = "\
+    missing; write a [method] of hpu's own blocks or a [dut] of yours; a motor's scene without both is for a logic \
+    outside of hpu, which opens the plant alone: hpu_open of libhpu, or hpu.Plant in Python";
 
 pub(super) fn scene(file: &str, source: &Source, load: Load, buildable: Buildable) -> Result<Scene, SceneError> {
     let root = Section::root(source);

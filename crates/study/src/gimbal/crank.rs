@@ -24,6 +24,8 @@ const MORE_STEPS: [u32; 5] = [2, 4, 8, 16, 32];
 const MORE_BITS: [i32; 6] = [-8, -6, -4, -2, 2, 4];
 /// The share of the travel that is near a dead centre, at each end.
 const NEAR: f64 = 0.01;
+/// Blanks below the label of the text.
+const BELOW: &str = "           ";
 /// Bits of a block RAM of the iCE40.
 const RAM_BITS: u64 = 4096;
 
@@ -117,17 +119,17 @@ pub(super) fn told(config: &GimbalConfig, sizes: &[CrankSize]) -> ToldTables {
     let positions = u64::from(config.count.1 / config.count.0) + 1;
     page.data("positions", positions).data("near_percent_of_travel", 100.0 * NEAR).data("how", "exhausted");
     page.note(format!(
-        "tables     of the crank, a row for each position of its servo, {} here (*), read without interpolation; worst\n           \
-         errors exhausted over all {positions} positions, against the device's lengths in metres",
+        "tables     of the crank, a row for each position of its servo, {} here (*), read without interpolation; \
+         worst\n{BELOW}errors exhausted over all {positions} positions, against the device's lengths in metres",
         config.length
     ));
     let table = sizes_table(sizes);
     let csv = table.csv(&[] as &[&str]);
     page.table(table);
     page.note(format!(
-        "           crank: the angle that the radius tells. Within {} % of the travel from a dead centre (near), where the\n           \
-         radius hardly changes with the angle, it is off by about the root of the radius's error.\n           \
-         block RAM: at least, by the bits; hpu cost crank_table measures it",
+        "{BELOW}crank: the angle that the radius tells. Within {} % of the travel from a dead centre (near), where \
+         the\n{BELOW}radius hardly changes with the angle, it is off by about the root of the radius's error.\n\
+         {BELOW}block RAM: at least, by the bits; hpu cost crank_table measures it",
         100.0 * NEAR
     ));
     ToldTables { page, csv }
