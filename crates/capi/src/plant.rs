@@ -22,8 +22,8 @@ const NS_PER_S: u128 = 1_000_000_000;
 /// At each edge the logic reads its [inputs](Self::words) as the plant is at that instant; the outputs that it then
 /// [drives](Self::drive) hold until the next edge. A scene with a method of the project's own gives that method's words
 /// beside the encoder's lines; its blocks do not run. A motor's scene may have neither method nor design; the logic
-/// then has the encoder's lines and the gates of the bridge. The plant promises nothing about what the logic does next, so
-/// its motion is that of a `[dut]` with the same outputs, to the bit.
+/// then has the encoder's lines and the gates of the bridge. The plant promises nothing about what the logic does next,
+/// so its motion is that of a `[dut]` with the same outputs, to the bit.
 pub struct Plant {
     // Before the fields that it borrows from: fields are dropped in this order.
     world: Joined,
