@@ -104,7 +104,9 @@ uint32_t hpu_version(void);
 /* Opens the plant of a scene at clock edge 0. `scene` is the path of a file, which has a slash or ends in .toml, or
  * the name of a shipped scene (`hpu scenes` lists them). Each of the `count` overrides is KEY=VALUE, as after
  * --set. A scene with a [method] gives the words of its method as inputs, but its blocks do not run; a design named
- * by a [dut] is not built. HPU_REFUSED: the message has file, line, column and what is accepted. */
+ * by a [dut] is not built. The scene of a motor may have neither: device, encoder, bridge, hand and clock are then the
+ * whole scene, its pins are a_pin and b_pin, a_high to b_low, and without a [wall] contact stays 0. HPU_REFUSED: the
+ * message has file, line, column and what is accepted. */
 int32_t hpu_open(const char *scene, const char *const *overrides, size_t count, hpu_handle *handle, hpu_error *error);
 
 /* Opens the plant of a scene by its text. Messages name it `name`; its data files are in `folder`. */

@@ -21,8 +21,9 @@ const NS_PER_S: u128 = 1_000_000_000;
 ///
 /// At each edge the logic reads its [inputs](Self::words) as the plant is at that instant; the outputs that it then
 /// [drives](Self::drive) hold until the next edge. A scene with a method of the project's own gives that method's words
-/// beside the encoder's lines; its blocks do not run. The plant promises nothing about what the logic does next, so its
-/// motion is that of a `[dut]` with the same outputs, to the bit.
+/// beside the encoder's lines; its blocks do not run. A motor's scene may have neither method nor design; the logic
+/// then has the encoder's lines and the gates of the bridge. The plant promises nothing about what the logic does next,
+/// so its motion is that of a `[dut]` with the same outputs, to the bit.
 pub struct Plant {
     // Before the fields that it borrows from: fields are dropped in this order.
     world: Joined,
@@ -92,7 +93,7 @@ impl Plant {
     /// or no plant.
     pub fn open(file: &SceneFile, overrides: &[(String, String)]) -> Result<Self, Error> {
         let refused = |text: &dyn std::fmt::Display| Error::new(Status::Refused, text);
-        let scene = file.parse(overrides).map_err(|error| refused(&format!("{error:#}")))?;
+        let scene = file.plant(overrides).map_err(|error| refused(&format!("{error:#}")))?;
         let named = |error: &dyn std::fmt::Display| refused(&format!("{}: {error}", file.name));
         let scene = Owned::new(scene);
         // SAFETY: what borrows from the scene is dropped before it, in `Plant` as here.
@@ -112,7 +113,7 @@ impl Plant {
             (Laws::Dut(_), _) => unreachable!("only the scene of a design has its laws"),
         };
         let Joint { world, inputs, outputs, states } = joint;
-        let is_design = matches!(lent, Experiment::Dut(_));
+        let is_design = matches!(lent, Experiment::Dut(scene) if !scene.dut.files.is_empty());
         let has_legs = !is_design && outputs.len() == 4 && outputs[0].name == "a_high";
         Ok(Self { world, _laws: laws, scene, inputs, outputs, states, has_legs, owed: 0 })
     }
@@ -291,7 +292,8 @@ fn of_axis(simulation: &'static AxisSimulation<'static>) -> Joint {
     axis((world, scene.edges()), (logic, inputs), wall, outputs, states)
 }
 
-/// Joins the world around a design of the user's own. Its ports are those that the scene connects.
+/// Joins the world around a logic of the user's own. Its ports are those that the scene connects; a scene without a
+/// design has the pins of a motor.
 fn of_dut(scene: &'static DutScene, plant: &'static hpu_cosim::Plant) -> Result<Joint, Error> {
     let world = AxisWorld::new(plant, 0, Schedule::default());
     let wires = Wires::of_scene(scene).map_err(|error| Error::new(Status::Refused, error))?;

@@ -27,8 +27,8 @@ pub struct Args {
     /// 50000]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(16..=1_000_000))]
     counts: Option<u32>,
-    /// Clock of the FPGA
-    #[arg(long, value_name = "FREQUENCY", default_value = "50 MHz")]
+    /// Clock of the FPGA [default: 50 MHz]
+    #[arg(long, value_name = "FREQUENCY", default_value = "50 MHz", hide_default_value = true)]
     clock: String,
     /// Control law of a motor or a mass [default: hybrid]
     #[arg(long, value_parser = PossibleValuesParser::new(methods()), conflicts_with = "dut")]

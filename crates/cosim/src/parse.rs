@@ -25,6 +25,22 @@ impl Experiment {
     ) -> Result<Self, SceneError> {
         Self::read(Text { name, text, overrides }, load, &buildable)
     }
+
+    /// Parses and validates a scene for its plant, which somebody else's logic drives: as [`parse`](Self::parse), but
+    /// the scene of a motor may have neither a `[method]` nor a `[dut]`. The plant alone is then returned as a
+    /// [`Dut`](Self::Dut) whose design has no files and the [pins](crate::scene::Dut::pins) of a motor.
+    ///
+    /// # Errors
+    ///
+    /// [`SceneError`] with file, line, column, key, and what is accepted instead; of a plant alone the first error.
+    pub fn plant(
+        name: &str,
+        text: &str,
+        overrides: &[(String, String)],
+        load: &mut dyn FnMut(&str) -> io::Result<Vec<u8>>,
+    ) -> Result<Self, SceneError> {
+        Self::read_plant(Text { name, text, overrides }, load, &buildable)
+    }
 }
 
 impl Scene {

@@ -56,6 +56,15 @@ impl SceneFile {
         Experiment::parse(&self.name, &self.text, overrides, &mut |file: &str| self.load(file))
     }
 
+    /// Parses the scene with these overrides for its plant, as [`Experiment::plant`] does.
+    ///
+    /// # Errors
+    ///
+    /// As [`parse`](Self::parse).
+    pub fn plant(&self, overrides: &[(String, String)]) -> Result<Experiment, SceneError> {
+        Experiment::plant(&self.name, &self.text, overrides, &mut |file: &str| self.load(file))
+    }
+
     /// Reads a data file that the scene names.
     ///
     /// # Errors

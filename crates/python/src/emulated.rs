@@ -39,7 +39,8 @@ impl Loop {
     #[pyo3(signature = (scene, overrides = None, **keys))]
     fn new(scene: &Bound<PyAny>, overrides: Option<&Bound<PyDict>>, keys: Option<&Bound<PyDict>>) -> PyResult<Self> {
         let ((name, file), set) = (self::scene(scene)?, self::overrides(overrides, keys)?);
-        let emulated = Emulated::open(&file, &set).map_err(|error| of_plant(&error, Some((&file, &set))))?;
+        let emulated =
+            Emulated::open(&file, &set).map_err(|error| of_plant(&error, Some((&file, file.parse(&set).err()))))?;
         let (nets, states) = (emulated.nets().to_vec(), emulated.states());
         Ok(Self { name, nets, states, emulated: Handle::new("loop", emulated) })
     }

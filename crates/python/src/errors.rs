@@ -13,26 +13,27 @@ import_exception!(hpu._errors, ArgumentError);
 import_exception!(hpu._errors, HandleError);
 import_exception!(hpu._errors, EndError);
 
-/// Returns the exception of an error of libhpu that a scene with these overrides gave.
-pub fn of_plant(error: &hpu::Error, scene: Option<(&SceneFile, &[(String, String)])>) -> PyErr {
+/// Returns the exception of an error of libhpu. `scene` is the file of the scene that it speaks of, and the reason why
+/// the scene itself is refused, if it is.
+pub fn of_plant(error: &hpu::Error, scene: Option<(&SceneFile, Option<hpu_cosim::scene::SceneError>)>) -> PyErr {
     let text = error.text.clone();
     match (error.status, scene) {
-        (Status::Refused, Some((file, set))) => of_scene(file, set, text),
+        (Status::Refused, Some((file, refused))) => of_scene(file, refused, text),
         (Status::Refused | Status::Argument, _) => ArgumentError::new_err(text),
         (Status::End | Status::Over, _) => EndError::new_err(text),
         (Status::Closed | Status::Busy | Status::Full | Status::Broken, _) => HandleError::new_err(text),
     }
 }
 
-/// Returns the exception of a message that a scene with these overrides gave. If the scene itself is refused, the
-/// exception has its file and line.
-pub fn of_scene(file: &SceneFile, set: &[(String, String)], text: String) -> PyErr {
-    match file.parse(set) {
-        Err(refused) => {
+/// Returns the exception of a message about a scene. If the scene itself is refused, the exception has its file and
+/// line.
+pub fn of_scene(file: &SceneFile, refused: Option<hpu_cosim::scene::SceneError>, text: String) -> PyErr {
+    match refused {
+        Some(refused) => {
             let (line, column) = refused.place().unzip();
             SceneError::new_err((format!("{refused:#}"), file.name.clone(), line, column))
         }
-        Ok(_) => Error::new_err(text),
+        None => Error::new_err(text),
     }
 }
 

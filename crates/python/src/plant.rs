@@ -16,7 +16,8 @@ use crate::signal::{index, named, tuple, word};
 ///
 /// Your logic reads `pins` as they are at the present edge, drives outputs that hold from this edge on, and advances.
 /// The motion is that of a design in a `[dut]` with the same outputs, to the bit. Use it in one thread at a time;
-/// `with` closes it.
+/// `with` closes it. The scene of a motor needs neither `[method]` nor `[dut]`: its pins are then `a_pin` and `b_pin`,
+/// its outputs the gates `a_high`, `a_low`, `b_high` and `b_low`.
 ///
 /// `scene` is a shipped name (`hpu.scenes()`), a path, or `hpu.Scene(text)`. `overrides` is a dict such as
 /// `{"wall.stiffness": 2}`; in further keywords two underscores stand for a dot: `wall__stiffness=2`. `hpu.keys()`
@@ -45,7 +46,8 @@ impl Plant {
     #[pyo3(signature = (scene, overrides = None, **keys))]
     fn new(scene: &Bound<PyAny>, overrides: Option<&Bound<PyDict>>, keys: Option<&Bound<PyDict>>) -> PyResult<Self> {
         let ((name, file), set) = (self::scene(scene)?, self::overrides(overrides, keys)?);
-        let plant = hpu::Plant::open(&file, &set).map_err(|error| of_plant(&error, Some((&file, &set))))?;
+        let plant =
+            hpu::Plant::open(&file, &set).map_err(|error| of_plant(&error, Some((&file, file.plant(&set).err()))))?;
         Ok(Self {
             name,
             inputs: plant.inputs().to_vec(),

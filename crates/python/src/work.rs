@@ -58,6 +58,6 @@ pub fn ended<T>(run: Result<Option<T>, Failure>, source: &SceneFile, set: &Overr
     match run {
         Ok(Some(run)) => Ok(run),
         Ok(None) => Err(PyKeyboardInterrupt::new_err("stopped")),
-        Err(failure) => Err(of_scene(source, set, failure.to_string())),
+        Err(failure) => Err(of_scene(source, source.parse(set).err(), failure.to_string())),
     }
 }

@@ -80,6 +80,51 @@ class Plants(unittest.TestCase):
         self.assertEqual(plant_edges(overrides), 200_000)
         self.assertNotEqual(mine["speed_rad_per_s"], 0.0)
 
+    def test_a_plant_alone_moves_as_that_of_a_scene_with_a_method(self):
+        alone = """
+            about = "A motor in the loop of a logic that no scene names."
+            [device]
+            kind = "motor"
+            motor = "vasudevan_2007"
+            initial_speed = "30 rad/s"
+            [encoder]
+            lines = 1024
+            [hand]
+            kind = "none"
+            [clock]
+            frequency = "50 MHz"
+            [run]
+            duration = "2 ms"
+        """
+        method = """
+            [method]
+            kind = "hybrid"
+            sample_rate = "1 kHz"
+            [wall]
+            position = "0.01 rad"
+            stiffness = "1 N.m/rad"
+            damping = 0
+        """
+        ends = []
+        with tempfile.TemporaryDirectory() as folder:
+            for text in (alone, alone + method):
+                path = Path(folder) / "plant.toml"
+                path.write_text(text)
+                with hpu.Plant(path) as plant:
+                    lines = []
+                    while plant.edge < plant.edges:
+                        plant.advance(100)
+                        lines.append(plant.read()[:2])
+                        forward = plant["count"] % 2
+                        plant.drive(forward, 1 - forward, 1 - forward, forward)
+                    ends.append((plant.states, plant.energy, lines))
+            path.write_text(alone)
+            with self.assertRaises(hpu.SceneError) as refusal:
+                hpu.run(path)
+        self.assertEqual(ends[0], ends[1])
+        self.assertGreater(len(set(ends[0][2])), 3)
+        self.assertIn("hpu.Plant in Python", str(refusal.exception))
+
     def test_time_is_counted_in_whole_edges(self):
         with hpu.Plant("hybrid-wall") as plant:
             self.assertEqual((plant.clock_hz, plant.edges), (50_000_000, 100_000_000))

@@ -7,7 +7,6 @@ use hpu_signal::Observe;
 use crate::accuracy::Contestant;
 use crate::fit::Simplifications;
 use crate::page::Page;
-use crate::tables::Tables;
 use crate::widths::proof::Proof;
 use crate::widths::search::Loops;
 use crate::widths::{Asked, Field};
@@ -47,6 +46,14 @@ pub struct ToldLimits {
     pub of: &'static str,
     /// Their page, or why the criteria say nothing of the scene.
     pub page: Result<Page, String>,
+}
+
+/// The tables of a device in other sizes.
+pub struct ToldTables {
+    /// Their page, for text and JSON.
+    pub page: Page,
+    /// The same as CSV.
+    pub csv: String,
 }
 
 /// A `Device` answers the questions of every study about the device of a scene, so that no study asks which device it
@@ -144,8 +151,8 @@ pub trait Device: Setup {
         None
     }
 
-    /// Returns the tables of sines of the scene, or why it has none.
-    fn tables(&self) -> Result<Tables, String> {
+    /// Returns the lookup tables of the scene's datapath in other sizes, or why it has none.
+    fn tables(&self) -> Result<ToldTables, String> {
         Err(format!("{OF_YOURS}; write a scene with a [method]"))
     }
 }

@@ -21,7 +21,7 @@ mod interval;
 mod sampled;
 mod watch;
 
-pub use device::{Device, Reach, SwitchWatch, Switching, ToldLimits};
+pub use device::{Device, Reach, SwitchWatch, Switching, ToldLimits, ToldTables};
 pub use devices::device;
 pub use phantom::{reproduce, tables};
 pub use sampled::SampledLoop;

@@ -53,3 +53,36 @@ pub fn set(pairs: &[&str]) -> Vec<(String, String)> {
 pub fn shipped(name: &str) -> SceneFile {
     SceneFile::find(name).expect("a shipped scene")
 }
+
+/// A motor without a method: its plant alone. It turns and the hand lets go.
+pub const PLANT: &str = r#"
+about = "A motor in the loop of a logic that no scene names."
+[device]
+kind = "motor"
+motor = "vasudevan_2007"
+initial_speed = "100 rad/s"
+[encoder]
+lines = 1024
+[hand]
+kind = "none"
+[clock]
+frequency = "50 MHz"
+[run]
+duration = "20 ms"
+"#;
+
+/// The hybrid loop and its wall, to put behind [`PLANT`].
+pub const LOGIC: &str = r#"
+[method]
+kind = "hybrid"
+sample_rate = "1 kHz"
+[wall]
+position = "0.2 rad"
+stiffness = "1.5 N.m/rad"
+damping = 0
+"#;
+
+/// A scene that is made of these parts.
+pub fn written(parts: &[&str]) -> SceneFile {
+    SceneFile { name: "written.toml".into(), text: parts.concat(), data: PathBuf::from("."), is_shipped: false }
+}

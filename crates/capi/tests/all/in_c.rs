@@ -1,11 +1,12 @@
 //! Programs in C.
 
 use std::collections::BTreeMap;
+use std::fs;
 use std::process::Command;
 
 use hpu_cosim::{Wired, WiredSimulation};
 
-use crate::common::{compiled, said, set, shipped};
+use crate::common::{LOGIC, PLANT, compiled, folder, said, set, shipped};
 
 /// Steps a scene's wiring and world edge by edge, without a promise of how outputs repeat. Returns the states at the
 /// end, then energies supplied, stored and dissipated.
@@ -55,4 +56,17 @@ fn the_hybrid_wall_in_c_moves_as_the_blocks_do_to_the_bit() {
 #[test]
 fn bad_calls_are_refused_with_what_is_accepted() {
     said(&mut Command::new(compiled("tests/c/refused.c", &["-pthread"], "refused")));
+}
+
+/// A logic in C drives the plant of a scene with a method and the same plant alone; the program compares both.
+#[test]
+fn a_plant_alone_in_c_moves_as_that_of_a_scene_with_a_method() {
+    let program = compiled("tests/c/alone.c", &[], "alone");
+    let scene = |name: &str, text: &str| {
+        let path = folder("alone").join(name);
+        fs::write(&path, text).expect("a file");
+        path
+    };
+    let (alone, method) = (scene("alone.toml", PLANT), scene("method.toml", &[PLANT, LOGIC].concat()));
+    assert_eq!(said(Command::new(program).args([alone, method])), "same after 1000000 edges\n");
 }

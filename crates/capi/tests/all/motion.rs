@@ -5,7 +5,7 @@ use hpu_cosim::scene::shipped as all_shipped;
 use hpu_cosim::{Control, Driver, Simulation, Wired, WiredSimulation};
 use hpu_datapath::Generic;
 
-use crate::common::{set, shipped};
+use crate::common::{LOGIC, PLANT, set, shipped, written};
 
 /// Runs a scene pin by pin with the loop as a golden model, and by the engine; both give the same energies to the bit.
 /// Only loops that promise no repetition are compared: on a promise, the engine's motor cruises.
@@ -61,6 +61,46 @@ fn a_motor_driven_at_once_moves_as_in_the_engine() {
     let wall = ["method.pwm.duty=immediate", "run.duration=30 ms", "wall.position=0.05 rad"];
     same_as_the_engine("hybrid-wall", &wall);
     same_as_the_engine("conventional-wall-10khz", &["method.pwm.duty=immediate", "run.duration=10 ms", wall[2]]);
+}
+
+/// The hybrid loop as a golden model closes the loop around a scene with a method and around the same device without
+/// one. Pins, states and energies are equal to the bit.
+#[test]
+fn a_plant_alone_moves_as_that_of_a_scene_with_a_method() {
+    let mut theirs = Plant::open(&written(&[PLANT, LOGIC]), &[]).expect("a scene with a method");
+    let mut alone = Plant::open(&written(&[PLANT]), &[]).expect("a plant alone");
+    let names = |signals: &[hpu_signal::Signal]| signals.iter().map(|signal| signal.name).collect::<Vec<_>>();
+    assert_eq!(names(alone.inputs()), ["a_pin", "b_pin", "index", "count", "contact"]);
+    assert_eq!(names(alone.outputs()), names(theirs.outputs()));
+    let mut block = Block::new("hybrid_loop", &[]).expect("the loop");
+    let given = block.inputs().len();
+    let (mut changes, mut touched) = (0, [false; 2]);
+    let mut before = alone.words()[..2].to_vec();
+    while theirs.advance(1).is_ok() {
+        alone.advance(1).expect("as long");
+        assert_eq!(alone.words()[..2], theirs.words()[..2], "at edge {}", alone.edge());
+        for (touched, plant) in touched.iter_mut().zip([&alone, &theirs]) {
+            *touched |= plant.words().last() == Some(&1);
+        }
+        let mut words = theirs.words()[..given].to_vec();
+        words[..2].copy_from_slice(&alone.words()[..2]);
+        changes += usize::from(words[..2] != before);
+        before.copy_from_slice(&words[..2]);
+        let out = block.tick(&words).expect("words that fit");
+        theirs.drive(&out).expect("outputs that fit");
+        alone.drive(&out).expect("outputs that fit");
+    }
+    assert_eq!((alone.edge(), changes > 100), (theirs.edge(), true));
+    assert_eq!(format!("{:?}", alone.summary()), format!("{:?}", theirs.summary()));
+    for index in 0..alone.states().len() {
+        assert_eq!(alone.state(index).map(f64::to_bits), theirs.state(index).map(f64::to_bits));
+    }
+    // A scene with a wall tells its contact; without one none is touched.
+    assert_eq!(touched, [false, true]);
+    let wall = set(&["wall.position=0.01 rad"]);
+    let mut walled = Plant::open(&written(&[PLANT]), &wall).expect("a plant and a wall");
+    walled.advance(500_000).expect("a run");
+    assert_eq!(walled.words()[4], 1);
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use hpu::{Plant, Status};
 
-use crate::common::{set, shipped};
+use crate::common::{PLANT, set, shipped, written};
 
 #[test]
 fn a_scene_without_a_clock_is_refused() {
@@ -18,4 +18,26 @@ fn all_errors_of_a_scene_are_told() {
     let pairs = set(&["wall.stiffness=soft", "encoder.lines=-1"]);
     let refused = Plant::open(&shipped("hybrid-wall"), &pairs).err().expect("two errors");
     assert!(refused.text.contains("wall.stiffness") && refused.text.ends_with("2 errors"), "{refused}");
+}
+
+/// The pins of a plant alone are gates, so a mass needs somebody to say the word of its amplifier.
+#[test]
+fn a_plant_alone_is_a_motors_and_nothing_runs_it() {
+    let refused = |text: &str, pairs: &[&str]| {
+        let refused = Plant::open(&written(&[text]), &set(pairs)).err().expect("no plant alone");
+        assert_eq!(refused.status, Status::Refused);
+        refused.text
+    };
+    let mass =
+        PLANT.replace("\"motor\"\nmotor = \"vasudevan_2007\"\ninitial_speed = \"100 rad/s\"", "\"mass\"\nmass = 0.1");
+    let of_mass = refused(&mass, &[]);
+    assert!(of_mass.starts_with("written.toml:1:1: method: missing; write a [method]"), "{of_mass}");
+    assert!(refused(PLANT, &["wall.varies=dut.generics.K", "wall.position=1"]).contains("has nothing to vary"));
+    assert!(refused(PLANT, &["device.mass=1"]).contains("device.mass"));
+    let run = written(&[PLANT]).parse(&[]).expect_err("nothing closes the loop");
+    let run = format!("{run:#}");
+    assert!(!run.contains('\n') && run.contains("hpu_open of libhpu, or hpu.Plant in Python"), "{run}");
+    let mut plant = Plant::open(&written(&[PLANT]), &[]).expect("a plant alone");
+    let shorted = plant.drive(&[1, 1, 0, 0]).expect_err("a short circuit");
+    assert!(shorted.text.starts_with("both switches of leg a are closed at clock edge 0"), "{shorted}");
 }

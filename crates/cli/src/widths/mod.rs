@@ -13,9 +13,8 @@ use hpu_chart::{Picture, ranges};
 use hpu_cosim::scene::Experiment;
 use hpu_rtl::{Cache, Setup};
 use hpu_signal::Notation;
-use hpu_study::device;
-use hpu_study::tables::Tables;
 use hpu_study::widths::{Field, Measured, Recommended, by_range, measured, random, recommend, together};
+use hpu_study::{ToldTables, device};
 
 use crate::cache::Remember;
 use crate::exit::{Exit, Failure};
@@ -74,7 +73,8 @@ pub struct Args {
     hdl: hdl::Vhdl,
     #[command(flatten)]
     remember: Remember,
-    /// Add the tables of sines of an arm: other depths, other words and what could stand in their place
+    /// Add the tables of sines of an arm: other depths, other words and what could stand in their place; or the crank's
+    /// table of a gimbal: fewer rows, other words
     #[arg(long)]
     tables: bool,
     /// Print the straight-line parts of the proof as a script for Gappa, and nothing else; with --out as SCENE.g
@@ -115,8 +115,8 @@ pub struct Widths {
     pub recommended: Result<Recommended, String>,
     /// LUT4 and flip-flops that one more bit of each width costs, or the reason why this is unknown.
     pub one_more: Result<Vec<(Field, OneMore)>, String>,
-    /// The tables of sines of an arm, if they are asked for.
-    pub tables: Option<Tables>,
+    /// The tables of the device in other sizes, if they are asked for.
+    pub tables: Option<ToldTables>,
     /// The cost of the loop as it is.
     pub price: Option<Price>,
     /// The notation that was asked for.
@@ -176,7 +176,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
             folder.write("proved.csv", proved.csv())?;
         }
         if let Some(tables) = &found.tables {
-            folder.write("tables.csv", tables.csv())?;
+            folder.write("tables.csv", &tables.csv)?;
         }
         found.files = folder.places().map(PathBuf::from).chain([folder.place("widths.json")]).collect();
         folder.write("widths.json", format!("{:#}\n", page::page(&found).json()))?;

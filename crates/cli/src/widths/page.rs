@@ -4,10 +4,9 @@ use hpu_signal::{Clock, Notation};
 use hpu_study::fit::percent;
 use hpu_study::map::outcome_name;
 use hpu_study::page::{Cell, Column, Page, Place, Table, Value};
-use hpu_study::tables::Tables;
 use hpu_study::widths::proof::{Bound, How};
 use hpu_study::widths::{Field, Loss, Needed, Recommended, SignalRow};
-use serde_json::{Value as Json, json};
+use serde_json::json;
 
 use crate::notation::triple;
 use crate::price::Price;
@@ -49,9 +48,9 @@ pub fn page(of: &Widths) -> Page {
         }
     }
     notes(&mut page, of);
-    page.data("tables", of.tables.as_ref().map(tables));
+    page.data("tables", of.tables.as_ref().map(|tables| tables.page.json()));
     if let Some(tables) = &of.tables {
-        page.note(tables.text());
+        page.note(tables.page.text());
     }
     page.data("price", of.price.as_ref().map(Price::json));
     if let Some(price) = &of.price {
@@ -317,31 +316,4 @@ fn wrapped(text: &str) -> String {
         }
     }
     lines.join("\n")
-}
-
-fn tables(tables: &Tables) -> Json {
-    let depths = tables.depths.iter().map(|depth| {
-        json!({
-            "bits": depth.width,
-            "reach_deg": depth.reach_deg,
-            "block_rams": depth.rams,
-            "held_percent": depth.held_percent[0],
-            "held_of_reached_percent": depth.held_percent[1],
-        })
-    });
-    let sources = tables.sources.iter().map(|(sine, rams)| {
-        json!({
-            "source": sine.source.name(),
-            "size": sine.size,
-            "format": triple(sine.format),
-            "rom_words": sine.rom.words,
-            "rom_width_bits": sine.rom.width,
-            "block_rams": rams,
-            "worst": sine.worst,
-            "worst_rad": sine.worst_rad,
-            "how": "exhausted",
-        })
-    });
-    let (depths, sources) = (depths.collect::<Vec<_>>(), sources.collect::<Vec<_>>());
-    json!({ "depth_bits": tables.depth_width, "depths": depths, "sources": sources })
 }

@@ -189,7 +189,7 @@ const REFUSED: [(i32, &str); 29] = [
     (2, "limits gimbal-shape"),
     (2, "limits gimbal-switch --range 1..2"),
     (4, "widths gimbal-switch --search"),
-    (2, "widths gimbal-switch --tables"),
+    (2, "widths hybrid-wall --tables"),
     (2, "limits hybrid-wall --range 3..1"),
     (2, "limits hybrid-wall --range soft"),
     (4, "map hybrid-wall --x wall.nokey=1..2:2 --y wall.damping=0..1:2"),

@@ -151,7 +151,7 @@ fn bad_questions_are_refused() {
     let narrow = ["hybrid-wall", "--set", "method.stiffness_format=(0,3,0)"];
     refused(&narrow, 4, "does not fit (0,3,0)");
     refused(&["hybrid-wall", "wrap-product", "--price"], 2, "--price takes one scene");
-    refused(&["hybrid-wall", "--tables"], 2, "an axis has no tables of sines");
+    refused(&["hybrid-wall", "--tables"], 2, "an axis has no tables; write the scene");
     refused(&["hybrid-wall", "--notation", "floats"], 2, "possible values: triple, vhdl, cpp, q");
 }
 
@@ -266,4 +266,28 @@ fn searches_of_several_scenes_are_refused_with_what_to_write() {
     refused(&["hybrid-wall", "conventional-wall-1khz", "--search"], 4, "\"hybrid\" and \"conventional\"");
     refused(&["thrown-hybrid", "--search", "--proved"], 4, "no limit of the travel is proved");
     refused(&["phantom-thrown", "--search", "--proved"], 2, "leave out the other scenes, --also and --proved");
+}
+
+/// A page, a file and the JSON tell the same of the crank's table. Its 615 rows are the positions of half a turn.
+#[test]
+fn the_cranks_table_of_a_gimbal_is_compared_with_other_sizes() {
+    let dir = scratch("widths-crank");
+    let args = ["gimbal-spring", "--no-trials", "--tables", "--set", "run.duration=20 ms", "-o", text(&dir)];
+    let output = run(&[&["widths"], &args[..]].concat());
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let page = stdout(&output);
+    let said = page.split_once("tables     of the crank").expect("the tables").1;
+    assert!(said.lines().all(|line| line.chars().count() <= 120), "{page}");
+    assert_eq!(said.lines().filter(|line| line.starts_with("*  615")).count(), 1);
+    let file = std::fs::read_to_string(dir.join("widths.json")).expect("a file");
+    let tables = &serde_json::from_str::<Value>(&file).expect("JSON")["tables"];
+    let sizes = tables["sizes"].as_array().expect("sizes");
+    assert_eq!((&tables["positions"], sizes.len()), (&615.into(), 12));
+    let chosen: Vec<_> = sizes.iter().filter(|size| size["chosen"] == true).collect();
+    assert!(chosen.len() == 1 && chosen[0]["radius_lsb"].as_f64() < Some(1.5), "{chosen:?}");
+    let csv = std::fs::read_to_string(dir.join("tables.csv")).expect("a file");
+    let column = csv.lines().next().expect("a head").split(',').position(|name| name == "rows").expect("rows");
+    let rows: Vec<u64> =
+        csv.lines().skip(1).map(|line| line.split(',').nth(column).unwrap().parse().unwrap()).collect();
+    assert_eq!(rows[..6], [615, 308, 154, 77, 39, 20]);
 }

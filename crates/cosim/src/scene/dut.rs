@@ -47,7 +47,7 @@ impl DutScene {
 /// A design.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Dut {
-    /// Its files in the order in which they are compiled.
+    /// Its files in the order in which they are compiled; none where a scene is that of the plant alone.
     pub files: Vec<SourceFile>,
     /// The VHDL library that they are compiled into.
     pub library: String,
@@ -251,6 +251,32 @@ pub enum Driving {
 }
 
 impl Dut {
+    /// Returns the pins of a motor's plant alone, for a logic that no scene names: the lines of the encoder and the
+    /// gates of the bridge, by the names that they have in this project's loops.
+    pub fn pins() -> Self {
+        let line = |(name, line): (&str, Line)| (name.to_string(), Connection::Line(line, false));
+        let pins = [
+            ("a_pin", Line::A),
+            ("b_pin", Line::B),
+            ("a_high", Line::MinusHigh),
+            ("a_low", Line::MinusLow),
+            ("b_high", Line::PlusHigh),
+            ("b_low", Line::PlusLow),
+        ];
+        Self {
+            files: Vec::new(),
+            library: "work".into(),
+            top: String::new(),
+            standard: Standard::Vhdl2008,
+            engine: Engine::Auto,
+            clocks: Vec::new(),
+            reset: None,
+            generics: Vec::new(),
+            ports: pins.map(line).into(),
+            floats: false,
+        }
+    }
+
     /// Returns the lines that are connected.
     pub fn lines(&self) -> impl Iterator<Item = Line> + '_ {
         self.ports.iter().filter_map(|(_, connection)| match connection {

@@ -202,6 +202,16 @@ impl Experiment {
         Self::of(name, &source, load, buildable).map_err(|first| audit::with_others(&source, first))
     }
 
+    /// Reads a scene for its plant: as [`read`](Self::read), but a motor's scene may be [that of the plant
+    /// alone](Dut::pins).
+    pub(crate) fn read_plant(text: Text, load: Load, buildable: Buildable) -> Result<Self, SceneError> {
+        let source = Source::parse(text.name, text.text, text.overrides)?;
+        if read_dut::is_plant_alone(&Section::root(&source)) {
+            return read_dut::dut_scene(text.name, &source, load).map(Self::Dut);
+        }
+        Self::read(text, load, buildable)
+    }
+
     /// Returns the scene if it is one of an axis.
     pub fn axis(self) -> Option<Scene> {
         if let Self::Axis(scene) = self { Some(scene) } else { None }

@@ -22,6 +22,11 @@ use crate::method::{LOOPS, Loop, SCALED};
 const OWN: Own =
     Own { kind: "axis", plant_rate: &keys::record::plant_rate, expect: axis_expect, outputs: &keys::accuracy::outputs };
 
+/// The reason why a scene of an axis without a method is refused.
+const NO_METHOD: &str = "\
+    missing; write a [method] of hpu's own blocks or a [dut] of yours; a motor's scene without both is for a logic \
+    outside of hpu, which opens the plant alone: hpu_open of libhpu, or hpu.Plant in Python";
+
 pub(super) fn scene(file: &str, source: &Source, load: Load, buildable: Buildable) -> Result<Scene, SceneError> {
     let root = Section::root(source);
     if root.has("pwm") {
@@ -29,6 +34,9 @@ pub(super) fn scene(file: &str, source: &Source, load: Load, buildable: Buildabl
         return Err(root.unknown("pwm", if asked { PWM_FREQUENCY } else { "the PWM's keys stand in [method.pwm]" }));
     }
     root.accept(&["axis"])?;
+    if !root.has("method") {
+        return Err(root.error("method", NO_METHOD));
+    }
     let about = about(&root)?;
     let (device, axis) = device(&root.section("device")?)?;
     let root = root.along(axis);

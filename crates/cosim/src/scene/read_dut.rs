@@ -3,6 +3,7 @@
 use hpu_signal::Format;
 use toml_edit::{Item, TableLike, Value};
 
+use super::devices::{DeviceKind, device as of_device};
 use super::dut::{Connection, Driving, Dut, DutClock, DutReset, DutScene, Generic, Line, SourceFile};
 use super::head::{Own, about};
 use super::keys::{self, Key, Read, Text};
@@ -21,12 +22,20 @@ use super::source::{SceneError, Source};
 const OWN: Own =
     Own { kind: "dut", plant_rate: &keys::record::plant_rate, expect: axis_expect, outputs: &keys::accuracy::outputs };
 
+/// Returns whether a scene is that of a motor's plant alone, without a method and a design.
+pub(super) fn is_plant_alone(root: &Section) -> bool {
+    let is_motor = root.section("device").and_then(|device| device.read(&of_device::kind));
+    is_motor.is_ok_and(|kind| kind == DeviceKind::Motor) && !root.has("method") && !root.has("dut")
+}
+
+/// Reads a scene with a design, or one of a plant alone.
 pub(super) fn dut_scene(file: &str, source: &Source, load: Load) -> Result<DutScene, SceneError> {
     let root = Section::root(source);
     if root.has("method") {
         let reason = "a scene has a [method] of hpu's own blocks or a [dut] of yours; leave one out";
         return Err(root.error("method", reason));
     }
+    let is_alone = !root.has("dut");
     root.accept(&["dut"])?;
     let about = about(&root)?;
     let (device, axis) = device(&root.section("device")?)?;
@@ -45,9 +54,10 @@ pub(super) fn dut_scene(file: &str, source: &Source, load: Load) -> Result<DutSc
         encoder: encoder(&root.section("encoder")?, &device, true)?,
         amplifier: amplifier(&root, &device, true)?,
         bridge: bridge(&root.section("bridge")?)?,
-        dut: dut(&root.section("dut")?, load)?,
-        wall_rad: wall.read(&keys::wall::position)?,
-        varies: varies(&wall)?,
+        dut: if is_alone { Dut::pins() } else { dut(&root.section("dut")?, load)? },
+        // A plant alone needs no wall; one in infinity is never touched.
+        wall_rad: if is_alone && !root.has("wall") { f64::INFINITY } else { wall.read(&keys::wall::position)? },
+        varies: if is_alone { unvaried(&wall)? } else { varies(&wall)? },
         hand,
         faults: faults(&root, clock)?,
         model: model(&root.section("model")?)?,
@@ -94,6 +104,16 @@ fn varies(s: &Section) -> Result<Option<String>, SceneError> {
     let Some(varied) = s.given(key)? else { return Ok(None) };
     let is_one = ["dut.ports.", "dut.generics.", "dut.parameters."].iter().any(|of| varied.starts_with(of));
     if is_one { Ok(Some(varied)) } else { Err(s.error(key.name, format!("`{varied}` is not {}", key.value.0))) }
+}
+
+/// Refuses the key of a plant alone, which has no design to vary.
+fn unvaried(s: &Section) -> Result<Option<String>, SceneError> {
+    match s.given(&keys::wall_dut::varies)? {
+        Some(_) => {
+            Err(s.error(keys::wall_dut::varies.name, "a scene without a [dut] has nothing to vary; leave this out"))
+        }
+        None => Ok(None),
+    }
 }
 
 /// Reads the part of the device's physics that is modelled.

@@ -9,9 +9,8 @@ use hpu_cosim::{LawConfig, TheLoop, law_as_asked};
 use hpu_signal::Format;
 
 use crate::accuracy::Contestant;
-use crate::device::{Device, Reach};
+use crate::device::{Device, Reach, ToldTables};
 use crate::fit::Simplifications;
-use crate::tables::Tables;
 use crate::widths::proof::{Proof, axis_bounds, exhausted, gappa};
 use crate::widths::search::Loops;
 use crate::widths::{Asked, Field};
@@ -119,7 +118,7 @@ impl Device for Scene {
         Ok(self)
     }
 
-    fn tables(&self) -> Result<Tables, String> {
-        Err("an axis has no tables of sines; write the scene of an arm".into())
+    fn tables(&self) -> Result<ToldTables, String> {
+        Err("an axis has no tables; write the scene of an arm or of a gimbal".into())
     }
 }

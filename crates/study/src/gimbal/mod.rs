@@ -1,6 +1,7 @@
 //! The segment on a gimbal, for studies.
 
 mod bounds;
+mod crank;
 mod criteria;
 mod models;
 mod page;
@@ -11,11 +12,11 @@ use hpu_cosim::scene::{GimbalScene, Scene};
 use hpu_cosim::{Simulation, Trace};
 
 use crate::accuracy::Contestant;
-use crate::device::{Device, Reach, SwitchWatch, ToldLimits};
+use crate::device::{Device, Reach, SwitchWatch, ToldLimits, ToldTables};
 use crate::fit::Simplifications;
-use crate::tables::Tables;
 use crate::widths::proof::Proof;
 
+pub use crank::{CrankSize, crank_sizes};
 pub use criteria::{Criteria, NAMES, Rest};
 pub use switches::Switches;
 pub use touch::TouchLimits;
@@ -83,9 +84,9 @@ impl Device for GimbalScene {
         Err("a gimbal's kinematics are a CORDIC, which takes many edges, and no straight-line code".into())
     }
 
-    fn tables(&self) -> Result<Tables, String> {
-        Err("the page compares tables of sines, and a gimbal has none; its crank's table, whose words hpu block \
-             crank_table shows, has a row for each position of the servo and is within half a word of the closed form"
-            .into())
+    fn tables(&self) -> Result<ToldTables, String> {
+        let config = &self.method.config.gimbal;
+        let sizes = crank_sizes(&self.gimbal, config).map_err(|error| error.to_string())?;
+        Ok(crank::told(config, &sizes))
     }
 }

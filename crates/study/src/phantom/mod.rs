@@ -18,7 +18,7 @@ use hpu_datapath::phantom::{self as datapath, Config, PhantomLoop as Datapath, P
 use hpu_signal::Format;
 
 use crate::accuracy::Contestant;
-use crate::device::{Device, Reach};
+use crate::device::{Device, Reach, ToldTables};
 use crate::fit::Simplifications;
 use crate::widths::proof::Proof;
 use crate::widths::search::Loops;
@@ -113,7 +113,7 @@ impl Device for Scene {
         ))
     }
 
-    fn tables(&self) -> Result<tables::Tables, String> {
-        tables::tables(&self.method.config).map_err(|error| error.to_string())
+    fn tables(&self) -> Result<ToldTables, String> {
+        Ok(tables::tables(&self.method.config).map_err(|error| error.to_string())?.told())
     }
 }

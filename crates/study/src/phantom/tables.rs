@@ -9,11 +9,14 @@ use std::fmt::Write;
 
 use hpu_datapath::ConfigError;
 use hpu_signal::Format;
+use serde_json::{Value as Json, json};
 
 use super::Config;
 use super::datapath::{TrigOut, TrigTable, Turn};
 use super::reproduce::sines::{Sine, Source, sines_of};
 use super::reproduce::workspace::{CELLS, NOMINAL_MM, Workspace};
+use crate::device::ToldTables;
+use crate::page::Page;
 
 /// Bits of a block RAM of the iCE40.
 const RAM_BITS: u64 = 4096;
@@ -169,6 +172,36 @@ impl Tables {
             );
         }
         text + "           block RAM: of one joint, computed from the words; 0 where logic follows the ROM, which then is logic too\n"
+    }
+
+    /// Returns everything for `hpu widths`.
+    pub fn told(&self) -> ToldTables {
+        let mut page = Page::default();
+        page.note(self.text()).data("depth_bits", self.depth_width);
+        let depths = self.depths.iter().map(|depth| {
+            json!({
+                "bits": depth.width,
+                "reach_deg": depth.reach_deg,
+                "block_rams": depth.rams,
+                "held_percent": depth.held_percent[0],
+                "held_of_reached_percent": depth.held_percent[1],
+            })
+        });
+        let sources = self.sources.iter().map(|(sine, rams)| {
+            json!({
+                "source": sine.source.name(),
+                "size": sine.size,
+                "format": [i32::from(sine.format.is_signed()), sine.format.int(), sine.format.frac()],
+                "rom_words": sine.rom.words,
+                "rom_width_bits": sine.rom.width,
+                "block_rams": rams,
+                "worst": sine.worst,
+                "worst_rad": sine.worst_rad,
+                "how": "exhausted",
+            })
+        });
+        page.data("depths", depths.collect::<Json>()).data("sources", sources.collect::<Json>());
+        ToldTables { page, csv: self.csv() }
     }
 
     /// Returns everything as CSV, the depths first, then the sources.

@@ -4,6 +4,7 @@ use hpu_cosim::Control;
 use hpu_cosim::scene::{OutcomeKind, Scene, shipped};
 use hpu_datapath::phantom::{Config, Turn};
 use hpu_signal::Format;
+use hpu_study::gimbal::crank_sizes;
 use hpu_study::tables::{table_rams, tables};
 use hpu_study::widths::settling::settling;
 
@@ -122,4 +123,82 @@ fn a_loop_that_cannot_be_held_back_says_so() {
     let scene = scene.parse(&[]).unwrap().axis().unwrap();
     let error = settling(&scene, 2, &Control::default()).unwrap_err();
     assert!(error.contains("only the hybrid and the conventional loop"), "{error}");
+}
+
+/// The crank's angle at a radius, by the cosine rule of the triangle of crank, rod and radius.
+fn crank_rad(crank: f64, rod: f64, radius: f64) -> f64 {
+    ((radius * radius + crank * crank - rod * rod) / (2.0 * crank * radius)).clamp(-1.0, 1.0).acos()
+}
+
+/// The paper's crank in metres, and the half turns of a servo that counts 1024 positions in 300 degrees.
+const CRANK_M: f64 = 12.5e-3;
+const ROD_M: f64 = 58e-3;
+const POSITION: f64 = 5.0 / 3072.0;
+
+/// Each row's words are computed anew from the closed form, and the positions that read a row are those of its own.
+#[test]
+fn errors_of_the_cranks_table_are_those_of_the_closed_form() {
+    let scene = crate::gimbal::scene("gimbal-spring", &[]);
+    let sizes = crank_sizes(&scene.gimbal, &scene.method.config.gimbal).unwrap();
+    let steps: Vec<_> = sizes.iter().map(|size| (size.step, size.format.frac(), size.rows)).collect();
+    let expected = [(1, 22, 615), (2, 22, 308), (4, 22, 154), (8, 22, 77), (16, 22, 39), (32, 22, 20)];
+    assert_eq!(steps[..6], expected);
+    assert_eq!(steps[6..], [14, 16, 18, 20, 24, 26].map(|frac| (1, frac, 615)));
+    for size in &sizes {
+        let lsb_m = f64::from(-size.format.frac()).exp2();
+        let [crank, rod] = [CRANK_M, ROD_M].map(|length_m| (length_m / lsb_m).round());
+        let (mut worst, mut slope, mut angles) = (0f64, 0f64, [0f64; 2]);
+        for position in 0..615 {
+            let psi = |position: u32| std::f64::consts::PI * f64::from(position) * POSITION;
+            let at = |crank: f64, rod: f64, psi: f64| {
+                let root = (rod * rod - (crank * psi.sin()).powi(2)).sqrt();
+                (crank * psi.cos() + root, -crank * psi.sin() * (1.0 + crank * psi.cos() / root))
+            };
+            let (radius, lever) = at(crank, rod, psi(position / size.step * size.step));
+            let (read_m, read_slope) = (radius.round() * lsb_m, lever.round() * lsb_m);
+            let (true_m, true_slope) = at(CRANK_M, ROD_M, psi(position));
+            worst = worst.max((read_m - true_m).abs());
+            slope = slope.max((read_slope - true_slope).abs());
+            // Within 0.25 mm of 45.5 and of 70.5 mm.
+            let is_near = !(0.04575..=0.07025).contains(&true_m);
+            let error = (crank_rad(CRANK_M, ROD_M, read_m) - psi(position)).abs();
+            angles[usize::from(is_near)] = angles[usize::from(is_near)].max(error);
+        }
+        let near = |one: f64, other: f64, within: f64| (one - other).abs() <= within;
+        assert!(near(size.radius_m, worst, 1e-15) && near(size.slope_m_per_rad, slope, 1e-15), "{size:?}");
+        // An arc cosine near 1 turns rounding errors of 1e-16 into angles of 1e-8.
+        assert!(near(size.crank_rad[0], angles[0], 1e-12) && near(size.crank_rad[1], angles[1], 1e-7), "{size:?}");
+        // Rounding of the table's own word, and of crank and rod; the lengths' errors are at most added.
+        assert!(size.step > 1 || size.radius_lsb() <= 1.5 + 1e-6, "{size:?}");
+    }
+    // At a dead centre the radius is that of the centre, less half of the curvature times the square of the angle. An
+    // error e of the radius is then at most an angle of the root of 2 e / curvature, which is least at the far centre.
+    let curvature_m = CRANK_M * (1.0 - CRANK_M / ROD_M);
+    for size in sizes.iter().filter(|size| size.step == 1) {
+        assert!(size.crank_rad[1] < 1.05 * (2.0 * size.radius_m / curvature_m).sqrt(), "{size:?}");
+    }
+    assert_eq!(sizes.iter().filter(|size| size.is_chosen).count(), 1);
+}
+
+/// Half the rows are off by one position's travel where the crank is steepest: 12.7876 mm a radian (sheet, item 21).
+#[test]
+fn half_the_rows_of_the_cranks_table_miss_the_travel_of_a_position() {
+    let scene = crate::gimbal::scene("gimbal-spring", &[]);
+    let sizes = crank_sizes(&scene.gimbal, &scene.method.config.gimbal).unwrap();
+    for size in &sizes[1..6] {
+        let travel_m = 12.787_566_5e-3 * std::f64::consts::PI * POSITION * f64::from(size.step - 1);
+        assert!(size.radius_m < travel_m + 1e-6 && size.radius_m > 0.9 * travel_m, "{size:?}");
+    }
+}
+
+/// Yosys stores the words of the block's default in 8 block RAMs, and those of its narrow words in 6.
+#[test]
+fn the_cranks_bits_need_no_more_block_rams_than_yosys_takes() {
+    let scene = crate::gimbal::scene("gimbal-spring", &[]);
+    let sizes = crank_sizes(&scene.gimbal, &scene.method.config.gimbal).unwrap();
+    for (frac, bits, counted) in [(22, 19 + 17, 8), (16, 13 + 11, 6)] {
+        let size = sizes.iter().find(|size| size.step == 1 && size.format.frac() == frac).unwrap();
+        assert_eq!(size.row_bits, bits);
+        assert!(size.least_rams() <= counted && size.least_rams() == (615 * u64::from(bits)).div_ceil(4096));
+    }
 }
