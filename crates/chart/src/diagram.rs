@@ -164,8 +164,8 @@ impl Diagram<'_> {
             };
             // The way down past boxes, as far as the lowest reader.
             let mut points = vec![(rows[from], x, y)];
-            for row in rows[from] + 1..items.len() {
-                if let Some((_, left)) = items[row].iter().find(|(item, _)| *item == Item::Way(net)) {
+            for (row, things) in items.iter().enumerate().skip(rows[from] + 1) {
+                if let Some((_, left)) = things.iter().find(|(item, _)| *item == Item::Way(net)) {
                     let (x0, y0) = (points[points.len() - 1].1, points[points.len() - 1].2);
                     let (x1, y1) = (left + AIR / 2, top_of(row));
                     let _ = write!(path, "{}V{}", curve((x0, y0), (x1, y1)), y1 + tall);

@@ -5,6 +5,7 @@
 //   columns: ["wall.stiffness", ...],
 //   rows: [[0.5, "settled", ...], ...],  numbers and texts; null where a cell is empty
 //   x, y, color: names of columns to begin with
+//   about: { "wall.stiffness": "in N.m/rad", ... },  meanings of columns
 // }
 "use strict";
 
@@ -24,6 +25,7 @@ function hpuRows(container, data) {
     for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, value);
     return parent.appendChild(element);
   };
+  const meant = (at) => (data.about?.[columns[at]] ? `${columns[at]}: ${data.about[columns[at]]}` : columns[at]);
   const text = (value) => (typeof value === "number" ? String(Number(value.toPrecision(6))) : String(value ?? "–"));
 
   container.classList.add("hpu-rows");
@@ -68,18 +70,20 @@ function hpuRows(container, data) {
 
   let marks = [], order = [], at = -1;
 
-  /** Returns a scale for a column: logarithmic where its values are positive and span more than a factor of 30. */
+  /** Returns a scale for a column: logarithmic where it spans more than a factor of 30, with zeros at its foot. */
   function scale(column, from, to) {
     const all = rows.map((row) => row[column]).filter((value) => value !== null && Number.isFinite(value));
-    const low = Math.min(...all), high = Math.max(...all), log = low > 0 && high / low > 30;
-    const f = log ? Math.log10 : (value) => value;
+    const high = Math.max(...all), above = all.filter((value) => value > 0), least = Math.min(...above);
+    const log = all.every((value) => value >= 0) && above.length > all.length / 2 && high / least > 30;
+    const low = log ? least : Math.min(...all);
+    const f = log ? (value) => Math.log10(Math.max(value, least)) : (value) => value;
     const unique = [...new Set(all)].sort((one, other) => one - other);
-    const steps = unique.slice(1).map((value, i) => f(value) - f(unique[i]));
+    const steps = unique.slice(1).map((value, i) => f(value) - f(unique[i])).filter((step) => step > 0);
     const step = steps.length ? Math.min(...steps) : 1, half = (f(high) - f(low)) / (unique.length - 1 || 1) / 2 || 0.5;
     const start = f(low) - half, end = f(high) + half;
     const place = (value) => from + ((f(value) - start) / (end - start)) * (to - from);
-    const least = (f(high) - f(low)) / 5, decade = 10 ** Math.floor(Math.log10(least || 1));
-    const by = log ? Math.max(1, Math.round(least)) : [1, 2, 5, 10].map((m) => m * decade).find((s) => s >= least);
+    const fifth = (f(high) - f(low)) / 5, decade = 10 ** Math.floor(Math.log10(fifth || 1));
+    const by = log ? Math.max(1, Math.round(fifth)) : [1, 2, 5, 10].map((m) => m * decade).find((s) => s >= fifth);
     const ticks = [];
     for (let n = Math.ceil(start / by); n <= end / by; n++) ticks.push(log ? 10 ** (n * by) : n * by);
     return { place, ticks, unique, size: (Math.abs(to - from) * step) / (end - start) };
@@ -98,9 +102,9 @@ function hpuRows(container, data) {
       draw("path", svg, { class: "grid", d: `M${LEFT},${y.place(tick)}H${WIDE - RIGHT}` });
       draw("text", svg, { x: LEFT - 6, y: y.place(tick) + 4, "text-anchor": "end" }).textContent = text(tick);
     }
-    draw("text", svg, { x: WIDE - RIGHT, y: HIGH - 8, "text-anchor": "end" }).textContent = columns[chosen.x];
+    draw("text", svg, { x: WIDE - RIGHT, y: HIGH - 8, "text-anchor": "end" }).textContent = meant(chosen.x);
     const upright = { x: 14, y: TOP, transform: `rotate(-90 14 ${TOP})`, "text-anchor": "end" };
-    draw("text", svg, upright).textContent = columns[chosen.y];
+    draw("text", svg, upright).textContent = meant(chosen.y);
     // Rows fill a grid where there is about one for each pair of values.
     const isGrid = rows.length >= 0.6 * x.unique.length * y.unique.length && x.unique.length > 1 && y.unique.length > 1;
     const names = chosen.color === undefined ? [] : kinds(chosen.color);
@@ -137,7 +141,9 @@ function hpuRows(container, data) {
     columns.forEach((name, i) => {
       const value = rows[row][i];
       if (value === null || value === "") return;
-      make("dt", list).textContent = name;
+      const head = make("dt", list);
+      head.textContent = name;
+      head.title = data.about?.[name] ?? "";
       make(name === "replay" ? "code" : "span", make("dd", list)).textContent = text(value);
     });
   }

@@ -101,6 +101,8 @@ fn command(dir: &Path, stem: &str) -> Result<String, Failure> {
 
 /// A table read back.
 struct Rows {
+    /// The comments above, without their marks.
+    comments: Vec<String>,
     columns: Vec<String>,
     rows: Vec<Vec<String>>,
 }
@@ -110,7 +112,9 @@ impl Rows {
     fn read(text: &str) -> Self {
         let mut all = Vec::new();
         let (mut row, mut cell, mut is_quoted) = (Vec::new(), String::new(), false);
-        let body: usize = text.lines().take_while(|line| line.starts_with('#')).map(|line| line.len() + 1).sum();
+        let comments = || text.lines().take_while(|line| line.starts_with('#'));
+        let body: usize = comments().map(|line| line.len() + 1).sum();
+        let comments = comments().map(|line| line.trim_start_matches('#').trim().to_string()).collect();
         let mut chars = text.get(body..).unwrap_or_default().chars().peekable();
         while let Some(c) = chars.next() {
             match c {
@@ -130,7 +134,7 @@ impl Rows {
         let mut rows = all.into_iter();
         let columns: Vec<String> = rows.next().unwrap_or_default();
         let whole = rows.filter(|row: &Vec<String>| row.len() == columns.len()).collect();
-        Self { columns, rows: whole }
+        Self { comments, columns, rows: whole }
     }
 
     /// Returns the table for `hpuRows`; a number for a cell that is one.
@@ -146,7 +150,13 @@ impl Rows {
         };
         let rows: Vec<Vec<Value>> = self.rows.iter().map(|row| row.iter().map(value).collect()).collect();
         let [x, y, color] = VIEWS.iter().find(|(name, _)| *name == stem).map_or([""; 3], |(_, view)| *view);
-        let table = json!({ "columns": self.columns, "rows": rows, "x": x, "y": y, "color": color });
+        // A comment such as `x: wall.stiffness in N.m/rad` tells the meaning of a column.
+        let meanings = self.comments.iter().filter_map(|comment| comment.split_once(": "));
+        let about: serde_json::Map<String, Value> = meanings
+            .filter(|(name, _)| self.columns.iter().any(|column| column == name))
+            .map(|(name, meaning)| (name.to_string(), json!(meaning)))
+            .collect();
+        let table = json!({ "columns": self.columns, "rows": rows, "x": x, "y": y, "color": color, "about": about });
         format!("<div data-rows=\"{id}\"></div>\n{}", data(&id, &table))
     }
 }

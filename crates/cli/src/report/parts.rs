@@ -1,6 +1,6 @@
 //! The parts of a report that take longer than the run: made here, or taken from a folder.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use clap::ValueEnum;
 use hpu_cosim::figure;
@@ -138,7 +138,7 @@ fn taken(told: &Told, part: Part, dir: &Path) -> Result<Option<Content>, Failure
 }
 
 /// Checks that a kept result is of this scene, if it says of which.
-fn of_the_scene(told: &Told, path: &PathBuf) -> Result<(), Failure> {
+fn of_the_scene(told: &Told, path: &Path) -> Result<(), Failure> {
     if !path.is_file() {
         return Ok(());
     }

@@ -311,7 +311,7 @@ fn a_folder_of_results_has_its_tables_row_by_row() {
     let dir = scratch("report-folder");
     let results = dir.join("results");
     fs::create_dir(&results).expect("a folder");
-    let csv = "# hpu map wall --x 'wall.stiffness=1..2:2'\n# second\nx,y,outcome,replay\n1,0.5,settled,hpu run wall\n\
+    let csv = "# hpu map wall --x 'wall.stiffness=1..2:2'\n# x: wall.stiffness in N.m/rad\nx,y,outcome,replay\n1,0.5,settled,hpu run wall\n\
                2,0.5,\"limit, </script>\",\"hpu run \"\"wall\"\"\"\n";
     fs::write(results.join("map.csv"), csv).expect("a file");
     fs::write(results.join("map.svg"), "<svg><title>A map</title></svg>").expect("a file");
@@ -325,6 +325,7 @@ fn a_folder_of_results_has_its_tables_row_by_row() {
     assert_eq!(rows["columns"], json!(["x", "y", "outcome", "replay"]));
     let expected = json!([[1.0, 0.5, "settled", "hpu run wall"], [2.0, 0.5, "limit, </script>", "hpu run \"wall\""],]);
     assert_eq!(rows["rows"], expected);
+    assert_eq!(rows["about"], json!({ "x": "wall.stiffness in N.m/rad" }));
     assert_eq!((&rows["x"], &rows["y"], &rows["color"]), (&json!("x"), &json!("y"), &json!("outcome")));
     let by: Vec<&str> = all.iter().filter(|e| e.get("class") == Some("by")).map(|e| &*e.text).collect();
     assert_eq!(by, ["hpu map wall --x 'wall.stiffness=1..2:2'"]);
