@@ -35,7 +35,6 @@ mod scene;
 mod show;
 mod study;
 mod terminal;
-mod units;
 mod vectors;
 mod waves;
 mod widths;
@@ -47,6 +46,7 @@ use std::process::ExitCode;
 use clap::{CommandFactory, Parser, Subcommand};
 
 use exit::{Exit, Failure};
+use hpu_study::quantities as units;
 
 /// Cycle-accurate emulator of haptic FPGA datapaths.
 ///
