@@ -30,18 +30,29 @@ pub(crate) struct Picked {
     between: Vec<[usize; 3]>,
     /// Indices of nets, and the nets.
     nets: Vec<(usize, Signal)>,
+    /// Commands to actuators: the net's place in `nets`, the name of the effort that it asks for, and the effort of one
+    /// unit of its word.
+    commands: Vec<(usize, &'static str, f64)>,
 }
 
 impl Picked {
-    /// Returns all outputs of a simulation, and those of its nets that have these names. Without names, the nets are
-    /// the penetration and the commands to the actuators.
-    pub(crate) fn of(simulation: &WiredSimulation, names: &[&str]) -> Self {
-        let between = simulation.drawn().to_vec();
-        let others = simulation.columns().into_iter().filter(|column| !between.as_flattened().contains(column));
-        let commands: Vec<_> = simulation.commands().iter().map(|(net, ..)| *net).chain(["penetration"]).collect();
-        let names = if names.is_empty() { &commands[..] } else { names };
-        let nets = simulation.nets().into_iter().enumerate().filter(|(_, net)| names.contains(&net.name));
-        Self { plain: others.collect(), nets: nets.collect(), between }
+    /// Returns the outputs of a simulation, the commands to its actuators, and those of its nets that have these names.
+    /// With `ripple` there are also the efforts between rows and the hand, whose rows take a run several times as long.
+    pub(crate) fn of(simulation: &WiredSimulation, names: &[&str], ripple: bool) -> Self {
+        let (outputs, commands) = (simulation.reals().len(), simulation.commands());
+        let between = if ripple { simulation.drawn().to_vec() } else { Vec::new() };
+        let is_between = |column: &usize| {
+            ["_mean_", "_least_", "_greatest_"].iter().any(|part| simulation.row()[*column].name.contains(part))
+        };
+        let plain =
+            simulation.columns().into_iter().filter(|column| (ripple || *column < outputs) && !is_between(column));
+        let plain = plain.collect();
+        let is_picked = |net: &Signal| names.contains(&net.name) || commands.iter().any(|(name, ..)| *name == net.name);
+        let nets: Vec<_> = simulation.nets().into_iter().enumerate().filter(|(_, net)| is_picked(net)).collect();
+        let commands = commands.iter().filter_map(|(name, effort, scale)| {
+            Some((nets.iter().position(|(_, net)| net.name == *name)?, *effort, *scale))
+        });
+        Self { plain, between, commands: commands.collect(), nets }
     }
 
     /// Returns an empty trace of these columns, of limited size.
@@ -51,30 +62,37 @@ impl Picked {
         trace.keeping(&self.between).bounded(Trace::USUAL, &simulation.judged())
     }
 
-    /// Describes the columns, in their order: outputs, then mean, least and greatest values, then nets.
+    /// Describes the columns, in their order: outputs, then mean, least and greatest values, then commands, then nets.
     pub(crate) fn told(&self, simulation: &WiredSimulation) -> Value {
         let row = simulation.row();
-        let real = |&column: &usize, role: &str| {
-            let (name, doc) = (row[column].name, row[column].doc);
+        let named = |name: &str, doc: &str, role: &str| {
             let (end, unit) = UNITS.into_iter().find(|(end, _)| name.ends_with(end)).unwrap_or_default();
             let label = name[..name.len() - end.len()].replace('_', " ");
             json!({ "name": name, "label": label, "unit": unit, "doc": doc, "role": role })
         };
+        let real = |&column: &usize, role: &str| named(row[column].name, row[column].doc, role);
         let roles = ["mean", "least", "greatest"];
         let plain = self.plain.iter().map(|column| real(column, "value"));
-        let between = self.between.iter().flat_map(|columns| columns.iter().zip(roles).map(|(at, role)| real(at, role)));
-        let nets = self.nets.iter().map(|(_, net)| {
-            json!({ "name": net.name, "label": net.name, "unit": net.unit, "doc": net.doc, "role": "net" })
-        });
-        plain.chain(between).chain(nets).collect()
+        let between =
+            self.between.iter().flat_map(|columns| columns.iter().zip(roles).map(|(at, role)| real(at, role)));
+        let nets = self.nets.iter().map(
+            |(_, net)| json!({ "name": net.name, "label": net.name, "unit": net.unit, "doc": net.doc, "role": "net" }),
+        );
+        let commands = self.commands.iter().map(|(_, effort, _)| named(effort, "The effort asked for", "command"));
+        plain.chain(between).chain(commands).chain(nets).collect()
     }
 
     /// Returns the columns of a trace.
     pub(crate) fn columns(&self, trace: &Trace) -> Vec<Column> {
         let reals = self.reals().map(|column| trace.real(column).to_vec());
-        let nets = self.nets.iter().enumerate();
-        let words = nets.map(|(pick, (_, net))| trace.words(pick).iter().map(|&word| net.shown(word)).collect());
-        reals.chain(words).collect()
+        let of = |value: Shown| trace.words(value.0).iter().map(|&word| value.value(word)).collect();
+        reals.chain(self.shown().map(of)).collect()
+    }
+
+    /// Returns the columns of words: commands, then nets.
+    fn shown(&self) -> impl Iterator<Item = Shown<'_>> {
+        let commands = self.commands.iter().map(|&(pick, _, scale)| Shown(pick, &self.nets[pick].1, Some(scale)));
+        commands.chain(self.nets.iter().enumerate().map(|(pick, (_, net))| Shown(pick, net, None)))
     }
 
     fn reals(&self) -> impl Iterator<Item = usize> {
@@ -83,8 +101,17 @@ impl Picked {
 
     /// Returns an observer that keeps these columns.
     pub(crate) fn kept(&self) -> Kept<'_> {
-        let columns = self.reals().count() + self.nets.len();
+        let columns = self.reals().count() + self.commands.len() + self.nets.len();
         Kept { picked: self, now: vec![0; self.nets.len()], first: None, columns: vec![Vec::new(); columns] }
+    }
+}
+
+/// A column of words: the net's place among the picked nets, the net, and the scale of a command.
+struct Shown<'p>(usize, &'p Signal, Option<f64>);
+
+impl Shown<'_> {
+    fn value(&self, word: i64) -> f64 {
+        self.2.map_or_else(|| self.1.shown(word), |scale| 0.0 + scale * self.1.format.value(word) as f64)
     }
 }
 
@@ -115,7 +142,7 @@ impl Observe for Kept<'_> {
     fn reals(&mut self, cycle: Cycle, values: &[f64]) {
         self.first.get_or_insert(cycle.0);
         let reals = self.picked.reals().map(|column| values[column]);
-        let words = self.now.iter().zip(&self.picked.nets).map(|(&word, (_, net))| net.shown(word));
+        let words = self.picked.shown().map(|shown| shown.value(self.now[shown.0]));
         self.columns.iter_mut().zip(reals.chain(words)).for_each(|(column, value)| column.push(value));
     }
 }

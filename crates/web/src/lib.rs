@@ -8,7 +8,7 @@
 //! |---|---|---|
 //! | `scenes` | nothing, without a scene | names and titles of the shipped scenes |
 //! | `keys` | | every key of the scene: value, source, unit, accepted values, meaning |
-//! | `run` | `nets` | verdict, contact, energies, use of each net; columns of the trace |
+//! | `run` | `nets`, `ripple` | verdict, contact, energies, use of each net; columns of the trace |
 //! | `look` | `from_s`, `to_s`, `rows`, `nets` | columns of a part of the run, as fine as single clock cycles |
 //! | `map` | `x`, `y` | the axes of a stability map |
 //! | `cell` | `x`, `y`, `cell` | the outcome of a cell of that map |

@@ -77,6 +77,11 @@ impl Request {
         number.ok_or_else(|| format!("the request has no whole number `{key}`").into())
     }
 
+    /// Returns whether a flag of the request is set.
+    pub(crate) fn flag(&self, key: &str) -> bool {
+        self.0[key] == true
+    }
+
     /// Returns a list of texts; empty if the request has none.
     pub(crate) fn texts(&self, key: &str) -> Vec<&str> {
         self.0[key].as_array().into_iter().flatten().filter_map(Value::as_str).collect()

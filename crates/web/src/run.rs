@@ -21,7 +21,7 @@ pub(crate) fn run(request: &Request) -> Result<Answer, Refusal> {
     let source = request.source()?;
     let experiment = source.runnable()?;
     let simulation = WiredSimulation::new(&experiment)?;
-    let picked = Picked::of(&simulation, &request.texts("nets"));
+    let picked = Picked::of(&simulation, &request.texts("nets"), request.flag("ripple"));
     let mut trace = picked.trace(&simulation);
     let summary = simulation.run(simulation.driver(), &mut trace, &mut (), &Control::new());
     let mut json = told(&source, &experiment, &simulation, &summary, &trace);
@@ -37,7 +37,7 @@ pub(crate) fn look(request: &Request) -> Result<Answer, Refusal> {
     if simulation.direct().is_some() {
         return Err("the scene runs in steps, without a clock: its rows are all there is to see".to_string().into());
     }
-    let picked = Picked::of(&simulation, &request.texts("nets"));
+    let picked = Picked::of(&simulation, &request.texts("nets"), true);
     let frequency_hz = simulation.clock().frequency_hz() as f64;
     // Casts saturate: a time before the start is edge 0.
     let edge = |key: &str| Ok::<_, Refusal>(((request.number(key)? * frequency_hz) as u64).min(simulation.edges()));
