@@ -22,6 +22,11 @@ const UNITS: [(&str, &str); 9] = [
     ("_v", "V"),
 ];
 
+/// Returns the unit of a net; a single bit is drawn as a lane of 0 and 1.
+fn unit_of(net: &Signal) -> &'static str {
+    if net.format.width() == 1 { "bit" } else { net.unit }
+}
+
 /// The columns that a page asks for.
 pub(crate) struct Picked {
     /// Outputs at the instant of a row, as indices into the simulation's row.
@@ -76,7 +81,7 @@ impl Picked {
         let between =
             self.between.iter().flat_map(|columns| columns.iter().zip(roles).map(|(at, role)| real(at, role)));
         let nets = self.nets.iter().map(
-            |(_, net)| json!({ "name": net.name, "label": net.name, "unit": net.unit, "doc": net.doc, "role": "net" }),
+            |(_, net)| json!({ "name": net.name, "label": net.name, "unit": unit_of(net), "doc": net.doc, "role": "net" }),
         );
         let commands = self.commands.iter().map(|(_, effort, _)| named(effort, "The effort asked for", "command"));
         plain.chain(between).chain(commands).chain(nets).collect()

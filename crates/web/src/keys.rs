@@ -1,19 +1,35 @@
 //! The keys of a scene, from which the page makes its controls.
 
 use hpu_cosim::scene::keys::{Sizes, Takes};
-use hpu_cosim::scene::{ParameterValue, Resolved, ValueSource, resolved};
+use hpu_cosim::scene::{Experiment, Loop, ParameterValue, Resolved, ValueSource, resolved};
+use hpu_study::map::Method;
 use serde_json::{Value, json};
 
 use crate::request::{Refusal, Request};
 
-/// Returns the name of the scene, its prose, and every key with its value.
+/// Returns the name of the scene, its prose, every key with its value, and the methods that its device can run.
 pub(crate) fn keys(request: &Request) -> Result<Value, Refusal> {
     let source = request.source()?;
     let experiment = source.parse()?;
     let (name, text) = source.named();
     let all = resolved(&experiment, name, text, &source.set)?;
     let keys: Vec<_> = all.iter().map(told).collect();
-    Ok(json!({ "name": experiment.name, "about": experiment.about.trim(), "keys": keys }))
+    let methods = methods(&experiment);
+    Ok(json!({ "name": experiment.name, "about": experiment.about.trim(), "keys": keys, "methods": methods }))
+}
+
+/// Returns the methods, each with the overrides that turn the scene into one of the method; none for a scene that has
+/// keys which other methods refuse.
+fn methods(experiment: &Experiment) -> Vec<Value> {
+    let Experiment::Axis(scene) = experiment else { return Vec::new() };
+    if matches!(scene.method.kind, Loop::Law(_)) {
+        return Vec::new();
+    }
+    let told = |Method { label, set }: Method| {
+        let set: Vec<_> = set.iter().map(|(key, value)| format!("{key}={value}")).collect();
+        json!({ "label": label, "set": set })
+    };
+    Method::all(scene).into_iter().map(told).collect()
 }
 
 fn told(key: &Resolved) -> Value {

@@ -1,5 +1,8 @@
 //! Stability maps: their axes, their cells one at a time, and the order in which cells are run.
 
+use std::cell::RefCell;
+use std::rc::Rc;
+
 use hpu_cosim::Control;
 use hpu_study::command::set_options;
 use hpu_study::map::{Axis, Cell, CellLimits, Class, Map, Method, Refinement, class_name, classes};
@@ -18,9 +21,27 @@ fn read(request: &Request) -> Result<Map, Refusal> {
     map.map_err(|error| Refusal::from(error.to_string()))
 }
 
+thread_local! {
+    /// The latest map with its request, so that cells of one map read the scene once.
+    static LATEST: RefCell<Option<(String, Rc<Map>)>> = RefCell::default();
+}
+
+/// Returns the map of a request; the latest one is kept.
+fn latest(request: &Request) -> Result<Rc<Map>, Refusal> {
+    let key = request.of(&["scene", "set", "x", "y"]);
+    let known =
+        LATEST.with_borrow(|latest| latest.as_ref().filter(|(of, _)| *of == key).map(|(_, map)| Rc::clone(map)));
+    if let Some(map) = known {
+        return Ok(map);
+    }
+    let map = Rc::new(read(request)?);
+    LATEST.set(Some((key, Rc::clone(&map))));
+    Ok(map)
+}
+
 /// Returns the axes of a map: keys, units and the texts of their values; and the names of all classes.
 pub(crate) fn map(request: &Request) -> Result<Value, Refusal> {
-    let map = read(request)?;
+    let map = latest(request)?;
     let told = |axis: &Axis| {
         let texts: Vec<_> = (0..axis.cells()).map(|cell| axis.text(cell)).collect();
         json!({ "key": axis.key(), "unit": map.unit(axis), "values": axis.values(), "texts": texts })
@@ -31,7 +52,7 @@ pub(crate) fn map(request: &Request) -> Result<Value, Refusal> {
 
 /// Runs a cell of a map.
 pub(crate) fn cell(request: &Request) -> Result<Value, Refusal> {
-    let map = read(request)?;
+    let map = latest(request)?;
     let index = request.whole("cell")?;
     if index >= map.len() {
         return Err(format!("no cell {index}; the map has {}", map.len()).into());

@@ -61,6 +61,11 @@ impl Request {
         self.0["do"].as_str().unwrap_or_default()
     }
 
+    /// Returns these parts of the request as one text.
+    pub(crate) fn of(&self, keys: &[&str]) -> String {
+        keys.iter().map(|key| self.0[key].to_string()).collect()
+    }
+
     /// Returns a text of the request.
     pub(crate) fn text(&self, key: &str) -> Result<&str, Refusal> {
         self.0[key].as_str().ok_or_else(|| format!("the request has no text `{key}`").into())

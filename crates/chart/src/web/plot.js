@@ -7,6 +7,7 @@
 //                                                x: times of this series, where they differ from data.x
 //   markers: [{ x, label }],         upright lines
 //   spans: [{ from, to, label }],    shaded ranges
+//   onView(from, to),                called after a reader has zoomed or panned
 // }
 // Series of one unit share a panel; series of the unit "bit" are lanes of 0 and 1. Each column of pixels shows the
 // least and the greatest value within it, so that no narrow pulse is lost at any zoom.
@@ -173,6 +174,7 @@ function hpuPlot(container, data) {
   function view(from, to) {
     keep(from, to);
     redraw();
+    data.onView?.(...now());
   }
 
   function zoom(factor, at) {
