@@ -11,8 +11,8 @@ pub use crate::page::Answer;
 pub use crate::progress::Watch;
 pub use crate::run::{Finished, Recorded, finished as run, table, unseen};
 pub use crate::scene::Named;
-pub use hpu_study::told::energies;
 use crate::{fit as fits, keys as all_keys, limits as sets, map as maps, widths as bits};
+pub use hpu_study::told::energies;
 
 /// Maps a scene over two of its keys, as `hpu map`; `None` when stopped. `words` are the options.
 ///

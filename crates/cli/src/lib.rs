@@ -11,6 +11,7 @@ mod check;
 mod cost;
 mod diff;
 mod exit;
+mod explore;
 mod files;
 mod fit;
 mod hdl;
@@ -81,6 +82,7 @@ enum Verb {
     Widths(widths::Args),
     Cost(cost::Args),
     Study(study::Args),
+    Explore(explore::Args),
     Reproduce(reproduce::Args),
     Completions(manual::CompletionArgs),
     Man(manual::ManArgs),
@@ -119,6 +121,7 @@ impl Verb {
             Self::Widths(args) => widths::run(&args),
             Self::Cost(args) => cost::run(&args),
             Self::Study(args) => study::run(&args, &Command::command(), again),
+            Self::Explore(args) => explore::run(&args),
             Self::Reproduce(args) => reproduce::run(&args),
             Self::Completions(args) => manual::completions(&args, Command::command()),
             Self::Man(args) => manual::man(&args, Command::command()),

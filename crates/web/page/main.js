@@ -16,13 +16,20 @@ const REST = 200;
 /** Time after which a run can be cancelled, in ms. */
 const LONG = 400;
 
+/** A wall that an encoder of 1024 lines holds just so, and the same wall with one bit less of position. */
+const TOUR_SCENE = "conventional-wall-10khz";
+const TOUR = [
+  { label: "1. A wall that holds", set: { "wall.stiffness": "2.78 N.m/rad" } },
+  { label: "2. One bit less in its encoder", set: { "wall.stiffness": "2.78 N.m/rad", "encoder.lines": "512" } },
+];
+
 const start = JSON.parse(find("start").textContent);
 const own = start.scene?.text ? start.scene : null;
 
 let state = { scene: FIRST_SCENE, set: {} };
-let base = [], methods = [], about = "";
+let base = [], methods = [];
 let module, engine, looker, map, picture, controls;
-let running = null, again = false, rebuild = true, rest = 0;
+let running = null, again = 0, rebuild = true, rest = 0;
 let nets = ["penetration"];
 
 const sceneOf = () => (own && state.scene === own.name ? own : state.scene);
@@ -41,7 +48,7 @@ async function run(changed = performance.now()) {
   clearTimeout(rest);
   looker.end();
   if (running) {
-    again = true;
+    again = changed;
     if (performance.now() - running > PATIENCE) engine.end();
     return;
   }
@@ -71,8 +78,9 @@ async function run(changed = performance.now()) {
     document.body.dataset.state = "idle";
   }
   if (again) {
-    again = false;
-    run();
+    const next = again;
+    again = 0;
+    run(next);
   }
 }
 
@@ -115,7 +123,7 @@ function show(answer) {
   find("command").textContent = result.command;
   find("about").textContent = result.about;
   signals(result.nets);
-  picture.nets = new Set(nets);
+  picture.nets = nets;
   picture.show(answer);
 }
 
@@ -145,7 +153,8 @@ function signals(all) {
     return line;
   };
   const body = find("signals").tBodies[0], focused = document.activeElement?.getAttribute("aria-label");
-  body.replaceChildren(...all.map(row));
+  // Words stand before single bits.
+  body.replaceChildren(...[...all].sort((one, other) => (other.width > 1) - (one.width > 1)).map(row));
   if (focused?.startsWith("Draw ")) body.querySelector(`[aria-label="${focused}"]`)?.focus();
 }
 
@@ -201,30 +210,21 @@ async function begin(scene, set) {
   }
   base = keys.keys;
   methods = keys.methods;
-  about = keys.about;
   find("scene").value = scene;
-  find("about").textContent = about;
+  find("about").textContent = keys.about;
   find("method").replaceChildren(make("option", { value: "" }, "as in the scene"), ...methods.map(({ label }, at) => make("option", { value: at }, label)));
   find("method").disabled = methods.length === 0;
   controls.build(base, base, set);
   picture.view = null;
   rebuild = true;
-  hint();
   linked();
   return run();
 }
 
-/** Tells a newcomer what to try. */
-function hint() {
-  const tries = start.tries?.find(({ scene }) => scene === state.scene);
-  find("hint").hidden = !tries;
-  if (!tries) return;
-  find("hint").replaceChildren(`${tries.text} `, ...tries.steps.map(({ label, set }) => make("button", { type: "button", onclick: () => {
-    state.set = { ...state.set, ...set };
-    controls.show(state.set);
-    linked();
-    run();
-  } }, label)));
+/** Tells a newcomer what to try: each step is a scene with overrides. */
+function tour() {
+  find("hint").replaceChildren("Make a wall ring by taking away one bit: ", ...TOUR.map(({ label, set }) =>
+    make("button", { type: "button", onclick: () => begin(TOUR_SCENE, { ...set }) }, label)));
 }
 
 /** Takes another method: the overrides of the one before go. */
@@ -298,14 +298,17 @@ async function main() {
   find("scene").onchange = () => { banner(""); begin(find("scene").value, {}); };
   find("method").onchange = methodChosen;
   find("reset-all").onclick = () => { find("method").value = ""; begin(state.scene, {}); };
-  find("cancel").onclick = () => { again = false; engine.end(); };
+  find("cancel").onclick = () => { again = 0; engine.end(); };
   find("copy").onclick = () => copied(find("copy"), find("command").textContent);
   find("copy-link").onclick = () => copied(find("copy-link"), location.href);
   find("save-fst").onclick = () => save("fst");
   find("save-vcd").onclick = () => save("vcd");
   find("map-fill").onclick = fill;
   find("map-stop").onclick = () => map.stop();
+  tour();
   onhashchange = fromLink;
+  // For the console, and for tests: further engines, and the picture with its numbers.
+  globalThis.hpuExplorer = { engine: () => new Engine(module), picture };
   await fromLink();
 }
 

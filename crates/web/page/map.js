@@ -77,7 +77,7 @@ export class StabilityMap {
     const lines = [];
     for (let iy = rows - 1; iy >= 0; iy--) {
       const line = make("div", { role: "row", className: "map-row" },
-        make("span", { role: "rowheader", className: "map-label", title: y.texts[iy] }, y.texts[iy]));
+        make("span", { role: "rowheader", className: "map-label", title: y.texts[iy] }, digits(y.values[iy], 3)));
       for (let ix = 0; ix < columns; ix++) {
         const index = iy * columns + ix;
         const cell = make("button", {
@@ -91,10 +91,10 @@ export class StabilityMap {
       }
       lines.push(line);
     }
-    const ends = make("div", { className: "map-ends" }, make("span", {}, x.texts[0]), make("span", {}, x.key),
-      make("span", {}, x.texts[columns - 1]));
+    const ends = make("div", { className: "map-ends" }, make("span", {}, digits(x.values[0], 3)),
+      make("span", {}, x.unit ? `${x.key} in ${x.unit}` : x.key), make("span", {}, digits(x.values[columns - 1], 3)));
     grid.replaceChildren(...lines, ends);
-    find("map-y").textContent = y.key;
+    find("map-y").textContent = y.unit ? `${y.key} in ${y.unit}` : y.key;
     find("map-legend").replaceChildren();
   }
 

@@ -22,8 +22,8 @@ function band(x, least, greatest) {
   return { x: times, values };
 }
 
-/** Returns the series of an answer. */
-function seriesOf({ result, columns }) {
+/** Returns the series of an answer, with these nets. */
+function seriesOf({ result, columns }, nets) {
   const x = timesOf(result.rows), all = result.columns.map((told, at) => ({ ...told, values: columns[at] }));
   const series = [];
   const isMotion = ({ role, unit }) => role === "value" && (unit === "rad" || unit === "m");
@@ -38,7 +38,7 @@ function seriesOf({ result, columns }) {
   for (const { label, unit, values } of of("command")) series.push({ name: label, unit, step: true, values, x });
   const hand = all.filter(({ role, label, unit }) => role === "value" && /^hand/.test(label) && /^N/.test(unit));
   for (const { label, unit, values } of hand) series.push({ name: label, unit, step: false, values, x });
-  for (const { name, unit, values } of of("net")) series.push({ name, unit: unit === "1" ? name : unit, step: true, values, x });
+  for (const { name, unit, values } of of("net").filter(({ name }) => nets.includes(name))) series.push({ name, unit: unit === "1" ? name : unit, step: true, values, x });
   return { x, series };
 }
 
@@ -48,6 +48,7 @@ export class Picture {
     this.container = container;
     this.look = look;
     this.plot = null;
+    this.nets = [];
     this.whole = null;
     this.timer = 0;
     this.turn = 0;
@@ -55,16 +56,14 @@ export class Picture {
 
   /** Shows the answer of a run. */
   show(answer) {
-    const { result } = answer, { x, series } = seriesOf(answer);
-    const drawn = new Set(this.nets || []);
+    const { result } = answer, { x, series } = seriesOf(answer, this.nets);
     if (result.wall) {
       const ends = Float64Array.of(0, result.motion_s);
       const values = Float64Array.of(result.wall.position, result.wall.position);
       series.unshift({ name: "wall", unit: result.wall.unit, step: false, x: ends, values });
     }
-    const kept = series.filter(({ name, unit }) => unit !== "1" || drawn.has(name));
     this.whole = {
-      x, xUnit: "s", series: kept,
+      x, xUnit: "s", series,
       markers: result.faults.slice(0, 50).map(({ kind, at_s }) => ({ x: at_s, label: kind })),
       spans: [{ from: result.window_s[0], to: result.window_s[1], label: "judged" }],
       onView: (from, to) => this.viewed(from, to),
@@ -74,6 +73,7 @@ export class Picture {
   }
 
   draw(data) {
+    this.shown = data;
     if (this.plot) this.plot.set(data);
     else this.plot = hpuPlot(this.container, data);
   }
@@ -95,7 +95,7 @@ export class Picture {
 
   /** Puts a closer look into the whole run. */
   closer(answer) {
-    const near = seriesOf(answer).series;
+    const near = seriesOf(answer, this.nets).series;
     const series = this.whole.series.map((one) => {
       const detail = near.find(({ name }) => name === one.name);
       return detail ? joined(one, detail) : one;

@@ -7,7 +7,7 @@
 //! A panic ends the module. Its message is left where [`hpu_json`] points.
 
 use std::cell::RefCell;
-use std::panic;
+use std::panic::{self, PanicHookInfo};
 
 use serde_json::json;
 
@@ -25,6 +25,12 @@ thread_local! {
     static KEPT: RefCell<Kept> = RefCell::default();
 }
 
+/// Leaves the message of a panic in the place of the JSON.
+fn tell(info: &PanicHookInfo) {
+    let json = json!({ "errors": [{ "key": "", "message": format!("the engine stopped: {info}") }] }).to_string();
+    KEPT.with(|kept| kept.try_borrow_mut().map(|mut kept| kept.json = json.into_bytes()).ok());
+}
+
 /// Makes room for a request of so many bytes, and returns where to write it.
 #[unsafe(no_mangle)]
 pub extern "C" fn hpu_take(length: usize) -> *mut u8 {
@@ -37,11 +43,10 @@ pub extern "C" fn hpu_take(length: usize) -> *mut u8 {
 /// Answers the request that was written. Returns 0 for a result and 1 for a refusal.
 #[unsafe(no_mangle)]
 pub extern "C" fn hpu_answer() -> u32 {
-    panic::set_hook(Box::new(|info| {
-        let message = format!("the engine stopped: {info}");
-        let json = json!({ "errors": [{ "key": "", "message": message }] }).to_string();
-        KEPT.with(|kept| kept.try_borrow_mut().map(|mut kept| kept.json = json.into_bytes()).ok());
-    }));
+    // Elsewhere a panic is told by the program that links the library.
+    if cfg!(target_family = "wasm") {
+        panic::set_hook(Box::new(tell));
+    }
     let request = KEPT.with_borrow_mut(|kept| {
         // The answer before makes room for this one.
         kept.answer = Answer::default();
