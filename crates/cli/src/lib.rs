@@ -11,6 +11,7 @@ mod check;
 mod cost;
 mod diff;
 mod exit;
+mod explore;
 mod files;
 mod fit;
 mod hdl;
@@ -36,7 +37,6 @@ mod scene;
 mod show;
 mod study;
 mod terminal;
-mod units;
 mod vectors;
 mod waves;
 mod widths;
@@ -48,6 +48,7 @@ use std::process::ExitCode;
 use clap::{CommandFactory, Parser, Subcommand};
 
 use exit::{Exit, Failure};
+use hpu_study::quantities as units;
 
 /// Cycle-accurate emulator of haptic FPGA datapaths.
 ///
@@ -83,6 +84,7 @@ enum Verb {
     Widths(widths::Args),
     Cost(cost::Args),
     Study(study::Args),
+    Explore(explore::Args),
     Reproduce(reproduce::Args),
     Completions(manual::CompletionArgs),
     Man(manual::ManArgs),
@@ -122,6 +124,7 @@ impl Verb {
             Self::Widths(args) => widths::run(&args),
             Self::Cost(args) => cost::run(&args),
             Self::Study(args) => study::run(&args, &Command::command(), again),
+            Self::Explore(args) => explore::run(&args),
             Self::Reproduce(args) => reproduce::run(&args),
             Self::Completions(args) => manual::completions(&args, Command::command()),
             Self::Man(args) => manual::man(&args, Command::command()),

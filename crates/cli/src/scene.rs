@@ -8,6 +8,8 @@ use hpu_cosim::scene::{Experiment, SceneError, shipped};
 use hpu_rtl::LoopScene;
 use serde_json::json;
 
+pub use hpu_study::command::{quoted, set_options};
+
 use crate::exit::{Exit, Failure};
 use crate::terminal::{print, print_json};
 
@@ -117,21 +119,6 @@ impl Loaded {
     pub fn command(&self) -> String {
         let place = if self.is_shipped { &self.scene.name } else { &self.name };
         format!("hpu run {place}{}", set_options(&self.overrides))
-    }
-}
-
-/// Returns overrides as options, each after a space.
-pub fn set_options(overrides: &[(String, String)]) -> String {
-    overrides.iter().map(|(key, value)| format!(" --set {key}={}", quoted(value))).collect()
-}
-
-/// Returns a word quoted for a shell.
-pub fn quoted(word: &str) -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "._-+/:,".contains(c);
-    if !word.is_empty() && word.chars().all(plain) {
-        word.to_string()
-    } else {
-        format!("'{}'", word.replace('\'', r"'\''"))
     }
 }
 

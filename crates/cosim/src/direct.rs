@@ -14,7 +14,6 @@
 //! ends of a step. Words are shown only at the rows; those of a wiring are the words at the step's end.
 
 use std::sync::atomic::Ordering;
-use std::time::Instant;
 
 use hpu_datapath::{Loaded, LoopIn};
 use hpu_plant::{Axis, Chord, Device, Drive, Gauge, Method, Pace, REALS, State};
@@ -33,6 +32,7 @@ use crate::plant::{Kind, Plant};
 use crate::schedule::Schedule;
 use crate::simulation::Direct;
 use crate::stepped::{DIVERGED, FAR};
+use crate::stopwatch::Stopwatch;
 use crate::summary::{EnergyAudit, Summary};
 use crate::trace::{Lines, Trace};
 
@@ -134,7 +134,7 @@ impl AxisDirect<'_> {
         observer: &mut dyn Observe,
         control: &Control,
     ) -> (Summary, f64, Option<&'static str>) {
-        let clock = Instant::now();
+        let clock = Stopwatch::start();
         let mut course = Course::new(self, controller);
         let measures = trace.keeps_beyond(REALS.len()) || observer.measures();
         if measures {
@@ -203,7 +203,7 @@ impl AxisDirect<'_> {
         let summary = Summary {
             complete,
             edges: edge,
-            wall_s: clock.elapsed().as_secs_f64(),
+            wall_s: clock.seconds(),
             ticks: steps,
             steps,
             encoder_edges: course.encoder.edges,

@@ -96,6 +96,13 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
         }
     }
 
+    /// Shows rows with means and extremes, one every `stride` edges, the first at `first`, a multiple of `stride`. To
+    /// be called before the loop has run.
+    pub(crate) fn show(&mut self, first: u64, stride: u64) {
+        self.world.measure(stride);
+        self.rows = Rows { next: first, row: Some(Vec::new()), ..Rows::new(stride) };
+    }
+
     /// Returns the loop with means and extremes in its rows.
     #[must_use]
     pub fn measured(mut self) -> Self {

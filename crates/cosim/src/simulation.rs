@@ -1,7 +1,6 @@
 //! A scene made ready: a wiring, a world, constant inputs; and the operations on any such scene.
 
 use std::ops::Range;
-use std::time::Instant;
 
 use hpu_datapath::{AnyBlock, AnyWiring, Instance, Wiring};
 use hpu_signal::{Clock, Cycle, Observe, Real, Signal, UNKNOWN};
@@ -12,6 +11,7 @@ use crate::law_loop::LawLoop;
 use crate::method::AxisLoop;
 use crate::outline::{Command, Outline, Waves};
 use crate::scene::Record;
+use crate::stopwatch::Stopwatch;
 use crate::summary::{NetUse, Summary};
 use crate::trace::Trace;
 use crate::untyped::{AnyClosedLoop, Closed};
@@ -154,6 +154,12 @@ pub trait Simulation {
     /// Returns the index of the net whose word is not 0 while the wall is touched; `None` where no net tells it.
     fn contact_net(&self) -> Option<usize> {
         self.outline().contact
+    }
+
+    /// Returns the columns of [`row`](Self::row) that hold mean, least and greatest value of the efforts that pictures
+    /// draw.
+    fn drawn(&self) -> &[[usize; 3]] {
+        &self.outline().drawn
     }
 
     /// Returns the edges between rows of the trace.
@@ -424,7 +430,7 @@ impl<'s> LoopVisitor<'s> for Run<'_> {
         E: World + 's,
         W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone + 'static,
     {
-        let start = Instant::now();
+        let start = Stopwatch::start();
         let mut wiring = wiring.clone();
         if !self.modulated {
             wiring.rest_modulator();
@@ -437,7 +443,7 @@ impl<'s> LoopVisitor<'s> for Run<'_> {
         let summary = Summary {
             complete,
             edges: run.edge(),
-            wall_s: start.elapsed().as_secs_f64(),
+            wall_s: start.seconds(),
             ticks: run.ticks(),
             output_changes: run.output_changes(),
             averages: if complete { run.averages(self.edge_s) } else { None },

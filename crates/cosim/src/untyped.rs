@@ -102,6 +102,9 @@ pub trait AnyClosedLoop<'s> {
     fn edge(&self) -> u64;
     /// Runs one edge.
     fn step(&mut self);
+    /// Makes [`leap`](Self::leap) show rows of the plant's outputs, with means and extremes: one every `stride` edges,
+    /// the first at `first`, a multiple of `stride`. To be called before the first leap.
+    fn show(&mut self, first: u64, stride: u64);
     /// See [`ClosedLoop::leap`].
     fn leap(&mut self, end: u64, observer: &mut dyn Observe);
     /// Returns the constant words of the wiring's inputs; words that the world drives are 0.
@@ -129,6 +132,9 @@ where
     }
     fn step(&mut self) {
         self.0.step(&mut ());
+    }
+    fn show(&mut self, first: u64, stride: u64) {
+        self.0.show(first, stride);
     }
     fn leap(&mut self, end: u64, observer: &mut dyn Observe) {
         self.0.leap(end, &mut Through(observer));

@@ -23,9 +23,11 @@ pub(crate) trait Product {
     fn two(a: f64, b: f64) -> (f64, f64);
 }
 
-/// Two-product by fused multiply-add: fast where the processor has it.
+/// Two-product by fused multiply-add: fast where the processor has it. WebAssembly never has it.
+#[cfg(not(target_family = "wasm"))]
 pub(crate) struct Fused;
 
+#[cfg(not(target_family = "wasm"))]
 impl Product for Fused {
     #[inline(always)]
     fn two(a: f64, b: f64) -> (f64, f64) {

@@ -1,6 +1,7 @@
 //! Studies of many runs: limits of a scene's stiffness, published tables run again, maps, widths, the least model.
 
 pub mod accuracy;
+pub mod command;
 pub mod criteria;
 pub mod fit;
 pub mod formula;
@@ -9,7 +10,9 @@ pub mod limits;
 pub mod map;
 pub mod page;
 pub mod phantom;
+pub mod quantities;
 pub mod studies;
+pub mod told;
 pub mod trace_table;
 pub mod units;
 pub mod widths;

@@ -9,6 +9,7 @@
 //                                    hidden: shown only when its key is pressed; doc: its meaning
 //   markers: [{ x, label }],         upright lines
 //   spans: [{ from, to, label }],    shaded ranges
+//   onView(from, to),                called after a reader has zoomed or panned
 // }
 // Series of one unit share a panel; series of the unit "bit" are lanes of 0 and 1. Each column of pixels shows the
 // least and the greatest value within it, so that no narrow pulse is lost at any zoom.
@@ -177,6 +178,7 @@ function hpuPlot(container, data) {
   function view(from, to) {
     keep(from, to);
     redraw();
+    data.onView?.(...now());
   }
 
   function zoom(factor, at) {

@@ -2,21 +2,22 @@
 //! Numbers are in SI units.
 
 use hpu_cosim::scene::{Metric, Units};
-use hpu_cosim::{AnySimulation, EnergyAudit, Mark, NetUse, SIGNS, Simulation, Verdict, unseen_growth_per_s};
+use hpu_cosim::{AnySimulation, Mark, NetUse, SIGNS, Simulation};
 use hpu_rtl::{CheckRow, Hdl, Mismatch};
 use hpu_signal::{Clock, Cycle};
 use hpu_study::map::outcome_name;
 use hpu_study::page::{Cell, Column, Page, Table};
+use hpu_study::told::{energies, outcome};
 use hpu_study::trace_table::TraceColumns;
 use hpu_study::widths::idle_bits;
 use serde_json::{Value, json};
 
 use crate::notation::triple;
-use crate::run::contact::{self, displayed, unseen, wraps};
+use crate::run::contact;
 use crate::run::device::shown;
 use crate::run::{Ran, table};
 use crate::terminal::verdict;
-use crate::units::{percent, rounded_up, si};
+use crate::units::{percent, si};
 use crate::{fit, page as pages, parameters};
 
 /// Returns the page.
@@ -40,7 +41,7 @@ pub fn page(ran: &Ran) -> Page {
         None if summary.complete => ("a recording: no device, no motion to judge".to_string(), Value::Null),
         None => ("stopped before its end".to_string(), Value::Null),
     };
-    page.fact("outcome", "outcome", kind, said + &summary.verdict.map_or(String::new(), |_| contact::beside(ran)));
+    page.fact("outcome", "outcome", kind, said + &summary.verdict.map_or(String::new(), |_| contact::of(ran).beside()));
     in_contact(&mut page, ran);
     page.data("complete", summary.complete);
     page.data("aborted", summary.aborted.map(|abort| json!({ "at_s": abort.at_s, "why": abort.why })));
@@ -77,83 +78,16 @@ pub fn page(ran: &Ran) -> Page {
 
 /// Adds how long the wall was touched, and what it gave.
 fn in_contact(page: &mut Page, ran: &Ran) {
+    let contact = contact::of(ran);
+    let displayed = contact.displayed();
     page.data("contact_share", ran.summary.contact_share).data("judged_window_s", json!(ran.window_s));
-    page.data("displayed_stiffness", displayed(ran).map(|(_, _, displayed, _)| displayed));
-    page.data("displayed_ratio", displayed(ran).and_then(|(.., ratio)| ratio)).data("product_wraps", wraps(ran));
-    let unseen = unseen(ran).map(|(_, unseen)| json!({ "depth": unseen.depth, "position_wrapped": unseen.wrapped }));
-    page.data("unseen_contact", unseen);
-    if let Some(said) = contact::line(ran) {
+    page.data("displayed_stiffness", displayed.map(|(_, displayed, _)| displayed));
+    page.data("displayed_ratio", displayed.and_then(|(.., ratio)| ratio)).data("product_wraps", contact.wraps());
+    let unseen = contact.unseen();
+    page.data("unseen_contact", unseen.map(|told| json!({ "depth": told.depth, "position_wrapped": told.wrapped })));
+    if let Some(said) = contact.line() {
         page.line("contact", said);
     }
-}
-
-/// Returns an outcome as text and as JSON.
-fn outcome(verdict: Verdict, unit: &str, [from_s, to_s]: [f64; 2]) -> (String, Value) {
-    let u = |value| si(value, unit);
-    match verdict {
-        Verdict::Settled { rms_rad } => {
-            let growth = unseen_growth_per_s(to_s - from_s);
-            let (rms, from, to, below) = (u(rms_rad), si(from_s, "s"), si(to_s, "s"), rounded_up(growth));
-            (
-                format!("settled: rms {rms} about the mean, {from} to {to}; growth below {below}/s would not be seen"),
-                json!({ "kind": "settled", "rms_rad": rms_rad, "growth_unseen_below_per_s": growth }),
-            )
-        }
-        Verdict::LimitCycle { rms_rad, amplitude_rad, frequency_hz } => {
-            let (rms, amplitude, frequency) = (u(rms_rad), u(amplitude_rad), si(frequency_hz, "Hz"));
-            let said = if frequency_hz == 0.0 {
-                let range = u(2.0 * amplitude_rad);
-                format!("moving to the end, over {range} without a period (a limit cycle by the rule), rms {rms}")
-            } else {
-                format!("limit cycle: amplitude {amplitude}, {frequency}, rms {rms}")
-            };
-            let numbers = json!({
-                "kind": "limit_cycle",
-                "rms_rad": rms_rad,
-                "amplitude_rad": amplitude_rad,
-                "frequency_hz": frequency_hz,
-            });
-            (said, numbers)
-        }
-        Verdict::Diverged { at_s, amplitude_rad } => (
-            format!("diverged: amplitude {}, growing since {}", u(amplitude_rad), si(at_s, "s")),
-            json!({ "kind": "diverged", "at_s": at_s, "amplitude_rad": amplitude_rad }),
-        ),
-        Verdict::Passive { rms_m } => (
-            format!("passive: rms {} about the steady value at the end", si(rms_m, "m")),
-            json!({ "kind": "passive", "rms_m": rms_m }),
-        ),
-        Verdict::NonPassive { rms_m } => (
-            format!("non-passive: rms {} about the steady value at the end", si(rms_m, "m")),
-            json!({ "kind": "non_passive", "rms_m": rms_m }),
-        ),
-        Verdict::Tracking { rms_m, greatest_m } => (
-            format!("tracking: {} rms from the target, {} at most", si(rms_m, "m"), si(greatest_m, "m")),
-            json!({ "kind": "tracking", "rms_m": rms_m, "greatest_m": greatest_m }),
-        ),
-        Verdict::HighlyUnstable { at_s } => (
-            format!("highly unstable: aborted at {}", si(at_s, "s")),
-            json!({ "kind": "highly_unstable", "at_s": at_s }),
-        ),
-    }
-}
-
-/// Returns energies as JSON.
-pub fn energies(energy: &EnergyAudit) -> Value {
-    json!({
-        "supplied_j": energy.supplied_j,
-        "stored_j": energy.stored_j,
-        "dissipated_j": energy.dissipated_j,
-        "residual_j": energy.residual_j,
-        "exchanged_j": energy.exchanged_j,
-        "source_j": energy.source_j,
-        "hand_j": energy.hand_j,
-        "copper_j": energy.copper_j,
-        "diodes_j": energy.diodes_j,
-        "viscous_j": energy.viscous_j,
-        "coulomb_j": energy.coulomb_j,
-        "transmission_j": energy.transmission_j,
-    })
 }
 
 /// Adds the energies.
@@ -285,7 +219,7 @@ fn expectations(page: &mut Page, ran: &Ran) {
         let name = outcome_name(Some(kind));
         let mut part = Page::default();
         part.data("name", "outcome").data("value", name).data("met", met);
-        part.line("expected", format!("outcome {name}: {}{}", said(met), contact::beside(ran)));
+        part.line("expected", format!("outcome {name}: {}{}", said(met), contact::of(ran).beside()));
         page.section("expected", part);
     }
     for (expected, got, met) in &ran.numbers {

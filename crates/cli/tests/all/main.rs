@@ -10,6 +10,7 @@ mod contact;
 mod diff;
 mod dut;
 mod entity;
+mod explore;
 mod exports;
 mod fit;
 mod formal;

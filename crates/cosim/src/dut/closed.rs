@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use std::time::Instant;
 
 use hpu_datapath::LoopOut;
 use hpu_signal::{Cycle, Observe, SignalUse, UNKNOWN};
@@ -13,6 +12,7 @@ use crate::contact::{Contact, window_start};
 use crate::engine::{Control, Rows};
 use crate::schedule::Schedule;
 use crate::simulation::{Recorder, Simulation, judged};
+use crate::stopwatch::Stopwatch;
 use crate::summary::{NetUse, Summary};
 use crate::trace::Trace;
 use crate::world::World;
@@ -62,7 +62,7 @@ impl DutSimulation<'_> {
         observer: &mut dyn Observe,
         control: &Control,
     ) -> Result<Summary, Fault> {
-        let began = Instant::now();
+        let began = Stopwatch::start();
         let (end, stride) = (self.edges(), self.stride());
         trace.begin(end / stride + 1);
         let from = window_start(end, stride);
@@ -89,7 +89,7 @@ impl DutSimulation<'_> {
         let summary = Summary {
             complete,
             edges: edge,
-            wall_s: began.elapsed().as_secs_f64(),
+            wall_s: began.seconds(),
             ticks: edge,
             output_changes: closed.output_changes,
             averages: if complete { rows.averages(world, edge, self.clock().period_s()) } else { None },

@@ -14,7 +14,6 @@
 //! are those of that line. Words are shown only at the rows, as with the decoders at rest.
 
 use std::sync::atomic::Ordering;
-use std::time::Instant;
 
 use hpu_plant::arm::kinematics::{Pose, Sines};
 use hpu_signal::{Cycle, Observe};
@@ -26,6 +25,7 @@ use crate::arm_body::ArmBody;
 use crate::columns::ARM_REALS;
 use crate::engine::{Control, TURN};
 use crate::simulation::Direct;
+use crate::stopwatch::Stopwatch;
 use crate::summary::Summary;
 use crate::trace::Trace;
 
@@ -62,7 +62,7 @@ impl Direct for ArmDirect<'_> {
         observer: &mut dyn Observe,
         control: &Control,
     ) -> (Summary, f64, Option<&'static str>) {
-        let clock = Instant::now();
+        let clock = Stopwatch::start();
         let mut course = Course::new(self);
         let (mut steps, mut next_row, mut complete, mut contact) = (0u64, 0, true, 0);
         course.measures = trace.keeps_beyond(ARM_REALS.len()) || observer.measures();
@@ -94,7 +94,7 @@ impl Direct for ArmDirect<'_> {
         let summary = Summary {
             complete,
             edges: state.edge,
-            wall_s: clock.elapsed().as_secs_f64(),
+            wall_s: clock.seconds(),
             ticks: steps,
             steps,
             output_changes: course.output_changes,

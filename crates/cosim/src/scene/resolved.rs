@@ -29,6 +29,8 @@ pub struct Resolved {
     pub source: ValueSource,
     /// The effect of the value.
     pub meaning: &'static str,
+    /// The values that the key accepts.
+    pub takes: Takes,
 }
 
 /// The source of a key's value.
@@ -138,7 +140,8 @@ impl Resolving<'_> {
             (None, None) => ParameterValue::Text(row.default()),
         };
         let unit = parameter.map_or("", |parameter| parameter.unit);
-        Resolved { section: section.into(), key: key.into(), toml, value, unit, source, meaning: row.meaning }
+        let (section, key) = (section.into(), key.into());
+        Resolved { section, key, toml, value, unit, source, meaning: row.meaning, takes: row.takes.clone() }
     }
 }
 

@@ -38,6 +38,16 @@ impl SceneError {
         Some(self.line_and_column()).filter(|(line, _)| *line > 0 && !self.is_override())
     }
 
+    /// Returns the refused key, as in `wall.stiffness`; empty for the file as a whole.
+    pub fn key(&self) -> &str {
+        &self.key
+    }
+
+    /// Returns this error and the other errors of its scene, in the order of the file.
+    pub fn all(&self) -> impl Iterator<Item = &Self> {
+        [self].into_iter().chain(&self.others)
+    }
+
     /// Returns whether the refused value came from an override, not from the file.
     pub fn is_override(&self) -> bool {
         self.place.starts_with(OVERRIDE)

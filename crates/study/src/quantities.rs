@@ -1,4 +1,4 @@
-//! Numbers as text.
+//! Quantities as text, for the pages of every verb.
 
 use hpu_cosim::number;
 

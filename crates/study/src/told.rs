@@ -1,0 +1,161 @@
+//! Verdict, contact and energies of a run, in words and as JSON: the summaries of `hpu run` and of the explorer.
+
+use hpu_cosim::scene::Units;
+use hpu_cosim::{AxisSimulation, EnergyAudit, Summary, Trace, Verdict, unseen_growth_per_s};
+use serde_json::{Value, json};
+
+use crate::map::{Unseen, displayed_stiffness, product_wraps, unseen_contact};
+use crate::quantities::{rounded_up, si};
+
+/// The index of an axis's angle among its outputs.
+const ANGLE: usize = 2;
+
+/// Returns an outcome as text and as JSON. `unit` is that of the positions; the window is the judged one, in s.
+pub fn outcome(verdict: Verdict, unit: &str, [from_s, to_s]: [f64; 2]) -> (String, Value) {
+    let u = |value| si(value, unit);
+    match verdict {
+        Verdict::Settled { rms_rad } => {
+            let growth = unseen_growth_per_s(to_s - from_s);
+            let (rms, from, to, below) = (u(rms_rad), si(from_s, "s"), si(to_s, "s"), rounded_up(growth));
+            (
+                format!("settled: rms {rms} about the mean, {from} to {to}; growth below {below}/s would not be seen"),
+                json!({ "kind": "settled", "rms_rad": rms_rad, "growth_unseen_below_per_s": growth }),
+            )
+        }
+        Verdict::LimitCycle { rms_rad, amplitude_rad, frequency_hz } => {
+            let (rms, amplitude, frequency) = (u(rms_rad), u(amplitude_rad), si(frequency_hz, "Hz"));
+            let said = if frequency_hz == 0.0 {
+                let range = u(2.0 * amplitude_rad);
+                format!("moving to the end, over {range} without a period (a limit cycle by the rule), rms {rms}")
+            } else {
+                format!("limit cycle: amplitude {amplitude}, {frequency}, rms {rms}")
+            };
+            let numbers = json!({
+                "kind": "limit_cycle",
+                "rms_rad": rms_rad,
+                "amplitude_rad": amplitude_rad,
+                "frequency_hz": frequency_hz,
+            });
+            (said, numbers)
+        }
+        Verdict::Diverged { at_s, amplitude_rad } => (
+            format!("diverged: amplitude {}, growing since {}", u(amplitude_rad), si(at_s, "s")),
+            json!({ "kind": "diverged", "at_s": at_s, "amplitude_rad": amplitude_rad }),
+        ),
+        Verdict::Passive { rms_m } => (
+            format!("passive: rms {} about the steady value at the end", si(rms_m, "m")),
+            json!({ "kind": "passive", "rms_m": rms_m }),
+        ),
+        Verdict::NonPassive { rms_m } => (
+            format!("non-passive: rms {} about the steady value at the end", si(rms_m, "m")),
+            json!({ "kind": "non_passive", "rms_m": rms_m }),
+        ),
+        Verdict::Tracking { rms_m, greatest_m } => (
+            format!("tracking: {} rms from the target, {} at most", si(rms_m, "m"), si(greatest_m, "m")),
+            json!({ "kind": "tracking", "rms_m": rms_m, "greatest_m": greatest_m }),
+        ),
+        Verdict::HighlyUnstable { at_s } => (
+            format!("highly unstable: aborted at {}", si(at_s, "s")),
+            json!({ "kind": "highly_unstable", "at_s": at_s }),
+        ),
+    }
+}
+
+/// Returns energies as JSON.
+pub fn energies(energy: &EnergyAudit) -> Value {
+    json!({
+        "supplied_j": energy.supplied_j,
+        "stored_j": energy.stored_j,
+        "dissipated_j": energy.dissipated_j,
+        "residual_j": energy.residual_j,
+        "exchanged_j": energy.exchanged_j,
+        "source_j": energy.source_j,
+        "hand_j": energy.hand_j,
+        "copper_j": energy.copper_j,
+        "diodes_j": energy.diodes_j,
+        "viscous_j": energy.viscous_j,
+        "coulomb_j": energy.coulomb_j,
+        "transmission_j": energy.transmission_j,
+    })
+}
+
+/// The contact of a run with its wall.
+#[derive(Clone, Copy)]
+pub struct Touch<'r> {
+    /// The summary of the run.
+    pub summary: &'r Summary,
+    /// The trace of the run.
+    pub trace: &'r Trace,
+    /// The judged window, in s.
+    pub window_s: [f64; 2],
+    /// Position and stiffness of an axis's wall, and their units; the stiffness is 0 where it is unknown.
+    pub wall: Option<((f64, f64), Units)>,
+    /// The simulation of an axis whose words are known.
+    pub axis: Option<&'r AxisSimulation<'r>>,
+}
+
+impl Touch<'_> {
+    /// Returns a warning beside the verdict when the wall was not reached, or when its product wrapped; otherwise an
+    /// empty text.
+    pub fn beside(&self) -> String {
+        if let Some((axis, Unseen { depth, wrapped })) = self.axis.zip(self.unseen()) {
+            let past = si(depth, axis.scene().device.units().position);
+            let why = if wrapped { ": the position counter wrapped" } else { "" };
+            return format!("; the datapath saw no contact though the device was {past} past the wall{why}");
+        }
+        match (self.summary.contact_share, self.wraps()) {
+            (Some(0.0), _) => "; wall not reached in the judged window".to_string(),
+            (_, Some(wraps)) => {
+                let times = if wraps == 1 { "once" } else { &format!("{wraps} times") };
+                format!("; through the wall, whose product has wrapped {times}")
+            }
+            _ => String::new(),
+        }
+    }
+
+    /// Returns the line about how long the wall was touched, and which torque or force it gives at the final depth.
+    pub fn line(&self) -> Option<String> {
+        let share = self.summary.contact_share?;
+        let [from, to] = self.window_s.map(|time_s| si(time_s, "s"));
+        if share == 0.0 {
+            let before = if self.was_touched() { "; touched before" } else { "" };
+            return Some(format!(
+                "none in the judged window, {from} to {to}{before}: the outcome says nothing of the wall"
+            ));
+        }
+        let share = if share == 1.0 { "all".to_string() } else { format!("{:.2} %", 100.0 * share) };
+        let said = format!("{share} of the judged window, {from} to {to}");
+        let Some(((_, units), (depth, displayed, ratio))) = self.wall.zip(self.displayed()) else { return Some(said) };
+        let of = ratio.map_or(String::new(), |ratio| format!(", {:.2} % of what its stiffness asks for", 100.0 * ratio));
+        let (deep, effort) = (si(depth, units.position), si(displayed * depth, units.effort));
+        Some(format!("{said}; {deep} deep the wall gives {effort}{of}"))
+    }
+
+    /// Returns whether an axis saw penetration at any time.
+    fn was_touched(&self) -> bool {
+        let told = ["penetration", "wall_contact"];
+        let penetration = self.summary.nets.iter().find(|net| told.contains(&net.signal.name));
+        penetration.is_some_and(|net| net.usage.max > 0)
+    }
+
+    /// Returns, for a settled contact of an axis, the depth at the end, the displayed stiffness, and its ratio to the
+    /// stiffness that was asked for.
+    pub fn displayed(&self) -> Option<(f64, f64, Option<f64>)> {
+        let Some(Verdict::Settled { .. }) = self.summary.verdict else { return None };
+        let (wall, _) = self.wall?;
+        let (displayed, ratio) = displayed_stiffness(wall, self.trace, self.summary.averages)?;
+        Some((self.trace.last(ANGLE)? - wall.0, displayed, ratio))
+    }
+
+    /// Returns how far the device of an axis was past the wall while the datapath saw no contact.
+    pub fn unseen(&self) -> Option<Unseen> {
+        let axis = self.axis?;
+        unseen_contact(axis.scene(), &axis.words().realised, self.trace, self.summary)
+    }
+
+    /// Returns how often the spring's product wrapped, if it did and the motion came to rest in the wall.
+    pub fn wraps(&self) -> Option<u64> {
+        let axis = self.axis?;
+        product_wraps(axis.scene(), &axis.words().realised, self.trace, self.summary)
+    }
+}
