@@ -5,8 +5,8 @@ use std::io::{self, Write};
 
 use hpu_cosim::{AnySimulation, Mark, Simulation};
 use hpu_rtl::Around;
-use hpu_signal::{Clock, Cycle, Observe};
-use hpu_wave::{Layout, WaveFile, fst_aside, gtkw, mismatch_gtkw, mismatch_vcd, vcd_aside};
+use hpu_signal::{Clock, Cycle, Observe, UNKNOWN};
+use hpu_wave::{Layout, WaveFile, fst_aside, gtkw, mismatch_gtkw, mismatch_vcd, sucl, vcd_aside};
 
 use crate::exit::Failure;
 use crate::files::Folder;
@@ -27,13 +27,16 @@ pub fn waveform(around: &Around, number: u64, name: &str, folder: Option<&mut Fo
     Ok(format!("    waveform of {rows}: gtkwave {}\n", folder.place(&save).display()))
 }
 
-/// Observes a run and writes an FST, and a VCD when asked for, each with its GTKWave save file. Each file is written on
-/// a thread of its own.
+/// Observes a run and writes an FST, and a VCD when asked for, each with its save file for GTKWave and its commands for
+/// Surfer. Each waveform is written on a thread of its own.
 pub struct Waves {
     layout: Layout,
     clock: Clock,
-    /// The dumps and their save files, which are written at the end.
-    saves: Vec<(&'static str, File)>,
+    /// The dumps with the files for GTKWave and for Surfer, which are written at the end.
+    saves: Vec<(&'static str, File, File)>,
+    /// The net that shows contact, and the first edge at which it did.
+    contact: Option<usize>,
+    touched: Option<Cycle>,
     fst: Box<dyn WaveFile>,
     vcd: Option<Box<dyn WaveFile>>,
 }
@@ -58,16 +61,30 @@ impl Waves {
             None
         };
         let dumps = [FST].into_iter().chain(with_vcd.then_some(VCD));
-        let saves = dumps.map(|dump| Ok((dump, folder.create(&save_name(dump))?))).collect::<Result<_, Failure>>()?;
-        Ok(Self { layout, clock, saves, fst, vcd })
+        let saves =
+            dumps.map(|dump| Ok((dump, folder.create(&save_name(dump))?, folder.create(&commands_name(dump))?)));
+        let saves = saves.collect::<Result<_, Failure>>()?;
+        Ok(Self { layout, clock, saves, contact: simulation.contact_net(), touched: None, fst, vcd })
     }
 
-    /// Completes the files of a run that ends at `end`. Marks the edge `mark`, if it is given, and the faults.
-    pub fn finish(self, folder: &Folder, end: Cycle, mark: Option<Cycle>, faults: &[Mark]) -> Result<(), Failure> {
-        let faults: Vec<_> = faults.iter().map(|mark| Cycle(mark.edge)).collect();
-        for (dump, mut file) in self.saves {
-            let save = gtkw(&self.layout, dump, self.clock, Cycle(0)..end, mark, &faults);
-            file.write_all(save.as_bytes()).map_err(failed(folder, &save_name(dump)))?;
+    /// Completes the files of a run that ends at `end`. Marks the edge `mark`, if it is given, the first contact, the
+    /// edges that are `named`, and the faults.
+    pub fn finish(
+        self,
+        folder: &Folder,
+        end: Cycle,
+        mark: Option<Cycle>,
+        named: Vec<(Cycle, String)>,
+        faults: &[Mark],
+    ) -> Result<(), Failure> {
+        let touched = self.touched.map(|edge| (edge, "first contact".to_string()));
+        let faults = faults.iter().map(|mark| (Cycle(mark.edge), mark.what.to_string()));
+        let named: Vec<_> = touched.into_iter().chain(named).chain(faults).collect();
+        for (dump, mut save, mut commands) in self.saves {
+            let text = gtkw(&self.layout, dump, self.clock, Cycle(0)..end, mark, &named);
+            save.write_all(text.as_bytes()).map_err(failed(folder, &save_name(dump)))?;
+            let text = sucl(&self.layout, dump, self.clock, &named);
+            commands.write_all(text.as_bytes()).map_err(failed(folder, &commands_name(dump)))?;
         }
         self.fst.complete(end).map_err(failed(folder, FST))?;
         self.vcd.map_or(Ok(()), |vcd| vcd.complete(end).map_err(failed(folder, VCD)))
@@ -77,6 +94,11 @@ impl Waves {
 /// Returns the name of a dump's save file.
 fn save_name(dump: &str) -> String {
     format!("{dump}.gtkw")
+}
+
+/// Returns the name of a dump's commands for Surfer.
+fn commands_name(dump: &str) -> String {
+    format!("{dump}.sucl")
 }
 
 fn failed(folder: &Folder, name: &str) -> impl FnOnce(io::Error) -> Failure {
@@ -89,12 +111,16 @@ fn layout(simulation: &AnySimulation) -> Layout {
         AnySimulation::Ours(ours) => Layout::of(ours),
         AnySimulation::Dut(dut) => Layout::of_design(dut),
     };
+    let layout = layout.with_hand(simulation);
     if simulation.record().clock { layout.with_clock() } else { layout }
 }
 
 impl Observe for Waves {
     #[inline]
     fn nets(&mut self, cycle: Cycle, words: &[i64]) {
+        if self.touched.is_none() && self.contact.is_some_and(|net| words[net] != 0 && words[net] != UNKNOWN) {
+            self.touched = Some(cycle);
+        }
         self.fst.nets(cycle, words);
         if let Some(vcd) = &mut self.vcd {
             vcd.nets(cycle, words);

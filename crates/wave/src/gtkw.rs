@@ -72,7 +72,7 @@ const WAVES_WIDTH: u32 = SIZE.0 - TREE_WIDTH - NAMES_WIDTH - 40;
 /// Returns a save file that opens a waveform ready to read. It shows the clock, if there is one, and groups from the
 /// encoder to the plant. Bits are shown as bits, and words as decimal numbers with their fraction bits. The loop's
 /// words and the plant's outputs are curves, scaled to the whole run. `span` fills the window. The primary marker is at
-/// an edge, if one is to be marked; markers A to Z are at the first 26 `named` edges.
+/// an edge, if one is to be marked; markers A to Z are at the first 26 `named` edges, whose names a comment tells.
 ///
 /// `dump` is the name of the waveform's file; GTKWave looks for it beside the save file.
 pub fn gtkw(
@@ -81,26 +81,39 @@ pub fn gtkw(
     clock: Clock,
     span: Range<Cycle>,
     marker: Option<Cycle>,
-    named: &[Cycle],
+    named: &[(Cycle, String)],
 ) -> String {
     let tree: Vec<_> = layout.scopes().iter().map(|scope| scope.name.as_str()).collect();
     let mut file = header(&tree, dump, clock, span, marker, named);
     file.extend(trace(layout, Source::Clock, BINARY | RIGHT, 0, None));
-    let own = if layout.waves.groups.is_empty() { GROUPS } else { layout.waves.groups };
-    let groups = [&[("VHDL and emulator", &[DIFFERS][..])], own].concat();
-    for (group, names) in &groups {
-        let all = || layout.nets.iter().enumerate();
-        let of = |name: &'static str| all().filter(move |(_, net)| base(net.name) == name).map(|(index, _)| index);
-        let nets = names.iter().flat_map(|&name| of(name));
-        write_group(&mut file, group, nets.filter_map(|net| net_trace(layout, net)));
+    for (group, nets) in groups(layout) {
+        write_group(&mut file, group, nets.into_iter().filter_map(|net| net_trace(layout, net)));
     }
-    let named = |net: &Signal| groups.iter().any(|(_, names)| names.contains(&base(net.name)));
-    let others = layout.nets.iter().enumerate().filter(|(_, net)| !named(net));
-    write_group(&mut file, "Other", others.filter_map(|(net, _)| net_trace(layout, net)));
     let curve = RIGHT | SIGNED | INTERPOLATED | FULL_SCALE;
     let reals = (0..layout.reals.len()).filter_map(|real| trace(layout, Source::Real(real), curve, 0, None));
-    write_group(&mut file, "Plant: torques and forces positive along the positive position", reals);
+    write_group(&mut file, PLANT, reals);
     file
+}
+
+/// The name of the group of the plant's outputs.
+pub(crate) const PLANT: &str = "Plant: torques and forces positive along the positive position";
+
+/// Returns the groups of a layout's nets, with the indices of their nets.
+pub(crate) fn groups(layout: &Layout) -> Vec<(&'static str, Vec<usize>)> {
+    let own = if layout.waves.groups.is_empty() { GROUPS } else { layout.waves.groups };
+    let groups = [&[("VHDL and emulator", &[DIFFERS][..])], own].concat();
+    let all = || layout.nets.iter().enumerate();
+    let of = |name: &'static str| all().filter(move |(_, net)| base(net.name) == name).map(|(index, _)| index);
+    let mut found: Vec<(&str, Vec<usize>)> =
+        groups.iter().map(|(group, names)| (*group, names.iter().flat_map(|&name| of(name)).collect())).collect();
+    let named = |net: &Signal| groups.iter().any(|(_, names)| names.contains(&base(net.name)));
+    found.push(("Other", all().filter(|(_, net)| !named(net)).map(|(index, _)| index).collect()));
+    found
+}
+
+/// Returns whether a net is drawn as a curve.
+pub(crate) fn is_curve(layout: &Layout, net: &Signal) -> bool {
+    [&CURVES[..], layout.waves.curves].iter().any(|names| names.contains(&base(net.name)))
 }
 
 /// Returns a net's name without the number of its joint.
@@ -115,7 +128,7 @@ pub(crate) fn header(
     clock: Clock,
     span: Range<Cycle>,
     marker: Option<Cycle>,
-    named: &[Cycle],
+    named: &[(Cycle, String)],
 ) -> String {
     // GTKWave counts in units of a thousand: times in 10 ns are written in nanoseconds.
     let timescale = Timescale::of(clock);
@@ -123,10 +136,13 @@ pub(crate) fn header(
     // GTKWave shows 2^-zoom units of time in 200 pixels.
     let zoom = -(end.saturating_sub(start).max(1) as f64 * 200.0 / f64::from(WAVES_WIDTH)).log2();
     let mut marker = marker.map_or("-1".to_string(), |marker| timescale.in_thousands(marker).to_string());
-    for &edge in named.iter().take(26) {
-        let _ = write!(marker, " {}", timescale.in_thousands(edge));
+    for (edge, _) in named.iter().take(26) {
+        let _ = write!(marker, " {}", timescale.in_thousands(*edge));
     }
     let mut text = String::from("[*] Save file of a waveform written by hpu\n");
+    for (letter, (_, name)) in ('A'..='Z').zip(named) {
+        let _ = writeln!(text, "[*] marker {letter}: {name}");
+    }
     // GTKWave finds the dump by its path relative to the save file, even when both have been moved to another
     // directory.
     let _ = writeln!(text, "[dumpfile] \"/{dump}\"\n[savefile] \"/{dump}.gtkw\"");
@@ -149,8 +165,7 @@ fn write_group(file: &mut String, name: &str, traces: impl Iterator<Item = Strin
 fn net_trace(layout: &Layout, index: usize) -> Option<String> {
     let net @ Signal { name, format, unit, .. } = &layout.nets[index];
     let flags = word_flags(net);
-    let is_curve = [&CURVES[..], layout.waves.curves].iter().any(|names| names.contains(&base(name)));
-    let flags = if is_curve { flags | STEP | FULL_SCALE } else { flags };
+    let flags = if is_curve(layout, net) { flags | STEP | FULL_SCALE } else { flags };
     let read = if net.is_counter() { ", read as signed" } else { "" };
     let alias = (*unit != "1").then(|| format!("{name} ({unit}{read})"));
     trace(layout, Source::Net(index), flags, format.frac(), alias)
@@ -191,7 +206,7 @@ pub(crate) fn line(path: &str, flags: u32, frac: i32, alias: Option<String>) -> 
 }
 
 /// Returns the first variable that shows a source, with the path of its scope.
-fn find(scope: &Scope, source: Source) -> Option<(String, &str)> {
+pub(crate) fn find(scope: &Scope, source: Source) -> Option<(String, &str)> {
     if let Some(Var { name, .. }) = scope.vars.iter().find(|var| var.source == source) {
         return Some((scope.name.clone(), name));
     }

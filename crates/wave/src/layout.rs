@@ -47,6 +47,8 @@ pub struct Layout {
     pub(crate) scopes: Vec<Scope>,
     pub(crate) nets: Vec<Signal>,
     pub(crate) reals: Vec<Real>,
+    /// The place of each of these in the rows that the recording observes.
+    pub(crate) columns: Vec<usize>,
     /// Words of the inputs that are tied to a constant.
     pub(crate) tied: Vec<i64>,
     pub(crate) waves: Waves,
@@ -132,7 +134,8 @@ impl Layout {
         if !reals.is_empty() {
             scopes.push(Scope::new("plant", false, reals.iter().enumerate().map(Var::real)));
         }
-        Self { scopes, nets, reals: reals.to_vec(), tied, waves: Waves::default() }
+        let columns = (0..reals.len()).collect();
+        Self { scopes, nets, reals: reals.to_vec(), columns, tied, waves: Waves::default() }
     }
 
     /// Returns the hierarchy of a scene's wiring and world. A recording has no plant.
@@ -153,8 +156,10 @@ impl Layout {
             let scope = path.into_iter().fold(&mut top, Scope::inner);
             scope.vars.push(Var::new(name, signal.format, Source::Net(index)));
         }
-        let scopes = vec![top, Scope::new("plant", false, simulation.reals().iter().enumerate().map(Var::real))];
-        Self { scopes, nets, reals: simulation.reals().to_vec(), tied: Vec::new(), waves: Waves::default() }
+        let reals = simulation.reals();
+        let scopes = vec![top, Scope::new("plant", false, reals.iter().enumerate().map(Var::real))];
+        let columns = (0..reals.len()).collect();
+        Self { scopes, nets, reals: reals.to_vec(), columns, tied: Vec::new(), waves: Waves::default() }
     }
 
     /// Adds `clk` in front of every `rst`. The writers toggle it between the changes that they observe: it costs two
@@ -162,6 +167,22 @@ impl Layout {
     #[must_use]
     pub fn with_clock(mut self) -> Self {
         self.scopes.iter_mut().for_each(Scope::add_clock);
+        self
+    }
+
+    /// Adds the hand's position and its effort to the plant's outputs, where the rows of a simulation have them. A
+    /// recording shows them if its rows are measured ([`Observe::measures`](hpu_signal::Observe::measures)).
+    #[must_use]
+    pub fn with_hand(mut self, simulation: &impl Simulation) -> Self {
+        let Some(plant) = self.scopes.iter_mut().find(|scope| scope.name == "plant") else { return self };
+        for column in simulation.columns() {
+            let real = simulation.row()[column];
+            if real.name.starts_with("hand_") && column >= simulation.reals().len() {
+                plant.vars.push(Var::real((self.reals.len(), &real)));
+                self.reals.push(real);
+                self.columns.push(column);
+            }
+        }
         self
     }
 

@@ -2,7 +2,8 @@
 //!
 //! A [`Layout`] lists the variables of a file. It has the hierarchy that GHDL shows for the same design, with the
 //! plant's outputs beside it. [`Vcd`] and [`Fst`] observe a run and write the same data in two formats, and
-//! [`Recording::aside`] lets them write on a thread of their own. [`gtkw`] arranges the data on the screen.
+//! [`Recording::aside`] lets them write on a thread of their own. [`gtkw`] and [`sucl`] arrange the data on the screen
+//! of GTKWave and of Surfer.
 //! [`mismatch_vcd`] writes the rows around a mismatch, with the words of both sides.
 //!
 //! A file's unit of time is the longest power of ten in which every edge of the clock, and the middle between two
@@ -18,6 +19,7 @@ mod layout;
 mod mismatch;
 mod recording;
 mod sink;
+mod sucl;
 mod timescale;
 mod vcd;
 mod wave_file;
@@ -30,6 +32,7 @@ pub use self::layout::{Layout, Scope, Source, Var, differs};
 pub use self::mismatch::{mismatch_gtkw, mismatch_vcd};
 pub use self::recording::Recording;
 pub use self::sink::Sink;
+pub use self::sucl::sucl;
 pub use self::vcd::{Vcd, VcdFile};
 pub use self::wave_file::{WaveFile, fst_aside, vcd_aside};
 

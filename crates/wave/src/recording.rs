@@ -20,7 +20,8 @@ pub struct Recording<S> {
     /// The latest word of each net, once there is one.
     words: Vec<i64>,
     has_words: bool,
-    reals: Vec<Option<f64>>,
+    /// The latest value of each output, and its place in a row.
+    reals: Vec<(Option<f64>, usize)>,
     first_real: usize,
     error: Option<io::Error>,
 }
@@ -56,7 +57,7 @@ impl<S: Sink> Recording<S> {
             shown: (0..layout.nets.len()).map(|index| layout.shows(Source::Net(index))).collect(),
             words: vec![0; layout.nets.len()],
             has_words: false,
-            reals: vec![None; layout.reals.len()],
+            reals: layout.columns.iter().map(|column| (None, *column)).collect(),
             first_real: layout.slot(Source::Real(0)),
             error: None,
         })
@@ -115,11 +116,12 @@ impl<S: Sink> Recording<S> {
 
     fn write_reals(&mut self, cycle: Cycle, values: &[f64]) -> io::Result<()> {
         let same = |known: &Option<f64>, value: f64| known.is_some_and(|known| known.to_bits() == value.to_bits());
-        if self.reals.iter().zip(values).all(|(known, &value)| same(known, value)) {
+        if self.reals.iter().all(|(known, column)| values.get(*column).is_none_or(|value| same(known, *value))) {
             return Ok(());
         }
         self.file.reach(cycle)?;
-        for (index, (known, &value)) in self.reals.iter_mut().zip(values).enumerate() {
+        for (index, (known, column)) in self.reals.iter_mut().enumerate() {
+            let Some(&value) = values.get(*column) else { continue };
             if !same(known, value) {
                 *known = Some(value);
                 self.file.sink.real(self.first_real + index, value)?;

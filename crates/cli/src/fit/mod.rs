@@ -1,20 +1,23 @@
 //! `hpu fit`: finds the least model, the cheapest one that still answers a scene's question.
 
+use std::path::PathBuf;
+
 use hpu_cosim::scene::{Experiment, Hand, Output, shipped};
 use hpu_cosim::{Control, SceneFile};
-use hpu_study::fit::{Fit, FitError, fit, percent};
+use hpu_study::fit::{Fit, FitError, Tried, fit, percent};
 use hpu_study::map::SceneText;
 use hpu_study::page::{Column, Field, Page, Table};
 use serde_json::{Value, json};
 
 use crate::exit::{Exit, Failure};
-use crate::interrupt;
-use crate::page::show;
+use crate::files::Folder;
+use crate::page::{self as pages, show};
 use crate::parameters::{missed_object, stiffness_missed};
 use crate::progress::{self, Watch};
 use crate::scene::{self, set_options};
 use crate::terminal::{print, print_json, verdict};
 use crate::units::si;
+use crate::{interrupt, pictures};
 
 /// Find the least model of a scene whose outputs stay within a tolerance of the scene's own
 ///
@@ -35,6 +38,9 @@ pub struct Args {
     within: Option<f64>,
     #[command(flatten)]
     set: scene::Set,
+    /// Write a picture of the models that were tried, their table, fit.txt and fit.json into this folder
+    #[arg(short, long, value_name = "DIR", requires = "scene")]
+    out: Option<PathBuf>,
     /// One JSON object
     #[arg(long)]
     json: bool,
@@ -57,15 +63,51 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let Some(name) = &args.scene else {
         return all(args);
     };
-    let Some(page) = answer(args, name, &scene::source(name)?, interrupt::watch())? else {
+    let source = scene::source(name)?;
+    let folder = args.out.as_deref().map(Folder::open).transpose()?;
+    let Some((mut page, found)) = fitted(args, name, &source, interrupt::watch())? else {
         return Ok(Exit::Interrupted);
     };
+    if let Some(mut folder) = folder {
+        let command = format!("hpu fit {}{}", scene::quoted(name), set_options(&args.set.set));
+        pictures::put(&hpu_chart::fit(name, &found, &command), &mut folder)?;
+        folder.write("fit.csv", tried(name, &found, &args.set.set).csv(&[command]))?;
+        folder.write("fit.txt", page.text())?;
+        let json = folder.place("fit.json");
+        pages::files(&mut page, &folder.places().map(Into::into).chain([json]).collect::<Vec<PathBuf>>());
+        folder.write("fit.json", format!("{:#}\n", page.json()))?;
+        folder.commit()?;
+    }
     show(&page, args.json)?;
     Ok(Exit::Fine)
 }
 
+/// Returns the models that were tried, one a row.
+fn tried(name: &str, found: &Fit, set: &[(String, String)]) -> Table {
+    let fields = [
+        Column::number("speedup", "").of(|tried: &Tried| tried.speedup),
+        Column::number("error", "").of(|tried: &Tried| tried.error.is_finite().then_some(tried.error)),
+        Column::text("judged", "").of(|tried: &Tried| match tried {
+            tried if tried.chosen => "the least model",
+            tried if !tried.error.is_finite() => "another verdict",
+            tried if tried.error > found.within / 2.0 => "beyond half of the tolerance",
+            _ => "within half of the tolerance",
+        }),
+        Column::text("replay", "").of(move |tried: &Tried| {
+            let set: Vec<_> = set.iter().chain(&tried.set).cloned().collect();
+            format!("hpu run {}{}", scene::quoted(name), set_options(&set))
+        }),
+    ];
+    Table::of("", &found.models, fields)
+}
+
 /// Returns the page of the least model of the scene with this name; `None` when stopped.
 pub fn answer(args: &Args, name: &str, source: &SceneFile, watch: Watch) -> Result<Option<Page>, Failure> {
+    Ok(fitted(args, name, source, watch)?.map(|(page, _)| page))
+}
+
+/// Returns the least model of a scene, and its page; `None` when stopped.
+fn fitted(args: &Args, name: &str, source: &SceneFile, watch: Watch) -> Result<Option<(Page, Fit)>, Failure> {
     let Some(found) = least(source, &args.set.set, args.within, watch.control())? else { return Ok(None) };
     let experiment = source.parse(&args.set.set)?;
     let mut page = page(name, &found, &command(name, args, &found));
@@ -73,7 +115,7 @@ pub fn answer(args: &Args, name: &str, source: &SceneFile, watch: Watch) -> Resu
     if let Some(said) = stiffness_missed(&experiment) {
         page.line("warning", said);
     }
-    Ok(Some(page))
+    Ok(Some((page, found)))
 }
 
 /// Fits all shipped scenes with a device.

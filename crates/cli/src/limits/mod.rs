@@ -58,7 +58,7 @@ pub struct Args {
     jobs: Jobs,
     #[command(flatten)]
     hdl: hdl::Simulated,
-    /// Write a picture of the sets into this folder
+    /// Write a picture of the sets, limits.txt and limits.json into this folder
     #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Print the result as one JSON object
@@ -76,7 +76,10 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     };
     if let Some(mut folder) = folder {
         pictures.iter().try_for_each(|picture| pictures::put(picture, &mut folder))?;
-        pages::files(&mut page, &folder.places().map(Into::into).collect::<Vec<PathBuf>>());
+        folder.write("limits.txt", page.text())?;
+        let json = folder.place("limits.json");
+        pages::files(&mut page, &folder.places().map(Into::into).chain([json]).collect::<Vec<PathBuf>>());
+        folder.write("limits.json", format!("{:#}\n", page.json()))?;
         folder.commit()?;
     } else if !pictures.is_empty() {
         pages::files(&mut page, &[]);

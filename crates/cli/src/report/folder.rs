@@ -18,7 +18,8 @@ const BYTES: u64 = 20_000_000;
 /// The ends of the names of the files that are shown.
 const ENDS: [&str; 4] = ["svg", "csv", "txt", "json"];
 /// Columns of known tables to begin with: across, up, and for the colour.
-const VIEWS: [(&str, [&str; 3]); 5] = [
+const VIEWS: [(&str, [&str; 3]); 6] = [
+    ("fit", ["speedup", "error", "judged"]),
     ("map", ["x", "y", "outcome"]),
     ("designs", ["lut4_estimated", "stable_stiffness", "front"]),
     ("error-by-width", ["bits", "error", "width"]),

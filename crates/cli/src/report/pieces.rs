@@ -3,7 +3,6 @@
 //! Times are clock edges and signals are words, so both are exact. A value of the device is kept to 2^-26 of the
 //! greatest of its column. Numbers are written as differences, in bytes of 7 bits each, the whole as gzip in base64.
 
-use std::collections::BTreeMap;
 use std::io::Write;
 
 use flate2::Compression;
@@ -14,6 +13,7 @@ use serde_json::{Value, json};
 
 use crate::progress::Watch;
 use crate::run::drawn_nets;
+use crate::run::overflow::Overflows;
 
 /// Most changes of a signal that a report holds.
 const CHANGES: usize = 60_000;
@@ -46,8 +46,7 @@ pub struct Pieces {
     values: Vec<Vec<f64>>,
     /// The first edge of contact.
     touched: Option<u64>,
-    /// The first edge at which a net had overflowed, by net.
-    overflowed: BTreeMap<usize, u64>,
+    overflows: Overflows,
     /// The words after the latest edge, and whether an output has just changed.
     now: Vec<i64>,
     driven: bool,
@@ -95,7 +94,7 @@ impl Pieces {
             outputs,
             edges: Vec::new(),
             touched: None,
-            overflowed: BTreeMap::new(),
+            overflows: Overflows::default(),
             driven: false,
             by_rows: false,
             stride: simulation.stride().max(simulation.edges() / ROWS).max(1),
@@ -128,10 +127,7 @@ impl Pieces {
             }
             running.leap(next.min(end), &mut self);
             if overflows {
-                let at = running.edge();
-                for (net, usage) in running.wiring().uses().iter().enumerate().filter(|(_, u)| u.overflowed > 0) {
-                    self.overflowed.entry(net).or_insert(at + 1 - usage.overflowed.min(at + 1));
-                }
+                self.overflows.see(running.wiring(), running.edge());
             }
         }
     }
@@ -208,9 +204,9 @@ impl Pieces {
         }
         let seconds = |edge: u64| clock.seconds(Cycle(edge));
         let first = self.touched.map(|edge| json!({ "x": seconds(edge), "label": "first contact" }));
-        let overflow = self.overflowed.iter().min_by_key(|(_, edge)| **edge).map(|(net, edge)| {
-            json!({ "x": seconds(*edge), "label": format!("first overflow, of {}", self.nets[*net].name) })
-        });
+        let overflow = self.overflows.first().map(
+            |(net, edge)| json!({ "x": seconds(edge), "label": format!("first overflow, of {}", self.nets[net].name) }),
+        );
         let spans = window_s.map(|[from, to]| json!({ "from": from, "to": to, "label": "judged" }));
         let told = json!({
             "period": clock.period_s(),

@@ -4,6 +4,7 @@ mod contact;
 mod device;
 mod junit;
 mod nets;
+pub mod overflow;
 pub mod page;
 mod pictures;
 mod rows;
@@ -38,6 +39,7 @@ use crate::{fit, hdl, interrupt};
 
 use device::shown;
 use nets::{NetComparison, Pairs};
+use overflow::Overflows;
 use rows::{Estimate, Rows};
 
 /// Run a scene and sum it up; without a scene, list the shipped ones
@@ -60,11 +62,11 @@ pub struct Args {
     /// the scene's own design against nets of the scene that --beside names
     #[arg(long, num_args = 0.., value_name = "PORT=NET", value_parser = scene::port_and_net)]
     compare: Option<Vec<(String, String)>>,
-    /// Write wave.fst with its GTKWave save file, trace.csv (row by row, as the run goes), pictures and summary.json
-    /// into this folder
+    /// Write wave.fst with its files for GTKWave and Surfer, trace.csv (row by row, as the run goes), pictures and
+    /// summary.json into this folder; --set record.clock=true shows clk too
     #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Write wave.vcd with its GTKWave save file too
+    /// Write wave.vcd with its files for GTKWave and Surfer too
     #[arg(long, requires = "out")]
     vcd: bool,
     /// Write the trace as trace.parquet too
@@ -601,7 +603,8 @@ fn simulate<'s>(
             let first = rtl.as_ref().and_then(|(row, _): &(CheckRow, _)| row.first.as_ref());
             let first = first.map(|first| first.row);
             let first = first.or(held.as_ref().and_then(|held| Some(held.first.as_ref()?.edge)));
-            waves.finish(folder, Cycle(summary.edges), first.map(Cycle), &summary.faults)?;
+            let named = marked(scene, simulation, &summary, vhdl.is_none());
+            waves.finish(folder, Cycle(summary.edges), first.map(Cycle), named, &summary.faults)?;
             (summary, rtl)
         }
     };
@@ -631,6 +634,24 @@ fn simulate<'s>(
         notation: args.notation.get(),
         files: Vec::new(),
     })
+}
+
+/// Returns the edges of a run that viewers mark: the first overflow, and the begin of the judged window.
+fn marked(scene: &Experiment, simulation: &AnySimulation, summary: &Summary, ours_alone: bool) -> Vec<(Cycle, String)> {
+    let mut named = Vec::new();
+    if let AnySimulation::Ours(ours) = simulation
+        && ours_alone
+        && ours.direct().is_none()
+        && summary.nets.iter().any(|net| net.usage.overflowed > 0)
+        && let Some((net, edge)) = Overflows::find(ours)
+    {
+        named.push((Cycle(edge), format!("first overflow of {}", ours.nets()[net].name)));
+    }
+    if summary.verdict.is_some() {
+        let [from_s, _] = judged_window_s(scene);
+        named.push((Cycle(simulation.clock().edges(from_s)), "judged from here".to_string()));
+    }
+    named
 }
 
 fn interrupted(ran: &Ran, as_json: bool) -> Result<Exit, Failure> {

@@ -1,12 +1,28 @@
 //! `hpu fit`, and scenes that leave their model open. No test reads a wall time.
 
-use crate::common::{assert_refused, code, json, run, scratch, stderr, stdout, text};
+use crate::common::{assert_refused, code, json, names, run, scratch, stderr, stdout, text};
 
 #[test]
 fn a_fit_says_what_is_left_out_and_how_to_run_it() {
-    let output = run(&["fit", "prescribed-sweep", "--json"]);
+    let dir = scratch("fit-drawn");
+    let output = run(&["fit", "prescribed-sweep", "-o", text(&dir), "--json"]);
     assert_eq!(code(&output), 0, "{}", stderr(&output));
     let found = json(&output);
+    assert_eq!(names(&dir), ["fit.csv", "fit.json", "fit.png", "fit.svg", "fit.txt"]);
+    let kept = std::fs::read_to_string(dir.join("fit.json")).expect("its JSON");
+    assert_eq!(serde_json::from_str::<serde_json::Value>(&kept).expect("JSON"), found);
+    // Each model that was run is a row. The chosen one has the worst of the errors, and its command.
+    let table = std::fs::read_to_string(dir.join("fit.csv")).expect("its table");
+    let rows: Vec<Vec<&str>> = table.lines().skip(2).map(|row| row.splitn(4, ',').collect()).collect();
+    let tried = found["models_tried"].as_u64().expect("a number") as usize;
+    assert!(rows.len() >= tried.min(10) && table.starts_with("# hpu fit prescribed-sweep\nspeedup,error,"), "{table}");
+    let chosen: Vec<_> = rows.iter().filter(|row| row[2] == "the least model").collect();
+    assert_eq!(chosen.len(), 1, "{table}");
+    assert_eq!(Some(chosen[0][3].trim_matches('"').replace("\"\"", "\"").as_str()), found["command"].as_str());
+    let worst = found["errors"].as_object().expect("an object").values().filter_map(serde_json::Value::as_f64);
+    assert_eq!(chosen[0][1].parse::<f64>(), Ok(worst.fold(0.0, f64::max)));
+    let picture = std::fs::read_to_string(dir.join("fit.svg")).expect("its picture");
+    assert!(picture.contains("prescribed-sweep: models that were tried"), "the title");
     assert_eq!(found["scene"], "prescribed-sweep");
     assert_eq!(found["within"], 0.01);
     // A hand that imposes the motion leaves no effect to the bridge.

@@ -35,4 +35,5 @@ mod signals;
 mod snapshots;
 mod study;
 mod tools;
+mod viewers;
 mod widths;

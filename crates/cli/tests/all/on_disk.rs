@@ -168,9 +168,10 @@ fn a_run_replaces_old_files_and_leaves_no_other() {
     let dir = with_old_files("replace");
     let output = run(&["run", "wrap-product", "--vcd", "--no-plot", "-o", text(&dir)]);
     assert_eq!(code(&output), 0, "{}", stderr(&output));
-    let expected = ["summary.json", "trace.csv", "wave.fst", "wave.fst.gtkw", "wave.vcd", "wave.vcd.gtkw"];
+    let waves = ["wave.fst", "wave.fst.gtkw", "wave.fst.sucl", "wave.vcd", "wave.vcd.gtkw", "wave.vcd.sucl"];
+    let expected = [&["summary.json", "trace.csv"], &waves[..]].concat();
     assert_eq!(names(&dir), expected);
-    for name in expected {
+    for name in &expected {
         assert!(fs::metadata(dir.join(name)).expect("a file").len() > 100, "{name}");
         assert!(stdout(&output).contains(text(&dir.join(name))), "{name} is listed");
     }

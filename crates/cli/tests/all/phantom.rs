@@ -100,8 +100,10 @@ fn a_folder_gets_waves_trace_pictures_and_summary() {
         "trace.csv",
         "wave.fst",
         "wave.fst.gtkw",
+        "wave.fst.sucl",
         "wave.vcd",
         "wave.vcd.gtkw",
+        "wave.vcd.sucl",
     ];
     assert_eq!(names(&out), expected);
     for name in ["drop", "force"] {

@@ -145,6 +145,10 @@ pub const COMMANDS: &[(&str, Form)] = &[
         "hpu check --formal",
         short("hpu check --formal displacement pwm virtual_coupling", "all blocks and loops take some minutes"),
     ),
+    (
+        "surfer out/wave.fst -c out/wave.fst.sucl",
+        Form::NotHere("it opens a window; the tests of hpu-wave read the commands"),
+    ),
     ("gtkwave out/wave.fst.gtkw", Form::NotHere("it opens a window; the tests of hpu-wave read the save file")),
     ("echo 'a,b\n60,70' | hpu block truncating_multiplier --variant drop_upper --inputs -", Form::AsIs),
     ("hpu scenes --template > mine.toml", Form::AsIs),

@@ -311,8 +311,14 @@ fn a_folder_of_results_has_its_tables_row_by_row() {
     let dir = scratch("report-folder");
     let results = dir.join("results");
     fs::create_dir(&results).expect("a folder");
-    let csv = "# hpu map wall --x 'wall.stiffness=1..2:2'\n# x: wall.stiffness in N.m/rad\nx,y,outcome,replay\n1,0.5,settled,hpu run wall\n\
-               2,0.5,\"limit, </script>\",\"hpu run \"\"wall\"\"\"\n";
+    let csv = [
+        "# hpu map wall --x 'wall.stiffness=1..2:2'",
+        "# x: wall.stiffness in N.m/rad",
+        "x,y,outcome,replay",
+        "1,0.5,settled,hpu run wall",
+        "2,0.5,\"limit, </script>\",\"hpu run \"\"wall\"\"\"",
+    ];
+    let csv = csv.map(|line| format!("{line}\n")).concat();
     fs::write(results.join("map.csv"), csv).expect("a file");
     fs::write(results.join("map.svg"), "<svg><title>A map</title></svg>").expect("a file");
     fs::write(results.join("notes.txt"), "a < b & c").expect("a file");

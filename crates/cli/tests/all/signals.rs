@@ -198,22 +198,22 @@ fn sigterm_ends_every_other_command() {
 fn what_a_killed_run_left_is_swept_by_the_next_and_a_living_runs_files_are_not() {
     let (dir, work) = (scratch("killed-run"), scratch("killed-run-work"));
     let endless = [&["run"], &ENDLESS[..], &["--driver", "clock", "--vcd", "-o", text(&dir)]].concat();
-    // There are two waveforms and their save files.
+    // There are two waveforms, each with its files for two viewers.
     let temporary = || names(&dir).iter().filter(|name| name.starts_with(".wave")).count();
     let killed = Started::new(&endless, &work, None);
-    killed.until("its files", || temporary() == 4);
+    killed.until("its files", || temporary() == 6);
     killed.end("KILL");
-    assert_eq!(temporary(), 4, "nobody was there to remove them");
+    assert_eq!(temporary(), 6, "nobody was there to remove them");
     let living = Started::new(&endless, &work, None);
     living.until("those of the first gone, its own there", || {
         let names = names(&dir);
-        temporary() == 4 && names.iter().all(|name| name.contains(&living.child.id().to_string()))
+        temporary() == 6 && names.iter().all(|name| name.contains(&living.child.id().to_string()))
     });
     let output = run(&["run", "wrap-product", "--no-plot", "-o", text(&dir)]);
     assert_eq!(code(&output), 0, "{}", stderr(&output));
-    assert_eq!(temporary(), 4, "a living run's files were swept");
+    assert_eq!(temporary(), 6, "a living run's files were swept");
     assert_eq!(living.end("TERM").0, 143);
-    assert_eq!(names(&dir), ["summary.json", "trace.csv", "wave.fst", "wave.fst.gtkw"]);
+    assert_eq!(names(&dir), ["summary.json", "trace.csv", "wave.fst", "wave.fst.gtkw", "wave.fst.sucl"]);
 }
 
 #[test]

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use hpu_cosim::Control;
 use hpu_cosim::scene::{Experiment, Output};
 
-use super::found::{Fit, FitError, percent};
+use super::found::{Fit, FitError, Tried, percent};
 use super::knobs::{Simplification, models, on_its_own, overrides, worth};
 use super::measured::Measured;
 use super::simplifications;
@@ -98,6 +98,7 @@ pub fn fit(scene: &SceneText, set: &Set, within: f64, control: &Control) -> Resu
         return Err(FitError::Stopped);
     }
     Ok(Fit {
+        models: climb.models(&model, &reference),
         set: overrides(&all, &model),
         within,
         errors: climb.errors(&measured, &reference),
@@ -248,6 +249,20 @@ impl Climb<'_> {
 
     fn error(&self, why: String) -> FitError {
         if self.control.stop.load(Ordering::Relaxed) { FitError::Stopped } else { FitError::Scene(why) }
+    }
+
+    /// Returns the models whose runs were measured.
+    fn models(&self, chosen: &[usize], reference: &Measured) -> Vec<Tried> {
+        let told = |(model, told): (&Vec<usize>, &Result<Measured, String>)| {
+            let measured = told.as_ref().ok()?;
+            Some(Tried {
+                set: overrides(self.all, model),
+                error: self.worst(measured, reference),
+                speedup: reference.wall_s / measured.wall_s,
+                chosen: model == chosen,
+            })
+        };
+        self.seen.iter().filter_map(told).collect()
     }
 
     /// Returns the model's measured run and its worst error in the neighbouring scenes, if the model meets all

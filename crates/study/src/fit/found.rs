@@ -26,6 +26,19 @@ pub struct Kept {
     pub why: String,
 }
 
+/// A model whose run on the scene itself was measured.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Tried {
+    /// Keys to set in the scene to get the model; empty for the scene as written.
+    pub set: Vec<(String, String)>,
+    /// The worst error of a judged output against the reference, relative; infinity for another verdict.
+    pub error: f64,
+    /// Wall time of the reference divided by that of the model.
+    pub speedup: f64,
+    /// Whether it is the least model.
+    pub chosen: bool,
+}
+
 /// The least model of a scene.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Fit {
@@ -53,6 +66,8 @@ pub struct Fit {
     pub kept: Vec<Kept>,
     /// Number of models that were tried.
     pub tried: usize,
+    /// The models that could be run: those tried, and those that were run to judge them.
+    pub models: Vec<Tried>,
     /// Number of runs, of all models and scenes.
     pub runs: usize,
 }

@@ -31,7 +31,7 @@ mod knobs;
 mod measured;
 
 pub use climb::fit;
-pub use found::{Fit, FitError, Kept, LeftOut, percent};
+pub use found::{Fit, FitError, Kept, LeftOut, Tried, percent};
 pub use knobs::{Simplification, Simplifications, models, overrides};
 
 use hpu_cosim::scene::Experiment;

@@ -6,3 +6,4 @@ mod phantom_waves;
 mod read_back;
 mod readback;
 mod run;
+mod sucl;
