@@ -126,7 +126,8 @@ impl Touch<'_> {
         let share = if share == 1.0 { "all".to_string() } else { format!("{:.2} %", 100.0 * share) };
         let said = format!("{share} of the judged window, {from} to {to}");
         let Some(((_, units), (depth, displayed, ratio))) = self.wall.zip(self.displayed()) else { return Some(said) };
-        let of = ratio.map_or(String::new(), |ratio| format!(", {:.2} % of what its stiffness asks for", 100.0 * ratio));
+        let of = ratio.map(|ratio| format!(", {:.2} % of what its stiffness asks for", 100.0 * ratio));
+        let of = of.unwrap_or_default();
         let (deep, effort) = (si(depth, units.position), si(displayed * depth, units.effort));
         Some(format!("{said}; {deep} deep the wall gives {effort}{of}"))
     }

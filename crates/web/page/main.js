@@ -27,9 +27,13 @@ const start = JSON.parse(find("start").textContent);
 const own = start.scene?.text ? start.scene : null;
 
 let state = { scene: FIRST_SCENE, set: {} };
-let base = [], methods = [];
+let base = [],
+  methods = [];
 let module, engine, looker, map, picture, controls;
-let running = null, again = 0, rebuild = true, rest = 0;
+let running = null,
+  again = 0,
+  rebuild = true,
+  rest = 0;
 let nets = ["penetration"];
 
 const sceneOf = () => (own && state.scene === own.name ? own : state.scene);
@@ -69,7 +73,8 @@ async function run(changed = performance.now()) {
   } catch (error) {
     if (error instanceof Refusal) refuse(error);
     else if (!(error instanceof Cancelled)) throw error;
-    else if (!again) refuse({ errors: [{ key: "", message: "The run was cancelled; the picture is of the run before." }] });
+    else if (!again)
+      refuse({ errors: [{ key: "", message: "The run was cancelled; the picture is of the run before." }] });
   } finally {
     clearTimeout(late);
     running = null;
@@ -108,7 +113,8 @@ async function look(from_s, to_s, rows) {
 }
 
 function show(answer) {
-  const { result } = answer, verdict = find("verdict");
+  const { result } = answer,
+    verdict = find("verdict");
   controls.showErrors([]);
   find("errors").replaceChildren();
   find("results").classList.remove("stale");
@@ -116,10 +122,14 @@ function show(answer) {
   verdict.dataset.kind = result.verdict?.kind ?? "none";
   find("contact").textContent = result.contact ? `Contact: ${result.contact}` : "";
   find("energy").textContent = `Energy: ${result.energy_text}`;
-  const missed = result.missed === null ? "" : `; the word of the stiffness misses what is asked for by ${digits(100 * result.missed, 3)} %`;
-  find("work").textContent = `${result.closed_by} at ${digits(result.clock_hz / 1e6)} MHz: ${result.edges} clock cycles, `
-    + `${digits(result.motion_s)} s of motion, ${result.encoder_edges} encoder edges${missed}`
-    + (result.aborted ? `; ended ${result.aborted}` : "");
+  const missed =
+    result.missed === null
+      ? ""
+      : `; the word of the stiffness misses what is asked for by ${digits(100 * result.missed, 3)} %`;
+  find("work").textContent =
+    `${result.closed_by} at ${digits(result.clock_hz / 1e6)} MHz: ${result.edges} clock cycles, ` +
+    `${digits(result.motion_s)} s of motion, ${result.encoder_edges} encoder edges${missed}` +
+    (result.aborted ? `; ended ${result.aborted}` : "");
   find("command").textContent = result.command;
   find("about").textContent = result.about;
   signals(result.nets);
@@ -130,11 +140,14 @@ function show(answer) {
 function refuse({ errors }) {
   const left = controls.showErrors(errors);
   find("results").classList.add("stale");
-  find("errors").replaceChildren(...left.map(({ key, message }) => {
-    const line = make("li", {}, message);
-    if (key in state.set) line.append(" ", make("button", { type: "button", onclick: () => change(key, null) }, `Remove ${key}`));
-    return line;
-  }));
+  find("errors").replaceChildren(
+    ...left.map(({ key, message }) => {
+      const line = make("li", {}, message);
+      if (key in state.set)
+        line.append(" ", make("button", { type: "button", onclick: () => change(key, null) }, `Remove ${key}`));
+      return line;
+    }),
+  );
 }
 
 function signals(all) {
@@ -145,14 +158,30 @@ function signals(all) {
       run();
     };
     const used = seen ? Math.max(...seen.map((end, at) => (range[at] ? end / range[at] : 0))) : 0;
-    const meter = make("meter", { min: 0, max: 1, value: used, title: `${digits(100 * used, 3)} % of its range`, "aria-label": `${name} uses ${digits(100 * used, 3)} % of its range` });
-    const cells = [box, make("span", { title: doc }, name), format, seen ? digits(seen[0], 6) : "–", seen ? digits(seen[1], 6) : "–",
-      unit, width > 1 ? meter : "", idle_bits ?? "–", rounded];
+    const meter = make("meter", {
+      min: 0,
+      max: 1,
+      value: used,
+      title: `${digits(100 * used, 3)} % of its range`,
+      "aria-label": `${name} uses ${digits(100 * used, 3)} % of its range`,
+    });
+    const cells = [
+      box,
+      make("span", { title: doc }, name),
+      format,
+      seen ? digits(seen[0], 6) : "–",
+      seen ? digits(seen[1], 6) : "–",
+      unit,
+      width > 1 ? meter : "",
+      idle_bits ?? "–",
+      rounded,
+    ];
     const line = make("tr", {}, ...cells.map((cell) => make("td", {}, cell)));
     line.append(make("td", { className: overflowed ? "lost" : "" }, overflowed));
     return line;
   };
-  const body = find("signals").tBodies[0], focused = document.activeElement?.getAttribute("aria-label");
+  const body = find("signals").tBodies[0],
+    focused = document.activeElement?.getAttribute("aria-label");
   // Words stand before single bits.
   body.replaceChildren(...[...all].sort((one, other) => (other.width > 1) - (one.width > 1)).map(row));
   if (focused?.startsWith("Draw ")) body.querySelector(`[aria-label="${focused}"]`)?.focus();
@@ -162,7 +191,11 @@ function signals(all) {
 
 function linked() {
   const link = linkOf(state);
-  try { history.replaceState(null, "", link); } catch { location.hash = link; }
+  try {
+    history.replaceState(null, "", link);
+  } catch {
+    location.hash = link;
+  }
   find("reset-all").hidden = Object.keys(state.set).length === 0;
 }
 
@@ -192,9 +225,15 @@ async function controlsOf() {
 
 /** Returns the axes of a first map: the stiffness, and the damping or the first of some other keys. */
 function axes(keys) {
-  const around = (names, cells) => names.map((name) => keys.find(({ key }) => key === name))
-    .map((key) => key && typeof key.value === "number" && axisAround(key, cells)).find(Boolean) || "";
-  return [around(["wall.stiffness", "device.mass", "run.duration"], 21), around(["wall.damping", "method.sample_rate", "hand.stiffness", "clock.frequency"], 11)];
+  const around = (names, cells) =>
+    names
+      .map((name) => keys.find(({ key }) => key === name))
+      .map((key) => key && typeof key.value === "number" && axisAround(key, cells))
+      .find(Boolean) || "";
+  return [
+    around(["wall.stiffness", "device.mass", "run.duration"], 21),
+    around(["wall.damping", "method.sample_rate", "hand.stiffness", "clock.frequency"], 11),
+  ];
 }
 
 /** Begins with another scene. */
@@ -212,7 +251,10 @@ async function begin(scene, set) {
   methods = keys.methods;
   find("scene").value = scene;
   find("about").textContent = keys.about;
-  find("method").replaceChildren(make("option", { value: "" }, "as in the scene"), ...methods.map(({ label }, at) => make("option", { value: at }, label)));
+  find("method").replaceChildren(
+    make("option", { value: "" }, "as in the scene"),
+    ...methods.map(({ label }, at) => make("option", { value: at }, label)),
+  );
   find("method").disabled = methods.length === 0;
   controls.build(base, base, set);
   picture.view = null;
@@ -223,8 +265,12 @@ async function begin(scene, set) {
 
 /** Tells a newcomer what to try: each step is a scene with overrides. */
 function tour() {
-  find("hint").replaceChildren("Make a wall ring by taking away one bit: ", ...TOUR.map(({ label, set }) =>
-    make("button", { type: "button", onclick: () => begin(TOUR_SCENE, { ...set }) }, label)));
+  find("hint").replaceChildren(
+    "Make a wall ring by taking away one bit: ",
+    ...TOUR.map(({ label, set }) =>
+      make("button", { type: "button", onclick: () => begin(TOUR_SCENE, { ...set }) }, label),
+    ),
+  );
 }
 
 /** Takes another method: the overrides of the one before go. */
@@ -268,15 +314,19 @@ async function copied(button, text) {
   } catch {
     button.textContent = "Not allowed";
   }
-  setTimeout(() => { button.textContent = word; }, 1200);
+  setTimeout(() => {
+    button.textContent = word;
+  }, 1200);
 }
 
 // --- Begin ----------------------------------------------------------------------------------------------------------
 
 async function main() {
   if (typeof WebAssembly !== "object" || typeof DecompressionStream !== "function" || typeof Worker !== "function") {
-    banner("This browser has no WebAssembly, no workers or no DecompressionStream, so the loop cannot run here. "
-      + "Any browser of 2023 or later has them; `hpu run` needs none.");
+    banner(
+      "This browser has no WebAssembly, no workers or no DecompressionStream, so the loop cannot run here. " +
+        "Any browser of 2023 or later has them; `hpu run` needs none.",
+    );
     return;
   }
   module = await compiled(find("module").textContent);
@@ -295,10 +345,19 @@ async function main() {
   const { result } = await engine.ask({ do: "scenes" });
   const names = [...(own ? [own.name] : []), ...result.scenes.map(({ name }) => name)];
   find("scene").replaceChildren(...names.map((name) => make("option", {}, name)));
-  find("scene").onchange = () => { banner(""); begin(find("scene").value, {}); };
+  find("scene").onchange = () => {
+    banner("");
+    begin(find("scene").value, {});
+  };
   find("method").onchange = methodChosen;
-  find("reset-all").onclick = () => { find("method").value = ""; begin(state.scene, {}); };
-  find("cancel").onclick = () => { again = 0; engine.end(); };
+  find("reset-all").onclick = () => {
+    find("method").value = "";
+    begin(state.scene, {});
+  };
+  find("cancel").onclick = () => {
+    again = 0;
+    engine.end();
+  };
   find("copy").onclick = () => copied(find("copy"), find("command").textContent);
   find("copy-link").onclick = () => copied(find("copy-link"), location.href);
   find("save-fst").onclick = () => save("fst");
@@ -318,7 +377,7 @@ async function fromLink() {
   if (linkedState.scene === state.scene && base.length && linkOf(linkedState) === linkOf(state)) return;
   banner(ignored.length ? `The link has parts that mean nothing here: ${ignored.join(", ")}` : "");
   const first = typeof start.scene === "string" ? start.scene : own?.name;
-  const set = linkedState.scene || Object.keys(linkedState.set).length ? linkedState.set : start.set ?? {};
+  const set = linkedState.scene || Object.keys(linkedState.set).length ? linkedState.set : (start.set ?? {});
   await begin(linkedState.scene ?? first ?? FIRST_SCENE, set);
 }
 

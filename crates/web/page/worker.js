@@ -15,7 +15,8 @@ export function workerMain() {
     const result = json();
     // The memory of the module may move at the next request: columns and file are copied out of it.
     const columns = (refused ? [] : result.columns || []).map((_, at) =>
-      new Float64Array(engine.memory.buffer, engine.hpu_column(at), engine.hpu_column_length(at)).slice());
+      new Float64Array(engine.memory.buffer, engine.hpu_column(at), engine.hpu_column_length(at)).slice(),
+    );
     const file = bytes(engine.hpu_file(), engine.hpu_file_length()).slice();
     return { refused, result, columns, file };
   }
@@ -32,10 +33,18 @@ export function workerMain() {
     } catch (error) {
       // A panic has ended the module; its message lies where JSON would lie.
       let result = null;
-      try { result = json(); } catch { /* no message */ }
-      if (!result || !result.errors) result = { errors: [{ key: "", message: `the engine stopped: ${error.message}` }] };
+      try {
+        result = json();
+      } catch {
+        /* no message */
+      }
+      if (!result || !result.errors)
+        result = { errors: [{ key: "", message: `the engine stopped: ${error.message}` }] };
       reply = { refused: true, stopped: true, result, columns: [], file: new Uint8Array() };
     }
-    self.postMessage({ number: data.number, ...reply }, [...reply.columns.map((column) => column.buffer), reply.file.buffer]);
+    self.postMessage({ number: data.number, ...reply }, [
+      ...reply.columns.map((column) => column.buffer),
+      reply.file.buffer,
+    ]);
   };
 }
