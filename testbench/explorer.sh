@@ -42,6 +42,6 @@ awk -v work="$work" '
         next
     }
     { print }
-' "$page/index.html" >"$folder/explorer.html.new"
-mv "$folder/explorer.html.new" "$folder/explorer.html"
+' "$page/index.html" >"$folder/explorer.html.$$"
+mv "$folder/explorer.html.$$" "$folder/explorer.html"
 echo "$folder/explorer.html: $(wc -c <"$folder/explorer.html") bytes, of which the engine is $(wc -c <"$work/module")"

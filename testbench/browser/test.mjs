@@ -50,6 +50,10 @@ async function test(name, work, options = {}) {
   await page.close();
 }
 
+/** Tests without a clock run two at a time, after all others. */
+const waiting = [];
+const beside = (...one) => waiting.push(one);
+
 const text = (page, id) => page.locator(`#${id}`).textContent();
 /** Waits until the page has answered all changes; `rippled` waits for the ripple too. */
 const rest = (page, state = ["idle", "rippled"]) =>
@@ -137,7 +141,7 @@ await test("a map of 21 by 11 cells of 1 s fills within 10 s, and a click loads 
   assert.ok(seconds <= 10 * SLACK, `${seconds} s`);
 });
 
-await test("somebody makes a wall ring by taking away one bit", async (page) => {
+beside("somebody makes a wall ring by taking away one bit", async (page) => {
   await rest(page);
   await page.getByRole("button", { name: /A wall that holds/ }).click();
   await page.waitForFunction(() => document.getElementById("command").textContent.includes("10khz"));
@@ -147,7 +151,7 @@ await test("somebody makes a wall ring by taking away one bit", async (page) => 
   assert.match(await text(page, "verdict"), /^limit cycle/);
 });
 
-await test("a refused value has its message at its control, and the next good one goes on", async (page) => {
+beside("a refused value has its message at its control, and the next good one goes on", async (page) => {
   await rest(page);
   await put(page, "wall.stiffness", "-1");
   const error = page.locator("#key-wall-stiffness-error");
@@ -161,7 +165,7 @@ await test("a refused value has its message at its control, and the next good on
   assert.equal(await error.textContent(), "");
 });
 
-await test(
+beside(
   "a permalink brings back scene and values",
   async (page) => {
     await rest(page);
@@ -173,7 +177,7 @@ await test(
   { path: linkOf({ scene: "friction-wall", set: { "wall.damping": "0", "run.duration": "100 ms" } }) },
 );
 
-await test(
+beside(
   "a permalink of nonsense is told, and the page goes on",
   async (page) => {
     await page.waitForFunction(() => document.getElementById("banner").textContent);
@@ -191,7 +195,7 @@ await test(
   { path: "#scene=no-such&set=a" },
 );
 
-await test("a scene that never ends is cancelled, and the page stays alive", async (page) => {
+beside("a scene that never ends is cancelled, and the page stays alive", async (page) => {
   await rest(page);
   await put(page, "run.duration", "100000 s");
   await page.locator("#cancel").waitFor({ state: "visible" });
@@ -209,7 +213,7 @@ await test("a scene that never ends is cancelled, and the page stays alive", asy
   await page.waitForFunction(() => document.getElementById("command").textContent.includes("500 ms"));
 });
 
-await test("a zoom shows single edges of the PWM, with the exact torque", async (page) => {
+beside("a zoom shows single edges of the PWM, with the exact torque", async (page) => {
   await rest(page, ["rippled"]);
   await page.getByRole("checkbox", { name: "Draw a_high" }).check();
   await rest(page, ["rippled"]);
@@ -224,7 +228,7 @@ await test("a zoom shows single edges of the PWM, with the exact torque", async 
   });
 });
 
-await test(
+beside(
   "waveforms are saved",
   async (page) => {
     await rest(page);
@@ -241,7 +245,7 @@ await test(
   { path: "#scene=one-tick" },
 );
 
-await test("a method is chosen from the list, and its own keys become controls", async (page) => {
+beside("a method is chosen from the list, and its own keys become controls", async (page) => {
   await rest(page);
   await page.locator("#method").selectOption({ index: 4 });
   await page.waitForFunction(() => document.getElementById("command").textContent.includes("method.kind="));
@@ -252,7 +256,7 @@ await test("a method is chosen from the list, and its own keys become controls",
   await page.waitForFunction(() => document.getElementById("command").textContent === "hpu run hybrid-wall");
 });
 
-await test("every control is reached by the Tab key, and has a name", async (page) => {
+beside("every control is reached by the Tab key, and has a name", async (page) => {
   await rest(page, ["rippled"]);
   await page.evaluate(() =>
     document.querySelectorAll("details").forEach((section) => {
@@ -288,7 +292,7 @@ await test("every control is reached by the Tab key, and has a name", async (pag
 });
 
 for (const colorScheme of ["light", "dark"]) {
-  await test(
+  beside(
     `every text has a contrast of 4.5, ${colorScheme}`,
     async (page) => {
       await rest(page, ["rippled"]);
@@ -299,7 +303,6 @@ for (const colorScheme of ["light", "dark"]) {
       await page.evaluate(() => {
         for (const section of document.querySelectorAll("details")) section.open = true;
       });
-      await page.evaluate(() => document.getElementById("results").classList.remove("stale"));
       const poor = await page.evaluate(() => {
         const numbers = (color) => color.match(/[\d.]+/g).map(Number);
         const light = (color) => {
@@ -338,7 +341,7 @@ for (const colorScheme of ["light", "dark"]) {
   );
 }
 
-await test(
+beside(
   "a narrow screen shows all without a sideways scroll",
   async (page) => {
     await rest(page);
@@ -353,7 +356,7 @@ await test(
   { viewport: { width: 360, height: 740 } },
 );
 
-await test(
+beside(
   "a browser without WebAssembly is told so",
   async (page) => {
     await page.waitForFunction(() => document.getElementById("banner").textContent);
@@ -366,7 +369,7 @@ await test(
   },
 );
 
-await test("links are read and written without loss", async () => {
+beside("links are read and written without loss", async () => {
   const state = {
     scene: "hybrid-wall",
     set: { "hand.path": '[["0 s", 0], ["1 s", "1 rad"]]', about: "a & b = c # 100 %" },
@@ -376,12 +379,16 @@ await test("links are read and written without loss", async () => {
   assert.deepEqual(stateOf("#set=novalue&set==1&x=1").ignored, ["set=novalue", "set==1", "x=1"]);
 });
 
-await test("the page is small enough", async () => {
+beside("the page is small enough", async () => {
   const packed = zlib.gzipSync(whole, { level: 9 }).length;
   console.log(`page: ${whole.length} bytes, ${packed} compressed`);
   assert.ok(packed <= 1.5e6 && whole.length <= 3e6);
 });
 
+const next = async () => {
+  while (waiting.length) await test(...waiting.shift());
+};
+await Promise.all([next(), next()]);
 await browser.close();
 console.log(`browser: ${passed} passed, ${failed} failed`);
 process.exit(failed ? 1 : 0);

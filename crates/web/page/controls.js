@@ -30,6 +30,17 @@ const FROM_ZERO = { "N.m": 0.02, N: 2, "N.m.s/rad": 1e-3, "N.s/m": 5, ohm: 5, s:
 const REACH = 30,
   STEPS = 400;
 
+/** Number of controls above all others, and the other keys that fill it. */
+const ENOUGH = 8,
+  OTHERS = /(stiffness|damping|mass|friction|gain|rate|force|speed|viscous|position|bits|format)$/;
+
+/** Returns the keys that stand above all others. */
+function firstOf(keys) {
+  const first = FIRST.map((name) => keys.find(({ key }) => key === name)).filter(Boolean);
+  const rest = keys.filter((key) => key.given && OTHERS.test(key.key) && !first.includes(key));
+  return [...first, ...rest.slice(0, Math.max(0, ENOUGH - first.length))];
+}
+
 const idOf = (key) => `key-${key.replace(/[^a-z0-9_]/gi, "-")}`;
 
 /** Returns a value of TOML without its quotes, as `--set` takes it. */
@@ -48,13 +59,13 @@ export class Controls {
     this.rows.clear();
     const shown = keys.filter(({ section, key }) => section && !/^(expect|accuracy|record)\b/.test(key));
     const original = new Map(base.map((key) => [key.key, key]));
-    const first = FIRST.map((name) => shown.find(({ key }) => key === name)).filter(Boolean);
+    const first = firstOf(shown);
     find("main-controls").replaceChildren(...first.map((key) => this.row(key, original.get(key.key), set)));
     const sections = [...new Set(shown.map(({ section }) => section))];
     find("all-controls").replaceChildren(
       ...sections
         .map((section) => {
-          const others = shown.filter((key) => key.section === section && !FIRST.includes(key.key));
+          const others = shown.filter((key) => key.section === section && !first.includes(key));
           return make(
             "details",
             { className: "section" },

@@ -32,6 +32,7 @@ let base = [],
 let module, engine, looker, map, picture, controls;
 let running = null,
   again = 0,
+  replaced = false,
   rebuild = true,
   rest = 0;
 let nets = ["penetration"];
@@ -73,11 +74,12 @@ async function run(changed = performance.now()) {
   } catch (error) {
     if (error instanceof Refusal) refuse(error);
     else if (!(error instanceof Cancelled)) throw error;
-    else if (!again)
+    else if (!again && !replaced)
       refuse({ errors: [{ key: "", message: "The run was cancelled; the picture is of the run before." }] });
   } finally {
     clearTimeout(late);
     running = null;
+    replaced = false;
     find("cancel").hidden = true;
     find("busy").textContent = "";
     document.body.dataset.state = "idle";
@@ -96,7 +98,8 @@ async function ripple() {
     picture.show(answer);
     document.body.dataset.state = "rippled";
   } catch (error) {
-    if (!(error instanceof Cancelled)) throw error;
+    if (error instanceof Refusal) refuse(error);
+    else if (!(error instanceof Cancelled)) throw error;
   }
 }
 
@@ -223,22 +226,23 @@ async function controlsOf() {
   }
 }
 
-/** Returns the axes of a first map: the stiffness, and the damping or the first of some other keys. */
+/** Returns the axes of a first map: a stiffness, and a damping, a rate or a mass. */
 function axes(keys) {
   const around = (names, cells) =>
-    names
-      .map((name) => keys.find(({ key }) => key === name))
-      .map((key) => key && typeof key.value === "number" && axisAround(key, cells))
+    keys
+      .filter(({ key, value }) => names.test(key) && typeof value === "number")
+      .map((key) => axisAround(key, cells))
       .find(Boolean) || "";
-  return [
-    around(["wall.stiffness", "device.mass", "run.duration"], 21),
-    around(["wall.damping", "method.sample_rate", "hand.stiffness", "clock.frequency"], 11),
-  ];
+  const up = around(/^wall\.damping$/, 11) || around(/damping$|sample_rate$|frequency$|mass$/, 11);
+  return [around(/^wall\.stiffness$/, 21) || around(/stiffness$/, 21), up];
 }
 
 /** Begins with another scene. */
 async function begin(scene, set) {
   state = { scene, set };
+  // A run of the scene before may take long, and nobody waits for it.
+  replaced = running !== null;
+  if (replaced) engine.end();
   let keys;
   try {
     keys = (await engine.ask({ do: "keys", scene: sceneOf(), set: [] })).result;
@@ -285,10 +289,15 @@ function methodChosen() {
 
 /** Gives the bytes of a waveform to the browser to save. */
 async function save(format) {
-  const { result, file } = await looker.ask({ do: "wave", format, ...request() });
-  const place = URL.createObjectURL(new Blob([file], { type: "application/octet-stream" }));
-  make("a", { href: place, download: result.name }).click();
-  setTimeout(() => URL.revokeObjectURL(place), 10_000);
+  try {
+    const { result, file } = await looker.ask({ do: "wave", format, ...request() });
+    const place = URL.createObjectURL(new Blob([file], { type: "application/octet-stream" }));
+    make("a", { href: place, download: result.name }).click();
+    setTimeout(() => URL.revokeObjectURL(place), 10_000);
+  } catch (error) {
+    if (error instanceof Refusal) refuse(error);
+    else if (!(error instanceof Cancelled)) throw error;
+  }
 }
 
 async function fill() {

@@ -2,7 +2,7 @@
 // `hpu map` does; a click into a cell loads it.
 
 import { Cancelled, Engine } from "./engine.js";
-import { digits, find, make } from "./dom.js";
+import { digits, find, make, short } from "./dom.js";
 
 /** Class names of cells: their signs, so that a class is told without colours, and their words. */
 const CLASSES = {
@@ -91,7 +91,7 @@ export class StabilityMap {
       const line = make(
         "div",
         { role: "row", className: "map-row" },
-        make("span", { role: "rowheader", className: "map-label", title: y.texts[iy] }, digits(y.values[iy], 3)),
+        make("span", { role: "rowheader", className: "map-label", title: y.texts[iy] }, short(y.values[iy])),
       );
       for (let ix = 0; ix < columns; ix++) {
         const index = iy * columns + ix;
@@ -112,9 +112,9 @@ export class StabilityMap {
     const ends = make(
       "div",
       { className: "map-ends" },
-      make("span", {}, digits(x.values[0], 3)),
+      make("span", {}, short(x.values[0])),
       make("span", {}, x.unit ? `${x.key} in ${x.unit}` : x.key),
-      make("span", {}, digits(x.values[columns - 1], 3)),
+      make("span", {}, short(x.values[columns - 1])),
     );
     grid.replaceChildren(...lines, ends);
     find("map-y").textContent = y.unit ? `${y.key} in ${y.unit}` : y.key;

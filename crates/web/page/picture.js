@@ -108,11 +108,13 @@ export class Picture {
   /** Puts a closer look into the whole run. */
   closer(answer) {
     const near = seriesOf(answer, this.nets).series;
+    // A mean is over whole periods of the modulator: between two of them it is that of the whole run.
+    const isMean = ({ name }) => name.endsWith(", mean");
     const series = this.whole.series.map((one) => {
       const detail = near.find(({ name }) => name === one.name);
-      return detail ? joined(one, detail) : one;
+      return detail && !isMean(one) ? joined(one, detail) : one;
     });
-    for (const detail of near.filter(({ name }) => /, (ripple|mean)$/.test(name))) {
+    for (const detail of near.filter((one) => one.name.endsWith(", ripple"))) {
       if (!series.some(({ name }) => name === detail.name)) series.push(detail);
     }
     this.draw({ ...this.whole, series });

@@ -3,7 +3,8 @@
 
 /** Runs inside the worker. The first message is the compiled module; every other one is a request with its number. */
 export function workerMain() {
-  let engine = null;
+  let engine = null,
+    begun = null;
   const text = (bytes) => new TextDecoder().decode(bytes);
   const bytes = (at, length) => new Uint8Array(engine.memory.buffer, at, length);
   const json = () => JSON.parse(text(bytes(engine.hpu_json(), engine.hpu_json_length())));
@@ -23,10 +24,10 @@ export function workerMain() {
 
   self.onmessage = async ({ data }) => {
     if (data instanceof WebAssembly.Module) {
-      engine = (await WebAssembly.instantiate(data, {})).exports;
-      self.postMessage({ ready: true });
+      begun = WebAssembly.instantiate(data, {});
       return;
     }
+    engine = (await begun).exports;
     let reply;
     try {
       reply = answer(data.request);

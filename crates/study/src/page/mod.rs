@@ -47,12 +47,14 @@
 //! ```
 
 mod cell;
+#[cfg(not(target_family = "wasm"))]
 mod parquet;
 mod table;
 
 use serde_json::{Map, Value as Json};
 
 pub use cell::{Cell, Value};
+#[cfg(not(target_family = "wasm"))]
 pub use parquet::{Parquet, write_parquet};
 pub use table::{Column, Field, Kind, Place, Table, csv_line, write_csv};
 
