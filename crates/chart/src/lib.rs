@@ -4,6 +4,7 @@
 
 mod bits;
 mod canvas;
+mod diagram;
 mod drop;
 mod error_by_width;
 mod formats;
@@ -24,6 +25,7 @@ mod speed;
 mod stiffness_by_cost;
 mod table_2;
 mod velocities;
+pub mod web;
 mod words;
 
 use hpu_cosim::dut::DutSimulation;
@@ -37,6 +39,7 @@ use motion::Motion;
 
 use canvas::{Anchor, Canvas, HEIGHT, INK, QUIET, WIDTH, text_width};
 
+pub use diagram::Diagram;
 pub use drop::drop_pictures;
 pub use error_by_width::error_by_width;
 pub use formats::formats;

@@ -63,7 +63,7 @@ pub fn keys(section: Option<&str>) -> Result<Value, Failure> {
 }
 
 /// Reads the options of a verb, and the names of its scenes.
-fn read<A: Args>(verb: &'static str, words: &[String], scenes: &[&str]) -> Result<A, Failure> {
+pub(crate) fn read<A: Args>(verb: &'static str, words: &[String], scenes: &[&str]) -> Result<A, Failure> {
     let words = words.iter().map(String::as_str).chain(["--"]).chain(scenes.iter().copied());
     let command = A::augment_args(clap::Command::new(verb).no_binary_name(true));
     let matches = command.try_get_matches_from(words).and_then(|matches| A::from_arg_matches(&matches));

@@ -30,6 +30,7 @@ mod parameters;
 mod pictures;
 mod price;
 mod progress;
+mod report;
 mod reproduce;
 mod run;
 mod scene;
@@ -79,6 +80,7 @@ enum Verb {
     Chart(chart::Args),
     Fit(fit::Args),
     Diff(diff::Args),
+    Report(report::Args),
     Widths(widths::Args),
     Cost(cost::Args),
     Study(study::Args),
@@ -118,6 +120,7 @@ impl Verb {
             Self::Chart(args) => chart::run(&args),
             Self::Fit(args) => fit::run(&args),
             Self::Diff(args) => diff::run(&args),
+            Self::Report(args) => report::run(&args),
             Self::Widths(args) => widths::run(&args),
             Self::Cost(args) => cost::run(&args),
             Self::Study(args) => study::run(&args, &Command::command(), again),

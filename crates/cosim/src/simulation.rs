@@ -157,6 +157,11 @@ pub trait Simulation {
         &self.outline().drawn
     }
 
+    /// Returns the index of the net whose word is not 0 while the wall is touched; `None` where no net tells it.
+    fn contact_net(&self) -> Option<usize> {
+        self.outline().contact
+    }
+
     /// Returns the edges between rows of the trace.
     fn stride(&self) -> u64 {
         stride(self.clock(), self.record().plant_rate_hz)

@@ -3,8 +3,10 @@
 // data = {
 //   x: Float64Array,                 times of the points, ascending
 //   xUnit: "s",
-//   series: [{ name, unit, step, values, x }],   step: a value holds to the next point; else points are joined.
-//                                                x: times of this series, where they differ from data.x
+//   series: [{ name, unit, step, values, x, hidden, doc }],
+//                                    step: a value holds to the next point; else points are joined.
+//                                    x: times of this series, where they differ from data.x
+//                                    hidden: shown only when its key is pressed; doc: its meaning
 //   markers: [{ x, label }],         upright lines
 //   spans: [{ from, to, label }],    shaded ranges
 //   onView(from, to),                called after a reader has zoomed or panned
@@ -126,7 +128,7 @@ function hpuPlot(container, data) {
   }
 
   function summarised(given, color) {
-    const one = { step: false, unit: "", x: data.x, ...given, color, hidden: false };
+    const one = { step: false, unit: "", x: data.x, hidden: false, ...given, color };
     const blocks = Math.floor(one.values.length / BLOCK);
     one.lows = new Float64Array(blocks);
     one.highs = new Float64Array(blocks);
@@ -144,10 +146,12 @@ function hpuPlot(container, data) {
   }
 
   function set(next) {
-    const hidden = new Set(series.filter((one) => one.hidden).map((one) => one.name));
+    const hidden = new Map(series.map((one) => [one.name, one.hidden]));
     data = { xUnit: "s", markers: [], spans: [], ...next };
-    series = data.series.map((one, at) => summarised(one, at % COLORS));
-    series.forEach((one) => { one.hidden = hidden.has(one.name); });
+    // Series of one panel have colours one after the other.
+    const among = (at) => data.series.slice(0, at).filter((one) => one.unit === data.series[at].unit).length;
+    series = data.series.map((one, at) => summarised(one, among(at) % COLORS));
+    series.forEach((one) => { one.hidden = hidden.get(one.name) ?? one.hidden; });
     const ends = series.filter((one) => one.x.length).map((one) => [one.x[0], one.x[one.x.length - 1]]);
     whole = [Math.min(...ends.map((end) => end[0])), Math.max(...ends.map((end) => end[1]))];
     if (!(whole[1] > whole[0])) whole = [whole[0] || 0, (whole[0] || 0) + 1];
@@ -199,7 +203,7 @@ function hpuPlot(container, data) {
       make("span", "", button).textContent = one.name;
       one.output = make("span", "hpu-plot-value", button);
       const press = () => button.setAttribute("aria-pressed", String(!one.hidden));
-      button.title = `Show or hide ${one.name}`;
+      button.title = one.doc ? `${one.doc}. Press to show or hide.` : "Press to show or hide.";
       press();
       button.onclick = () => {
         one.hidden = !one.hidden;
@@ -222,7 +226,10 @@ function hpuPlot(container, data) {
   }
 
   function tell() {
-    for (const one of series) one.output.textContent = cursor === null ? "" : quantity(valueAt(one, cursor), one.unit);
+    for (const one of series) {
+      const isTold = cursor !== null && !one.hidden;
+      one.output.textContent = isTold ? quantity(valueAt(one, cursor), one.unit) : "";
+    }
   }
 
   /** Says view and cursor to a screen reader, after a key. */

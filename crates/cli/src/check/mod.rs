@@ -1,14 +1,14 @@
 //! `hpu check`: compares the VHDL with the emulator in GHDL.
 
 pub mod entity;
-mod prove;
+pub mod prove;
 
 use std::path::PathBuf;
 
 use hpu_cosim::scene::{Experiment, shipped};
 use hpu_datapath::registry;
 use hpu_rtl::{Check, CheckOptions, CheckReport, CheckRow, Contact, GhdlError, Late, comparison_edges, junit};
-use hpu_study::page::{Cell, Column, Field, Table};
+use hpu_study::page::{Cell, Column, Field, Page, Table};
 use serde_json::{Value, json};
 
 use crate::block::{find, known};
@@ -100,15 +100,37 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     if args.formal {
         return prove::run(args);
     }
-    let all = args.blocks.is_empty() && args.scenes.is_empty();
-    let (blocks, scenes) = if all { everything() } else { (args.blocks.clone(), args.scenes.clone()) };
-    // Files that are not scenes, and places that cannot be written to, are refused before anything runs.
-    let scenes: Vec<_> = scenes.iter().map(|name| Loaded::new(name, &args.set.set, None)).collect::<Result<_, _>>()?;
+    let options = options(args)?;
     let folder = args.out.as_deref().map(Folder::open).transpose()?;
     let junit_file = args.junit.as_deref().map(Single::open).transpose()?;
+    let mut shown = Shown { quiet: args.json, text: String::new(), fields: Vec::new(), folder };
+    let Some(report) = uninterrupted(checked(&options, &mut shown))? else { return Ok(Exit::Interrupted) };
+    let hdl = &options.setup.hdl;
+    shown.end(&report, &format!("VHDL {hdl}"), object(&report, hdl), junit_file, args)
+}
 
+/// Returns the page of a comparison, without its rows one by one; `None` when interrupted.
+pub fn answer(args: &Args) -> Result<Option<Page>, Failure> {
+    let options = options(args)?;
+    let mut shown = Shown { quiet: true, text: String::new(), fields: Vec::new(), folder: None };
+    Ok(uninterrupted(checked(&options, &mut shown))?.map(|report| page(&report, &options.setup.hdl)))
+}
+
+/// Returns the report; `None` when interrupted.
+fn uninterrupted(report: Result<CheckReport, Failure>) -> Result<Option<CheckReport>, Failure> {
+    match report {
+        Err(failure) if interrupt::pressed() || failure.exit() == Exit::Interrupted => Ok(None),
+        report => report.map(|report| (!interrupt::pressed()).then_some(report)),
+    }
+}
+
+/// Returns what is to be checked. Files that are not scenes are refused before anything runs.
+fn options(args: &Args) -> Result<CheckOptions, Failure> {
+    let all = args.blocks.is_empty() && args.scenes.is_empty();
+    let (blocks, scenes) = if all { everything() } else { (args.blocks.clone(), args.scenes.clone()) };
+    let scenes: Vec<_> = scenes.iter().map(|name| Loaded::new(name, &args.set.set, None)).collect::<Result<_, _>>()?;
     let setup = args.hdl.setup();
-    let options = CheckOptions {
+    Ok(CheckOptions {
         blocks,
         variants: args.variants.clone(),
         scenes: scenes.iter().map(|loaded| loaded.in_vhdl(edges(args, &loaded.scene))).collect(),
@@ -117,17 +139,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         exhaustive: args.exhaustive,
         jobs: args.jobs.get().get(),
         ..CheckOptions::new(&setup)
-    };
-
-    let mut shown = Shown { quiet: args.json, text: String::new(), fields: Vec::new(), folder };
-    let report = match checked(&options, &mut shown) {
-        Err(failure) if interrupt::pressed() || failure.exit() == Exit::Interrupted => return Ok(Exit::Interrupted),
-        report => report?,
-    };
-    if interrupt::pressed() {
-        return Ok(Exit::Interrupted);
-    }
-    shown.end(&report, &format!("VHDL {}", setup.hdl), object(&report, &setup.hdl), junit_file, args)
+    })
 }
 
 /// Runs `hpu check --entity`.
@@ -367,6 +379,18 @@ fn total(report: &CheckReport, of: &str) -> String {
         sum(|row| row.edges),
         sum(|row| row.mismatches)
     )
+}
+
+/// Returns the page of a comparison: the sums, then the rows of blocks and of loops.
+fn page(report: &CheckReport, hdl: &impl ToString) -> Page {
+    let mut page = Page::default();
+    page.data("ok", report.ok()).fact("hdl", "VHDL", hdl.to_string(), hdl.to_string());
+    page.line("result", total(report, "").trim_end().trim_end_matches(';'));
+    if !report.rows.is_empty() {
+        page.table(Table::of("", &report.rows, fields("block", "variant")));
+    }
+    page.table(Table::of("loops", &report.loops, loops()));
+    page
 }
 
 fn object(report: &CheckReport, hdl: &impl ToString) -> Value {

@@ -10,7 +10,7 @@ use hpu_cosim::{Wired, WiredSimulation};
 use hpu_datapath::{AnyBlock, Generic, Instance, configured, variants};
 use hpu_rtl::Around;
 use hpu_rtl::formal::{Part, ProofError, Proofs, Prover, Verdict};
-use hpu_study::page::{Cell, Column, Field, Table};
+use hpu_study::page::{Cell, Column, Field, Page, Table};
 use serde_json::{Value, json};
 
 use crate::block::find;
@@ -30,6 +30,9 @@ const QUESTION: Duration = Duration::from_secs(60);
 /// A configuration: the block or the entity, its label, and its generics if it is not one of the listed configurations.
 type Wanted = (String, String, Option<Vec<(&'static str, Generic)>>);
 
+/// The function that proves a configuration.
+type Proving<'p> = &'p (dyn Fn(&Wanted) -> Result<Verdict, ProofError> + Sync);
+
 /// The result for a configuration: its index among the requested ones, its verdict, and the seconds that it took.
 struct ProofResult {
     index: usize,
@@ -41,6 +44,30 @@ struct ProofResult {
 
 /// `hpu check --formal`.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
+    prove(args, |of, limit, wanted, proved, remembered| tabled(args, of, limit, wanted, proved, remembered))
+}
+
+/// Returns the page of the proofs; `None` when interrupted.
+pub fn answer(args: &Args) -> Result<Option<Page>, Failure> {
+    prove(args, |of, limit, wanted, proved, remembered| {
+        let rows = proofs(args, of, limit, wanted, proved, &mut |_| Ok(()))?;
+        Ok(rows.map(|rows| {
+            let Sum { is_well, said, .. } = Sum::of(args, &rows, of, remembered());
+            let mut page = Page::default();
+            page.data("ok", is_well).line("result", said);
+            let fields = fields().into_iter().chain([Column::text("", "").said().of(said_of)]);
+            page.table(Table::of("rows", &rows, fields));
+            page
+        }))
+    })
+}
+
+/// Calls `then` with what is to be proved, the time of a question, the configurations, and the functions that prove one
+/// and that tell how many proofs were remembered.
+fn prove<T>(
+    args: &Args,
+    then: impl FnOnce(&str, Duration, &[Wanted], Proving, &dyn Fn() -> u64) -> Result<T, Failure>,
+) -> Result<T, Failure> {
     let setup = args.hdl.setup();
     let limit = setup.timeout.unwrap_or(QUESTION);
     let is_wanted = |label: &String, block: &dyn AnyBlock| {
@@ -62,7 +89,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         };
         prover.prove(&*block)
     };
-    tabled(args, &format!("VHDL {}", setup.hdl), limit, &wanted, proved, || prover.remembered())
+    then(&format!("VHDL {}", setup.hdl), limit, &wanted, &proved, &|| prover.remembered())
 }
 
 /// Returns the wirings of scenes and the blocks in them, with the scenes' widths; of equal ones, the first.
@@ -100,7 +127,7 @@ pub fn theirs(args: &Args) -> Result<Exit, Failure> {
         let own = configurations()?.into_iter().find(|(own, _)| own == label).expect("it is wanted");
         entity.prove(&own, &simulators, limit)
     };
-    tabled(args, &format!("{} as {}", entity.top, entity.block), limit, &wanted, proved, || 0)
+    tabled(args, &format!("{} as {}", entity.top, entity.block), limit, &wanted, &proved, &|| 0)
 }
 
 /// Proves configurations in parallel, and shows the table as it grows.
@@ -109,10 +136,50 @@ fn tabled(
     of: &str,
     limit: Duration,
     wanted: &[Wanted],
-    proved: impl Fn(&Wanted) -> Result<Verdict, ProofError> + Sync,
-    remembered: impl Fn() -> u64,
+    proved: Proving,
+    remembered: &dyn Fn() -> u64,
 ) -> Result<Exit, Failure> {
     let mut folder = args.out.as_deref().map(Folder::open).transpose()?;
+    let mut text = String::new();
+    let mut show = |row: &ProofResult| {
+        if text.is_empty() && !args.json {
+            let head = Table::of("", &[] as &[ProofResult], fields()).gap(1).head();
+            print(&format!("{}  for all inputs and states\n", head.trim_end()))?;
+        }
+        let shown = shown(row, folder.as_mut())?;
+        text += &shown;
+        if args.json { Ok(()) } else { print(&shown) }
+    };
+    let Some(rows) = proofs(args, of, limit, wanted, proved, &mut show)? else { return Ok(Exit::Interrupted) };
+    let Sum { is_well, said, json } = Sum::of(args, &rows, of, remembered());
+    let total = format!("{said}\n");
+    text += &total;
+    if let Some(mut folder) = folder {
+        folder.write("formal.json", format!("{json:#}\n"))?;
+        folder.write("formal.txt", &text)?;
+        folder.commit()?;
+    }
+    if args.json {
+        print_json(&json)?;
+    } else {
+        print(&total)?;
+    }
+    // A failed tool is an error, not a verdict.
+    if let Some(error) = rows.into_iter().find_map(|row| row.found.err()) {
+        return Err(failure(error));
+    }
+    Ok(Exit::when(is_well))
+}
+
+/// Proves configurations in parallel, and calls `show` with each as it is done; `None` when interrupted.
+fn proofs(
+    args: &Args,
+    of: &str,
+    limit: Duration,
+    wanted: &[Wanted],
+    proved: Proving,
+    show: &mut dyn FnMut(&ProofResult) -> Result<(), Failure>,
+) -> Result<Option<Vec<ProofResult>>, Failure> {
     // A missing tool is reported before anything is shown.
     hpu_rtl::formal::TOOLS.iter().try_for_each(|tool| tool.version().map(drop))?;
     let jobs = args.jobs.get().get().min(wanted.len().max(1));
@@ -124,12 +191,11 @@ fn tabled(
     let control = interrupt::heed();
     let next = AtomicUsize::new(0);
     let mut rows: Vec<ProofResult> = Vec::new();
-    let mut text = String::new();
     with_progress(wanted.len() as u64, "configurations", control, || {
         thread::scope(|scope| -> Result<(), Failure> {
             let (send, done) = mpsc::channel();
             for _ in 0..jobs {
-                let (send, next, proved) = (send.clone(), &next, &proved);
+                let (send, next) = (send.clone(), &next);
                 scope.spawn(move || {
                     loop {
                         let index = next.fetch_add(1, Ordering::Relaxed);
@@ -153,78 +219,64 @@ fn tabled(
                 if let Err(ProofError::Entity(error)) = row.found {
                     return Err(entity::failure(error));
                 }
-                if rows.is_empty() && !args.json {
-                    let head = Table::of("", &[] as &[ProofResult], fields()).gap(1).head();
-                    print(&format!("{}  for all inputs and states\n", head.trim_end()))?;
-                }
                 control.progress.fetch_add(1, Ordering::Relaxed);
-                let shown = shown(&row, folder.as_mut())?;
-                text += &shown;
-                if !args.json {
-                    print(&shown)?;
-                }
+                show(&row)?;
                 rows.push(row);
             }
             Ok(())
         })
     })?;
-    if interrupt::pressed() {
-        return Ok(Exit::Interrupted);
-    }
     // The rows are sorted, because the order of the JSON must not depend on which proof ended first.
     rows.sort_by_key(|row| row.index);
-    let count = |is: fn(&Verdict) -> bool| rows.iter().filter(|row| row.found.as_ref().is_ok_and(is)).count();
-    let proved = count(|found| matches!(found, Verdict::Proved(_)));
-    let refuted = count(|found| refuted(found).is_some());
-    let [wired, miswired] =
-        [count(|found| matches!(found, Verdict::Wired(_))), count(|found| matches!(found, Verdict::Miswired(_)))];
-    let whole = count(|found| matches!(found, Verdict::Wired(parts) if open(parts).is_empty()));
-    let (wirings, leaves) = (wired + miswired, rows.len() - wired - miswired);
-    // A block of the user's own must be proved in every row; an open row is a failure.
-    let is_well = refuted == 0 && (!args.theirs.is_asked() || proved == rows.len());
-    let kind = if wirings > 0 { " of leaf blocks" } else { "" };
-    let refuted_leaves = count(|found| matches!(found, Verdict::Refuted(..)));
-    let mut said = Vec::new();
-    if leaves > 0 {
-        said.push(format!(
-            "{proved} of {leaves} configurations{kind} proved for all inputs and states, {refuted_leaves} refuted, \
+    Ok((!interrupt::pressed()).then_some(rows))
+}
+
+/// The sum of the proofs: in words, and as JSON.
+struct Sum {
+    is_well: bool,
+    said: String,
+    json: Value,
+}
+
+impl Sum {
+    fn of(args: &Args, rows: &[ProofResult], of: &str, remembered: u64) -> Self {
+        let count = |is: fn(&Verdict) -> bool| rows.iter().filter(|row| row.found.as_ref().is_ok_and(is)).count();
+        let proved = count(|found| matches!(found, Verdict::Proved(_)));
+        let refuted = count(|found| refuted(found).is_some());
+        let [wired, miswired] =
+            [count(|found| matches!(found, Verdict::Wired(_))), count(|found| matches!(found, Verdict::Miswired(_)))];
+        let whole = count(|found| matches!(found, Verdict::Wired(parts) if open(parts).is_empty()));
+        let (wirings, leaves) = (wired + miswired, rows.len() - wired - miswired);
+        // A block of the user's own must be proved in every row; an open row is a failure.
+        let is_well = refuted == 0 && (!args.theirs.is_asked() || proved == rows.len());
+        let kind = if wirings > 0 { " of leaf blocks" } else { "" };
+        let refuted_leaves = count(|found| matches!(found, Verdict::Refuted(..)));
+        let mut said = Vec::new();
+        if leaves > 0 {
+            said.push(format!(
+                "{proved} of {leaves} configurations{kind} proved for all inputs and states, {refuted_leaves} refuted, \
              {} not proved",
-            leaves - proved - refuted_leaves,
-        ));
+                leaves - proved - refuted_leaves,
+            ));
+        }
+        if wirings > 0 {
+            said.push(format!("{wired} of {wirings} wirings equal, {whole} of them with all leaves proved"));
+        }
+        said.push(of.to_string());
+        if remembered > 0 {
+            said.push(format!("{remembered} proofs remembered"));
+        }
+        let json = json!({
+            "ok": is_well,
+            "hdl": of.strip_prefix("VHDL ").unwrap_or(of),
+            "proved": proved,
+            "refuted": refuted,
+            "wirings": { "count": wirings, "equal": wired, "proved": whole },
+            "remembered": remembered,
+            "rows": Table::of("", rows, fields()).json(),
+        });
+        Self { is_well, said: said.join("; "), json }
     }
-    if wirings > 0 {
-        said.push(format!("{wired} of {wirings} wirings equal, {whole} of them with all leaves proved"));
-    }
-    said.push(of.to_string());
-    if remembered() > 0 {
-        said.push(format!("{} proofs remembered", remembered()));
-    }
-    let total = format!("{}\n", said.join("; "));
-    text += &total;
-    let json = json!({
-        "ok": is_well,
-        "hdl": of.strip_prefix("VHDL ").unwrap_or(of),
-        "proved": proved,
-        "refuted": refuted,
-        "wirings": { "count": wirings, "equal": wired, "proved": whole },
-        "remembered": remembered(),
-        "rows": Table::of("", &rows, fields()).json(),
-    });
-    if let Some(mut folder) = folder {
-        folder.write("formal.json", format!("{json:#}\n"))?;
-        folder.write("formal.txt", &text)?;
-        folder.commit()?;
-    }
-    if args.json {
-        print_json(&json)?;
-    } else {
-        print(&total)?;
-    }
-    // A failed tool is an error, not a verdict.
-    if let Some(error) = rows.into_iter().find_map(|row| row.found.err()) {
-        return Err(failure(error));
-    }
-    Ok(Exit::when(is_well))
 }
 
 /// The counterexample of a refuted block, or of a block inside a wiring.
@@ -291,14 +343,18 @@ fn shown(row: &ProofResult, folder: Option<&mut Folder>) -> Result<String, Failu
         }
         Ok(None) | Err(_) => {}
     }
+    Ok(line(&said_of(row)) + "\n")
+}
+
+/// Returns the verdict of a row that is not refuted in words.
+fn said_of(row: &ProofResult) -> String {
     let left = |why: String| format!("not proved: {}", why.trim_end().replace('\n', "\n  "));
-    let said = match found {
+    match &row.found {
         Ok(Verdict::Proved(_)) => "proved".to_string(),
         Ok(Verdict::Wired(parts)) => rests_on(parts),
         Ok(Verdict::Open(why) | Verdict::Miswired(why) | Verdict::Refuted(why, _)) => left(why.clone()),
         Err(error) => left(error.to_string()),
-    };
-    Ok(line(&said) + "\n")
+    }
 }
 
 /// Returns a verdict in one word, with its details.

@@ -64,6 +64,21 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     }
 }
 
+/// Returns the page of the price of a scene's loop; `None` when interrupted.
+pub fn answer(args: &Args) -> Result<Option<Page>, Failure> {
+    let scene = args.scene.as_deref().unwrap_or_default();
+    let loaded = Loaded::new(scene, &args.set.set, None)?;
+    if let Experiment::Dut(scene) = &loaded.scene {
+        return design_cost(args, scene).map(|cost| Some(design(scene, &cost)));
+    }
+    let price = price::price(&loaded.scene, &args.hdl.setup(), &args.remember.open()?, interrupt::heed())?;
+    Ok(price.map(|price| {
+        let mut page = Page::default();
+        page.note(price.text());
+        page
+    }))
+}
+
 /// Writes the two files of a cost, if a folder is given.
 fn write(folder: Option<Folder>, json: &Value, text: &str) -> Result<(), Failure> {
     let Some(mut folder) = folder else { return Ok(()) };
@@ -94,17 +109,20 @@ fn of_scene(args: &Args, scene: &str) -> Result<Exit, Failure> {
 
 /// Prices a design of the user's own.
 fn of_design(args: &Args, scene: &DutScene, folder: Option<Folder>) -> Result<Exit, Failure> {
+    let page = design(scene, &design_cost(args, scene)?);
+    write(folder, &page.json(), &page.text())?;
+    show(&page, args.json)?;
+    Ok(Exit::Fine)
+}
+
+fn design_cost(args: &Args, scene: &DutScene) -> Result<DutCost, Failure> {
     let mut simulators = args.hdl.simulators()?;
     if let Some(cache) = &args.remember.cache {
         simulators.cache.clone_from(cache);
     }
     let control = interrupt::heed();
     let cost = with_progress(1, "designs placed", control, || simulators.cost(scene));
-    let cost = cost.map_err(|error| Failure::from(hpu_cosim::dut::Fault::from(error)))?;
-    let page = design(scene, &cost);
-    write(folder, &page.json(), &page.text())?;
-    show(&page, args.json)?;
-    Ok(Exit::Fine)
+    cost.map_err(|error| Failure::from(hpu_cosim::dut::Fault::from(error)))
 }
 
 /// Returns the page of a design's cost.

@@ -56,7 +56,7 @@ const NAMES: [&str; 6] = ["name", "key", "label", "block", "signal", "scene"];
 pub fn run(args: &Args) -> Result<Exit, Failure> {
     let Some(first) = result(&args.first)? else { return Ok(Exit::Interrupted) };
     let Some(second) = result(&args.second)? else { return Ok(Exit::Interrupted) };
-    let page = page(args, &first, &second);
+    let page = page([&args.first, &args.second], args.tolerance.unwrap_or(0.0), [&first, &second]);
     show(&page, args.json)?;
     Ok(Exit::when(page.tables().all(|differences| differences.rows().is_empty())))
 }
@@ -79,13 +79,13 @@ struct Difference<'a> {
     relative: Option<f64>,
 }
 
-fn page(args: &Args, first: &Json, second: &Json) -> Page {
+/// Returns the page of the differences between two results of these names.
+pub fn page(names: [&str; 2], tolerance: f64, [first, second]: [&Json; 2]) -> Page {
     let [mut a, mut b] = [BTreeMap::new(), BTreeMap::new()];
     flatten(first, "", &mut a);
     flatten(second, "", &mut b);
     let mut keys: Vec<&String> = a.keys().chain(b.keys().filter(|key| !a.contains_key(*key))).collect();
     keys.sort();
-    let tolerance = args.tolerance.unwrap_or(0.0);
     let differences = keys.iter().filter_map(|key| {
         let (first, second) = (a.get(*key).copied(), b.get(*key).copied());
         let relative = first.zip(second).and_then(|(first, second)| relative(first, second));
@@ -105,7 +105,7 @@ fn page(args: &Args, first: &Json, second: &Json) -> Page {
     );
     let (compared, count) = (keys.len(), table.rows().len());
     let mut page = Page::default();
-    page.fact("a", "A", &args.first, &args.first).fact("b", "B", &args.second, &args.second);
+    page.fact("a", "A", names[0], names[0]).fact("b", "B", names[1], names[1]);
     page.data("tolerance", tolerance).data("compared", compared).data("equal", count == 0);
     let within = if tolerance > 0.0 { format!(" by more than {}", percent(tolerance)) } else { String::new() };
     page.note(match count {

@@ -307,6 +307,16 @@ fn observe<O: Observe, T>(
 }
 
 impl Finished {
+    /// Returns the scene that was run, with its model if that was chosen.
+    pub fn scene(&self) -> &Experiment {
+        &self.loaded.scene
+    }
+
+    /// Returns the command that runs the scene.
+    pub fn command(&self) -> String {
+        self.loaded.command()
+    }
+
     /// Runs the scene again, to the same bits, for another observer; `None` when interrupted.
     ///
     /// # Errors
@@ -457,6 +467,11 @@ fn write(
     }
     ran.files = folder.places().map(PathBuf::from).chain([folder.place("summary.json")]).collect();
     folder.write("summary.json", format!("{:#}\n", page::page(ran).json()))
+}
+
+/// Returns the names of the nets that pictures of a run draw.
+pub fn drawn_nets(simulation: &AnySimulation) -> Vec<&'static str> {
+    shown(simulation).nets().into_iter().map(|net| net.name).collect()
 }
 
 /// Returns the nets of the table: those that are drawn and, for VHDL, whether any net has differed.

@@ -26,6 +26,7 @@ mod phantom;
 mod price;
 mod readme;
 mod readme_tables;
+mod report;
 mod reproduce;
 mod reproduce_words;
 mod rtl_motion;

@@ -1,8 +1,9 @@
-//! Results as pages: a verb makes one [`Page`] of its result, and text, JSON, CSV and Parquet are renderings of it.
+//! Results as pages: a verb makes one [`Page`] of its result, and text, JSON, HTML, CSV and Parquet are renderings of
+//! it.
 //!
 //! A [`Page`] is a list of facts, tables and notes in the order in which a reader meets them. Each part says what
 //! belongs to which rendering: a fact without a label is in the JSON alone, a fact without a key in the text alone, and
-//! a [`Column`] names its places. Another rendering (HTML) is another function of the same parts.
+//! a [`Column`] names its places. HTML shows what text shows.
 //!
 //! ```
 //! use hpu_study::page::{Cell, Column, Page, Table};
@@ -47,6 +48,7 @@
 //! ```
 
 mod cell;
+mod html;
 #[cfg(not(target_family = "wasm"))]
 mod parquet;
 mod table;
@@ -54,6 +56,7 @@ mod table;
 use serde_json::{Map, Value as Json};
 
 pub use cell::{Cell, Value};
+pub use html::escaped;
 #[cfg(not(target_family = "wasm"))]
 pub use parquet::{Parquet, write_parquet};
 pub use table::{Column, Field, Kind, Place, Table, csv_line, write_csv};
@@ -78,7 +81,7 @@ enum Part {
     Note(String),
 }
 
-/// A result, with everything that text, JSON and CSV tell of it. See the [module](self).
+/// A result, with everything that text, JSON, HTML and CSV tell of it. See the [module](self).
 #[derive(Default)]
 pub struct Page {
     parts: Vec<Part>,

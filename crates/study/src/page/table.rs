@@ -35,7 +35,7 @@ pub enum Place {
 /// A column: its key in JSON and files, its head and unit in text. The texts of the last column may have several lines.
 #[derive(Clone, Debug)]
 pub struct Column {
-    key: String,
+    pub(super) key: String,
     file_key: String,
     head: String,
     unit: String,
@@ -126,7 +126,7 @@ impl Column {
         self.places.contains(&place)
     }
 
-    fn heading(&self) -> String {
+    pub(super) fn heading(&self) -> String {
         format!("{} {}", self.head, self.unit).trim_end().to_string()
     }
 }
@@ -148,11 +148,11 @@ impl<T> Field<'_, T> {
 /// A table.
 #[derive(Clone, Debug)]
 pub struct Table {
-    key: String,
+    pub(super) key: String,
     columns: Vec<Column>,
-    rows: Vec<Vec<Cell>>,
+    pub(super) rows: Vec<Vec<Cell>>,
     /// The rows that text leaves out.
-    untold: Vec<usize>,
+    pub(super) untold: Vec<usize>,
     gap: usize,
 }
 
@@ -212,7 +212,7 @@ impl Table {
         &self.columns
     }
 
-    fn places(&self, place: Place) -> impl Iterator<Item = (usize, &Column)> {
+    pub(super) fn places(&self, place: Place) -> impl Iterator<Item = (usize, &Column)> {
         self.columns.iter().enumerate().filter(move |(_, column)| column.is_in(place))
     }
 

@@ -14,6 +14,7 @@ mod looks;
 mod map;
 mod map_edges;
 mod map_refine;
+mod page_html;
 mod proofs_common;
 mod reproduce;
 mod reproduce_errs;

@@ -1,0 +1,101 @@
+//! The HTML file around the parts of a report.
+
+use std::fmt::Write as _;
+
+use hpu_chart::web::{PLOT_CSS, PLOT_JS, ROWS_JS};
+use hpu_study::page::{Page, escaped};
+
+use super::pieces::base64;
+
+/// A part of a report.
+pub struct Section {
+    /// The name of its place in the file.
+    pub id: String,
+    /// Its heading.
+    pub title: String,
+    /// Its contents: one, or two beside each other.
+    pub beside: Vec<Content>,
+}
+
+/// The content of a part for one scene.
+#[derive(Default)]
+pub struct Content {
+    /// The scene's name where two stand beside each other.
+    pub of: String,
+    /// The command that makes the part, or the place that it was taken from.
+    pub by: String,
+    /// The content as HTML.
+    pub html: String,
+}
+
+impl Content {
+    /// Returns the content that a command has made: its page, then its pictures as SVG.
+    pub fn new(by: &str, page: &Page, pictures: &[String]) -> Self {
+        let mut html: String = pictures.iter().map(|svg| picture(svg)).collect();
+        html += &page.html();
+        Self { of: String::new(), by: by.to_string(), html }
+    }
+}
+
+/// Returns a picture in SVG as an image that the file contains.
+pub fn picture(svg: &str) -> String {
+    let name = svg.split_once("<title>").and_then(|(_, rest)| rest.split_once("</title>")).map_or("", |(name, _)| name);
+    format!("<img class=\"picture\" alt=\"{}\" src=\"data:image/svg+xml;base64,{}\">\n", name, base64(svg.as_bytes()))
+}
+
+/// Returns data for a script of the page.
+pub fn data(id: &str, value: &serde_json::Value) -> String {
+    let json = value.to_string().replace('<', "\\u003c");
+    format!("<script type=\"application/json\" id=\"{id}\">{json}</script>\n")
+}
+
+/// A report.
+pub struct Document {
+    /// Its title.
+    pub title: String,
+    /// The words below the title.
+    pub about: String,
+    /// Its parts.
+    pub sections: Vec<Section>,
+}
+
+impl Document {
+    /// Returns the file.
+    pub fn html(&self) -> String {
+        let title = escaped(&self.title);
+        let mut html = format!(
+            "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+             <meta name=\"color-scheme\" content=\"light dark\">\n<title>{title}</title>\n\
+             <style>\n{PLOT_CSS}{}</style>\n</head>\n<body>\n<header>\n<h1>{title}</h1>\n",
+            include_str!("report.css")
+        );
+        for paragraph in self.about.split("\n\n").filter(|text| !text.trim().is_empty()) {
+            let _ = writeln!(html, "<p>{}</p>", escaped(paragraph.trim()));
+        }
+        html += "</header>\n<nav aria-label=\"Parts\">\n<ul>\n";
+        for Section { id, title, .. } in &self.sections {
+            let _ = writeln!(html, "<li><a href=\"#{id}\">{}</a></li>", escaped(title));
+        }
+        html += "</ul>\n</nav>\n<main>\n";
+        for Section { id, title, beside } in &self.sections {
+            let _ = writeln!(html, "<section id=\"{id}\">\n<h2>{}</h2>", escaped(title));
+            let class = if beside.len() > 1 { "beside" } else { "alone" };
+            let _ = writeln!(html, "<div class=\"{class}\">");
+            for Content { of, by, html: content } in beside {
+                html += "<div>\n";
+                if beside.len() > 1 && !of.is_empty() {
+                    let _ = writeln!(html, "<h3>{}</h3>", escaped(of));
+                }
+                html += content;
+                if !by.is_empty() {
+                    let _ = writeln!(html, "<p class=\"by\">{}</p>", escaped(by));
+                }
+                html += "</div>\n";
+            }
+            html += "</div>\n</section>\n";
+        }
+        let _ = writeln!(html, "</main>\n<script>\n{PLOT_JS}\n{ROWS_JS}\n{}</script>", include_str!("report.js"));
+        html + "</body>\n</html>\n"
+    }
+}

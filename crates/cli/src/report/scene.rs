@@ -1,0 +1,231 @@
+//! The parts of a report that a scene's run makes.
+
+use hpu_chart::Diagram;
+use hpu_cosim::scene::{Resolved, ValueSource, resolved};
+use hpu_cosim::{AnySimulation, SceneFile, Simulation, Wired, judged_window_s};
+use hpu_signal::Notation;
+use hpu_study::page::{Cell, Column, Page, Table, escaped};
+use serde_json::Value;
+use sha2::{Digest, Sha256};
+
+use super::Part;
+use super::document::{Content, Document, Section, data};
+use super::pieces::Pieces;
+use crate::diff;
+use crate::exit::Failure;
+use crate::hdl::Vhdl;
+use crate::parameters::as_json;
+use crate::progress::Watch;
+use crate::run::{Finished, finished, unseen};
+use crate::scene::{Named, quoted, set_options};
+
+/// A scene that was run, with all that the report tells of it.
+pub struct Told {
+    /// The scene, as the command names it.
+    pub scene: String,
+    /// Its text.
+    pub source: SceneFile,
+    /// What of it is changed.
+    pub set: Vec<(String, String)>,
+    /// Its run, whose page is without the two tables.
+    pub run: Finished,
+    json: Value,
+    signals: Option<Table>,
+    keys: Vec<Resolved>,
+    drawing: String,
+    course: (Value, String),
+}
+
+impl Told {
+    /// Runs a scene; `None` when stopped.
+    pub fn new((scene, source): &Named, set: &[(String, String)], watch: Watch) -> Result<Option<Self>, Failure> {
+        let Some((mut run, recorded)) = finished(source, set, watch, unseen)? else { return Ok(None) };
+        let json = run.page.json();
+        let signals = run.page.take_table("signals");
+        // The keys tell more than the parameters.
+        run.page.take_table("parameters");
+        let keys = resolved(run.scene(), &source.name, &source.text, set).map_err(Failure::file)?;
+        let simulators = Vhdl::default().simulators()?;
+        let simulation = AnySimulation::new(run.scene(), &simulators, false)?;
+        let overflows = recorded.summary.nets.iter().any(|net| net.usage.overflowed > 0);
+        let by_rows =
+            |pieces: Pieces| Ok::<_, Failure>(run.again(watch, |_| Ok(pieces))?.map(|recorded| recorded.observer));
+        let Some(pieces) = Pieces::of(&simulation, overflows, watch, by_rows)? else { return Ok(None) };
+        let judged = simulation.has_device().then(|| judged_window_s(run.scene()));
+        let course = pieces.told(&simulation, judged);
+        let drawing = drawing(&simulation, &keys);
+        let (scene, source, set) = (scene.clone(), source.clone(), set.to_vec());
+        Ok(Some(Self { scene, source, set, run, json, signals, keys, drawing, course }))
+    }
+
+    /// Returns the scene's own name.
+    pub fn name(&self) -> &str {
+        &self.run.scene().name
+    }
+
+    /// Returns a command on this scene.
+    pub fn command(&self, verb: &str) -> String {
+        format!("hpu {verb} {}{}", quoted(&self.scene), set_options(&self.set))
+    }
+
+    /// Returns the keys: those that the scene gives, then all others.
+    fn keys(&self) -> [Table; 2] {
+        [true, false].map(|given| {
+            let of_kind = |key: &&Resolved| matches!(key.source, ValueSource::Given(_)) == given;
+            let told = self.keys.iter().filter(of_kind).filter(|key| !(key.section.is_empty() && key.key == "about"));
+            let path = |key: &Resolved| {
+                if key.section.is_empty() { key.key.clone() } else { format!("{}.{}", key.section, key.key) }
+            };
+            let fields = [
+                Column::text("section", "").data().of(|key: &Resolved| key.section.clone()),
+                Column::text("key", "key").of(move |key: &Resolved| Cell::new(&key.key).shown(path(key))),
+                Column::text("value", "value").of(|key: &Resolved| {
+                    let value = key.toml.as_ref().map(|_| as_json(&key.value));
+                    Cell::new(value).shown(format!("{} {}", key.value, key.unit).trim_end())
+                }),
+                Column::text("source", "source").of(|key: &Resolved| {
+                    let source = key.source.to_string();
+                    let file = match &key.source {
+                        ValueSource::Given(place) => place.rsplit('/').next().unwrap_or(place).to_string(),
+                        _ => source.clone(),
+                    };
+                    Cell::new(source).shown(file)
+                }),
+                Column::text("meaning", "meaning").of(|key: &Resolved| key.meaning),
+            ];
+            Table::of("keys", told, fields)
+        })
+    }
+
+    fn sha256(&self) -> String {
+        Sha256::digest(self.source.text.as_bytes()).iter().map(|byte| format!("{byte:02x}")).collect()
+    }
+}
+
+/// Draws the loop of a scene.
+fn drawing(simulation: &AnySimulation, keys: &[Resolved]) -> String {
+    let device = keys.iter().find(|key| (key.section.as_str(), key.key.as_str()) == ("device", "kind"));
+    let device = device.map_or("a recording".to_string(), |key| key.value.to_string());
+    let nets = simulation.nets();
+    let (inputs, outputs, instances, nets) = match simulation {
+        AnySimulation::Ours(ours) => {
+            let block = ours.wiring().block();
+            (block.inputs().len(), block.outputs().len(), ours.wiring().instances(), nets)
+        }
+        AnySimulation::Dut(dut) => {
+            // Ports stand in the order of the design: inputs go first.
+            let ports = || dut.wires().iter().zip(&nets).filter(|(wire, _)| !wire.port.is_inside);
+            let of = |is_input: bool| ports().filter(move |(wire, _)| wire.port.is_input == is_input);
+            let sorted: Vec<_> = of(true).chain(of(false)).map(|(_, net)| net.clone()).collect();
+            (of(true).count(), of(false).count(), Vec::new(), sorted)
+        }
+    };
+    let name = simulation.closed_by();
+    let notation = Notation::Triple;
+    Diagram { nets: &nets, inputs, outputs, instances: &instances, name, device: &device, notation }.svg()
+}
+
+/// Returns the report of these scenes, with the parts that were asked for.
+pub fn document(all: &[Told], parts: Vec<Vec<(Part, Content)>>) -> Document {
+    let names: Vec<&str> = all.iter().map(|told| told.name()).collect();
+    let about = |told: &Told| told.run.scene().about.trim().to_string();
+    let abouts: Vec<String> = match all {
+        [told] => vec![about(told)],
+        all => all.iter().map(|told| format!("{}: {}", told.name(), about(told))).collect(),
+    };
+    let section = |id: &str, title: &str, of: &dyn Fn(&Told) -> Content| Section {
+        id: id.into(),
+        title: title.into(),
+        beside: all.iter().map(|told| Content { of: told.name().to_string(), ..of(told) }).collect(),
+    };
+    let mut sections = vec![
+        section("verdict", "Verdict", &|told| Content::new(&told.run.command(), &told.run.page, &[])),
+        course(all),
+        section("loop", "Loop", &|told| Content {
+            html: format!("<div class=\"scroll\">{}</div>\n", told.drawing),
+            ..Content::default()
+        }),
+        section("signals", "Signals", &|told| Content {
+            html: told.signals.as_ref().map_or(String::new(), Table::html),
+            by: told.run.command(),
+            ..Content::default()
+        }),
+    ];
+    let mut found: Vec<(Part, Vec<Content>)> = Vec::new();
+    for (told, of_scene) in all.iter().zip(parts) {
+        for (part, content) in of_scene {
+            let content = Content { of: told.name().to_string(), ..content };
+            match found.iter_mut().find(|(known, _)| *known == part) {
+                None => found.push((part, vec![content])),
+                Some((_, beside)) => beside.push(content),
+            }
+        }
+    }
+    let parts = found.into_iter().map(|(part, beside)| Section { id: part.name(), title: part.title().into(), beside });
+    sections.extend(parts);
+    if let [one, other] = all {
+        let names = [one, other].map(|told| told.scene.as_str());
+        let page = diff::page(names, 0.0, [&one.json, &other.json]);
+        // The command compares scenes as they are written.
+        let by = if one.set.is_empty() {
+            format!("hpu diff {} {}", quoted(names[0]), quoted(names[1]))
+        } else {
+            String::new()
+        };
+        let beside = vec![Content::new(&by, &page, &[])];
+        sections.push(Section { id: "differences".into(), title: "Differences".into(), beside });
+    }
+    sections.push(section("scene", "Scene", &|told| {
+        let [given, others] = told.keys().map(|table| table.html());
+        let html = format!("{given}<h3>Defaults, and data of what the scene names</h3>\n{others}");
+        Content { html, by: told.command("scene show"), ..Content::default() }
+    }));
+    sections.push(section("made", "Made by", &|told| {
+        let mut page = Page::default();
+        let name = told.source.name.as_str();
+        page.line("hpu", env!("HPU_VERSION")).line("scene", name).line("SHA-256", told.sha256());
+        for (key, value) in &told.set {
+            page.line("changed", format!("{key} = {value}"));
+        }
+        Content::new(&told.command("report"), &page, &[])
+    }));
+    Document { title: names.join(" beside "), about: abouts.join("\n\n"), sections }
+}
+
+/// Returns the part with the course of the runs, as pictures that can be zoomed.
+fn course(all: &[Told]) -> Section {
+    let mut html = String::new();
+    let ids: Vec<String> = (1..=all.len()).map(|number| format!("run-{number}")).collect();
+    html += &format!("<div data-runs=\"{}\"></div>\n", ids.join(" "));
+    let mut left_out = Vec::new();
+    for (told, id) in all.iter().zip(&ids) {
+        let (mut course, bytes) = told.course.clone();
+        if all.len() > 1 {
+            prefix(&mut course, told.name());
+        }
+        html += &data(id, &course);
+        html += &format!("<script type=\"text/plain\" id=\"{id}-bytes\">{bytes}</script>\n");
+        let names = course["left_out"].as_array().into_iter().flatten().filter_map(Value::as_str);
+        left_out.extend(names.map(|name| format!("{name} of {}", told.name())));
+    }
+    html += "<p class=\"hint\">Wheel, drag, pinch, + and - zoom; arrows move; Home shows the whole run. Signals are \
+             shown word by word at every clock cycle, the device at every change of its drive.</p>\n";
+    if !left_out.is_empty() {
+        let said = format!("Left out, because they change too often: {}.", left_out.join(", "));
+        html += &format!("<p>{}</p>\n", escaped(&said));
+    }
+    let content = Content { html, ..Content::default() };
+    Section { id: "run".into(), title: "Run".into(), beside: vec![content] }
+}
+
+/// Puts the scene's name before the names of its signals and marks, and shows bits on request.
+fn prefix(course: &mut Value, scene: &str) {
+    for (list, key) in [("series", "name"), ("markers", "label"), ("spans", "label")] {
+        for one in course[list].as_array_mut().into_iter().flatten() {
+            one[key] = format!("{scene}: {}", one[key].as_str().unwrap_or_default()).into();
+            if one["unit"] == "bit" {
+                one["hidden"] = true.into();
+            }
+        }
+    }
+}
