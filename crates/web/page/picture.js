@@ -28,22 +28,29 @@ function band(x, least, greatest) {
 function seriesOf({ result, columns }, nets) {
   const x = timesOf(result.rows),
     all = result.columns.map((told, at) => ({ ...told, values: columns[at] }));
-  const series = [];
-  const isMotion = ({ role, unit }) => role === "value" && (unit === "rad" || unit === "m");
-  for (const { label, unit, values } of all.filter(isMotion))
-    series.push({ name: label, unit, step: false, values, x });
   const of = (role) => all.filter((column) => column.role === role);
+  const drawn =
+    (step) =>
+    ({ label, unit, doc, values }) => ({ name: label, unit, doc, step, values, x });
+  const plain = of("value").map(drawn(false));
+  const motion = plain.filter(({ unit }) => unit === "rad" || unit === "m");
+  const hand = plain.filter(({ name, unit }) => name.startsWith("hand") && unit.startsWith("N"));
   const [least, greatest, means] = ["least", "greatest", "mean"].map(of);
-  least.forEach(({ label, unit }, at) => {
-    const name = label.replace(" least", "");
-    series.push({ name: `${name}, ripple`, unit, step: false, ...band(x, least[at].values, greatest[at].values) });
-    series.push({ name: `${name}, mean`, unit, step: false, values: means[at].values, x });
+  const ripples = least.flatMap(({ label, unit }, at) => {
+    const name = label.replace(" least", ""),
+      doc = "Between the least and the greatest value of each row";
+    const ripple = { name: `${name}, ripple`, unit, doc, step: false };
+    return [
+      { ...ripple, ...band(x, least[at].values, greatest[at].values) },
+      { ...drawn(false)(means[at]), name: `${name}, mean` },
+    ];
   });
-  for (const { label, unit, values } of of("command")) series.push({ name: label, unit, step: true, values, x });
-  const hand = all.filter(({ role, label, unit }) => role === "value" && /^hand/.test(label) && /^N/.test(unit));
-  for (const { label, unit, values } of hand) series.push({ name: label, unit, step: false, values, x });
-  for (const { name, unit, values } of of("net").filter(({ name }) => nets.includes(name)))
-    series.push({ name, unit: unit === "1" ? name : unit, step: true, values, x });
+  const words = of("net")
+    .filter(({ name }) => nets.includes(name))
+    .map(drawn(true));
+  // A word without a unit has a panel of its own.
+  const apart = words.map((one) => (one.unit === "1" ? { ...one, unit: one.name } : one));
+  const series = [...motion, ...ripples, ...of("command").map(drawn(true)), ...hand, ...apart];
   return { x, series };
 }
 
