@@ -8,7 +8,7 @@ use crate::map::{Unseen, displayed_stiffness, product_wraps, unseen_contact};
 use crate::quantities::{rounded_up, si};
 
 /// The index of an axis's angle among its outputs.
-const ANGLE: usize = 2;
+pub const ANGLE: usize = 2;
 
 /// Returns an outcome as text and as JSON. `unit` is that of the positions; the window is the judged one, in s.
 pub fn outcome(verdict: Verdict, unit: &str, [from_s, to_s]: [f64; 2]) -> (String, Value) {
