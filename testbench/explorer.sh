@@ -1,5 +1,6 @@
 #!/bin/sh
-# Makes the explorer's page, one file: the engine as WebAssembly, and the page around it. `hpu explore` writes it from there.
+# Makes the explorer's page, one file: the engine as WebAssembly, and the page around it. `hpu explore` writes it from
+# there.
 # The page is target/explorer.html, or explorer.html in the target folder of cargo.
 # Exit codes: 0 made, 1 a build failed, 3 the target of WebAssembly is missing.
 set -eu
@@ -30,8 +31,17 @@ awk -v work="$work" '
     /^\/\* STYLE \*\/$/ { put("style"); next }
     /^\/\* PLOT \*\/$/ { put("plot"); next }
     /^\/\* SCRIPT \*\/$/ { put("script"); next }
-    />MODULE</ { sub(/MODULE<.*/, ""); ORS = ""; print; getline line < (work "/module"); print line; ORS = "\n"; print "</script>"; next }
+    />MODULE</ {
+        sub(/MODULE<.*/, "")
+        ORS = ""
+        print
+        getline line < (work "/module")
+        print line
+        ORS = "\n"
+        print "</script>"
+        next
+    }
     { print }
-' "$page/index.html" >"$folder/explorer.html.new"
-mv "$folder/explorer.html.new" "$folder/explorer.html"
+' "$page/index.html" >"$folder/explorer.html.$$"
+mv "$folder/explorer.html.$$" "$folder/explorer.html"
 echo "$folder/explorer.html: $(wc -c <"$folder/explorer.html") bytes, of which the engine is $(wc -c <"$work/module")"

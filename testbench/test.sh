@@ -1,6 +1,7 @@
 #!/bin/bash
 # The whole test: style, every Rust test, then every block and loop of the VHDL in GHDL, and what other tools make of vectors
 # and arithmetic; beside them lints, documentation, and what short runs cost in instructions.
+# The explorer's page is tested in a browser.
 # Installs the tools of hardware designers where it may; ends with the counts of tests.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -55,6 +56,8 @@ lint() {
 (
     renice -n 10 -p "$BASHPID"
     (lint) >"$scratch/lint" 2>&1 || touch "$scratch/lint-failed"
+    # A failure is told by the test in a browser, which makes the page again.
+    testbench/explorer.sh >"$scratch/explorer" 2>&1 || true
     testbench/instructions.sh >"$scratch/instructions" 2>&1 || touch "$scratch/instructions-failed"
 ) >"$scratch/priority" &
 beside=$!
@@ -76,13 +79,18 @@ outside=passed
 testbench/outside.sh || outside=failed
 
 wait "$beside"
+
+# The explorer's page, after everything else: it is timed.
+browsed=passed
+testbench/browser.sh || browsed=failed
+
 cat "$scratch/lint" "$scratch/instructions"
 linted=passed
 counted=passed
 [ ! -e "$scratch/lint-failed" ] || linted=failed
 [ ! -e "$scratch/instructions-failed" ] || counted=failed
 
-awk -v linted="$linted" -v checked="$checked" -v outside="$outside" -v counted="$counted" '
+awk -v linted="$linted" -v checked="$checked" -v outside="$outside" -v counted="$counted" -v browsed="$browsed" '
     # The output of a test that failed, of which all others are filtered out, is counted in the sum.
     /^test result:/ && !/ [1-9][0-9]* filtered out/ { passed += $4; failed += $6 }
     END {
@@ -90,8 +98,9 @@ awk -v linted="$linted" -v checked="$checked" -v outside="$outside" -v counted="
         if (checked == "passed") passed++; else failed++
         if (outside == "passed") passed++; else failed++
         if (counted == "passed") passed++; else failed++
+        if (browsed == "passed") passed++; else failed++
         printf "%d passed, %d failed\n", passed, failed
     }' "$scratch/tests"
-for stage in "$tested" "$linted" "$checked" "$outside" "$counted"; do
+for stage in "$tested" "$linted" "$checked" "$outside" "$counted" "$browsed"; do
     [ "$stage" = passed ] || exit 1
 done

@@ -13,6 +13,7 @@ pub mod phantom;
 pub mod quantities;
 pub mod studies;
 pub mod told;
+#[cfg(not(target_family = "wasm"))]
 pub mod trace_table;
 pub mod units;
 pub mod widths;

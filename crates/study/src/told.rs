@@ -8,7 +8,7 @@ use crate::map::{Unseen, displayed_stiffness, product_wraps, unseen_contact};
 use crate::quantities::{rounded_up, si};
 
 /// The index of an axis's angle among its outputs.
-const ANGLE: usize = 2;
+pub const ANGLE: usize = 2;
 
 /// Returns an outcome as text and as JSON. `unit` is that of the positions; the window is the judged one, in s.
 pub fn outcome(verdict: Verdict, unit: &str, [from_s, to_s]: [f64; 2]) -> (String, Value) {
@@ -126,8 +126,8 @@ impl Touch<'_> {
         let share = if share == 1.0 { "all".to_string() } else { format!("{:.2} %", 100.0 * share) };
         let said = format!("{share} of the judged window, {from} to {to}");
         let Some(((_, units), (depth, displayed, ratio))) = self.wall.zip(self.displayed()) else { return Some(said) };
-        let of =
-            ratio.map_or(String::new(), |ratio| format!(", {:.2} % of what its stiffness asks for", 100.0 * ratio));
+        let of = ratio.map(|ratio| format!(", {:.2} % of what its stiffness asks for", 100.0 * ratio));
+        let of = of.unwrap_or_default();
         let (deep, effort) = (si(depth, units.position), si(displayed * depth, units.effort));
         Some(format!("{said}; {deep} deep the wall gives {effort}{of}"))
     }

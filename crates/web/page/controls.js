@@ -4,17 +4,42 @@ import { digits, find, make } from "./dom.js";
 
 /** Keys that stand above all others, in this order, where a scene has them. */
 const FIRST = [
-  "wall.stiffness", "wall.damping", "method.sample_rate", "clock.frequency", "encoder.lines",
-  "method.position_bits", "method.velocity_bits", "method.period_bits", "method.pwm.bits",
-  "method.stiffness_format", "method.damping_format", "method.product",
-  "device.coulomb_friction", "device.friction", "hand.stiffness", "hand.damping", "run.duration",
+  "wall.stiffness",
+  "wall.damping",
+  "method.sample_rate",
+  "clock.frequency",
+  "encoder.lines",
+  "method.position_bits",
+  "method.velocity_bits",
+  "method.period_bits",
+  "method.pwm.bits",
+  "method.stiffness_format",
+  "method.damping_format",
+  "method.product",
+  "device.coulomb_friction",
+  "device.friction",
+  "hand.stiffness",
+  "hand.damping",
+  "run.duration",
 ];
 
 /** Ends of sliders of quantities that are 0 in a scene, by their units. */
 const FROM_ZERO = { "N.m": 0.02, N: 2, "N.m.s/rad": 1e-3, "N.s/m": 5, ohm: 5, s: 1e-3, V: 1, rad: 1, m: 0.01 };
 
 /** How far a slider reaches below and above the scene's value. */
-const REACH = 30, STEPS = 400;
+const REACH = 30,
+  STEPS = 400;
+
+/** Number of controls above all others, and the other keys that fill it. */
+const ENOUGH = 8,
+  OTHERS = /(stiffness|damping|mass|friction|gain|rate|force|speed|viscous|position|bits|format)$/;
+
+/** Returns the keys that stand above all others. */
+function firstOf(keys) {
+  const first = FIRST.map((name) => keys.find(({ key }) => key === name)).filter(Boolean);
+  const rest = keys.filter((key) => key.given && OTHERS.test(key.key) && !first.includes(key));
+  return [...first, ...rest.slice(0, Math.max(0, ENOUGH - first.length))];
+}
 
 const idOf = (key) => `key-${key.replace(/[^a-z0-9_]/gi, "-")}`;
 
@@ -34,30 +59,52 @@ export class Controls {
     this.rows.clear();
     const shown = keys.filter(({ section, key }) => section && !/^(expect|accuracy|record)\b/.test(key));
     const original = new Map(base.map((key) => [key.key, key]));
-    const first = FIRST.map((name) => shown.find(({ key }) => key === name)).filter(Boolean);
+    const first = firstOf(shown);
     find("main-controls").replaceChildren(...first.map((key) => this.row(key, original.get(key.key), set)));
     const sections = [...new Set(shown.map(({ section }) => section))];
-    find("all-controls").replaceChildren(...sections.map((section) => {
-      const others = shown.filter((key) => key.section === section && !FIRST.includes(key.key));
-      return make("details", { className: "section" }, make("summary", {}, `[${section}]`),
-        ...others.map((key) => this.row(key, original.get(key.key), set)));
-    }).filter((section) => section.children.length > 1));
+    find("all-controls").replaceChildren(
+      ...sections
+        .map((section) => {
+          const others = shown.filter((key) => key.section === section && !first.includes(key));
+          return make(
+            "details",
+            { className: "section" },
+            make("summary", {}, `[${section}]`),
+            ...others.map((key) => this.row(key, original.get(key.key), set)),
+          );
+        })
+        .filter((section) => section.children.length > 1),
+    );
     if (focused) find(focused)?.focus();
   }
 
   /** Returns a control with its label, its errors and a button that restores the scene's value. */
   row(key, original, set) {
-    const id = idOf(key.key), toml = original?.toml ?? key.toml;
+    const id = idOf(key.key),
+      toml = original?.toml ?? key.toml;
     const own = toml === null ? "" : plain(toml);
     const send = (text) => this.change(key.key, text === own ? null : text);
     const error = make("p", { className: "error", id: `${id}-error`, role: "alert" });
     const reset = make("button", {
-      type: "button", className: "reset", textContent: "↺", title: `Back to ${own || "the scene's value"}`,
-      "aria-label": `Reset ${key.key} to ${own || "the scene's value"}`, onclick: () => { show(own); this.change(key.key, null); },
+      type: "button",
+      className: "reset",
+      textContent: "↺",
+      title: `Back to ${own || "the scene's value"}`,
+      "aria-label": `Reset ${key.key} to ${own || "the scene's value"}`,
+      onclick: () => {
+        show(own);
+        this.change(key.key, null);
+      },
     });
     const input = this.input(key, id, own, original?.value ?? key.value, send);
     const label = make("label", { for: id, title: key.meaning }, key.key);
-    const row = make("div", { className: "control" }, make("div", { className: "head" }, label, reset), input.element, error);
+    const row = make(
+      "div",
+      { className: "control" },
+      make("div", { className: "head" }, label, reset),
+      input.element,
+      error,
+    );
     const show = (text) => {
       input.show(text);
       row.classList.toggle("changed", text !== own);
@@ -70,26 +117,65 @@ export class Controls {
 
   /** Returns the element of a control, and a function that shows a value in it. */
   input(key, id, own, value, send) {
-    const { takes } = key, described = { id, "aria-describedby": `${id}-error` };
+    const { takes } = key,
+      described = { id, "aria-describedby": `${id}-error` };
     const tell = { title: key.meaning };
     if (takes.kind === "choice") {
-      const select = make("select", { ...described, ...tell, onchange: () => send(select.value) },
-        ...takes.options.map((name) => make("option", { value: name }, name)));
-      return { element: select, show: (text) => { select.value = text; } };
+      const select = make(
+        "select",
+        { ...described, ...tell, onchange: () => send(select.value) },
+        ...takes.options.map((name) => make("option", { value: name }, name)),
+      );
+      return {
+        element: select,
+        show: (text) => {
+          select.value = text;
+        },
+      };
     }
     if (takes.kind === "flag") {
       const box = make("input", { ...described, ...tell, type: "checkbox", onchange: () => send(String(box.checked)) });
-      return { element: box, show: (text) => { box.checked = text === "true"; } };
+      return {
+        element: box,
+        show: (text) => {
+          box.checked = text === "true";
+        },
+      };
     }
     const field = make("input", {
-      ...described, ...tell, type: "text", spellcheck: false, autocomplete: "off", onchange: () => send(field.value.trim()),
+      ...described,
+      ...tell,
+      type: "text",
+      spellcheck: false,
+      autocomplete: "off",
+      onchange: () => send(field.value.trim()),
     });
-    field.addEventListener("keydown", (event) => { if (event.key === "Enter") send(field.value.trim()); });
-    const parts = [field], shows = [(text) => { field.value = text; }];
-    const step = (name, sign, next) => parts.push(make("button", {
-      type: "button", className: "step", textContent: sign, title: name, "aria-label": `${key.key}: ${name}`,
-      onclick: () => { const text = next(field.value); if (text) { shows.forEach((show) => show(text)); send(text); } },
-    }));
+    field.addEventListener("keydown", (event) => {
+      if (event.key === "Enter") send(field.value.trim());
+    });
+    const parts = [field],
+      shows = [
+        (text) => {
+          field.value = text;
+        },
+      ];
+    const step = (name, sign, next) =>
+      parts.push(
+        make("button", {
+          type: "button",
+          className: "step",
+          textContent: sign,
+          title: name,
+          "aria-label": `${key.key}: ${name}`,
+          onclick: () => {
+            const text = next(field.value);
+            if (text) {
+              shows.forEach((show) => show(text));
+              send(text);
+            }
+          },
+        }),
+      );
     if (takes.kind === "whole" && takes.most - takes.least > 1) {
       const what = takes.unit === "bit" ? "one bit" : "one";
       const by = (change) => (text) => {
@@ -111,7 +197,10 @@ export class Controls {
     }
     const element = make("div", { className: "fields" }, ...parts);
     if (takes.kind === "quantity" && typeof value === "number") {
-      const slider = this.slider(key, value, (text) => { field.value = text; send(text); });
+      const slider = this.slider(key, value, (text) => {
+        field.value = text;
+        send(text);
+      });
       if (slider) {
         element.prepend(slider.element);
         shows.push(slider.show);
@@ -122,14 +211,25 @@ export class Controls {
 
   /** Returns a slider around a scene's value, by ratios, or from 0 where the scene has 0. */
   slider({ key, takes }, value, send) {
-    const unit = takes.unit, size = Math.abs(value), zero = value === 0;
+    const unit = takes.unit,
+      size = Math.abs(value),
+      zero = value === 0;
     const end = zero ? FROM_ZERO[unit] : Math.min(size * REACH, takes.most);
     if (!end) return null;
     const start = zero ? 0 : Math.max(size / REACH, takes.least > 0 ? takes.least : 0);
-    const valueAt = (step) => (zero ? (end * step) / STEPS : Math.sign(value) * start * (end / start) ** (step / STEPS));
+    const valueAt = (step) =>
+      zero ? (end * step) / STEPS : Math.sign(value) * start * (end / start) ** (step / STEPS);
     const element = make("input", {
-      type: "range", min: 0, max: STEPS, step: 1, "aria-label": `${key}, slider`,
-      oninput: () => { const text = `${digits(valueAt(element.valueAsNumber), 4)} ${unit}`.trim(); tell(text); send(text); },
+      type: "range",
+      min: 0,
+      max: STEPS,
+      step: 1,
+      "aria-label": `${key}, slider`,
+      oninput: () => {
+        const text = `${digits(valueAt(element.valueAsNumber), 4)} ${unit}`.trim();
+        tell(text);
+        send(text);
+      },
     });
     const tell = (text) => element.setAttribute("aria-valuetext", text);
     const show = (text) => {

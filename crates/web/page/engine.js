@@ -20,7 +20,7 @@ export async function compiled(text) {
   return WebAssembly.compile(await new Response(stream).arrayBuffer());
 }
 
-/** A worker that answers requests one after another. It can be ended in the midst of one; the next request begins anew. */
+/** A worker that answers requests one after another. It can be ended in the midst of one; the next one begins anew. */
 export class Engine {
   constructor(module) {
     this.module = module;

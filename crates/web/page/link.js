@@ -9,7 +9,8 @@ export function linkOf({ scene, set }) {
 
 /** Returns the state of a fragment, and texts about the parts that mean nothing. */
 export function stateOf(fragment) {
-  const state = { scene: null, set: {} }, ignored = [];
+  const state = { scene: null, set: {} },
+    ignored = [];
   for (const [name, value] of new URLSearchParams(fragment.replace(/^#/, ""))) {
     const at = value.indexOf("=");
     if (name === "scene") state.scene = value;

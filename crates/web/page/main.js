@@ -27,9 +27,14 @@ const start = JSON.parse(find("start").textContent);
 const own = start.scene?.text ? start.scene : null;
 
 let state = { scene: FIRST_SCENE, set: {} };
-let base = [], methods = [];
+let base = [],
+  methods = [];
 let module, engine, looker, map, picture, controls;
-let running = null, again = 0, rebuild = true, rest = 0;
+let running = null,
+  again = 0,
+  replaced = false,
+  rebuild = true,
+  rest = 0;
 let nets = ["penetration"];
 
 const sceneOf = () => (own && state.scene === own.name ? own : state.scene);
@@ -69,10 +74,12 @@ async function run(changed = performance.now()) {
   } catch (error) {
     if (error instanceof Refusal) refuse(error);
     else if (!(error instanceof Cancelled)) throw error;
-    else if (!again) refuse({ errors: [{ key: "", message: "The run was cancelled; the picture is of the run before." }] });
+    else if (!again && !replaced)
+      refuse({ errors: [{ key: "", message: "The run was cancelled; the picture is of the run before." }] });
   } finally {
     clearTimeout(late);
     running = null;
+    replaced = false;
     find("cancel").hidden = true;
     find("busy").textContent = "";
     document.body.dataset.state = "idle";
@@ -91,7 +98,8 @@ async function ripple() {
     picture.show(answer);
     document.body.dataset.state = "rippled";
   } catch (error) {
-    if (!(error instanceof Cancelled)) throw error;
+    if (error instanceof Refusal) refuse(error);
+    else if (!(error instanceof Cancelled)) throw error;
   }
 }
 
@@ -108,7 +116,8 @@ async function look(from_s, to_s, rows) {
 }
 
 function show(answer) {
-  const { result } = answer, verdict = find("verdict");
+  const { result } = answer,
+    verdict = find("verdict");
   controls.showErrors([]);
   find("errors").replaceChildren();
   find("results").classList.remove("stale");
@@ -116,10 +125,14 @@ function show(answer) {
   verdict.dataset.kind = result.verdict?.kind ?? "none";
   find("contact").textContent = result.contact ? `Contact: ${result.contact}` : "";
   find("energy").textContent = `Energy: ${result.energy_text}`;
-  const missed = result.missed === null ? "" : `; the word of the stiffness misses what is asked for by ${digits(100 * result.missed, 3)} %`;
-  find("work").textContent = `${result.closed_by} at ${digits(result.clock_hz / 1e6)} MHz: ${result.edges} clock cycles, `
-    + `${digits(result.motion_s)} s of motion, ${result.encoder_edges} encoder edges${missed}`
-    + (result.aborted ? `; ended ${result.aborted}` : "");
+  const missed =
+    result.missed === null
+      ? ""
+      : `; the word of the stiffness misses what is asked for by ${digits(100 * result.missed, 3)} %`;
+  find("work").textContent =
+    `${result.closed_by} at ${digits(result.clock_hz / 1e6)} MHz: ${result.edges} clock cycles, ` +
+    `${digits(result.motion_s)} s of motion, ${result.encoder_edges} encoder edges${missed}` +
+    (result.aborted ? `; ended ${result.aborted}` : "");
   find("command").textContent = result.command;
   find("about").textContent = result.about;
   signals(result.nets);
@@ -130,11 +143,14 @@ function show(answer) {
 function refuse({ errors }) {
   const left = controls.showErrors(errors);
   find("results").classList.add("stale");
-  find("errors").replaceChildren(...left.map(({ key, message }) => {
-    const line = make("li", {}, message);
-    if (key in state.set) line.append(" ", make("button", { type: "button", onclick: () => change(key, null) }, `Remove ${key}`));
-    return line;
-  }));
+  find("errors").replaceChildren(
+    ...left.map(({ key, message }) => {
+      const line = make("li", {}, message);
+      if (key in state.set)
+        line.append(" ", make("button", { type: "button", onclick: () => change(key, null) }, `Remove ${key}`));
+      return line;
+    }),
+  );
 }
 
 function signals(all) {
@@ -145,14 +161,30 @@ function signals(all) {
       run();
     };
     const used = seen ? Math.max(...seen.map((end, at) => (range[at] ? end / range[at] : 0))) : 0;
-    const meter = make("meter", { min: 0, max: 1, value: used, title: `${digits(100 * used, 3)} % of its range`, "aria-label": `${name} uses ${digits(100 * used, 3)} % of its range` });
-    const cells = [box, make("span", { title: doc }, name), format, seen ? digits(seen[0], 6) : "–", seen ? digits(seen[1], 6) : "–",
-      unit, width > 1 ? meter : "", idle_bits ?? "–", rounded];
+    const meter = make("meter", {
+      min: 0,
+      max: 1,
+      value: used,
+      title: `${digits(100 * used, 3)} % of its range`,
+      "aria-label": `${name} uses ${digits(100 * used, 3)} % of its range`,
+    });
+    const cells = [
+      box,
+      make("span", { title: doc }, name),
+      format,
+      seen ? digits(seen[0], 6) : "–",
+      seen ? digits(seen[1], 6) : "–",
+      unit,
+      width > 1 ? meter : "",
+      idle_bits ?? "–",
+      rounded,
+    ];
     const line = make("tr", {}, ...cells.map((cell) => make("td", {}, cell)));
     line.append(make("td", { className: overflowed ? "lost" : "" }, overflowed));
     return line;
   };
-  const body = find("signals").tBodies[0], focused = document.activeElement?.getAttribute("aria-label");
+  const body = find("signals").tBodies[0],
+    focused = document.activeElement?.getAttribute("aria-label");
   // Words stand before single bits.
   body.replaceChildren(...[...all].sort((one, other) => (other.width > 1) - (one.width > 1)).map(row));
   if (focused?.startsWith("Draw ")) body.querySelector(`[aria-label="${focused}"]`)?.focus();
@@ -162,7 +194,11 @@ function signals(all) {
 
 function linked() {
   const link = linkOf(state);
-  try { history.replaceState(null, "", link); } catch { location.hash = link; }
+  try {
+    history.replaceState(null, "", link);
+  } catch {
+    location.hash = link;
+  }
   find("reset-all").hidden = Object.keys(state.set).length === 0;
 }
 
@@ -190,16 +226,23 @@ async function controlsOf() {
   }
 }
 
-/** Returns the axes of a first map: the stiffness, and the damping or the first of some other keys. */
+/** Returns the axes of a first map: a stiffness, and a damping, a rate or a mass. */
 function axes(keys) {
-  const around = (names, cells) => names.map((name) => keys.find(({ key }) => key === name))
-    .map((key) => key && typeof key.value === "number" && axisAround(key, cells)).find(Boolean) || "";
-  return [around(["wall.stiffness", "device.mass", "run.duration"], 21), around(["wall.damping", "method.sample_rate", "hand.stiffness", "clock.frequency"], 11)];
+  const around = (names, cells) =>
+    keys
+      .filter(({ key, value }) => names.test(key) && typeof value === "number")
+      .map((key) => axisAround(key, cells))
+      .find(Boolean) || "";
+  const up = around(/^wall\.damping$/, 11) || around(/damping$|sample_rate$|frequency$|mass$/, 11);
+  return [around(/^wall\.stiffness$/, 21) || around(/stiffness$/, 21), up];
 }
 
 /** Begins with another scene. */
 async function begin(scene, set) {
   state = { scene, set };
+  // A run of the scene before may take long, and nobody waits for it.
+  replaced = running !== null;
+  if (replaced) engine.end();
   let keys;
   try {
     keys = (await engine.ask({ do: "keys", scene: sceneOf(), set: [] })).result;
@@ -212,7 +255,10 @@ async function begin(scene, set) {
   methods = keys.methods;
   find("scene").value = scene;
   find("about").textContent = keys.about;
-  find("method").replaceChildren(make("option", { value: "" }, "as in the scene"), ...methods.map(({ label }, at) => make("option", { value: at }, label)));
+  find("method").replaceChildren(
+    make("option", { value: "" }, "as in the scene"),
+    ...methods.map(({ label }, at) => make("option", { value: at }, label)),
+  );
   find("method").disabled = methods.length === 0;
   controls.build(base, base, set);
   picture.view = null;
@@ -223,8 +269,12 @@ async function begin(scene, set) {
 
 /** Tells a newcomer what to try: each step is a scene with overrides. */
 function tour() {
-  find("hint").replaceChildren("Make a wall ring by taking away one bit: ", ...TOUR.map(({ label, set }) =>
-    make("button", { type: "button", onclick: () => begin(TOUR_SCENE, { ...set }) }, label)));
+  find("hint").replaceChildren(
+    "Make a wall ring by taking away one bit: ",
+    ...TOUR.map(({ label, set }) =>
+      make("button", { type: "button", onclick: () => begin(TOUR_SCENE, { ...set }) }, label),
+    ),
+  );
 }
 
 /** Takes another method: the overrides of the one before go. */
@@ -239,10 +289,15 @@ function methodChosen() {
 
 /** Gives the bytes of a waveform to the browser to save. */
 async function save(format) {
-  const { result, file } = await looker.ask({ do: "wave", format, ...request() });
-  const place = URL.createObjectURL(new Blob([file], { type: "application/octet-stream" }));
-  make("a", { href: place, download: result.name }).click();
-  setTimeout(() => URL.revokeObjectURL(place), 10_000);
+  try {
+    const { result, file } = await looker.ask({ do: "wave", format, ...request() });
+    const place = URL.createObjectURL(new Blob([file], { type: "application/octet-stream" }));
+    make("a", { href: place, download: result.name }).click();
+    setTimeout(() => URL.revokeObjectURL(place), 10_000);
+  } catch (error) {
+    if (error instanceof Refusal) refuse(error);
+    else if (!(error instanceof Cancelled)) throw error;
+  }
 }
 
 async function fill() {
@@ -268,15 +323,19 @@ async function copied(button, text) {
   } catch {
     button.textContent = "Not allowed";
   }
-  setTimeout(() => { button.textContent = word; }, 1200);
+  setTimeout(() => {
+    button.textContent = word;
+  }, 1200);
 }
 
 // --- Begin ----------------------------------------------------------------------------------------------------------
 
 async function main() {
   if (typeof WebAssembly !== "object" || typeof DecompressionStream !== "function" || typeof Worker !== "function") {
-    banner("This browser has no WebAssembly, no workers or no DecompressionStream, so the loop cannot run here. "
-      + "Any browser of 2023 or later has them; `hpu run` needs none.");
+    banner(
+      "This browser has no WebAssembly, no workers or no DecompressionStream, so the loop cannot run here. " +
+        "Any browser of 2023 or later has them; `hpu run` needs none.",
+    );
     return;
   }
   module = await compiled(find("module").textContent);
@@ -295,10 +354,19 @@ async function main() {
   const { result } = await engine.ask({ do: "scenes" });
   const names = [...(own ? [own.name] : []), ...result.scenes.map(({ name }) => name)];
   find("scene").replaceChildren(...names.map((name) => make("option", {}, name)));
-  find("scene").onchange = () => { banner(""); begin(find("scene").value, {}); };
+  find("scene").onchange = () => {
+    banner("");
+    begin(find("scene").value, {});
+  };
   find("method").onchange = methodChosen;
-  find("reset-all").onclick = () => { find("method").value = ""; begin(state.scene, {}); };
-  find("cancel").onclick = () => { again = 0; engine.end(); };
+  find("reset-all").onclick = () => {
+    find("method").value = "";
+    begin(state.scene, {});
+  };
+  find("cancel").onclick = () => {
+    again = 0;
+    engine.end();
+  };
   find("copy").onclick = () => copied(find("copy"), find("command").textContent);
   find("copy-link").onclick = () => copied(find("copy-link"), location.href);
   find("save-fst").onclick = () => save("fst");
@@ -318,7 +386,7 @@ async function fromLink() {
   if (linkedState.scene === state.scene && base.length && linkOf(linkedState) === linkOf(state)) return;
   banner(ignored.length ? `The link has parts that mean nothing here: ${ignored.join(", ")}` : "");
   const first = typeof start.scene === "string" ? start.scene : own?.name;
-  const set = linkedState.scene || Object.keys(linkedState.set).length ? linkedState.set : start.set ?? {};
+  const set = linkedState.scene || Object.keys(linkedState.set).length ? linkedState.set : (start.set ?? {});
   await begin(linkedState.scene ?? first ?? FIRST_SCENE, set);
 }
 

@@ -2,20 +2,27 @@
 // `hpu map` does; a click into a cell loads it.
 
 import { Cancelled, Engine } from "./engine.js";
-import { digits, find, make } from "./dom.js";
+import { digits, find, make, short } from "./dom.js";
 
 /** Class names of cells: their signs, so that a class is told without colours, and their words. */
 const CLASSES = {
-  settled: ["·", "settled"], passive: ["·", "passive"], tracking: ["·", "tracking"],
-  limit_cycle: ["~", "limit cycle"], diverged: ["×", "diverged"], highly_unstable: ["×", "highly unstable"],
-  non_passive: ["~", "non-passive"], wall_not_reached: ["○", "wall not reached"], failed: ["!", "cannot be run"],
+  settled: ["·", "settled"],
+  passive: ["·", "passive"],
+  tracking: ["·", "tracking"],
+  limit_cycle: ["~", "limit cycle"],
+  diverged: ["×", "diverged"],
+  highly_unstable: ["×", "highly unstable"],
+  non_passive: ["~", "non-passive"],
+  wall_not_reached: ["○", "wall not reached"],
+  failed: ["!", "cannot be run"],
 };
 
 /** Returns the text of an axis around a value: five times down and up. */
 export function axisAround({ key, value, takes }, cells) {
   const unit = takes.unit ? ` ${takes.unit}` : "";
   if (takes.kind === "whole") {
-    const from = Math.max(takes.least, value - (cells - 1)), to = Math.min(takes.most, from + cells - 1);
+    const from = Math.max(takes.least, value - (cells - 1)),
+      to = Math.min(takes.most, from + cells - 1);
     return `${key}=${from}..${to}:${to - from + 1}`;
   }
   if (!(value > 0)) return null;
@@ -39,9 +46,13 @@ export class StabilityMap {
   /** Fills the map of a request with `scene`, `set`, `x` and `y`; rejects with a Refusal. */
   async fill(request) {
     this.stop();
-    const turn = this.turn, status = find("map-status"), begun = performance.now();
+    const turn = this.turn,
+      status = find("map-status"),
+      begun = performance.now();
     const { result: axes } = await this.engines[0].ask({ do: "map", ...request });
-    const columns = axes.x.values.length, rows = axes.y.values.length, count = columns * rows;
+    const columns = axes.x.values.length,
+      rows = axes.y.values.length,
+      count = columns * rows;
     this.axes = axes;
     this.classes = new Array(count).fill(null);
     this.grid(columns, rows);
@@ -70,18 +81,25 @@ export class StabilityMap {
 
   /** Makes the empty grid. One cell can be reached by Tab; arrows move from it. */
   grid(columns, rows) {
-    const { x, y } = this.axes, grid = find("map-grid");
+    const { x, y } = this.axes,
+      grid = find("map-grid");
     grid.style.setProperty("--columns", columns);
     grid.setAttribute("aria-label", `${y.key} over ${x.key}`);
     this.cells = new Array(columns * rows);
     const lines = [];
     for (let iy = rows - 1; iy >= 0; iy--) {
-      const line = make("div", { role: "row", className: "map-row" },
-        make("span", { role: "rowheader", className: "map-label", title: y.texts[iy] }, digits(y.values[iy], 3)));
+      const line = make(
+        "div",
+        { role: "row", className: "map-row" },
+        make("span", { role: "rowheader", className: "map-label", title: y.texts[iy] }, short(y.values[iy])),
+      );
       for (let ix = 0; ix < columns; ix++) {
         const index = iy * columns + ix;
         const cell = make("button", {
-          type: "button", role: "gridcell", className: "cell", tabIndex: index === 0 ? 0 : -1,
+          type: "button",
+          role: "gridcell",
+          className: "cell",
+          tabIndex: index === 0 ? 0 : -1,
           "aria-label": `${x.texts[ix]}, ${y.texts[iy]}: not run yet`,
           onclick: () => this.load([`${x.key}=${x.texts[ix]}`, `${y.key}=${y.texts[iy]}`]),
         });
@@ -91,8 +109,13 @@ export class StabilityMap {
       }
       lines.push(line);
     }
-    const ends = make("div", { className: "map-ends" }, make("span", {}, digits(x.values[0], 3)),
-      make("span", {}, x.unit ? `${x.key} in ${x.unit}` : x.key), make("span", {}, digits(x.values[columns - 1], 3)));
+    const ends = make(
+      "div",
+      { className: "map-ends" },
+      make("span", {}, short(x.values[0])),
+      make("span", {}, x.unit ? `${x.key} in ${x.unit}` : x.key),
+      make("span", {}, short(x.values[columns - 1])),
+    );
     grid.replaceChildren(...lines, ends);
     find("map-y").textContent = y.unit ? `${y.key} in ${y.unit}` : y.key;
     find("map-legend").replaceChildren();
@@ -102,7 +125,8 @@ export class StabilityMap {
     const by = { ArrowLeft: -1, ArrowRight: 1, ArrowUp: columns, ArrowDown: -columns }[event.key];
     if (!by) return;
     event.preventDefault();
-    const next = index + by, wraps = Math.abs(by) === 1 && Math.floor(next / columns) !== Math.floor(index / columns);
+    const next = index + by,
+      wraps = Math.abs(by) === 1 && Math.floor(next / columns) !== Math.floor(index / columns);
     if (next < 0 || next >= columns * rows || wraps) return;
     this.cells[index].tabIndex = -1;
     this.cells[next].tabIndex = 0;
@@ -111,7 +135,9 @@ export class StabilityMap {
 
   /** Shows the class of a cell. */
   tell(index, name, said) {
-    const { x, y } = this.axes, columns = x.values.length, cell = this.cells[index];
+    const { x, y } = this.axes,
+      columns = x.values.length,
+      cell = this.cells[index];
     const [sign, words] = CLASSES[name] || ["?", name];
     cell.dataset.class = name;
     cell.textContent = sign;
@@ -120,7 +146,14 @@ export class StabilityMap {
     cell.setAttribute("aria-label", cell.title);
     const legend = find("map-legend");
     if (![...legend.children].some((key) => key.dataset.class === name)) {
-      legend.append(make("span", { className: "key", "data-class": name }, make("b", { className: "cell", "data-class": name }, sign), ` ${words}`));
+      legend.append(
+        make(
+          "span",
+          { className: "key", "data-class": name },
+          make("b", { className: "cell", "data-class": name }, sign),
+          ` ${words}`,
+        ),
+      );
     }
   }
 }

@@ -1,7 +1,7 @@
 //! The interface of the WebAssembly module.
 //!
-//! The page writes a request into memory of [`hpu_take`] and calls [`hpu_answer`]. The module keeps the answer until the
-//! next request: [`hpu_json`], [`hpu_column`] and [`hpu_file`] return where its parts lie. All parts live in the
+//! The page writes a request into memory of [`hpu_take`] and calls [`hpu_answer`]. The module keeps the answer until
+//! the next request: [`hpu_json`], [`hpu_column`] and [`hpu_file`] return where its parts lie. All parts live in the
 //! module's one linear memory; the page copies them before the next call, because the memory may move then.
 //!
 //! A panic ends the module. Its message is left where [`hpu_json`] points.

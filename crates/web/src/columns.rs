@@ -80,9 +80,10 @@ impl Picked {
         let plain = self.plain.iter().map(|column| real(column, "value"));
         let between =
             self.between.iter().flat_map(|columns| columns.iter().zip(roles).map(|(at, role)| real(at, role)));
-        let nets = self.nets.iter().map(
-            |(_, net)| json!({ "name": net.name, "label": net.name, "unit": unit_of(net), "doc": net.doc, "role": "net" }),
-        );
+        let nets = self.nets.iter().map(|(_, net)| {
+            let (name, unit) = (net.name, unit_of(net));
+            json!({ "name": name, "label": name, "unit": unit, "doc": net.doc, "role": "net" })
+        });
         let commands = self.commands.iter().map(|(_, effort, _)| named(effort, "The effort asked for", "command"));
         plain.chain(between).chain(commands).chain(nets).collect()
     }

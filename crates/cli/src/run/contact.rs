@@ -5,9 +5,6 @@ use hpu_study::told::Touch;
 use crate::run::Ran;
 use crate::run::device::shown;
 
-/// The index of an axis's angle among its outputs.
-pub const ANGLE: usize = 2;
-
 /// Returns the contact of a run.
 pub fn of<'r>(ran: &'r Ran) -> Touch<'r> {
     let device = shown(ran.simulation);

@@ -1,5 +1,5 @@
-//! `hpu explore`: the page begins with a scene and overrides; a missing page has a remedy. The page itself is tested in a
-//! browser (`testbench/browser`).
+//! `hpu explore`: the page begins with a scene and overrides; a missing page has a remedy. The page itself is tested in
+//! a browser (`testbench/browser`).
 
 use std::fs;
 

@@ -33,6 +33,13 @@ pub const COMMANDS: &[(&str, Form)] = &[
         short("hpu run hybrid-wall -o out", "it builds the program, which this test has"),
     ),
     ("testbench/test.sh", Form::NotHere("it runs this test")),
+    ("testbench/explorer.sh", Form::NotHere("it builds the engine for browsers, which testbench/browser.sh has")),
+    (
+        "hpu explore hybrid-wall -o explore.html",
+        Form::NotHere(
+            "it takes the page of the line before; its own tests write one, testbench/browser.sh the real one",
+        ),
+    ),
     ("cargo build --release -p hpu-capi", Form::NotHere("it builds the library, which the tests of hpu-capi have")),
     (
         "cc -O2 -Icrates/capi/include -o motor crates/capi/examples/motor.c -Ltarget/release -lhpu",

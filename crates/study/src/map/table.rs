@@ -3,10 +3,11 @@
 use std::io::{self, Write};
 use std::num::NonZeroU32;
 
+#[cfg(not(target_family = "wasm"))]
 use parquet::errors::ParquetError;
 
 use super::{Cell, Displayed, Found, Map, Switching, is_late, outcome, outcome_name};
-use crate::page::{Column, Field, Place, Value, write_csv, write_parquet};
+use crate::page::{Column, Field, Place, Value, write_csv};
 
 /// Returns units and meanings as keys and values, for the heads of the files.
 pub fn units_of(map: &Map) -> Vec<(String, String)> {
@@ -136,6 +137,7 @@ pub fn csv(
 /// # Errors
 ///
 /// Returns the writer's error.
+#[cfg(not(target_family = "wasm"))]
 pub fn parquet(
     out: impl Write + Send,
     map: &Map,
@@ -144,5 +146,5 @@ pub fn parquet(
     replay: impl Fn(usize) -> String,
 ) -> Result<(), ParquetError> {
     let metadata = [("command".to_string(), command.to_string())].into_iter().chain(units_of(map));
-    write_parquet(out, "map", metadata, &fields(map, found, replay), 0..found.len())
+    crate::page::write_parquet(out, "map", metadata, &fields(map, found, replay), 0..found.len())
 }

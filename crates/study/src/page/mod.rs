@@ -49,6 +49,7 @@
 
 mod cell;
 mod html;
+#[cfg(not(target_family = "wasm"))]
 mod parquet;
 mod table;
 
@@ -56,6 +57,7 @@ use serde_json::{Map, Value as Json};
 
 pub use cell::{Cell, Value};
 pub use html::escaped;
+#[cfg(not(target_family = "wasm"))]
 pub use parquet::{Parquet, write_parquet};
 pub use table::{Column, Field, Kind, Place, Table, csv_line, write_csv};
 

@@ -14,7 +14,8 @@ const X: &str = "wall.stiffness=1..6 N.m/rad:7";
 const Y: &str = "wall.damping=0.05..0.5 mN.m.s/rad:5";
 const SET: [&str; 1] = ["run.duration=1 s"];
 
-/// Fills a map as the page does, with the class of each cell from `class`; returns all classes and the cells that were run.
+/// Fills a map as the page does, with the class of each cell from `class`. Returns all classes, and the cells that were
+/// run.
 fn filled(columns: usize, rows: usize, class: &dyn Fn(usize) -> String) -> (Vec<String>, BTreeSet<usize>) {
     let mut classes = vec![Value::Null; columns * rows];
     let mut run = BTreeSet::new();

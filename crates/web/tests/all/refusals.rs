@@ -52,6 +52,7 @@ fn scenes_that_a_page_cannot_run_are_refused_at_their_key() {
 
 #[test]
 fn nonsense_is_refused_and_ends_nothing() {
+    const AXIS: &str = "run.duration=1..2:2";
     let nonsense = [
         json!(17),
         json!({ "do": "dance" }),
@@ -63,7 +64,7 @@ fn nonsense_is_refused_and_ends_nothing() {
         json!({ "do": "look", "scene": "hybrid-wall", "from_s": 0.0 }),
         json!({ "do": "plan", "columns": 3, "rows": 3, "classes": ["settled"] }),
         json!({ "do": "plan", "columns": 0, "rows": 0, "classes": [] }),
-        json!({ "do": "cell", "scene": "hybrid-wall", "x": "wall.stiffness=1..2:2", "y": "wall.damping=0..1:2", "cell": 4 }),
+        json!({ "do": "cell", "scene": "hybrid-wall", "x": "wall.stiffness=1..2:2", "y": AXIS, "cell": 4 }),
         json!({ "do": "map", "scene": "hybrid-wall", "x": "wall.stiffness=2..1", "y": "wall.damping=0..1" }),
     ];
     for request in nonsense {

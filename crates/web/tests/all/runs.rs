@@ -87,8 +87,9 @@ fn the_ripple_of_a_row_is_that_of_the_rows_of_single_edges_inside() {
 #[test]
 fn a_look_beyond_the_run_ends_with_it() {
     let look = |from_s: f64, to_s: f64, rows: f64| {
+        let set = ["run.duration=1 ms"];
         let look = json!({
-            "do": "look", "scene": "hybrid-wall", "set": ["run.duration=1 ms"], "from_s": from_s, "to_s": to_s, "rows": rows,
+            "do": "look", "scene": "hybrid-wall", "set": set, "from_s": from_s, "to_s": to_s, "rows": rows,
         });
         ask(&look).json["rows"]["count"].as_u64().expect("a count")
     };

@@ -5,12 +5,12 @@ use hpu_cosim::scene::{Device, Units};
 use hpu_cosim::{AxisSimulation, Simulation, Trace};
 use hpu_signal::{Notation, Signal};
 use hpu_study::page::Page;
+use hpu_study::told::ANGLE;
 use serde_json::{Value, json};
 
 use super::{Shown, named, of_words};
 use crate::parameters;
 use crate::run::Ran;
-use crate::run::contact::ANGLE;
 use crate::run::pictures::chart_run;
 use crate::units::{error_percent, si};
 

@@ -1,0 +1,43 @@
+#!/bin/bash
+# The explorer's page in headless Chromium (testbench/browser/test.mjs): the bits of every shipped scene against the
+# native engine, pace, controls, refusals. Makes the page (testbench/explorer.sh) and installs what it needs where it
+# may.
+# SLACK=N allows N times the time where cores are busy.
+# Exit codes: 0 all passed, 1 a test failed, 3 a tool is missing.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+packages="chromium nodejs npm"
+browser=$(command -v chromium || command -v chromium-browser || command -v google-chrome || true)
+if [ -z "$browser" ] || ! command -v node >/dev/null || ! command -v npm >/dev/null; then
+    if [ "$(id -u)" != 0 ] || ! command -v apt-get >/dev/null; then
+        echo "error: Chromium, Node.js or npm is missing; install and run this again:" \
+            "sudo apt-get install $packages" >&2
+        exit 3
+    fi
+    apt-get update -qq
+    # shellcheck disable=SC2086  # one word a package
+    DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends $packages
+    browser=$(command -v chromium)
+fi
+modules=${XDG_CACHE_HOME:-$HOME/.cache}/hpu/browser
+if ! cmp -s testbench/browser/package-lock.json "$modules/installed"; then
+    mkdir -p "$modules"
+    cp testbench/browser/package.json testbench/browser/package-lock.json "$modules"
+    if ! npm ci --prefix "$modules" --silent --no-audit --no-fund; then
+        echo "error: playwright-core could not be installed from npm into $modules" >&2
+        exit 3
+    fi
+    cp testbench/browser/package-lock.json "$modules/installed"
+fi
+
+testbench/explorer.sh
+# Of the whole workspace, so that the crates have the features that they have in the tests, and are not built once more.
+cargo build --locked --quiet --workspace --lib --bin hpu --example narrow --example hashes
+target=${CARGO_TARGET_DIR:-target}
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+"$target/debug/examples/hashes" >"$work/hashes"
+# The page as the command writes it.
+"$target/debug/hpu" explore -o "$work/explore.html" >"$work/said"
+BROWSER=$browser node testbench/browser/test.mjs "$work/explore.html" "$work/hashes" "$modules"
