@@ -33,11 +33,11 @@ fi
 
 testbench/explorer.sh
 # Of the whole workspace, so that the crates have the features that they have in the tests, and are not built once more.
-cargo build --locked --quiet --workspace --lib --bin hpu --example narrow --example hashes
+cargo build --locked --release --quiet --workspace --lib --bin hpu --example narrow --example hashes
 target=${CARGO_TARGET_DIR:-target}
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
-"$target/debug/examples/hashes" >"$work/hashes"
+"$target/release/examples/hashes" >"$work/hashes"
 # The page as the command writes it.
-"$target/debug/hpu" explore -o "$work/explore.html" >"$work/said"
+"$target/release/hpu" explore -o "$work/explore.html" >"$work/said"
 BROWSER=$browser node testbench/browser/test.mjs "$work/explore.html" "$work/hashes" "$modules"

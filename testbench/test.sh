@@ -80,9 +80,10 @@ testbench/outside.sh || outside=failed
 
 wait "$beside"
 
-# The explorer's page, after everything else: it is timed.
+# The explorer's page, after everything else: it is timed. Machines that test are shared, so it may take three times as long;
+# testbench/browser.sh by itself is strict.
 browsed=passed
-testbench/browser.sh || browsed=failed
+SLACK=${SLACK:-3} testbench/browser.sh || browsed=failed
 
 cat "$scratch/lint" "$scratch/instructions"
 linted=passed
