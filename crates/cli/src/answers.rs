@@ -11,7 +11,7 @@ pub use crate::page::Answer;
 pub use crate::progress::Watch;
 pub use crate::run::page::energies;
 pub use crate::run::{Finished, Recorded, finished as run, table, unseen};
-pub use crate::scene::Named;
+pub use crate::scene::{Named, first_sentence};
 use crate::{fit as fits, keys as all_keys, limits as sets, map as maps, widths as bits};
 
 /// Maps a scene over two of its keys, as `hpu map`; `None` when stopped. `words` are the options.
