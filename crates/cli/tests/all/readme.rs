@@ -180,7 +180,7 @@ fn assert_shown(page: &str, shown: &[String], output: &str, command: &str) {
 
 /// Returns whether a line has these words in their order, whatever the spaces; `…` stands for any text.
 fn holds(line: &str, words: &str) -> bool {
-    let line = line.split_whitespace().collect::<Vec<_>>().join(" ");
+    let [line, words] = [line, words].map(|text| text.split_whitespace().collect::<Vec<_>>().join(" "));
     let mut rest = line.as_str();
     words.split('\u{2026}').map(str::trim).all(|part| {
         let at = rest.find(part);

@@ -266,8 +266,8 @@ pub const BOOK: &[(&str, Form)] = &[
     (
         "hpu limits conventional-wall-1khz",
         short(
-            "hpu limits conventional-wall-1khz --range 0..1 --phases 1 --words 4",
-            "eight phases take ten seconds of two cores",
+            "hpu limits conventional-wall-1khz --range 0.1..1 --phases 1 --words 4",
+            "the usual range and eight phases take most of a minute",
         ),
     ),
     ("hpu run hybrid-wall --compare --edges 2000000", Form::AsIs),
