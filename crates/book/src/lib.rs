@@ -1,6 +1,6 @@
 //! The book: pages written by hand in `pages/`, and pages made from the code and the records while it is rendered.
 //!
-//! A page asks for a made part by a line of its own, such as `<!-- keys -->`; [`made`] lists all of them. A link
+//! A page asks for a made part by a line of its own, such as `<!-- keys -->`; `made` lists all of them. A link
 //! that leaves `pages/` by `../` names a file of the repository. The book carries a copy of each such file, so
 //! that it can be moved or published as it is.
 
