@@ -10,7 +10,7 @@ pub use crate::exit::Failure;
 pub use crate::page::Answer;
 pub use crate::progress::Watch;
 pub use crate::run::{Finished, Recorded, finished as run, table, unseen};
-pub use crate::scene::Named;
+pub use crate::scene::{Named, first_sentence};
 use crate::{fit as fits, keys as all_keys, limits as sets, map as maps, widths as bits};
 pub use hpu_study::told::energies;
 

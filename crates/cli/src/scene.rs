@@ -142,7 +142,7 @@ pub fn list(as_json: bool) -> Result<Exit, Failure> {
 }
 
 /// Returns the first sentence of a text on one line. A full stop, a space and a capital letter mark its end.
-fn first_sentence(about: &str) -> String {
+pub fn first_sentence(about: &str) -> String {
     let text = about.split_whitespace().collect::<Vec<_>>().join(" ");
     let ends = text.match_indices(". ").find(|(at, _)| text[at + 2..].starts_with(char::is_uppercase));
     ends.map_or(text.clone(), |(at, _)| text[..=at].to_string())

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 /// Each crate, and our crates that it may depend on.
-const MAY_KNOW: [(&str, &[&str]); 13] = [
+const MAY_KNOW: [(&str, &[&str]); 14] = [
     ("signal", &[]),
     ("datapath", &["signal"]),
     ("plant", &["signal"]),
@@ -17,6 +17,7 @@ const MAY_KNOW: [(&str, &[&str]); 13] = [
     ("chart", &["signal", "datapath", "plant", "cosim", "study"]),
     ("cli", &["signal", "datapath", "plant", "cosim", "wave", "rtl", "study", "chart"]),
     ("web", &["signal", "cosim", "wave", "study"]),
+    ("book", &["signal", "datapath", "cosim", "rtl", "cli"]),
     ("python", &["signal", "datapath", "cosim", "wave", "study", "chart", "capi", "cli"]),
 ];
 

@@ -1,5 +1,5 @@
-//! README.md: every command in it runs, and the output shown below a command is its output. Every figure comes from a
-//! run or a record, or is listed as one that depends on the machine or is from the literature.
+//! README.md and the book: every command in them runs, and the output shown below a command is its output. Every figure
+//! of README comes from a run or a record, or is listed as one that depends on the machine or is from the literature.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -10,9 +10,9 @@ use std::thread::sleep;
 use std::time::Duration;
 
 use crate::common::{ROOT, code, scratch, stderr, stdout};
-use crate::readme_tables::{COMMANDS, EXCEPTED, FIGURES, Form, From};
+use crate::readme_tables::{BOOK, COMMANDS, EXCEPTED, FIGURES, Form, From};
 
-/// A piece of README: a command, the output that is shown below the commands before it, or a file for the commands
+/// A piece of a page: a command, the output that is shown below the commands before it, or a file for the commands
 /// after it.
 #[derive(Debug)]
 enum Piece {
@@ -68,7 +68,7 @@ fn spans(line: &str) -> impl Iterator<Item = String> {
     spans.filter(|span| span.starts_with("hpu ") || span.starts_with("\u{2026} ")).map(str::to_string)
 }
 
-/// Returns all commands and outputs of README, in its order.
+/// Returns all commands and outputs of a page, in its order.
 fn pieces(text: &str) -> Vec<Piece> {
     let mut found = Vec::new();
     let mut lines = text.lines();
@@ -94,25 +94,24 @@ fn pieces(text: &str) -> Vec<Piece> {
     found
 }
 
-fn form(command: &str) -> &'static Form {
-    let row = COMMANDS.iter().find(|(listed, _)| *listed == command);
-    &row.unwrap_or_else(|| panic!("`{command}` of README.md is not in the table of its commands")).1
+fn form_in(table: &'static [(&'static str, Form)], command: &str) -> Option<&'static Form> {
+    table.iter().find(|(listed, _)| *listed == command).map(|(_, form)| form)
 }
 
-/// A folder of its own, with the command on the path, as README assumes.
+/// A folder of its own, with the command on the path, as README and the book assume.
 struct Shell {
     dir: PathBuf,
     path: String,
 }
 
 impl Shell {
-    fn new() -> Self {
-        let dir = scratch("readme");
+    fn new(name: &str) -> Self {
+        let dir = scratch(name);
         fs::create_dir_all(dir.join("bin")).expect("a folder");
         symlink(env!("CARGO_BIN_EXE_hpu"), dir.join("bin/hpu")).expect("a link");
         let path = format!("{}:{}", dir.join("bin").display(), std::env::var("PATH").expect("a PATH"));
         fs::create_dir_all(dir.join("work")).expect("a folder");
-        // README names files of the project in this folder.
+        // The pages name files of the project in this folder.
         symlink(fs::canonicalize(ROOT).expect("the project").join("testbench"), dir.join("work/testbench"))
             .expect("a link");
         Self { path, dir: dir.join("work") }
@@ -128,6 +127,26 @@ impl Shell {
         let output = self.command(line).output().expect("a shell");
         assert_eq!(code(&output), 0, "`{line}`: {}{}", stdout(&output), stderr(&output));
         output
+    }
+
+    /// Runs a command in its form, and returns what it prints.
+    fn in_form(&self, command: &str, form: &Form) -> String {
+        match form {
+            Form::AsIs => stdout(&self.run(command)),
+            Form::Short { line, why, .. } => {
+                assert!(!why.is_empty());
+                stdout(&self.run(line))
+            }
+            Form::Begun(why) => {
+                assert!(!why.is_empty());
+                self.begin(command);
+                String::new()
+            }
+            Form::NotHere(why) => {
+                assert!(!why.is_empty());
+                String::new()
+            }
+        }
     }
 
     /// Begins a long command, and interrupts it. It must accept its arguments, and report the interruption.
@@ -149,17 +168,19 @@ impl Shell {
 
 /// Asserts that each line of a shown output is a line of the real output, in the same order; `…` stands for lines left
 /// out.
-fn assert_shown(shown: &[String], output: &str, command: &str) {
+fn assert_shown(page: &str, shown: &[String], output: &str, command: &str) {
     let mut lines = output.lines();
     for line in shown.iter().filter(|line| !["", "\u{2026}"].contains(&line.trim())) {
-        let found = lines.any(|other| other.trim_end() == line.trim_end());
-        assert!(found, "`{command}` does not print this line of README.md:\n{line}\nbut:\n{output}");
+        let is_line = |other: &str| {
+            if line.contains('\u{2026}') { holds(other, line) } else { other.trim_end() == line.trim_end() }
+        };
+        assert!(lines.any(is_line), "`{command}` does not print this line of {page}:\n{line}\nbut:\n{output}");
     }
 }
 
 /// Returns whether a line has these words in their order, whatever the spaces; `…` stands for any text.
 fn holds(line: &str, words: &str) -> bool {
-    let line = line.split_whitespace().collect::<Vec<_>>().join(" ");
+    let [line, words] = [line, words].map(|text| text.split_whitespace().collect::<Vec<_>>().join(" "));
     let mut rest = line.as_str();
     words.split('\u{2026}').map(str::trim).all(|part| {
         let at = rest.find(part);
@@ -172,55 +193,83 @@ fn file(path: &str) -> String {
     fs::read_to_string(Path::new(ROOT).join(path)).unwrap_or_else(|error| panic!("{path}: {error}"))
 }
 
-#[test]
-fn every_command_runs_and_what_is_shown_is_what_it_prints() {
-    let shell = Shell::new();
+/// Runs the commands of a page in their forms, and holds the shown outputs against what they print. A command without
+/// a form is one of README, whose test runs it; an output must not be shown below it. Returns what each prints.
+fn run_page(page: &str, text: &str, form: impl Fn(&str) -> Option<&'static Form>) -> Vec<(String, String)> {
+    let shell = Shell::new(&page.replace(['/', '.'], "_"));
     let mut printed: Vec<(String, String)> = Vec::new();
     let mut last = String::new();
     let mut unused = BTreeSet::new();
-    for piece in pieces(&readme()) {
+    for piece in pieces(text) {
         match piece {
             Piece::File { name, text } => {
                 fs::write(shell.dir.join(&name), text).expect("a file");
                 unused.insert(name);
             }
             Piece::Output(shown) => {
-                let output = match form(&last) {
-                    Form::Short { record: Some(path), .. } => file(path),
+                let known = form(&last).or(form_in(COMMANDS, &last));
+                let output = match known {
+                    Some(Form::Short { record: Some(path), .. }) => file(path),
                     _ => printed.iter().find(|(command, _)| *command == last).expect("a command before").1.clone(),
                 };
-                assert_shown(&shown, &output, &last);
+                assert_shown(page, &shown, &output, &last);
             }
             Piece::Command(command) => {
                 unused.retain(|name| !command.contains(name.as_str()));
-                if !printed.iter().any(|(before, _)| *before == command) {
-                    let output = match form(&command) {
-                        Form::AsIs => stdout(&shell.run(&command)),
-                        Form::Short { line, why, .. } => {
-                            assert!(!why.is_empty());
-                            stdout(&shell.run(line))
-                        }
-                        Form::Begun(why) => {
-                            assert!(!why.is_empty());
-                            shell.begin(&command);
-                            String::new()
-                        }
-                        Form::NotHere(why) => {
-                            assert!(!why.is_empty());
-                            String::new()
-                        }
-                    };
-                    printed.push((command.clone(), output));
+                match form(&command) {
+                    Some(form) if !printed.iter().any(|(before, _)| *before == command) => {
+                        printed.push((command.clone(), shell.in_form(&command, form)));
+                    }
+                    Some(_) => {}
+                    None => assert!(
+                        form_in(COMMANDS, &command).is_some(),
+                        "`{command}` of {page} is in no table of commands"
+                    ),
                 }
                 last = command;
             }
         }
     }
-    assert!(unused.is_empty(), "no command of README.md takes these files: {unused:?}");
-    let listed: BTreeSet<&str> = COMMANDS.iter().map(|(command, _)| *command).collect();
+    assert!(unused.is_empty(), "no command of {page} takes these files: {unused:?}");
+    printed
+}
+
+/// Asserts that each command of a table was written in one of its pages.
+fn assert_written(table: &[(&str, Form)], printed: &[(String, String)], pages: &str) {
+    let listed: BTreeSet<&str> = table.iter().map(|(command, _)| *command).collect();
     let written: BTreeSet<&str> = printed.iter().map(|(command, _)| command.as_str()).collect();
     let gone: Vec<_> = listed.difference(&written).collect();
-    assert!(gone.is_empty(), "these are in the table and no longer in README.md: {gone:?}");
+    assert!(gone.is_empty(), "these are in the table and no longer in {pages}: {gone:?}");
+}
+
+/// Returns the pages of a folder of the book and of its folders, each with its text.
+fn pages(folder: &Path) -> Vec<(String, String)> {
+    let mut found = Vec::new();
+    for entry in fs::read_dir(folder).expect("the pages of the book").flatten() {
+        let path = entry.path();
+        if path.is_dir() {
+            found.extend(pages(&path));
+        } else {
+            let name = path.file_name().and_then(|name| name.to_str()).expect("a name").to_string();
+            found.push((name, fs::read_to_string(&path).expect("a page")));
+        }
+    }
+    found
+}
+
+#[test]
+fn every_command_of_the_book_runs_and_what_is_shown_is_what_it_prints() {
+    let mut printed = Vec::new();
+    for (name, text) in pages(&Path::new(ROOT).join("crates/book/pages")) {
+        printed.extend(run_page(&name, &text, |command| form_in(BOOK, command)));
+    }
+    assert_written(BOOK, &printed, "the book");
+}
+
+#[test]
+fn every_command_runs_and_what_is_shown_is_what_it_prints() {
+    let printed = run_page("README.md", &readme(), |command| form_in(COMMANDS, command));
+    assert_written(COMMANDS, &printed, "README.md");
     for (said, from, shown) in FIGURES {
         let output = match from {
             From::Run(command) => &printed.iter().find(|(other, _)| other == command).expect("a command of README").1,

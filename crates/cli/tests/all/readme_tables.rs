@@ -1,5 +1,5 @@
-//! Tables for the test of README.md: the form in which each command runs, the source of each figure, and the figures
-//! that no test can check.
+//! Tables for the tests of README.md and the book: the form in which each command runs, the source of each figure, and
+//! the figures that no test can check.
 
 /// The form in which a command of README runs in the test.
 pub enum Form {
@@ -40,6 +40,7 @@ pub const COMMANDS: &[(&str, Form)] = &[
             "it takes the page of the line before; its own tests write one, testbench/browser.sh the real one",
         ),
     ),
+    ("cargo run --release -p hpu-book -- target/book", Form::NotHere("the tests of hpu-book render the book")),
     ("cargo build --release -p hpu-capi", Form::NotHere("it builds the library, which the tests of hpu-capi have")),
     (
         "cc -O2 -Icrates/capi/include -o motor crates/capi/examples/motor.c -Ltarget/release -lhpu",
@@ -256,6 +257,43 @@ pub const COMMANDS: &[(&str, Form)] = &[
         "hpu run hybrid-wall --driver clock",
         short("hpu run hybrid-wall --driver clock --edges 2000000", "two seconds of every edge take seconds"),
     ),
+];
+
+const VERB: &str = "the name of a verb; its commands are in the same table or in that of README";
+
+/// Commands of the book that README does not have, and those below which the book shows an output.
+pub const BOOK: &[(&str, Form)] = &[
+    ("hpu keys encoder", Form::AsIs),
+    ("hpu new stop", Form::AsIs),
+    ("hpu run knob.toml -o out", Form::AsIs),
+    ("hpu run knob.toml --set encoder.lines=256", Form::AsIs),
+    ("hpu run knob.toml --set encoder.lines=256 --set method.kind=hybrid", Form::AsIs),
+    ("hpu widths knob.toml --set method.kind=hybrid", Form::AsIs),
+    ("hpu check --scene knob.toml --edges 20000", Form::AsIs),
+    ("hpu check --formal --scene knob.toml", Form::AsIs),
+    ("hpu new mine --dut", Form::AsIs),
+    ("cat mine.toml", Form::AsIs),
+    (
+        "hpu run mine.toml",
+        short("hpu run mine.toml --edges 1000000", "Verilator clocks every edge of a second, which takes seconds"),
+    ),
+    ("hpu widths hybrid-wall", Form::AsIs),
+    (
+        "hpu limits conventional-wall-1khz",
+        short(
+            "hpu limits conventional-wall-1khz --range 0.1..1 --phases 1 --words 4",
+            "the usual range and eight phases take most of a minute",
+        ),
+    ),
+    ("hpu run hybrid-wall --compare --edges 2000000", Form::AsIs),
+    ("hpu block", Form::AsIs),
+    ("hpu run", Form::AsIs),
+    ("hpu reproduce", Form::NotHere(VERB)),
+    ("hpu limits", Form::NotHere(VERB)),
+    ("hpu widths", Form::NotHere(VERB)),
+    ("hpu run NAME -o out", short("hpu run capped-stiffness -o out", "NAME is any scene of the table")),
+    ("hpu report", Form::NotHere(VERB)),
+    ("hpu explore", Form::NotHere(VERB)),
 ];
 
 /// The source of a figure.
