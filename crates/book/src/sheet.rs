@@ -1,5 +1,7 @@
 //! The data sheet of a block, from the catalogue, the header of its VHDL and the record of its cost.
 
+use std::fs;
+
 use hpu_datapath::{AnyBlock, registry, variants};
 use hpu_rtl::{Hdl, literal};
 use hpu_signal::Signal;
@@ -170,8 +172,11 @@ fn proof(block: &dyn AnyBlock) -> String {
 
 /// Returns the file of a block's Rust. The loops around a law are in one file.
 fn rust(name: &str) -> Result<String> {
-    let places = ["", "phantom/", "gimbal/"].map(|folder| format!("crates/datapath/src/{folder}{name}.rs"));
+    let source = "crates/datapath/src";
+    let folders = fs::read_dir(root().join(source))?.flatten().filter(|entry| entry.path().is_dir());
+    let folders = folders.map(|entry| format!("{source}/{}", entry.file_name().display()));
+    let mut places = [source.to_string()].into_iter().chain(folders).map(|folder| format!("{folder}/{name}.rs"));
     let law = || name.strip_suffix("_loop").map(|_| "crates/datapath/src/method_loop.rs".to_string());
-    let found = places.into_iter().find(|place| root().join(place).is_file()).or_else(law);
+    let found = places.find(|place| root().join(place).is_file()).or_else(law);
     found.ok_or_else(|| Error::msg(format!("no Rust of {name}")))
 }

@@ -26,7 +26,7 @@ use crate::{hdl, interrupt};
 /// Counts are of the block alone. It is timed between registers: a clocked block by its fastest clock, a combinational
 /// one by its longest path, register to register; both are the median of three placements. A block that does not fit is
 /// counted for the ECP5 instead, and not timed. What was measured is remembered: a small block takes seconds the first
-/// time, a large one minutes, a core and up to a gigabyte, the loop of a gimbal ten minutes.
+/// time, a large one minutes, a core and up to a gigabyte, the largest loop ten minutes.
 #[derive(clap::Args)]
 pub struct Args {
     /// The block

@@ -73,8 +73,8 @@ pub struct Args {
     hdl: hdl::Vhdl,
     #[command(flatten)]
     remember: Remember,
-    /// Add the tables of sines of an arm: other depths, other words and what could stand in their place; or the crank's
-    /// table of a gimbal: fewer rows, other words
+    /// Add the tables of sines of an arm: other depths, other words and what could stand in their place; or the table
+    /// of a crank: fewer rows, other words
     #[arg(long)]
     tables: bool,
     /// Print the straight-line parts of the proof as a script for Gappa, and nothing else; with --out as SCENE.g

@@ -119,6 +119,6 @@ impl Device for Scene {
     }
 
     fn tables(&self) -> Result<ToldTables, String> {
-        Err("an axis has no tables; write the scene of an arm or of a gimbal".into())
+        Err("an axis has no tables; write the scene of a device with three joints".into())
     }
 }

@@ -50,7 +50,7 @@ pub fn units_of(map: &Map) -> Vec<(String, String)> {
         ),
         ("stiffness_error", "stiffness that the words realise over what is asked for, less 1".into()),
         ("overflow_share", "of the edges, at which the net that overflowed most had overflowed".into()),
-        ("switches", "how often the control of a gimbal's crank switched".into()),
+        ("switches", "how often the control of a crank switched".into()),
         ("bump_n", "N, the greatest leap of the crank's drive at a switch, at the tip of a segment that rests".into()),
         ("switch_j", "J that the crank's drive gave per switch in the judged window".into()),
         ("edges", "clock edges".into()),
