@@ -40,7 +40,6 @@ impl Header {
             purpose += &format!(" {}", more.trim());
         }
         let equations: Vec<&str> = std::iter::from_fn(|| lines.next_if(|line| label(line).is_none())).collect();
-        // An interface without generics is a line that only prints less.
         let mut parts: [Vec<&str>; LABELS.len()] = Default::default();
         let mut at = None;
         for line in lines {
