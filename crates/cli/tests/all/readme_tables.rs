@@ -101,7 +101,7 @@ pub const COMMANDS: &[(&str, Form)] = &[
         "hpu limits conventional-wall-1khz",
         short(
             "hpu limits conventional-wall-1khz --range 0.4..0.8 --phases 2",
-            "the usual range and eight phases take ten seconds of two cores",
+            "the usual range and eight phases take half a minute of two cores",
         ),
     ),
     (
