@@ -11,6 +11,7 @@ pub use crate::page::Answer;
 pub use crate::progress::Watch;
 pub use crate::run::{Finished, Recorded, finished as run, table, unseen};
 pub use crate::scene::{Named, first_sentence};
+pub use crate::waves::layout;
 use crate::{fit as fits, keys as all_keys, limits as sets, map as maps, widths as bits};
 pub use hpu_study::told::energies;
 

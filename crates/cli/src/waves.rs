@@ -106,7 +106,8 @@ fn failed(folder: &Folder, name: &str) -> impl FnOnce(io::Error) -> Failure {
     move |error| Failure::at(&place, error)
 }
 
-fn layout(simulation: &AnySimulation) -> Layout {
+/// Returns the signals of the waveforms of a run, with the hand and, if the scene asks for it, the clock.
+pub fn layout(simulation: &AnySimulation) -> Layout {
     let layout = match simulation {
         AnySimulation::Ours(ours) => Layout::of(ours),
         AnySimulation::Dut(dut) => Layout::of_design(dut),

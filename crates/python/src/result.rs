@@ -8,7 +8,7 @@ use hpu_chart::Picture;
 use hpu_cli::answers::{self, Failure, Finished, Recorded};
 use hpu_cosim::{AnySimulation, SceneFile, Simulation};
 use hpu_signal::{Cycle, Observe};
-use hpu_wave::{Layout, WaveFile, fst_aside, vcd_aside};
+use hpu_wave::{WaveFile, fst_aside, vcd_aside};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
@@ -127,8 +127,8 @@ impl Result {
     #[pyo3(signature = (path, *, progress = None))]
     fn save_wave(&self, py: Python, path: PathBuf, progress: Option<&Bound<PyAny>>) -> PyResult<()> {
         let begin: Begin = match path.extension().and_then(|ending| ending.to_str()) {
-            Some("fst") => |file, simulation| fst_aside(file, &layout(simulation), simulation.clock()),
-            Some("vcd") => |file, simulation| vcd_aside(file, &layout(simulation), simulation.clock()),
+            Some("fst") => |file, simulation| fst_aside(file, &answers::layout(simulation), simulation.clock()),
+            Some("vcd") => |file, simulation| vcd_aside(file, &answers::layout(simulation), simulation.clock()),
             _ => {
                 let said = format!("{}: the ending tells the format; accepted: .fst, .vcd", path.display());
                 return Err(ArgumentError::new_err(said));
@@ -179,13 +179,6 @@ impl Result {
 /// Begins a file of waveforms.
 type Begin = fn(File, &AnySimulation) -> std::io::Result<Box<dyn WaveFile>>;
 
-fn layout(simulation: &AnySimulation) -> Layout {
-    match simulation {
-        AnySimulation::Ours(ours) => Layout::of(ours),
-        AnySimulation::Dut(dut) => Layout::of_design(dut),
-    }
-}
-
 fn at(path: &Path, error: std::io::Error) -> Failure {
     Failure::file(format!("{}: {error}", path.display()))
 }
@@ -194,6 +187,10 @@ fn at(path: &Path, error: std::io::Error) -> Failure {
 struct Waves(Box<dyn WaveFile>);
 
 impl Observe for Waves {
+    fn measures(&self) -> bool {
+        true
+    }
+
     fn nets(&mut self, cycle: Cycle, words: &[i64]) {
         self.0.nets(cycle, words);
     }

@@ -13,12 +13,10 @@ use super::source::{SceneError, Source};
 pub(super) fn with_others(source: &Source, first: SceneError) -> SceneError {
     let root = Section::root(source);
     let Some((scene, device, axis)) = kinds(&root) else { return first };
-    // Without a method, nobody knows whether its keys and the wall's were meant to be there.
-    if scene == "axis" && !root.has("method") {
-        return first;
-    }
+    // Without a method, nobody knows whether its keys and the wall's were meant to be there: none is missing.
+    let misses = scene != "axis" || root.has("method");
     let mut audit = Audit { scene, device, errors: Vec::new() };
-    audit.section(&root.along(axis), "", true);
+    audit.section(&root.along(axis), "", misses);
     first.with(audit.errors)
 }
 
