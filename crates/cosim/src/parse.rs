@@ -32,7 +32,8 @@ impl Experiment {
     ///
     /// # Errors
     ///
-    /// [`SceneError`] with file, line, column, key, and what is accepted instead; of a plant alone the first error.
+    /// [`SceneError`] with file, line, column, key, and what is accepted instead; of a plant alone the first
+    /// error, with the keys that are unknown.
     pub fn plant(
         name: &str,
         text: &str,

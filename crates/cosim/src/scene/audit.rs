@@ -15,9 +15,14 @@ pub(super) fn with_others(source: &Source, first: SceneError) -> SceneError {
     let Some((scene, device, axis)) = kinds(&root) else { return first };
     // Without a method, nobody knows whether its keys and the wall's were meant to be there: none is missing.
     let misses = scene != "axis" || root.has("method");
-    let mut audit = Audit { scene, device, errors: Vec::new() };
-    audit.section(&root.along(axis), "", misses);
-    first.with(audit.errors)
+    first.with(Audit::of(&root.along(axis), (scene, device), misses))
+}
+
+/// Returns the first error of a scene of a plant alone with all unknown keys, those of a `[dut]` apart.
+pub(super) fn with_others_of_plant(source: &Source, first: SceneError) -> SceneError {
+    let root = Section::root(source);
+    let Some((_, device, axis)) = kinds(&root) else { return first };
+    first.with(Audit::of(&root.along(axis), ("dut", device), false))
 }
 
 /// Returns the kind of a scene, the kind of its device, and the dimensions of the device's motion.
@@ -38,7 +43,14 @@ struct Audit<'a> {
     errors: Vec<SceneError>,
 }
 
-impl Audit<'_> {
+impl<'a> Audit<'a> {
+    /// Returns all errors of a scene of these kinds; a key that is missing is one if `misses` says so.
+    fn of(root: &Section, (scene, device): (&'a str, &'a str), misses: bool) -> Vec<SceneError> {
+        let mut audit = Audit { scene, device, errors: Vec::new() };
+        audit.section(root, "", misses);
+        audit.errors
+    }
+
     /// Checks every key of a section and of the sections below. A key is reported as missing only if no unknown key
     /// stands around it, because that key may be the missing one, misspelt.
     fn section(&mut self, s: &Section, name: &str, misses: bool) {

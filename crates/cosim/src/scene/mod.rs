@@ -207,7 +207,8 @@ impl Experiment {
     pub(crate) fn read_plant(text: Text, load: Load, buildable: Buildable) -> Result<Self, SceneError> {
         let source = Source::parse(text.name, text.text, text.overrides)?;
         if read_dut::is_plant_alone(&Section::root(&source)) {
-            return read_dut::dut_scene(text.name, &source, load).map(Self::Dut);
+            let read = read_dut::dut_scene(text.name, &source, load).map(Self::Dut);
+            return read.map_err(|first| audit::with_others_of_plant(&source, first));
         }
         Self::read(text, load, buildable)
     }
