@@ -13,7 +13,7 @@ command -v valgrind >/dev/null 2>&1 || { echo "error: valgrind is missing; insta
 
 # Release build in the tree $1, into the target directory $2; then a line a run: its name and its instructions.
 count() {
-    # Of the whole workspace, so that the crates have the features that they have in the tests, and are not built once more.
+    # Of the whole workspace: the crates then have the features that they have in the tests, and are not built again.
     (cd "$1" && CARGO_TARGET_DIR="$2" cargo build --locked --quiet --release --workspace --example instructions)
     program=$2/release/examples/instructions
     for run in $("$program" | awk '{ print $1 }'); do

@@ -16,6 +16,8 @@ commands=${1:-100000}
 seed=${2:-1}
 cores=$(nproc)
 share=$(((commands + cores - 1) / cores))
+# The solvers that testbench/test.sh has installed.
+PATH=$PATH:${XDG_CACHE_HOME:-$HOME/.cache}/hpu/solvers-venv/bin
 
 binary=$(cargo test --locked --workspace --tests --no-run --message-format=json-render-diagnostics |
     grep '"manifest_path":"[^"]*/crates/cli/Cargo.toml"' | sed -n 's/.*"name":"all".*"executable":"\([^"]*\)".*/\1/p')
@@ -97,8 +99,10 @@ grep -h "HPU_FUZZ_SEED" -A3 "$scratch"/*.err || true
     echo "# testbench/long.sh $commands $seed: $(rustc -V), $cores cores, commit $(git rev-parse --short HEAD)"
     echo "# seconds of wall time, other work on the machine included; a command that computes for more than 20 s fails"
     awk '/^test result:/ { passed += $4; failed += $6 }
-        END { printf "tests with checks of overflow, and those that the test command leaves out: %d passed, %d failed\n", passed, failed }' \
-        "$scratch/tests"
+        END {
+            printf "tests with checks of overflow, and those that the test command leaves out: "
+            printf "%d passed, %d failed\n", passed, failed
+        }' "$scratch/tests"
     tail -n 1 "$scratch/checked"
     tail -n 1 "$scratch/switched"
     tail -n 1 "$scratch/compared"

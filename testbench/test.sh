@@ -80,8 +80,8 @@ testbench/outside.sh || outside=failed
 
 wait "$beside"
 
-# The explorer's page, after everything else: it is timed. Machines that test are shared, so it may take three times as long;
-# testbench/browser.sh by itself is strict.
+# The explorer's page, after everything else: it is timed. Machines that test are shared, so it may take three times as
+# long; testbench/browser.sh by itself is strict.
 browsed=passed
 SLACK=${SLACK:-3} testbench/browser.sh || browsed=failed
 

@@ -12,7 +12,7 @@ pub struct Header {
     pub latency: String,
     /// The state after a reset.
     pub reset: String,
-    /// What happens to results that do not fit.
+    /// The treatment of results that do not fit.
     pub overflow: String,
     /// The source of the equations.
     pub source: String,

@@ -1,4 +1,4 @@
-//! What pages in a browser draw with: functions in JavaScript, without a library, and their style sheets.
+//! Drawing for pages in a browser: functions in JavaScript, without a library, and their style sheets.
 
 /// `hpuPlot(container, data)` draws time series that a reader zooms.
 pub const PLOT_JS: &str = include_str!("plot.js");

@@ -25,7 +25,7 @@ pub struct Told {
     pub scene: String,
     /// Its text.
     pub source: SceneFile,
-    /// What of it is changed.
+    /// The keys that are changed.
     pub set: Vec<(String, String)>,
     /// Its run, whose page is without the two tables.
     pub run: Finished,
