@@ -1,7 +1,7 @@
 #!/bin/bash
 # What is too long for the test command: every test with checks of overflow and debug assertions, the tests marked
-# `ignore`, the whole `hpu check`, libhpu and the Python package under valgrind, stable sets of 1000 random loops against
-# numpy, then commands at random, on all cores. Its record is record/long.txt.
+# `ignore`, the whole `hpu check`, libhpu and the Python package under valgrind, stable sets of 1000 random loops
+# against numpy, then commands at random, on all cores. Its record is record/long.txt.
 # Usage: testbench/long.sh [COMMANDS [SEED]]: so many commands [100000] of a seed [1]; --update writes the record.
 # Exit codes: 0 every test passed and every command ended as the contract says, 1 one did not.
 set -euo pipefail

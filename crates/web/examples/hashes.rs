@@ -1,5 +1,5 @@
-//! Prints the hash of every shipped scene, as this machine's own build of the engine has it. The test in a browser holds
-//! the hashes of the WebAssembly module against these.
+//! Prints the hash of every shipped scene, as this machine's own build of the engine has it. The test in a browser
+//! holds the hashes of the WebAssembly module against these.
 
 use serde_json::{Value, json};
 

@@ -1,5 +1,5 @@
-//! The drawing of a loop, for every shipped scene: each signal is there with its format, each connection is an arrow, no
-//! box covers another.
+//! The drawing of a loop, for every shipped scene: each signal is there with its format, each connection is an arrow,
+//! no box covers another.
 
 use hpu_chart::Diagram;
 use hpu_cosim::scene::shipped;

@@ -22,9 +22,8 @@ use crate::tool::{Said, Tool, run};
 const PORTS: &str = "ports";
 /// The program into which a model is compiled.
 const MODEL: &str = "obj/model";
-/// The parts of Verilator that every model has, compiled; the folder in the cache that keeps them begins with this name.
+/// The parts of Verilator that every model has, compiled.
 const RUNTIME: [&str; 2] = ["verilated.o", "verilated_threads.o"];
-const KEPT: &str = "runtime";
 /// How the compiler treats what is computed at clock edges, what is computed once, and the parts that every model has.
 const LEVELS: [&str; 3] = ["OPT_FAST=-O3", "OPT_SLOW=-O1", "OPT_GLOBAL=-O1"];
 /// An endless loop has to hang, so that it is noticed. The compiler must not remove it.
@@ -143,13 +142,20 @@ impl Simulators {
         // Models whose state is not in one structure cannot be compared, so they are clocked side by side to the end.
         state.makes_up |= !is_flat(&folder.join("obj"));
         write(folder, "main.cpp", main_cpp(model, &found, &state).as_bytes())?;
-        let mut make = Command::new("make");
-        make.current_dir(folder).args(["-s", "-C", "obj", "-f", "Vdut.mk", "model"]).args(LEVELS);
-        let kept = self.runtime()?;
-        let is_lent = RUNTIME.iter().all(|part| fs::copy(kept.join(part), folder.join("obj").join(part)).is_ok());
-        run(Tool::Verilator, "compile a design with make and g++", make, self.limit()).map_err(say)?;
-        if !is_lent {
-            keep(&folder.join("obj"), &kept);
+        let make = || {
+            let mut make = Command::new("make");
+            make.current_dir(folder).args(["-s", "-C", "obj", "-f", "Vdut.mk", "model"]).args(LEVELS);
+            run(Tool::Verilator, "compile a design with make and g++", make, self.limit()).map_err(say)
+        };
+        let (objects, kept) = (folder.join("obj"), self.runtime()?);
+        let is_lent = RUNTIME.iter().all(|part| fs::copy(kept.join(part), objects.join(part)).is_ok());
+        if !is_lent || make().is_err() {
+            // Kept parts may be damaged, so the next attempt is without them.
+            for part in RUNTIME.iter().flat_map(|part| [objects.join(part), kept.join(part)]) {
+                let _ = fs::remove_file(part);
+            }
+            make()?;
+            keep(&objects, &kept);
         }
         let lines = found.iter().map(|field| {
             let way = match field {
@@ -164,11 +170,11 @@ impl Simulators {
         write(folder, PORTS, lines.collect::<String>().as_bytes())
     }
 
-    /// Returns the folder in the cache for the parts of Verilator that every model has. Compiling them takes as long as a
-    /// small design does.
+    /// Returns the folder in the cache that keeps the parts of Verilator that every model has. Compiling them takes as
+    /// long as a small design does.
     fn runtime(&self) -> Result<PathBuf, DutError> {
         let version = Tool::Verilator.version().map_err(DutError::Tool)?;
-        Ok(self.cache.join(format!("{KEPT}-{}", key(&[&[&version, FLAGS], LEVELS.as_slice()].concat()))))
+        Ok(self.cache.join(format!("runtime-{}", key(&[&[&version, FLAGS], LEVELS.as_slice()].concat()))))
     }
 
     /// Returns the names of the ports and signals that are signed numbers, from Verilator's XML of the design.
