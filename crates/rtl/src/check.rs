@@ -12,6 +12,7 @@ use hpu_datapath::{AnyBlock, block_by_name, registry, variants};
 
 use crate::around;
 use crate::closed_loop::{LoopJob, LoopScene, Loops};
+use crate::coverage::Coverage;
 use crate::ghdl::{GhdlError, Library};
 use crate::hdl::Setup;
 use crate::package::package;
@@ -231,7 +232,11 @@ impl<'o> Check<'o> {
         block.reset();
         let stimuli = stimuli(&**block, set, self.options);
         let vectors = Vectors::record(&mut **block, stimuli);
-        held(library, &vectors, &format!("{label}-{set}"))
+        let mut tally = held(library, &vectors, &format!("{label}-{set}"))?;
+        let (rows, Coverage { directed, random, products, .. }) = (tally.rows, &mut tally.coverage);
+        (*random, *products) = if set == 0 { (random_rows(&**block, self.options.rows) as u64, 0) } else { (0, rows) };
+        *directed = rows - *random - *products;
+        Ok(tally)
     }
 }
 
@@ -247,7 +252,10 @@ pub(crate) fn held(library: &Library, vectors: &Vectors, name: &str) -> Result<T
     let said = library.run(&unit, &generics, &[], longest)?;
     library.remove(&file)?;
     let unfinished = || ToolError::new(Tool::Ghdl, &format!("finish {unit}"), Fault::Silent("result"), &said);
-    Ok(tally(&said, &around::of_block(header)).filter(|tally| tally.rows == rows as u64).ok_or_else(unfinished)?)
+    let tally = tally(&said, &around::of_block(header)).filter(|tally| tally.rows == rows as u64);
+    let mut coverage = Coverage::of_block(header);
+    vectors.rows.iter().for_each(|row| coverage.row(header.clocked, row.iter().copied()));
+    Ok(Tally { coverage, ..tally.ok_or_else(unfinished)? })
 }
 
 impl PendingRow {

@@ -8,6 +8,7 @@ mod around_law;
 mod check;
 mod closed_loop;
 mod cost;
+mod coverage;
 pub mod dut;
 pub mod entity;
 mod entry;
@@ -39,6 +40,7 @@ pub use closed_loop::{LoopScene, closed_loop, run_vhdl};
 pub use cost::{
     Cache, Cost, CostError, Counts, HX8K_BRAM, HX8K_CELLS, Placed, SEEDS, cost, counts, tool_versions, verilog,
 };
+pub use coverage::{Coverage, Moved, Role};
 pub use generated::{generated, stale, write_committed};
 pub use ghdl::{GhdlError, Library};
 pub use hdl::{Hdl, Setup, differs_from_the_hardware};

@@ -14,6 +14,7 @@ use hpu_signal::{Cycle, Format, Observe, Signal, SignalUse, UNKNOWN};
 use hpu_wave::{Around, ComparedRow};
 
 use crate::around::{AFTER, BEFORE};
+use crate::coverage::Coverage;
 use crate::dut::DutError;
 use crate::late::{Late, touching};
 use crate::report::{Contact, Mismatch, Tally};
@@ -91,6 +92,7 @@ pub(crate) struct Lockstep<'s> {
     touching: Vec<usize>,
     touched: u64,
     late: Option<Late>,
+    coverage: Coverage,
     shown: Option<Shown<'s>>,
 }
 
@@ -101,14 +103,16 @@ impl<'s> Lockstep<'s> {
         let modulated = simulation.gates_drive();
         let Sides { pair, input, nets, late, homing } = Sides::of(simulation, late.then_some(edges));
         let outputs = input.len();
+        let ports = simulation.wiring().block().outputs().len();
         let drives = (0..nets.len()).map(|net| {
-            let is_output = (outputs..outputs + simulation.wiring().block().outputs().len()).contains(&net);
+            let is_output = (outputs..outputs + ports).contains(&net);
             is_output || !modulated && nets[net].name == "command"
         });
         Self {
             touching: touching(&nets),
             touched: 0,
             late,
+            coverage: Coverage::of_nets(&nets, outputs, ports),
             shown: None,
             outputs,
             drives: drives.collect(),
@@ -238,6 +242,7 @@ impl<'s> Lockstep<'s> {
         let expected = self.ahead.pop_front().expect("the emulator goes ahead");
         self.spare.push(std::mem::replace(&mut latest.expected, expected));
         latest.got.clone_from(&self.got);
+        self.coverage.see(latest.expected.iter().copied());
         let mut different = 0;
         let mut first = None;
         for (net, (&expected, &got)) in latest.expected.iter().zip(&latest.got).enumerate() {
@@ -311,7 +316,7 @@ impl<'s> Lockstep<'s> {
             }
         });
         let contact = self.late.map(|late| Contact { late, edges: self.touched });
-        Tally { rows: self.edge, mismatches: self.mismatches, first, contact }
+        Tally { rows: self.edge, mismatches: self.mismatches, first, contact, coverage: self.coverage.clone() }
     }
 
     /// Returns the result of a motion that was shown.

@@ -5,6 +5,7 @@ use std::fmt;
 use hpu_wave::Around;
 
 use crate::around;
+use crate::coverage::Coverage;
 use crate::late::Late;
 
 /// The first row, or the first edge of a closed loop, in which VHDL and emulator disagree.
@@ -55,6 +56,8 @@ pub struct CheckRow {
     pub first: Option<Mismatch>,
     /// The contact in a loop that is compared from shortly before the wall.
     pub contact: Option<Contact>,
+    /// The rows by their kind, and the bits that moved in them.
+    pub coverage: Coverage,
     /// GHDL's message when the run gave no result, or the reason why the result is not enough.
     pub failure: Option<String>,
     /// Seconds taken.
@@ -72,6 +75,7 @@ impl CheckRow {
             mismatches: 0,
             first: None,
             contact: None,
+            coverage: Coverage::default(),
             failure: None,
             seconds: 0.0,
         }
@@ -87,6 +91,7 @@ impl CheckRow {
                 self.mismatches += tally.mismatches;
                 self.first = self.first.take().or(tally.first);
                 self.contact = tally.contact;
+                self.coverage.add(tally.coverage);
                 if tally.contact.is_some_and(|contact| contact.is_missing()) {
                     let why = "the scene reaches the wall, and at no edge compared was it touched";
                     self.failure = Some(format!("{why}; compare more of them (--edges)"));
@@ -160,6 +165,7 @@ pub(crate) struct Tally {
     pub(crate) first: Option<Mismatch>,
     /// The contact, in a closed loop.
     pub(crate) contact: Option<Contact>,
+    pub(crate) coverage: Coverage,
 }
 
 /// Reads the output of a testbench: `RESULT`, and before it `MISMATCH` and `HISTORY` when there was a mismatch.
@@ -169,7 +175,8 @@ pub(crate) fn tally(said: &str, around: &Around) -> Option<Tally> {
     let result = said.lines().find(|line| line.starts_with("RESULT "))?;
     let history = || around::with(around, said.lines().filter_map(|line| line.strip_prefix("HISTORY ")));
     let first = said.lines().find_map(|line| first(line.strip_prefix("MISMATCH row=")?, history));
-    Some(Tally { rows: number(result, "rows=")?, mismatches: number(result, "mismatches=")?, first, contact: None })
+    let (rows, mismatches) = (number(result, "rows=")?, number(result, "mismatches=")?);
+    Some(Tally { rows, mismatches, first, contact: None, coverage: Coverage::default() })
 }
 
 /// Reads `<row> signal=<name> expected=<bits and value> got=<bits and value>`.
@@ -193,7 +200,7 @@ mod tests {
     fn row(reached: Option<u64>, is_long: bool, edges: u64) -> CheckRow {
         let mut row = CheckRow::new("hybrid_loop", "hybrid-wall");
         let contact = Some(Contact { late: Late { from_edge: 5, reached, is_long }, edges });
-        row.add(Ok(Tally { rows: 9, mismatches: 0, first: None, contact }), true, 1.0);
+        row.add(Ok(Tally { rows: 9, mismatches: 0, first: None, contact, coverage: Coverage::default() }), true, 1.0);
         row
     }
 

@@ -68,6 +68,31 @@ impl Theirs {
     pub fn is_asked(&self) -> bool {
         self.entity.is_some()
     }
+
+    /// Returns the options that were given, with their values.
+    pub fn options(&self) -> Vec<(&'static str, String)> {
+        let Self { entity: Some(entity), as_block, port, generic, clock, reset, latency, .. } = self else {
+            return Vec::new();
+        };
+        let mut options = vec![("entity", entity.clone())];
+        options.extend(as_block.clone().map(|block| ("as", block)));
+        let mut pairs = |name, pairs: &[(String, String)]| {
+            options.extend(pairs.iter().map(|(theirs, ours)| (name, format!("{theirs}={ours}"))));
+        };
+        pairs("port", port);
+        pairs("generic", generic);
+        options.extend(clock.clone().map(|clock| ("clock", clock)));
+        options.extend(reset.clone().map(|reset| ("reset", reset)));
+        let others = [
+            ("latency", latency.to_string(), "0"),
+            ("standard", self.standard.clone(), "2008"),
+            ("library", self.library.clone(), "work"),
+        ];
+        options.extend(
+            others.into_iter().filter(|(_, value, default)| value != default).map(|(name, value, _)| (name, value)),
+        );
+        options
+    }
 }
 
 /// Returns the block that the command line describes.

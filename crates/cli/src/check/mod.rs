@@ -1,5 +1,6 @@
 //! `hpu check`: compares the VHDL with the emulator in GHDL.
 
+pub mod coverage;
 pub mod entity;
 pub mod prove;
 
@@ -7,7 +8,9 @@ use std::path::PathBuf;
 
 use hpu_cosim::scene::{Experiment, shipped};
 use hpu_datapath::registry;
-use hpu_rtl::{Check, CheckOptions, CheckReport, CheckRow, Contact, GhdlError, Late, comparison_edges, junit};
+use hpu_rtl::{
+    Check, CheckOptions, CheckReport, CheckRow, Contact, Coverage, GhdlError, Late, Setup, comparison_edges, junit,
+};
 use hpu_study::page::{Cell, Column, Field, Page, Table};
 use serde_json::{Value, json};
 
@@ -79,8 +82,8 @@ pub struct Args {
     /// Write a JUnit report
     #[arg(short = 'x', long, value_name = "FILE")]
     junit: Option<PathBuf>,
-    /// Write check.json and check.txt into this folder, and of each first mismatch BLOCK-VARIANT.vcd with its GTKWave
-    /// save file
+    /// Write check.json and check.txt into this folder, coverage.html and coverage.csv (the bits that moved), and of
+    /// each first mismatch BLOCK-VARIANT.vcd with its GTKWave save file
     #[arg(short, long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// One JSON object
@@ -106,14 +109,16 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let mut shown = Shown { quiet: args.json, text: String::new(), fields: Vec::new(), folder };
     let Some(report) = uninterrupted(checked(&options, &mut shown))? else { return Ok(Exit::Interrupted) };
     let hdl = &options.setup.hdl;
-    shown.end(&report, &format!("VHDL {hdl}"), object(&report, hdl), junit_file, args)
+    shown.end(&report, &format!("VHDL {hdl}"), object(&report, hdl), junit_file, args, &options.setup)
 }
 
-/// Returns the page of a comparison, without its rows one by one; `None` when interrupted.
-pub fn answer(args: &Args) -> Result<Option<Page>, Failure> {
+/// Returns the page of a comparison, without its rows one by one, and the bits of its signals as HTML; `None` when
+/// interrupted.
+pub fn answer(args: &Args) -> Result<Option<(Page, String)>, Failure> {
     let options = options(args)?;
     let mut shown = Shown { quiet: true, text: String::new(), fields: Vec::new(), folder: None };
-    Ok(uninterrupted(checked(&options, &mut shown))?.map(|report| page(&report, &options.setup.hdl)))
+    let report = uninterrupted(checked(&options, &mut shown))?;
+    Ok(report.map(|report| (page(&report, &options.setup.hdl), coverage::bits(&report))))
 }
 
 /// Returns the report; `None` when interrupted.
@@ -142,6 +147,21 @@ fn options(args: &Args) -> Result<CheckOptions, Failure> {
     })
 }
 
+/// Returns the command, without options that change no figure.
+fn command(args: &Args) -> String {
+    let mut command = "hpu check".to_string();
+    let mut add = |option: &str, value: &str| command += &format!("{option} {}", scene::quoted(value));
+    args.blocks.iter().for_each(|block| add("", block));
+    args.variants.iter().for_each(|label| add(" --variant", label));
+    args.scenes.iter().for_each(|scene| add(" --scene", scene));
+    args.theirs.options().iter().for_each(|(option, value)| add(&format!(" --{option}"), value));
+    command += &scene::set_options(&args.set.set);
+    command += &args.edges.map_or(String::new(), |edges| format!(" --edges {edges}"));
+    command += if args.exhaustive { " --exhaustive" } else { "" };
+    let rows = format!(" --rows {} --seed {}", args.rows, args.seed);
+    if args.blocks.is_empty() && !args.scenes.is_empty() { command } else { command + &rows }
+}
+
 /// Runs `hpu check --entity`.
 fn theirs(args: &Args) -> Result<Exit, Failure> {
     let folder = args.out.as_deref().map(Folder::open).transpose()?;
@@ -152,7 +172,7 @@ fn theirs(args: &Args) -> Result<Exit, Failure> {
         compared => compared?,
     };
     let json = object(&report, &engine);
-    shown.end(&report, &engine, json, junit_file, args)
+    shown.end(&report, &engine, json, junit_file, args, &args.hdl.setup())
 }
 
 /// Returns the number of edges of a scene to compare.
@@ -229,6 +249,7 @@ fn unfinished(options: &CheckOptions, error: &GhdlError) -> CheckRow {
         mismatches: 0,
         first: None,
         contact: None,
+        coverage: Coverage::default(),
         failure: Some(error.to_string()),
         seconds: 0.0,
     }
@@ -252,14 +273,24 @@ impl Shown {
         json: Value,
         junit_file: Option<Single>,
         args: &Args,
+        setup: &Setup,
     ) -> Result<Exit, Failure> {
-        self.line(&total(report, of))?;
+        let total = total(report, of);
+        self.line(&total)?;
         if let Some(file) = junit_file {
             file.write(&junit(report))?;
         }
         if let Some(mut folder) = self.folder {
             folder.write("check.json", format!("{json:#}\n"))?;
             folder.write("check.txt", &self.text)?;
+            let command = command(args);
+            let proved = match args.theirs.is_asked() {
+                true => Err("a block of your own is proved by hpu check --formal --entity".to_string()),
+                false => coverage::proved(report, setup),
+            };
+            let document = coverage::document(report, &total, &command, &proved);
+            folder.write("coverage.html", document.html())?;
+            folder.write("coverage.csv", coverage::signals(report).csv(&[&command]))?;
             folder.commit()?;
         }
         if args.json {
@@ -338,7 +369,7 @@ fn loops() -> Vec<Field<'static, CheckRow>> {
 }
 
 /// Returns the columns that blocks and loops have alike.
-fn figures() -> [Field<'static, CheckRow>; 6] {
+fn figures() -> impl Iterator<Item = Field<'static, CheckRow>> {
     let first = |row: &CheckRow| {
         row.first.as_ref().map(|first| {
             let (columns, history) = first.around.table(first.row);
@@ -352,7 +383,7 @@ fn figures() -> [Field<'static, CheckRow>; 6] {
             })
         })
     };
-    [
+    let figures = [
         Column::flag("ok", "").data().of(CheckRow::ok),
         Column::integer("edges", "edges").least(10).of(|row: &CheckRow| row.edges),
         Column::integer("mismatches", "mismatches").least(10).of(|row: &CheckRow| {
@@ -364,7 +395,8 @@ fn figures() -> [Field<'static, CheckRow>; 6] {
             .of(|row: &CheckRow| Cell::new(row.seconds).shown(format!("{:.2}", row.seconds))),
         Column::text("first", "").data().of(first),
         Column::text("failure", "").data().of(|row: &CheckRow| row.failure.clone()),
-    ]
+    ];
+    figures.into_iter().chain(coverage::fields())
 }
 
 fn total(report: &CheckReport, of: &str) -> String {

@@ -1,6 +1,6 @@
 //! `hpu report`: one page of a scene, of two beside each other, or of a folder of results.
 
-mod document;
+pub mod document;
 mod folder;
 mod parts;
 mod pieces;

@@ -58,7 +58,12 @@ fn made(told: &Told, part: Part, watch: Watch) -> Result<Option<Content>, Failur
             (answers::map(&named, &words, watch)?, told.command("map") + &options)
         }
         Part::Check => {
-            (check::answer(&answers::read("check", &of(told, words), &[])?)?.map(alone), of_scene(told, "check"))
+            let by = of_scene(told, "check");
+            let found = check::answer(&answers::read("check", &of(told, words), &[])?)?;
+            return Ok(found.map(|(page, bits)| {
+                let content = Content::new(&by, &page, &[]);
+                Content { html: content.html + &bits, ..content }
+            }));
         }
         Part::Formal => {
             let words = [of(told, words), vec!["--formal".into()]].concat();

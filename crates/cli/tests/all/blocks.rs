@@ -248,7 +248,15 @@ fn a_broken_line_of_vhdl_is_told_with_row_signal_expected_and_got() {
     let told = stdout(&run(&args));
     let save = out.join("displacement-default.vcd.gtkw");
     assert!(told.contains(&format!("    waveform of rows 1 to 66: gtkwave {}\n", save.display())), "{told}");
-    assert_eq!(names(&out), ["check.json", "check.txt", "displacement-default.vcd", "displacement-default.vcd.gtkw"]);
+    let written = [
+        "check.json",
+        "check.txt",
+        "coverage.csv",
+        "coverage.html",
+        "displacement-default.vcd",
+        "displacement-default.vcd.gtkw",
+    ];
+    assert_eq!(names(&out), written);
     assert!(said.contains("3 of 5 differ") || said.contains("3 of 4 differ"), "only its variants: {said}");
     assert!(fs::read_to_string(&junit).expect("a report").contains("<failure "));
 }

@@ -7,6 +7,7 @@ mod blocks;
 mod chart;
 mod common;
 mod contact;
+mod coverage;
 mod diff;
 mod dut;
 mod entity;

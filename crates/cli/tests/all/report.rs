@@ -13,16 +13,16 @@ use crate::common::{assert_refused, code, json as as_json, names, run, scratch, 
 
 /// An element of a page: its name, its attributes, and the text directly in it.
 #[derive(Debug)]
-struct Element {
-    name: String,
+pub struct Element {
+    pub name: String,
     attributes: Vec<(String, String)>,
-    text: String,
+    pub text: String,
     /// The `id` of the section around it.
     section: String,
 }
 
 impl Element {
-    fn get(&self, name: &str) -> Option<&str> {
+    pub fn get(&self, name: &str) -> Option<&str> {
         self.attributes.iter().find(|(known, _)| known == name).map(|(_, value)| value.as_str())
     }
 }
@@ -40,7 +40,7 @@ fn plain(text: &str) -> String {
 }
 
 /// Reads HTML; each element must end where it must.
-fn elements(html: &str) -> Vec<Element> {
+pub fn elements(html: &str) -> Vec<Element> {
     let mut all: Vec<Element> = Vec::new();
     let mut open: Vec<usize> = Vec::new();
     let mut section = String::new();

@@ -10,6 +10,7 @@ use hpu_wave::{Around, Column, ComparedRow};
 use super::ours::Ours;
 use super::wires::{What, Wire, same};
 use crate::around::{self, AFTER, BEFORE};
+use crate::coverage::Coverage;
 use crate::report::{Mismatch, Tally};
 use crate::vector::{Vectors, digits, hex};
 
@@ -24,13 +25,15 @@ pub(super) struct BlockComparison<'a> {
     first: Option<Mismatch>,
     around: Around,
     last: VecDeque<ComparedRow>,
+    coverage: Coverage,
 }
 
 impl<'a> BlockComparison<'a> {
     pub(super) fn new(ours: &'a Ours, wires: &'a [Wire], beside: &'static str) -> Self {
         let around = Around { beside, ..around::of_block(&ours.vectors.header) };
         let (now, last) = (vec![None; wires.len()], VecDeque::new());
-        Self { ours, wires, now, compared: 0, mismatches: 0, first: None, around, last }
+        let coverage = Coverage::of_block(&ours.vectors.header);
+        Self { ours, wires, now, compared: 0, mismatches: 0, first: None, around, last, coverage }
     }
 
     /// Takes the outputs of theirs before the first row.
@@ -56,6 +59,9 @@ impl<'a> BlockComparison<'a> {
         self.compared += u64::from(answered.is_some());
         // Where nothing is compared, the table shows the answer of ours on both sides.
         let own = &rows[answered.unwrap_or(row)][inputs..];
+        if answered.is_some() {
+            self.coverage.row(header.clocked, rows[row][..inputs].iter().chain(own).copied());
+        }
         let mut got: Vec<_> = header.outputs.iter().zip(own).map(|(column, &word)| hex(column.format, word)).collect();
         for (wire, &bits) in self.wires.iter().zip(&self.now) {
             let What::Output(index) = wire.what else { continue };
@@ -93,7 +99,7 @@ impl<'a> BlockComparison<'a> {
     pub(super) fn tally(self) -> Tally {
         let (rows, around) = (Vec::from(self.last), self.around);
         let first = self.first.map(|first| Mismatch { around: Around { rows, ..around }, ..first });
-        Tally { rows: self.compared, mismatches: self.mismatches, first, contact: None }
+        Tally { rows: self.compared, mismatches: self.mismatches, first, contact: None, coverage: self.coverage }
     }
 }
 

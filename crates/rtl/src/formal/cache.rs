@@ -61,11 +61,7 @@ impl Proofs {
     /// As [`prove`], and when the folder cannot be read or written.
     pub fn prove(&self, block: &dyn AnyBlock, setup: &Setup, limit: Duration) -> Result<Verdict, ProofError> {
         let Some(equations) = block.equations() else { return prove(block, setup.clone(), limit) };
-        let generics: Vec<_> =
-            block.generics().iter().map(|(name, value)| format!("{name}={}", literal(*value))).collect();
-        let about = format!("{} {} by {}", block.name(), generics.join(" "), self.tools);
-        let vhdl = vhdl(block.name(), &setup.hdl).map_err(CostError::from)?;
-        let key = entry::key(&[&FLOW.concat(), &about, &vhdl, &terms(equations)]);
+        let (key, about) = self.key(block, equations, setup)?;
         if let Some(Solvers(by)) = self.entries.find(&key).map_err(CostError::from)? {
             self.remembered.fetch_add(1, Ordering::Relaxed);
             return Ok(Verdict::Proved(by));
@@ -75,6 +71,31 @@ impl Proofs {
             self.entries.keep(&key, &about, &Solvers(by.clone())).map_err(CostError::from)?;
         }
         Ok(found)
+    }
+
+    /// Returns the tools that have proved a block, if such a proof is in the folder.
+    ///
+    /// # Errors
+    ///
+    /// [`ProofError`] when the folder cannot be read.
+    pub fn find(&self, block: &dyn AnyBlock, setup: &Setup) -> Result<Option<Vec<&'static str>>, ProofError> {
+        let Some(equations) = block.equations() else { return Ok(None) };
+        let (key, _) = self.key(block, equations, setup)?;
+        Ok(self.entries.find(&key).map_err(CostError::from)?.map(|Solvers(by)| by))
+    }
+
+    /// Returns the key of a proof, and the words about it.
+    fn key(
+        &self,
+        block: &dyn AnyBlock,
+        equations: &dyn AnyStep,
+        setup: &Setup,
+    ) -> Result<(String, String), ProofError> {
+        let generics: Vec<_> =
+            block.generics().iter().map(|(name, value)| format!("{name}={}", literal(*value))).collect();
+        let about = format!("{} {} by {}", block.name(), generics.join(" "), self.tools);
+        let vhdl = vhdl(block.name(), &setup.hdl).map_err(CostError::from)?;
+        Ok((entry::key(&[&FLOW.concat(), &about, &vhdl, &terms(equations)]), about))
     }
 
     /// Returns how many proofs were remembered since the folder was opened.

@@ -1,6 +1,6 @@
 //! JUnit XML is well formed, whatever text comes from a testbench or GHDL.
 
-use hpu_rtl::{Around, CheckReport, CheckRow, Column, ComparedRow, Mismatch, junit};
+use hpu_rtl::{Around, CheckReport, CheckRow, Column, ComparedRow, Coverage, Mismatch, junit};
 use hpu_signal::{Clock, Format};
 
 fn row(variant: &str, first: Option<Mismatch>, failure: Option<&str>) -> CheckRow {
@@ -12,6 +12,7 @@ fn row(variant: &str, first: Option<Mismatch>, failure: Option<&str>) -> CheckRo
         mismatches: u64::from(first.is_some()),
         first,
         contact: None,
+        coverage: Coverage::default(),
         failure: failure.map(str::to_string),
         seconds: 0.25,
     }
