@@ -3,7 +3,7 @@
 use std::fs::File;
 use std::io::{self, Write};
 
-use hpu_cosim::{AnySimulation, Mark, Simulation};
+use hpu_cosim::{AnySimulation, Mark, Simulation, Wired};
 use hpu_rtl::Around;
 use hpu_signal::{Clock, Cycle, Observe, UNKNOWN};
 use hpu_wave::{Layout, WaveFile, fst_aside, gtkw, mismatch_gtkw, mismatch_vcd, sucl, vcd_aside};
@@ -50,8 +50,7 @@ impl Waves {
         of_vhdl: bool,
     ) -> Result<Self, Failure> {
         let clock = simulation.clock();
-        let layout = layout(simulation);
-        let layout = if of_vhdl { layout.with_comparison() } else { layout };
+        let layout = layout(simulation, of_vhdl);
         let fst_file = folder.create(FST)?;
         let fst = fst_aside(fst_file, &layout, clock).map_err(failed(folder, FST))?;
         let vcd = if with_vcd {
@@ -106,13 +105,18 @@ fn failed(folder: &Folder, name: &str) -> impl FnOnce(io::Error) -> Failure {
     move |error| Failure::at(&place, error)
 }
 
-/// Returns the signals of the waveforms of a run, with the hand and, if the scene asks for it, the clock.
-pub fn layout(simulation: &AnySimulation) -> Layout {
+/// Returns the signals of the waveforms of a run, with wall and hand and, if the scene asks for them, the overflows
+/// and the clock. A run of VHDL has one net more than the wiring, and tells no overflows.
+pub fn layout(simulation: &AnySimulation, of_vhdl: bool) -> Layout {
     let layout = match simulation {
+        AnySimulation::Ours(ours) if of_vhdl => Layout::of(ours).with_comparison(),
+        AnySimulation::Ours(ours) if simulation.record().overflows => {
+            Layout::of(ours).with_overflows(ours.wiring().block().inputs().len())
+        }
         AnySimulation::Ours(ours) => Layout::of(ours),
         AnySimulation::Dut(dut) => Layout::of_design(dut),
     };
-    let layout = layout.with_hand(simulation);
+    let layout = layout.with_wall_and_hand(simulation);
     if simulation.record().clock { layout.with_clock() } else { layout }
 }
 
@@ -125,6 +129,17 @@ impl Observe for Waves {
         self.fst.nets(cycle, words);
         if let Some(vcd) = &mut self.vcd {
             vcd.nets(cycle, words);
+        }
+    }
+
+    fn watches_overflows(&self) -> bool {
+        self.fst.watches_overflows()
+    }
+
+    fn overflows(&mut self, cycle: Cycle, nets: u64) {
+        self.fst.overflows(cycle, nets);
+        if let Some(vcd) = &mut self.vcd {
+            vcd.overflows(cycle, nets);
         }
     }
 

@@ -43,7 +43,8 @@ impl<'s> AxisSimulation<'s> {
         // A positive command drives the bridge, and the amplifier, against the positive direction.
         let column = if matches!(scene.device, Device::Mass(_)) { "wall_force_n" } else { "wall_torque_nm" };
         let commands = vec![("command", column, -words.command_quantum_nm(scene))];
-        let (device, wiring) = ((&scene.device, scene.encoder.count_rad()), closed.wiring());
+        let device = (&scene.device, scene.encoder.count_rad(), words.realised.wall_position_rad);
+        let wiring = closed.wiring();
         let outline = Outline::of_axis(scene, device, (wiring.name(), wiring.nets()), commands, plant.has_device());
         Ok(Self { scene, plant, words, closed, outline })
     }

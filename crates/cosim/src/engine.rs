@@ -75,6 +75,8 @@ pub struct ClosedLoop<W, E: World> {
     rows: Rows,
     /// The repetition of the outputs, and the edge up to which the world goes on by itself under it.
     repeated: Option<(Repeat<E::Out>, u64)>,
+    /// Whether the observer of a run is told of overflows.
+    tells_overflows: bool,
 }
 
 impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
@@ -93,6 +95,7 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
             output_changes: 0,
             rows: Rows::new(stride),
             repeated: None,
+            tells_overflows: false,
         }
     }
 
@@ -145,11 +148,13 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
     where
         W: Clone,
     {
+        self.tells_overflows = observer.watches_overflows();
         if self.edge == 0 {
             // A copy is settled: words that settle between reset and the first edge do not count as used.
             let mut settled = self.wiring.clone();
             settled.settle(&self.input);
             observer.nets(Cycle(0), settled.words());
+            observer.overflows(Cycle(0), settled.overflowing());
         }
         let (mut since, mut events) = (0u32, 0u64);
         while self.edge < end && self.world.over().is_none() {
@@ -254,6 +259,9 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
         self.out = out;
         self.world.drive(out, words);
         observer.nets(Cycle(self.edge), words);
+        if self.tells_overflows {
+            observer.overflows(Cycle(self.edge), self.wiring.overflowing());
+        }
         if changed {
             self.look_ahead();
         }

@@ -32,6 +32,8 @@ pub struct Outline {
     pub(crate) has_contact: bool,
     /// The net that shows contact; `None` of a design of the user's own.
     pub(crate) contact: Option<usize>,
+    /// The position of an axis's wall, in the unit of the position's column.
+    pub(crate) wall: Option<f64>,
     pub(crate) waves: Waves,
     pub(crate) rule: Rule,
 }
@@ -80,15 +82,16 @@ impl Outline {
             judged: Vec::new(),
             has_contact: true,
             contact: None,
+            wall: None,
             waves: Waves::default(),
             rule,
         }
     }
 
-    /// Returns the outline of an axis with this device; without `has_device`, a recording stands in its place.
+    /// Returns the outline of an axis with this device and a wall at this position; without `has_device`, a recording stands in its place.
     pub(crate) fn of_axis(
         head: &Head,
-        (device, count_rad): (&Device, f64),
+        (device, count_rad, wall_rad): (&Device, f64, f64),
         closed_by: (&str, Vec<Signal>),
         commands: Vec<Command>,
         has_device: bool,
@@ -105,6 +108,7 @@ impl Outline {
             has_device,
             judged: vec![ANGLE, TORQUE],
             contact,
+            wall: has_device.then_some(wall_rad),
             ..outline
         }
     }

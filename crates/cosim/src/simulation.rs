@@ -13,7 +13,7 @@ use crate::outline::{Command, Outline, Waves};
 use crate::scene::Record;
 use crate::stopwatch::Stopwatch;
 use crate::summary::{NetUse, Summary};
-use crate::trace::Trace;
+use crate::trace::{ANGLE, Trace};
 use crate::untyped::{AnyClosedLoop, Closed};
 use crate::verdict::Abort;
 use crate::world::World;
@@ -154,6 +154,12 @@ pub trait Simulation {
     /// Returns the index of the net whose word is not 0 while the wall is touched; `None` where no net tells it.
     fn contact_net(&self) -> Option<usize> {
         self.outline().contact
+    }
+
+    /// Returns the column of an axis's position, and the position of its wall; `None` for other devices, and for a
+    /// recording.
+    fn wall(&self) -> Option<(usize, f64)> {
+        self.outline().wall.map(|wall| (ANGLE, wall))
     }
 
     /// Returns the columns of [`row`](Self::row) that hold mean, least and greatest value of the efforts that pictures
@@ -372,6 +378,15 @@ impl Observe for Recorder<'_> {
         self.contact.see(cycle.0, words);
         if let Some(observer) = &mut self.observer {
             observer.nets(cycle, words);
+        }
+    }
+    fn watches_overflows(&self) -> bool {
+        self.observer.as_ref().is_some_and(|observer| observer.watches_overflows())
+    }
+    #[inline]
+    fn overflows(&mut self, cycle: Cycle, nets: u64) {
+        if let Some(observer) = &mut self.observer {
+            observer.overflows(cycle, nets);
         }
     }
     #[inline]

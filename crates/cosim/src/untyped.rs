@@ -169,4 +169,10 @@ impl Observe for Through<'_> {
     fn follows(&self, nets: std::ops::Range<usize>) -> bool {
         self.0.follows(nets)
     }
+    fn watches_overflows(&self) -> bool {
+        self.0.watches_overflows()
+    }
+    fn overflows(&mut self, cycle: Cycle, nets: u64) {
+        self.0.overflows(cycle, nets);
+    }
 }

@@ -279,6 +279,10 @@ impl<C: LoopCircuit<N>, const N: usize> Wiring for CircuitLoop<C, N> {
         &self.words[..C::COUNT]
     }
 
+    fn overflowing(&self) -> u64 {
+        self.lost.overflowed
+    }
+
     fn rest_modulator(&mut self) {
         if let Some(modulator) = self.circuit.modulator_mut() {
             modulator.rest();

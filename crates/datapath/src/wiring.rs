@@ -88,6 +88,10 @@ pub trait Wiring: Block {
     }
     /// Returns the range and the lost bits of every net since reset.
     fn uses(&self) -> Vec<SignalUse>;
+    /// Returns the nets that have lost upper bits as they stand after the latest edge: bit `n` is net `n`.
+    fn overflowing(&self) -> u64 {
+        0
+    }
 }
 
 /// A wiring whose port bundles are slices, in port order. Every [`Wiring`] implements it. Code other than the inner loop

@@ -127,8 +127,8 @@ impl Result {
     #[pyo3(signature = (path, *, progress = None))]
     fn save_wave(&self, py: Python, path: PathBuf, progress: Option<&Bound<PyAny>>) -> PyResult<()> {
         let begin: Begin = match path.extension().and_then(|ending| ending.to_str()) {
-            Some("fst") => |file, simulation| fst_aside(file, &answers::layout(simulation), simulation.clock()),
-            Some("vcd") => |file, simulation| vcd_aside(file, &answers::layout(simulation), simulation.clock()),
+            Some("fst") => |file, simulation| fst_aside(file, &answers::layout(simulation, false), simulation.clock()),
+            Some("vcd") => |file, simulation| vcd_aside(file, &answers::layout(simulation, false), simulation.clock()),
             _ => {
                 let said = format!("{}: the ending tells the format; accepted: .fst, .vcd", path.display());
                 return Err(ArgumentError::new_err(said));
@@ -193,6 +193,14 @@ impl Observe for Waves {
 
     fn nets(&mut self, cycle: Cycle, words: &[i64]) {
         self.0.nets(cycle, words);
+    }
+
+    fn watches_overflows(&self) -> bool {
+        self.0.watches_overflows()
+    }
+
+    fn overflows(&mut self, cycle: Cycle, nets: u64) {
+        self.0.overflows(cycle, nets);
     }
 
     fn reals(&mut self, cycle: Cycle, values: &[f64]) {

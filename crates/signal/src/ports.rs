@@ -117,6 +117,13 @@ pub trait Observe {
     fn follows(&self, _nets: Range<usize>) -> bool {
         true
     }
+    /// Whether the observer looks at overflows. If not, a run does not call [`overflows`](Self::overflows).
+    fn watches_overflows(&self) -> bool {
+        false
+    }
+    /// Receives the nets that have lost upper bits after `cycle`, as the set of their indices: bit `n` is net `n`. It is
+    /// called after [`nets`](Self::nets), at every edge that was ticked, for a datapath with words.
+    fn overflows(&mut self, _cycle: Cycle, _nets: u64) {}
 }
 
 /// The observer that looks at nothing.

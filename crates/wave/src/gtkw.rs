@@ -113,7 +113,7 @@ pub(crate) fn groups(layout: &Layout) -> Vec<(&'static str, Vec<usize>)> {
 
 /// Returns whether a net is drawn as a curve.
 pub(crate) fn is_curve(layout: &Layout, net: &Signal) -> bool {
-    [&CURVES[..], layout.waves.curves].iter().any(|names| names.contains(&base(net.name)))
+    net.format != Format::BIT && [&CURVES[..], layout.waves.curves].iter().any(|names| names.contains(&base(net.name)))
 }
 
 /// Returns a net's name without the number of its joint.

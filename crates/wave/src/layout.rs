@@ -41,18 +41,43 @@ pub struct Scope {
     pub scopes: Vec<Scope>,
 }
 
+/// A real of a waveform, in the rows that a recording observes.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(crate) enum Shown {
+    /// The value in this column.
+    Value(usize),
+    /// The depth in a wall at this position, of the position in this column; 0 outside.
+    Depth(usize, f64),
+}
+
+impl Shown {
+    /// Returns the value in a row; `None` where the row ends before it.
+    pub(crate) fn of(self, row: &[f64]) -> Option<f64> {
+        match self {
+            Self::Value(column) => row.get(column).copied(),
+            Self::Depth(column, wall) => row.get(column).map(|position| (position - wall).max(0.0)),
+        }
+    }
+}
+
 /// The variables of a waveform.
-#[derive(Clone, PartialEq, Eq, Debug)]
+#[derive(Clone, PartialEq, Debug)]
 pub struct Layout {
     pub(crate) scopes: Vec<Scope>,
     pub(crate) nets: Vec<Signal>,
     pub(crate) reals: Vec<Real>,
-    /// The place of each of these in the rows that the recording observes.
-    pub(crate) columns: Vec<usize>,
+    /// The source of each of these in the rows that the recording observes.
+    pub(crate) columns: Vec<Shown>,
+    /// The nets whose overflows are shown; their bits are the last of `nets`.
+    pub(crate) overflows: Vec<usize>,
     /// Words of the inputs that are tied to a constant.
     pub(crate) tied: Vec<i64>,
     pub(crate) waves: Waves,
 }
+
+/// The depth in the wall of an axis that turns, and of one that moves along a rail.
+const DEPTH_RAD: Real = Real { name: "wall_depth_rad", doc: "Depth in the wall, 0 outside" };
+const DEPTH_M: Real = Real { name: "wall_depth_m", doc: "Depth in the wall, 0 outside" };
 
 /// The name of the net that is 1 once the VHDL has differed.
 pub(crate) const DIFFERS: &str = "differs";
@@ -134,8 +159,9 @@ impl Layout {
         if !reals.is_empty() {
             scopes.push(Scope::new("plant", false, reals.iter().enumerate().map(Var::real)));
         }
-        let columns = (0..reals.len()).collect();
-        Self { scopes, nets, reals: reals.to_vec(), columns, tied, waves: Waves::default() }
+        let columns = (0..reals.len()).map(Shown::Value).collect();
+        let (overflows, waves) = (Vec::new(), Waves::default());
+        Self { scopes, nets, reals: reals.to_vec(), columns, overflows, tied, waves }
     }
 
     /// Returns the hierarchy of a scene's wiring and world. A recording has no plant.
@@ -158,8 +184,9 @@ impl Layout {
         }
         let reals = simulation.reals();
         let scopes = vec![top, Scope::new("plant", false, reals.iter().enumerate().map(Var::real))];
-        let columns = (0..reals.len()).collect();
-        Self { scopes, nets, reals: reals.to_vec(), columns, tied: Vec::new(), waves: Waves::default() }
+        let columns = (0..reals.len()).map(Shown::Value).collect();
+        let (overflows, tied, waves) = (Vec::new(), Vec::new(), Waves::default());
+        Self { scopes, nets, reals: reals.to_vec(), columns, overflows, tied, waves }
     }
 
     /// Adds `clk` in front of every `rst`. The writers toggle it between the changes that they observe: it costs two
@@ -170,19 +197,43 @@ impl Layout {
         self
     }
 
-    /// Adds the hand's position and its effort to the plant's outputs, where the rows of a simulation have them. A
-    /// recording shows them if its rows are measured ([`Observe::measures`](hpu_signal::Observe::measures)).
+    /// Adds to the plant's outputs the depth in the wall of an axis, and the hand's position and its effort where the
+    /// rows of a simulation have them. A recording shows the hand if its rows are measured
+    /// ([`Observe::measures`](hpu_signal::Observe::measures)).
     #[must_use]
-    pub fn with_hand(mut self, simulation: &impl Simulation) -> Self {
+    pub fn with_wall_and_hand(mut self, simulation: &impl Simulation) -> Self {
         let Some(plant) = self.scopes.iter_mut().find(|scope| scope.name == "plant") else { return self };
+        if let Some((column, wall)) = simulation.wall() {
+            let is_length = simulation.row()[column].name.ends_with("_m");
+            let real = if is_length { DEPTH_M } else { DEPTH_RAD };
+            plant.vars.push(Var::real((self.reals.len(), &real)));
+            self.reals.push(real);
+            self.columns.push(Shown::Depth(column, wall));
+        }
         for column in simulation.columns() {
             let real = simulation.row()[column];
             if real.name.starts_with("hand_") && column >= simulation.reals().len() {
                 plant.vars.push(Var::real((self.reals.len(), &real)));
                 self.reals.push(real);
-                self.columns.push(column);
+                self.columns.push(Shown::Value(column));
             }
         }
+        self
+    }
+
+    /// Adds a bit for each word that a wiring computes, in a scope `overflows`: it is 1 while the word has lost upper
+    /// bits ([`Observe::overflows`](hpu_signal::Observe::overflows)). Inputs and single bits cannot.
+    #[must_use]
+    pub fn with_overflows(mut self, inputs: usize) -> Self {
+        let can = |index: &usize| self.nets[*index].format != Format::BIT;
+        self.overflows = (inputs..self.nets.len()).filter(can).collect();
+        let first = self.nets.len();
+        let bits: Vec<_> = self.overflows.iter().map(|&net| self.nets[net].clone()).collect();
+        let var = |(at, net): (usize, &Signal)| {
+            Var::new(&format!("{}_overflow", net.name), Format::BIT, Source::Net(first + at))
+        };
+        self.scopes.push(Scope::new("overflows", false, bits.iter().enumerate().map(var)));
+        self.nets.extend(bits.iter().map(|net| Signal::bit(net.name, "Its word has lost upper bits")));
         self
     }
 

@@ -5,6 +5,7 @@ use std::io;
 use hpu_signal::{Clock, Cycle, Observe};
 
 use crate::aside::Aside;
+use crate::layout::Shown;
 use crate::timescale::Timescale;
 use crate::{Layout, Sink, Source};
 
@@ -20,9 +21,13 @@ pub struct Recording<S> {
     /// The latest word of each net, once there is one.
     words: Vec<i64>,
     has_words: bool,
-    /// The latest value of each output, and its place in a row.
-    reals: Vec<(Option<f64>, usize)>,
+    /// The latest value of each output, and its source in a row.
+    reals: Vec<(Option<f64>, Shown)>,
     first_real: usize,
+    /// The nets whose overflows are shown, the slot of the first of their bits, and the latest set once there is one.
+    overflows: Vec<usize>,
+    first_overflow: usize,
+    overflowing: Option<u64>,
     error: Option<io::Error>,
 }
 
@@ -59,6 +64,9 @@ impl<S: Sink> Recording<S> {
             has_words: false,
             reals: layout.columns.iter().map(|column| (None, *column)).collect(),
             first_real: layout.slot(Source::Real(0)),
+            overflows: layout.overflows.clone(),
+            first_overflow: layout.nets.len() - layout.overflows.len(),
+            overflowing: None,
             error: None,
         })
     }
@@ -114,14 +122,24 @@ impl<S: Sink> Recording<S> {
         Ok(())
     }
 
+    fn write_overflows(&mut self, cycle: Cycle, nets: u64) -> io::Result<()> {
+        let changed = self.overflowing.map_or(u64::MAX, |known| known ^ nets);
+        self.overflowing = Some(nets);
+        for (index, &net) in self.overflows.iter().enumerate().filter(|(_, net)| changed >> **net & 1 == 1) {
+            self.file.reach(cycle)?;
+            self.file.sink.word(self.first_overflow + index, (nets >> net & 1).cast_signed())?;
+        }
+        Ok(())
+    }
+
     fn write_reals(&mut self, cycle: Cycle, values: &[f64]) -> io::Result<()> {
         let same = |known: &Option<f64>, value: f64| known.is_some_and(|known| known.to_bits() == value.to_bits());
-        if self.reals.iter().all(|(known, column)| values.get(*column).is_none_or(|value| same(known, *value))) {
+        if self.reals.iter().all(|(known, shown)| shown.of(values).is_none_or(|value| same(known, value))) {
             return Ok(());
         }
         self.file.reach(cycle)?;
-        for (index, (known, column)) in self.reals.iter_mut().enumerate() {
-            let Some(&value) = values.get(*column) else { continue };
+        for (index, (known, shown)) in self.reals.iter_mut().enumerate() {
+            let Some(value) = shown.of(values) else { continue };
             if !same(known, value) {
                 *known = Some(value);
                 self.file.sink.real(self.first_real + index, value)?;
@@ -166,6 +184,14 @@ impl<S: Sink> Observe for Recording<S> {
         self.attempt(|recording| recording.write_nets(cycle, words));
     }
 
+    fn watches_overflows(&self) -> bool {
+        !self.overflows.is_empty()
+    }
+
+    fn overflows(&mut self, cycle: Cycle, nets: u64) {
+        self.attempt(|recording| recording.write_overflows(cycle, nets));
+    }
+
     #[inline]
     fn reals(&mut self, cycle: Cycle, values: &[f64]) {
         self.attempt(|recording| recording.write_reals(cycle, values));
@@ -178,9 +204,10 @@ where
 {
     /// Continues on a thread of its own, so that a run need not wait for the file. An error is known only at the end.
     pub fn aside(self) -> Recording<Aside<S>> {
-        let Self { file, shown, words, has_words, reals, first_real, error } = self;
+        let Self { file, shown, words, has_words, reals, first_real, overflows, first_overflow, overflowing, error } =
+            self;
         let Timed { sink, timescale, clk, now, time } = file;
         let file = Timed { sink: Aside::new(sink), timescale, clk, now, time };
-        Recording { file, shown, words, has_words, reals, first_real, error }
+        Recording { file, shown, words, has_words, reals, first_real, overflows, first_overflow, overflowing, error }
     }
 }

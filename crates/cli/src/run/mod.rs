@@ -507,6 +507,14 @@ impl Observe for WavesAndRows {
         self.1.nets(cycle, words);
     }
 
+    fn watches_overflows(&self) -> bool {
+        self.0.watches_overflows()
+    }
+
+    fn overflows(&mut self, cycle: Cycle, nets: u64) {
+        self.0.overflows(cycle, nets);
+    }
+
     #[inline]
     fn reals(&mut self, cycle: Cycle, values: &[f64]) {
         self.0.reals(cycle, values);

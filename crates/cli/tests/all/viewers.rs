@@ -12,7 +12,8 @@ use crate::common::{code, run, scratch, stderr, text};
 #[test]
 fn markers_are_where_the_waveform_touches_overflows_and_is_judged() {
     let out = scratch("viewers").join("out");
-    let output = run(&["run", "wrap-product", "--vcd", "--no-plot", "-o", text(&out)]);
+    let output =
+        run(&["run", "wrap-product", "--set", "record.overflows=true", "--vcd", "--no-plot", "-o", text(&out)]);
     assert_eq!(code(&output), 0, "{}", stderr(&output));
     let mut parser = Parser::new(BufReader::new(File::open(out.join("wave.vcd")).expect("a waveform")));
     let header = parser.parse_header().expect("a header");
@@ -24,14 +25,17 @@ fn markers_are_where_the_waveform_touches_overflows_and_is_judged() {
         let name = |var: &vcd::Var| var.reference.split('[').next().expect("a name").to_string();
         known.extend(vars.map(|var| (format!("{}.{}", scope.identifier, name(var)), var.code)));
     }
-    let [penetration, stiffness] = ["hybrid_loop.penetration", "hybrid_loop.stiffness"].map(|name| known[name]);
+    let [penetration, stiffness, lost] =
+        ["hybrid_loop.penetration", "hybrid_loop.stiffness", "overflows.spring_overflow"].map(|name| known[name]);
     let mut words: BTreeMap<IdCode, i64> = BTreeMap::new();
     let (mut time, mut touched, mut overflowed, mut last) = (0, None, None, 0);
     let mut look = |time: u64, words: &BTreeMap<IdCode, i64>| {
-        let [depth, gain] = [penetration, stiffness].map(|id| words.get(&id).copied().unwrap_or(0));
+        let [depth, gain, lost] = [penetration, stiffness, lost].map(|id| words.get(&id).copied().unwrap_or(0));
         touched = touched.or((depth != 0).then_some(time));
         // The spring's word has 12 bits.
-        overflowed = overflowed.or((depth * gain > 4095).then_some(time));
+        let is_lost = depth * gain > 4095;
+        assert_eq!(lost == 1, is_lost, "{depth} times {gain} at {time}");
+        overflowed = overflowed.or(is_lost.then_some(time));
     };
     for command in parser {
         match command.expect("a change") {
@@ -42,6 +46,9 @@ fn markers_are_where_the_waveform_touches_overflows_and_is_judged() {
             Command::ChangeVector(id, bits) => {
                 let word = bits.iter().fold(0, |word, bit| word << 1 | i64::from(bit == Value::V1));
                 words.insert(id, word);
+            }
+            Command::ChangeScalar(id, bit) => {
+                words.insert(id, i64::from(bit == Value::V1));
             }
             _ => {}
         }
@@ -75,13 +82,20 @@ fn markers_are_where_the_waveform_touches_overflows_and_is_judged() {
     assert!(save.contains("\nplant.hand_torque_nm\n"), "{save}");
     // The hand's torque in the waveform is that of the table, row by row.
     let table = read("trace.csv");
-    let mut lines = table.lines().map(|line| line.split(',').collect::<Vec<_>>());
-    let column = lines.next().expect("a head").iter().position(|name| *name == "hand_torque_nm").expect("a column");
-    let torques: Vec<f64> = lines.map(|row| row[column].parse().expect("a number")).collect();
-    let hand = known["plant.hand_torque_nm"];
+    let rows = |wanted: &str| -> Vec<f64> {
+        let mut lines = table.lines().map(|line| line.split(',').collect::<Vec<_>>());
+        let column = lines.next().expect("a head").iter().position(|name| *name == wanted).expect("a column");
+        lines.map(|row| row[column].parse().expect("a number")).collect()
+    };
+    let torques = rows("hand_torque_nm");
+    let [hand, depth] = ["plant.hand_torque_nm", "plant.wall_depth_rad"].map(|name| known[name]);
+    let summary: serde_json::Value = serde_json::from_str(&read("summary.json")).expect("JSON");
+    let realised = &summary["realised"];
+    let wall = realised["wall_position_rad"].as_f64().unwrap_or_else(|| panic!("a wall in {realised}"));
+    let angle = rows("angle_rad");
     let mut parser = Parser::new(BufReader::new(File::open(out.join("wave.vcd")).expect("a waveform")));
     parser.parse_header().expect("a header");
-    let (mut time, mut seen) = (0, 0);
+    let (mut time, mut seen, mut deepest) = (0, 0, 0.0f64);
     for command in parser {
         match command.expect("a change") {
             Command::Timestamp(next) => time = next,
@@ -90,8 +104,12 @@ fn markers_are_where_the_waveform_touches_overflows_and_is_judged() {
                 assert_eq!((time % 10_000, value), (0, torques[time as usize / 10_000]));
                 seen += 1;
             }
+            Command::ChangeReal(id, value) if id == depth => {
+                assert_eq!(value, (angle[time as usize / 10_000] - wall).max(0.0), "at {time}");
+                deepest = value.max(deepest);
+            }
             _ => {}
         }
     }
-    assert!(seen > 10_000, "{seen}");
+    assert!(seen > 10_000 && deepest > 0.0, "{seen} {deepest}");
 }

@@ -107,7 +107,11 @@ fn run(s: &Section, clock: Clock) -> Result<Run, SceneError> {
 /// Reads `[record]` of a kind of scene, whose rate has a default of its own.
 fn record(s: &Section, plant_rate: &Key<Quantity>, scene: &str) -> Result<Record, SceneError> {
     s.accept(&[scene])?;
-    Ok(Record { plant_rate_hz: s.read(plant_rate)?, clock: s.read(&keys::record_all::clock)? })
+    Ok(Record {
+        plant_rate_hz: s.read(plant_rate)?,
+        clock: s.read(&keys::record_all::clock)?,
+        overflows: s.read(&keys::record_all::overflows)?,
+    })
 }
 
 /// Lets a scene be used as its head.

@@ -271,4 +271,6 @@ pub struct Record {
     pub plant_rate_hz: f64,
     /// Whether the clock itself is recorded.
     pub clock: bool,
+    /// Whether the overflows of nets are recorded.
+    pub overflows: bool,
 }

@@ -81,6 +81,9 @@ keys! { record: "record" of ["axis", "dut"];
 keys! { record_all: "record" of [];
     /// Records the clock signal too.
     clock: Flag = Flag(false);
+    /// Records, in waveforms, a bit for each net that can lose upper bits: 1 while its word has overflowed. The
+    /// emulator's datapath alone has them.
+    overflows: Flag = Flag(false);
 }
 
 keys! { expect: "expect" of ["axis", "dut"];
