@@ -113,7 +113,9 @@ impl Pieces {
         let mut next = 0;
         loop {
             let edge = running.edge();
-            if edge >= next || (std::mem::take(&mut self.driven) && self.edges.len() < POINTS) {
+            // A drive that changed counts at its own edge alone: later the world may be ahead of the datapath.
+            let driven = std::mem::take(&mut self.driven) && self.edges.len() < POINTS;
+            if edge >= next || driven {
                 row.clear();
                 running.world().reals(edge, &mut row);
                 self.point(edge, &row);
@@ -153,7 +155,8 @@ impl Pieces {
             axes.push(edges.len());
             axes.len() - 1
         };
-        let of_device = axis(&mut bytes, &self.edges);
+        // A reader takes the edges of an axis before its first series; a recording has no series of a device.
+        let of_device = if self.columns.is_empty() { 0 } else { axis(&mut bytes, &self.edges) };
         let judged = simulation.judged();
         for (values, column) in self.values.iter().zip(&self.columns) {
             let greatest = values.iter().filter(|value| value.is_finite()).fold(0.0, |most: f64, v| most.max(v.abs()));

@@ -341,6 +341,30 @@ fn a_folder_of_results_has_its_tables_row_by_row() {
 }
 
 #[test]
+fn every_kind_of_scene_has_a_report_with_the_facts_of_its_run() {
+    let dir = scratch("report-kinds");
+    let law = ["conventional-wall-1khz", "--set", "model.datapath=law", "--set", "model.bridge=averaged"];
+    // In the first, modes of the motor end between clock cycles at which the datapath has anything to do.
+    let kinds: [&[&str]; 6] = [
+        &["stiff-hybrid"],
+        &["replay-capture"],
+        &["phantom-thrown"],
+        &["gimbal-switch", "--set", "run.duration=0.5 s"],
+        &law,
+        &["testbench/dut/knee.toml"],
+    ];
+    for (index, scene) in kinds.into_iter().enumerate() {
+        let all = elements(&report(scene, &dir.join(format!("{index}.html"))));
+        let found = as_json(&run(&[&["run", "--json"], scene].concat()));
+        assert!(assert_facts(&all, "verdict", &found) >= 3, "{scene:?}");
+        let series = course(&all, "run-1");
+        assert!(series.iter().all(|(_, edges, _)| edges.is_sorted()), "{scene:?}");
+        assert!(series.len() >= 2, "{scene:?}");
+        assert!(all.iter().any(|element| element.section == "loop" && element.name == "svg"), "{scene:?}");
+    }
+}
+
+#[test]
 fn refusals_leave_nothing_behind() {
     let dir = scratch("report-refused");
     let out = dir.join("report.html");
