@@ -3,15 +3,21 @@
 # native engine, pace, controls, refusals. Makes the page (testbench/explorer.sh) and installs what it needs where it
 # may.
 # SLACK=N allows N times the time where cores are busy.
+# With --firefox, the bits, the slider and the map in headless Firefox too (testbench/browser/firefox.mjs).
 # Exit codes: 0 all passed, 1 a test failed, 3 a tool is missing.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
 packages="chromium nodejs npm"
+firefox=
+if [ "${1:-}" = --firefox ]; then
+    packages="$packages firefox-esr"
+    firefox=$(command -v firefox-esr || command -v firefox || echo missing)
+fi
 browser=$(command -v chromium || command -v chromium-browser || command -v google-chrome || true)
-if [ -z "$browser" ] || ! command -v node >/dev/null || ! command -v npm >/dev/null; then
+if [ -z "$browser" ] || [ "$firefox" = missing ] || ! command -v node >/dev/null || ! command -v npm >/dev/null; then
     if [ "$(id -u)" != 0 ] || ! command -v apt-get >/dev/null; then
-        echo "error: Chromium, Node.js or npm is missing; install and run this again:" \
+        echo "error: a browser, Node.js or npm is missing; install and run this again:" \
             "sudo apt-get install $packages" >&2
         exit 3
     fi
@@ -19,6 +25,7 @@ if [ -z "$browser" ] || ! command -v node >/dev/null || ! command -v npm >/dev/n
     # shellcheck disable=SC2086  # one word a package
     DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends $packages
     browser=$(command -v chromium)
+    [ -z "$firefox" ] || firefox=$(command -v firefox-esr)
 fi
 modules=${XDG_CACHE_HOME:-$HOME/.cache}/hpu/browser
 if ! cmp -s testbench/browser/package-lock.json "$modules/installed"; then
@@ -41,3 +48,6 @@ trap 'rm -rf "$work"' EXIT
 # The page as the command writes it.
 "$target/release/hpu" explore -o "$work/explore.html" >"$work/said"
 BROWSER=$browser node testbench/browser/test.mjs "$work/explore.html" "$work/hashes" "$modules"
+if [ -n "$firefox" ]; then
+    FIREFOX=$firefox node --experimental-websocket testbench/browser/firefox.mjs "$work/explore.html" "$work/hashes"
+fi

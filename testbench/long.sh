@@ -1,7 +1,7 @@
 #!/bin/bash
 # What is too long for the test command: every test with checks of overflow and debug assertions, the tests marked
-# `ignore`, the whole `hpu check`, libhpu and the Python package under valgrind, stable sets of 1000 random loops
-# against numpy, then commands at random, on all cores. Its record is record/long.txt.
+# `ignore`, the whole `hpu check`, the explorer in Firefox, libhpu and the Python package under valgrind, stable sets of
+# 1000 random loops against numpy, then commands at random, on all cores. Its record is record/long.txt.
 # Usage: testbench/long.sh [COMMANDS [SEED]]: so many commands [100000] of a seed [1]; --update writes the record.
 # Exit codes: 0 every test passed and every command ended as the contract says, 1 one did not.
 set -euo pipefail
@@ -38,6 +38,11 @@ gimbal=(gimbal-switch --set clock.frequency="2 MHz")
 tail -n 1 "$scratch/switched"
 "${CARGO_TARGET_DIR:-target}/debug/hpu" run "${gimbal[@]}" --set run.duration="6 s" --compare >"$scratch/compared" || failed=1
 tail -n 1 "$scratch/compared"
+
+# The explorer in a second browser.
+testbench/browser.sh --firefox >"$scratch/browsers" || { failed=1 && cat "$scratch/browsers"; }
+firefox=$(tail -n 1 "$scratch/browsers")
+echo "$firefox"
 
 # The library in C: no error, no leak. The second program is refused at every turn, in two threads.
 cargo build --locked --release --quiet -p hpu-capi
@@ -106,6 +111,7 @@ grep -h "HPU_FUZZ_SEED" -A3 "$scratch"/*.err || true
     tail -n 1 "$scratch/checked"
     tail -n 1 "$scratch/switched"
     tail -n 1 "$scratch/compared"
+    echo "explorer in $firefox"
     cat "$scratch/valgrind" "$scratch/wheel"
     tail -n 1 "$scratch/sets"
     # The same verb and exit of all shares in one line.

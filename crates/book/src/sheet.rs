@@ -116,34 +116,47 @@ fn figure(name: &str) -> Result<String> {
     ))
 }
 
-/// Returns what a block costs, from the record, or the command that tells.
+/// The records of costs: of every block by default, and of other configurations.
+const COSTS: [&str; 2] = ["testbench/record/costs.csv", "testbench/record/phantom-cost.csv"];
+
+/// Returns the cells and the speed of a block, as far as they are on record. A configuration that is in both records is
+/// that of the first.
 fn cost(name: &str) -> Result<String> {
-    let record = text("testbench/record/phantom-cost.csv")?;
-    let mut lines = record.lines();
-    let tools = lines.next().unwrap_or_default().trim_start_matches("# ");
-    let head: Vec<&str> = lines.next().unwrap_or_default().split(',').collect();
-    let mut rows = String::new();
-    for line in lines {
-        let fields: Vec<&str> = line.split(',').collect();
-        let of = |column: &str| head.iter().position(|known| *known == column).and_then(|at| fields.get(at)).copied();
-        if of("block") != Some(name) {
-            continue;
+    let mut known: Vec<String> = Vec::new();
+    let (mut rows, mut by) = (String::new(), Vec::new());
+    for place in COSTS {
+        let record = text(place)?;
+        let mut lines = record.lines();
+        let tools = lines.next().unwrap_or_default().trim_start_matches("# ");
+        let head: Vec<&str> = lines.next().unwrap_or_default().split(',').collect();
+        for line in lines {
+            let fields: Vec<&str> = line.split(',').collect();
+            let of =
+                |column: &str| head.iter().position(|known| *known == column).and_then(|at| fields.get(at)).copied();
+            let get = |column: &str| of(column).filter(|text| !text.is_empty()).unwrap_or("-");
+            if of("block") != Some(name) || known.iter().any(|variant| variant == get("variant")) {
+                continue;
+            }
+            let speed = match (get("fmax_mhz"), get("path_ns")) {
+                ("-", "-") => "-".to_string(),
+                ("-", path) => format!("{path} ns"),
+                (fastest, _) => format!("{fastest} MHz"),
+            };
+            let columns = ["variant", "target", "lut4", "ff", "carry", "bram", "dsp"].map(get);
+            rows += &format!("| {} | {speed} |\n", columns.join(" | ").replace('_', "\\_"));
+            known.push(get("variant").to_string());
+            let said = format!("{tools}, from [the record](../../../../{place})");
+            if !by.contains(&said) {
+                by.push(said);
+            }
         }
-        let get = |column: &str| of(column).filter(|text| !text.is_empty()).unwrap_or("-");
-        let speed = match (get("fmax_mhz"), get("path_ns")) {
-            ("-", "-") => "-".to_string(),
-            ("-", path) => format!("{path} ns"),
-            (fastest, _) => format!("{fastest} MHz"),
-        };
-        let columns = ["variant", "target", "lut4", "ff", "carry", "bram", "dsp"].map(get);
-        rows += &format!("| {} | {speed} |\n", columns.join(" | ").replace('_', "\\_"));
     }
     if rows.is_empty() {
         return Ok(format!("`hpu cost {name}` counts its cells and places it, by GHDL, Yosys and nextpnr.\n"));
     }
     let heads = ["variant", "target", "LUT4", "flip-flops", "carry", "block RAMs", "DSPs", "speed"];
     let head = format!("| {} |\n|{}\n", heads.join(" | "), "---|".repeat(heads.len()));
-    Ok(format!("{head}{rows}\n{tools}; from [the record](../../../../testbench/record/phantom-cost.txt).\n"))
+    Ok(format!("{head}{rows}\n{}.\n", by.join("; ")))
 }
 
 /// Returns what `hpu check --formal` proves of a block.
