@@ -1,8 +1,8 @@
 //! The equations of a VHDL header, typeset as MathML, which browsers show without a script.
 //!
-//! A header holds prose, which begins in the first column, and runs of indented lines. A run is typeset when each of
-//! its lines can be read: as an equation, as a case or a condition of the equation above it, or as a heading that ends
-//! in a colon. Any other run (a drawing, a table, a list) stays text.
+//! A header holds prose, which begins in the first column, and runs of indented lines. A run is typeset when it begins
+//! with an equation and each further line can be read: as an equation, as a case or a condition of the equation above
+//! it, or as words between equations. Any other run (a drawing, a table, a list) stays text.
 
 use crate::sheet::{cell, unindented};
 
@@ -20,17 +20,13 @@ pub fn typeset(equations: &str) -> String {
     let lines: Vec<&str> = spread.lines().collect();
     // A table may begin in the first column.
     let is_run = |line: &str| line.starts_with(' ') || line.contains("  ");
-    let is_one = |line: &&str, next: &&str| match (is_run(line), is_run(next)) {
-        (true, true) => true,
-        (false, false) => !line.is_empty() && !next.is_empty() && !line.ends_with(':'),
-        _ => false,
-    };
-    let parts =
-        lines.chunk_by(is_one).filter(|part| !part[0].is_empty()).map(|part| match (is_run(part[0]), table(part)) {
-            (false, _) => format!("{}\n", cell(&part.join(" "))),
-            (true, Some(table)) => table,
-            (true, None) => format!("```text\n{}\n```\n", unindented(&part.join("\n"))),
-        });
+    let is_one = |line: &&str, next: &&str| !line.is_empty() && !next.is_empty() && is_run(line) == is_run(next);
+    let parts = lines.chunk_by(is_one).filter(|part| !part[0].is_empty());
+    let parts = parts.map(|part| match (is_run(part[0]), table(part)) {
+        (false, _) => format!("{}\n", cell(&part.join(" "))),
+        (true, Some(table)) => table,
+        (true, None) => format!("```text\n{}\n```\n", unindented(&part.join("\n"))),
+    });
     parts.collect::<Vec<_>>().join("\n")
 }
 
@@ -233,7 +229,14 @@ impl<'t> Reader<'t> {
                 is_operand = true;
             } else if token.kind == Kind::Sign || token.joins() {
                 let is_unary = !is_operand || (token.blanks > 0 && self.is_prefix(self.at));
-                math += &sign(token.text, is_unary)?;
+                math += &match token.text {
+                    separator @ ("," | ";" | ":") => {
+                        // Prose brings its own space.
+                        let space = if self.is_prose(self.at + 1) { "0" } else { "0.3em" };
+                        format!("<mo lspace=\"0\" rspace=\"{space}\">{separator}</mo>")
+                    }
+                    other => sign(other, is_unary)?,
+                };
                 is_operand = token.is("..");
                 self.at += 1;
             } else {
@@ -252,7 +255,8 @@ impl<'t> Reader<'t> {
             words.push(self.tokens[self.at].text);
             self.at += 1;
         }
-        let before = if is_inside && self.tokens[begin - 1].ends_operand() { "\u{a0}" } else { "" };
+        let is_close = |before: &Token| before.ends_operand() || [",", ";", ":"].contains(&before.text);
+        let before = if is_inside && is_close(&self.tokens[begin - 1]) { "\u{a0}" } else { "" };
         let is_apart = |next: &Token| {
             next.begins_operand() || (["+", "-"].contains(&next.text) && next.blanks > 0 && self.is_prefix(self.at))
         };
@@ -372,7 +376,6 @@ fn sign(text: &str, is_unary: bool) -> Option<String> {
         "not" if is_unary => return Some("<mo form=\"prefix\" lspace=\"0\" rspace=\"0.3em\">not</mo>".to_string()),
         "and" | "or" | "not" | "mod" => return Some(format!("<mo lspace=\"0.3em\" rspace=\"0.3em\">{text}</mo>")),
         ".." => return Some("<mo lspace=\"0.3em\" rspace=\"0.3em\">…</mo>".to_string()),
-        "," | ";" | ":" => return Some(format!("<mo lspace=\"0\" rspace=\"0.3em\">{text}</mo>")),
         "." => return Some("<mo lspace=\"0\" rspace=\"0\">.</mo>".to_string()),
         "*" | "/" | "^" => return None,
         "-" => "−",
@@ -413,6 +416,9 @@ fn columns<'t>(tokens: &'t [Token<'t>]) -> Vec<&'t [Token<'t>]> {
     columns
 }
 
+/// A space between columns of a line.
+const SPACE: &str = "<mspace width=\"1em\"></mspace>";
+
 /// A row of the right side of an equation.
 struct Row {
     /// An expression, or the rest of the one above.
@@ -423,9 +429,9 @@ struct Row {
 
 /// A part of a run.
 enum Line {
-    /// Words that end in a colon, and their column.
-    Heading(String, usize),
     Equation(Equation),
+    /// Words between equations, and their column: `else:`.
+    Words(String, usize),
 }
 
 /// An equation with its cases.
@@ -446,7 +452,7 @@ impl Equation {
         let at = tokens.iter().position(is_relation)?;
         let (left, [relation, right @ ..]) = tokens.split_at(at) else { return None };
         let is_name = |(at, token): (usize, &Token)| match token.kind {
-            Kind::Sign => token.is(",") || token.is("^") || token.is("-"),
+            Kind::Sign => token.is(",") || (token.blanks == 0 && (token.is("^") || token.is("-"))),
             _ if at == 0 => true,
             // Only what is assigned may have a name of two words.
             Kind::Word => token.blanks == 0 || left[at - 1].is(",") || (token.blanks < GAP && relation.is(":=")),
@@ -487,7 +493,7 @@ impl Equation {
 fn row(tokens: &[Token]) -> Option<Row> {
     let columns = columns(tokens).into_iter().map(expression).collect::<Option<Vec<_>>>()?;
     let (value, notes) = columns.split_first()?;
-    Some(Row { value: value.clone(), note: notes.join("<mspace width=\"1.5em\"></mspace>") })
+    Some(Row { value: value.clone(), note: notes.join(&SPACE.repeat(2)) })
 }
 
 /// Returns the equations of a run; `None` when a line is something else.
@@ -500,7 +506,9 @@ fn lines(run: &[&str]) -> Option<Vec<Line>> {
             Some(Line::Equation(above)) if begin >= above.right => above.go_on(&tokens)?,
             _ => lines.push(match Equation::read(&tokens) {
                 Some(equation) => Line::Equation(equation),
-                None => Line::Heading(expression(tokens.last()?.is(":").then_some(&tokens)?)?, begin),
+                // A run that begins with words is no run of equations.
+                None if lines.is_empty() || columns(&tokens).len() > 1 => return None,
+                None => Line::Words(expression(&tokens)?, begin),
             }),
         }
     }
@@ -511,21 +519,29 @@ fn lines(run: &[&str]) -> Option<Vec<Line>> {
 fn table(run: &[&str]) -> Option<String> {
     let lines = lines(run)?;
     let begins = lines.iter().map(|line| match line {
-        Line::Heading(_, begin) | Line::Equation(Equation { begin, .. }) => *begin,
+        Line::Words(_, begin) | Line::Equation(Equation { begin, .. }) => *begin,
     });
     let least = begins.min()?;
     let indented = |begin: usize, math: &str| match begin - least {
         0 => math.to_string(),
         columns => format!("<mspace width=\"{columns}ex\"></mspace>{math}"),
     };
+    let notes = lines.iter().map(|line| match line {
+        Line::Equation(equation) if !equation.is_cases => {
+            equation.rows.iter().filter(|row| !row.note.is_empty()).count()
+        }
+        _ => 0,
+    });
+    // A single note is behind its value instead of in a column of its own.
+    let is_column = notes.sum::<usize>() > 1;
     let rows: String = lines
         .iter()
         .map(|line| match line {
-            Line::Heading(math, begin) => format!("<mtr><mtd columnspan=\"4\">{}</mtd></mtr>", indented(*begin, math)),
-            Line::Equation(equation) => rows(equation, &indented(equation.begin, &equation.name)),
+            Line::Words(math, begin) => format!("<mtr><mtd columnspan=\"4\">{}</mtd></mtr>", indented(*begin, math)),
+            Line::Equation(equation) => rows(equation, &indented(equation.begin, &equation.name), is_column),
         })
         .collect();
-    let text = escaped(&unindented(&run.join("\n"))).replace('"', "&quot;").replace('\n', "&#10;");
+    let text = escaped(&unindented(&run.join("\n"))).replace('\n', "&#10;");
     Some(format!(
         "<div class=\"equations\"><math display=\"block\" alttext=\"{text}\"><mtable displaystyle=\"true\" \
          columnalign=\"left center left left\">{rows}</mtable></math></div>\n"
@@ -533,11 +549,12 @@ fn table(run: &[&str]) -> Option<String> {
 }
 
 /// Returns the rows of an equation. Cases are a table of their own behind a brace.
-fn rows(Equation { relation, rows, is_cases, .. }: &Equation, name: &str) -> String {
+fn rows(Equation { relation, rows, is_cases, .. }: &Equation, name: &str, is_column: bool) -> String {
     // A value without a note does not move the notes of the other rows.
     let cells = |Row { value, note }: &Row| match note.as_str() {
         "" => format!("<mtd columnspan=\"2\">{value}</mtd>"),
-        note => format!("<mtd>{value}</mtd><mtd><mspace width=\"1em\"></mspace>{note}</mtd>"),
+        note if is_column || *is_cases => format!("<mtd>{value}</mtd><mtd>{SPACE}{note}</mtd>"),
+        note => format!("<mtd columnspan=\"2\">{value}{SPACE}{SPACE}{note}</mtd>"),
     };
     let begin = format!("<mtd>{name}</mtd><mtd>{relation}</mtd>");
     if *is_cases {
