@@ -204,7 +204,9 @@ impl<'t> Reader<'t> {
         };
         let Some(token) = self.tokens.get(at).filter(|token| lower(token)) else { return false };
         let next = self.tokens.get(at + 1);
-        if next.is_some_and(|next| next.blanks == 0 && matches!(next.kind, Kind::Open | Kind::Prime)) {
+        let is_call = |next: &Token| next.blanks == 0 && matches!(next.kind, Kind::Open | Kind::Prime);
+        let is_product = |next: &Token| token.text == "prod" && next.kind == Kind::Number;
+        if next.is_some_and(|next| is_call(next) || is_product(next)) {
             return false;
         }
         if token.text.len() == 1 {
