@@ -99,6 +99,8 @@ fn the_book_is_whole_without_a_network() {
         let math = |html: &str| html.matches("<math display=\"block\"").count();
         assert_eq!(math(sheet), math(&typeset(&equations(name))), "equations of {name}");
     }
+    // A purpose that takes two lines of the header is whole.
+    assert!(pages[&out.join("blocks/trig_cordic.html")].contains("by rotations that only shift and add (clocked)."));
     let gallery = &pages[&out.join("gallery.html")];
     for scene in shipped() {
         assert!(gallery.contains(&format!("src=\"pictures/{}-", scene.name)), "{} has no picture", scene.name);
