@@ -36,7 +36,7 @@ impl Header {
         let mut lines = lines.map(|line| line.strip_prefix(' ').unwrap_or(line)).peekable();
         let (_, purpose) = lines.next()?.split_once(" : ")?;
         let mut purpose = purpose.to_string();
-        while let Some(more) = lines.next_if(|line| line.starts_with(' ')) {
+        while let Some(more) = lines.next_if(|line| !line.is_empty()) {
             purpose += &format!(" {}", more.trim());
         }
         let equations: Vec<&str> = std::iter::from_fn(|| lines.next_if(|line| label(line).is_none())).collect();

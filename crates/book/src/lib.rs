@@ -4,6 +4,7 @@
 //! that leaves `pages/` by `../` names a file of the repository. The book carries a copy of each such file, so
 //! that it can be moved or published as it is.
 
+pub mod equation;
 mod gallery;
 mod header;
 mod links;

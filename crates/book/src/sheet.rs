@@ -7,6 +7,7 @@ use hpu_rtl::{Hdl, literal};
 use hpu_signal::Signal;
 use mdbook_driver::errors::{Error, Result};
 
+use crate::equation::typeset;
 use crate::header::Header;
 use crate::{root, text, timing};
 
@@ -16,8 +17,8 @@ fn header(block: &dyn AnyBlock) -> Result<Header> {
     Header::read(&vhdl).ok_or_else(|| Error::msg(format!("{}: a part of the VHDL's header is missing", block.name())))
 }
 
-/// Returns text for a cell of a table.
-fn cell(text: &str) -> String {
+/// Returns text for a paragraph or a cell of a table.
+pub fn cell(text: &str) -> String {
     text.replace('|', "\\|").replace('*', "\\*").replace('_', "\\_").replace('[', "\\[").replace('<', "&lt;")
 }
 
@@ -43,7 +44,7 @@ fn kind(block: &dyn AnyBlock) -> &'static str {
 pub fn sheet(block: &dyn AnyBlock) -> Result<String> {
     let (name, header) = (block.name(), header(block)?);
     let mut page = format!("# {name}\n\n{} ({}).\n", sentence(&header.purpose), kind(block));
-    page += &format!("\n## Equations\n\n```text\n{}\n```\n", unindented(&header.equations));
+    page += &format!("\n## Equations\n\n{}", typeset(&header.equations));
     page += "\n## Ports\n\n| | port | format | unit | meaning |\n|---|---|---|---|---|\n";
     let port = |direction: &str, port: &Signal| {
         let Signal { name, format, unit, doc } = port;
@@ -76,7 +77,7 @@ fn sentence(text: &str) -> String {
 }
 
 /// Returns lines without the spaces that all of them begin with.
-fn unindented(text: &str) -> String {
+pub fn unindented(text: &str) -> String {
     let full = || text.lines().filter(|line| !line.trim().is_empty());
     let spaces = full().map(|line| line.len() - line.trim_start().len()).min().unwrap_or(0);
     text.lines().map(|line| line.get(spaces..).unwrap_or("")).collect::<Vec<_>>().join("\n")

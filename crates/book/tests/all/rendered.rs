@@ -5,7 +5,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use hpu_book::equation::typeset;
 use hpu_cosim::scene::shipped;
+
+use crate::equations::equations;
 
 /// Returns all files below a folder.
 fn files(folder: &Path) -> Vec<PathBuf> {
@@ -93,7 +96,11 @@ fn the_book_is_whole_without_a_network() {
             assert!(attributes(sheet, "id").contains(&part), "{name} has no {part}");
         }
         assert!(sheet.contains("<svg class=\"timing\""), "{name} has no timing figure");
+        let math = |html: &str| html.matches("<math display=\"block\"").count();
+        assert_eq!(math(sheet), math(&typeset(&equations(name))), "equations of {name}");
     }
+    // A purpose that takes two lines of the header is whole.
+    assert!(pages[&out.join("blocks/trig_cordic.html")].contains("by rotations that only shift and add (clocked)."));
     let gallery = &pages[&out.join("gallery.html")];
     for scene in shipped() {
         assert!(gallery.contains(&format!("src=\"pictures/{}-", scene.name)), "{} has no picture", scene.name);
