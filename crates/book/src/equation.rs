@@ -4,7 +4,7 @@
 //! with an equation and each further line can be read: as an equation, as a case or a condition of the equation above
 //! it, or as words between equations. Any other run (a drawing, a table, a list) stays text.
 
-use crate::sheet::{cell, unindented};
+use crate::header::{cell, unindented};
 
 /// Returns the equations of a header as Markdown: prose as paragraphs, runs of equations as MathML, other runs as text
 /// blocks.

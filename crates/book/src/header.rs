@@ -1,4 +1,4 @@
-//! The header of a block's VHDL, which is its data sheet.
+//! The header of a block's VHDL, which is its data sheet, and its text as Markdown.
 
 /// A header in its parts.
 pub struct Header {
@@ -63,4 +63,16 @@ impl Header {
             differs: flowing("differs")?.strip_prefix("from the hardware: ")?.to_string(),
         })
     }
+}
+
+/// Returns text for a paragraph or a cell of a table.
+pub fn cell(text: &str) -> String {
+    text.replace('|', "\\|").replace('*', "\\*").replace('_', "\\_").replace('[', "\\[").replace('<', "&lt;")
+}
+
+/// Returns lines without the spaces that all of them begin with.
+pub fn unindented(text: &str) -> String {
+    let full = || text.lines().filter(|line| !line.trim().is_empty());
+    let spaces = full().map(|line| line.len() - line.trim_start().len()).min().unwrap_or(0);
+    text.lines().map(|line| line.get(spaces..).unwrap_or("")).collect::<Vec<_>>().join("\n")
 }

@@ -8,18 +8,13 @@ use hpu_signal::Signal;
 use mdbook_driver::errors::{Error, Result};
 
 use crate::equation::typeset;
-use crate::header::Header;
+use crate::header::{Header, cell, unindented};
 use crate::{root, text, timing};
 
 /// Returns the header of a block's VHDL, which the program carries.
 fn header(block: &dyn AnyBlock) -> Result<Header> {
     let vhdl = Hdl::Carried.text(block.name()).map_err(|error| Error::msg(error.to_string()))?;
     Header::read(&vhdl).ok_or_else(|| Error::msg(format!("{}: a part of the VHDL's header is missing", block.name())))
-}
-
-/// Returns text for a paragraph or a cell of a table.
-pub fn cell(text: &str) -> String {
-    text.replace('|', "\\|").replace('*', "\\*").replace('_', "\\_").replace('[', "\\[").replace('<', "&lt;")
 }
 
 /// Returns the list of all blocks, each with its purpose and a link to its sheet.
@@ -74,13 +69,6 @@ pub fn sheet(block: &dyn AnyBlock) -> Result<String> {
 fn sentence(text: &str) -> String {
     let mut letters = text.chars();
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
-}
-
-/// Returns lines without the spaces that all of them begin with.
-pub fn unindented(text: &str) -> String {
-    let full = || text.lines().filter(|line| !line.trim().is_empty());
-    let spaces = full().map(|line| line.len() - line.trim_start().len()).min().unwrap_or(0);
-    text.lines().map(|line| line.get(spaces..).unwrap_or("")).collect::<Vec<_>>().join("\n")
 }
 
 /// Returns the generics with their defaults, their meaning as the VHDL says it, and the variants.

@@ -65,3 +65,30 @@ fn every_test_file_is_a_module_of_its_binary() {
         }
     }
 }
+
+/// Returns whether a file below a folder has a unit test.
+fn has_tests(folder: &Path) -> bool {
+    fs::read_dir(folder).expect("sources are readable").any(|entry| {
+        let path = entry.expect("an entry").path();
+        if path.is_dir() {
+            return has_tests(&path);
+        }
+        path.extension().is_some_and(|end| end == "rs") && fs::read_to_string(&path).expect("text").contains("#[test]")
+    })
+}
+
+/// With `test = false`, cargo compiles a library once less; a unit test in it would never run.
+#[test]
+fn a_library_is_compiled_for_tests_where_it_has_any() {
+    let crates = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("crates/");
+    for (name, _) in MAY_KNOW {
+        let manifest = fs::read_to_string(crates.join(name).join("Cargo.toml")).expect("a manifest");
+        let library = manifest.split("[lib]").nth(1).and_then(|rest| rest.split("\n[").next()).unwrap_or_default();
+        let has = has_tests(&crates.join(name).join("src"));
+        assert_eq!(
+            !library.contains("\ntest = false\n"),
+            has,
+            "{name}: `test = false` if src has no #[test], else not"
+        );
+    }
+}
