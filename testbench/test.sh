@@ -2,7 +2,7 @@
 # The whole test: style, every Rust test, then every block and loop of the VHDL in GHDL, and what other tools make of vectors
 # and arithmetic; beside them lints, documentation, and what short runs cost in instructions.
 # The explorer's page is tested in a browser.
-# Installs the tools of hardware designers where it may; ends with the counts of tests.
+# Installs the tools of hardware designers where it may; ends with the time of each stage and the counts of tests.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -43,6 +43,12 @@ cargo fmt --all --check
 
 target=${CARGO_TARGET_DIR:-target}
 scratch=$(mktemp -d)
+begun=$SECONDS
+# Notes the seconds since the stage before.
+stage() {
+    echo "$1 $((SECONDS - begun)) s" >>"$scratch/stages"
+    begun=$SECONDS
+}
 trap 'rm -rf "$scratch"' EXIT
 
 # Beside the tests, and behind them in priority, so that no core waits while one crate is compiled: lints and documentation,
@@ -57,7 +63,8 @@ lint() {
     renice -n 10 -p "$BASHPID"
     (lint) >"$scratch/lint" 2>&1 || touch "$scratch/lint-failed"
     # A failure is told by the test in a browser, which makes the page again.
-    testbench/explorer.sh >"$scratch/explorer" 2>&1 || true
+    TIMEFORMAT="%U s of a core"
+    { time testbench/explorer.sh >/dev/null 2>&1 || true; } 2>"$scratch/explorer"
     testbench/instructions.sh >"$scratch/instructions" 2>&1 || touch "$scratch/instructions-failed"
 ) >"$scratch/priority" &
 beside=$!
@@ -66,26 +73,33 @@ beside=$!
 # instructions is counted on the same libraries. long.sh runs them all once more with checks of overflow and assertions.
 tested=passed
 testbench/tests.py | tee "$scratch/tests" || tested=failed
+stage "builds and tests"
 cargo test --locked --release --workspace --doc --quiet | tee -a "$scratch/tests" || tested=failed
+stage "examples of the documentation"
 
 # The VHDL: blocks on their vectors, loops closed around the plant, edge by edge. Beside the directed rows a twentieth of the
 # random ones: most blocks are proved too, and long.sh runs the whole check. The tests have built the program; `cargo run`
 # would build half of it once more, with fewer features of its dependencies.
 checked=passed
 "$target/release/hpu" check --rows 100 || checked=failed
+stage "VHDL"
 
 # APyTypes, cocotb and VUnit.
 outside=passed
 testbench/outside.sh || outside=failed
+stage "other tools and Python"
 
 wait "$beside"
+stage "waiting for lints and counts"
 
 # The explorer's page, after everything else: it is timed. Machines that test are shared, so it may take three times as
 # long; testbench/browser.sh by itself is strict.
 browsed=passed
 SLACK=${SLACK:-3} testbench/browser.sh || browsed=failed
+stage "browser"
 
-cat "$scratch/lint" "$scratch/instructions"
+cat "$scratch/lint" "$scratch/instructions" "$scratch/stages"
+echo "beside: the explorer's page, $(cat "$scratch/explorer")"
 linted=passed
 counted=passed
 [ ! -e "$scratch/lint-failed" ] || linted=failed
