@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Builds every Rust test and runs each in a process of its own, on all cores; tells the ten slowest.
+"""Builds every Rust test and runs each in a process of its own, on all cores; tells the slowest, and what each binary took.
 
 Cargo runs one test binary after another, and at the end of each one core waits for the other. Here all tests are one queue, and
 those that were slow in the run on record (record/tests.txt, written by --update) start first.
@@ -106,7 +106,10 @@ class Queue:
 def main():
     update, text = "--update" in sys.argv, next((word for word in sys.argv[1:] if not word.startswith("--")), "")
     slow = recorded()
-    tests = [test for binary in built() for test in tests_of(*binary) if text in test[0]]
+    begun = time.monotonic()
+    binaries = list(built())
+    built_s = time.monotonic() - begun
+    tests = [test for binary in binaries for test in tests_of(*binary) if text in test[0]]
     tests.sort(key=lambda test: -slow.get(test[0], 0.0))
     if not tests:
         sys.exit(f"error: no test has `{text}` in its name")
@@ -119,6 +122,14 @@ def main():
     print("the ten slowest tests:")
     for seconds, name in sorted(queue.took, reverse=True)[:10]:
         print(f"{seconds:8.2f} s  {name}")
+    sums = {}
+    for seconds, name in queue.took:
+        binary = " ".join(name.split(" ")[:2])
+        count, total = sums.get(binary, (0, 0.0))
+        sums[binary] = (count + 1, total + seconds)
+    for binary, (count, total) in sorted(sums.items(), key=lambda one: -one[1][1]):
+        print(f"{total:8.2f} s  {binary}: {count} tests")
+    print(f"{built_s:8.2f} s  builds")
     if update:
         slowest = [f"{seconds:.0f} {name}\n" for seconds, name in sorted(queue.took, reverse=True) if seconds > SLOW_S]
         head = "# Seconds of the slow tests, by testbench/tests.py --update; those start first.\n"
