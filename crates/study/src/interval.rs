@@ -196,10 +196,17 @@ impl Matrix {
     }
 
     pub fn times(&self, other: &Self) -> Self {
-        let cell = |row: &[Interval], column: usize| {
-            row.iter().zip(&other.0).fold(Interval::ZERO, |sum, (left, right)| sum.plus(left.times(right[column])))
+        // Row by row of `other`, and none for a zero on the left: most cells of block triangles are zero.
+        let product = |row: &Vec<Interval>| {
+            let mut sums = vec![Interval::ZERO; other.columns()];
+            for (left, right) in row.iter().zip(&other.0).filter(|(left, _)| **left != Interval::ZERO) {
+                for (sum, cell) in sums.iter_mut().zip(right) {
+                    *sum = sum.plus(left.times(*cell));
+                }
+            }
+            sums
         };
-        Self(self.0.iter().map(|row| (0..other.columns()).map(|column| cell(row, column)).collect()).collect())
+        Self(self.0.iter().map(product).collect())
     }
 
     /// Returns the greatest absolute value of each cell, as a matrix.
