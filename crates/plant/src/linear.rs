@@ -40,7 +40,7 @@ fn levels<T>(count: usize) -> Vec<Level<T>> {
 /// A linear system, with its leaps tabulated for one clock period.
 pub struct Linear {
     pub(crate) a: Matrix,
-    wide: Wide,
+    pub(crate) wide: Wide,
     /// How fast it moves, in 1/s: the `rate` of its matrix.
     pub(crate) rate: f64,
     pub(crate) edge_s: f64,

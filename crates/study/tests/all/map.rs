@@ -234,8 +234,8 @@ fn threads_and_interruptions_change_nothing_and_no_cell_is_run_twice() {
 #[test]
 fn cells_with_the_same_words_are_each_what_they_are_alone() {
     let map = pressed(
-        "wall.stiffness=1..1.2 N.m/rad:7",
-        "wall.damping=0.1..0.11 mN.m.s/rad:4",
+        "wall.stiffness=1..1.15 N.m/rad:8",
+        "wall.damping=0.1..0.105 mN.m.s/rad:3",
         &["a", "b:device.coulomb_friction=1 mN.m"],
     );
     let (mut words, mut asked) = (Vec::new(), Vec::new());
