@@ -20,7 +20,7 @@ use crate::linear::Trajectory;
 use crate::matrix::{ANGLE, CURRENT, INTENT, SPEED, State};
 use crate::{Axis, Bridge, Circuit, Gates};
 
-use cruise::Cruise;
+use cruise::{Cruise, Ripple};
 use modes::Check;
 use waves::Waves;
 
@@ -71,6 +71,8 @@ pub struct Device<'a> {
     pub(crate) ahead: (u64, (f64, f64), Option<Event>),
     /// The edge at which the last smooth motion tried leaves its limits.
     pub(crate) leaves: u64,
+    /// The ripple of the pulses under which a cruise was last tried.
+    pub(crate) ripple: Option<Ripple<'a>>,
     /// The number of edges after the anchor below which the error bounds in `noise` (angle, checked functions) hold.
     pub(crate) heard: u64,
     noise: [f64; 3],
@@ -117,6 +119,7 @@ impl<'a> Device<'a> {
             cruise: None,
             ahead: (0, (0.0, 0.0), None),
             leaves: 0,
+            ripple: None,
             heard: 0,
             noise: [0.0; 3],
             redecided: 0,
@@ -432,19 +435,25 @@ impl<'a> Device<'a> {
         }
     }
 
+    /// Returns the first edge in (`from`, `to`] at which a mode ends or the angle leaves `[low_rad, high_rad)`, where
+    /// neither has happened at `from`; or the end of a [`cruise`](Self::cruise).
+    #[must_use]
+    #[inline]
+    pub fn next_event(&mut self, from: u64, to: u64, band_rad: (f64, f64)) -> Option<Event> {
+        let (known, known_rad, event) = &self.ahead;
+        if to <= *known && band_rad == *known_rad && event.as_ref().is_none_or(|event| event.0 > from) {
+            return event.filter(|event| event.0 <= to);
+        }
+        self.look_for(from, to, band_rad)
+    }
+
     versions! {
-        /// Returns the first edge in (`from`, `to`] at which a mode ends or the angle leaves `[low_rad, high_rad)`,
-        /// where neither has happened at `from`; or the end of a [`cruise`](Self::cruise).
-        #[must_use]
-        pub fn next_event[next_event_fused, next_event_native, next_event_with](self: &mut Self, from: u64, to: u64, band_rad: (f64, f64)) -> Option<Event>
+        /// Searches for the [`next_event`](Self::next_event).
+        fn look_for[look_for_fused, look_for_native, look_for_with](self: &mut Self, from: u64, to: u64, band_rad: (f64, f64)) -> Option<Event>
     }
 
     #[inline(always)]
-    fn next_event_with<P: Product>(&mut self, from: u64, to: u64, band_rad: (f64, f64)) -> Option<Event> {
-        let (known, known_rad, event) = self.ahead;
-        if to <= known && band_rad == known_rad && event.is_none_or(|event| event.0 > from) {
-            return event.filter(|event| event.0 <= to);
-        }
+    fn look_for_with<P: Product>(&mut self, from: u64, to: u64, band_rad: (f64, f64)) -> Option<Event> {
         if let Some(end) = self.cruise_end() {
             return (to >= end).then(|| (end, self.motion.at(end - self.anchor)));
         }
@@ -461,46 +470,46 @@ impl<'a> Device<'a> {
         self.hear(last);
         let encoder = Limits::from(&Band { low: band_rad.0, high: band_rad.1, open: true });
         let a = MotionPoint::of(&self.motion, first);
-        let event = if self.stays(&encoder, &a, last - first) { None } else { self.search(&encoder, a, last) };
+        let doubtful = self.doubtful(&encoder, &a, last - first);
+        let event = if doubtful == [false; 3] { None } else { self.search(&encoder, a, last, doubtful) };
         self.ahead = (self.anchor + last, band_rad, event);
         event.filter(|event| event.0 <= to)
     }
 
-    /// Returns whether a quick look proves that the angle stays in a band, and the mode lasts, for this number of edges
-    /// after a point.
+    /// Returns whether a quick look leaves open that a function leaves its band within this number of edges after a
+    /// point: those of the checks, then the angle.
     #[inline(always)]
-    fn stays(&self, encoder: &Limits, from: &MotionPoint, edges: u64) -> bool {
-        let stays = |guard: &Guard, limits: &Limits, noise| guard.stays(&self.motion, limits, noise, from, edges);
-        if self.shaft != Shaft::Stuck && !stays(&self.mode.angle, encoder, self.noise[0]) {
-            return false;
-        }
-        for (check, &noise) in self.checks.iter().zip(&self.noise[1..]) {
-            if let Some(check) = check
-                && !stays(check.guard, &check.limits, noise)
-            {
-                return false;
-            }
-        }
-        true
+    fn doubtful(&self, encoder: &Limits, from: &MotionPoint, edges: u64) -> [bool; 3] {
+        let leaves = |guard: &Guard, limits: &Limits, noise| !guard.stays(&self.motion, limits, noise, from, edges);
+        let check = |index: usize| {
+            let check = self.checks[index].as_ref();
+            check.is_some_and(|check| leaves(check.guard, &check.limits, self.noise[index + 1]))
+        };
+        [check(0), check(1), self.shaft != Shaft::Stuck && leaves(&self.mode.angle, encoder, self.noise[0])]
     }
 
-    /// Returns the first event from a point to the edge `last`, both counted from the anchor.
+    /// Returns the first event from a point to the edge `last`, both counted from the anchor, of the functions that a
+    /// quick look over all of this time leaves [`doubtful`](Self::doubtful).
     #[inline(always)]
-    fn search(&mut self, encoder: &Limits, mut a: MotionPoint, last: u64) -> Option<Event> {
+    fn search(&mut self, encoder: &Limits, mut a: MotionPoint, last: u64, doubtful: [bool; 3]) -> Option<Event> {
+        let first = a.edge;
         while a.edge < last {
             // Searches about as far as the next encoder edge is away at this speed.
             let gap_s = (encoder.high.hi - encoder.low.hi) / a.x[SPEED].abs();
             let guess = (gap_s / self.motion.system().edge_s()).clamp(64.0, 65536.0) as u64;
             let b = MotionPoint::of(&self.motion, last.min(a.edge + guess));
-            let check = |index: usize| {
-                self.checks[index].as_ref().map(|check| (check.guard, &check.limits, self.noise[index + 1]))
-            };
-            let angle = (self.shaft != Shaft::Stuck).then_some((&self.mode.angle, encoder, self.noise[0]));
-            let mut found = None;
-            for (guard, &limits, noise) in [check(0), check(1), angle].into_iter().flatten() {
+            let mut found: Option<MotionPoint> = None;
+            for index in (0..3).filter(|index| doubtful[*index]) {
+                let (guard, limits, noise) = match &self.checks.get(index) {
+                    Some(Some(check)) => (check.guard, check.limits, self.noise[index + 1]),
+                    _ => (&self.mode.angle, *encoder, self.noise[0]),
+                };
                 let mut watch = Watch { motion: &self.motion, limits, noise, again: &mut self.redecided };
-                // Events of other functions after this one do not matter.
-                found = guard.exit(&mut watch, &a, found.as_ref().unwrap_or(&b)).or(found);
+                // Events of other functions after this one do not matter. All of the time has had its quick look.
+                let to = found.as_ref().unwrap_or(&b);
+                let is_all = a.edge == first && to.edge == last;
+                let sought = if is_all { guard.seek(&mut watch, &a, to) } else { guard.exit(&mut watch, &a, to) };
+                found = sought.or(found);
             }
             if let Some(MotionPoint { edge, x, .. }) = found {
                 return Some((self.anchor + edge, x));
