@@ -14,7 +14,7 @@ use crate::axis::{Hand, Mode, Shaft};
 use crate::double::{Double, Doubles, Product, versions};
 use crate::energy::{Energy, Powers, stored_j};
 use crate::gauge::{Flow, Gauge, Measured, Pace, Whole};
-use crate::guard::{Band, Guard, Limits, MotionPoint, Side, Watch, dyadic};
+use crate::guard::{Band, Limits, MotionPoint, Side, Watch, dyadic};
 use crate::leap::Integrals;
 use crate::linear::Trajectory;
 use crate::matrix::{ANGLE, CURRENT, INTENT, SPEED, State};
@@ -480,12 +480,15 @@ impl<'a> Device<'a> {
     /// point: those of the checks, then the angle.
     #[inline(always)]
     fn doubtful(&self, encoder: &Limits, from: &MotionPoint, edges: u64) -> [bool; 3] {
-        let leaves = |guard: &Guard, limits: &Limits, noise| !guard.stays(&self.motion, limits, noise, from, edges);
-        let check = |index: usize| {
-            let check = self.checks[index].as_ref();
-            check.is_some_and(|check| leaves(check.guard, &check.limits, self.noise[index + 1]))
-        };
-        [check(0), check(1), self.shaft != Shaft::Stuck && leaves(&self.mode.angle, encoder, self.noise[0])]
+        let mut doubtful = [false; 3];
+        for (index, check) in self.checks.iter().enumerate() {
+            if let Some(Check { guard, limits, .. }) = check {
+                doubtful[index] = !guard.stays(&self.motion, limits, self.noise[index + 1], from, edges);
+            }
+        }
+        doubtful[2] = self.shaft != Shaft::Stuck
+            && !self.mode.angle.stays(&self.motion, encoder, self.noise[0], from, edges);
+        doubtful
     }
 
     /// Returns the first event from a point to the edge `last`, both counted from the anchor, of the functions that a
@@ -499,8 +502,8 @@ impl<'a> Device<'a> {
             let guess = (gap_s / self.motion.system().edge_s()).clamp(64.0, 65536.0) as u64;
             let b = MotionPoint::of(&self.motion, last.min(a.edge + guess));
             let mut found: Option<MotionPoint> = None;
-            for index in (0..3).filter(|index| doubtful[*index]) {
-                let (guard, limits, noise) = match &self.checks.get(index) {
+            for (index, _) in doubtful.iter().enumerate().filter(|(_, doubtful)| **doubtful) {
+                let (guard, limits, noise) = match self.checks.get(index) {
                     Some(Some(check)) => (check.guard, check.limits, self.noise[index + 1]),
                     _ => (&self.mode.angle, *encoder, self.noise[0]),
                 };
@@ -509,7 +512,9 @@ impl<'a> Device<'a> {
                 let to = found.as_ref().unwrap_or(&b);
                 let is_all = a.edge == first && to.edge == last;
                 let sought = if is_all { guard.seek(&mut watch, &a, to) } else { guard.exit(&mut watch, &a, to) };
-                found = sought.or(found);
+                if sought.is_some() {
+                    found = sought;
+                }
             }
             if let Some(MotionPoint { edge, x, .. }) = found {
                 return Some((self.anchor + edge, x));
