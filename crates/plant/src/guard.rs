@@ -316,8 +316,7 @@ impl Guard {
         let [first, second, ..] = bounds.derivatives.times(&speeds);
         let bulge = 0.5 * (length_s * length_s) * (1.0 + 1e-9) * second
             + (dot(&bounds.noise_bulge, &sizes(&motion.w.hi)) + 3.0 * noise);
-        (value.min(end) - bulge > limits.low.hi && value.max(end) + bulge < limits.high.hi)
-            || first == 0.0
+        (value.min(end) - bulge > limits.low.hi && value.max(end) + bulge < limits.high.hi) || first == 0.0
     }
 
     /// Returns the first edge after `from`, up to and including that of `to`, at which the value is outside the band,

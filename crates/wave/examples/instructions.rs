@@ -37,10 +37,15 @@ const CASES: [Case; 16] = [
     ("friction", "half a second of friction-wall in contact: stick and slip", || {
         run("friction-wall", &[CONTACT, ("run.duration", "500 ms")], Driver::Events);
     }),
-    ("resting", "200 ms of friction-wall at rest: the ripple moves its wheel to and fro, within a count or over it", || {
-        let resting = [("device.initial_angle", "1.55 rad"), ("hand.path", "[[0, 1.8]]"), ("run.duration", "200 ms")];
-        run("friction-wall", &resting, Driver::Events);
-    }),
+    (
+        "resting",
+        "200 ms of friction-wall at rest: the ripple moves its wheel to and fro, within a count or over it",
+        || {
+            let resting =
+                [("device.initial_angle", "1.55 rad"), ("hand.path", "[[0, 1.8]]"), ("run.duration", "200 ms")];
+            run("friction-wall", &resting, Driver::Events);
+        },
+    ),
     ("chatter", "700 ms of conventional-wall-1khz: a limit cycle over many counts", || {
         run("conventional-wall-1khz", &[("run.duration", "700 ms")], Driver::Events);
     }),

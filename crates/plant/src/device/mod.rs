@@ -486,8 +486,8 @@ impl<'a> Device<'a> {
                 doubtful[index] = !guard.stays(&self.motion, limits, self.noise[index + 1], from, edges);
             }
         }
-        doubtful[2] = self.shaft != Shaft::Stuck
-            && !self.mode.angle.stays(&self.motion, encoder, self.noise[0], from, edges);
+        doubtful[2] =
+            self.shaft != Shaft::Stuck && !self.mode.angle.stays(&self.motion, encoder, self.noise[0], from, edges);
         doubtful
     }
 
