@@ -299,14 +299,14 @@ impl<'a> Device<'a> {
         let before = (self.motion, self.checks, self.redecided);
         let smooth = Trajectory::exact_with::<P>(system, x, pulse.plus(&ripple.rise.negated()));
         let end = self.narrowed(&ripple.margins, band_rad).and_then(|band_rad| {
-            (self.motion, self.heard, self.ahead.0) = (smooth, 0, 0);
+            (self.motion, self.heard, self.ahead.0, self.found) = (smooth, 0, 0, None);
             let left = self.next_event(edge, edge + reach, band_rad);
             self.leaves = left.map_or(0, |event| event.0);
             let end = left.map_or(edge + reach, |event| event.0 - 1);
             (end - edge >= LEAST * period).then_some(end)
         });
         (self.checks, self.redecided) = (before.1, before.2);
-        (self.heard, self.ahead.0, self.prefix.0) = (0, 0, u64::MAX);
+        (self.heard, self.ahead.0, self.found, self.prefix.0) = (0, 0, None, u64::MAX);
         match end {
             Some(end) => {
                 self.cruise = Some(Cruise {

@@ -29,6 +29,10 @@ pub use cruise::Pulses;
 /// The least number of edges that the next event is searched for.
 const NEAR: u64 = 64;
 
+/// The edges from count to count below which the next count is searched for together with the edges before it: gates
+/// seldom change in so short a time.
+const SOON: f64 = 2048.0;
+
 /// The continuous outputs, in the order of [`Device::reals`].
 pub const REALS: [Real; 4] = [
     Real { name: "current_a", doc: "Motor current" },
@@ -69,6 +73,8 @@ pub struct Device<'a> {
     pub(crate) cruise: Option<Cruise<'a>>,
     /// The edge up to which the next event is known while the angle is in this band, and that event.
     pub(crate) ahead: (u64, (f64, f64), Option<Event>),
+    /// The point of the last event found on this motion.
+    pub(crate) found: Option<MotionPoint>,
     /// The edge at which the last smooth motion tried leaves its limits.
     pub(crate) leaves: u64,
     /// The ripple of the pulses under which a cruise was last tried.
@@ -118,6 +124,7 @@ impl<'a> Device<'a> {
             prefix: (u64::MAX, (x, x)),
             cruise: None,
             ahead: (0, (0.0, 0.0), None),
+            found: None,
             leaves: 0,
             ripple: None,
             heard: 0,
@@ -441,8 +448,12 @@ impl<'a> Device<'a> {
     #[inline]
     pub fn next_event(&mut self, from: u64, to: u64, band_rad: (f64, f64)) -> Option<Event> {
         let (known, known_rad, event) = &self.ahead;
-        if to <= *known && band_rad == *known_rad && event.as_ref().is_none_or(|event| event.0 > from) {
-            return event.filter(|event| event.0 <= to);
+        if band_rad == *known_rad {
+            match event {
+                Some(event) if event.0 > from => return (event.0 <= to).then_some(*event),
+                None if to <= *known => return None,
+                _ => {}
+            }
         }
         self.look_for(from, to, band_rad)
     }
@@ -460,16 +471,24 @@ impl<'a> Device<'a> {
         if to == from {
             return None;
         }
-        // A short search costs as much as a longer one, and similar searches follow, because edges come through the
-        // datapath one by one.
         let (first, mut last) = (from - self.anchor, to - self.anchor);
-        let further = first + NEAR;
-        if last < further && further >> (self.motion.system().dyadic() - 1).min(62) == 0 {
-            last = further;
+        // A search often begins where the one before has found a count.
+        let a = match self.found {
+            Some(point) if point.edge == first => point,
+            _ => MotionPoint::of(&self.motion, first),
+        };
+        // A short search costs as much as a longer one, and similar searches follow, because edges come through the
+        // datapath one by one. In a fast motion the next count comes before long.
+        if last < first + NEAR {
+            let count_s = (band_rad.1 - band_rad.0) / a.x[SPEED].abs();
+            let count = count_s / self.motion.system().edge_s();
+            let further = first + if count < SOON { (1.25 * count) as u64 + NEAR } else { NEAR };
+            if further >> (self.motion.system().dyadic() - 1).min(62) == 0 {
+                last = further;
+            }
         }
         self.hear(last);
         let encoder = Limits::from(&Band { low: band_rad.0, high: band_rad.1, open: true });
-        let a = MotionPoint::of(&self.motion, first);
         let doubtful = self.doubtful(&encoder, &a, last - first);
         let event = if doubtful == [false; 3] { None } else { self.search(&encoder, a, last, doubtful) };
         self.ahead = (self.anchor + last, band_rad, event);
@@ -517,6 +536,7 @@ impl<'a> Device<'a> {
                 }
             }
             if let Some(MotionPoint { edge, x, .. }) = found {
+                self.found = found;
                 return Some((self.anchor + edge, x));
             }
             a = b;
