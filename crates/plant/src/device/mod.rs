@@ -450,7 +450,7 @@ impl<'a> Device<'a> {
         let (known, known_rad, event) = &self.ahead;
         if band_rad == *known_rad {
             match event {
-                Some(event) if event.0 > from => return (event.0 <= to).then_some(*event),
+                Some(event) if (from + 1..=*known).contains(&event.0) => return (event.0 <= to).then_some(*event),
                 None if to <= *known => return None,
                 _ => {}
             }
