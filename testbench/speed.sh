@@ -31,8 +31,11 @@ wandering,averaged hybrid-wall --set model.bridge=averaged --set run.duration=10
 contact,averaged friction-wall --set model.bridge=averaged --set run.duration=10s
 contact,1kHz-rows friction-wall --set model.bridge=averaged --set run.duration=10s --set record.plant_rate=1kHz
 friction-wall friction-wall --set run.duration=10s
+limit-cycle conventional-wall-1khz
+rail-drop rail-drop
 phantom-drop phantom-drop
 hybrid-wall,by-clock hybrid-wall --driver clock --set run.duration=50ms
+friction,by-clock friction-wall --driver clock --set run.duration=50ms
 SETTINGS
 
 # Value of a key in what hpu run --json prints.
@@ -91,6 +94,7 @@ done
         }
         {
             printf "%-22s %12s %10s %10.2f %10.3f %12.3g %10.2f\n", $1, $2, $3, 1e3 * $5, 1e3 * $5 / $4, $2 / $5, 1e6 * $5 / $3
+            rate[$1] = $2 / $5
             if ($1 ~ /MHz$/) {
                 cost = $5 / $4; event = $5 / $3
                 if (!most || cost > most) most = cost
@@ -102,6 +106,8 @@ done
         END {
             printf "\ncost of a second of motion, 10 to 200 MHz: dearest over cheapest %.2f\n", most / least
             printf "cost of an encoder edge, over the same: %.2f\n", dear / cheap
+            printf "events over clock, in cycles a second: hybrid-wall %.0f, friction-wall %.0f\n",
+                rate["hybrid-wall,10s"] / rate["hybrid-wall,by-clock"], rate["friction-wall"] / rate["friction,by-clock"]
         }' "$scratch/rows"
     one=$(median <"$scratch/elapsed,1")
     two=$(median <"$scratch/elapsed,2")

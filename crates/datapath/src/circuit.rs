@@ -172,7 +172,8 @@ macro_rules! circuit {
             #[inline]
             fn quiet(&self, words: &[i64; $most]) -> u64 {
                 let least = u64::MAX;
-                $(let least = if <$type as $crate::Block>::CLOCKED $(&& $present)? $(&& !$absent)? {
+                // A block that changes at the next edge decides: the others need not be asked.
+                $(let least = if <$type as $crate::Block>::CLOCKED $(&& $present)? $(&& !$absent)? && least != 0 {
                     let input = $module::In {
                         $($in: $crate::circuit::circuit!(@read words $in $(: $at)? $(= $tied)?)),*
                     };

@@ -223,13 +223,18 @@ impl<C: LoopCircuit<N>, const N: usize> Block for CircuitLoop<C, N> {
         if !self.has_settled(input) {
             return 0;
         }
-        let modulator = self.circuit.modulator().map_or(u64::MAX, |modulator| modulator.quiet(&self.at_modulator()));
-        self.circuit.quiet(&self.words).min(modulator)
+        match (self.circuit.quiet(&self.words), self.circuit.modulator()) {
+            (quiet @ 1.., Some(modulator)) => quiet.min(modulator.quiet(&self.at_modulator())),
+            (quiet, _) => quiet,
+        }
     }
 
     #[inline]
     fn skip(&mut self, edges: u64, input: &C::In<i64>) {
         debug_assert!(edges <= self.quiet(input));
+        if edges == 0 {
+            return;
+        }
         let command = self.at_modulator();
         self.circuit.skip(edges, &self.words);
         if let Some(modulator) = self.circuit.modulator_mut() {

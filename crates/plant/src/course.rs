@@ -25,11 +25,11 @@ impl<const WIDE: usize, const REST: usize> Series<WIDE, REST> {
         for k in 1..WIDE {
             wide[k] = system.derived::<P>(&wide[k - 1]).scaled::<P>(SHARES[k]);
         }
-        let mut last = wide[WIDE - 1].hi;
-        let rest = std::array::from_fn(|k| {
-            last = system.a.map(|row| dot(&row, &last) / (WIDE + k + 1) as f64);
-            last
-        });
+        let (mut last, mut rest) = (wide[WIDE - 1].hi, [[0.0; 4]; REST]);
+        for (k, term) in rest.iter_mut().enumerate() {
+            last = system.wide.hi.times(&last).map(|change| change / (WIDE + k + 1) as f64);
+            *term = last;
+        }
         Self { wide, rest }
     }
 
@@ -58,7 +58,7 @@ impl<const WIDE: usize, const REST: usize> Series<WIDE, REST> {
     /// terms alone.
     #[inline(always)]
     fn along(&self, row: &State, before: f64) -> impl Fn(f64) -> (f64, f64) {
-        let polynomial: [f64; WIDE] = std::array::from_fn(|k| dot(row, &self.wide[k].hi));
+        let polynomial = self.wide.map(|term| dot(row, &term.hi));
         move |t| {
             let (mut value, mut slope) = (0.0, 0.0);
             for (power, coefficient) in polynomial.iter().enumerate().rev() {

@@ -315,7 +315,7 @@ impl Wide {
 
     /// Returns the rows, rounded.
     pub fn rows(&self) -> Matrix {
-        crate::matrix::transposed(&self.hi.0)
+        self.hi.rows()
     }
 
     /// Returns `before + M v`, the core of every leap. Products and sums of highs are exact; their errors and the lows

@@ -300,7 +300,7 @@ pub(crate) fn turns(motion: &Trajectory, guard: &Guard, a: MotionPoint, b: Motio
     let has_turned = slopes[0] * slopes[1] < 0.0;
     let speeds = sizes(&a.w);
     if let Some([second, fourth]) = guard.derivatives(dyadic(edges)) {
-        let bend = dot(second, &speeds);
+        let bend = dot(&second, &speeds);
         let size = guard.value(&a.x).abs().max(guard.value(&b.x).abs());
         // To reach 0 and return, the slope would have to change by more than its bound; or the value cannot leave its
         // chord.
@@ -311,7 +311,7 @@ pub(crate) fn turns(motion: &Trajectory, guard: &Guard, a: MotionPoint, b: Motio
         }
         if edges > 1 {
             let ends = [guard.curvature(&a.w), guard.curvature(&b.w)];
-            let sag = 0.125 * length_s * length_s * dot(fourth, &speeds);
+            let sag = 0.125 * length_s * length_s * dot(&fourth, &speeds);
             if ends[0] * ends[1] > 0.0 && ends[0].abs().min(ends[1].abs()) > sag {
                 // The slope is monotone: there is one turning point, or none.
                 if has_turned {

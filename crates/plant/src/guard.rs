@@ -30,7 +30,7 @@ use std::cmp::Ordering;
 
 use crate::double::{Double, Doubles, Product, versions};
 use crate::linear::Trajectory;
-use crate::matrix::{State, dot, plus, row_times, sizes};
+use crate::matrix::{Columns, State, dot, plus, row_times, sizes};
 use crate::{Linear, Matrix};
 
 /// Unit roundoff of an `f64`.
@@ -157,10 +157,8 @@ pub struct Guard {
 /// Coefficients of the slope's sizes that bound the derivatives over an interval, and coefficients of anchor and slope
 /// that bound the error of the values.
 struct Bounds {
-    first: State,
-    second: State,
-    third: State,
-    fourth: State,
+    /// Rows for the first derivative to the fourth.
+    derivatives: Columns,
     noise_x: State,
     noise_w: State,
     /// The slope's error in the bulge over the interval, wherever the interval lies.
@@ -191,20 +189,17 @@ impl Guard {
         let fourth = row_times(&third, a);
         let used: Vec<usize> = (0..4).filter(|&k| row[k] != 0.0).collect();
         let pick = (used.len() == 1 && row[used[0]] == 1.0).then(|| used[0]);
-        let late = system.slope_error(system.dyadic() - 1);
+        let late = &system.slope_error(system.dyadic() - 1).rows();
         let bounds = (0..system.dyadic()).map(|dyadic| {
             let m = system.bound(dyadic);
             let bound = |r: &State| row_times(&sizes(r), m);
             let digits = Linear::digits(dyadic) as f64;
             let length_s = (1u64 << dyadic.min(62)) as f64 * system.edge_s();
             let (first, second) = (bound(&row), bound(&bend));
-            let (twice, slopes) = (row_times(&first, m), row_times(&first, system.slope_error(dyadic)));
+            let (twice, slopes) = (row_times(&first, m), row_times(&first, &system.slope_error(dyadic).rows()));
             Bounds {
-                first,
-                second,
+                derivatives: Columns::of(&[first, second, bound(&third), bound(&fourth)]),
                 noise_bulge: row_times(&second, late).map(|c| 0.5 * length_s * length_s * c),
-                third: bound(&third),
-                fourth: bound(&fourth),
                 noise_x: sizes(&row).map(|c| 2.0 * UNIT * (digits + 5.0) * c),
                 noise_w: std::array::from_fn(|k| {
                     length_s * (2.0 * UNIT * ((digits + 5.0) * first[k] + 4.2 * twice[k]) + slopes[k])
@@ -292,13 +287,13 @@ impl Guard {
     /// Returns coefficients of the slope's sizes that bound the second and the fourth derivative over 2^`dyadic` edges;
     /// `None` if they are not tabulated.
     #[inline(always)]
-    pub(crate) fn derivatives(&self, dyadic: usize) -> Option<[&State; 2]> {
-        self.bounds.get(dyadic).map(|bounds| [&bounds.second, &bounds.fourth])
+    pub(crate) fn derivatives(&self, dyadic: usize) -> Option<[State; 2]> {
+        self.bounds.get(dyadic).map(|bounds| [1, 3].map(|order| bounds.derivatives.row(order)))
     }
 
     /// Returns a bound of the second derivative over 2^`dyadic` edges from a state whose slope is `w`.
     pub(crate) fn bend(&self, dyadic: usize, w: &State) -> f64 {
-        dot(&self.bounds[dyadic].second, &sizes(w))
+        self.bounds[dyadic].derivatives.times(&sizes(w))[1]
     }
 
     /// Returns whether the function certainly stays inside for this number of edges after a point inside, by its slope
@@ -318,10 +313,10 @@ impl Guard {
         let value = self.value(&from.x);
         let end = value + length_s * self.slope(&from.w);
         // The error of a value is below the noise, and so is that of a slope times the length.
-        let bulge = 0.5 * (length_s * length_s) * (1.0 + 1e-9) * dot(&bounds.second, &speeds)
+        let [first, second, ..] = bounds.derivatives.times(&speeds);
+        let bulge = 0.5 * (length_s * length_s) * (1.0 + 1e-9) * second
             + (dot(&bounds.noise_bulge, &sizes(&motion.w.hi)) + 3.0 * noise);
-        (value.min(end) - bulge > limits.low.hi && value.max(end) + bulge < limits.high.hi)
-            || dot(&bounds.first, &speeds) == 0.0
+        (value.min(end) - bulge > limits.low.hi && value.max(end) + bulge < limits.high.hi) || first == 0.0
     }
 
     /// Returns the first edge after `from`, up to and including that of `to`, at which the value is outside the band,
@@ -342,6 +337,16 @@ impl Guard {
         if to.edge - from.edge > 1 && self.stays(watch.motion, &watch.limits, watch.noise, from, to.edge - from.edge) {
             return None;
         }
+        self.seek_with::<P>(watch, from, to)
+    }
+
+    versions! {
+        /// Returns the point of the first exit where [`stays`](Self::stays) does not rule it out.
+        pub(crate) fn seek[seek_fused, seek_native, seek_with](self: &Self, watch: &mut Watch, from: &MotionPoint, to: &MotionPoint) -> Option<MotionPoint>
+    }
+
+    #[inline(always)]
+    fn seek_with<P: Product>(&self, watch: &mut Watch, from: &MotionPoint, to: &MotionPoint) -> Option<MotionPoint> {
         if to.edge == from.edge {
             return None;
         }
@@ -374,9 +379,10 @@ impl Guard {
         let speeds = plus(&sizes(&from.w), &error);
         // The second derivative lies between these.
         let (ca, cb) = (dot(&self.bend, &from.w), dot(&self.bend, &to.w));
-        let spread = sag * dot(&bounds.fourth, &speeds) + dot(&sizes(&self.bend), &error);
+        let [.., third, fourth] = bounds.derivatives.times(&speeds);
+        let spread = sag * fourth + dot(&sizes(&self.bend), &error);
         let (least, most) = (ca.min(cb) - spread, ca.max(cb) + spread);
-        let (sa, sb) = (dot(&self.row, &from.w), dot(&self.row, &to.w));
+        let (sa, sb) = (self.slope(&from.w), self.slope(&to.w));
         // More than the error of values in an edge, and more than the error of slopes times an edge.
         let step = 4.0 * noise;
         // `start` is the distance to a limit and grows by `inward` per second there, to `end`; `pull` bends it toward
@@ -408,8 +414,7 @@ impl Guard {
         let fall = step * edges as f64;
         let concave = most <= 0.0 && start - end > fall;
         let convex = least >= 0.0 && start > noise && end < -fall;
-        let turn = sag * dot(&bounds.third, &speeds);
-        let approaches = || ((rising * sa).min(rising * sb) - turn) * edge_s > step;
+        let approaches = || ((rising * sa).min(rising * sb) - sag * third) * edge_s > step;
         if concave || convex || approaches() { Verdict::At(self.unique(watch, from, to, rising)) } else { split }
     }
 
@@ -425,7 +430,7 @@ impl Guard {
         // they do not overshoot a function that bends one way.
         let span = (b - a) as f64;
         let length_s = span * edge_s;
-        let (sa, sb) = (dot(&self.row, &from.w) * length_s, dot(&self.row, &to.w) * length_s);
+        let (sa, sb) = (self.slope(&from.w) * length_s, self.slope(&to.w) * length_s);
         let (c2, c3) = (3.0 * (gb - ga) - 2.0 * sa - sb, 2.0 * (ga - gb) + sa + sb);
         let mut share = f64::from(u8::from(sb.abs() > sa.abs()));
         for _ in 0..4 {
@@ -451,7 +456,7 @@ impl Guard {
             }
             tries += 1;
             aim = if tries < 12 {
-                guess as f64 - (value - limit) / (dot(&self.row, &point.w) * edge_s)
+                guess as f64 - (value - limit) / (self.slope(&point.w) * edge_s)
             } else {
                 0.5 * (a + b) as f64
             };

@@ -15,7 +15,7 @@ use std::sync::OnceLock;
 
 use crate::double::{Double, Doubles, Native, Product, Wide, versions};
 use crate::leap::{Integrals, Leap, Quadrature};
-use crate::matrix::{Columns, Matrix, State, dot, map2, norm, plus, product, rate, sizes};
+use crate::matrix::{Columns, Matrix, State, map2, norm, plus, product, rate, sizes};
 
 const BITS: u32 = 7;
 const RADIX: usize = 1 << BITS;
@@ -40,7 +40,7 @@ fn levels<T>(count: usize) -> Vec<Level<T>> {
 /// A linear system, with its leaps tabulated for one clock period.
 pub struct Linear {
     pub(crate) a: Matrix,
-    wide: Wide,
+    pub(crate) wide: Wide,
     /// How fast it moves, in 1/s: the `rate` of its matrix.
     pub(crate) rate: f64,
     pub(crate) edge_s: f64,
@@ -54,7 +54,7 @@ pub struct Linear {
     /// `bounds[j]` ≥ |e^{At}| element by element, for 0 ≤ t ≤ 2^j edges.
     bounds: Vec<Matrix>,
     /// For the same lengths: twice the greatest error of the slope's `f64` value, for a slope of one at the anchor.
-    errors: Vec<Matrix>,
+    errors: Vec<Columns>,
 }
 
 impl Linear {
@@ -94,7 +94,7 @@ impl Linear {
             let turns = product(&sum(m, &identity), m);
             let digits = 5.2 * Self::digits(dyadic) as f64;
             let all = sum(&identity, &map2(&turns, &turns, |x, _| x * digits));
-            map2(&product(m, &all), m, |x, _| x * f64::EPSILON)
+            Columns::of(&map2(&product(m, &all), m, |x, _| x * f64::EPSILON))
         });
         let errors = errors.collect();
         Self { a, wide, rate: rate(&a), edge_s, units, levels, high, quadratures, bounds, errors }
@@ -141,7 +141,8 @@ impl Linear {
 
     /// Returns a bound of the error of the slope's `f64` value up to 2^`dyadic` edges after an anchor with a slope of
     /// one. It covers the terms of second order too.
-    pub(crate) fn slope_error(&self, dyadic: usize) -> &Matrix {
+    #[inline(always)]
+    pub(crate) fn slope_error(&self, dyadic: usize) -> &Columns {
         &self.errors[dyadic]
     }
 
@@ -422,11 +423,9 @@ impl<'a> Trajectory<'a> {
     }
 
     /// Returns a bound of the error of the slope up to 2^`dyadic` edges.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn slope_error(&self, dyadic: usize) -> State {
-        let speeds = sizes(&self.w.hi);
-        let rows = self.system.slope_error(dyadic);
-        std::array::from_fn(|r| dot(&rows[r], &speeds))
+        self.system.slope_error(dyadic).times(&sizes(&self.w.hi))
     }
 
     /// Returns state and slope at the last multiple of 128 edges: the part that 128 successive edges share.

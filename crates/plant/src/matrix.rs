@@ -63,6 +63,16 @@ impl Columns {
         Self(transposed(rows))
     }
 
+    /// Returns the matrix by rows.
+    pub(crate) fn rows(&self) -> Matrix {
+        transposed(&self.0)
+    }
+
+    /// Returns a row.
+    pub(crate) fn row(&self, index: usize) -> State {
+        self.0.map(|column| column[index])
+    }
+
     #[inline(always)]
     pub(crate) fn times(&self, v: &State) -> State {
         let [a, b, c, d] = &self.0;

@@ -39,6 +39,23 @@ impl Interval {
         if self == Self::ZERO || other == Self::ZERO {
             return Self::ZERO;
         }
+        // Where both keep their signs, two products are enough.
+        let (least, most) = match (self.sign(), other.sign()) {
+            (Some(true), Some(true)) => (self.lo * other.lo, self.hi * other.hi),
+            (Some(false), Some(false)) => (self.hi * other.hi, self.lo * other.lo),
+            (Some(true), Some(false)) => (self.hi * other.lo, self.lo * other.hi),
+            (Some(false), Some(true)) => (self.lo * other.hi, self.hi * other.lo),
+            _ => return self.times_any(other),
+        };
+        Self::outward(least, most)
+    }
+
+    /// Returns whether all numbers are above zero, or all below; `None` if neither.
+    fn sign(self) -> Option<bool> {
+        (self.lo > 0.0).then_some(true).or((self.hi < 0.0).then_some(false))
+    }
+
+    fn times_any(self, other: Self) -> Self {
         let ends = [self.lo * other.lo, self.lo * other.hi, self.hi * other.lo, self.hi * other.hi];
         Self::outward(
             ends.into_iter().fold(f64::INFINITY, f64::min),
@@ -196,10 +213,17 @@ impl Matrix {
     }
 
     pub fn times(&self, other: &Self) -> Self {
-        let cell = |row: &[Interval], column: usize| {
-            row.iter().zip(&other.0).fold(Interval::ZERO, |sum, (left, right)| sum.plus(left.times(right[column])))
+        // Zeros add nothing, not even rounding, and most cells of block triangles are zero.
+        let product = |row: &Vec<Interval>| {
+            let mut sums = vec![Interval::ZERO; other.columns()];
+            for (left, right) in row.iter().zip(&other.0).filter(|(left, _)| **left != Interval::ZERO) {
+                for (sum, cell) in sums.iter_mut().zip(right).filter(|(_, cell)| **cell != Interval::ZERO) {
+                    *sum = sum.plus(left.times(*cell));
+                }
+            }
+            sums
         };
-        Self(self.0.iter().map(|row| (0..other.columns()).map(|column| cell(row, column)).collect()).collect())
+        Self(self.0.iter().map(product).collect())
     }
 
     /// Returns the greatest absolute value of each cell, as a matrix.

@@ -21,7 +21,7 @@ fn counted(work: &mut dyn FnMut()) {
 /// A run: its name, what it is for, and itself.
 type Case = (&'static str, &'static str, fn());
 
-const CASES: [Case; 13] = [
+const CASES: [Case; 16] = [
     ("events", "hybrid-wall whole, 10^8 edges, switching bridge, from event to event", || {
         run("hybrid-wall", &[], Driver::Events);
     }),
@@ -36,6 +36,21 @@ const CASES: [Case; 13] = [
     }),
     ("friction", "half a second of friction-wall in contact: stick and slip", || {
         run("friction-wall", &[CONTACT, ("run.duration", "500 ms")], Driver::Events);
+    }),
+    (
+        "resting",
+        "200 ms of friction-wall at rest: the ripple moves its wheel to and fro, within a count or over it",
+        || {
+            let resting =
+                [("device.initial_angle", "1.55 rad"), ("hand.path", "[[0, 1.8]]"), ("run.duration", "200 ms")];
+            run("friction-wall", &resting, Driver::Events);
+        },
+    ),
+    ("chatter", "700 ms of conventional-wall-1khz: a limit cycle over many counts", || {
+        run("conventional-wall-1khz", &[("run.duration", "700 ms")], Driver::Events);
+    }),
+    ("rail", "rail-drop for two seconds: an amplifier's constant forces, rows that nothing happens between", || {
+        run("rail-drop", &[("run.duration", "2 s")], Driver::Events);
     }),
     ("slow", "100 ms of the same at 10 MHz, where an edge is long for the winding", || {
         let slow = [CONTACT, ("clock.frequency", "10 MHz"), ("method.pwm.bits", "10"), ("run.duration", "100 ms")];

@@ -22,7 +22,7 @@ use std::array::from_fn;
 
 use super::{Device, Drive};
 use crate::axis::Shaft;
-use crate::double::{Doubles, Product, versions};
+use crate::double::{Double, Doubles, Product, versions};
 use crate::energy::{Energy, Powers};
 use crate::guard::{Guard, dyadic};
 use crate::leap::Integrals;
@@ -45,6 +45,18 @@ pub struct Pulses {
 /// The least number of periods worth a leap: it costs as much as setting gates about four times.
 const LEAST: u64 = 2;
 
+/// The difference between the switched motion and the smooth one: it depends on mode and pulses alone.
+#[derive(Clone, Copy)]
+pub(crate) struct Ripple<'a> {
+    period: &'a Period,
+    duty: u64,
+    /// The slope at the beginning, and the fall of the current's slope at the end of the pulse.
+    rise: Doubles,
+    fall: Double,
+    /// Bounds of the angle's ripple, and of the ripple in the function that each check of the mode watches.
+    margins: [f64; 3],
+}
+
 /// The state of a device while its gates repeat. Its anchor is the beginning of a pulse, and its motion the smooth one.
 #[derive(Clone)]
 pub(crate) struct Cruise<'a> {
@@ -62,6 +74,41 @@ pub(crate) struct Cruise<'a> {
     /// The phase of the edge last asked for by `at_next`: its first edge, the first edge of the next
     /// phase, and its motion.
     phase: (u64, u64, Trajectory<'a>),
+}
+
+impl<'a> Ripple<'a> {
+    /// Creates the ripple of pulses in a mode of the device, by their slope at the beginning and its fall.
+    fn new(device: &Device<'a>, period: &'a Period, duty: u64, (rise, fall): (Doubles, Double)) -> Self {
+        let angle = &device.mode.angle;
+        let [first, second] = device.checks.map(|check| check.map_or(angle, |check| check.guard));
+        let mut ripple = Self { period, duty, rise, fall, margins: [0.0; 3] };
+        ripple.margins = ripple.bounds(device.motion.system(), [angle, first, second]);
+        ripple
+    }
+
+    /// Returns bounds of functions of the ripple: from their values in the middle and at the end of either phase, and
+    /// the most that they can bulge in between.
+    fn bounds(&self, system: &'a Linear, guards: [&Guard; 3]) -> [f64; 3] {
+        let mut most = [0.0; 3];
+        let mut bulge = [0.0; 3];
+        let (mut x, mut w) = ([0.0; 4], self.rise.hi);
+        for edges in [self.duty, self.period.edges - self.duty] {
+            let phase = Cruise::seen(system, &x, &w);
+            let step = edges.div_ceil(2);
+            let step_s = step as f64 * system.edge_s();
+            for (guard, bulge) in guards.iter().zip(&mut bulge) {
+                *bulge = f64::max(*bulge, 0.125 * step_s * step_s * guard.bend(dyadic(edges), &w));
+            }
+            let middle = phase.at(step);
+            (x, w) = phase.at_with_slope(edges);
+            for (guard, most) in guards.iter().zip(&mut most) {
+                *most = f64::max(*most, guard.value(&middle).abs().max(guard.value(&x).abs()));
+            }
+            w[CURRENT] -= self.fall.hi;
+        }
+        // Rounding adds far less than a hundredth of the bulge.
+        from_fn(|k| 1.01 * (most[k] + bulge[k]))
+    }
 }
 
 impl<'a> Cruise<'a> {
@@ -115,30 +162,6 @@ impl<'a> Cruise<'a> {
             cache.0 = u64::MAX;
         }
         self.phase.2.at_next(edges - self.phase.0, cache)
-    }
-
-    /// Returns bounds of functions of the ripple: from their values in the middle and at the end of either phase, and
-    /// the most that they can bulge in between.
-    fn ripple(&self, system: &'a Linear, guards: [&Guard; 3]) -> [f64; 3] {
-        let mut most = [0.0; 3];
-        let mut bulge = [0.0; 3];
-        let (mut x, mut w) = ([0.0; 4], self.rise);
-        for edges in [self.duty, self.period.edges - self.duty] {
-            let phase = Self::seen(system, &x, &w);
-            let step = edges.div_ceil(2);
-            let step_s = step as f64 * system.edge_s();
-            for (guard, bulge) in guards.iter().zip(&mut bulge) {
-                *bulge = f64::max(*bulge, 0.125 * step_s * step_s * guard.bend(dyadic(edges), &w));
-            }
-            let middle = phase.at(step);
-            (x, w) = phase.at_with_slope(edges);
-            for (guard, most) in guards.iter().zip(&mut most) {
-                *most = f64::max(*most, guard.value(&middle).abs().max(guard.value(&x).abs()));
-            }
-            w[CURRENT] -= self.fall;
-        }
-        // Rounding adds far less than a hundredth of the bulge.
-        from_fn(|k| 1.01 * (most[k] + bulge[k]))
     }
 
     /// Returns the edges of a period.
@@ -266,44 +289,47 @@ impl<'a> Device<'a> {
         let fall = pulse.lane(CURRENT) - volts;
         let mut paused = pulse;
         paused.set(CURRENT, volts);
-        let rise = known.share::<P>(system, duty).scaled::<P>(fall);
-        let smooth = Trajectory::exact_with::<P>(system, x, pulse.plus(&rise.negated()));
-        let cruise = Cruise {
-            period: known,
-            duty,
-            end: edge,
-            inputs: [pulse, paused],
-            source_v: [self.powers.source_v, self.axis.bridge.supply_v * supply_share],
-            pause: (Drive::Gates(pause), circuit),
-            rise: rise.hi,
-            fall: fall.hi,
-            phase: (0, 0, smooth),
+        // The same pulses are tried again and again while friction turns the shaft to and fro.
+        let ripple = match self.ripple {
+            Some(ripple) if std::ptr::eq(ripple.period, known) && ripple.duty == duty && ripple.fall == fall => ripple,
+            _ => Ripple::new(self, known, duty, (known.share::<P>(system, duty).scaled::<P>(fall), fall)),
         };
+        self.ripple = Some(ripple);
 
         let before = (self.motion, self.checks, self.redecided);
-        let end = self.narrowed(&cruise, band_rad).and_then(|band_rad| {
-            (self.motion, self.heard, self.ahead.0) = (smooth, 0, 0);
+        let smooth = Trajectory::exact_with::<P>(system, x, pulse.plus(&ripple.rise.negated()));
+        let end = self.narrowed(&ripple.margins, band_rad).and_then(|band_rad| {
+            (self.motion, self.heard, self.ahead.0, self.found) = (smooth, 0, 0, None);
             let left = self.next_event(edge, edge + reach, band_rad);
             self.leaves = left.map_or(0, |event| event.0);
             let end = left.map_or(edge + reach, |event| event.0 - 1);
             (end - edge >= LEAST * period).then_some(end)
         });
         (self.checks, self.redecided) = (before.1, before.2);
-        (self.heard, self.ahead.0, self.prefix.0) = (0, 0, u64::MAX);
+        (self.heard, self.ahead.0, self.found, self.prefix.0) = (0, 0, None, u64::MAX);
         match end {
-            Some(end) => self.cruise = Some(Cruise { end, ..cruise }),
+            Some(end) => {
+                self.cruise = Some(Cruise {
+                    period: known,
+                    duty,
+                    end,
+                    inputs: [pulse, paused],
+                    source_v: [self.powers.source_v, self.axis.bridge.supply_v * supply_share],
+                    pause: (Drive::Gates(pause), circuit),
+                    rise: ripple.rise.hi,
+                    fall: fall.hi,
+                    phase: (0, 0, smooth),
+                });
+            }
             None => self.motion = before.0,
         }
         end
     }
 
-    /// Narrows the limits of the checks, and a band of the angle, by the bound of the ripple. Returns the band if the
+    /// Narrows the limits of the checks, and a band of the angle, by the bounds of the ripple. Returns the band if the
     /// state is within it and within the limits.
-    fn narrowed(&mut self, cruise: &Cruise<'a>, (low_rad, high_rad): (f64, f64)) -> Option<(f64, f64)> {
+    fn narrowed(&mut self, margins: &[f64; 3], (low_rad, high_rad): (f64, f64)) -> Option<(f64, f64)> {
         let x = self.motion.x.hi;
-        let angle = &self.mode.angle;
-        let [first, second] = self.checks.map(|check| check.map_or(angle, |check| check.guard));
-        let margins = cruise.ripple(self.motion.system(), [angle, first, second]);
         for (check, margin) in self.checks.iter_mut().zip(&margins[1..]) {
             let Some(check) = check else { continue };
             check.limits = check.limits.narrowed(*margin);

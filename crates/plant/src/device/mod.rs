@@ -14,13 +14,13 @@ use crate::axis::{Hand, Mode, Shaft};
 use crate::double::{Double, Doubles, Product, versions};
 use crate::energy::{Energy, Powers, stored_j};
 use crate::gauge::{Flow, Gauge, Measured, Pace, Whole};
-use crate::guard::{Band, Guard, Limits, MotionPoint, Side, Watch, dyadic};
+use crate::guard::{Band, Limits, MotionPoint, Side, Watch, dyadic};
 use crate::leap::Integrals;
 use crate::linear::Trajectory;
 use crate::matrix::{ANGLE, CURRENT, INTENT, SPEED, State};
 use crate::{Axis, Bridge, Circuit, Gates};
 
-use cruise::Cruise;
+use cruise::{Cruise, Ripple};
 use modes::Check;
 use waves::Waves;
 
@@ -28,6 +28,10 @@ pub use cruise::Pulses;
 
 /// The least number of edges that the next event is searched for.
 const NEAR: u64 = 64;
+
+/// The edges from count to count below which the next count is searched for together with the edges before it: gates
+/// seldom change in so short a time.
+const SOON: f64 = 2048.0;
 
 /// The continuous outputs, in the order of [`Device::reals`].
 pub const REALS: [Real; 4] = [
@@ -69,8 +73,12 @@ pub struct Device<'a> {
     pub(crate) cruise: Option<Cruise<'a>>,
     /// The edge up to which the next event is known while the angle is in this band, and that event.
     pub(crate) ahead: (u64, (f64, f64), Option<Event>),
+    /// The point of the last event found on this motion.
+    pub(crate) found: Option<MotionPoint>,
     /// The edge at which the last smooth motion tried leaves its limits.
     pub(crate) leaves: u64,
+    /// The ripple of the pulses under which a cruise was last tried.
+    pub(crate) ripple: Option<Ripple<'a>>,
     /// The number of edges after the anchor below which the error bounds in `noise` (angle, checked functions) hold.
     pub(crate) heard: u64,
     noise: [f64; 3],
@@ -116,7 +124,9 @@ impl<'a> Device<'a> {
             prefix: (u64::MAX, (x, x)),
             cruise: None,
             ahead: (0, (0.0, 0.0), None),
+            found: None,
             leaves: 0,
+            ripple: None,
             heard: 0,
             noise: [0.0; 3],
             redecided: 0,
@@ -432,77 +442,101 @@ impl<'a> Device<'a> {
         }
     }
 
+    /// Returns the first edge in (`from`, `to`] at which a mode ends or the angle leaves `[low_rad, high_rad)`, where
+    /// neither has happened at `from`; or the end of a [`cruise`](Self::cruise).
+    #[must_use]
+    #[inline]
+    pub fn next_event(&mut self, from: u64, to: u64, band_rad: (f64, f64)) -> Option<Event> {
+        let (known, known_rad, event) = &self.ahead;
+        if band_rad == *known_rad {
+            match event {
+                Some(event) if (from + 1..=*known).contains(&event.0) => return (event.0 <= to).then_some(*event),
+                None if to <= *known => return None,
+                _ => {}
+            }
+        }
+        self.look_for(from, to, band_rad)
+    }
+
     versions! {
-        /// Returns the first edge in (`from`, `to`] at which a mode ends or the angle leaves `[low_rad, high_rad)`,
-        /// where neither has happened at `from`; or the end of a [`cruise`](Self::cruise).
-        #[must_use]
-        pub fn next_event[next_event_fused, next_event_native, next_event_with](self: &mut Self, from: u64, to: u64, band_rad: (f64, f64)) -> Option<Event>
+        /// Searches for the [`next_event`](Self::next_event).
+        fn look_for[look_for_fused, look_for_native, look_for_with](self: &mut Self, from: u64, to: u64, band_rad: (f64, f64)) -> Option<Event>
     }
 
     #[inline(always)]
-    fn next_event_with<P: Product>(&mut self, from: u64, to: u64, band_rad: (f64, f64)) -> Option<Event> {
-        let (known, known_rad, event) = self.ahead;
-        if to <= known && band_rad == known_rad && event.is_none_or(|event| event.0 > from) {
-            return event.filter(|event| event.0 <= to);
-        }
+    fn look_for_with<P: Product>(&mut self, from: u64, to: u64, band_rad: (f64, f64)) -> Option<Event> {
         if let Some(end) = self.cruise_end() {
             return (to >= end).then(|| (end, self.motion.at(end - self.anchor)));
         }
         if to == from {
             return None;
         }
-        // A short search costs as much as a longer one, and similar searches follow, because edges come through the
-        // datapath one by one.
         let (first, mut last) = (from - self.anchor, to - self.anchor);
-        let further = first + NEAR;
-        if last < further && further >> (self.motion.system().dyadic() - 1).min(62) == 0 {
-            last = further;
+        // A search often begins where the one before has found a count.
+        let a = match self.found {
+            Some(point) if point.edge == first => point,
+            _ => MotionPoint::of(&self.motion, first),
+        };
+        // A short search costs as much as a longer one, and similar searches follow, because edges come through the
+        // datapath one by one. In a fast motion the next count comes before long.
+        if last < first + NEAR {
+            let count_s = (band_rad.1 - band_rad.0) / a.x[SPEED].abs();
+            let count = count_s / self.motion.system().edge_s();
+            let further = first + if count < SOON { (1.25 * count) as u64 + NEAR } else { NEAR };
+            if further >> (self.motion.system().dyadic() - 1).min(62) == 0 {
+                last = further;
+            }
         }
         self.hear(last);
         let encoder = Limits::from(&Band { low: band_rad.0, high: band_rad.1, open: true });
-        let a = MotionPoint::of(&self.motion, first);
-        let event = if self.stays(&encoder, &a, last - first) { None } else { self.search(&encoder, a, last) };
+        let doubtful = self.doubtful(&encoder, &a, last - first);
+        let event = if doubtful == [false; 3] { None } else { self.search(&encoder, a, last, doubtful) };
         self.ahead = (self.anchor + last, band_rad, event);
         event.filter(|event| event.0 <= to)
     }
 
-    /// Returns whether a quick look proves that the angle stays in a band, and the mode lasts, for this number of edges
-    /// after a point.
+    /// Returns whether a quick look leaves open that a function leaves its band within this number of edges after a
+    /// point: those of the checks, then the angle.
     #[inline(always)]
-    fn stays(&self, encoder: &Limits, from: &MotionPoint, edges: u64) -> bool {
-        let stays = |guard: &Guard, limits: &Limits, noise| guard.stays(&self.motion, limits, noise, from, edges);
-        if self.shaft != Shaft::Stuck && !stays(&self.mode.angle, encoder, self.noise[0]) {
-            return false;
-        }
-        for (check, &noise) in self.checks.iter().zip(&self.noise[1..]) {
-            if let Some(check) = check
-                && !stays(check.guard, &check.limits, noise)
-            {
-                return false;
+    fn doubtful(&self, encoder: &Limits, from: &MotionPoint, edges: u64) -> [bool; 3] {
+        let mut doubtful = [false; 3];
+        for (index, check) in self.checks.iter().enumerate() {
+            if let Some(Check { guard, limits, .. }) = check {
+                doubtful[index] = !guard.stays(&self.motion, limits, self.noise[index + 1], from, edges);
             }
         }
-        true
+        doubtful[2] =
+            self.shaft != Shaft::Stuck && !self.mode.angle.stays(&self.motion, encoder, self.noise[0], from, edges);
+        doubtful
     }
 
-    /// Returns the first event from a point to the edge `last`, both counted from the anchor.
+    /// Returns the first event from a point to the edge `last`, both counted from the anchor, of the functions that a
+    /// quick look over all of this time leaves [`doubtful`](Self::doubtful).
     #[inline(always)]
-    fn search(&mut self, encoder: &Limits, mut a: MotionPoint, last: u64) -> Option<Event> {
+    fn search(&mut self, encoder: &Limits, mut a: MotionPoint, last: u64, doubtful: [bool; 3]) -> Option<Event> {
+        let first = a.edge;
         while a.edge < last {
             // Searches about as far as the next encoder edge is away at this speed.
             let gap_s = (encoder.high.hi - encoder.low.hi) / a.x[SPEED].abs();
             let guess = (gap_s / self.motion.system().edge_s()).clamp(64.0, 65536.0) as u64;
             let b = MotionPoint::of(&self.motion, last.min(a.edge + guess));
-            let check = |index: usize| {
-                self.checks[index].as_ref().map(|check| (check.guard, &check.limits, self.noise[index + 1]))
-            };
-            let angle = (self.shaft != Shaft::Stuck).then_some((&self.mode.angle, encoder, self.noise[0]));
-            let mut found = None;
-            for (guard, &limits, noise) in [check(0), check(1), angle].into_iter().flatten() {
+            let mut found: Option<MotionPoint> = None;
+            for (index, _) in doubtful.iter().enumerate().filter(|(_, doubtful)| **doubtful) {
+                let (guard, limits, noise) = match self.checks.get(index) {
+                    Some(Some(check)) => (check.guard, check.limits, self.noise[index + 1]),
+                    _ => (&self.mode.angle, *encoder, self.noise[0]),
+                };
                 let mut watch = Watch { motion: &self.motion, limits, noise, again: &mut self.redecided };
-                // Events of other functions after this one do not matter.
-                found = guard.exit(&mut watch, &a, found.as_ref().unwrap_or(&b)).or(found);
+                // Events of other functions after this one do not matter. All of the time has had its quick look.
+                let to = found.as_ref().unwrap_or(&b);
+                let is_all = a.edge == first && to.edge == last;
+                let sought = if is_all { guard.seek(&mut watch, &a, to) } else { guard.exit(&mut watch, &a, to) };
+                if sought.is_some() {
+                    found = sought;
+                }
             }
             if let Some(MotionPoint { edge, x, .. }) = found {
+                self.found = found;
                 return Some((self.anchor + edge, x));
             }
             a = b;

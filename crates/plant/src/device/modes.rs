@@ -284,7 +284,7 @@ impl<'a> Device<'a> {
         self.anchor = edge;
         self.motion = Trajectory::exact_with::<P>(&self.mode.system, x, f);
         self.prefix.0 = u64::MAX;
-        (self.heard, self.ahead.0) = (0, 0);
+        (self.heard, self.ahead.0, self.found) = (0, 0, None);
     }
 
     #[inline(always)]

@@ -46,7 +46,7 @@ impl Waves<'_, '_> {
         let motion = self.flow.motion;
         let [a, b] = [from, to].map(|edge| MotionPoint::of(motion, edge));
         let Some([second, _]) = guard.derivatives(dyadic(to - from)) else { return false };
-        let (length_s, bend) = ((to - from) as f64 * motion.system().edge_s(), dot(second, &sizes(&a.w)));
+        let (length_s, bend) = ((to - from) as f64 * motion.system().edge_s(), dot(&second, &sizes(&a.w)));
         let [slope, later] = [guard.value(&a.w), guard.value(&b.w)];
         slope * later >= 0.0 && slope.abs() + later.abs() >= bend * length_s
             || 0.125 * bend * length_s * length_s <= ROUNDING * guard.value(&a.x).abs().max(guard.value(&b.x).abs())

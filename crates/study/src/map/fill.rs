@@ -5,7 +5,9 @@ use std::num::NonZeroUsize;
 use std::sync::atomic::Ordering;
 
 use hpu_cosim::Control;
+use hpu_cosim::scene::Experiment;
 
+use super::alike::Alike;
 use super::{Cell, CellLimits, Class, Found, Map, Refinement};
 use crate::units::{self, UnitResult};
 
@@ -21,10 +23,12 @@ pub struct Plan {
 }
 
 impl Map {
-    /// Runs one cell as a unit of work; returns `None` when `control` or the guard stopped it.
-    pub fn run_cell(&self, index: usize, limits: CellLimits, control: &Control) -> Option<UnitResult> {
+    /// Runs one cell as a unit of work, unless a cell with the same words was run; returns `None` when `control` or the
+    /// guard stopped it.
+    fn run_cell(&self, index: usize, limits: CellLimits, control: &Control, alike: &Alike) -> Option<UnitResult> {
         let made = self.experiment(self.point(index)).map_err(|error| error.to_string());
-        match made.and_then(|experiment| Cell::run(&experiment, limits, control)) {
+        let run = |experiment: Experiment| alike.cell(&experiment, || Cell::run(&experiment, limits, control));
+        match made.and_then(run) {
             Ok(cell) => cell.map(|cell| Ok(cell.line())),
             Err(reason) => Some(Err(reason)),
         }
@@ -51,8 +55,9 @@ impl Map {
         // Stopping the map may end a simulator, and with it a cell, before the cell itself is told to stop. A cell that
         // failed for this reason is run again.
         let stopped = || control.stop.load(Ordering::Relaxed);
+        let alike = Alike::default();
         let unit = |index: usize, own: &Control| {
-            let row = self.run_cell(index, plan.limits, own);
+            let row = self.run_cell(index, plan.limits, own, &alike);
             row.filter(|row| row.is_ok() || !stopped())
         };
         let mut fill = |wanted: &mut dyn Iterator<Item = usize>, found: &mut [Option<Found>]| {

@@ -5,6 +5,7 @@
 //! interruption. Unless all cells are asked for, only those along boundaries are run ([`Refinement`]).
 
 mod agreement;
+mod alike;
 mod axis;
 mod cell;
 mod class;

@@ -232,6 +232,31 @@ fn threads_and_interruptions_change_nothing_and_no_cell_is_run_twice() {
 }
 
 #[test]
+fn cells_with_the_same_words_are_each_what_they_are_alone() {
+    let map = pressed(
+        "wall.stiffness=1..1.15 N.m/rad:8",
+        "wall.damping=0.1..0.105 mN.m.s/rad:3",
+        &["a", "b:device.coulomb_friction=1 mN.m"],
+    );
+    let (mut words, mut asked) = (Vec::new(), Vec::new());
+    for (index, found) in run(&map, plan(true, 2)).into_iter().enumerate() {
+        let Found::Run(Ok(cell)) = found else { panic!("cell {index}: {found:?}") };
+        let experiment = map.experiment(map.point(index)).unwrap();
+        let alone = Cell::run(&experiment, CellLimits::default(), &Control::default()).unwrap().unwrap();
+        assert_eq!(cell, alone, "cell {index}");
+        let scene = experiment.axis().unwrap();
+        let own = scene.words().unwrap();
+        words.push((scene.device, own.stiffness, own.damping));
+        asked.push(cell.stiffness_error.unwrap().to_bits());
+    }
+    let distinct = (0..words.len()).filter(|&k| !words[..k].contains(&words[k])).count();
+    assert!(distinct * 2 <= words.len(), "{distinct} of {}", words.len());
+    asked.sort_unstable();
+    asked.dedup();
+    assert!(asked.len() >= 6, "each stiffness has an error of its own");
+}
+
+#[test]
 fn a_refined_map_does_not_depend_on_what_else_is_known() {
     let map = pressed("wall.stiffness=0.5..6.5 N.m/rad:13", "wall.damping=0..0.4 mN.m.s/rad:5", &["a"]);
     let mut all: BTreeMap<usize, UnitResult> = BTreeMap::new();

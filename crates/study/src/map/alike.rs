@@ -1,0 +1,103 @@
+//! Cells that are one run: the stiffness and the damping that they ask for have the same words.
+//!
+//! Words are coarse, so on a fine map many neighbours hold the same ones. Such cells have the same loop in the same
+//! world, and their motions are equal to the bit. They differ only in figures relative to the stiffness asked for.
+
+use std::collections::BTreeMap;
+use std::sync::{Mutex, PoisonError};
+
+use hpu_cosim::scene::{Datapath, Experiment, Loop, LoopWords, Realised, Scene};
+
+use super::{Cell, Displayed};
+
+/// The cells that were run, by the words of their scenes.
+#[derive(Default)]
+pub(super) struct Alike(Mutex<Known>);
+
+#[derive(Default)]
+struct Known {
+    /// One scene of each world.
+    worlds: Vec<Scene>,
+    /// The cells of a world's words for reference, stiffness, damping, period and scale.
+    cells: BTreeMap<(usize, [i64; 5]), Vec<(LoopWords, Cell)>>,
+}
+
+impl Alike {
+    /// Returns the result of an experiment: by `run`, or of another cell with the same words in the same world.
+    ///
+    /// # Errors
+    ///
+    /// Returns the error of `run`.
+    pub(super) fn cell(
+        &self,
+        experiment: &Experiment,
+        run: impl FnOnce() -> Result<Option<Cell>, String>,
+    ) -> Result<Option<Cell>, String> {
+        let Some((scene, words)) = sharing(experiment) else { return run() };
+        let known = self.with(|known| known.find(scene, &words).cloned());
+        if let Some(cell) = known {
+            return Ok(Some(asked(cell, experiment, scene)));
+        }
+        // Two threads may run the same words at the same time, and find the same.
+        let cell = run()?;
+        if let Some(cell) = &cell {
+            self.with(|known| known.keep(scene, words, cell.clone()));
+        }
+        Ok(cell)
+    }
+
+    fn with<T>(&self, what: impl FnOnce(&mut Known) -> T) -> T {
+        // A cell is whole wherever a thread may have panicked.
+        what(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+}
+
+impl Known {
+    fn find(&self, scene: &Scene, words: &LoopWords) -> Option<&Cell> {
+        let world = self.worlds.iter().position(|other| is_same_world(scene, other))?;
+        let cells = self.cells.get(&(world, key(words)))?;
+        cells.iter().find(|(other, _)| other == words).map(|(_, cell)| cell)
+    }
+
+    fn keep(&mut self, scene: &Scene, words: LoopWords, cell: Cell) {
+        let world = self.worlds.iter().position(|other| is_same_world(scene, other)).unwrap_or_else(|| {
+            self.worlds.push(scene.clone());
+            self.worlds.len() - 1
+        });
+        self.cells.entry((world, key(&words))).or_default().push((words, cell));
+    }
+}
+
+fn key(words: &LoopWords) -> [i64; 5] {
+    [words.reference, words.stiffness, words.damping, words.period, words.scale]
+}
+
+/// Returns a scene whose run depends on the wall's stiffness and damping through its words alone, and these words
+/// without their distance from the gains asked for. Some laws also read the wall's stiffness as it is asked for.
+fn sharing(experiment: &Experiment) -> Option<(&Scene, LoopWords)> {
+    let Experiment::Axis(scene) = experiment else { return None };
+    if scene.model.datapath != Datapath::Words || matches!(scene.method.kind, Loop::Law(_)) {
+        return None;
+    }
+    let words = scene.words().ok()?;
+    let realised = Realised { stiffness_error: 0.0, stiffness_miss: None, damping_error: 0.0, ..words.realised };
+    Some((scene, LoopWords { realised, ..words }))
+}
+
+/// Returns whether two scenes differ in nothing but the wall's stiffness and damping.
+fn is_same_world(a: &Scene, b: &Scene) -> bool {
+    (a.wall.position_rad, a.wall.ramp) == (b.wall.position_rad, b.wall.ramp)
+        && (&a.device, &a.encoder, &a.bridge, &a.amplifier) == (&b.device, &b.encoder, &b.bridge, &b.amplifier)
+        && (&a.method, &a.hand, &a.faults, &a.model) == (&b.method, &b.hand, &b.faults, &b.model)
+        && (a.clock, a.run, a.record) == (b.clock, b.run, b.record)
+}
+
+/// Returns a cell as the cell of another scene with the same words.
+fn asked(cell: Cell, experiment: &Experiment, scene: &Scene) -> Cell {
+    let asked = scene.wall.stiffness_nm_per_rad;
+    Cell {
+        displayed: cell.displayed.map(|displayed| Displayed { asked, ..displayed }),
+        stiffness_error: experiment.setup().stiffness_error(),
+        ..cell
+    }
+}
