@@ -36,6 +36,7 @@ mod run;
 mod scene;
 mod show;
 mod study;
+mod sweep;
 mod terminal;
 mod vectors;
 mod waves;
@@ -84,6 +85,7 @@ enum Verb {
     Widths(widths::Args),
     Cost(cost::Args),
     Study(study::Args),
+    Sweep(sweep::Args),
     Explore(explore::Args),
     Reproduce(reproduce::Args),
     Completions(manual::CompletionArgs),
@@ -124,6 +126,7 @@ impl Verb {
             Self::Widths(args) => widths::run(&args),
             Self::Cost(args) => cost::run(&args),
             Self::Study(args) => study::run(&args, &Command::command(), again),
+            Self::Sweep(args) => sweep::run(&args, &Command::command()),
             Self::Explore(args) => explore::run(&args),
             Self::Reproduce(args) => reproduce::run(&args),
             Self::Completions(args) => manual::completions(&args, Command::command()),

@@ -36,7 +36,7 @@ pub type Call = Box<dyn FnOnce() -> Result<Exit, Failure>>;
 type Again = fn(&[String]) -> Result<Call, clap::Error>;
 
 /// The verbs that a study may call.
-const VERBS: [&str; 8] = ["run", "check", "limits", "map", "chart", "fit", "widths", "cost"];
+pub const VERBS: [&str; 8] = ["run", "check", "limits", "map", "chart", "fit", "widths", "cost"];
 
 /// Runs `hpu study`. `command` describes the whole command, `again` reads one.
 pub fn run(args: &Args, command: &Command, again: Again) -> Result<Exit, Failure> {
@@ -59,7 +59,7 @@ pub fn run(args: &Args, command: &Command, again: Again) -> Result<Exit, Failure
     for (index, section) in study.sections.iter().enumerate() {
         let before = study.sections[..index].iter().filter(|other| other.verb == section.verb).count();
         let folder = if before == 0 { section.verb.clone() } else { format!("{}-{}", section.verb, before + 1) };
-        match words(section, command, args, &folder) {
+        match words(section, command, given(section, command, args, &folder)) {
             Ok(words) => match again(&words) {
                 Ok(call) => calls.push(call),
                 Err(error) => wrong.push(format!("{}: {}", section.place, first_part(&error.to_string()))),
@@ -88,7 +88,7 @@ pub fn run(args: &Args, command: &Command, again: Again) -> Result<Exit, Failure
 }
 
 /// Returns name and text of a study's file: of the shipped study, if the name has no folder and no ending.
-fn text(file: &Path) -> Result<(String, String), Failure> {
+pub fn text(file: &Path) -> Result<(String, String), Failure> {
     let name = file.display().to_string();
     let is_name = !name.contains(['/', '.']);
     match shipped_texts().iter().find(|(own, _)| is_name && *own == name) {
@@ -97,12 +97,33 @@ fn text(file: &Path) -> Result<(String, String), Failure> {
     }
 }
 
-/// Returns the words of a section's command, or what is wrong with its keys.
-fn words(section: &Section, command: &Command, args: &Args, folder: &str) -> Result<Vec<String>, Vec<String>> {
+fn key(arg: &Arg) -> String {
+    arg.get_id().as_str().to_string()
+}
+
+fn arguments<'c>(section: &Section, command: &'c Command) -> Vec<&'c Arg> {
     let verb = command.find_subcommand(&section.verb).expect("the verbs of a study are verbs of the command");
-    let own: Vec<&Arg> = verb.get_arguments().collect();
-    let key = |arg: &Arg| arg.get_id().as_str().to_string();
-    let given = ["out", "json", "jobs"];
+    verb.get_arguments().collect()
+}
+
+/// Returns the options of a study that its section's command takes too.
+fn given(section: &Section, command: &Command, args: &Args, folder: &str) -> Vec<String> {
+    let takes = |name: &str| arguments(section, command).into_iter().any(|arg| key(arg) == name);
+    let mut options = Vec::new();
+    if let (Some(out), true) = (&args.to.out, takes("out")) {
+        options.push(format!("--out={}", out.join(folder).display()));
+    }
+    if let (Some(jobs), true) = (args.to.jobs.given(), takes("jobs")) {
+        options.push(format!("--jobs={jobs}"));
+    }
+    options.extend((args.to.json && takes("json")).then(|| "--json".to_string()));
+    options
+}
+
+/// Returns the words of a section's command with these options after its own, or what is wrong with its keys.
+pub fn words(section: &Section, command: &Command, more: Vec<String>) -> Result<Vec<String>, Vec<String>> {
+    let own = arguments(section, command);
+    let given = ["out", "json", "jobs", "from"];
     let keys: Vec<String> = own.iter().map(|arg| key(arg)).filter(|key| !given.contains(&key.as_str())).collect();
     let (mut placed, mut options, mut errors) = (Vec::new(), Vec::new(), Vec::new());
     for (name, place, values) in &section.options {
@@ -121,21 +142,14 @@ fn words(section: &Section, command: &Command, args: &Args, folder: &str) -> Res
             }
         }
     }
-    let takes = |name: &str| own.iter().any(|arg| key(arg) == name);
-    if let (Some(out), true) = (&args.to.out, takes("out")) {
-        options.push(format!("--out={}", out.join(folder).display()));
-    }
-    if let (Some(jobs), true) = (args.to.jobs.given(), takes("jobs")) {
-        options.push(format!("--jobs={jobs}"));
-    }
-    options.extend((args.to.json && takes("json")).then(|| "--json".to_string()));
+    options.extend(more);
     let head = ["hpu".to_string(), section.verb.clone()];
     let words = head.into_iter().chain(options).chain(["--".to_string()]).chain(placed).collect();
     if errors.is_empty() { Ok(words) } else { Err(errors) }
 }
 
 /// Returns the reason of an error of the command line, without the usage below it.
-fn first_part(error: &str) -> String {
+pub fn first_part(error: &str) -> String {
     let reason = error.split("\n\n").next().unwrap_or(error);
     reason.trim_start_matches("error: ").split_whitespace().collect::<Vec<_>>().join(" ")
 }
