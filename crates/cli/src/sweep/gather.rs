@@ -184,8 +184,10 @@ impl Wrong {
         for path in names {
             let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
             let (stem, ending) = name.split_once('.').unwrap_or((&name, ""));
-            let shard =
-                stem.parse().ok().filter(|index: &u64| *index < wave.manifest.shards() && format!("{index:06}") == stem);
+            let shard = stem
+                .parse()
+                .ok()
+                .filter(|index: &u64| *index < wave.manifest.shards() && format!("{index:06}") == stem);
             // Names that begin with a dot are those of files that are being written.
             if !name.starts_with('.') && (shard.is_none() || !["parquet", "journal", "alone"].contains(&ending)) {
                 self.refused.push((path, "foreign: no shard of this sweep has this name".into()));

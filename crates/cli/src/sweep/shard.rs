@@ -1,8 +1,9 @@
 //! One shard: a function of its manifest and its number.
 //!
 //! Rows go to a journal as they are made, so that a process that dies loses one point at most. The next process finds
-//! the journal, and suspects the first point without a row. It runs this point in a process of its own. The second time
-//! that such a process dies, the point is *poison*: its row is the reason, and the shard goes on.
+//! the journal, and suspects the first point without a row. It runs this point in a process of its own. When three such
+//! processes have died one after the other, the point is *poison*: its row is the reason, and the shard goes on. A single
+//! kill from outside therefore makes no point poison.
 
 use std::fs::{self, File};
 use std::io::{ErrorKind, Read, Seek, SeekFrom};
@@ -25,7 +26,7 @@ use crate::{interrupt, journal};
 use hpu_study::page::Page;
 
 /// How often a point may end the process that runs it alone.
-const DEATHS: u32 = 2;
+const DEATHS: u32 = 3;
 
 /// How often a process may end with the point's own process, as where a scheduler kills both because of their memory.
 const SHARED_DEATHS: u32 = 5;

@@ -34,6 +34,7 @@ mod run;
 mod signals;
 mod snapshots;
 mod study;
+mod sweep;
 mod tools;
 mod viewers;
 mod widths;
