@@ -41,6 +41,7 @@ mod terminal;
 mod vectors;
 mod waves;
 mod widths;
+mod work;
 
 use std::env;
 use std::ffi::OsString;
@@ -118,12 +119,18 @@ impl Verb {
             Self::Vectors(args) => vectors::run(&args),
             Self::Check(args) => check::run(&args),
             Self::Limits(args) => limits::run(&args),
-            Self::Map(args) => map::run(&args),
+            Self::Map(args) => match args.from() {
+                Some(dir) => sweep::show_map(&args, dir),
+                None => map::run(&args),
+            },
             Self::Chart(args) => chart::run(&args),
             Self::Fit(args) => fit::run(&args),
             Self::Diff(args) => diff::run(&args),
             Self::Report(args) => report::run(&args),
-            Self::Widths(args) => widths::run(&args),
+            Self::Widths(args) => match args.from() {
+                Some(dir) => sweep::show_search(&args, dir),
+                None => widths::run(&args),
+            },
             Self::Cost(args) => cost::run(&args),
             Self::Study(args) => study::run(&args, &Command::command(), again),
             Self::Sweep(args) => sweep::run(&args, &Command::command()),

@@ -1,5 +1,6 @@
 //! `hpu map`: runs a scene over two of its keys.
 
+mod cells;
 mod page;
 
 use std::cell::Cell;
@@ -23,7 +24,10 @@ use crate::journal;
 use crate::page::{Answer, show};
 use crate::progress::Watch;
 use crate::scene::{self, quoted, set_options};
-use crate::{hdl, interrupt, pictures, sweep};
+use crate::work::Rows;
+use crate::{hdl, interrupt, pictures};
+
+pub use cells::Cells;
 
 /// Run a scene over two of its keys, and draw what becomes of the motion
 ///
@@ -88,8 +92,13 @@ pub fn time(text: &str) -> Result<Duration, String> {
 }
 
 impl Args {
+    /// Returns the folder of the sweep to show, if the map is not to be run.
+    pub fn from(&self) -> Option<&Path> {
+        self.from.as_deref()
+    }
+
     /// Returns the scene as the command names it.
-    pub fn scene(&self) -> &str {
+    fn scene(&self) -> &str {
         self.scene.as_deref().unwrap_or_default()
     }
 
@@ -97,24 +106,18 @@ impl Args {
         [&self.x, &self.y].map(|axis| axis.as_ref().expect("only --from stands without axes"))
     }
 
-    /// Returns how far a cell is run.
-    pub fn limits(&self) -> CellLimits {
+    fn limits(&self) -> CellLimits {
         CellLimits { events: self.cell_events, guard: self.cell_timeout }
     }
 
-    /// Returns whether every cell is run.
-    pub fn full(&self) -> bool {
-        self.full
-    }
-
     /// Lets the simulators of designs of the user's own be found.
-    pub fn provide(&self) -> Result<(), Failure> {
+    fn provide(&self) -> Result<(), Failure> {
         hpu_cosim::dut::provide(self.hdl.simulators()?);
         Ok(())
     }
 
     /// Returns the command, without options that change no cell.
-    pub fn command(&self) -> String {
+    fn command(&self) -> String {
         let mut command = format!("hpu map {}", quoted(self.scene()));
         let [x, y] = self.axes();
         for (name, axis) in [("x", x), ("y", y)] {
@@ -143,7 +146,7 @@ impl Args {
     }
 
     /// Returns the map of a scene. `load` reads the data files that the scene names.
-    pub fn map(
+    fn map(
         &self,
         (name, text): (&str, &str),
         load: &mut dyn FnMut(&str) -> io::Result<Vec<u8>>,
@@ -249,9 +252,6 @@ impl Mapped {
 
 /// Runs `hpu map`.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
-    if let Some(dir) = &args.from {
-        return gathered(args, dir);
-    }
     args.provide()?;
     let source = scene::source(args.scene())?;
     let map = args.map((&source.name, &source.text), &mut |file: &str| source.load(file))?;
@@ -276,10 +276,9 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     shown(mapped.expect("an interrupted map has ended"), folder, args.json)
 }
 
-/// Shows the map that a sweep has gathered. Cells that are missing there are run, as where the guard stopped them.
-fn gathered(args: &Args, dir: &Path) -> Result<Exit, Failure> {
-    let (own, map, done) = sweep::gathered_map(dir)?;
-    own.provide()?;
+/// Shows the map that a sweep has gathered, as `args` ask for. Cells that are missing are run: those that the guard
+/// stopped.
+pub fn gathered(args: &Args, Cells { args: own, map }: Cells, done: Rows) -> Result<Exit, Failure> {
     let folder = args.out.as_deref().map(Folder::open).transpose()?;
     let mapped = own.fill(map, done, interrupt::watch(), |_, _| Ok(()), |_| interrupt::end())?;
     shown(mapped.expect("an interrupted map has ended"), folder, args.json)

@@ -1,23 +1,20 @@
 //! Gathering: the files of all shards as one, in the order of waves and points.
 
-use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use hpu_rtl::temporary::{Temporary, sweep_files};
-use hpu_study::page::{Page, Parquet, ParquetFile};
-use hpu_study::sweep::{GROUP_ROWS, SEAL, Schema, UNSEALED, seal, unseal};
+use hpu_study::page::{Page, Parquet};
+use hpu_study::sweep::{GROUP_ROWS, SEAL, Schema, UNSEALED, seal};
 
+use super::files::{GATHERED, Unusable, check, said};
 use super::manifest::{Planned, put};
-use super::shard::{Unusable, check, said};
-use super::work::{Rows, Work, of};
+use super::work::of;
 use crate::exit::{Exit, Failure};
 use crate::interrupt;
 use crate::page::show;
-
-/// The name of the gathered file.
-pub const GATHERED: &str = "gathered.parquet";
+use crate::work::Work;
 
 /// The name of the gathered rows as CSV, where they are few.
 const CSV: &str = "gathered.csv";
@@ -231,53 +228,4 @@ impl Wrong {
         let exit = if self.refused.is_empty() || again { Exit::Differs } else { Exit::BadFile };
         Err(Failure::new(exit, format!("{}: the sweep is not complete\n{}", dir.display(), lines.join("\n"))))
     }
-}
-
-/// Opens the gathered file of a sweep.
-fn open(planned: &Planned, schema: &Schema) -> Result<ParquetFile, Failure> {
-    let place = planned.dir.join(GATHERED);
-    let mut file = File::open(&place).map_err(|error| {
-        Failure::file(format!("{}: {error}; hpu sweep gather {} makes it", place.display(), planned.dir.display()))
-    })?;
-    unseal(&mut file).map_err(|damage| Failure::at(&place, said(&damage)))?;
-    let file = ParquetFile::open(file, schema.columns()).map_err(|error| Failure::at(&place, error))?;
-    if file.metadata("hpu.settings") != Some(&planned.manifest.settings()) {
-        return Err(Failure::at(&place, "is of another sweep"));
-    }
-    Ok(file)
-}
-
-/// Returns the gathered rows of the waves before this one, and of this one too if `with_own`.
-pub fn gathered(planned: &Planned, work: &dyn Work, with_own: bool) -> Result<Rows, Failure> {
-    let wave = planned.manifest.wave;
-    let waves = if with_own { wave } else { wave - 1 };
-    if waves == 0 {
-        return Ok(Rows::new());
-    }
-    let schema = work.schema();
-    let place = planned.dir.join(GATHERED);
-    let file = open(planned, &schema)?;
-    let counts = file.metadata("hpu.rows").unwrap_or_default().split(',').map(str::parse::<u64>);
-    let counts: Vec<u64> = counts.collect::<Result<_, _>>().map_err(|error| Failure::at(&place, error))?;
-    if counts.len() < waves {
-        return Err(Failure::usage(format!(
-            "wave {waves} is not gathered; hpu sweep gather {} does that first",
-            planned.dir.display()
-        )));
-    }
-    let mut left = counts[..waves].iter().sum::<u64>() as usize;
-    let mut rows = BTreeMap::new();
-    for group in 0..file.groups() {
-        let told = file.group(group).map_err(|error| Failure::at(&place, error))?;
-        let told = schema.told(&told).ok_or_else(|| Failure::at(&place, "its columns do not agree"))?;
-        let taken = told.into_iter().take(left);
-        left -= taken.len();
-        rows.extend(taken.filter_map(|(point, row)| Some((point as usize, row?))));
-    }
-    Ok(rows)
-}
-
-/// Returns the rows that the points of a wave depend on: those of the waves before it.
-pub fn before(planned: &Planned) -> Result<Rows, Failure> {
-    if planned.manifest.wave == 1 { Ok(Rows::new()) } else { gathered(planned, &*of(&planned.manifest)?, false) }
 }

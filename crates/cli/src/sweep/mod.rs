@@ -1,5 +1,6 @@
 //! `hpu sweep`: a study's points in shards, on one machine or on a farm.
 
+mod files;
 mod gather;
 mod local;
 mod manifest;
@@ -11,17 +12,16 @@ mod work;
 
 use std::path::{Path, PathBuf};
 
-use clap::{Command, Subcommand};
-use hpu_study::map::Map;
-
 use crate::answers::read_words;
 use crate::exit::{Exit, Failure};
 use crate::jobs::Jobs;
+use crate::map::Cells;
 use crate::{map, widths};
+use clap::{Command, Subcommand};
 
-use gather::{How, gathered};
-use manifest::{Manifest, Planned};
-pub use work::{Find, Rows, Take, Work, on_disk, scene_of};
+use files::gathered;
+use gather::How;
+use manifest::Planned;
 
 /// Run the points of a study in shards, on one machine or on a farm
 ///
@@ -183,22 +183,22 @@ pub fn run(args: &Args, command: &Command) -> Result<Exit, Failure> {
     }
 }
 
-/// Returns the map that a sweep has gathered: its arguments, the map, and the rows of its cells.
-pub fn gathered_map(dir: &Path) -> Result<(map::Args, Map, Rows), Failure> {
+/// Runs `hpu map --from`: shows the map that a sweep has gathered.
+pub fn show_map(args: &map::Args, dir: &Path) -> Result<Exit, Failure> {
     let planned = of_verb(dir, "map")?;
-    let work = work::MapWork::new(read_words("map", &planned.manifest.words)?, &mut |name: &str| {
-        scene_of(&planned.manifest, name)
-    })?;
-    let rows = gathered(&planned, &work, true)?;
-    Ok((work.args, work.map, rows))
+    let manifest = &planned.manifest;
+    let cells = Cells::new(read_words("map", &manifest.words)?, &mut |name: &str| work::scene_of(manifest, name))?;
+    let rows = gathered(&planned, &cells, true)?;
+    map::gathered(args, cells, rows)
 }
 
-/// Returns the search that a sweep has gathered: its arguments, its rows, and the manifest with its scenes.
-pub fn gathered_search(dir: &Path) -> Result<(widths::Args, Rows, Manifest), Failure> {
+/// Runs `hpu widths --from`: shows the search that a sweep has gathered.
+pub fn show_search(args: &widths::Args, dir: &Path) -> Result<Exit, Failure> {
     let planned = of_verb(dir, "widths")?;
-    let work = work::of(&planned.manifest)?;
-    let rows = gathered(&planned, &*work, true)?;
-    Ok((read_words("widths", &planned.manifest.words)?, rows, planned.manifest))
+    let manifest = &planned.manifest;
+    let rows = gathered(&planned, &*work::of(manifest)?, true)?;
+    let own = read_words("widths", &manifest.words)?;
+    widths::gathered(args, own, rows, &mut |name: &str| work::scene_of(manifest, name))
 }
 
 fn of_verb(dir: &Path, verb: &str) -> Result<Planned, Failure> {

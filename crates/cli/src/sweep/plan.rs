@@ -10,11 +10,12 @@ use hpu_study::page::{Kind, Page};
 use hpu_study::studies::read;
 use hpu_study::sweep::Points;
 
-use super::gather::gathered;
+use super::files::gathered;
 use super::manifest::{Manifest, Planned, program};
-use super::work::{self, Rows, VERBS, Work, on_disk};
+use super::work::{self, VERBS};
 use crate::exit::{Exit, Failure};
 use crate::page::show;
+use crate::work::{Rows, Work, on_disk};
 use crate::{interrupt, scene, study};
 
 /// Most points that are run to measure what a point costs.
@@ -55,7 +56,7 @@ impl Size {
         let start = Instant::now();
         // Points that are scattered by the golden ratio, the same ones each time.
         for at in 0..SAMPLE.min(count) {
-            let place = (u128::from(at) * 0x9E37_79B9_7F4A_7C15 % (1 << 64)) * u128::from(count) >> 64;
+            let place = (u128::from(at.wrapping_mul(0x9E37_79B9_7F4A_7C15)) * u128::from(count)) >> 64;
             let point = points.slice(place as u64, 1);
             let point: Vec<usize> = point.into_iter().map(|point| point as usize).collect();
             work.run(done.clone(), &point, interrupt::heed(), &mut |_, _| Ok(()))?;

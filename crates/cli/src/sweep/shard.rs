@@ -6,24 +6,24 @@
 //! kill from outside therefore makes no point poison.
 
 use std::fs::{self, File};
-use std::io::{ErrorKind, Read, Seek, SeekFrom};
+use std::io::Read;
 use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus, Stdio};
 
 use hpu_rtl::temporary::Temporary;
-use hpu_study::page::{Parquet, ParquetFile};
-use hpu_study::sweep::{Damage, GROUP_ROWS, Row, SEAL, Told, UNSEALED, append, seal, unseal};
+use hpu_study::page::{Page, Parquet};
+use hpu_study::sweep::{GROUP_ROWS, Row, SEAL, Told, UNSEALED, append, seal};
 use hpu_study::units::UnitResult;
 
-use super::gather::before;
+use super::files::{before, check, said};
 use super::manifest::{Planned, put};
-use super::work::{Rows, Work, of};
+use super::work::of;
 use crate::exit::{Exit, Failure};
 use crate::page::show;
 use crate::terminal::print;
+use crate::work::{Rows, Work};
 use crate::{interrupt, journal};
-use hpu_study::page::Page;
 
 /// How often a point may end the process that runs it alone.
 const DEATHS: u32 = 3;
@@ -163,58 +163,6 @@ fn write(
     seal(&mut file).map_err(|damage| at(&said(&damage)))?;
     file.sync_all().map_err(|error| at(&error))?;
     put(temporary, &place)
-}
-
-/// Returns what is wrong with a file.
-pub fn said(damage: &Damage) -> String {
-    match damage {
-        Damage::Truncated => "truncated: it does not end as a Parquet file does".into(),
-        Damage::Unsealed => "foreign: it has no checksum of a sweep".into(),
-        Damage::Changed => "damaged: its bytes are not those that were written".into(),
-        Damage::Io(error) => error.to_string(),
-    }
-}
-
-/// Why a shard's file is not used.
-#[derive(Debug)]
-pub enum Unusable {
-    /// There is none.
-    Missing,
-    /// It is not the file of this shard, for this reason.
-    Refused(String),
-}
-
-/// Opens a shard's file if it is the finished one of this manifest and program; of any program if none is given.
-pub fn check(
-    planned: &Planned,
-    index: u64,
-    columns: &[hpu_study::page::Column],
-    program: Option<&str>,
-) -> Result<ParquetFile, Unusable> {
-    let refused = |why: &dyn std::fmt::Display| Unusable::Refused(why.to_string());
-    let mut file = match File::open(planned.shard(index, "parquet")) {
-        Err(error) if error.kind() == ErrorKind::NotFound => return Err(Unusable::Missing),
-        file => file.map_err(|error| refused(&error))?,
-    };
-    unseal(&mut file).map_err(|damage| refused(&said(&damage)))?;
-    file.seek(SeekFrom::Start(0)).map_err(|error| refused(&error))?;
-    let file = ParquetFile::open(file, columns).map_err(|error| refused(&format!("foreign: {error}")))?;
-    let found = |key: &str| file.metadata(key).unwrap_or_default().to_string();
-    let manifest = &planned.manifest;
-    if found("hpu.settings") != manifest.settings() {
-        return Err(refused(&format!("foreign: of another sweep, {}", found("command"))));
-    }
-    if found("hpu.wave") == manifest.wave.to_string() && found("hpu.manifest") != planned.sum {
-        return Err(refused(&"stale: of an older manifest of this sweep"));
-    }
-    if found("hpu.wave") != manifest.wave.to_string() || found("hpu.shard") != index.to_string() {
-        let (shard, wave) = (found("hpu.shard"), found("hpu.wave"));
-        return Err(refused(&format!("duplicate: a copy of shard {shard} of wave {wave}")));
-    }
-    if program.is_some_and(|program| found("hpu.program") != program) {
-        return Err(refused(&format!("stale: of another build of hpu, {}", found("hpu.version"))));
-    }
-    Ok(file)
 }
 
 /// The end of a point in a process of its own.

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use hpu_study::page::{Cell, Column, Page, Table};
 
-use super::gather::GATHERED;
+use super::files::GATHERED;
 use super::manifest::Planned;
 use crate::exit::{Exit, Failure};
 use crate::page::show;

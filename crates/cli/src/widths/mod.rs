@@ -26,7 +26,8 @@ use crate::parameters::stiffness_missed;
 use crate::price::{self, Price};
 use crate::progress::Watch;
 use crate::scene::{self, Named, set_options};
-use crate::{fit, hdl, interrupt, pictures, sweep};
+use crate::work::{Find, Rows};
+use crate::{fit, hdl, interrupt, pictures};
 
 use cost::{OneMore, one_more};
 use proved::{Proved, proved};
@@ -131,6 +132,11 @@ pub struct Widths {
 }
 
 impl Args {
+    /// Returns the folder of the sweep to show, if nothing is to be run.
+    pub fn from(&self) -> Option<&Path> {
+        self.from.as_deref()
+    }
+
     /// Returns the arguments that a search takes beside its own.
     fn asked<'a>(&'a self, prices: Option<(&'a Cache, &'a Setup)>) -> Asked<'a> {
         let (jobs, out) = (self.jobs.get(), self.out.as_deref());
@@ -138,16 +144,13 @@ impl Args {
     }
 
     /// Returns the runs of the search that these arguments ask for, as a sweep does them.
-    pub fn waves(&self, find: sweep::Find) -> Result<search::Waves, Failure> {
+    pub fn waves(&self, find: Find) -> Result<search::Waves, Failure> {
         search::Waves::new(&self.search, &self.asked(None), find)
     }
 }
 
 /// Runs `hpu widths`.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
-    if let Some(dir) = &args.from {
-        return gathered(args, dir);
-    }
     if args.gappa {
         let [name] = &args.scenes[..] else { return Err(Failure::usage("--gappa takes one scene")) };
         return gappa::run(&scene::source(name)?.parse(&args.set.set)?, args.out.as_deref());
@@ -206,13 +209,12 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     Ok(Exit::Fine)
 }
 
-/// Shows the search whose runs a sweep has gathered.
-fn gathered(args: &Args, dir: &Path) -> Result<Exit, Failure> {
-    let (own, rows, manifest) = sweep::gathered_search(dir)?;
+/// Shows the search of `own`, whose runs a sweep has gathered, as `args` ask for.
+pub fn gathered(args: &Args, own: Args, rows: Rows, find: Find) -> Result<Exit, Failure> {
     let (setup, cache) = (args.hdl.setup(), if args.price { Some(args.remember.open()?) } else { None });
     let own = Args { out: args.out.clone(), json: args.json, ..own };
     let asked = own.asked(cache.as_ref().map(|cache| (cache, &setup)));
-    search::gathered(&own.search, &asked, rows, &mut |name| sweep::scene_of(&manifest, name))
+    search::gathered(&own.search, &asked, rows, find)
 }
 
 /// Returns the page and the picture of these scenes, without prices, tables and search; `None` when stopped.

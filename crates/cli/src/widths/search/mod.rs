@@ -22,8 +22,8 @@ use crate::exit::{Exit, Failure};
 use crate::files::Folder;
 use crate::page::show;
 use crate::scene::{self, quoted, set_options};
-use crate::sweep::{Find, Rows, Take, Work, on_disk};
 use crate::terminal::print;
+use crate::work::{Find, Rows, Take, Work, on_disk};
 use crate::{interrupt, journal, pictures, progress};
 
 use page::page;
