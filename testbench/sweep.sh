@@ -11,11 +11,11 @@ RANDOM=${SEED:-1}
 kills=${KILLS:-10}
 record=$PWD/testbench/record/sweep.txt
 
-packages="slurm-wlm munge parallel"
+packages="slurm-wlm munge parallel time"
 export PATH=$PATH:/usr/sbin
-if ! { command -v slurmctld && command -v slurmd && command -v munged && command -v parallel; } >/dev/null; then
+if ! { command -v slurmctld && command -v slurmd && command -v munged && command -v parallel && [ -x /usr/bin/time ]; } >/dev/null; then
     if [ "$(id -u)" != 0 ] || ! command -v apt-get >/dev/null; then
-        echo "error: Slurm, munge or GNU parallel is missing; install and run this again: sudo apt-get install $packages" >&2
+        echo "error: Slurm, munge, GNU parallel or GNU time is missing; install and run this again: sudo apt-get install $packages" >&2
         exit 3
     fi
     apt-get update -qq
@@ -291,26 +291,65 @@ same "$killed kills of a gather" kill-shard local-map
 begin=$(now)
 echo '#!/bin/sh' | sbatch --array=0-63 --output=/dev/null --parsable >/dev/null
 while [ "$(queued)" != 0 ]; do sleep 0.1; done
-echo "64 empty tasks by Slurm on two cores: $(since "$begin") s"
+took=$(since "$begin")
+echo "64 empty tasks by Slurm on two cores: $took s, $(awk -v s="$took" 'BEGIN { printf "%.1f", 64 / s }') a second"
 
-# The overhead of shards on two local workers: turns of both, medians.
-for turn in 1 2 3; do
+# The overhead of shards on two local workers, in wall time and in processor time of both workers: medians of turns.
+cat >overhead.toml <<'STUDY'
+name = "overhead"
+title = "2000 cells"
+
+[map]
+scene = "hybrid-wall"
+x = "wall.stiffness=0.1..6 N.m/rad:100"
+y = "wall.damping=0.01..0.4 mN.m.s/rad:20"
+full = true
+STUDY
+timed() { # NAME COMMAND...
+    /usr/bin/time -a -o "$1" -f '%e %U %S' "${@:2}" >/dev/null
+}
+for _ in 1 2 3; do
     rm -rf overhead whole
-    begin=$(now)
-    quiet map free-motion --x 'device.coulomb_friction=0.1..10 mN.m:100:log' --y 'device.initial_speed=100..300 rad/s:100' \
-        --set 'run.duration=20 ms' --full --jobs 2 -o whole
-    since "$begin" >>map-s
-    echo >>map-s
-    quiet sweep plan map.toml -o overhead --shard-points 1000
-    begin=$(now)
-    quiet sweep run overhead --jobs 2
-    quiet map --from overhead -o overhead/drawn
-    since "$begin" >>sweep-s
-    echo >>sweep-s
+    timed map-s "$hpu" --quiet map hybrid-wall --x 'wall.stiffness=0.1..6 N.m/rad:100' --y 'wall.damping=0.01..0.4 mN.m.s/rad:20' \
+        --full --jobs 2 -o whole
+    timed sweep-s sh -c "'$hpu' --quiet sweep run overhead.toml -o overhead --jobs 2 && '$hpu' --quiet map --from overhead -o drawn"
 done
-median() { sort -g "$1" | sed -n 2p; }
-echo "10 000 cells with pictures: hpu map $(median map-s) s, hpu sweep run and hpu map --from $(median sweep-s) s:" \
-    "$(echo "$(median map-s) $(median sweep-s)" | awk '{ printf "%+.1f %%", 100 * ($2 / $1 - 1) }')"
+cmp -s <(rows whole) <(rows drawn) || { echo "2000 cells: differ from hpu map"; differs=1; }
+median() { awk -v cpu="$2" '{ print cpu ? $2 + $3 : $1 }' "$1" | sort -g | sed -n 2p; }
+for cpu in 0 1; do
+    [ $cpu = 0 ] && what="wall time" || what="processor time"
+    echo "2000 cells of hybrid-wall with pictures, $what: hpu map $(median map-s $cpu) s, hpu sweep run and hpu map --from" \
+        "$(median sweep-s $cpu) s: $(echo "$(median map-s $cpu) $(median sweep-s $cpu)" | awk '{ printf "%+.1f %%", 100 * ($2 / $1 - 1) }')"
+done
+
+# What a point costs, by kind of scene: processor time of 64 cells on one core, without the start of the process.
+cost() { # NAME SCENE X Y SET
+    printf 'name = "cost"\ntitle = "cost"\n\n[map]\nscene = "%s"\nx = "%s:8"\ny = "%s:8"\nset = [%s]\nfull = true\n' \
+        "$2" "$3" "$4" "$5" >cost.toml
+    rm -rf cost
+    quiet sweep plan cost.toml -o cost --shard-points 64
+    rm -f cost-s
+    timed cost-s "$hpu" --quiet sweep shard cost --index 0
+    awk -v name="$1" '{ s = ($2 + $3) / 64; printf "%-52s %9.2f ms a point, %10.0f points a core-hour\n", name, 1e3 * s, 3600 / s }' cost-s
+}
+cost "free motion, 20 ms" free-motion 'device.coulomb_friction=0.1..10 mN.m' 'device.initial_speed=100..300 rad/s' '"run.duration=20 ms"'
+cost "a motor's hybrid wall, 2 s" hybrid-wall 'wall.stiffness=0.1..6 N.m/rad' 'wall.damping=0.01..0.4 mN.m.s/rad' ''
+cost "a motor's wall with friction, 2 s" friction-wall 'wall.stiffness=0.5..2 N.m/rad' 'wall.damping=0.01..0.1 mN.m.s/rad' ''
+cost "a motor's wall sampled at 1 kHz, 2 s" conventional-wall-1khz 'wall.stiffness=0.1..2 N.m/rad' 'wall.damping=0.01..0.4 mN.m.s/rad' ''
+cost "a PHANToM's drop test" phantom-drop 'room.stiffness=0.5..2 kN/m' 'drop.weight=0.1..0.2 N' ''
+cost "a segment on a gimbal, switched touch" gimbal-switch 'surface.stiffness=0.1..3 N/mm' 'method.force_gain=0..14' ''
+
+# The gather of the same 10 000 rows by the number of shards.
+for points in 1000 100 20; do
+    rm -rf cut
+    quiet sweep plan map.toml -o cut --shard-points $points
+    quiet sweep run cut --jobs 2
+    rm -f gather-s
+    for _ in 1 2 3; do timed gather-s "$hpu" --quiet sweep gather cut; done
+    echo "a gather of 10 000 rows in $((10000 / points)) shards: $(median gather-s 0) s"
+    same "$((10000 / points)) shards" cut local-map
+done
+
 if [ $differs = 0 ]; then echo "all engines agree"; else echo "engines differ"; fi
 if [ $differs != 0 ]; then exit 1; fi
 sleep 0.5 # until tee has written the last line
