@@ -132,7 +132,10 @@ impl Verb {
                 None => widths::run(&args),
             },
             Self::Cost(args) => cost::run(&args),
-            Self::Study(args) => study::run(&args, &Command::command(), again),
+            Self::Study(args) => match args.from() {
+                Some(dir) => sweep::show_lines(&args, dir),
+                None => study::run(&args, &Command::command(), again),
+            },
             Self::Sweep(args) => sweep::run(&args, &Command::command()),
             Self::Explore(args) => explore::run(&args),
             Self::Reproduce(args) => reproduce::run(&args),

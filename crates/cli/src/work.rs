@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::io;
+use std::sync::Arc;
 
 use hpu_cosim::{Control, SceneFile};
 use hpu_study::map::SceneText;
@@ -58,7 +59,7 @@ impl Source {
 }
 
 /// Returns a scene by its name.
-pub type Find<'a> = &'a mut dyn FnMut(&str) -> Result<Source, Failure>;
+pub type Find = Arc<dyn Fn(&str) -> Result<Source, Failure> + Send + Sync>;
 
 /// Finds a scene by its path or its shipped name.
 pub fn on_disk(name: &str) -> Result<Source, Failure> {

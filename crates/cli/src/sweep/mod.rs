@@ -16,7 +16,8 @@ use crate::answers::read_words;
 use crate::exit::{Exit, Failure};
 use crate::jobs::Jobs;
 use crate::map::Cells;
-use crate::{map, widths};
+use crate::study::Lines;
+use crate::{map, study, widths};
 use clap::{Command, Subcommand};
 
 use files::gathered;
@@ -25,13 +26,13 @@ use manifest::Planned;
 
 /// Run the points of a study in shards, on one machine or on a farm
 ///
-/// Points are the cells of a study's `map`, or the runs of its search over `widths`. A shard is a file of some points,
+/// Points are the cells of a study's `map`, the runs of its search over `widths`, or its lines. A shard is a file of some points,
 /// and a function of the manifest alone. A shard that died runs again, and a finished one is left as it is. The gathered
 /// file is the same to the byte, whichever machines ran the shards and in whatever order. A map without `full` and a
 /// search go in waves: each is planned from the gathered one before.
 ///
-/// On one machine: `hpu sweep run STUDY -o DIR`. On a farm: `plan`, then `submit`; at the end `hpu map --from DIR` or
-/// `hpu widths --from DIR` shows the result.
+/// On one machine: `hpu sweep run STUDY -o DIR`. On a farm: `plan`, then `submit`; at the end `hpu map --from DIR`,
+/// `hpu widths --from DIR` or `hpu study --from DIR` shows the result.
 #[derive(clap::Args)]
 pub struct Args {
     #[command(subcommand)]
@@ -77,7 +78,7 @@ enum Verb {
     Plan {
         /// A study's file, or the folder of a sweep whose last wave is gathered
         study: String,
-        /// The study's section, if several can be split
+        /// The section of the study, as map, map-2, widths, or lines [default: the only one that can be split]
         #[arg(long, value_name = "NAME")]
         section: Option<String>,
         /// Folder of the sweep
@@ -126,7 +127,7 @@ enum Verb {
     Run {
         /// A study's file, or the folder of a sweep
         study: String,
-        /// The study's section, if several can be split
+        /// The section of the study, as map, map-2, widths, or lines [default: the only one that can be split]
         #[arg(long, value_name = "NAME")]
         section: Option<String>,
         /// Folder of the sweep; the same command goes on there after an interruption
@@ -187,7 +188,7 @@ pub fn run(args: &Args, command: &Command) -> Result<Exit, Failure> {
 pub fn show_map(args: &map::Args, dir: &Path) -> Result<Exit, Failure> {
     let planned = of_verb(dir, "map")?;
     let manifest = &planned.manifest;
-    let cells = Cells::new(read_words("map", &manifest.words)?, &mut |name: &str| work::scene_of(manifest, name))?;
+    let cells = Cells::new(read_words("map", &manifest.words)?, work::scenes(manifest))?;
     let rows = gathered(&planned, &cells, true)?;
     map::gathered(args, cells, rows)
 }
@@ -198,7 +199,16 @@ pub fn show_search(args: &widths::Args, dir: &Path) -> Result<Exit, Failure> {
     let manifest = &planned.manifest;
     let rows = gathered(&planned, &*work::of(manifest)?, true)?;
     let own = read_words("widths", &manifest.words)?;
-    widths::gathered(args, own, rows, &mut |name: &str| work::scene_of(manifest, name))
+    widths::gathered(args, own, rows, work::scenes(manifest))
+}
+
+/// Runs `hpu study --from`: shows the lines that a sweep has gathered.
+pub fn show_lines(args: &study::Args, dir: &Path) -> Result<Exit, Failure> {
+    let planned = of_verb(dir, "study")?;
+    let (name, text) = &planned.manifest.study;
+    let lines = Lines::new(name, text, work::scenes(&planned.manifest))?;
+    let rows = gathered(&planned, &lines, true)?;
+    lines.show(args, rows)
 }
 
 fn of_verb(dir: &Path, verb: &str) -> Result<Planned, Failure> {

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use clap::Command;
 use hpu_cosim::number;
 use hpu_study::page::{Kind, Page};
-use hpu_study::studies::read;
+use hpu_study::studies::Section;
 use hpu_study::sweep::Points;
 
 use super::files::gathered;
@@ -16,7 +16,7 @@ use super::work::{self, VERBS};
 use crate::exit::{Exit, Failure};
 use crate::page::show;
 use crate::work::{Rows, Work, on_disk};
-use crate::{interrupt, scene, study};
+use crate::{interrupt, study};
 
 /// Most points that are run to measure what a point costs.
 const SAMPLE: u64 = 16;
@@ -117,7 +117,7 @@ pub type Costed = (Planned, Option<f64>);
 pub fn first(asked: &Asked, dir: &Path, command: &Command, workers: Option<usize>) -> Result<Costed, Failure> {
     let (name, text) = study::text(Path::new(asked.study))?;
     let (verb, words) = words(&name, &text, asked.section, command)?;
-    let work = work::work(&verb, &words, &mut on_disk)?;
+    let work = work::work(&verb, &words, Arc::new(on_disk))?;
     let mut manifest = Manifest {
         wave: 1,
         version: env!("HPU_VERSION").to_string(),
@@ -190,19 +190,22 @@ fn columns(work: &dyn Work) -> Vec<[String; 3]> {
     schema.columns().iter().map(column).collect()
 }
 
+/// The name of a study's lines beside its sections.
+const LINES: &str = "lines";
+
 /// Returns verb and words of the section of a study that a sweep can split.
 fn words(name: &str, text: &str, asked: Option<&str>, command: &Command) -> Result<(String, Vec<String>), Failure> {
-    let load = |name: &str, set: &[(String, String)]| {
-        let source = scene::source(name).map_err(|failure| failure.to_string())?;
-        source.parse(set).map_err(|error| error.to_string())
-    };
-    let study = read(name, text.as_bytes(), &study::VERBS, Arc::new(load)).map_err(Failure::file)?;
+    let (study, _) = study::read(name, text, Arc::new(on_disk))?;
     let named = study.sections.iter().enumerate().map(|(index, section)| {
         let before = study.sections[..index].iter().filter(|other| other.verb == section.verb).count();
         let name = if before == 0 { section.verb.clone() } else { format!("{}-{}", section.verb, before + 1) };
         (name, section)
     });
-    let all: Vec<_> = named.filter(|(_, section)| VERBS.contains(&section.verb.as_str())).collect();
+    let mut all: Vec<(String, Option<&Section>)> = Vec::new();
+    for (name, section) in named.filter(|(_, section)| VERBS.contains(&section.verb.as_str())) {
+        all.push((name, Some(section)));
+    }
+    all.extend((!study.comparison.lines.is_empty()).then(|| (LINES.to_string(), None)));
     let names: Vec<&str> = all.iter().map(|(name, _)| name.as_str()).collect();
     let (_, section) = match (asked, &all[..]) {
         (Some(asked), _) => all.iter().find(|(name, _)| name == asked).ok_or_else(|| {
@@ -213,9 +216,12 @@ fn words(name: &str, text: &str, asked: Option<&str>, command: &Command) -> Resu
         })?,
         (None, [one]) => one,
         (None, []) => {
-            return Err(Failure::file(format!("{name} has no section that a sweep can split: {}", VERBS.join(", "))));
+            return Err(Failure::file(format!("{name} has nothing that a sweep can split: map, widths or lines")));
         }
         (None, _) => return Err(Failure::usage(format!("write --section with one of: {}", names.join(", ")))),
+    };
+    let Some(section) = section else {
+        return Ok(("study".to_string(), vec![name.to_string(), text.to_string()]));
     };
     let words = study::words(section, command, Vec::new()).map_err(|errors| Failure::file(errors.join("\n")))?;
     // The first two words are the program and the verb.

@@ -22,7 +22,9 @@ fn verbs() -> Vec<Vec<String>> {
     };
     let mut all = Vec::new();
     for verb in listed(&[]) {
-        for study in if ["reproduce", "scene", "sweep"].contains(&verb.as_str()) { listed(&[&verb]) } else { Vec::new() } {
+        for study in
+            if ["reproduce", "scene", "sweep"].contains(&verb.as_str()) { listed(&[&verb]) } else { Vec::new() }
+        {
             all.push(vec![verb.clone(), study]);
         }
         all.push(vec![verb]);

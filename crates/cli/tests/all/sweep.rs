@@ -151,6 +151,40 @@ fn a_search_in_waves_finds_what_the_verb_finds() {
 }
 
 #[test]
+fn the_lines_of_a_study_in_shards_are_those_of_the_study() {
+    let dir = scratch("sweep-lines");
+    let lines = |vary: &str| {
+        format!(
+            "[[group]]\nname = \"Settling, {vary}\"\n\n[[group.line]]\nvary.of = [0.5, 4.0]\nwhat = \"$of N.m/rad, by {vary}\"\n\
+             claims = \"a\"\ntext = \"{{wall.outcome}}, rms {{wall.rms * 1e6:.1 urad}}\"\nfigures.rms = \"wall.rms\"\n\
+             measure.wall = {{ measure = \"run\", scene = \"{vary}\", set = [\"run.duration=100 ms\", \
+             \"wall.stiffness=$of N.m/rad\"] }}\n\n"
+        )
+    };
+    let content = format!(
+        "name = \"lines\"\ntitle = \"Lines\"\n\n{}{}[[claim]]\nletter = \"a\"\npaper = \"softer is calmer\"\nplace = \"none\"\n\
+         means = \"the rms never falls\"\nholds = \"never_falls(rms)\"\n",
+        lines("hybrid-wall"),
+        lines("thrown-hybrid")
+    );
+    let (study, out) = (study(&dir, "lines.toml", &content), dir.join("sweep"));
+    let page = ["sweep", "run", text(&study), "-o", text(&out), "--shard-points", "3", "--json"];
+    assert_eq!(json(&fine(&page))["rows"], 4);
+    let (ours, theirs) = (dir.join("ours"), dir.join("theirs"));
+    let verb = fine(&["study", text(&study), "-o", text(&theirs), "--json"]);
+    let from = fine(&["study", "--from", text(&out), "-o", text(&ours), "--json"]);
+    let without_files = |output: &Output| {
+        let mut value = json(output);
+        value["files"] = serde_json::Value::Null;
+        value
+    };
+    assert_eq!(without_files(&from), without_files(&verb));
+    for name in ["lines.txt", "lines.csv"] {
+        assert_eq!(read(&ours.join(name)), read(&theirs.join(name)), "{name}");
+    }
+}
+
+#[test]
 fn a_finished_shard_is_left_as_it_is_and_a_shard_beyond_the_last_is_refused() {
     let dir = scratch("sweep-finished");
     let out = whole(&dir);
@@ -392,8 +426,8 @@ fn what_is_no_sweep_is_refused_before_anything_is_written() {
         assert_refused(&output, exit, words);
     };
     let head = "name = \"a\"\ntitle = \"b\"\n";
-    refused(head, &[], 4, &["no section that a sweep can split: map, widths"]);
-    refused(&format!("{head}[limits]\nscene = \"hybrid-wall\"\n"), &[], 4, &["no section"]);
+    refused(head, &[], 4, &["nothing that a sweep can split: map, widths or lines"]);
+    refused(&format!("{head}[limits]\nscene = \"hybrid-wall\"\n"), &[], 4, &["nothing that a sweep can split"]);
     refused(&format!("{head}[widths]\nscenes = \"hybrid-wall\"\n"), &[], 2, &["search = true"]);
     let two = SMALL.to_string() + "\n[widths]\nscenes = \"hybrid-wall\"\nsearch = true\n";
     refused(&two, &[], 2, &["--section", "map, widths"]);

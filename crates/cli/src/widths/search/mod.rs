@@ -6,6 +6,7 @@ mod shown;
 
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use hpu_cosim::Control;
 use hpu_cosim::scene::Experiment;
@@ -82,7 +83,7 @@ struct Case {
 impl Search {
     /// Returns the scenes as they are, then all of them under each change.
     fn cases(&self, scenes: &[String], set: &[(String, String)], find: Find) -> Result<Vec<Case>, Failure> {
-        let mut read = |name: &String, also: Option<&Changes>| -> Result<Case, Failure> {
+        let read = |name: &String, also: Option<&Changes>| -> Result<Case, Failure> {
             let source = find(name)?;
             let mut load = |file: &str| source.load(file);
             let set: Vec<_> = set.iter().chain(also.iter().flat_map(|also| &also.set)).cloned().collect();
@@ -175,7 +176,7 @@ pub struct Asked<'a> {
 /// Runs a search.
 pub fn run(args: &Search, asked: &Asked) -> Result<Exit, Failure> {
     let Asked { scenes, set, .. } = *asked;
-    let cases = args.cases(scenes, set, &mut on_disk)?;
+    let cases = args.cases(scenes, set, Arc::new(on_disk))?;
     finish(args, asked, &cases, None)
 }
 

@@ -1,18 +1,23 @@
 //! `hpu study`: runs a study of the user's own.
 
-use std::collections::BTreeMap;
+mod lines;
+
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, PoisonError};
 
 use clap::{Arg, Command};
 use hpu_cosim::did_you_mean;
 use hpu_study::map::SceneText;
-use hpu_study::studies::{Section, read, shipped_texts};
+use hpu_study::studies::{Section, shipped_texts};
 
 use crate::exit::{Exit, Failure};
 use crate::input::read_text;
 use crate::reproduce::beside;
-use crate::scene::{self, quoted};
+use crate::scene::quoted;
+use crate::work::on_disk;
+
+pub use lines::Lines;
+pub use lines::study as read;
 
 /// Run a study: a TOML file that says what is varied, what is measured, and what a paper claims
 ///
@@ -24,9 +29,28 @@ use crate::scene::{self, quoted};
 #[derive(clap::Args)]
 pub struct Args {
     /// The study's file, or the name of a study in testbench/studies
-    file: PathBuf,
+    #[arg(required_unless_present = "from")]
+    file: Option<PathBuf>,
+    /// Show the lines that a sweep has gathered in this folder
+    #[arg(long, value_name = "DIR", conflicts_with = "file")]
+    from: Option<PathBuf>,
     #[command(flatten)]
     to: beside::Args,
+}
+
+impl Args {
+    /// Returns the folder of the sweep to show, if nothing is to be run.
+    pub fn from(&self) -> Option<&Path> {
+        self.from.as_deref()
+    }
+
+    fn file(&self) -> &Path {
+        self.file.as_deref().unwrap_or(Path::new(""))
+    }
+}
+
+fn command_of(file: &Path) -> String {
+    format!("hpu study {}", quoted(&file.display().to_string()))
 }
 
 /// A command that was read and can be called.
@@ -40,19 +64,8 @@ pub const VERBS: [&str; 8] = ["run", "check", "limits", "map", "chart", "fit", "
 
 /// Runs `hpu study`. `command` describes the whole command, `again` reads one.
 pub fn run(args: &Args, command: &Command, again: Again) -> Result<Exit, Failure> {
-    let (file, text) = text(&args.file)?;
-    let used: Arc<Mutex<BTreeMap<String, Vec<u8>>>> = Arc::default();
-    let keep = Arc::clone(&used);
-    let load = move |name: &str, set: &[(String, String)]| {
-        let source = scene::source(name).map_err(|failure| failure.to_string())?;
-        let read = SceneText::read((&source.name, &source.text), set, &mut |file: &str| source.load(file));
-        let (text, experiment) = read.map_err(|error| error.to_string())?;
-        let mut used = keep.lock().unwrap_or_else(PoisonError::into_inner);
-        used.insert(source.name, text.text.into_bytes());
-        used.extend(text.files);
-        Ok(experiment)
-    };
-    let study = read(&file, text.as_bytes(), &VERBS, Arc::new(load)).map_err(Failure::file)?;
+    let (file, text) = text(args.file())?;
+    let (study, used) = lines::study(&file, &text, Arc::new(on_disk))?;
     // Every section is read before the first is run.
     let mut wrong = Vec::new();
     let mut calls = Vec::new();
@@ -73,9 +86,12 @@ pub fn run(args: &Args, command: &Command, again: Again) -> Result<Exit, Failure
     let mut exit = Exit::Fine;
     if !study.comparison.lines.is_empty() {
         let used = used.lock().unwrap_or_else(PoisonError::into_inner).clone();
-        let files: Vec<_> = [text.into_bytes()].into_iter().chain(used.into_values()).collect();
-        let command = format!("hpu study {}", quoted(&args.file.display().to_string()));
-        exit = beside::run(&study.comparison, &command, &files, &args.to)?;
+        let scenes = used.into_values().flat_map(|scene| {
+            let SceneText { text, files, .. } = scene;
+            [text.into_bytes()].into_iter().chain(files.into_values())
+        });
+        let files: Vec<_> = [text.into_bytes()].into_iter().chain(scenes).collect();
+        exit = beside::run(&study.comparison, &command_of(args.file()), &files, &args.to, None)?;
     }
     for call in calls {
         if exit == Exit::Interrupted {
