@@ -10,6 +10,7 @@ mod status;
 mod submit;
 mod work;
 
+use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 use crate::answers::read_words;
@@ -157,6 +158,9 @@ enum Verb {
         /// Number of tasks
         #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u64).range(1..))]
         of: u64,
+        /// Cores: shards that run at the same time [default: 1]
+        #[arg(long, value_name = "N", default_value_t = NonZeroUsize::MIN, hide_default_value = true)]
+        cores: NonZeroUsize,
         #[command(flatten)]
         version: AnyVersion,
     },
@@ -180,7 +184,9 @@ pub fn run(args: &Args, command: &Command) -> Result<Exit, Failure> {
             local::run(&asked, command, jobs.get(), kept.how(), json.json)
         }
         Verb::Submit(args) => submit::run(args),
-        Verb::Task { dir, wave, index, of, version } => submit::task(dir, *wave, *index, *of, version.any_version),
+        Verb::Task { dir, wave, index, of, cores, version } => {
+            submit::task(dir, *wave, (*index, *of), *cores, version.any_version)
+        }
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::io::Write as _;
+use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
@@ -35,6 +36,9 @@ pub struct Args {
     /// Tasks of the array at most [default: what Slurm's MaxArraySize allows]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     tasks: Option<u64>,
+    /// Cores of a task: it runs so many shards at the same time [default: 1]
+    #[arg(long, value_name = "N")]
+    cores: Option<NonZeroUsize>,
     /// An option for every job, as in --option=--partition=long; of parallel, as in --option=--sshloginfile=nodes
     #[arg(long, value_name = "OPTION", allow_hyphen_values = true)]
     option: Vec<String>,
@@ -61,6 +65,18 @@ pub enum Engine {
     Slurm,
     /// GNU parallel, on this machine or by its own options on others
     Parallel,
+}
+
+impl Args {
+    fn cores(&self) -> NonZeroUsize {
+        self.cores.unwrap_or(NonZeroUsize::MIN)
+    }
+
+    /// Returns the options of a task beside its wave and its number.
+    fn task_options(&self) -> String {
+        let cores = self.cores.map_or(String::new(), |cores| format!(" --cores {cores}"));
+        cores + if self.version.any_version { " --any-version" } else { "" }
+    }
 }
 
 /// The usual MaxArraySize of Slurm, where scontrol does not tell another.
@@ -96,15 +112,16 @@ fn array(args: &Args, planned: &Planned, tasks: u64) -> Result<String, Failure> 
     let dir = quoted(&planned.dir.display().to_string());
     let limit = args.limit.map_or(String::new(), |limit| format!("%{limit}"));
     let mut script = format!(
-        "#!/bin/sh\n#SBATCH --job-name={}\n#SBATCH --array=0-{}{limit}\n#SBATCH --ntasks=1\n#SBATCH --cpus-per-task=1\n\
+        "#!/bin/sh\n#SBATCH --job-name={}\n#SBATCH --array=0-{}{limit}\n#SBATCH --ntasks=1\n#SBATCH --cpus-per-task={}\n\
          #SBATCH --requeue\n#SBATCH --open-mode=append\n#SBATCH --output={dir}/slurm-%A.log\n",
         job_name(planned),
-        tasks - 1
+        tasks - 1,
+        args.cores(),
     );
     script.extend(args.option.iter().map(|option| format!("#SBATCH {option}\n")));
-    let any = if args.version.any_version { " --any-version" } else { "" };
+    let more = args.task_options();
     script += &format!(
-        "exec {} --quiet sweep task {dir} --wave {} --index \"$SLURM_ARRAY_TASK_ID\" --of {tasks}{any}\n",
+        "exec {} --quiet sweep task {dir} --wave {} --index \"$SLURM_ARRAY_TASK_ID\" --of {tasks}{more}\n",
         program()?,
         planned.manifest.wave
     );
@@ -124,6 +141,7 @@ fn follower(args: &Args, planned: &Planned) -> Result<String, Failure> {
     let mut again = format!("--engine slurm{any}");
     again += &args.limit.map_or(String::new(), |limit| format!(" --limit {limit}"));
     again += &args.tasks.map_or(String::new(), |tasks| format!(" --tasks {tasks}"));
+    again += &args.cores.map_or(String::new(), |cores| format!(" --cores {cores}"));
     again.extend(args.option.iter().map(|option| format!(" --option={}", quoted(option))));
     script += &format!(
         "set -e\n{program} --quiet sweep gather {dir}{any}\n{program} --quiet sweep plan {dir}\n\
@@ -215,10 +233,10 @@ fn parallel(args: &Args, mut planned: Planned, mut left: u64) -> Result<Exit, Fa
     loop {
         let jobs = args.limit.map_or(String::new(), |limit| format!("--jobs {limit} "));
         let options: String = args.option.iter().map(|option| format!("{} ", quoted(option))).collect();
-        let any = if args.version.any_version { " --any-version" } else { "" };
+        let more = args.task_options();
         let (program, dir) = (program()?, quoted(&planned.dir.display().to_string()));
         let (wave, shards) = (planned.manifest.wave, planned.manifest.shards());
-        let line = format!("{program} --quiet sweep task {dir} --wave {wave} --index {{}} --of {shards}{any}");
+        let line = format!("{program} --quiet sweep task {dir} --wave {wave} --index {{}} --of {shards}{more}");
         let script = format!("seq 0 {} | parallel {jobs}{options}{}", shards.saturating_sub(1), quoted(&line));
         if args.dry_run {
             print(&format!("#!/bin/sh\n{script}\n"))?;
@@ -251,12 +269,18 @@ fn parallel(args: &Args, mut planned: Planned, mut left: u64) -> Result<Exit, Fa
     }
 }
 
-/// Runs a task: every `of`-th shard from `index` on, one after the other.
-pub fn task(dir: &Path, wave: usize, index: u64, of: u64, any_version: bool) -> Result<Exit, Failure> {
+/// Runs a task: every `of`-th shard from `index` on, `jobs` at a time.
+pub fn task(
+    dir: &Path,
+    wave: usize,
+    (index, of): (u64, u64),
+    jobs: NonZeroUsize,
+    any_version: bool,
+) -> Result<Exit, Failure> {
     let planned = Planned::read(dir, wave)?;
     let planned = planned.ok_or_else(|| Failure::usage(format!("{} has no wave {wave}", dir.display())))?;
     interrupt::heed();
     let wanted = progress(&planned).left.into_iter().filter(|shard| shard % of == index).collect();
-    shards(&planned, wanted, std::num::NonZeroUsize::MIN, any_version)?;
+    shards(&planned, wanted, jobs, any_version)?;
     Ok(Exit::Fine)
 }

@@ -387,17 +387,18 @@ fn a_dry_run_prints_an_array_that_slurm_allows_and_the_job_after_it() {
     let (study, out) = (small(&dir, true), dir.join("sweep"));
     fine(&["sweep", "plan", text(&study), "-o", text(&out), "--shard-points", "2"]);
     let place = tools(&dir, &[("scontrol", "echo 'Configuration data'; echo 'MaxArraySize            = 8'")]);
-    let dry = ["sweep", "submit", text(&out), "--engine", "slurm", "--dry-run", "--limit", "3"];
+    let dry = ["sweep", "submit", text(&out), "--engine", "slurm", "--dry-run", "--limit", "3", "--cores", "2"];
     let output = hpu().args(dry).arg("--option=--partition=long").env("PATH", &place).output().expect("starts");
     assert_eq!(code(&output), 0, "{}", stderr(&output));
     let said = stdout(&output);
     for line in [
         "#SBATCH --array=0-7%3",
         "#SBATCH --requeue",
+        "#SBATCH --cpus-per-task=2",
         "#SBATCH --partition=long",
-        "--wave 1 --index \"$SLURM_ARRAY_TASK_ID\" --of 8",
+        "--wave 1 --index \"$SLURM_ARRAY_TASK_ID\" --of 8 --cores 2",
         "--dependency=afterok",
-        "--engine slurm --limit 3 --option='--partition=long'",
+        "--engine slurm --limit 3 --cores 2 --option='--partition=long'",
     ] {
         assert!(said.contains(line), "{line}: {said}");
     }
@@ -411,7 +412,7 @@ fn a_dry_run_prints_an_array_that_slurm_allows_and_the_job_after_it() {
     assert!(said.contains("seq 0 22 | parallel --jobs 3 ") && said.contains("--index {} --of 23"), "{said}");
     // The tasks of an array do all shards.
     for task in ["0", "1", "2"] {
-        fine(&["sweep", "task", text(&out), "--wave", "1", "--index", task, "--of", "3"]);
+        fine(&["sweep", "task", text(&out), "--wave", "1", "--index", task, "--of", "3", "--cores", "2"]);
     }
     assert_eq!(json(&fine(&["sweep", "status", text(&out), "--json"]))["complete"], true);
 }
