@@ -297,11 +297,11 @@ echo "64 empty tasks by Slurm on two cores: $took s, $(awk -v s="$took" 'BEGIN {
 # The overhead of shards on two local workers, in wall time and in processor time of both workers: medians of turns.
 cat >overhead.toml <<'STUDY'
 name = "overhead"
-title = "2000 cells"
+title = "1000 cells"
 
 [map]
 scene = "hybrid-wall"
-x = "wall.stiffness=0.1..6 N.m/rad:100"
+x = "wall.stiffness=0.1..6 N.m/rad:50"
 y = "wall.damping=0.01..0.4 mN.m.s/rad:20"
 full = true
 STUDY
@@ -310,34 +310,35 @@ timed() { # NAME COMMAND...
 }
 for _ in 1 2 3; do
     rm -rf overhead whole
-    timed map-s "$hpu" --quiet map hybrid-wall --x 'wall.stiffness=0.1..6 N.m/rad:100' --y 'wall.damping=0.01..0.4 mN.m.s/rad:20' \
+    timed map-s "$hpu" --quiet map hybrid-wall --x 'wall.stiffness=0.1..6 N.m/rad:50' --y 'wall.damping=0.01..0.4 mN.m.s/rad:20' \
         --full --jobs 2 -o whole
     timed sweep-s sh -c "'$hpu' --quiet sweep run overhead.toml -o overhead --jobs 2 && '$hpu' --quiet map --from overhead -o drawn"
 done
-cmp -s <(rows whole) <(rows drawn) || { echo "2000 cells: differ from hpu map"; differs=1; }
+cmp -s <(rows whole) <(rows drawn) || { echo "1000 cells: differ from hpu map"; differs=1; }
 median() { awk -v cpu="$2" '{ print cpu ? $2 + $3 : $1 }' "$1" | sort -g | sed -n 2p; }
 for cpu in 0 1; do
     [ $cpu = 0 ] && what="wall time" || what="processor time"
-    echo "2000 cells of hybrid-wall with pictures, $what: hpu map $(median map-s $cpu) s, hpu sweep run and hpu map --from" \
+    echo "1000 cells of hybrid-wall with pictures, $what: hpu map $(median map-s $cpu) s, hpu sweep run and hpu map --from" \
         "$(median sweep-s $cpu) s: $(echo "$(median map-s $cpu) $(median sweep-s $cpu)" | awk '{ printf "%+.1f %%", 100 * ($2 / $1 - 1) }')"
 done
 
 # What a point costs, by kind of scene: processor time of 64 cells on one core, without the start of the process.
-cost() { # NAME SCENE X Y SET
-    printf 'name = "cost"\ntitle = "cost"\n\n[map]\nscene = "%s"\nx = "%s:8"\ny = "%s:8"\nset = [%s]\nfull = true\n' \
-        "$2" "$3" "$4" "$5" >cost.toml
+cost() { # NAME SCENE X Y [SET]
+    printf 'name = "cost"\ntitle = "cost"\n\n[map]\nscene = "%s"\nx = "%s:8"\ny = "%s:8"\nfull = true\n' \
+        "$2" "$3" "$4" >cost.toml
+    [ -z "${5:-}" ] || echo "set = ['$5']" >>cost.toml
     rm -rf cost
     quiet sweep plan cost.toml -o cost --shard-points 64
     rm -f cost-s
     timed cost-s "$hpu" --quiet sweep shard cost --index 0
     awk -v name="$1" '{ s = ($2 + $3) / 64; printf "%-52s %9.2f ms a point, %10.0f points a core-hour\n", name, 1e3 * s, 3600 / s }' cost-s
 }
-cost "free motion, 20 ms" free-motion 'device.coulomb_friction=0.1..10 mN.m' 'device.initial_speed=100..300 rad/s' '"run.duration=20 ms"'
-cost "a motor's hybrid wall, 2 s" hybrid-wall 'wall.stiffness=0.1..6 N.m/rad' 'wall.damping=0.01..0.4 mN.m.s/rad' ''
-cost "a motor's wall with friction, 2 s" friction-wall 'wall.stiffness=0.5..2 N.m/rad' 'wall.damping=0.01..0.1 mN.m.s/rad' ''
-cost "a motor's wall sampled at 1 kHz, 2 s" conventional-wall-1khz 'wall.stiffness=0.1..2 N.m/rad' 'wall.damping=0.01..0.4 mN.m.s/rad' ''
-cost "a PHANToM's drop test" phantom-drop 'room.stiffness=0.5..2 kN/m' 'drop.weight=0.1..0.2 N' ''
-cost "a segment on a gimbal, switched touch" gimbal-switch 'surface.stiffness=0.1..3 N/mm' 'method.force_gain=0..14' ''
+cost "free motion, 20 ms" free-motion 'device.coulomb_friction=0.1..10 mN.m' 'device.initial_speed=100..300 rad/s' 'run.duration=20 ms'
+cost "a motor's hybrid wall, 2 s" hybrid-wall 'wall.stiffness=0.1..6 N.m/rad' 'wall.damping=0.01..0.4 mN.m.s/rad'
+cost "a motor's wall with friction, 2 s" friction-wall 'wall.stiffness=0.5..2 N.m/rad' 'wall.damping=0.01..0.1 mN.m.s/rad'
+cost "a motor's wall sampled at 1 kHz, 2 s" conventional-wall-1khz 'wall.stiffness=0.1..2 N.m/rad' 'wall.damping=0.01..0.4 mN.m.s/rad'
+cost "a PHANToM's drop test" phantom-drop 'room.stiffness=0.5..2 kN/m' 'drop.weight=0.1..0.2 N'
+cost "a segment on a gimbal, switched touch" gimbal-switch 'surface.stiffness=0.1..3 N/mm' 'method.force_gain=0..14'
 
 # The gather of the same 10 000 rows by the number of shards.
 for points in 1000 100 20; do
