@@ -10,7 +10,6 @@ use hpu_study::page::{Column, ParquetFile};
 use hpu_study::sweep::{Damage, Schema, unseal};
 
 use super::manifest::Planned;
-use super::work::of;
 use crate::exit::Failure;
 use crate::work::{Rows, Work};
 
@@ -114,6 +113,6 @@ pub fn gathered(planned: &Planned, work: &dyn Work, with_own: bool) -> Result<Ro
 }
 
 /// Returns the rows that the points of a wave depend on: those of the waves before it.
-pub fn before(planned: &Planned) -> Result<Rows, Failure> {
-    if planned.manifest.wave == 1 { Ok(Rows::new()) } else { gathered(planned, &*of(&planned.manifest)?, false) }
+pub fn before(planned: &Planned, work: &dyn Work) -> Result<Rows, Failure> {
+    gathered(planned, work, false)
 }

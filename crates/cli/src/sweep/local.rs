@@ -116,19 +116,15 @@ pub fn run(asked: &Asked, command: &Described, jobs: NonZeroUsize, how: How, jso
             shards(&waves[at], progress(&waves[at]).left, jobs, how.any_version)?;
             at += 1;
         }
-        // A refused file is removed once, and its shard run again.
-        if how.again
-            && let Err(failure) = gather(dir, how)
-        {
-            if failure.exit() != Exit::Differs {
+        if let Err(failure) = gather(dir, how) {
+            // Refused files were removed, and their shards run once more.
+            if !how.again || failure.exit() != Exit::Differs {
                 return Err(failure);
             }
             for wave in &waves {
                 shards(wave, progress(wave).left, jobs, how.any_version)?;
             }
-        }
-        if !how.again {
-            gather(dir, how)?;
+            gather(dir, How { again: false, ..how })?;
         }
         let Some((next, _)) = plan::next(dir, asked.size, Some(jobs.get()))? else { break };
         waves.push(next);

@@ -18,7 +18,7 @@ use crate::page::show;
 use crate::work::{Rows, Work, on_disk};
 use crate::{interrupt, study};
 
-/// Most points that are run to measure what a point costs.
+/// Most points that are run to measure what a point costs, and the share of all points that they are at most.
 const SAMPLE: u64 = 16;
 
 /// Wall time after which no further point is measured.
@@ -39,6 +39,10 @@ pub struct Size {
 }
 
 impl Size {
+    fn is_given(self) -> bool {
+        self.shard_time.is_some() || self.shard_points.is_some()
+    }
+
     /// Returns the number of points of a shard, and the measured seconds of a point. `workers` get some shards each, if
     /// their number is known.
     fn points(
@@ -55,7 +59,7 @@ impl Size {
         let mut taken = 0;
         let start = Instant::now();
         // Points that are scattered by the golden ratio, the same ones each time.
-        for at in 0..SAMPLE.min(count) {
+        for at in 0..SAMPLE.min(count.div_ceil(SAMPLE)) {
             let place = (u128::from(at.wrapping_mul(0x9E37_79B9_7F4A_7C15)) * u128::from(count)) >> 64;
             let point = points.slice(place as u64, 1);
             let point: Vec<usize> = point.into_iter().map(|point| point as usize).collect();
@@ -163,7 +167,13 @@ pub fn next(dir: &Path, size: Size, workers: Option<usize>) -> Result<Option<Cos
     if points.count() == 0 || again {
         return Ok(None);
     }
-    let (shard_points, cost_s) = size.points(&*work, &done, &points, workers)?;
+    let (shard_points, cost_s) = if size.is_given() {
+        size.points(&*work, &done, &points, workers)?
+    } else {
+        // A point of this wave costs as much as one of the wave before. Each worker gets a shard.
+        let share = workers.map_or(u64::MAX, |workers| points.count().div_ceil(workers as u64));
+        (last.manifest.shard_points.min(share), None)
+    };
     let manifest = Manifest { wave: last.manifest.wave + 1, points, shard_points, ..last.manifest };
     Ok(Some((manifest.write(dir)?, cost_s)))
 }

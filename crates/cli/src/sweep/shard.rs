@@ -73,6 +73,7 @@ fn finish(planned: &Planned, index: u64, program: &str) -> Result<Option<Made>, 
     let schema = work.schema();
     let done = Made { points: points.len(), fresh: false };
     if check(planned, index, schema.columns(), Some(program)).is_ok() {
+        clean(planned, index);
         return Ok(Some(done));
     }
     let folder = planned.shards();
@@ -107,7 +108,7 @@ fn finish(planned: &Planned, index: u64, program: &str) -> Result<Option<Made>, 
             Alone::Stopped => return Ok(None),
         }
     }
-    work.run(before(planned)?, &left, control, &mut |point, row| {
+    work.run(before(planned, &*work)?, &left, control, &mut |point, row| {
         journal.add(point, &row)?;
         rows.insert(point, row);
         Ok(())
@@ -242,7 +243,7 @@ pub fn point(dir: &Path, wave: Option<usize>, point: u64) -> Result<Exit, Failur
     let planned = planned(dir, wave)?;
     let work = of(&planned.manifest)?;
     let mut found = None;
-    work.run(before(&planned)?, &[point as usize], interrupt::heed(), &mut |_, row| {
+    work.run(before(&planned, &*work)?, &[point as usize], interrupt::heed(), &mut |_, row| {
         found = Some(row);
         Ok(())
     })?;
