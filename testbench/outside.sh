@@ -1,13 +1,14 @@
 #!/bin/bash
 # What other tools make of hpu: APyTypes of its rounding and overflow, cocotb and VUnit of its vectors, on the VHDL in GHDL;
-# and what the Python package makes of runs, studies, blocks and plants, against the command.
+# what the Python package makes of runs, studies, blocks and plants, against the command; and what polars and DuckDB read
+# of a gathered sweep.
 # Each is seen to fail on something broken first. Installs what it needs where it may; ends with what agrees.
 # Exit codes: 0 all agree, 1 something differs, 3 a tool is missing.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
 packages="ghdl-mcode iverilog python3 python3-venv gcc"
-python_packages="apytypes==0.5.1 cocotb==2.1.0 vunit_hdl==4.7.1 numpy==2.4.6 polars==2.1.0 pandas==3.1.1"
+python_packages="apytypes==0.5.1 cocotb==2.1.0 vunit_hdl==4.7.1 numpy==2.4.6 polars==2.1.0 pandas==3.1.1 duckdb==2.0.1"
 
 if ! { command -v ghdl && command -v iverilog && command -v cc && command -v python3 && python3 -m ensurepip --version; } >/dev/null 2>&1; then
     if [ "$(id -u)" != 0 ] || ! command -v apt-get >/dev/null; then
@@ -106,7 +107,24 @@ agrees "VUnit around a plant" walls
 sed -i 's/0.0016 rad/1 rad/' vunit/crates/capi/examples/vunit/tb_wall.vhd
 fails "VUnit around a plant" "the wall is not reached" walls
 [ $differs = 0 ] || exit 1
+
+# A gathered sweep, read by polars and by DuckDB: as many settled cells as in the CSV.
+"$built/hpu" --quiet sweep run "$testbench/studies/example.toml" --section map -o sweep >sweep.log
+settled=$(grep -c '^[0-9]*,made,.*,settled,' sweep/gathered.csv)
+reads() { # READER
+    "$python" "$1" sweep | tee read | awk -v wanted="$settled" '{ n += $(NF - 1) } END { if (n != wanted) { print "settled: " n; exit 1 } }'
+}
+for reader in polars duckdb; do
+    example=$testbench/../crates/python/examples/sweep/by_$reader.py
+    sed "s/'settled'/'diverged'/; s/\"settled\")/\"diverged\")/" "$example" >wrong.py
+    fails $reader "settled: " reads wrong.py
+    agrees $reader reads "$example"
+    mv read "by-$reader"
+done
+agrees "polars and DuckDB" cmp by-polars by-duckdb
+[ $differs = 0 ] || exit 1
 echo "$narrowed"
 grep -o -e "hpu.run beyond .*" -e "cocotb .*a second.*" <<<"$packaged"
 echo "Python package: $(sed -n 's/^Ran \([0-9]* tests\).*/\1/p' <<<"$packaged") agree with the command"
 echo "cocotb: 2 blocks agree, 2000 rows each; VUnit: the same"
+echo "polars and DuckDB: $settled settled cells of a gathered sweep each"

@@ -65,7 +65,13 @@ pub fn keys(section: Option<&str>) -> Result<Value, Failure> {
 
 /// Reads the options of a verb, and the names of its scenes.
 pub(crate) fn read<A: Args>(verb: &'static str, words: &[String], scenes: &[&str]) -> Result<A, Failure> {
-    let words = words.iter().map(String::as_str).chain(["--"]).chain(scenes.iter().copied());
+    let words: Vec<&str> = words.iter().map(String::as_str).chain(["--"]).chain(scenes.iter().copied()).collect();
+    read_words(verb, &words)
+}
+
+/// Reads the words of a verb: its options, `--`, its scenes.
+pub(crate) fn read_words<A: Args>(verb: &'static str, words: &[impl AsRef<str>]) -> Result<A, Failure> {
+    let words = words.iter().map(AsRef::as_ref);
     let command = A::augment_args(clap::Command::new(verb).no_binary_name(true));
     let matches = command.try_get_matches_from(words).and_then(|matches| A::from_arg_matches(&matches));
     matches.map_err(|refusal| {

@@ -1,6 +1,6 @@
-//! The journal of a set of runs, a file in the set's folder: of a map, a width search, a chart over a map, a study. A
-//! line is added for each unit when the unit is done, so that an interrupted set can be continued. No other place
-//! writes one.
+//! The journal of a set of runs, a file in the set's folder: of a map, a width search, a chart over a map, a study, a
+//! shard of a sweep. A line is added for each unit when the unit is done, so that an interrupted set can be continued. No
+//! other place writes one.
 
 use std::collections::BTreeMap;
 use std::env;
@@ -39,7 +39,12 @@ pub fn resume<'a>(
         all.push(part);
     }
     let print = units::fingerprint(all);
-    let (kept, rows) = Kept::open(dir, &format!("{kind} {print} of {command}"), count)?;
+    at(&dir.join(NAME), &format!("{kind} {print} of {command}"), count)
+}
+
+/// Returns the journal at a path, and the rows in it. The header says everything that the rows depend on.
+pub fn at(path: &Path, header: &str, count: usize) -> Result<(Journal, BTreeMap<usize, UnitResult>), Failure> {
+    let (kept, rows) = Kept::open(path.to_path_buf(), header, count)?;
     Ok((Journal(Some(kept)), rows))
 }
 
@@ -58,8 +63,7 @@ impl Journal {
 impl Kept {
     /// Opens or begins the journal of the set with this header, and returns its rows. Damaged rows are counted on
     /// stderr and removed, and their units are run again.
-    fn open(dir: &Path, header: &str, count: usize) -> Result<(Self, BTreeMap<usize, UnitResult>), Failure> {
-        let path = dir.join(NAME);
+    fn open(path: PathBuf, header: &str, count: usize) -> Result<(Self, BTreeMap<usize, UnitResult>), Failure> {
         let at = |error| Failure::at(&path, error);
         let mut file = File::options().read(true).append(true).create(true).open(&path).map_err(at)?;
         let locked = |file: &File| match file.try_lock() {
@@ -90,7 +94,8 @@ impl Kept {
         if read.damaged > 0 {
             // The journal must be whole at every moment, so it is written to another file, which is locked before
             // another process can open it, and then renamed.
-            let beside = dir.join(format!(".{NAME}.{}.tmp", process::id()));
+            let name = path.file_name().unwrap_or_default().to_string_lossy();
+            let beside = path.with_file_name(format!(".{name}.{}.tmp", process::id()));
             let mut new = File::options().append(true).create_new(true).open(&beside).map_err(at)?;
             locked(&new)?;
             let lines = read.rows.iter().map(|(index, row)| units::Journal::line(header, *index, row));

@@ -36,10 +36,12 @@ mod run;
 mod scene;
 mod show;
 mod study;
+mod sweep;
 mod terminal;
 mod vectors;
 mod waves;
 mod widths;
+mod work;
 
 use std::env;
 use std::ffi::OsString;
@@ -84,6 +86,7 @@ enum Verb {
     Widths(widths::Args),
     Cost(cost::Args),
     Study(study::Args),
+    Sweep(sweep::Args),
     Explore(explore::Args),
     Reproduce(reproduce::Args),
     Completions(manual::CompletionArgs),
@@ -116,14 +119,24 @@ impl Verb {
             Self::Vectors(args) => vectors::run(&args),
             Self::Check(args) => check::run(&args),
             Self::Limits(args) => limits::run(&args),
-            Self::Map(args) => map::run(&args),
+            Self::Map(args) => match args.from() {
+                Some(dir) => sweep::show_map(&args, dir),
+                None => map::run(&args),
+            },
             Self::Chart(args) => chart::run(&args),
             Self::Fit(args) => fit::run(&args),
             Self::Diff(args) => diff::run(&args),
             Self::Report(args) => report::run(&args),
-            Self::Widths(args) => widths::run(&args),
+            Self::Widths(args) => match args.from() {
+                Some(dir) => sweep::show_search(&args, dir),
+                None => widths::run(&args),
+            },
             Self::Cost(args) => cost::run(&args),
-            Self::Study(args) => study::run(&args, &Command::command(), again),
+            Self::Study(args) => match args.from() {
+                Some(dir) => sweep::show_lines(&args, dir),
+                None => study::run(&args, &Command::command(), again),
+            },
+            Self::Sweep(args) => sweep::run(&args, &Command::command()),
             Self::Explore(args) => explore::run(&args),
             Self::Reproduce(args) => reproduce::run(&args),
             Self::Completions(args) => manual::completions(&args, Command::command()),

@@ -1,4 +1,5 @@
-//! Studies of many runs: limits of a scene's stiffness, published tables run again, maps, widths, the least model.
+//! Studies of many runs: limits of a scene's stiffness, published tables run again, maps, widths, sweeps on farms, the
+//! least model.
 
 pub mod accuracy;
 pub mod command;
@@ -12,6 +13,8 @@ pub mod page;
 pub mod phantom;
 pub mod quantities;
 pub mod studies;
+#[cfg(not(target_family = "wasm"))]
+pub mod sweep;
 pub mod told;
 #[cfg(not(target_family = "wasm"))]
 pub mod trace_table;

@@ -1,18 +1,19 @@
 //! `hpu map`: runs a scene over two of its keys.
 
+mod cells;
 mod page;
 
 use std::cell::Cell;
 use std::collections::BTreeMap;
-use std::io::BufWriter;
+use std::io::{self, BufWriter};
 use std::panic::resume_unwind;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::Duration;
 
 use hpu_chart::{self as chart, Picture};
 use hpu_cosim::SceneFile;
-use hpu_cosim::scene::Loop;
+use hpu_cosim::scene::{Experiment, Loop};
 use hpu_study::map::{self as study, Axis, CellLimits, Curves, Found, Map, MapError, Method, Plan};
 use hpu_study::units::UnitResult;
 
@@ -23,7 +24,10 @@ use crate::journal;
 use crate::page::{Answer, show};
 use crate::progress::Watch;
 use crate::scene::{self, quoted, set_options};
+use crate::work::Rows;
 use crate::{hdl, interrupt, pictures};
+
+pub use cells::Cells;
 
 /// Run a scene over two of its keys, and draw what becomes of the motion
 ///
@@ -35,13 +39,17 @@ use crate::{hdl, interrupt, pictures};
 #[derive(clap::Args)]
 pub struct Args {
     /// A scene's file, or the name of a shipped scene
-    scene: String,
+    #[arg(required_unless_present = "from")]
+    scene: Option<String>,
     /// Key and values of the columns, as in 'wall.stiffness=0.1..3 N.m/rad:41:log' [default: 41 cells, lin]
-    #[arg(long, value_name = "KEY=FROM..TO[:CELLS][:log|lin]")]
-    x: Axis,
+    #[arg(long, value_name = "KEY=FROM..TO[:CELLS][:log|lin]", required_unless_present = "from")]
+    x: Option<Axis>,
     /// Key and values of the rows
-    #[arg(long, value_name = "KEY=FROM..TO[:CELLS][:log|lin]")]
-    y: Axis,
+    #[arg(long, value_name = "KEY=FROM..TO[:CELLS][:log|lin]", required_unless_present = "from")]
+    y: Option<Axis>,
+    /// Show the map that a sweep has gathered in this folder, and run nothing
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["scene", "x", "y", "method", "all_methods", "set", "full"])]
+    from: Option<PathBuf>,
     /// A layer of its own, as in '1khz:method.kind=conventional,method.sample_rate=1 kHz' [default: the scene's method]
     #[arg(long, value_name = "LABEL:KEY=VALUE,...")]
     method: Vec<Method>,
@@ -72,7 +80,8 @@ pub struct Args {
     json: bool,
 }
 
-fn time(text: &str) -> Result<Duration, String> {
+/// Reads a time above zero.
+pub fn time(text: &str) -> Result<Duration, String> {
     let text = text.trim();
     let units = [("ms", 1e-3), ("min", 60.0), ("s", 1.0), ("", 1.0)];
     let read = units.into_iter().find_map(|(unit, scale)| {
@@ -83,10 +92,35 @@ fn time(text: &str) -> Result<Duration, String> {
 }
 
 impl Args {
+    /// Returns the folder of the sweep to show, if the map is not to be run.
+    pub fn from(&self) -> Option<&Path> {
+        self.from.as_deref()
+    }
+
+    /// Returns the scene as the command names it.
+    fn scene(&self) -> &str {
+        self.scene.as_deref().unwrap_or_default()
+    }
+
+    fn axes(&self) -> [&Axis; 2] {
+        [&self.x, &self.y].map(|axis| axis.as_ref().expect("only --from stands without axes"))
+    }
+
+    fn limits(&self) -> CellLimits {
+        CellLimits { events: self.cell_events, guard: self.cell_timeout }
+    }
+
+    /// Lets the simulators of designs of the user's own be found.
+    fn provide(&self) -> Result<(), Failure> {
+        hpu_cosim::dut::provide(self.hdl.simulators()?);
+        Ok(())
+    }
+
     /// Returns the command, without options that change no cell.
     fn command(&self) -> String {
-        let mut command = format!("hpu map {}", quoted(&self.scene));
-        for (name, axis) in [("x", &self.x), ("y", &self.y)] {
+        let mut command = format!("hpu map {}", quoted(self.scene()));
+        let [x, y] = self.axes();
+        for (name, axis) in [("x", x), ("y", y)] {
             command += &format!(" --{name} {}", quoted(&axis.to_string()));
         }
         for Method { label, set } in &self.method {
@@ -111,10 +145,15 @@ impl Args {
         format!("{full}{events}{out}")
     }
 
-    fn map(&self, source: &SceneFile) -> Result<Map, Failure> {
+    /// Returns the map of a scene. `load` reads the data files that the scene names.
+    fn map(
+        &self,
+        (name, text): (&str, &str),
+        load: &mut dyn FnMut(&str) -> io::Result<Vec<u8>>,
+    ) -> Result<Map, Failure> {
         let mut methods = self.method.clone();
         if self.all_methods {
-            let experiment = source.parse(&self.set.set)?;
+            let experiment = Experiment::parse(name, text, &self.set.set, load)?;
             let axis = experiment.axis().ok_or_else(|| Failure::usage("--all-methods: they are those of an axis"))?;
             if let Loop::Law(law) = axis.method.kind {
                 return Err(Failure::usage(format!(
@@ -126,9 +165,8 @@ impl Args {
         } else if methods.is_empty() {
             methods.push(Method { label: "scene".into(), set: Vec::new() });
         }
-        let mut load = |file: &str| source.load(file);
-        let axes = (self.x.clone(), self.y.clone());
-        Map::new((&source.name, &source.text), &self.set.set, axes, methods, &mut load).map_err(|error| match error {
+        let [x, y] = self.axes();
+        Map::new((name, text), &self.set.set, (x.clone(), y.clone()), methods, load).map_err(|error| match error {
             MapError::Method(..) => Failure::file(error),
             _ => Failure::usage(error),
         })
@@ -144,8 +182,7 @@ impl Args {
         keep: impl FnMut(usize, &UnitResult) -> Result<(), Failure>,
         stopped: impl FnOnce(&Map) -> Result<(), Failure>,
     ) -> Result<Option<Mapped>, Failure> {
-        let limits = CellLimits { events: self.cell_events, guard: self.cell_timeout };
-        let plan = Plan { full: self.full, limits, jobs: self.jobs.get() };
+        let plan = Plan { full: self.full, limits: self.limits(), jobs: self.jobs.get() };
         let (found, curves) = thread::scope(|scope| {
             // The curves are computed beside the cells: after them, a single thread would work alone.
             let curves = scope
@@ -160,14 +197,15 @@ impl Args {
         let Some(found) = found else { return Ok(None) };
         let curves = curves.unwrap_or_else(|panic| resume_unwind(panic));
         let command = self.command() + &self.options();
-        Ok(Some(Mapped { map, found, curves, command, scene: self.scene.clone(), files: Vec::new() }))
+        Ok(Some(Mapped { map, found, curves, command, scene: self.scene().to_string(), files: Vec::new() }))
     }
 }
 
 /// Returns the page and the pictures of a map of this scene; `None` when stopped.
 pub fn answer(args: &Args, source: &SceneFile, watch: Watch) -> Result<Option<Answer>, Failure> {
-    hpu_cosim::dut::provide(args.hdl.simulators()?);
-    let mapped = args.fill(args.map(source)?, BTreeMap::new(), watch, |_, _| Ok(()), |_| Ok(()))?;
+    args.provide()?;
+    let map = args.map((&source.name, &source.text), &mut |file: &str| source.load(file))?;
+    let mapped = args.fill(map, BTreeMap::new(), watch, |_, _| Ok(()), |_| Ok(()))?;
     Ok(mapped.map(|mapped| Answer { page: page::page(&mapped), pictures: mapped.pictures() }))
 }
 
@@ -214,8 +252,9 @@ impl Mapped {
 
 /// Runs `hpu map`.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
-    hpu_cosim::dut::provide(args.hdl.simulators()?);
-    let map = args.map(&scene::source(&args.scene)?)?;
+    args.provide()?;
+    let source = scene::source(args.scene())?;
+    let map = args.map((&source.name, &source.text), &mut |file: &str| source.load(file))?;
     let command = args.command();
     let events = args.cell_events.to_string();
     let files = map.scene.files.iter().flat_map(|(name, bytes)| [name.as_bytes(), bytes]);
@@ -234,10 +273,21 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         interrupt::end();
     };
     let mapped = args.fill(map, done, interrupt::watch(), keep, stopped)?;
-    let mut mapped = mapped.expect("an interrupted map has ended");
+    shown(mapped.expect("an interrupted map has ended"), folder, args.json)
+}
+
+/// Shows the map that a sweep has gathered, as `args` ask for. Cells that are missing are run: those that the guard
+/// stopped.
+pub fn gathered(args: &Args, Cells { args: own, map }: Cells, done: Rows) -> Result<Exit, Failure> {
+    let folder = args.out.as_deref().map(Folder::open).transpose()?;
+    let mapped = own.fill(map, done, interrupt::watch(), |_, _| Ok(()), |_| interrupt::end())?;
+    shown(mapped.expect("an interrupted map has ended"), folder, args.json)
+}
+
+fn shown(mut mapped: Mapped, folder: Option<Folder>, as_json: bool) -> Result<Exit, Failure> {
     if let Some(folder) = folder {
         mapped.write(folder)?;
     }
-    show(&page::page(&mapped), args.json)?;
+    show(&page::page(&mapped), as_json)?;
     Ok(Exit::Fine)
 }

@@ -16,6 +16,7 @@ use crate::jobs::Jobs;
 use crate::journal;
 use crate::pictures::put;
 use crate::terminal::{print, print_json, with_progress};
+use crate::work::Rows;
 
 /// Where to.
 #[derive(clap::Args)]
@@ -33,16 +34,26 @@ pub struct Args {
 
 /// Runs a study that comes with the program.
 pub fn reproduce(comparison: &Comparison, args: &Args) -> Result<Exit, Failure> {
-    run(comparison, &format!("hpu reproduce {}", comparison.name), &[], args)
+    run(comparison, &format!("hpu reproduce {}", comparison.name), &[], args, None)
 }
 
-/// Measures every line, and prints the results beside the published ones. `files` are those that the lines depend on.
-pub fn run(comparison: &Comparison, command: &str, files: &[Vec<u8>], args: &Args) -> Result<Exit, Failure> {
+/// Measures every line, and prints the results beside the published ones. `files` are those that the lines depend on,
+/// `gathered` the rows that a sweep has gathered.
+pub fn run(
+    comparison: &Comparison,
+    command: &str,
+    files: &[Vec<u8>],
+    args: &Args,
+    gathered: Option<Rows>,
+) -> Result<Exit, Failure> {
     let lines = comparison.lines.len();
     let parts: Vec<String> = comparison.lines.iter().map(|line| format!("{}/{}", line.group, line.what)).collect();
     let parts = parts.iter().map(String::as_bytes).chain(files.iter().map(Vec::as_slice));
     let mut folder = args.out.as_deref().map(Folder::open).transpose()?;
-    let (mut journal, done) = journal::resume(args.out.as_deref(), lines, ("study", command), parts)?;
+    // The rows of a sweep are kept in its own folder.
+    let kept = args.out.as_deref().filter(|_| gathered.is_none());
+    let (mut journal, done) = journal::resume(kept, lines, ("study", command), parts)?;
+    let done = gathered.unwrap_or(done);
     let control = interrupt::heed();
     let left = (lines - done.len()) as u64;
     let rows = with_progress(left, "lines", control, || {

@@ -7,7 +7,7 @@ mod page;
 mod proved;
 mod search;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use hpu_chart::{Picture, ranges};
 use hpu_cosim::scene::Experiment;
@@ -26,6 +26,7 @@ use crate::parameters::stiffness_missed;
 use crate::price::{self, Price};
 use crate::progress::Watch;
 use crate::scene::{self, Named, set_options};
+use crate::work::{Find, Rows};
 use crate::{fit, hdl, interrupt, pictures};
 
 use cost::{OneMore, one_more};
@@ -47,8 +48,11 @@ use search::Asked;
 #[derive(clap::Args)]
 pub struct Args {
     /// Scenes: files, or names of shipped scenes; of several, ranges together and the worst losses
-    #[arg(required = true, value_name = "SCENE")]
+    #[arg(required_unless_present = "from", value_name = "SCENE")]
     scenes: Vec<String>,
+    /// Show the search whose runs a sweep has gathered in this folder
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["scenes", "set", "search", "random", "within", "no_trials", "tables", "gappa"])]
+    from: Option<PathBuf>,
     #[command(flatten)]
     set: scene::Set,
     #[command(flatten)]
@@ -127,6 +131,24 @@ pub struct Widths {
     pub files: Vec<PathBuf>,
 }
 
+impl Args {
+    /// Returns the folder of the sweep to show, if nothing is to be run.
+    pub fn from(&self) -> Option<&Path> {
+        self.from.as_deref()
+    }
+
+    /// Returns the arguments that a search takes beside its own.
+    fn asked<'a>(&'a self, prices: Option<(&'a Cache, &'a Setup)>) -> Asked<'a> {
+        let (jobs, out) = (self.jobs.get(), self.out.as_deref());
+        Asked { scenes: &self.scenes, set: &self.set.set, within: self.within, jobs, prices, out, json: self.json }
+    }
+
+    /// Returns the runs of the search that these arguments ask for, as a sweep does them.
+    pub fn waves(&self, find: Find) -> Result<search::Waves, Failure> {
+        search::Waves::new(&self.search, &self.asked(None), find)
+    }
+}
+
 /// Runs `hpu widths`.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
     if args.gappa {
@@ -139,11 +161,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let setup = args.hdl.setup();
     let cache = if args.price { Some(args.remember.open()?) } else { None };
     if args.search.search {
-        let prices = cache.as_ref().map(|cache| (cache, &setup));
-        let (jobs, out) = (args.jobs.get(), args.out.as_deref());
-        let asked =
-            Asked { scenes: &args.scenes, set: &args.set.set, within: args.within, jobs, prices, out, json: args.json };
-        return search::run(&args.search, &asked);
+        return search::run(&args.search, &args.asked(cache.as_ref().map(|cache| (cache, &setup))));
     }
     let mut folder = args.out.as_deref().map(Folder::open).transpose()?;
     let control = interrupt::heed();
@@ -189,6 +207,14 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     }
     show(&page::page(&found), args.json)?;
     Ok(Exit::Fine)
+}
+
+/// Shows the search of `own`, whose runs a sweep has gathered, as `args` ask for.
+pub fn gathered(args: &Args, own: Args, rows: Rows, find: Find) -> Result<Exit, Failure> {
+    let (setup, cache) = (args.hdl.setup(), if args.price { Some(args.remember.open()?) } else { None });
+    let own = Args { out: args.out.clone(), json: args.json, ..own };
+    let asked = own.asked(cache.as_ref().map(|cache| (cache, &setup)));
+    search::gathered(&own.search, &asked, rows, find)
 }
 
 /// Returns the page and the picture of these scenes, without prices, tables and search; `None` when stopped.

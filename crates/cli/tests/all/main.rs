@@ -35,6 +35,7 @@ mod run;
 mod signals;
 mod snapshots;
 mod study;
+mod sweep;
 mod tools;
 mod viewers;
 mod widths;

@@ -22,7 +22,9 @@ fn verbs() -> Vec<Vec<String>> {
     };
     let mut all = Vec::new();
     for verb in listed(&[]) {
-        for study in if ["reproduce", "scene"].contains(&verb.as_str()) { listed(&[&verb]) } else { Vec::new() } {
+        for study in
+            if ["reproduce", "scene", "sweep"].contains(&verb.as_str()) { listed(&[&verb]) } else { Vec::new() }
+        {
             all.push(vec![verb.clone(), study]);
         }
         all.push(vec![verb]);
@@ -68,6 +70,7 @@ fn options_of_many_verbs_are_the_same_in_all_of_them() {
         "widths",
         "cost",
         "study",
+        "sweep run",
         "reproduce phantom-table-2",
         "reproduce phantom-ladder",
         "reproduce phantom-cost",

@@ -130,6 +130,14 @@ pub const COMMANDS: &[(&str, Form)] = &[
             "41 by 41 cells take some seconds of two cores",
         ),
     ),
+    ("hpu sweep run testbench/studies/example.toml --section map -o sweep", Form::AsIs),
+    ("hpu map --from sweep -o drawn", Form::AsIs),
+    ("hpu sweep plan testbench/studies/example.toml --section map -o farm", Form::AsIs),
+    (
+        "hpu sweep submit farm --engine slurm",
+        short("hpu sweep submit farm --engine slurm --dry-run", "testbench/sweep.sh starts a Slurm of its own"),
+    ),
+    ("hpu sweep status farm", Form::AsIs),
     ("hpu reproduce phantom-formats", Form::AsIs),
     (
         "hpu cost position_counter",

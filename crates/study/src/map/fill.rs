@@ -81,30 +81,64 @@ impl Map {
             fill(&mut (0..self.len()), &mut found)?;
             return Ok(found.into_iter().collect());
         }
-        let mut layers = vec![Refinement::new(self.x.cells(), self.y.cells()); self.methods.len()];
-        let firsts: Vec<usize> = (0..self.methods.len()).map(|method| method * self.layer()).collect();
+        let mut layers = Layers::new(self);
         loop {
-            let wanted = layers.iter().zip(&firsts);
-            let mut wanted = wanted.flat_map(|(layer, first)| layer.wanted().iter().map(move |cell| first + cell));
-            if !fill(&mut wanted, &mut found)? {
+            if !fill(&mut layers.wanted(), &mut found)? {
                 return Ok(None);
             }
-            let class = |index: usize| match &found[index] {
-                Some(Found::Run(Ok(cell))) => Some(Class::of(cell)),
-                _ => None,
-            };
-            let asked = layers.iter_mut().zip(&firsts).map(|(layer, first)| layer.refine(|cell| class(first + cell)));
-            // Every layer takes its step, so `fold` is used, which does not stop early.
-            if !asked.fold(false, |any, asked| any | asked) {
+            if !layers.refine(&found) {
                 break;
             }
         }
-        for (layer, first) in layers.iter().zip(&firsts) {
+        for (layer, first) in layers.0 {
             for (cell, like) in layer.inferred() {
                 found[first + cell] = Some(Found::As(first + like));
             }
         }
         Ok(found.into_iter().collect())
+    }
+
+    /// Returns the numbers of the cells that a refined map runs next, in order, when these rows are `done`; none when
+    /// the map is complete.
+    pub fn next_wave(&self, done: BTreeMap<usize, UnitResult>) -> Vec<usize> {
+        let mut found: Vec<Option<Found>> = vec![None; self.len()];
+        for (index, row) in done {
+            found[index] = Some(Found::Run(read(row)));
+        }
+        let mut layers = Layers::new(self);
+        loop {
+            let mut left: Vec<usize> = layers.wanted().filter(|index| found[*index].is_none()).collect();
+            if !left.is_empty() || !layers.refine(&found) {
+                left.sort_unstable();
+                return left;
+            }
+        }
+    }
+}
+
+/// The refinement of each layer of a map, with the number of the layer's first cell.
+struct Layers(Vec<(Refinement, usize)>);
+
+impl Layers {
+    fn new(map: &Map) -> Self {
+        let layer = |method| (Refinement::new(map.x.cells(), map.y.cells()), method * map.layer());
+        Self((0..map.methods.len()).map(layer).collect())
+    }
+
+    /// Returns the cells that are to be run, layer by layer.
+    fn wanted(&self) -> impl Iterator<Item = usize> {
+        self.0.iter().flat_map(|(layer, first)| layer.wanted().iter().map(move |cell| first + cell))
+    }
+
+    /// Asks for more cells where known cells differ; returns `false` if there is nothing to ask for.
+    fn refine(&mut self, found: &[Option<Found>]) -> bool {
+        let class = |index: usize| match &found[index] {
+            Some(Found::Run(Ok(cell))) => Some(Class::of(cell)),
+            _ => None,
+        };
+        let asked = self.0.iter_mut().map(|(layer, first)| layer.refine(|cell| class(*first + cell)));
+        // Every layer takes its step, so `fold` is used, which does not stop early.
+        asked.fold(false, |any, asked| any | asked)
     }
 }
 

@@ -36,9 +36,9 @@ pub use edges::{Edge, Reason, Share};
 pub use fill::Plan;
 pub use method::Method;
 pub use refine::{Refinement, STRIDE};
-#[cfg(not(target_family = "wasm"))]
-pub use table::parquet;
 pub use table::{csv, fields, units_of};
+#[cfg(not(target_family = "wasm"))]
+pub use table::{meanings, parquet, place, schema};
 pub use unseen::{Unseen, unseen_contact};
 
 /// A scene's text, with all data files that it needs.

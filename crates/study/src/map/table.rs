@@ -8,6 +8,8 @@ use parquet::errors::ParquetError;
 
 use super::{Cell, Displayed, Found, Map, Switching, is_late, outcome, outcome_name};
 use crate::page::{Column, Field, Place, Value, write_csv};
+#[cfg(not(target_family = "wasm"))]
+use crate::sweep::Schema;
 
 /// Returns units and meanings as keys and values, for the heads of the files.
 pub fn units_of(map: &Map) -> Vec<(String, String)> {
@@ -147,4 +149,53 @@ pub fn parquet(
 ) -> Result<(), ParquetError> {
     let metadata = [("command".to_string(), command.to_string())].into_iter().chain(units_of(map));
     crate::page::write_parquet(out, "map", metadata, &fields(map, found, replay), 0..found.len())
+}
+
+/// Returns the columns of a sweep over the map: method and values of the axes, then the fields of a cell's line.
+#[cfg(not(target_family = "wasm"))]
+pub fn schema(map: &Map) -> Schema {
+    let place = vec![Column::text("method", ""), Column::number(map.x.key(), ""), Column::number(map.y.key(), "")];
+    let fields = vec![
+        Column::text("outcome", ""),
+        Column::number("rms", ""),
+        Column::number("amplitude", ""),
+        Column::number("frequency_hz", ""),
+        Column::number("hand_j", ""),
+        Column::number("source_j", ""),
+        Column::number("dissipated_j", ""),
+        Column::number("displayed_stiffness", ""),
+        Column::number("asked_stiffness", ""),
+        Column::number("contact_share", ""),
+        Column::integer("product_wraps", ""),
+        Column::integer("contact_unseen", ""),
+        Column::number("stiffness_error", ""),
+        Column::number("overflow_share", ""),
+        Column::integer("switches", ""),
+        Column::number("bump_n", ""),
+        Column::number("switch_j", ""),
+        Column::integer("edges", ""),
+    ];
+    Schema::new(place, fields)
+}
+
+/// Returns units and meanings of a sweep's columns, as keys and values.
+#[cfg(not(target_family = "wasm"))]
+pub fn meanings(map: &Map) -> Vec<(String, String)> {
+    let axis = |axis: &super::Axis| (axis.key().to_string(), map.unit(axis).to_string());
+    let stiffness = match map.experiment(map.point(map.layer() / 2)) {
+        Ok(experiment) => experiment.setup().units().stiffness,
+        Err(_) => "as the device's stiffnesses",
+    };
+    let asked = ("asked_stiffness".to_string(), format!("{stiffness}, the stiffness asked for"));
+    let apart = ["x", "y", "run", "displayed_ratio", "replay"];
+    let own = units_of(map).into_iter().filter(|(key, _)| !apart.contains(&key.as_str()));
+    [axis(&map.x), axis(&map.y)].into_iter().chain(own).chain([asked]).collect()
+}
+
+/// Returns the place of a cell as values for the columns of a sweep.
+#[cfg(not(target_family = "wasm"))]
+pub fn place(map: &Map, index: usize) -> Vec<Value> {
+    let point = map.point(index);
+    let value = |axis: &super::Axis, at: usize| Value::Number(axis.values()[at]);
+    vec![Value::from(&map.methods[point.method].label), value(&map.x, point.ix), value(&map.y, point.iy)]
 }

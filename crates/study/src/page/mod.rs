@@ -58,7 +58,7 @@ use serde_json::{Map, Value as Json};
 pub use cell::{Cell, Value};
 pub use html::escaped;
 #[cfg(not(target_family = "wasm"))]
-pub use parquet::{Parquet, write_parquet};
+pub use parquet::{Parquet, ParquetFile, Rows, write_parquet};
 pub use table::{Column, Field, Kind, Place, Table, csv_line, write_csv};
 
 /// The least width of the labels of facts.

@@ -25,6 +25,7 @@ mod reproduce_shaper;
 mod reproduce_summing;
 mod reproduce_three_dof;
 mod studies;
+mod sweep;
 mod trace_table;
 mod units;
 mod width_price;

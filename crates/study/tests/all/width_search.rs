@@ -47,7 +47,7 @@ pub fn found(scenes: &[(String, Experiment)], knobs: &[Knob], plan: Plan) -> Res
     match search(scenes, knobs, plan, BTreeMap::new(), &Control::default(), keep, |_| ()) {
         Ok(found) => Ok(found),
         Err(Ended::Refused(error)) => Err(error),
-        Err(Ended::Stopped | Ended::Kept(_)) => panic!("nobody stops it"),
+        Err(Ended::Stopped | Ended::Kept(_) | Ended::Wave(_)) => panic!("nobody stops it"),
     }
 }
 

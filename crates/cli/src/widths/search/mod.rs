@@ -1,4 +1,4 @@
-//! `hpu widths SCENE --search`: finds the effect of the widths.
+//! `hpu widths SCENE --search`: finds the effect of the widths, on one machine or as a sweep.
 
 mod device;
 mod page;
@@ -6,17 +6,25 @@ mod shown;
 
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
+use hpu_cosim::Control;
 use hpu_cosim::scene::Experiment;
 use hpu_rtl::{Cache, Counts, Setup};
 use hpu_study::map::SceneText;
-use hpu_study::widths::search::{Design, Ended, Found, Knob, Plan, Progress, RatedDesign, SearchError, search};
+use hpu_study::page::Value;
+use hpu_study::sweep::{Points, Schema};
+use hpu_study::units::UnitResult;
+use hpu_study::widths::search::{
+    Design, Ended, Found, Knob, Plan, Progress, RatedDesign, SearchError, schema, search, search_wave,
+};
 
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
 use crate::page::show;
 use crate::scene::{self, quoted, set_options};
 use crate::terminal::print;
+use crate::work::{Find, Rows, Take, Work, on_disk};
 use crate::{interrupt, journal, pictures, progress};
 
 use page::page;
@@ -74,13 +82,13 @@ struct Case {
 
 impl Search {
     /// Returns the scenes as they are, then all of them under each change.
-    fn cases(&self, scenes: &[String], set: &[(String, String)]) -> Result<Vec<Case>, Failure> {
+    fn cases(&self, scenes: &[String], set: &[(String, String)], find: Find) -> Result<Vec<Case>, Failure> {
         let read = |name: &String, also: Option<&Changes>| -> Result<Case, Failure> {
-            let source = scene::source(name)?;
+            let source = find(name)?;
             let mut load = |file: &str| source.load(file);
             let set: Vec<_> = set.iter().chain(also.iter().flat_map(|also| &also.set)).cloned().collect();
-            let (text, experiment) =
-                SceneText::read((&source.name, &source.text), &set, &mut load).map_err(|error| {
+            let (text, experiment) = SceneText::read((&source.scene.name, &source.scene.text), &set, &mut load)
+                .map_err(|error| {
                     Failure::file(
                         also.map_or(String::new(), |also| format!("--also '{}': ", also.said)) + &error.to_string(),
                     )
@@ -167,8 +175,14 @@ pub struct Asked<'a> {
 
 /// Runs a search.
 pub fn run(args: &Search, asked: &Asked) -> Result<Exit, Failure> {
+    let Asked { scenes, set, .. } = *asked;
+    let cases = args.cases(scenes, set, Arc::new(on_disk))?;
+    finish(args, asked, &cases, None)
+}
+
+/// Runs a search on these scenes. `gathered` are the rows that a sweep has gathered.
+fn finish(args: &Search, asked: &Asked, cases: &[Case], gathered: Option<Rows>) -> Result<Exit, Failure> {
     let Asked { scenes, set, jobs, out, .. } = *asked;
-    let cases = args.cases(scenes, set)?;
     let Case { text, experiment, .. } = cases.first().ok_or_else(|| Failure::usage("--search takes a scene"))?;
     device::device(experiment).accepts(args, asked)?;
     if asked.prices.is_some() {
@@ -183,12 +197,16 @@ pub fn run(args: &Search, asked: &Asked) -> Result<Exit, Failure> {
         let files = text.files.iter().flat_map(|(name, bytes)| [name.as_bytes(), bytes]);
         [text.text.as_bytes()].into_iter().chain(files)
     });
-    let (mut journal, done) = journal::resume(out, usize::MAX, ("widths", &command), parts)?;
+    let (mut journal, done) = match gathered {
+        // The rows of a sweep are kept in its own folder.
+        Some(rows) => (journal::resume(None, 0, ("widths", &command), [])?.0, rows),
+        None => journal::resume(out, usize::MAX, ("widths", &command), parts)?,
+    };
     if args.lose != 0.01 {
         command += &format!(" --lose {}", args.lose);
     }
     let plan = Plan { against: args.against, within, proved: args.proved, jobs };
-    let named_scenes: Vec<_> = cases.iter().map(|case| (case.name.clone(), case.experiment.clone())).collect();
+    let named_scenes = named(cases);
     let keep = |index, row: &_| journal.add(index, row);
     let ended = search(&named_scenes, &knobs, plan, done, interrupt::heed(), keep, |Progress { runs, open }| {
         progress::note(format!("{runs} runs; {open} kinds of designs are open"));
@@ -199,7 +217,7 @@ pub fn run(args: &Search, asked: &Asked) -> Result<Exit, Failure> {
         Err(Ended::Refused(error @ SearchError::OfAnother(_))) => return Err(Failure::usage(error)),
         Err(Ended::Refused(error)) => return Err(Failure::file(format!("{}: {error}", text.name))),
         Err(Ended::Kept(failure)) => return Err(failure),
-        Err(Ended::Stopped) => {
+        Err(Ended::Stopped | Ended::Wave(_)) => {
             let again = out.map_or("begins anew", |_| "goes on from here");
             print(&format!("interrupted; the same command {again}\n"))?;
             return Ok(Exit::Interrupted);
@@ -228,6 +246,97 @@ pub fn run(args: &Search, asked: &Asked) -> Result<Exit, Failure> {
     page.data("files", serde_json::json!(files));
     show(&page, asked.json)?;
     Ok(Exit::Fine)
+}
+
+fn named(cases: &[Case]) -> Vec<(String, Experiment)> {
+    cases.iter().map(|case| (case.name.clone(), case.experiment.clone())).collect()
+}
+
+/// Shows the search whose runs a sweep has gathered.
+pub fn gathered(args: &Search, asked: &Asked, rows: Rows, find: Find) -> Result<Exit, Failure> {
+    let cases = args.cases(asked.scenes, asked.set, find)?;
+    finish(args, asked, &cases, Some(rows))
+}
+
+/// The runs of a search, wave by wave, as a sweep does them.
+pub struct Waves {
+    command: String,
+    cases: Vec<Case>,
+    scenes: Vec<(String, SceneText)>,
+    knobs: Vec<Knob>,
+    plan: Plan,
+}
+
+impl Waves {
+    /// Returns the runs of a search.
+    pub fn new(args: &Search, asked: &Asked, find: Find) -> Result<Self, Failure> {
+        if !args.search {
+            return Err(Failure::usage("a sweep can split a search over widths alone: write `search = true`"));
+        }
+        let cases = args.cases(asked.scenes, asked.set, find)?;
+        let base = &cases.first().ok_or_else(|| Failure::usage("--search takes a scene"))?.experiment;
+        device::device(base).accepts(args, asked)?;
+        let scenes = asked.scenes.iter().zip(&cases).map(|(name, case)| (name.clone(), case.text.clone())).collect();
+        let knobs = if args.vary.is_empty() { Knob::usual(base) } else { args.vary.clone() };
+        let within = asked.within.unwrap_or(base.accuracy.within);
+        let plan = Plan { against: args.against, within, proved: args.proved, jobs: NonZeroUsize::MIN };
+        Ok(Self { command: args.command(asked), cases, scenes, knobs, plan })
+    }
+
+    fn part(
+        &self,
+        done: Rows,
+        part: &[usize],
+        control: &Control,
+        mut take: impl FnMut(usize, &UnitResult) -> Result<(), Failure>,
+    ) -> Result<Vec<usize>, Failure> {
+        match search_wave(&named(&self.cases), &self.knobs, self.plan, done, part, control, &mut take) {
+            Ok(_) | Err(Ended::Stopped) => Ok(Vec::new()),
+            Err(Ended::Wave(left)) => Ok(left),
+            Err(Ended::Kept(failure)) => Err(failure),
+            Err(Ended::Refused(error)) => Err(Failure::file(error)),
+        }
+    }
+}
+
+impl Work for Waves {
+    fn schema(&self) -> Schema {
+        schema()
+    }
+
+    fn meanings(&self) -> Vec<(String, String)> {
+        let meanings = [
+            ("settled", "whether the run settled"),
+            ("error", "of the outputs, relative to the reference's; inf where the outcome is another"),
+            ("needed_bits_0", "bits of the first word that only holds the run's values, as position"),
+            ("needed_bits_1", "bits of the second such word, as velocity"),
+        ];
+        meanings.map(|(key, meaning)| (key.to_string(), meaning.to_string())).into()
+    }
+
+    fn command(&self) -> String {
+        self.command.clone()
+    }
+
+    fn scenes(&self) -> Vec<(String, SceneText)> {
+        self.scenes.clone()
+    }
+
+    fn place(&self, _point: usize) -> Vec<Value> {
+        Vec::new()
+    }
+
+    fn is_adaptive(&self) -> bool {
+        true
+    }
+
+    fn next(&self, done: Rows, control: &Control) -> Result<Points, Failure> {
+        Ok(Points::of(self.part(done, &[], control, |_, _| Ok(()))?.into_iter().map(|run| run as u64)))
+    }
+
+    fn run(&self, done: Rows, points: &[usize], control: &Control, take: Take) -> Result<(), Failure> {
+        self.part(done, points, control, |index, row| take(index, row.clone())).map(drop)
+    }
 }
 
 /// Primitives of the reference, and of the front in its order.

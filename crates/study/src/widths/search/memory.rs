@@ -7,6 +7,8 @@
 use std::collections::BTreeMap;
 
 use super::knob::{Depth, Design};
+#[cfg(not(target_family = "wasm"))]
+use crate::{page::Column, sweep::Schema};
 
 /// A run of a search.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
@@ -63,6 +65,18 @@ impl Ran {
         let needs = [one.parse().ok()?, other.parse().ok()?];
         Some(Self { settled: settled.parse().ok()?, error: error.parse().ok()?, needs })
     }
+}
+
+/// Returns the columns of a sweep over the runs of a search.
+#[cfg(not(target_family = "wasm"))]
+pub fn schema() -> Schema {
+    let fields = vec![
+        Column::text("settled", ""),
+        Column::number("error", ""),
+        Column::integer("needed_bits_0", ""),
+        Column::integer("needed_bits_1", ""),
+    ];
+    Schema::new(Vec::new(), fields)
 }
 
 /// All runs so far.

@@ -50,8 +50,10 @@ pub use estimate::{ESTIMATE_ERROR, estimate};
 pub use front::{Cost, Merit, front};
 pub use knob::{Design, Key, Keys, Knob};
 pub use loops::Loops;
+#[cfg(not(target_family = "wasm"))]
+pub use memory::schema;
 pub use refused::SearchError;
-pub use wave::{Ended, Plan, Progress, search};
+pub use wave::{Ended, Plan, Progress, search, search_wave};
 
 use super::proof::ProvedRanges;
 

@@ -53,6 +53,8 @@ struct Search<'a, E> {
     keep: &'a mut dyn FnMut(usize, &UnitResult) -> Result<(), E>,
     runs: usize,
     failed: BTreeMap<Run, String>,
+    /// The numbers of the runs to do of the first wave that is not done; all of every wave if there is none.
+    part: Option<&'a [usize]>,
 }
 
 /// The reason why a search ended early.
@@ -64,6 +66,8 @@ pub enum Ended<E> {
     Stopped,
     /// A row could not be kept.
     Kept(E),
+    /// A part of a wave was asked for. These runs of the wave were not done before.
+    Wave(Vec<usize>),
 }
 
 impl<E> From<SearchError> for Ended<E> {
@@ -90,6 +94,10 @@ impl<E> Search<'_, E> {
                 None => left.push(index),
             }
         }
+        let wave = left.clone();
+        if let Some(part) = self.part {
+            left.retain(|index| part.binary_search(index).is_ok());
+        }
         let (first, runners, keep) = (self.runs, &self.runners, &mut self.keep);
         let unit = |index: usize, control: &Control| {
             let run = &units[index - first];
@@ -102,8 +110,9 @@ impl<E> Search<'_, E> {
             Ok(())
         })
         .map_err(Ended::Kept)?;
-        if rows.len() < units.len() {
-            return Err(Ended::Stopped);
+        if rows.len() < units.len() || (self.part.is_some() && !wave.is_empty()) {
+            let stopped = self.part.is_none() || self.control.stop.load(Ordering::Relaxed);
+            return Err(if stopped { Ended::Stopped } else { Ended::Wave(wave) });
         }
         self.runs += units.len();
         for (run, row) in units.into_iter().zip(rows.into_values()) {
@@ -176,6 +185,39 @@ pub fn search<E>(
     plan: Plan,
     done: BTreeMap<usize, UnitResult>,
     control: &Control,
+    keep: impl FnMut(usize, &UnitResult) -> Result<(), E>,
+    told: impl FnMut(Progress),
+) -> Result<Found, Ended<E>> {
+    search_part(scenes, knobs, plan, done, None, control, keep, told)
+}
+
+/// Searches as [`search`] does until a wave has a run that is not `done`. Does those of the wave's runs that are in
+/// `part`, in rising order, and ends as [`Ended::Wave`]. Many processes so share a wave: their rows together are the
+/// `done` of the next one.
+///
+/// # Errors
+///
+/// [`Ended`]; returns what was found when no run was left to do.
+pub fn search_wave<E>(
+    scenes: &[(String, Experiment)],
+    knobs: &[Knob],
+    plan: Plan,
+    done: BTreeMap<usize, UnitResult>,
+    part: &[usize],
+    control: &Control,
+    keep: impl FnMut(usize, &UnitResult) -> Result<(), E>,
+) -> Result<Found, Ended<E>> {
+    search_part(scenes, knobs, plan, done, Some(part), control, keep, |_| {})
+}
+
+#[expect(clippy::too_many_arguments, reason = "those of the two functions above")]
+fn search_part<E>(
+    scenes: &[(String, Experiment)],
+    knobs: &[Knob],
+    plan: Plan,
+    done: BTreeMap<usize, UnitResult>,
+    part: Option<&[usize]>,
+    control: &Control,
     mut keep: impl FnMut(usize, &UnitResult) -> Result<(), E>,
     mut told: impl FnMut(Progress),
 ) -> Result<Found, Ended<E>> {
@@ -210,6 +252,7 @@ pub fn search<E>(
         done,
         keep: &mut keep,
         failed: BTreeMap::new(),
+        part,
     };
 
     // First the reference alone, then all errors and the errors around the reference, then the stiffness of designs

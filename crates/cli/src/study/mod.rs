@@ -1,18 +1,23 @@
 //! `hpu study`: runs a study of the user's own.
 
-use std::collections::BTreeMap;
+mod lines;
+
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, PoisonError};
 
 use clap::{Arg, Command};
 use hpu_cosim::did_you_mean;
 use hpu_study::map::SceneText;
-use hpu_study::studies::{Section, read, shipped_texts};
+use hpu_study::studies::{Section, shipped_texts};
 
 use crate::exit::{Exit, Failure};
 use crate::input::read_text;
 use crate::reproduce::beside;
-use crate::scene::{self, quoted};
+use crate::scene::quoted;
+use crate::work::on_disk;
+
+pub use lines::Lines;
+pub use lines::study as read;
 
 /// Run a study: a TOML file that says what is varied, what is measured, and what a paper claims
 ///
@@ -24,9 +29,28 @@ use crate::scene::{self, quoted};
 #[derive(clap::Args)]
 pub struct Args {
     /// The study's file, or the name of a study in testbench/studies
-    file: PathBuf,
+    #[arg(required_unless_present = "from")]
+    file: Option<PathBuf>,
+    /// Show the lines that a sweep has gathered in this folder
+    #[arg(long, value_name = "DIR", conflicts_with = "file")]
+    from: Option<PathBuf>,
     #[command(flatten)]
     to: beside::Args,
+}
+
+impl Args {
+    /// Returns the folder of the sweep to show, if nothing is to be run.
+    pub fn from(&self) -> Option<&Path> {
+        self.from.as_deref()
+    }
+
+    fn file(&self) -> &Path {
+        self.file.as_deref().unwrap_or(Path::new(""))
+    }
+}
+
+fn command_of(file: &Path) -> String {
+    format!("hpu study {}", quoted(&file.display().to_string()))
 }
 
 /// A command that was read and can be called.
@@ -36,30 +60,19 @@ pub type Call = Box<dyn FnOnce() -> Result<Exit, Failure>>;
 type Again = fn(&[String]) -> Result<Call, clap::Error>;
 
 /// The verbs that a study may call.
-const VERBS: [&str; 8] = ["run", "check", "limits", "map", "chart", "fit", "widths", "cost"];
+pub const VERBS: [&str; 8] = ["run", "check", "limits", "map", "chart", "fit", "widths", "cost"];
 
 /// Runs `hpu study`. `command` describes the whole command, `again` reads one.
 pub fn run(args: &Args, command: &Command, again: Again) -> Result<Exit, Failure> {
-    let (file, text) = text(&args.file)?;
-    let used: Arc<Mutex<BTreeMap<String, Vec<u8>>>> = Arc::default();
-    let keep = Arc::clone(&used);
-    let load = move |name: &str, set: &[(String, String)]| {
-        let source = scene::source(name).map_err(|failure| failure.to_string())?;
-        let read = SceneText::read((&source.name, &source.text), set, &mut |file: &str| source.load(file));
-        let (text, experiment) = read.map_err(|error| error.to_string())?;
-        let mut used = keep.lock().unwrap_or_else(PoisonError::into_inner);
-        used.insert(source.name, text.text.into_bytes());
-        used.extend(text.files);
-        Ok(experiment)
-    };
-    let study = read(&file, text.as_bytes(), &VERBS, Arc::new(load)).map_err(Failure::file)?;
+    let (file, text) = text(args.file())?;
+    let (study, used) = lines::study(&file, &text, Arc::new(on_disk))?;
     // Every section is read before the first is run.
     let mut wrong = Vec::new();
     let mut calls = Vec::new();
     for (index, section) in study.sections.iter().enumerate() {
         let before = study.sections[..index].iter().filter(|other| other.verb == section.verb).count();
         let folder = if before == 0 { section.verb.clone() } else { format!("{}-{}", section.verb, before + 1) };
-        match words(section, command, args, &folder) {
+        match words(section, command, given(section, command, args, &folder)) {
             Ok(words) => match again(&words) {
                 Ok(call) => calls.push(call),
                 Err(error) => wrong.push(format!("{}: {}", section.place, first_part(&error.to_string()))),
@@ -73,9 +86,12 @@ pub fn run(args: &Args, command: &Command, again: Again) -> Result<Exit, Failure
     let mut exit = Exit::Fine;
     if !study.comparison.lines.is_empty() {
         let used = used.lock().unwrap_or_else(PoisonError::into_inner).clone();
-        let files: Vec<_> = [text.into_bytes()].into_iter().chain(used.into_values()).collect();
-        let command = format!("hpu study {}", quoted(&args.file.display().to_string()));
-        exit = beside::run(&study.comparison, &command, &files, &args.to)?;
+        let scenes = used.into_values().flat_map(|scene| {
+            let SceneText { text, files, .. } = scene;
+            [text.into_bytes()].into_iter().chain(files.into_values())
+        });
+        let files: Vec<_> = [text.into_bytes()].into_iter().chain(scenes).collect();
+        exit = beside::run(&study.comparison, &command_of(args.file()), &files, &args.to, None)?;
     }
     for call in calls {
         if exit == Exit::Interrupted {
@@ -88,7 +104,7 @@ pub fn run(args: &Args, command: &Command, again: Again) -> Result<Exit, Failure
 }
 
 /// Returns name and text of a study's file: of the shipped study, if the name has no folder and no ending.
-fn text(file: &Path) -> Result<(String, String), Failure> {
+pub fn text(file: &Path) -> Result<(String, String), Failure> {
     let name = file.display().to_string();
     let is_name = !name.contains(['/', '.']);
     match shipped_texts().iter().find(|(own, _)| is_name && *own == name) {
@@ -97,12 +113,33 @@ fn text(file: &Path) -> Result<(String, String), Failure> {
     }
 }
 
-/// Returns the words of a section's command, or what is wrong with its keys.
-fn words(section: &Section, command: &Command, args: &Args, folder: &str) -> Result<Vec<String>, Vec<String>> {
+fn key(arg: &Arg) -> String {
+    arg.get_id().as_str().to_string()
+}
+
+fn arguments<'c>(section: &Section, command: &'c Command) -> Vec<&'c Arg> {
     let verb = command.find_subcommand(&section.verb).expect("the verbs of a study are verbs of the command");
-    let own: Vec<&Arg> = verb.get_arguments().collect();
-    let key = |arg: &Arg| arg.get_id().as_str().to_string();
-    let given = ["out", "json", "jobs"];
+    verb.get_arguments().collect()
+}
+
+/// Returns the options of a study that its section's command takes too.
+fn given(section: &Section, command: &Command, args: &Args, folder: &str) -> Vec<String> {
+    let takes = |name: &str| arguments(section, command).into_iter().any(|arg| key(arg) == name);
+    let mut options = Vec::new();
+    if let (Some(out), true) = (&args.to.out, takes("out")) {
+        options.push(format!("--out={}", out.join(folder).display()));
+    }
+    if let (Some(jobs), true) = (args.to.jobs.given(), takes("jobs")) {
+        options.push(format!("--jobs={jobs}"));
+    }
+    options.extend((args.to.json && takes("json")).then(|| "--json".to_string()));
+    options
+}
+
+/// Returns the words of a section's command with these options after its own, or what is wrong with its keys.
+pub fn words(section: &Section, command: &Command, more: Vec<String>) -> Result<Vec<String>, Vec<String>> {
+    let own = arguments(section, command);
+    let given = ["out", "json", "jobs", "from"];
     let keys: Vec<String> = own.iter().map(|arg| key(arg)).filter(|key| !given.contains(&key.as_str())).collect();
     let (mut placed, mut options, mut errors) = (Vec::new(), Vec::new(), Vec::new());
     for (name, place, values) in &section.options {
@@ -121,21 +158,14 @@ fn words(section: &Section, command: &Command, args: &Args, folder: &str) -> Res
             }
         }
     }
-    let takes = |name: &str| own.iter().any(|arg| key(arg) == name);
-    if let (Some(out), true) = (&args.to.out, takes("out")) {
-        options.push(format!("--out={}", out.join(folder).display()));
-    }
-    if let (Some(jobs), true) = (args.to.jobs.given(), takes("jobs")) {
-        options.push(format!("--jobs={jobs}"));
-    }
-    options.extend((args.to.json && takes("json")).then(|| "--json".to_string()));
+    options.extend(more);
     let head = ["hpu".to_string(), section.verb.clone()];
     let words = head.into_iter().chain(options).chain(["--".to_string()]).chain(placed).collect();
     if errors.is_empty() { Ok(words) } else { Err(errors) }
 }
 
 /// Returns the reason of an error of the command line, without the usage below it.
-fn first_part(error: &str) -> String {
+pub fn first_part(error: &str) -> String {
     let reason = error.split("\n\n").next().unwrap_or(error);
     reason.trim_start_matches("error: ").split_whitespace().collect::<Vec<_>>().join(" ")
 }

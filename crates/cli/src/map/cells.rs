@@ -1,0 +1,74 @@
+//! The cells of a map, as a sweep does them.
+
+use std::num::NonZeroUsize;
+use std::sync::atomic::Ordering;
+
+use hpu_cosim::Control;
+use hpu_study::map::{self, Map, SceneText};
+use hpu_study::page::Value;
+use hpu_study::sweep::{Points, Schema};
+use hpu_study::units;
+
+use super::Args;
+use crate::exit::Failure;
+use crate::work::{Find, Rows, Take, Work};
+
+/// The cells of a map.
+pub struct Cells {
+    /// The command's arguments.
+    pub args: Args,
+    /// The map.
+    pub map: Map,
+}
+
+impl Cells {
+    /// Returns the cells of a map.
+    pub fn new(args: Args, find: Find) -> Result<Self, Failure> {
+        args.provide()?;
+        let source = find(args.scene())?;
+        let map = args.map((&source.scene.name, &source.scene.text), &mut |name: &str| source.load(name))?;
+        Ok(Self { args, map })
+    }
+}
+
+impl Work for Cells {
+    fn schema(&self) -> Schema {
+        map::schema(&self.map)
+    }
+
+    fn meanings(&self) -> Vec<(String, String)> {
+        map::meanings(&self.map)
+    }
+
+    fn command(&self) -> String {
+        self.args.command() + if self.args.full { " --full" } else { "" }
+    }
+
+    fn scenes(&self) -> Vec<(String, SceneText)> {
+        vec![(self.args.scene().to_string(), self.map.scene.clone())]
+    }
+
+    fn place(&self, point: usize) -> Vec<Value> {
+        map::place(&self.map, point)
+    }
+
+    fn is_adaptive(&self) -> bool {
+        !self.args.full
+    }
+
+    fn next(&self, done: Rows, _control: &Control) -> Result<Points, Failure> {
+        if self.args.full {
+            return Ok(Points::all(self.map.len() as u64));
+        }
+        Ok(Points::of(self.map.next_wave(done).into_iter().map(|cell| cell as u64)))
+    }
+
+    fn run(&self, _done: Rows, points: &[usize], control: &Control, take: Take) -> Result<(), Failure> {
+        let limits = self.args.limits();
+        // Stopping may end a simulator, and with it a cell, before the cell itself is told to stop.
+        let stopped = || control.stop.load(Ordering::Relaxed);
+        let unit =
+            |index: usize, own: &Control| self.map.run_cell(index, limits, own).filter(|row| row.is_ok() || !stopped());
+        units::run_some(points, NonZeroUsize::MIN, control, unit, take)
+    }
+}

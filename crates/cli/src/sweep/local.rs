@@ -1,0 +1,133 @@
+//! The engine of one machine: shards in processes of their own, which are started again when they die.
+
+use std::collections::VecDeque;
+use std::fs;
+use std::num::NonZeroUsize;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::sync::Mutex;
+use std::sync::PoisonError;
+use std::sync::atomic::Ordering;
+use std::thread;
+use std::time::Duration;
+
+use clap::Command as Described;
+
+use super::gather::{How, gather};
+use super::manifest::Planned;
+use super::plan::{self, Asked};
+use super::shard::{journal_of, told};
+use super::status::progress;
+use crate::exit::{Exit, Failure};
+use crate::interrupt;
+use crate::progress::with_progress;
+
+/// How often a shard's process may end without a new row before the command gives up.
+const DEATHS: u32 = 8;
+
+/// Runs shards of a wave, `jobs` at a time.
+pub fn shards(planned: &Planned, wanted: Vec<u64>, jobs: NonZeroUsize, any_version: bool) -> Result<(), Failure> {
+    let control = interrupt::heed();
+    let total = wanted.len() as u64;
+    let queue = Mutex::new(VecDeque::from(wanted));
+    let failed: Mutex<Option<Failure>> = Mutex::new(None);
+    let worker = || {
+        while !control.stop.load(Ordering::Relaxed) && failed.lock().unwrap_or_else(PoisonError::into_inner).is_none() {
+            let next = queue.lock().unwrap_or_else(PoisonError::into_inner).pop_front();
+            let Some(index) = next else { break };
+            match one(planned, index, any_version) {
+                Ok(()) => drop(control.progress.fetch_add(1, Ordering::Relaxed)),
+                Err(failure) => *failed.lock().unwrap_or_else(PoisonError::into_inner) = Some(failure),
+            }
+        }
+    };
+    with_progress(total, "shards", control, || {
+        thread::scope(|scope| (0..jobs.get().min(total as usize)).for_each(|_| drop(scope.spawn(worker))));
+    });
+    if let Some(failure) = failed.into_inner().unwrap_or_else(PoisonError::into_inner) {
+        return Err(failure);
+    }
+    if interrupt::pressed() { Err(Failure::new(Exit::Interrupted, "interrupted")) } else { Ok(()) }
+}
+
+/// Runs a shard in a process of its own until its file is there.
+fn one(planned: &Planned, index: u64, any_version: bool) -> Result<(), Failure> {
+    let program = std::env::current_exe().map_err(|error| Failure::file(format!("this program: {error}")))?;
+    let rows = || fs::metadata(journal_of(planned, index)).map_or(0, |found| found.len());
+    let (mut deaths, mut before) = (0, rows());
+    loop {
+        let mut command = Command::new(&program);
+        let (number, wave) = (index.to_string(), planned.manifest.wave.to_string());
+        command.args(["--quiet", "sweep", "shard"]).arg(&planned.dir).args(["--index", &number, "--wave", &wave]);
+        command.args(any_version.then_some("--any-version"));
+        let child = command.stdin(Stdio::null()).stdout(Stdio::null()).spawn();
+        let mut child = child.map_err(|error| Failure::file(format!("this program cannot start itself: {error}")))?;
+        let Some(status) = waited(&mut child)? else { return Ok(()) };
+        if status.success() {
+            return Ok(());
+        }
+        if let Some(code) = status.code().filter(|code| *code < 128) {
+            return Err(Failure::file(format!("shard {index} ended with exit code {code}")));
+        }
+        let now = rows();
+        deaths = if now > before { 1 } else { deaths + 1 };
+        before = now;
+        if deaths >= DEATHS {
+            return Err(Failure::file(format!(
+                "shard {index} ended {deaths} times without a new row, {}",
+                told(status)
+            )));
+        }
+    }
+}
+
+/// Waits for a process; ends it and returns `None` when the command is interrupted.
+fn waited(child: &mut Child) -> Result<Option<std::process::ExitStatus>, Failure> {
+    let failed = |error| Failure::file(format!("this program cannot wait for itself: {error}"));
+    loop {
+        if let Some(status) = child.try_wait().map_err(failed)? {
+            return Ok(if interrupt::pressed() { None } else { Some(status) });
+        }
+        if interrupt::pressed() {
+            // It may have ended by itself.
+            let _ = child.kill();
+            child.wait().map_err(failed)?;
+            return Ok(None);
+        }
+        thread::sleep(Duration::from_millis(5));
+    }
+}
+
+/// Runs `hpu sweep run`: plans, runs and gathers all waves.
+pub fn run(asked: &Asked, command: &Described, jobs: NonZeroUsize, how: How, json: bool) -> Result<Exit, Failure> {
+    let what = Path::new(asked.study);
+    let dir = match asked.out {
+        Some(out) => out,
+        None if what.is_dir() => what,
+        None => return Err(Failure::usage("write -o DIR: the folder of the sweep")),
+    };
+    if !what.is_dir() {
+        plan::first(asked, dir, command, Some(jobs.get()))?;
+    }
+    let mut waves = Planned::waves(dir)?;
+    let mut at = 0;
+    loop {
+        while at < waves.len() {
+            shards(&waves[at], progress(&waves[at]).left, jobs, how.any_version)?;
+            at += 1;
+        }
+        if let Err(failure) = gather(dir, how) {
+            // Refused files were removed, and their shards run once more.
+            if !how.again || failure.exit() != Exit::Differs {
+                return Err(failure);
+            }
+            for wave in &waves {
+                shards(wave, progress(wave).left, jobs, how.any_version)?;
+            }
+            gather(dir, How { again: false, ..how })?;
+        }
+        let Some((next, _)) = plan::next(dir, asked.size, Some(jobs.get()))? else { break };
+        waves.push(next);
+    }
+    super::gather::run(dir, How { again: false, ..how }, json)
+}

@@ -1,0 +1,253 @@
+//! The manifest of a wave: everything that the rows of its shards depend on, so that a shard is a function of the
+//! manifest and its own number.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use hpu_rtl::temporary::{self, Temporary, sweep_files};
+use hpu_study::map::SceneText;
+use hpu_study::sweep::Points;
+use serde_json::{Value, json};
+use sha2::{Digest, Sha256};
+
+use crate::exit::Failure;
+
+/// The version of the manifest's format.
+const FORMAT: u64 = 1;
+
+/// A wave of a sweep.
+#[derive(Clone, Debug)]
+pub struct Manifest {
+    /// The number of the wave, from 1.
+    pub wave: usize,
+    /// The version of the program that planned the sweep.
+    pub version: String,
+    /// SHA-256 of that program.
+    pub program: String,
+    /// Name and text of the study.
+    pub study: (String, String),
+    /// The verb that the points belong to, and its words.
+    pub verb: String,
+    /// The words of the verb.
+    pub words: Vec<String>,
+    /// The command that runs the same points on one machine.
+    pub command: String,
+    /// The scenes, as the command names them.
+    pub scenes: Vec<(String, SceneText)>,
+    /// The points of the wave.
+    pub points: Points,
+    /// Number of points of a shard; the last one may have fewer.
+    pub shard_points: u64,
+    /// Name, type and unit or meaning of each column of the files.
+    pub columns: Vec<[String; 3]>,
+}
+
+/// A manifest that was read, with the SHA-256 of its text.
+pub struct Planned {
+    /// The manifest.
+    pub manifest: Manifest,
+    /// The folder of the sweep.
+    pub dir: PathBuf,
+    /// SHA-256 of the manifest's text.
+    pub sum: String,
+    /// The number of bytes of the manifest's text.
+    pub bytes: usize,
+}
+
+/// Returns the SHA-256 of parts, each after its length.
+fn hashed<'a>(parts: impl IntoIterator<Item = &'a [u8]>) -> String {
+    let mut hash = Sha256::new();
+    for part in parts {
+        hash.update((part.len() as u64).to_le_bytes());
+        hash.update(part);
+    }
+    hex(&hash.finalize())
+}
+
+/// Returns bytes in hexadecimal digits.
+pub fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// Returns the SHA-256 of this program.
+pub fn program() -> Result<String, Failure> {
+    let bytes = std::env::current_exe().and_then(fs::read);
+    let bytes = bytes.map_err(|error| Failure::file(format!("this program cannot read itself: {error}")))?;
+    Ok(hex(&Sha256::digest(bytes)))
+}
+
+impl Manifest {
+    /// Returns the SHA-256 of the settings that rows depend on beside the program: the verb's words, and its scenes
+    /// with their data files.
+    pub fn settings(&self) -> String {
+        let words = [self.verb.as_bytes()].into_iter().chain(self.words.iter().map(String::as_bytes));
+        let scenes = self.scenes.iter().flat_map(|(name, scene)| {
+            let files = scene.files.iter().flat_map(|(name, bytes)| [name.as_bytes(), bytes]);
+            [name.as_bytes(), scene.text.as_bytes()].into_iter().chain(files)
+        });
+        hashed(words.chain(scenes))
+    }
+
+    /// Returns the number of shards.
+    pub fn shards(&self) -> u64 {
+        self.points.count().div_ceil(self.shard_points)
+    }
+
+    /// Returns the numbers of a shard's points.
+    pub fn shard(&self, index: u64) -> Vec<u64> {
+        self.points.slice(index * self.shard_points, self.shard_points)
+    }
+
+    fn text(&self) -> String {
+        let scenes = self.scenes.iter().map(|(name, scene)| {
+            let files: BTreeMap<&String, String> = scene.files.iter().map(|(name, bytes)| (name, hex(bytes))).collect();
+            json!({ "name": name, "file": scene.name, "text": scene.text, "files": files })
+        });
+        let columns = self.columns.iter().map(|[key, kind, unit]| json!({ "key": key, "type": kind, "unit": unit }));
+        let object = json!({
+            "sweep": FORMAT,
+            "version": self.version,
+            "program_sha256": self.program,
+            "settings_sha256": self.settings(),
+            "study": { "name": self.study.0, "text": self.study.1 },
+            "verb": self.verb,
+            "words": self.words,
+            "command": self.command,
+            "scenes": scenes.collect::<Vec<_>>(),
+            "wave": self.wave,
+            "points": self.points.count(),
+            "runs": self.points.runs(),
+            "shard_points": self.shard_points,
+            "shards": self.shards(),
+            "columns": columns.collect::<Vec<_>>(),
+        });
+        // One run a line would make the manifest of a refined wave several times as long.
+        let mut text = format!("{object:#}\n");
+        let runs = serde_json::to_string(self.points.runs()).expect("numbers are JSON");
+        if let (Some(from), Some(to)) = (text.find("\n  \"runs\": ["), text.find("\n  \"scenes\":")) {
+            text.replace_range(from..to, &format!("\n  \"runs\": {runs},"));
+        }
+        text
+    }
+
+    fn parse(text: &str) -> Option<Self> {
+        let value: Value = serde_json::from_str(text).ok()?;
+        let string = |value: &Value| value.as_str().map(String::from);
+        let scene = |value: &Value| {
+            let files = value["files"].as_object()?.iter();
+            let files = files.map(|(name, hex)| Some((name.clone(), unhex(hex.as_str()?)?)));
+            let text = SceneText {
+                name: string(&value["file"])?,
+                text: string(&value["text"])?,
+                files: files.collect::<Option<_>>()?,
+            };
+            Some((string(&value["name"])?, text))
+        };
+        let run = |value: &Value| Some((value[0].as_u64()?, value[1].as_u64()?));
+        let column = |value: &Value| Some([string(&value["key"])?, string(&value["type"])?, string(&value["unit"])?]);
+        let manifest = Self {
+            wave: usize::try_from(value["wave"].as_u64()?).ok()?,
+            version: string(&value["version"])?,
+            program: string(&value["program_sha256"])?,
+            study: (string(&value["study"]["name"])?, string(&value["study"]["text"])?),
+            verb: string(&value["verb"])?,
+            words: value["words"].as_array()?.iter().map(string).collect::<Option<_>>()?,
+            command: string(&value["command"])?,
+            scenes: value["scenes"].as_array()?.iter().map(scene).collect::<Option<_>>()?,
+            points: Points::of_runs(value["runs"].as_array()?.iter().map(run).collect::<Option<_>>()?)?,
+            shard_points: value["shard_points"].as_u64().filter(|points| *points > 0)?,
+            columns: value["columns"].as_array()?.iter().map(column).collect::<Option<_>>()?,
+        };
+        let whole = value["sweep"] == FORMAT && value["settings_sha256"] == manifest.settings();
+        (whole && value["points"] == manifest.points.count()).then_some(manifest)
+    }
+
+    /// Writes the manifest into the folder of its sweep, unless the folder has a manifest of this wave.
+    pub fn write(self, dir: &Path) -> Result<Planned, Failure> {
+        let at = |error| Failure::usage(format!("cannot write to {}: {error}", dir.display()));
+        fs::create_dir_all(dir).map_err(at)?;
+        sweep_files(dir);
+        let (text, place) = (self.text(), place(dir, self.wave));
+        let temporary = Temporary::file(dir, "manifest").map_err(at)?;
+        let mut file = temporary.open().map_err(at)?;
+        file.write_all(text.as_bytes()).and_then(|()| file.sync_all()).map_err(|error| Failure::at(&place, error))?;
+        put(temporary, &place)?;
+        Ok(Planned { sum: hex(&Sha256::digest(&text)), bytes: text.len(), manifest: self, dir: dir.to_path_buf() })
+    }
+}
+
+/// Renames a complete file to its place, and waits until the folder is on the disk.
+pub fn put(file: Temporary, place: &Path) -> Result<(), Failure> {
+    temporary::place(vec![(file, place.to_path_buf())]).map_err(|(place, error)| Failure::at(&place, error))?;
+    let folder = place.parent().unwrap_or(Path::new("."));
+    fs::File::open(folder).and_then(|folder| folder.sync_all()).map_err(|error| Failure::at(folder, error))
+}
+
+fn unhex(text: &str) -> Option<Vec<u8>> {
+    let digits = text.is_ascii() && text.len().is_multiple_of(2);
+    let byte = |at| u8::from_str_radix(&text[at..at + 2], 16).ok();
+    if digits { (0..text.len()).step_by(2).map(byte).collect() } else { None }
+}
+
+fn place(dir: &Path, wave: usize) -> PathBuf {
+    dir.join(format!("manifest-{wave}.json"))
+}
+
+impl Planned {
+    /// Reads the manifest of a wave; `None` if there is none.
+    pub fn read(dir: &Path, wave: usize) -> Result<Option<Self>, Failure> {
+        let place = place(dir, wave);
+        let text = match fs::read_to_string(&place) {
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+            text => text.map_err(|error| Failure::at(&place, error))?,
+        };
+        let damaged = || Failure::at(&place, "is no manifest of a sweep, or is damaged; plan the sweep again");
+        let manifest = Manifest::parse(&text).filter(|manifest| manifest.wave == wave).ok_or_else(damaged)?;
+        Ok(Some(Self { manifest, dir: dir.to_path_buf(), sum: hex(&Sha256::digest(&text)), bytes: text.len() }))
+    }
+
+    /// Reads the manifests of all waves, which are at least one.
+    pub fn waves(dir: &Path) -> Result<Vec<Self>, Failure> {
+        let mut all = Vec::new();
+        while let Some(planned) = Self::read(dir, all.len() + 1)? {
+            all.push(planned);
+        }
+        if all.is_empty() {
+            return Err(Failure::usage(format!(
+                "{} holds no sweep; hpu sweep plan STUDY -o {0} begins one",
+                dir.display()
+            )));
+        }
+        Ok(all)
+    }
+
+    /// Reads the manifest of the last wave.
+    pub fn last(dir: &Path) -> Result<Self, Failure> {
+        Ok(Self::waves(dir)?.pop().expect("there is at least one wave"))
+    }
+
+    /// Returns the folder of the wave's shards.
+    pub fn shards(&self) -> PathBuf {
+        self.dir.join(format!("shards-{}", self.manifest.wave))
+    }
+
+    /// Returns the place of a shard's file, whose name ends so.
+    pub fn shard(&self, index: u64, ending: &str) -> PathBuf {
+        self.shards().join(format!("{index:06}.{ending}"))
+    }
+
+    /// Refuses to go on under another program than the one that planned the sweep, unless it is asked for. Returns the
+    /// SHA-256 of this program.
+    pub fn accepts(&self, any_version: bool) -> Result<String, Failure> {
+        let own = program()?;
+        if own != self.manifest.program && !any_version {
+            return Err(Failure::usage(format!(
+                "this is another build of hpu than the one that planned the sweep ({}); --any-version goes on with it",
+                self.manifest.version
+            )));
+        }
+        Ok(own)
+    }
+}

@@ -1,0 +1,286 @@
+//! Schedulers: the shards of a wave as an array of Slurm, or as lines for GNU parallel.
+
+use std::fs;
+use std::io::Write as _;
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use hpu_study::page::Page;
+
+use super::local::shards;
+use super::manifest::Planned;
+use super::status::progress;
+use super::{plan, status};
+use crate::exit::{Exit, Failure};
+use crate::interrupt;
+use crate::page::show;
+use crate::scene::quoted;
+use crate::terminal::print;
+
+/// Hand the shards of the last wave that are not done to a scheduler
+///
+/// A task runs some shards one after the other, each in a process of its own. With Slurm the array is followed by a job
+/// that gathers the wave, plans the next one and submits it, until no wave is left. With GNU parallel the command itself
+/// waits and does so.
+#[derive(clap::Args)]
+pub struct Args {
+    /// Folder of the sweep
+    dir: PathBuf,
+    /// Scheduler
+    #[arg(long, value_enum)]
+    engine: Engine,
+    /// Tasks that run at the same time [default: as many as the scheduler allows; of parallel one for each core]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    limit: Option<u64>,
+    /// Tasks of the array at most [default: what Slurm's MaxArraySize allows]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    tasks: Option<u64>,
+    /// Cores of a task: it runs so many shards at the same time [default: 1]
+    #[arg(long, value_name = "N")]
+    cores: Option<NonZeroUsize>,
+    /// An option for every job, as in --option=--partition=long; of parallel, as in --option=--sshloginfile=nodes
+    #[arg(long, value_name = "OPTION", allow_hyphen_values = true)]
+    option: Vec<String>,
+    /// Gather and submit no further wave afterwards
+    #[arg(long)]
+    one_wave: bool,
+    /// Print the script, and submit nothing
+    #[arg(long)]
+    dry_run: bool,
+    /// End the jobs of the sweep that Slurm has
+    #[arg(long, conflicts_with_all = ["dry_run", "one_wave"])]
+    cancel: bool,
+    #[command(flatten)]
+    version: super::AnyVersion,
+    /// One JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+/// A scheduler.
+#[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum Engine {
+    /// Slurm: sbatch, with an array of tasks
+    Slurm,
+    /// GNU parallel, on this machine or by its own options on others
+    Parallel,
+}
+
+impl Args {
+    fn cores(&self) -> NonZeroUsize {
+        self.cores.unwrap_or(NonZeroUsize::MIN)
+    }
+
+    /// Returns the options of a task beside its wave and its number.
+    fn task_options(&self) -> String {
+        let cores = self.cores.map_or(String::new(), |cores| format!(" --cores {cores}"));
+        cores + if self.version.any_version { " --any-version" } else { "" }
+    }
+}
+
+/// The usual MaxArraySize of Slurm, where scontrol does not tell another.
+const MAX_ARRAY: u64 = 1001;
+
+/// Runs `hpu sweep submit`.
+pub fn run(args: &Args) -> Result<Exit, Failure> {
+    let dir = fs::canonicalize(&args.dir).map_err(|error| Failure::at(&args.dir, error))?;
+    let planned = Planned::last(&dir)?;
+    planned.accepts(args.version.any_version)?;
+    if args.cancel {
+        return cancel(&dir, args);
+    }
+    let left = progress(&planned).left.len() as u64;
+    match args.engine {
+        Engine::Slurm => slurm(args, &planned, left),
+        Engine::Parallel => parallel(args, planned, left),
+    }
+}
+
+fn program() -> Result<String, Failure> {
+    let own = std::env::current_exe().map_err(|error| Failure::file(format!("this program: {error}")))?;
+    Ok(quoted(&own.display().to_string()))
+}
+
+/// Returns the name of a sweep's jobs: by it, they are found again.
+fn job_name(planned: &Planned) -> String {
+    format!("hpu-{}", &planned.manifest.settings()[..12])
+}
+
+/// Returns the script of an array over a wave: each task runs every `tasks`-th shard.
+fn array(args: &Args, planned: &Planned, tasks: u64) -> Result<String, Failure> {
+    let dir = quoted(&planned.dir.display().to_string());
+    let limit = args.limit.map_or(String::new(), |limit| format!("%{limit}"));
+    let mut script = format!(
+        "#!/bin/sh\n#SBATCH --job-name={}\n#SBATCH --array=0-{}{limit}\n#SBATCH --ntasks=1\n#SBATCH --cpus-per-task={}\n\
+         #SBATCH --requeue\n#SBATCH --open-mode=append\n#SBATCH --output={dir}/slurm-%A.log\n",
+        job_name(planned),
+        tasks - 1,
+        args.cores(),
+    );
+    script.extend(args.option.iter().map(|option| format!("#SBATCH {option}\n")));
+    let more = args.task_options();
+    script += &format!(
+        "exec {} --quiet sweep task {dir} --wave {} --index \"$SLURM_ARRAY_TASK_ID\" --of {tasks}{more}\n",
+        program()?,
+        planned.manifest.wave
+    );
+    Ok(script)
+}
+
+/// Returns the script of the job that follows an array: it gathers the wave, and plans and submits the next one.
+fn follower(args: &Args, planned: &Planned) -> Result<String, Failure> {
+    let (program, dir) = (program()?, quoted(&planned.dir.display().to_string()));
+    let mut script = format!(
+        "#!/bin/sh\n#SBATCH --job-name={}\n#SBATCH --ntasks=1\n#SBATCH --requeue\n#SBATCH --open-mode=append\n\
+         #SBATCH --output={dir}/slurm-%A.log\n",
+        job_name(planned)
+    );
+    script.extend(args.option.iter().map(|option| format!("#SBATCH {option}\n")));
+    let any = if args.version.any_version { " --any-version" } else { "" };
+    let mut again = format!("--engine slurm{any}");
+    again += &args.limit.map_or(String::new(), |limit| format!(" --limit {limit}"));
+    again += &args.tasks.map_or(String::new(), |tasks| format!(" --tasks {tasks}"));
+    again += &args.cores.map_or(String::new(), |cores| format!(" --cores {cores}"));
+    again.extend(args.option.iter().map(|option| format!(" --option={}", quoted(option))));
+    script += &format!(
+        "set -e\n{program} --quiet sweep gather {dir}{any}\n{program} --quiet sweep plan {dir}\n\
+         exec {program} --quiet sweep submit {dir} {again}\n"
+    );
+    Ok(script)
+}
+
+fn slurm(args: &Args, planned: &Planned, left: u64) -> Result<Exit, Failure> {
+    let mut page = Page::default();
+    if left == 0 && !args.dry_run {
+        page.fact("tasks", "tasks", 0, "none: all shards of the last wave are done");
+        show(&page, args.json)?;
+        return Ok(Exit::Fine);
+    }
+    let most = args.tasks.unwrap_or_else(|| max_array().unwrap_or(MAX_ARRAY));
+    let tasks = planned.manifest.shards().min(most).max(1);
+    let (array, follower) = (array(args, planned, tasks)?, follower(args, planned)?);
+    if args.dry_run {
+        let rest = if args.one_wave {
+            String::new()
+        } else {
+            format!("\n# then, with --dependency=afterok of the array:\n{follower}")
+        };
+        print(&format!("{array}{rest}"))?;
+        return Ok(Exit::Fine);
+    }
+    let job = sbatch(&array, &[])?;
+    page.fact("array", "array", job.as_str(), format!("job {job}, {tasks} tasks over {left} shards"));
+    page.data("tasks", tasks).data("shards", left);
+    if !args.one_wave {
+        let after = sbatch(&follower, &[format!("--dependency=afterok:{job}")])?;
+        page.fact("follower", "then", after.as_str(), format!("job {after} gathers and submits the next wave"));
+    }
+    page.line("progress", format!("hpu sweep status {}", planned.dir.display()));
+    page.line("cancel", format!("hpu sweep submit {} --engine slurm --cancel", planned.dir.display()));
+    show(&page, args.json)?;
+    Ok(Exit::Fine)
+}
+
+/// Runs a tool; `None` if it is missing.
+fn tool(name: &str, arguments: &[String], input: &str) -> Result<Option<(bool, String)>, Failure> {
+    let mut command = Command::new(name);
+    let child = command.args(arguments).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn();
+    let mut child = match child {
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+        child => child.map_err(|error| Failure::file(format!("{name}: {error}")))?,
+    };
+    // A tool that reads no input has none to miss.
+    let _ = child.stdin.take().expect("it is piped").write_all(input.as_bytes());
+    let output = child.wait_with_output().map_err(|error| Failure::file(format!("{name}: {error}")))?;
+    let text = if output.status.success() { &output.stdout } else { &output.stderr };
+    Ok(Some((output.status.success(), String::from_utf8_lossy(text).trim().to_string())))
+}
+
+fn needed(name: &str, arguments: &[String], input: &str) -> Result<String, Failure> {
+    match tool(name, arguments, input)? {
+        None => Err(Failure::new(Exit::NoTool, format!("{name} is missing: Slurm's commands must be in the PATH"))),
+        Some((true, said)) => Ok(said),
+        Some((false, said)) => Err(Failure::file(format!("{name}: {said}"))),
+    }
+}
+
+/// Submits a script, and returns the number of its job.
+fn sbatch(script: &str, options: &[String]) -> Result<String, Failure> {
+    let said = needed("sbatch", &[&["--parsable".to_string()], options].concat(), script)?;
+    // A cluster's name may follow.
+    Ok(said.split(';').next().unwrap_or_default().to_string())
+}
+
+/// Returns the greatest number of tasks of an array, as Slurm is configured.
+fn max_array() -> Option<u64> {
+    let (_, said) = tool("scontrol", &["show".into(), "config".into()], "").ok()??;
+    let line = said.lines().find(|line| line.trim_start().starts_with("MaxArraySize"))?;
+    line.split('=').nth(1)?.trim().parse().ok().filter(|most| *most > 0)
+}
+
+fn cancel(dir: &Path, args: &Args) -> Result<Exit, Failure> {
+    if args.engine != Engine::Slurm {
+        return Err(Failure::usage("--cancel is for Slurm; GNU parallel ends with its own process"));
+    }
+    let planned = Planned::last(dir)?;
+    needed("scancel", &[format!("--name={}", job_name(&planned))], "")?;
+    status::run(dir, args.json)
+}
+
+/// Runs waves by GNU parallel, one after the other.
+fn parallel(args: &Args, mut planned: Planned, mut left: u64) -> Result<Exit, Failure> {
+    loop {
+        let jobs = args.limit.map_or(String::new(), |limit| format!("--jobs {limit} "));
+        let options: String = args.option.iter().map(|option| format!("{} ", quoted(option))).collect();
+        let more = args.task_options();
+        let (program, dir) = (program()?, quoted(&planned.dir.display().to_string()));
+        let (wave, shards) = (planned.manifest.wave, planned.manifest.shards());
+        let line = format!("{program} --quiet sweep task {dir} --wave {wave} --index {{}} --of {shards}{more}");
+        let script = format!("seq 0 {} | parallel {jobs}{options}{}", shards.saturating_sub(1), quoted(&line));
+        if args.dry_run {
+            print(&format!("#!/bin/sh\n{script}\n"))?;
+            return Ok(Exit::Fine);
+        }
+        if left > 0 {
+            let mut child = Command::new("sh").args(["-c", &script]).stdin(Stdio::null()).stdout(Stdio::null()).spawn();
+            let status = child.as_mut().map_err(|error| Failure::file(format!("sh: {error}")))?.wait();
+            let status = status.map_err(|error| Failure::file(format!("sh: {error}")))?;
+            if status.code() == Some(127) {
+                return Err(Failure::new(
+                    Exit::NoTool,
+                    "GNU parallel is missing; install it: sudo apt-get install parallel",
+                ));
+            }
+            if !status.success() {
+                return Err(Failure::file("parallel: some shards are not done; the same command goes on"));
+            }
+        }
+        if args.one_wave {
+            return status::run(&planned.dir, args.json);
+        }
+        let how = super::How { again: false, partial: false, any_version: args.version.any_version };
+        super::gather::gather(&planned.dir, how)?;
+        let Some((next, _)) = plan::next(&planned.dir, plan::Size::default(), None)? else {
+            return status::run(&planned.dir, args.json);
+        };
+        left = progress(&next).left.len() as u64;
+        planned = next;
+    }
+}
+
+/// Runs a task: every `of`-th shard from `index` on, `jobs` at a time.
+pub fn task(
+    dir: &Path,
+    wave: usize,
+    (index, of): (u64, u64),
+    jobs: NonZeroUsize,
+    any_version: bool,
+) -> Result<Exit, Failure> {
+    let planned = Planned::read(dir, wave)?;
+    let planned = planned.ok_or_else(|| Failure::usage(format!("{} has no wave {wave}", dir.display())))?;
+    interrupt::heed();
+    let wanted = progress(&planned).left.into_iter().filter(|shard| shard % of == index).collect();
+    shards(&planned, wanted, jobs, any_version)?;
+    Ok(Exit::Fine)
+}

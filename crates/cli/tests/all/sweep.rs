@@ -1,0 +1,443 @@
+//! `hpu sweep`: the same bytes whatever the shards, against the verbs that know nothing of shards; damaged files, deaths
+//! and poison.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+use crate::common::{ROOT, assert_refused, code, hpu, json, names, run, scratch, stderr, stdout, text, tools};
+
+/// A study of a map with a boundary: 9 by 5 cells of 150 ms.
+const SMALL: &str = r#"
+name = "small"
+title = "A small map"
+
+[map]
+scene = "hybrid-wall"
+x = "wall.stiffness=0.5..6 N.m/rad:9"
+y = "wall.damping=0..0.4 mN.m.s/rad:5"
+set = ["run.duration=150 ms", "device.initial_angle=1.4 rad", 'hand.path=[["0 s", 1.4], ["20 ms", 1.8]]']
+"#;
+
+/// The command of that map.
+const MAP: [&str; 12] = [
+    "map",
+    "hybrid-wall",
+    "--x",
+    "wall.stiffness=0.5..6 N.m/rad:9",
+    "--y",
+    "wall.damping=0..0.4 mN.m.s/rad:5",
+    "--set",
+    "run.duration=150 ms",
+    "--set",
+    "device.initial_angle=1.4 rad",
+    "--set",
+    "hand.path=[[\"0 s\", 1.4], [\"20 ms\", 1.8]]",
+];
+
+/// Writes a study into a folder.
+fn study(dir: &Path, name: &str, content: &str) -> PathBuf {
+    let path = dir.join(name);
+    fs::write(&path, content).expect("a study");
+    path
+}
+
+/// Writes the small study; with all cells, or refined.
+fn small(dir: &Path, full: bool) -> PathBuf {
+    study(dir, "small.toml", &if full { format!("{SMALL}full = true\n") } else { SMALL.to_string() })
+}
+
+fn fine(arguments: &[&str]) -> Output {
+    let output = run(arguments);
+    assert_eq!(code(&output), 0, "{arguments:?}: {}", stderr(&output));
+    output
+}
+
+fn read(path: &Path) -> Vec<u8> {
+    fs::read(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+fn gathered(dir: &Path) -> Vec<u8> {
+    read(&dir.join("gathered.parquet"))
+}
+
+/// Returns the rows of a map's CSV, without the lines of comments.
+fn rows(dir: &Path) -> Vec<String> {
+    let text = fs::read_to_string(dir.join("map.csv")).expect("a map");
+    text.lines().filter(|line| !line.starts_with('#')).map(String::from).collect()
+}
+
+/// Plans the small map with all its cells in shards of ten, and runs them.
+fn whole(dir: &Path) -> PathBuf {
+    let (study, out) = (small(dir, true), dir.join("sweep"));
+    fine(&["sweep", "run", text(&study), "-o", text(&out), "--shard-points", "10", "--quiet"]);
+    out
+}
+
+#[test]
+fn a_map_in_shards_is_the_map_and_has_the_same_bytes_however_it_is_cut() {
+    let dir = scratch("sweep-map");
+    let (study, reference) = (small(&dir, true), dir.join("map"));
+    fine(&[&MAP[..], &["--full", "-o", text(&reference)]].concat());
+    let mut bytes = BTreeSet::new();
+    for (name, points, jobs) in [("one", "45", "1"), ("seven", "7", "3"), ("single", "1", "2")] {
+        let out = dir.join(name);
+        let size = ["--shard-points", points, "--jobs", jobs, "--json"];
+        let page = json(&fine(&[&["sweep", "run", text(&study), "-o", text(&out)][..], &size].concat()));
+        assert_eq!((&page["rows"], &page["failed"]), (&45.into(), &0.into()));
+        assert_eq!(names(&out), ["gathered.csv", "gathered.parquet", "manifest-1.json", "shards-1"]);
+        assert_eq!(names(&out.join("shards-1")).len(), 45_usize.div_ceil(points.parse().expect("a number")));
+        bytes.insert((gathered(&out), read(&out.join("gathered.csv"))));
+        let drawn = out.join("drawn");
+        fine(&["map", "--from", text(&out), "-o", text(&drawn)]);
+        assert_eq!(rows(&drawn), rows(&reference));
+        for picture in ["map.svg", "energy.svg"] {
+            assert_eq!(read(&drawn.join(picture)), read(&reference.join(picture)), "{picture}");
+        }
+    }
+    assert_eq!(bytes.len(), 1);
+}
+
+#[test]
+fn a_refined_map_goes_in_waves_to_the_map_that_the_verb_makes() {
+    let dir = scratch("sweep-waves");
+    let (study, reference, out) = (small(&dir, false), dir.join("map"), dir.join("sweep"));
+    let whole = json(&fine(&[&MAP[..], &["--json", "-o", text(&reference)]].concat()));
+    let sweep = ["sweep", "plan", text(&study), "-o", text(&out), "--shard-points", "4"];
+    fine(&sweep);
+    // By hand, as on a farm: shards in any order, gather, plan, until no wave is left.
+    let mut waves = 0;
+    loop {
+        waves += 1;
+        let status = json(&fine(&["sweep", "status", text(&out), "--json"]));
+        assert_eq!(status["complete"], false);
+        let shards = status["waves"][waves - 1]["shards"].as_u64().expect("a number");
+        for shard in (0..shards).rev() {
+            fine(&["sweep", "shard", text(&out), "--index", &shard.to_string()]);
+        }
+        fine(&["sweep", "gather", text(&out)]);
+        if stdout(&fine(&["sweep", "plan", text(&out), "--shard-points", "3"])).contains("no wave is left") {
+            break;
+        }
+    }
+    let status = json(&fine(&["sweep", "status", text(&out), "--json"]));
+    assert_eq!(status["complete"], true);
+    assert!(waves > 1, "a boundary takes a second wave");
+    // As many points as cells that the map runs.
+    let points = status["waves"].as_array().expect("waves").iter().filter_map(|wave| wave["points_done"].as_u64());
+    assert_eq!(Some(points.sum()), whole["methods"][0]["run"].as_u64());
+    let drawn = dir.join("drawn");
+    fine(&["map", "--from", text(&out), "-o", text(&drawn)]);
+    assert_eq!(rows(&drawn), rows(&reference));
+}
+
+#[test]
+fn a_search_in_waves_finds_what_the_verb_finds() {
+    let dir = scratch("sweep-search");
+    let content = "name = \"search\"\ntitle = \"A search\"\n\n[widths]\nscenes = \"hybrid-wall\"\nsearch = true\n\
+                   vary = [\"position_bits=11..12\", \"velocity_bits=9..10\"]\n";
+    let (study, out) = (study(&dir, "search.toml", content), dir.join("sweep"));
+    fine(&["sweep", "run", text(&study), "-o", text(&out), "--shard-points", "2"]);
+    let vary = ["--vary", "position_bits=11..12", "--vary", "velocity_bits=9..10"];
+    let (ours, theirs) = (dir.join("ours"), dir.join("theirs"));
+    let verb = fine(&[&["widths", "hybrid-wall", "--search", "-o", text(&theirs)][..], &vary].concat());
+    let from = fine(&["widths", "--from", text(&out), "-o", text(&ours)]);
+    assert_eq!(stdout(&from), stdout(&verb));
+    assert_eq!(read(&ours.join("designs.csv")), read(&theirs.join("designs.csv")));
+    assert_refused(&run(&["map", "--from", text(&out)]), 2, &["hpu widths --from"]);
+}
+
+#[test]
+fn the_lines_of_a_study_in_shards_are_those_of_the_study() {
+    let dir = scratch("sweep-lines");
+    let lines = |vary: &str| {
+        format!(
+            "[[group]]\nname = \"Settling, {vary}\"\n\n[[group.line]]\nvary.of = [0.5, 4.0]\nwhat = \"$of N.m/rad, by {vary}\"\n\
+             claims = \"a\"\ntext = \"{{wall.outcome}}, rms {{wall.rms * 1e6:.1 urad}}\"\nfigures.rms = \"wall.rms\"\n\
+             measure.wall = {{ measure = \"run\", scene = \"{vary}\", set = [\"run.duration=100 ms\", \
+             \"wall.stiffness=$of N.m/rad\"] }}\n\n"
+        )
+    };
+    let content = format!(
+        "name = \"lines\"\ntitle = \"Lines\"\n\n{}{}[[claim]]\nletter = \"a\"\npaper = \"softer is calmer\"\nplace = \"none\"\n\
+         means = \"the rms never falls\"\nholds = \"never_falls(rms)\"\n",
+        lines("hybrid-wall"),
+        lines("thrown-hybrid")
+    );
+    let (study, out) = (study(&dir, "lines.toml", &content), dir.join("sweep"));
+    let page = ["sweep", "run", text(&study), "-o", text(&out), "--shard-points", "3", "--json"];
+    assert_eq!(json(&fine(&page))["rows"], 4);
+    let (ours, theirs) = (dir.join("ours"), dir.join("theirs"));
+    let verb = fine(&["study", text(&study), "-o", text(&theirs), "--json"]);
+    let from = fine(&["study", "--from", text(&out), "-o", text(&ours), "--json"]);
+    let without_files = |output: &Output| {
+        let mut value = json(output);
+        value["files"] = serde_json::Value::Null;
+        value
+    };
+    assert_eq!(without_files(&from), without_files(&verb));
+    for name in ["lines.txt", "lines.csv"] {
+        assert_eq!(read(&ours.join(name)), read(&theirs.join(name)), "{name}");
+    }
+}
+
+#[test]
+fn a_finished_shard_is_left_as_it_is_and_a_shard_beyond_the_last_is_refused() {
+    let dir = scratch("sweep-finished");
+    let out = whole(&dir);
+    let file = out.join("shards-1/000002.parquet");
+    let before = fs::metadata(&file).and_then(|found| found.modified()).expect("a file");
+    let page = json(&fine(&["sweep", "shard", text(&out), "--index", "2", "--json"]));
+    assert_eq!((&page["fresh"], &page["points"]), (&false.into(), &10.into()));
+    assert_eq!(fs::metadata(&file).and_then(|found| found.modified()).expect("a file"), before);
+    assert_refused(&run(&["sweep", "shard", text(&out), "--index", "5"]), 2, &["5 shards, from 0 to 4"]);
+    // The same study again is the same sweep; another is refused.
+    fine(&["sweep", "plan", text(&small(&dir, true)), "-o", text(&out)]);
+    let other = small(&dir, false);
+    assert_refused(&run(&["sweep", "plan", text(&other), "-o", text(&out)]), 2, &["another sweep", "another folder"]);
+    assert_refused(&run(&["sweep", "status", text(&dir)]), 2, &["holds no sweep", "hpu sweep plan"]);
+}
+
+#[test]
+fn files_that_are_not_those_of_their_shards_are_refused_by_name_and_run_again_when_asked() {
+    let dir = scratch("sweep-damaged");
+    let out = whole(&dir);
+    let expected = gathered(&out);
+    fs::remove_file(out.join("gathered.parquet")).expect("a file");
+    let shards = out.join("shards-1");
+    let place = |shard: usize| shards.join(format!("{shard:06}.parquet"));
+    let good: Vec<Vec<u8>> = (0..5).map(|shard| read(&place(shard))).collect();
+
+    // The shards of the same map with another duration are foreign; those of the same map in other shards are stale.
+    let other = dir.join("other");
+    let longer = SMALL.replace("150 ms", "151 ms") + "full = true\n";
+    let longer = study(&dir, "longer.toml", &longer);
+    fine(&["sweep", "plan", text(&longer), "-o", text(&other), "--shard-points", "2"]);
+    fine(&["sweep", "shard", text(&other), "--index", "0"]);
+    let stale = dir.join("stale");
+    fine(&["sweep", "plan", text(&small(&dir, true)), "-o", text(&stale), "--shard-points", "3"]);
+    fine(&["sweep", "shard", text(&stale), "--index", "4"]);
+
+    fs::write(place(0), &good[0][..good[0].len() - 30]).expect("a file");
+    fs::write(place(1), read(&other.join("shards-1/000000.parquet"))).expect("a file");
+    fs::write(place(2), &good[3]).expect("a file");
+    let mut flipped = good[3].clone();
+    flipped[good[3].len() / 3] ^= 0x10;
+    fs::write(place(3), flipped).expect("a file");
+    fs::write(place(4), read(&stale.join("shards-1/000004.parquet"))).expect("a file");
+    fs::write(shards.join("000001 (copy).parquet"), &good[1]).expect("a file");
+
+    let told = [
+        "shards-1/000000.parquet: truncated",
+        "shards-1/000001.parquet: foreign: of another sweep, hpu map",
+        "shards-1/000002.parquet: duplicate: a copy of shard 3 of wave 1",
+        "shards-1/000003.parquet: damaged",
+        "shards-1/000004.parquet: stale: of an older manifest",
+        "shards-1/000001 (copy).parquet: foreign",
+    ];
+    assert_refused(&run(&["sweep", "gather", text(&out)]), 4, &[&told[..], &["--again"]].concat());
+    assert!(!out.join("gathered.parquet").exists());
+    assert_refused(&run(&["sweep", "gather", text(&out), "--again"]), 1, &[&told[..], &["removed 6 files"]].concat());
+    assert_refused(&run(&["sweep", "gather", text(&out)]), 1, &["5 shards are not done", "shards-1/000004.parquet"]);
+    fine(&["sweep", "run", text(&out)]);
+    assert_eq!(gathered(&out), expected);
+    for (shard, good) in good.iter().enumerate() {
+        assert_eq!(read(&place(shard)), *good, "shard {shard}");
+    }
+    // Both steps at once.
+    fs::write(place(2), &good[4]).expect("a file");
+    fine(&["sweep", "run", text(&out), "--again"]);
+    assert_eq!(read(&place(2)), good[2]);
+    // A gathered file that was changed is no map.
+    let mut changed = expected;
+    changed[100] ^= 1;
+    fs::write(out.join("gathered.parquet"), changed).expect("a file");
+    assert_refused(&run(&["map", "--from", text(&out)]), 4, &["gathered.parquet", "damaged"]);
+}
+
+#[test]
+fn another_build_goes_on_only_when_asked() {
+    let dir = scratch("sweep-build");
+    let (study, out) = (small(&dir, true), dir.join("sweep"));
+    fine(&["sweep", "plan", text(&study), "-o", text(&out), "--shard-points", "45"]);
+    let place = out.join("manifest-1.json");
+    let manifest: serde_json::Value = serde_json::from_slice(&read(&place)).expect("JSON");
+    let own = manifest["program_sha256"].as_str().expect("a sum");
+    let other = String::from_utf8(read(&place)).expect("text").replace(own, &"5".repeat(64));
+    fs::write(&place, &other).expect("a manifest");
+    assert_refused(&run(&["sweep", "shard", text(&out), "--index", "0"]), 2, &["another build", "--any-version"]);
+    fine(&["sweep", "shard", text(&out), "--index", "0", "--any-version"]);
+    assert_refused(&run(&["sweep", "gather", text(&out)]), 4, &["stale: of another build"]);
+    fine(&["sweep", "gather", text(&out), "--any-version"]);
+    // A manifest whose settings were changed is no manifest.
+    fs::write(&place, other.replace("150 ms", "160 ms")).expect("a manifest");
+    assert_refused(&run(&["sweep", "status", text(&out)]), 4, &["manifest-1.json", "damaged"]);
+}
+
+#[test]
+fn shards_that_are_killed_at_any_instant_end_with_the_same_bytes_and_no_poison() {
+    let dir = scratch("sweep-killed");
+    let (study, out) = (small(&dir, true), dir.join("sweep"));
+    fine(&["sweep", "plan", text(&study), "-o", text(&out), "--shard-points", "45"]);
+    let start = Instant::now();
+    let mut kills = 0;
+    for step in 0.. {
+        assert!(start.elapsed() < Duration::from_secs(60), "the shard does not come to its end");
+        let mut child = hpu();
+        child.args(["sweep", "shard", text(&out), "--index", "0", "--quiet"]).stdout(Stdio::null());
+        let mut child = child.spawn().expect("starts");
+        sleep(Duration::from_millis(60 + 7 * step));
+        if child.try_wait().expect("a process").is_some() {
+            break;
+        }
+        child.kill().expect("it runs");
+        child.wait().expect("it ended");
+        kills += 1;
+    }
+    assert!(kills > 0, "a shard of 45 cells takes longer than 60 ms");
+    fine(&["sweep", "gather", text(&out)]);
+    assert_eq!(names(&out.join("shards-1")), ["000000.parquet"]);
+    let reference = scratch("sweep-killed-not");
+    assert_eq!(gathered(&out), gathered(&whole(&reference)));
+}
+
+#[test]
+fn points_that_end_their_process_are_rows_with_their_reason() {
+    let dir = scratch("sweep-poison");
+    // Two of four cells record more rows than fit into the memory that the shell allows.
+    let content = "name = \"poison\"\ntitle = \"Cells too large\"\n\n[map]\nscene = \"free-motion\"\n\
+                   x = \"run.duration=0.001..0.3 s:2\"\ny = \"device.initial_speed=100..110 rad/s:2\"\n\
+                   set = [\"record.plant_rate=50 MHz\"]\nfull = true\n";
+    let (study, out) = (study(&dir, "poison.toml", content), dir.join("sweep"));
+    let command = format!(
+        "ulimit -c 0; ulimit -v 300000; exec '{}' sweep run '{}' -o '{}' --shard-points 4 --jobs 1 --json",
+        env!("CARGO_BIN_EXE_hpu"),
+        study.display(),
+        out.display()
+    );
+    let output = Command::new("sh").args(["-c", &command]).current_dir(ROOT).output().expect("a shell");
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    assert_eq!((&json(&output)["rows"], &json(&output)["failed"]), (&4.into(), &2.into()));
+    let csv = String::from_utf8(read(&out.join("gathered.csv"))).expect("text");
+    let rows: Vec<&str> = csv.lines().filter(|line| line.starts_with(|c: char| c.is_ascii_digit())).collect();
+    for (point, row) in rows.iter().enumerate() {
+        assert_eq!(row.starts_with(&format!("{point},failed,")), point % 2 == 1, "{row}");
+        assert_eq!(row.contains("poison: its process ended 3 times, by signal 6"), point % 2 == 1, "{row}");
+    }
+    assert_eq!(names(&out.join("shards-1")), ["000000.parquet"]);
+}
+
+#[test]
+fn points_that_the_guard_stops_are_not_run_and_leave_the_sweep_incomplete() {
+    let dir = scratch("sweep-guard");
+    let content = "name = \"guard\"\ntitle = \"A cell too long\"\n\n[map]\nscene = \"hybrid-wall\"\n\
+                   x = \"run.duration=0.01..20 s:2\"\ny = \"wall.stiffness=1..2 N.m/rad:2\"\n\
+                   set = [\"record.plant_rate=100 Hz\"]\nfull = true\ncell_timeout = \"1ms\"\n";
+    let (study, out) = (study(&dir, "guard.toml", content), dir.join("sweep"));
+    fine(&["sweep", "plan", text(&study), "-o", text(&out), "--shard-points", "2"]);
+    for shard in ["0", "1"] {
+        fine(&["sweep", "shard", text(&out), "--index", shard]);
+    }
+    let told = ["shards-1/000000.parquet: not run: 1 points", "shards-1/000001.parquet: not run: 1 points"];
+    assert_refused(&run(&["sweep", "gather", text(&out)]), 4, &told);
+    let page = json(&fine(&["sweep", "gather", text(&out), "--partial", "--json"]));
+    assert_eq!((&page["rows"], &page["failed"], &page["not_run"]), (&4.into(), &0.into(), &2.into()));
+}
+
+#[test]
+fn a_manifest_of_a_billion_points_is_small_and_numbers_them_all() {
+    let dir = scratch("sweep-billion");
+    let methods: String = (0..1000).map(|at| format!("    \"m{at}:device.initial_angle=0.{at:03} rad\",\n")).collect();
+    let content = format!(
+        "name = \"billion\"\ntitle = \"10^9 points\"\n\n[map]\nscene = \"hybrid-wall\"\n\
+         x = \"wall.stiffness=0.1..6 N.m/rad:1000\"\ny = \"wall.position=1..2 rad:1000\"\n\
+         method = [\n{methods}]\nfull = true\n"
+    );
+    let (study, out) = (study(&dir, "billion.toml", &content), dir.join("sweep"));
+    let size = ["--shard-points", "20000", "--json"];
+    let page = json(&fine(&[&["sweep", "plan", text(&study), "-o", text(&out)][..], &size].concat()));
+    assert_eq!((&page["points"], &page["shards"]), (&1_000_000_000.into(), &50_000.into()));
+    let bytes = fs::metadata(out.join("manifest-1.json")).expect("a manifest").len();
+    assert!(bytes < 1_000_000, "{bytes} bytes");
+    // The last point is the last cell of the last layer.
+    let last = ["sweep", "shard", text(&out), "--index", "49999", "--point", "999999999"];
+    let row = stdout(&fine(&last));
+    let cell = run(&[
+        "run",
+        "hybrid-wall",
+        "--set",
+        "wall.stiffness=6 N.m/rad",
+        "--set",
+        "wall.position=2 rad",
+        "--set",
+        "device.initial_angle=0.999 rad",
+        "--json",
+    ]);
+    assert!(row.starts_with(&format!("made {},", json(&cell)["outcome"]["kind"].as_str().expect("a kind"))), "{row}");
+    let hand_j = row.split(',').nth(4).and_then(|text| text.parse::<f64>().ok());
+    assert_eq!(hand_j, json(&cell)["energy"]["hand_j"].as_f64());
+}
+
+#[test]
+fn a_dry_run_prints_an_array_that_slurm_allows_and_the_job_after_it() {
+    let dir = scratch("sweep-slurm");
+    let (study, out) = (small(&dir, true), dir.join("sweep"));
+    fine(&["sweep", "plan", text(&study), "-o", text(&out), "--shard-points", "2"]);
+    let place = tools(&dir, &[("scontrol", "echo 'Configuration data'; echo 'MaxArraySize            = 8'")]);
+    let dry = ["sweep", "submit", text(&out), "--engine", "slurm", "--dry-run", "--limit", "3", "--cores", "2"];
+    let output = hpu().args(dry).arg("--option=--partition=long").env("PATH", &place).output().expect("starts");
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let said = stdout(&output);
+    for line in [
+        "#SBATCH --array=0-7%3",
+        "#SBATCH --requeue",
+        "#SBATCH --cpus-per-task=2",
+        "#SBATCH --partition=long",
+        "--wave 1 --index \"$SLURM_ARRAY_TASK_ID\" --of 8 --cores 2",
+        "--dependency=afterok",
+        "--engine slurm --limit 3 --cores 2 --option='--partition=long'",
+    ] {
+        assert!(said.contains(line), "{line}: {said}");
+    }
+    // Where Slurm tells nothing, its own default holds, and no array is longer than the shards are many.
+    let output = hpu().args(dry).env("PATH", dir.join("none")).output().expect("starts");
+    assert!(stdout(&output).contains("--array=0-22%3\n"), "{}", stdout(&output));
+    let submit = ["sweep", "submit", text(&out), "--engine", "slurm"];
+    assert_refused(&hpu().args(submit).env("PATH", dir.join("none")).output().expect("starts"), 3, &["sbatch"]);
+    let dry = ["sweep", "submit", text(&out), "--engine", "parallel", "--dry-run", "--limit", "3"];
+    let said = stdout(&fine(&dry));
+    assert!(said.contains("seq 0 22 | parallel --jobs 3 ") && said.contains("--index {} --of 23"), "{said}");
+    // The tasks of an array do all shards.
+    for task in ["0", "1", "2"] {
+        fine(&["sweep", "task", text(&out), "--wave", "1", "--index", task, "--of", "3", "--cores", "2"]);
+    }
+    assert_eq!(json(&fine(&["sweep", "status", text(&out), "--json"]))["complete"], true);
+}
+
+#[test]
+fn what_is_no_sweep_is_refused_before_anything_is_written() {
+    let dir = scratch("sweep-refused");
+    let out = dir.join("out");
+    let refused = |content: &str, more: &[&str], exit: i32, words: &[&str]| {
+        let study = study(&dir, "study.toml", content);
+        let output = run(&[&["sweep", "plan", text(&study), "-o", text(&out)][..], more].concat());
+        assert_refused(&output, exit, words);
+    };
+    let head = "name = \"a\"\ntitle = \"b\"\n";
+    refused(head, &[], 4, &["nothing that a sweep can split: map, widths or lines"]);
+    refused(&format!("{head}[limits]\nscene = \"hybrid-wall\"\n"), &[], 4, &["nothing that a sweep can split"]);
+    refused(&format!("{head}[widths]\nscenes = \"hybrid-wall\"\n"), &[], 2, &["search = true"]);
+    let two = SMALL.to_string() + "\n[widths]\nscenes = \"hybrid-wall\"\nsearch = true\n";
+    refused(&two, &[], 2, &["--section", "map, widths"]);
+    refused(&two, &["--section", "limits"], 2, &["no section limits", "map, widths"]);
+    refused(&SMALL.replace("0.5..6", "6..0.5"), &[], 2, &["reversed"]);
+    refused(&SMALL.replace("wall.damping", "wall.dampin"), &[], 4, &["wall.dampin", "unknown key"]);
+    refused(SMALL, &["--shard-points", "0"], 2, &["--shard-points"]);
+    refused(SMALL, &["--shard-time", "soon"], 2, &["60s"]);
+    assert!(!out.exists());
+    assert_refused(&run(&["sweep", "plan", text(&dir.join("study.toml"))]), 2, &["-o DIR"]);
+    assert_refused(&run(&["map", "--from", text(&dir)]), 2, &["holds no sweep"]);
+}
