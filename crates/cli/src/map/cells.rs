@@ -1,13 +1,11 @@
 //! The cells of a map, as a sweep does them.
 
 use std::num::NonZeroUsize;
-use std::sync::atomic::Ordering;
 
 use hpu_cosim::Control;
-use hpu_study::map::{self, Map, SceneText};
+use hpu_study::map::{self, Alike, Map, Plan, SceneText};
 use hpu_study::page::Value;
 use hpu_study::sweep::{Points, Schema};
-use hpu_study::units;
 
 use super::Args;
 use crate::exit::Failure;
@@ -64,11 +62,7 @@ impl Work for Cells {
     }
 
     fn run(&self, _done: Rows, points: &[usize], control: &Control, take: Take) -> Result<(), Failure> {
-        let limits = self.args.limits();
-        // Stopping may end a simulator, and with it a cell, before the cell itself is told to stop.
-        let stopped = || control.stop.load(Ordering::Relaxed);
-        let unit =
-            |index: usize, own: &Control| self.map.run_cell(index, limits, own).filter(|row| row.is_ok() || !stopped());
-        units::run_some(points, NonZeroUsize::MIN, control, unit, take)
+        let plan = Plan { full: self.args.full, limits: self.args.limits(), jobs: NonZeroUsize::MIN };
+        self.map.run_cells(points, plan, control, &Alike::default(), take)
     }
 }

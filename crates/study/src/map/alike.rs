@@ -12,7 +12,7 @@ use super::{Cell, Displayed};
 
 /// The cells that were run, by the words of their scenes.
 #[derive(Default)]
-pub(super) struct Alike(Mutex<Known>);
+pub struct Alike(Mutex<Known>);
 
 #[derive(Default)]
 struct Known {

@@ -34,6 +34,29 @@ impl Map {
         }
     }
 
+    /// Runs these cells, and hands their rows to `take` in the order in which they finish. Cells with the same words are
+    /// one run, by `alike` also with those of earlier calls.
+    ///
+    /// # Errors
+    ///
+    /// Returns the error of `take`.
+    pub fn run_cells<E>(
+        &self,
+        cells: &[usize],
+        Plan { limits, jobs, .. }: Plan,
+        control: &Control,
+        alike: &Alike,
+        take: impl FnMut(usize, UnitResult) -> Result<(), E>,
+    ) -> Result<(), E> {
+        // Stopping the map may end a simulator, and with it a cell, before the cell itself is told to stop. A cell that
+        // failed for this reason is run again.
+        let stopped = || control.stop.load(Ordering::Relaxed);
+        let unit = |index: usize, own: &Control| {
+            self.run_cell(index, limits, own, alike).filter(|row| row.is_ok() || !stopped())
+        };
+        units::run_some(cells, jobs, control, unit, take)
+    }
+
     /// Fills the map; returns `None` when `control` stopped it. A cell that took longer than the guard allows is
     /// [`Found::Late`]. Rows that are `done` are not run again, and every new row goes through `keep`.
     ///
@@ -52,18 +75,11 @@ impl Map {
         for (index, row) in done {
             found[index] = Some(Found::Run(read(row)));
         }
-        // Stopping the map may end a simulator, and with it a cell, before the cell itself is told to stop. A cell that
-        // failed for this reason is run again.
-        let stopped = || control.stop.load(Ordering::Relaxed);
         let alike = Alike::default();
-        let unit = |index: usize, own: &Control| {
-            let row = self.run_cell(index, plan.limits, own, &alike);
-            row.filter(|row| row.is_ok() || !stopped())
-        };
         let mut fill = |wanted: &mut dyn Iterator<Item = usize>, found: &mut [Option<Found>]| {
             let mut left: Vec<usize> = wanted.filter(|index| found[*index].is_none()).collect();
             left.sort_unstable_by_key(scattered);
-            units::run_some(&left, plan.jobs, control, unit, |index, row| {
+            self.run_cells(&left, plan, control, &alike, |index, row| {
                 keep(index, &row)?;
                 found[index] = Some(Found::Run(read(row)));
                 Ok(())

@@ -26,6 +26,7 @@ use hpu_cosim::scene::{Datapath, Experiment, OutcomeKind, SceneError};
 
 pub use crate::device::Switching;
 pub use agreement::{Agreement, agreements, predicted};
+pub use alike::Alike;
 pub use axis::Axis;
 pub(crate) use cell::more_events;
 pub use cell::{Cell, CellLimits, Displayed, displayed_stiffness, outcome_name, product_wraps};
