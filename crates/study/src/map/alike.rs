@@ -6,7 +6,7 @@
 use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
 
-use hpu_cosim::scene::{Datapath, Experiment, Loop, LoopWords, Realised, Scene};
+use hpu_cosim::scene::{Datapath, Experiment, Loop, LoopWords, Realised, Scene, Wall};
 
 use super::{Cell, Displayed};
 
@@ -84,12 +84,15 @@ fn sharing(experiment: &Experiment) -> Option<(&Scene, LoopWords)> {
     Some((scene, LoopWords { realised, ..words }))
 }
 
-/// Returns whether two scenes differ in nothing but the wall's stiffness and damping.
+/// Returns whether two scenes differ in nothing but the wall's stiffness and damping. A new part of a scene has to be
+/// named here.
 fn is_same_world(a: &Scene, b: &Scene) -> bool {
-    (a.wall.position_rad, a.wall.ramp) == (b.wall.position_rad, b.wall.ramp)
-        && (&a.device, &a.encoder, &a.bridge, &a.amplifier) == (&b.device, &b.encoder, &b.bridge, &b.amplifier)
-        && (&a.method, &a.hand, &a.faults, &a.model) == (&b.method, &b.hand, &b.faults, &b.model)
-        && (a.clock, a.run, a.record) == (b.clock, b.run, b.record)
+    let Scene { head, device, encoder, bridge, amplifier, method, wall, hand, faults, model } = a;
+    let Wall { position_rad, stiffness_nm_per_rad: _, damping_nm_s_per_rad: _, ramp } = wall;
+    (position_rad, ramp) == (&b.wall.position_rad, &b.wall.ramp)
+        && (device, encoder, bridge, amplifier) == (&b.device, &b.encoder, &b.bridge, &b.amplifier)
+        && (method, hand, faults, model) == (&b.method, &b.hand, &b.faults, &b.model)
+        && (head.clock, head.run, head.record) == (b.clock, b.run, b.record)
 }
 
 /// Returns a cell as the cell of another scene with the same words.
