@@ -29,10 +29,6 @@ pub use cruise::Pulses;
 /// The least number of edges that the next event is searched for.
 const NEAR: u64 = 64;
 
-/// The edges from count to count below which the next count is searched for together with the edges before it: gates
-/// seldom change in so short a time.
-const SOON: f64 = 2048.0;
-
 /// The continuous outputs, in the order of [`Device::reals`].
 pub const REALS: [Real; 4] = [
     Real { name: "current_a", doc: "Motor current" },
@@ -448,12 +444,8 @@ impl<'a> Device<'a> {
     #[inline]
     pub fn next_event(&mut self, from: u64, to: u64, band_rad: (f64, f64)) -> Option<Event> {
         let (known, known_rad, event) = &self.ahead;
-        if band_rad == *known_rad {
-            match event {
-                Some(event) if (from + 1..=*known).contains(&event.0) => return (event.0 <= to).then_some(*event),
-                None if to <= *known => return None,
-                _ => {}
-            }
+        if to <= *known && band_rad == *known_rad && event.as_ref().is_none_or(|event| event.0 > from) {
+            return event.filter(|event| event.0 <= to);
         }
         self.look_for(from, to, band_rad)
     }
@@ -478,14 +470,10 @@ impl<'a> Device<'a> {
             _ => MotionPoint::of(&self.motion, first),
         };
         // A short search costs as much as a longer one, and similar searches follow, because edges come through the
-        // datapath one by one. In a fast motion the next count comes before long.
-        if last < first + NEAR {
-            let count_s = (band_rad.1 - band_rad.0) / a.x[SPEED].abs();
-            let count = count_s / self.motion.system().edge_s();
-            let further = first + if count < SOON { (1.25 * count) as u64 + NEAR } else { NEAR };
-            if further >> (self.motion.system().dyadic() - 1).min(62) == 0 {
-                last = further;
-            }
+        // datapath one by one.
+        let further = first + NEAR;
+        if last < further && further >> (self.motion.system().dyadic() - 1).min(62) == 0 {
+            last = further;
         }
         self.hear(last);
         let encoder = Limits::from(&Band { low: band_rad.0, high: band_rad.1, open: true });

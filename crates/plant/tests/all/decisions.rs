@@ -102,15 +102,15 @@ fn a_count_that_a_search_has_found_ahead_is_forgotten_when_the_drive_changes() {
     let axis = Axis::amplified(motor, Hand::Torque(0.0), EDGE_S, 1 << 30).unwrap();
     let band_rad = (0.0, 1.534e-3);
     let next = |asked: bool, current_a: f64| {
-        // About 500 edges from count to count: a search for one edge looks as far as the next count.
-        let mut device = Device::new(&axis, 0.0, 150.0, 1e-4);
+        // The count is 40 edges away: a search for one edge looks further than that.
+        let mut device = Device::new(&axis, 0.0, 150.0, 1.414e-3);
         if asked {
             assert_eq!(device.next_event(0, 1, band_rad), None);
         }
         device.drive_current(1, current_a);
         device.next_event(1, 4000, band_rad).unwrap().0
     };
-    let (coasting, braked) = (next(true, 0.0), next(true, -40.0));
+    let (coasting, braked) = (next(true, 0.0), next(true, -3e3));
     assert!(braked > coasting + 3, "{coasting} {braked}");
-    assert_eq!((coasting, braked), (next(false, 0.0), next(false, -40.0)));
+    assert_eq!((coasting, braked), (next(false, 0.0), next(false, -3e3)));
 }
