@@ -300,6 +300,17 @@ pub const BOOK: &[(&str, Form)] = &[
     ("hpu reproduce", Form::NotHere(VERB)),
     ("hpu limits", Form::NotHere(VERB)),
     ("hpu widths", Form::NotHere(VERB)),
+    (
+        "hpu sweep submit farm --engine slurm --limit 500",
+        short(
+            "hpu sweep submit farm --engine slurm --limit 500 --dry-run",
+            "testbench/sweep.sh starts a Slurm of its own",
+        ),
+    ),
+    ("hpu sweep run farm", Form::AsIs),
+    ("hpu map --from farm -o map", Form::AsIs),
+    ("hpu map", Form::NotHere(VERB)),
+    ("hpu sweep submit", Form::NotHere(VERB)),
     ("hpu run NAME -o out", short("hpu run capped-stiffness -o out", "NAME is any scene of the table")),
     ("hpu report", Form::NotHere(VERB)),
     ("hpu explore", Form::NotHere(VERB)),
