@@ -82,10 +82,12 @@ start() { # munged | slurmctld | n1 | n2, in the foreground of a job of this she
 }
 stop() {
     scancel --user="$user" >/dev/null 2>&1 || true
+    # Without the numbers, `wait` would wait for tee too, which ends with this shell.
     for name in n1 n2 slurmctld munged; do
-        [ -n "${pids[$name]:-}" ] && kill "${pids[$name]}" 2>/dev/null || true
+        [ -n "${pids[$name]:-}" ] || continue
+        kill "${pids[$name]}" 2>/dev/null || true
+        wait "${pids[$name]}" 2>/dev/null || true
     done
-    wait 2>/dev/null || true
     rm -rf "$work"
 }
 trap stop EXIT

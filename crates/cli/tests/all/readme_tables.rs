@@ -270,7 +270,8 @@ pub const COMMANDS: &[(&str, Form)] = &[
 
 const VERB: &str = "the name of a verb; its commands are in the same table or in that of README";
 
-/// Commands of the book that README does not have, and those below which the book shows an output.
+/// Commands of the book that README does not have, those below which the book shows an output, and those that others of
+/// the book need.
 pub const BOOK: &[(&str, Form)] = &[
     ("hpu keys encoder", Form::AsIs),
     ("hpu new stop", Form::AsIs),
@@ -300,6 +301,8 @@ pub const BOOK: &[(&str, Form)] = &[
     ("hpu reproduce", Form::NotHere(VERB)),
     ("hpu limits", Form::NotHere(VERB)),
     ("hpu widths", Form::NotHere(VERB)),
+    ("hpu sweep plan testbench/studies/example.toml --section map -o farm", Form::AsIs),
+    ("hpu sweep status farm", Form::AsIs),
     (
         "hpu sweep submit farm --engine slurm --limit 500",
         short(

@@ -93,9 +93,9 @@ fn no_bit_of_a_sealed_file_changes_and_no_byte_is_lost_without_notice() {
         file.seek(SeekFrom::Start(at as u64)).and_then(|_| file.write_all(&[byte])).expect("it is written");
         unseal(&mut file)
     };
-    for at in 0..whole.len() {
-        assert!(put(at, whole[at] ^ (1 << (at % 8))).is_err(), "byte {at}");
-        let restored = put(at, whole[at]);
+    for (at, &byte) in whole.iter().enumerate() {
+        assert!(put(at, byte ^ (1 << (at % 8))).is_err(), "byte {at}");
+        let restored = put(at, byte);
         assert!(restored.is_ok(), "byte {at}");
     }
     for length in (0..whole.len()).step_by(17).collect::<Vec<_>>().into_iter().rev() {
