@@ -14,12 +14,15 @@ use super::{Cell, Displayed};
 #[derive(Default)]
 pub struct Alike(Mutex<Known>);
 
+/// The number of a world, and a scene's words for reference, stiffness, damping, period and scale.
+type Words = (usize, [i64; 5]);
+
 #[derive(Default)]
 struct Known {
     /// One scene of each world.
     worlds: Vec<Scene>,
-    /// The cells of a world's words for reference, stiffness, damping, period and scale.
-    cells: BTreeMap<(usize, [i64; 5]), Vec<(LoopWords, Cell)>>,
+    /// The cells of a world's words. Few scenes differ in other words alone.
+    cells: BTreeMap<Words, Vec<(LoopWords, Cell)>>,
 }
 
 impl Alike {
