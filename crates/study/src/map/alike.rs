@@ -14,12 +14,15 @@ use super::{Cell, Displayed};
 #[derive(Default)]
 pub(super) struct Alike(Mutex<Known>);
 
+/// A world's place among the worlds, and words for reference, stiffness, damping, period and scale.
+type Key = (usize, [i64; 5]);
+
 #[derive(Default)]
 struct Known {
     /// One scene of each world.
     worlds: Vec<Scene>,
-    /// The cells of a world's words for reference, stiffness, damping, period and scale.
-    cells: BTreeMap<(usize, [i64; 5]), Vec<(LoopWords, Cell)>>,
+    /// The cells with these words; their loops may still have other widths.
+    cells: BTreeMap<Key, Vec<(LoopWords, Cell)>>,
 }
 
 impl Alike {
