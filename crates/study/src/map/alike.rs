@@ -21,7 +21,7 @@ type Words = (usize, [i64; 5]);
 struct Known {
     /// One scene of each world.
     worlds: Vec<Scene>,
-    /// The cells of a world's words. Few scenes differ in other words alone.
+    /// The cells with these words; their loops may still have other widths.
     cells: BTreeMap<Words, Vec<(LoopWords, Cell)>>,
 }
 
