@@ -1,6 +1,6 @@
 //! The journal of a set of runs, a file in the set's folder: of a map, a width search, a chart over a map, a study, a
-//! shard of a sweep. A line is added for each unit when the unit is done, so that an interrupted set can be continued. No
-//! other place writes one.
+//! shard of a sweep. A line is added for each unit when the unit is done, so that an interrupted set can be continued.
+//! No other place writes one.
 
 use std::collections::BTreeMap;
 use std::env;

@@ -27,10 +27,10 @@ use manifest::Planned;
 
 /// Run the points of a study in shards, on one machine or on a farm
 ///
-/// Points are the cells of a study's `map`, the runs of its search over `widths`, or its lines. A shard is a file of some points,
-/// and a function of the manifest alone. A shard that died runs again, and a finished one is left as it is. The gathered
-/// file is the same to the byte, whichever machines ran the shards and in whatever order. A map without `full` and a
-/// search go in waves: each is planned from the gathered one before.
+/// Points are the cells of a study's `map`, the runs of its search over `widths`, or its lines. A shard is a file of
+/// some points, and a function of the manifest alone. A shard that died runs again, and a finished one is left as it
+/// is. The gathered file is the same to the byte, whichever machines ran the shards and in whatever order. A map
+/// without `full` and a search go in waves: each is planned from the gathered one before.
 ///
 /// On one machine: `hpu sweep run STUDY -o DIR`. On a farm: `plan`, then `submit`; at the end `hpu map --from DIR`,
 /// `hpu widths --from DIR` or `hpu study --from DIR` shows the result.

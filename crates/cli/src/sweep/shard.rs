@@ -2,8 +2,8 @@
 //!
 //! Rows go to a journal as they are made, so that a process that dies loses one point at most. The next process finds
 //! the journal, and suspects the first point without a row. It runs this point in a process of its own. When three such
-//! processes have died one after the other, the point is *poison*: its row is the reason, and the shard goes on. A single
-//! kill from outside therefore makes no point poison.
+//! processes have died one after the other, the point is *poison*: its row is the reason, and the shard goes on. A
+//! single kill from outside therefore makes no point poison.
 
 use std::fs::{self, File};
 use std::io::Read;
