@@ -105,17 +105,17 @@ fn failed(folder: &Folder, name: &str) -> impl FnOnce(io::Error) -> Failure {
     move |error| Failure::at(&place, error)
 }
 
-/// Returns the signals of the waveforms of a run, with wall and hand and, if the scene asks for them, the overflows
-/// and the clock. A run of VHDL has one net more than the wiring, and tells no overflows.
-pub fn layout(simulation: &AnySimulation, of_vhdl: bool) -> Layout {
+/// Returns the signals of the waveforms of a run, with wall and hand and, if the scene asks for them, the overflows and
+/// the clock. A run that is compared with another, as one of VHDL, has one net more than the loop, and no overflows.
+pub fn layout(simulation: &AnySimulation, is_compared: bool) -> Layout {
     let layout = match simulation {
-        AnySimulation::Ours(ours) if of_vhdl => Layout::of(ours).with_comparison(),
-        AnySimulation::Ours(ours) if simulation.record().overflows => {
+        AnySimulation::Ours(ours) if simulation.record().overflows && !is_compared => {
             Layout::of(ours).with_overflows(ours.wiring().block().inputs().len())
         }
         AnySimulation::Ours(ours) => Layout::of(ours),
         AnySimulation::Dut(dut) => Layout::of_design(dut),
     };
+    let layout = if is_compared { layout.with_comparison() } else { layout };
     let layout = layout.with_wall_and_hand(simulation);
     if simulation.record().clock { layout.with_clock() } else { layout }
 }

@@ -63,6 +63,6 @@ impl Work for Cells {
 
     fn run(&self, _done: Rows, points: &[usize], control: &Control, take: Take) -> Result<(), Failure> {
         let plan = Plan { full: self.args.full, limits: self.args.limits(), jobs: NonZeroUsize::MIN };
-        self.map.run_cells(points, plan, control, &Alike::default(), take)
+        self.map.run_cells(points, plan, control, &Alike::of(&self.map), take)
     }
 }

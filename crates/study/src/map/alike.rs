@@ -8,11 +8,10 @@ use std::sync::{Mutex, PoisonError};
 
 use hpu_cosim::scene::{Datapath, Experiment, Loop, LoopWords, Realised, Scene, Wall};
 
-use super::{Cell, Displayed};
+use super::{Cell, Displayed, Map};
 
-/// The cells that were run, by the words of their scenes.
-#[derive(Default)]
-pub struct Alike(Mutex<Known>);
+/// The cells that were run, by the words of their scenes; nothing of a map whose cells hardly share words.
+pub struct Alike(Option<Mutex<Known>>);
 
 /// The number of a world, and a scene's words for reference, stiffness, damping, period and scale.
 type Words = (usize, [i64; 5]);
@@ -25,7 +24,17 @@ struct Known {
     cells: BTreeMap<Words, Vec<(LoopWords, Cell)>>,
 }
 
+/// The keys of the gains whose words cells may share.
+const GAINS: [&str; 2] = ["wall.stiffness", "wall.damping"];
+
 impl Alike {
+    /// Returns the cells of a map, of which none was run yet. Cells share runs where the map is over stiffness and
+    /// damping of the wall; over any other key almost every cell is a world of its own.
+    pub fn of(map: &Map) -> Self {
+        let is_over_gains = [&map.x, &map.y].iter().all(|axis| GAINS.contains(&axis.key()));
+        Self(is_over_gains.then(Mutex::default))
+    }
+
     /// Returns the result of an experiment: by `run`, or of another cell with the same words in the same world.
     ///
     /// # Errors
@@ -36,22 +45,19 @@ impl Alike {
         experiment: &Experiment,
         run: impl FnOnce() -> Result<Option<Cell>, String>,
     ) -> Result<Option<Cell>, String> {
-        let Some((scene, words)) = sharing(experiment) else { return run() };
-        let known = self.with(|known| known.find(scene, &words).cloned());
-        if let Some(cell) = known {
+        let (Some(known), Some((scene, words))) = (&self.0, sharing(experiment)) else { return run() };
+        // A cell is whole wherever a thread may have panicked.
+        let known = || known.lock().unwrap_or_else(PoisonError::into_inner);
+        let found = known().find(scene, &words).cloned();
+        if let Some(cell) = found {
             return Ok(Some(asked(cell, experiment, scene)));
         }
         // Two threads may run the same words at the same time, and find the same.
         let cell = run()?;
         if let Some(cell) = &cell {
-            self.with(|known| known.keep(scene, words, cell.clone()));
+            known().keep(scene, words, cell.clone());
         }
         Ok(cell)
-    }
-
-    fn with<T>(&self, what: impl FnOnce(&mut Known) -> T) -> T {
-        // A cell is whole wherever a thread may have panicked.
-        what(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
     }
 }
 

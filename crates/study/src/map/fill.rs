@@ -75,7 +75,7 @@ impl Map {
         for (index, row) in done {
             found[index] = Some(Found::Run(read(row)));
         }
-        let alike = Alike::default();
+        let alike = Alike::of(self);
         let mut fill = |wanted: &mut dyn Iterator<Item = usize>, found: &mut [Option<Found>]| {
             let mut left: Vec<usize> = wanted.filter(|index| found[*index].is_none()).collect();
             left.sort_unstable_by_key(scattered);
