@@ -30,7 +30,7 @@ pub fn typeset(equations: &str) -> String {
     parts.collect::<Vec<_>>().join("\n")
 }
 
-/// What a token is.
+/// The kind of a token.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Kind {
     Word,

@@ -11,7 +11,7 @@ use serde_json::json;
 use crate::common::{ROOT, assert_refused, code, hpu, json, names, run, scratch, stderr, stdout, text};
 
 /// A small map with a boundary: 9 by 5 cells of 150 ms.
-const SMALL: [&str; 12] = [
+pub const SMALL: [&str; 12] = [
     "map",
     "hybrid-wall",
     "--x",

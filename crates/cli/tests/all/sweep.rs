@@ -9,6 +9,7 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use crate::common::{ROOT, assert_refused, code, hpu, json, names, run, scratch, stderr, stdout, text, tools};
+use crate::map::SMALL as COMMAND;
 
 /// A study of a map with a boundary: 9 by 5 cells of 150 ms.
 const SMALL: &str = r#"
@@ -21,22 +22,6 @@ x = "wall.stiffness=0.5..6 N.m/rad:9"
 y = "wall.damping=0..0.4 mN.m.s/rad:5"
 set = ["run.duration=150 ms", "device.initial_angle=1.4 rad", 'hand.path=[["0 s", 1.4], ["20 ms", 1.8]]']
 "#;
-
-/// The command of that map.
-const MAP: [&str; 12] = [
-    "map",
-    "hybrid-wall",
-    "--x",
-    "wall.stiffness=0.5..6 N.m/rad:9",
-    "--y",
-    "wall.damping=0..0.4 mN.m.s/rad:5",
-    "--set",
-    "run.duration=150 ms",
-    "--set",
-    "device.initial_angle=1.4 rad",
-    "--set",
-    "hand.path=[[\"0 s\", 1.4], [\"20 ms\", 1.8]]",
-];
 
 /// Writes a study into a folder.
 fn study(dir: &Path, name: &str, content: &str) -> PathBuf {
@@ -81,7 +66,7 @@ fn whole(dir: &Path) -> PathBuf {
 fn a_map_in_shards_is_the_map_and_has_the_same_bytes_however_it_is_cut() {
     let dir = scratch("sweep-map");
     let (study, reference) = (small(&dir, true), dir.join("map"));
-    fine(&[&MAP[..], &["--full", "-o", text(&reference)]].concat());
+    fine(&[&COMMAND[..], &["--full", "-o", text(&reference)]].concat());
     let mut bytes = BTreeSet::new();
     for (name, points, jobs) in [("one", "45", "1"), ("seven", "7", "3"), ("single", "1", "2")] {
         let out = dir.join(name);
@@ -105,7 +90,7 @@ fn a_map_in_shards_is_the_map_and_has_the_same_bytes_however_it_is_cut() {
 fn a_refined_map_goes_in_waves_to_the_map_that_the_verb_makes() {
     let dir = scratch("sweep-waves");
     let (study, reference, out) = (small(&dir, false), dir.join("map"), dir.join("sweep"));
-    let whole = json(&fine(&[&MAP[..], &["--json", "-o", text(&reference)]].concat()));
+    let whole = json(&fine(&[&COMMAND[..], &["--json", "-o", text(&reference)]].concat()));
     let sweep = ["sweep", "plan", text(&study), "-o", text(&out), "--shard-points", "4"];
     fine(&sweep);
     // By hand, as on a farm: shards in any order, gather, plan, until no wave is left.

@@ -18,7 +18,7 @@ pub const UNSEALED: &str = "0000000000000000000000000000000000000000000000000000
 /// The end of every Parquet file.
 const MAGIC: &[u8] = b"PAR1";
 
-/// What is wrong with a sealed file.
+/// The damage of a sealed file.
 #[derive(Debug)]
 pub enum Damage {
     /// It does not end as a Parquet file does.
