@@ -141,7 +141,7 @@ fn exports_without_a_meaning_are_refused() {
     let wide = ["position_counter", "--variant", "32_bit", "--format", "vunit"];
     refused(&wide, &["position_counter/32_bit-directed", "position(0,32,0) has 32 bits", "unsigned ones of up to 31"]);
     // The files that fit are removed, too, when another is refused.
-    let out = scratch("refused").join("out");
+    let out = scratch("exports-refused").join("out");
     let output = run(&["vectors", "position_counter", "--format", "vunit", "-o", text(&out)]);
     assert_eq!((code(&output), out.exists()), (2, false));
 }
