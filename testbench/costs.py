@@ -3,7 +3,8 @@
 
 usage: testbench/costs.py [BLOCK...]
 Runs `hpu cost BLOCK --variant default` for each block, or for these; other rows of the record stay. Needs a release
-build, GHDL, Yosys and nextpnr. All blocks take about an hour of one core the first time.
+build, GHDL, Yosys and nextpnr. Small blocks take seconds the first time, the largest
+loops ten minutes.
 """
 
 import csv

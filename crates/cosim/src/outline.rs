@@ -88,7 +88,8 @@ impl Outline {
         }
     }
 
-    /// Returns the outline of an axis with this device and a wall at this position; without `has_device`, a recording stands in its place.
+    /// Returns the outline of an axis with this device and a wall at this position; without `has_device`, a recording
+    /// stands in its place.
     pub(crate) fn of_axis(
         head: &Head,
         (device, count_rad, wall_rad): (&Device, f64, f64),

@@ -121,8 +121,8 @@ pub trait Observe {
     fn watches_overflows(&self) -> bool {
         false
     }
-    /// Receives the nets that have lost upper bits after `cycle`, as the set of their indices: bit `n` is net `n`. It is
-    /// called after [`nets`](Self::nets), at every edge that was ticked, for a datapath with words.
+    /// Receives the nets that have lost upper bits after `cycle`, as the set of their indices: bit `n` is net `n`. It
+    /// is called after [`nets`](Self::nets), at every edge that was ticked, for a datapath with words.
     fn overflows(&mut self, _cycle: Cycle, _nets: u64) {}
 }
 

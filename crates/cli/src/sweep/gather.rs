@@ -25,7 +25,7 @@ const CSV_ROWS: u64 = 100_000;
 /// The most files that a message names.
 const NAMED: usize = 20;
 
-/// How to gather.
+/// The settings of a gathering.
 #[derive(Clone, Copy)]
 pub struct How {
     /// Whether refused files are removed, so that their shards run again.

@@ -40,7 +40,7 @@ pub struct Args {
     verb: Verb,
 }
 
-/// Which result is printed.
+/// The form of the result that is printed.
 #[derive(Clone, Copy, clap::Args)]
 struct Json {
     /// One JSON object

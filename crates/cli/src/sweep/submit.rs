@@ -21,8 +21,8 @@ use crate::terminal::print;
 /// Hand the shards of the last wave that are not done to a scheduler
 ///
 /// A task runs some shards one after the other, each in a process of its own. With Slurm the array is followed by a job
-/// that gathers the wave, plans the next one and submits it, until no wave is left. With GNU parallel the command itself
-/// waits and does so.
+/// that gathers the wave, plans the next one and submits it, until no wave is left. With GNU parallel the command
+/// itself waits and does so.
 #[derive(clap::Args)]
 pub struct Args {
     /// Folder of the sweep

@@ -1,5 +1,5 @@
-//! `hpu sweep`: the same bytes whatever the shards, against the verbs that know nothing of shards; damaged files, deaths
-//! and poison.
+//! `hpu sweep`: the same bytes whatever the shards, against the verbs that know nothing of shards; damaged files,
+//! deaths and poison.
 
 use std::collections::BTreeSet;
 use std::fs;

@@ -34,8 +34,8 @@ impl Map {
         }
     }
 
-    /// Runs these cells, and hands their rows to `take` in the order in which they finish. Cells with the same words are
-    /// one run, by `alike` also with those of earlier calls.
+    /// Runs these cells, and hands their rows to `take` in the order in which they finish. Cells with the same words
+    /// are one run, by `alike` also with those of earlier calls.
     ///
     /// # Errors
     ///
