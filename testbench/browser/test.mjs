@@ -99,20 +99,30 @@ await test("every shipped scene has the bits of the native engine", async (page)
   assert.deepEqual(own, Object.fromEntries(native));
 });
 
-await test("a slider's move is in the picture within 100 ms", async (page) => {
+await test("a slider's move is in the picture within 100 ms, with its ripple", async (page) => {
   await rest(page, ["rippled"]);
   const slider = page.locator('[aria-label="wall.stiffness, slider"]'),
+    first = [],
     all = [];
   // The first runs are compiled while they run.
   for (let move = 0; move < 28; move++) {
     const before = await text(page, "command");
     await slider.press("ArrowRight");
     await page.waitForFunction((old) => document.getElementById("command").textContent !== old, before);
-    await rest(page);
-    if (move >= 5) all.push(Number(await page.evaluate(() => document.body.dataset.milliseconds)));
+    await rest(page, ["rippled"]);
+    if (move < 5) continue;
+    const [plain, rippled] = await page.evaluate(() => [
+      document.body.dataset.milliseconds,
+      document.body.dataset.rippled,
+    ]);
+    first.push(Number(plain));
+    all.push(Number(rippled));
   }
   const moves = all.map(Math.round).join(" ");
-  console.log(`slider on hybrid-wall: median ${median(all).toFixed(0)} ms of ${all.length} moves: ${moves}`);
+  console.log(
+    `slider on hybrid-wall: median ${median(all).toFixed(0)} ms of ${all.length} moves: ${moves}; ` +
+      `before the ripple ${median(first).toFixed(0)} ms`,
+  );
   assert.ok(median(all) <= 100 * SLACK, `${median(all)} ms`);
 });
 

@@ -319,6 +319,19 @@ pub(crate) fn turns(motion: &Trajectory, guard: &Guard, a: MotionPoint, b: Motio
                 }
                 return;
             }
+            let (start, spread) = curvature(motion, guard, &a.w, length_s, dyadic(edges));
+            let most = start.abs() + spread;
+            if !has_turned && slopes[0].abs() + slopes[1].abs() >= most * length_s
+                || 0.125 * most * length_s * length_s <= ROUNDING * size
+            {
+                return;
+            }
+            if start.abs() > spread {
+                if has_turned {
+                    extent.take(turn(motion, guard, a, b));
+                }
+                return;
+            }
         }
     }
     if edges == 1 {
@@ -328,6 +341,31 @@ pub(crate) fn turns(motion: &Trajectory, guard: &Guard, a: MotionPoint, b: Motio
     extent.take(guard.value(&middle.x));
     turns(motion, guard, a, middle, extent);
     turns(motion, guard, middle, b, extent);
+}
+
+/// Terms of the series of [`curvature`].
+const TERMS: u32 = 8;
+
+/// Returns the second derivative at the start of a stretch, of at most 2^`dyadic` edges, and the most by which it changes
+/// within it: the sizes of the terms of its Taylor series, Lagrange's remainder, and the rounding of the first term.
+///
+/// [`Guard::derivatives`] bounds the same derivative by sizes of states. Where states all but cancel, as the speeds of a
+/// motor and of a hand that hold each other, that bound is many times too large.
+fn curvature(motion: &Trajectory, guard: &Guard, w: &State, length_s: f64, dyadic: usize) -> (f64, f64) {
+    let system = motion.system();
+    let after = |w: &State| system.matrix().map(|row| dot(&row, w));
+    let mut derivative = after(w);
+    let start = guard.value(&derivative);
+    let sums = system.matrix().map(|row| dot(&sizes(&row), &sizes(w)));
+    let mut spread = ROUNDING * dot(&sizes(guard.row()), &sums);
+    let mut factor = 1.0;
+    for order in 1..TERMS {
+        derivative = after(&derivative);
+        factor *= length_s / f64::from(order);
+        spread += factor * guard.value(&derivative).abs();
+    }
+    let last = sizes(&after(&derivative));
+    (start, spread + factor * length_s / f64::from(TERMS) * guard.bound(dyadic, &last))
 }
 
 /// Returns the value where the slope is 0, given that the slope is monotone and has different signs at the two ends.

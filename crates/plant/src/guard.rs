@@ -291,6 +291,12 @@ impl Guard {
         self.bounds.get(dyadic).map(|bounds| [1, 3].map(|order| bounds.derivatives.row(order)))
     }
 
+    /// Returns the greatest size of the function over 2^`dyadic` edges of the system's flow without a drive, from a state
+    /// of these sizes.
+    pub(crate) fn bound(&self, dyadic: usize, sizes: &State) -> f64 {
+        dot(&self.bounds[dyadic].derivatives.row(0), sizes)
+    }
+
     /// Returns a bound of the second derivative over 2^`dyadic` edges from a state whose slope is `w`.
     pub(crate) fn bend(&self, dyadic: usize, w: &State) -> f64 {
         self.bounds[dyadic].derivatives.times(&sizes(w))[1]

@@ -56,6 +56,11 @@ export class Engine {
     });
   }
 
+  /** Ends what the worker computes; one that computes nothing stays. */
+  drop() {
+    if (this.waiting.size) this.end();
+  }
+
   /** Ends the worker and whatever it computes. */
   end() {
     this.worker?.terminate();

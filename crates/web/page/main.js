@@ -11,8 +11,10 @@ import { linkOf, stateOf } from "./link.js";
 const FIRST_SCENE = "hybrid-wall";
 /** A run that takes longer is ended when its scene has changed, in ms. */
 const PATIENCE = 700;
-/** Time without a change after which the ripple is computed, in ms. */
-const REST = 200;
+/** Rows of the picture of a whole run with the ripple: some for each pixel. */
+const WHOLE_ROWS = 2000;
+/** A picture with the ripple that comes later than this after the run does not hold up the next change, in ms. */
+const RIPPLE = 150;
 /** Time after which a run can be cancelled, in ms. */
 const LONG = 400;
 
@@ -33,8 +35,7 @@ let module, engine, looker, map, picture, controls;
 let running = null,
   again = 0,
   replaced = false,
-  rebuild = true,
-  rest = 0;
+  rebuild = true;
 let nets = ["penetration"];
 
 const sceneOf = () => (own && state.scene === own.name ? own : state.scene);
@@ -50,13 +51,12 @@ function banner(message) {
 
 /** Runs the present scene; a run that is under way is left to end, unless it takes long. */
 async function run(changed = performance.now()) {
-  clearTimeout(rest);
-  looker.end();
   if (running) {
     again = changed;
     if (performance.now() - running > PATIENCE) engine.end();
     return;
   }
+  looker.drop();
   running = performance.now();
   document.body.dataset.state = "running";
   const late = setTimeout(() => {
@@ -64,13 +64,17 @@ async function run(changed = performance.now()) {
     find("busy").textContent = "running…";
   }, LONG);
   const asked = request();
+  let rippled = false;
   try {
+    // On another core, the same run with the ripple of its effort.
+    const seen = whole(asked);
     const answer = await engine.ask({ do: "run", ...asked });
     show(answer);
-    await new Promise((drawn) => requestAnimationFrame(() => setTimeout(drawn)));
+    await drawn();
     document.body.dataset.milliseconds = performance.now() - changed;
+    const later = ripple(answer, seen, changed);
     if (rebuild) await controlsOf();
-    rest = setTimeout(ripple, REST);
+    rippled = await Promise.race([later, new Promise((late) => setTimeout(late, RIPPLE, false))]);
   } catch (error) {
     if (error instanceof Refusal) refuse(error);
     else if (!(error instanceof Cancelled)) throw error;
@@ -82,7 +86,7 @@ async function run(changed = performance.now()) {
     replaced = false;
     find("cancel").hidden = true;
     find("busy").textContent = "";
-    document.body.dataset.state = "idle";
+    document.body.dataset.state = rippled ? "rippled" : "idle";
   }
   if (again) {
     const next = again;
@@ -91,16 +95,36 @@ async function run(changed = performance.now()) {
   }
 }
 
-/** Runs the scene once more with the ripple of its effort, which takes several times as long. */
-async function ripple() {
+const drawn = () => new Promise((done) => requestAnimationFrame(() => setTimeout(done)));
+
+/** Returns the whole run with the ripple of its effort; null for one that was cancelled or is refused. */
+async function whole(asked) {
+  const refused = (error) => {
+    if (error instanceof Refusal) return null;
+    throw error;
+  };
   try {
-    const answer = await looker.ask({ do: "run", ripple: true, ...request() });
-    picture.show(answer);
-    document.body.dataset.state = "rippled";
+    // A scene without a clock has no closer look: its own rows are all there is.
+    return (
+      (await looker.ask({ do: "look", from_s: 0, to_s: 1e9, rows: WHOLE_ROWS, ...asked }).catch(refused)) ??
+      (await looker.ask({ do: "run", ripple: true, ...asked }).catch(refused))
+    );
   } catch (error) {
-    if (error instanceof Refusal) refuse(error);
-    else if (!(error instanceof Cancelled)) throw error;
+    if (error instanceof Cancelled) return null;
+    throw error;
   }
+}
+
+/** Puts the ripple into the picture of a run; returns whether there is one. */
+async function ripple({ result }, seen, changed) {
+  const answer = await seen;
+  if (!answer) return false;
+  const { rows, columns } = answer.result;
+  picture.show({ columns: answer.columns, result: { ...result, rows, columns } });
+  await drawn();
+  document.body.dataset.rippled = performance.now() - changed;
+  if (!running) document.body.dataset.state = "rippled";
+  return true;
 }
 
 /** Returns a closer look; null for a scene that has none. */
