@@ -88,7 +88,7 @@ pub use estimator::Estimator;
 pub use filtered_difference::{FilteredConfig, FilteredDifference};
 pub use foaw::{Foaw, FoawConfig};
 pub use fractional_difference::{FractionalConfig, FractionalDifference};
-pub use haptic_loop::HapticLoop;
+pub use haptic_loop::{HapticLoop, haptic_wiring};
 pub use hybrid_loop::HybridLoop;
 pub use input_shaper::{InputShaper, InputShaperConfig, Shaping};
 pub use law::{Law, LawIn, LawOut, LawWidths};

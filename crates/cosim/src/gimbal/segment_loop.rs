@@ -22,7 +22,8 @@ impl SegmentLoop {
         if has_shear { GimbalShearLoop::new(config).map(Self::Shear) } else { GimbalLoop::new(config).map(Self::Plain) }
     }
 
-    /// Returns the wiring without its type.
+    /// Returns the wiring without its type. Never inlined, as [`AxisLoop::wiring`](crate::AxisLoop::wiring).
+    #[inline(never)]
     pub(super) fn wiring(&self) -> &dyn AnyWiring {
         match self {
             Self::Plain(wiring) => wiring,

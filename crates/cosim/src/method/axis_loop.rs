@@ -60,7 +60,9 @@ macro_rules! axis_loop {
 laws!(axis_loop);
 
 impl AxisLoop {
-    /// Returns the wiring without its type.
+    /// Returns the wiring without its type. Never inlined: each crate into which this went would compile every wiring
+    /// and block once more.
+    #[inline(never)]
     pub fn wiring(&self) -> &dyn AnyWiring {
         with_axis_loop!(self, wiring => wiring)
     }

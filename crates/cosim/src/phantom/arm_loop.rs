@@ -15,7 +15,8 @@ pub(super) enum ArmLoop {
 }
 
 impl ArmLoop {
-    /// Returns the wiring without its type.
+    /// Returns the wiring without its type. Never inlined, as [`AxisLoop::wiring`](crate::AxisLoop::wiring).
+    #[inline(never)]
     pub(super) fn wiring(&self) -> &dyn AnyWiring {
         match self {
             Self::Phantom(wiring) => wiring,

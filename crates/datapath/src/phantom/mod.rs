@@ -45,3 +45,15 @@ pub use trig_interpolated::TrigInterpolated;
 pub use trig_quarter::TrigQuarter;
 pub use trig_table::TrigTable;
 pub use variants::loop_variants;
+
+use crate::{AnyWiring, ConfigError};
+
+/// Returns a PHANToM's wiring without its type: each block its own logic, or one multiplier for all (`shared`). A crate
+/// that makes one of the type, and looks into it, compiles all its blocks once more.
+///
+/// # Errors
+///
+/// When a block refuses its words.
+pub fn wiring(config: Config, shared: bool) -> Result<Box<dyn AnyWiring>, ConfigError> {
+    Ok(if shared { Box::new(PhantomSharedLoop::new(config)?) } else { Box::new(PhantomLoop::new(config)?) })
+}

@@ -20,7 +20,7 @@
 
 use hpu_cosim::Summary;
 use hpu_cosim::scene::{Datapath, Experiment, Hand, Loop, OutcomeKind, Scene};
-use hpu_datapath::{ConventionalLoop, HybridLoop};
+use hpu_datapath::haptic_wiring;
 use hpu_signal::{Format, SignalUse};
 
 use super::axis;
@@ -198,8 +198,9 @@ impl Loops for Axis {
         let scene = axis(scene)?;
         let config = scene.words().map_err(|error| error.to_string())?.config;
         // Some widths are refused by the blocks.
-        HybridLoop::new(config).map_err(|error| error.to_string())?;
-        ConventionalLoop::new(config).map_err(|error| error.to_string())?;
+        for is_conventional in [false, true] {
+            haptic_wiring(config, is_conventional).map_err(|error| error.to_string())?;
+        }
         Ok(Cost::of_logic(estimate(&config, scene.method.kind == Loop::Conventional)))
     }
 

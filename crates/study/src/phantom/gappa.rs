@@ -3,9 +3,7 @@
 
 use std::fmt::Write;
 
-use hpu_datapath::Wiring;
-
-use super::{Datapath, Scene, bounds};
+use super::{Scene, bounds, datapath};
 use crate::widths::proof::text::{Text, capital};
 
 /// The blocks that the script covers: from sines to the tip, and from forces to torques.
@@ -29,7 +27,7 @@ pub fn script(scene: &Scene) -> Result<String, String> {
     let words = scene.words().map_err(|error| error.to_string())?;
     let stiffness = config.formats.stiffness.to_f64(words.stiffness);
     let rows = bounds(&config, stiffness).map_err(|error| error.to_string())?;
-    let wiring = Datapath::new(config).map_err(|error| error.to_string())?;
+    let wiring = datapath::wiring(config, false).map_err(|error| error.to_string())?;
     let nets = wiring.nets();
     let mut text = format!("# {}: from sines to torques, in metres, newtons and newton metres.\n", scene.name);
     text += &Text::written(|| {

@@ -14,7 +14,7 @@ use hpu_cosim::scene::{
     Experiment, PhantomLaw as Law, PhantomModel as Model, PhantomScene as Scene, Scene as AxisScene,
 };
 use hpu_cosim::{PhantomSimulation as AxisSimulation, Trace};
-use hpu_datapath::phantom::{self as datapath, Config, PhantomLoop as Datapath, PhantomSharedLoop as SharedDatapath};
+use hpu_datapath::phantom::{self as datapath, Config};
 use hpu_signal::Format;
 
 use crate::accuracy::Contestant;

@@ -8,10 +8,10 @@
 //! fore, torques and commands are for the forces as words. Errors of products add up as if the worst of each could
 //! occur together. So the figures are upper bounds, not estimates.
 
-use hpu_datapath::{ConfigError, Wiring};
+use hpu_datapath::ConfigError;
 use hpu_signal::Format;
 
-use super::{Config, Datapath};
+use super::{Config, datapath};
 use crate::widths::proof::affine::Affine;
 use crate::widths::proof::span::Span;
 use crate::widths::proof::walk::Walk;
@@ -86,7 +86,7 @@ const INNER: [&str; 3] = ["radial", "upper", "fore"];
 ///
 /// When a block refuses the configuration.
 pub fn bounds(config: &Config, stiffness_max_n_per_m: f64) -> Result<Vec<SignalBound>, ConfigError> {
-    let wiring = Datapath::new(*config)?;
+    let wiring = datapath::wiring(*config, false)?;
     let (nets, stiffness) = (wiring.nets(), config.formats.stiffness);
     let is_held = stiffness_max_n_per_m <= stiffness.max() as f64 * stiffness.lsb();
     let rows = Affine::on_a_sheet(|| {

@@ -13,7 +13,7 @@ use hpu_cosim::scene::{Experiment, OutcomeKind};
 use hpu_datapath::ConfigError;
 
 use super::cost::{ESTIMATE_ERROR, cells, rams};
-use super::{A_DEVICE, Datapath, Law, SharedDatapath, arm, bounds, of_scene};
+use super::{A_DEVICE, Law, arm, bounds, datapath, of_scene};
 use crate::widths::Field;
 use crate::widths::search::climb::Rungs;
 use crate::widths::search::knob::{Depth, Key};
@@ -112,11 +112,7 @@ impl Loops for Arm {
         let scene = arm(scene)?;
         let config = scene.method.config;
         let words = |error: ConfigError| error.to_string();
-        if scene.method.shared {
-            SharedDatapath::new(config).map_err(words)?;
-        } else {
-            Datapath::new(config).map_err(words)?;
-        }
+        datapath::wiring(config, scene.method.shared).map_err(words)?;
         let logic = (!scene.method.shared).then(|| cells(&config).iter().sum());
         Ok(Cost { rams: rams(&config).map_err(words)?, logic })
     }

@@ -3,7 +3,7 @@
 use hpu_chart::{Picture, error_by_width, stiffness_by_cost};
 use hpu_cosim::figure;
 use hpu_cosim::scene::{Experiment, Loop};
-use hpu_datapath::{AnyBlock, ConventionalLoop, HybridLoop};
+use hpu_datapath::{AnyBlock, haptic_wiring};
 use hpu_rtl::Counts;
 use hpu_study::fit::percent;
 use hpu_study::map::outcome_name;
@@ -33,10 +33,7 @@ impl Device for Axis {
     fn block(&self, scene: Experiment) -> Result<Box<dyn AnyBlock>, Failure> {
         let scene = scene.axis().ok_or_else(|| Failure::file("only an axis has a loop of these widths"))?;
         let config = scene.words().map_err(Failure::file)?.config;
-        Ok(match scene.method.kind {
-            Loop::Conventional => Box::new(ConventionalLoop::new(config).map_err(Failure::file)?),
-            _ => Box::new(HybridLoop::new(config).map_err(Failure::file)?),
-        })
+        Ok(haptic_wiring(config, scene.method.kind == Loop::Conventional).map_err(Failure::file)?)
     }
 }
 
