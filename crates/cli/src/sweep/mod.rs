@@ -147,7 +147,6 @@ enum Verb {
         #[command(flatten)]
         json: Json,
     },
-    /// Hand the shards that are not done to a scheduler
     Submit(submit::Args),
     /// Run every K-th shard of a wave, each in a process of its own: a task of a scheduler
     Task {

@@ -132,14 +132,14 @@ enum Job {
     StandIn,
 }
 
-/// Returns the name of a job: by it, the job is found again.
+/// Returns the name of a job: by it, the job is found again. The same study in another folder has other names.
 fn job_name(planned: &Planned, job: Job) -> String {
     let kind = match job {
         Job::Tasks => "tasks",
         Job::Follower => "follower",
         Job::StandIn => "stand-in",
     };
-    format!("hpu-{}-{}-{kind}", &planned.manifest.settings()[..12], planned.manifest.wave)
+    format!("hpu-{}-{}-{kind}", planned.name(), planned.manifest.wave)
 }
 
 /// Returns the numbers of the jobs of these names that Slurm has, without the job that this process is.
