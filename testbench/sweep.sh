@@ -290,7 +290,7 @@ while [ $killed -lt "$kills" ]; do
             kill -9 "$pid" 2>/dev/null && killed=$((killed + 1))
         done
     done
-    same "$chains, $killed kills of a job that follows, no submission afterwards" "$dir" local-waves
+    same "$killed kills of a job that follows, no submission afterwards" "$dir" local-waves
 done
 rm -f kill-shard/gathered.*
 killed=0
