@@ -9,8 +9,8 @@ survives. Of these survivors, those in EQUIVALENT were judged one by one. Mutant
 With --rust, the errors are in the equations of blocks (functions over any `Word`) in crates/datapath, which are held
 against the VHDL as it is. One of each file is built at a time.
 
-On a farm, `--shard I/N -o DIR` does the I-th of N shares of the files (I from 0), and `--gather DIR` merges all shares: what
-it prints is the same to the byte as without shares. With --rust there are no shares, as one build has a mutant of each file.
+On a farm, `--shard I/N -o DIR` does the I-th of N shares of the files (I from 0), and `--gather DIR` merges all shares:
+it prints the same bytes as a run without shares. With --rust there are no shares: one build has a mutant of each file.
 
 Usage: testbench/mutants.py [--rust] [--count N] [--seed S] [--jobs J] [--only FILE,FILE] [--update]
        testbench/mutants.py --shard I/N -o DIR [--count N] [--seed S] [--jobs J] [--only FILE,FILE] [--hpu PROGRAM]
@@ -335,7 +335,7 @@ def kept(rows, settings):
 
 
 def gathered(folder):
-    """Settings and rows of all shares in a folder; ends the program where one is missing, damaged or of other settings."""
+    """Settings and rows of all shares in a folder. Ends the program if one is missing, damaged or has other settings."""
     files = sorted(Path(folder).glob("mutants-*.jsonl"))
     shares, wrong = {}, []
     for file in files:

@@ -25,8 +25,8 @@ pub use lines::study as read;
 /// A `group` has lines, and each `group.line` measures scenes under overrides; `vary` repeats it for every member of
 /// a list, a range, or every method. A `claim` is a condition on their figures: confirmed, not confirmed, or cannot be
 /// told. Sections such as `map`, `limits` or `widths` run that verb with their keys as its options, and
-/// `phantom-table-2` that study of `hpu reproduce`; their files come into a folder of their own. All measures and their values stand in testbench/studies/README.md. With a folder, the
-/// same command goes on after an interruption.
+/// `phantom-table-2` runs that study of `hpu reproduce`; their files come into a folder of their own. All measures and
+/// their values stand in testbench/studies/README.md. With a folder, the same command goes on after an interruption.
 #[derive(clap::Args)]
 pub struct Args {
     /// The study's file, or the name of a study in testbench/studies

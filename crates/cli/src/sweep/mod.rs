@@ -29,13 +29,13 @@ use manifest::Planned;
 /// Run the points of a study in shards, on one machine or on a farm
 ///
 /// Points are the cells of a study's `map`, the runs of its search over `widths`, the trials of its drop test
-/// (`phantom-table-2`, `phantom-ladder`), or its lines. A shard is a file of some points, and a function of the manifest
-/// alone. A shard that died runs again, and a finished one is left as it is. The gathered file is the same to the byte,
-/// whichever machines ran the shards and in whatever order. A map without `full`, a search and a drop test go in waves:
-/// each is planned from the gathered one before.
+/// (`phantom-table-2`, `phantom-ladder`), or its lines. A shard is a file of some points, and a function of the
+/// manifest alone. A shard that died runs again, and a finished one is left as it is. The gathered file is the same to
+/// the byte, whichever machines ran the shards and in whatever order. A map without `full`, a search and a drop test go
+/// in waves: each is planned from the gathered one before.
 ///
-/// On one machine: `hpu sweep run STUDY -o DIR`. On a farm: `plan`, then `submit`; at the end `hpu map --from DIR` shows
-/// the result; or `hpu widths`, `hpu study`, `hpu reproduce phantom-table-2` with `--from`.
+/// On one machine: `hpu sweep run STUDY -o DIR`. On a farm: `plan`, then `submit`. At the end `hpu map`, `hpu widths`,
+/// `hpu reproduce phantom-table-2` or `hpu study` shows the result with `--from DIR`.
 #[derive(clap::Args)]
 pub struct Args {
     #[command(subcommand)]
@@ -81,8 +81,8 @@ enum Verb {
     Plan {
         /// A study's file, or the folder of a sweep whose last wave is gathered
         study: String,
-        /// The section of the study, as map, map-2, widths, phantom-table-2, or lines [default: the only one that can be
-        /// split]
+        /// The section of the study, as map, map-2, widths, phantom-table-2 or lines [default: the only one that can
+        /// be split]
         #[arg(long, value_name = "NAME")]
         section: Option<String>,
         /// Folder of the sweep
@@ -131,8 +131,8 @@ enum Verb {
     Run {
         /// A study's file, or the folder of a sweep
         study: String,
-        /// The section of the study, as map, map-2, widths, phantom-table-2, or lines [default: the only one that can be
-        /// split]
+        /// The section of the study, as map, map-2, widths, phantom-table-2 or lines [default: the only one that can
+        /// be split]
         #[arg(long, value_name = "NAME")]
         section: Option<String>,
         /// Folder of the sweep; the same command goes on there after an interruption

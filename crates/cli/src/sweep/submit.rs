@@ -194,8 +194,8 @@ fn follower(args: &Args, planned: &Planned, left: u64, job: Job) -> Result<Strin
     Ok(script)
 }
 
-/// Submits the jobs of the last wave that Slurm does not have yet. Each step is one that this command can begin with, so
-/// that a process that was killed between two of them leaves the rest to the next one.
+/// Submits the jobs of the last wave that Slurm does not have yet. The command can begin with each of its steps, so that
+/// a process that was killed between two of them leaves the rest to the next one.
 fn slurm(args: &Args, mut planned: Planned) -> Result<Exit, Failure> {
     let mut page = Page::default();
     let mut shards = left(&planned);
