@@ -142,11 +142,14 @@ fn job_name(planned: &Planned, job: Job) -> String {
     format!("hpu-{}-{}-{kind}", planned.name(), planned.manifest.wave)
 }
 
-/// Returns the numbers of the jobs of these names that Slurm has, without the job that this process is.
+/// Returns the numbers of the jobs of these names that wait or run, without the job that this process is. A job that
+/// was cancelled can stay in Slurm's queue for a while, so the states are asked for.
 fn queued(names: &[String]) -> Result<Vec<String>, Failure> {
-    let asked = ["--noheader".to_string(), "--format=%F".to_string(), format!("--name={}", names.join(","))];
+    let name = format!("--name={}", names.join(","));
+    let asked = ["--noheader", "--format=%F", "--states=PENDING,CONFIGURING,RUNNING,SUSPENDED", &name];
     let own = std::env::var("SLURM_JOB_ID").unwrap_or_default();
-    let mut jobs: Vec<String> = needed("squeue", &asked, "")?.split_whitespace().map(String::from).collect();
+    let said = needed("squeue", &asked.map(String::from), "")?;
+    let mut jobs: Vec<String> = said.split_whitespace().map(String::from).collect();
     jobs.retain(|job| *job != own);
     jobs.sort();
     jobs.dedup();
