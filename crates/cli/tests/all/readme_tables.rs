@@ -318,7 +318,7 @@ pub const BOOK: &[(&str, Form)] = &[
         "hpu sweep run limits.toml -o limits",
         short(
             "hpu sweep plan limits.toml -o limits --shard-points 9",
-            "123 points of half a minute each; a smaller study of limits is in the tests of sweeps",
+            "123 points of up to a minute each; a smaller study of limits is in the tests of sweeps",
         ),
     ),
     ("hpu study --from limits", Form::NotHere("it shows the points that were not run")),
