@@ -1,5 +1,6 @@
 //! Schedulers: the shards of a wave as an array of Slurm, or as lines for GNU parallel.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::io::Write as _;
 use std::num::NonZeroUsize;
@@ -7,6 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use hpu_study::page::Page;
+use hpu_study::sweep::Points;
 
 use super::local::shards;
 use super::manifest::Planned;
@@ -105,10 +107,6 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     }
 }
 
-fn left(planned: &Planned) -> u64 {
-    progress(planned).left.len() as u64
-}
-
 /// Gathers a wave that is done, and plans the next one; `None` if no wave is left.
 fn advance(planned: &Planned, args: &Args) -> Result<Option<Planned>, Failure> {
     let how = super::How { again: false, partial: false, any_version: args.version.any_version };
@@ -156,15 +154,26 @@ fn queued(names: &[String]) -> Result<Vec<String>, Failure> {
     Ok(jobs)
 }
 
-/// Returns the script of an array over a wave: each task runs every `tasks`-th shard.
-fn array(args: &Args, planned: &Planned, tasks: u64) -> Result<String, Failure> {
+/// Returns the numbers of the tasks that have shards left, as Slurm writes them; of all tasks if no shard is left.
+fn wanted(left: &[u64], tasks: u64) -> String {
+    let own: BTreeSet<u64> = left.iter().map(|shard| shard % tasks).collect();
+    let own = if own.is_empty() { Points::all(tasks) } else { Points::of(own) };
+    let run = |(first, count): &(u64, u64)| match count {
+        1 => first.to_string(),
+        _ => format!("{first}-{}", first + count - 1),
+    };
+    own.runs().iter().map(run).collect::<Vec<_>>().join(",")
+}
+
+/// Returns the script of an array over a wave: each task runs every `tasks`-th shard. Tasks without shards are left out.
+fn array(args: &Args, planned: &Planned, left: &[u64], tasks: u64) -> Result<String, Failure> {
     let dir = quoted(&planned.dir.display().to_string());
     let limit = args.limit.map_or(String::new(), |limit| format!("%{limit}"));
     let mut script = format!(
-        "#!/bin/sh\n#SBATCH --job-name={}\n#SBATCH --array=0-{}{limit}\n#SBATCH --ntasks=1\n#SBATCH --cpus-per-task={}\n\
+        "#!/bin/sh\n#SBATCH --job-name={}\n#SBATCH --array={}{limit}\n#SBATCH --ntasks=1\n#SBATCH --cpus-per-task={}\n\
          #SBATCH --requeue\n#SBATCH --open-mode=append\n#SBATCH --output={dir}/slurm-%A.log\n",
         job_name(planned, Job::Tasks),
-        tasks - 1,
+        wanted(left, tasks),
         args.cores(),
     );
     script.extend(args.option.iter().map(|option| format!("#SBATCH {option}\n")));
@@ -201,8 +210,8 @@ fn follower(args: &Args, planned: &Planned, left: u64, job: Job) -> Result<Strin
 /// a process that was killed between two of them leaves the rest to the next one.
 fn slurm(args: &Args, mut planned: Planned) -> Result<Exit, Failure> {
     let mut page = Page::default();
-    let mut shards = left(&planned);
-    while shards == 0 && !args.dry_run {
+    let mut left = progress(&planned).left;
+    while left.is_empty() && !args.dry_run {
         let next = if args.one_wave { None } else { advance(&planned, args)? };
         let Some(next) = next else {
             let what = if args.one_wave { "all shards of the last wave are done" } else { "the sweep is complete" };
@@ -210,11 +219,12 @@ fn slurm(args: &Args, mut planned: Planned) -> Result<Exit, Failure> {
             show(&page, args.json)?;
             return Ok(Exit::Fine);
         };
-        (shards, planned) = (left(&next), next);
+        (left, planned) = (progress(&next).left, next);
     }
+    let shards = left.len() as u64;
     let most = args.tasks.unwrap_or_else(|| max_array().unwrap_or(MAX_ARRAY));
     let tasks = planned.manifest.shards().min(most).max(1);
-    let array = array(args, &planned, tasks)?;
+    let array = array(args, &planned, &left, tasks)?;
     let [follower, stand_in] = [Job::Follower, Job::StandIn].map(|job| follower(args, &planned, shards, job));
     let (follower, stand_in) = (follower?, stand_in?);
     if args.dry_run {
@@ -243,7 +253,7 @@ fn slurm(args: &Args, mut planned: Planned) -> Result<Exit, Failure> {
         }
         None => {
             let job = sbatch(&array, &[])?;
-            page.fact("array", "array", job.as_str(), format!("job {job}, {tasks} tasks over {shards} shards"));
+            page.fact("array", "array", job.as_str(), format!("job {job}, {shards} shards in at most {tasks} tasks"));
             page.data("tasks", tasks);
             job
         }
@@ -335,7 +345,7 @@ fn parallel(args: &Args, mut planned: Planned) -> Result<Exit, Failure> {
             print(&format!("#!/bin/sh\n{script}\n"))?;
             return Ok(Exit::Fine);
         }
-        if left(&planned) > 0 {
+        if !progress(&planned).left.is_empty() {
             let mut child = Command::new("sh").args(["-c", &script]).stdin(Stdio::null()).stdout(Stdio::null()).spawn();
             let status = child.as_mut().map_err(|error| Failure::file(format!("sh: {error}")))?.wait();
             let status = status.map_err(|error| Failure::file(format!("sh: {error}")))?;

@@ -386,6 +386,13 @@ fn a_dry_run_prints_an_array_that_slurm_allows_and_the_job_after_it() {
     let dry = ["sweep", "submit", text(&out), "--engine", "parallel", "--dry-run", "--limit", "3"];
     let said = stdout(&fine(&dry));
     assert!(said.contains("seq 0 22 | parallel --jobs 3 ") && said.contains("--index {} --of 23"), "{said}");
+    // Of 23 shards in 8 tasks, the tasks with shards left: 3, 11 and 19 are task 3's.
+    for shard in ["3", "11", "19", "0"] {
+        fine(&["sweep", "shard", text(&out), "--index", shard]);
+    }
+    let dry = ["sweep", "submit", text(&out), "--engine", "slurm", "--dry-run"];
+    let said = stdout(&hpu().args(dry).env("PATH", &place).output().expect("starts"));
+    assert!(said.contains("--array=0-2,4-7\n"), "{said}");
     // The tasks of an array do all shards.
     for task in ["0", "1", "2"] {
         fine(&["sweep", "task", text(&out), "--wave", "1", "--index", task, "--of", "3", "--cores", "2"]);
@@ -598,12 +605,15 @@ impl Farm {
             };
             let place = self.queue.join(format!("{job}.sh"));
             let script = fs::read_to_string(&place).expect("a script");
-            let array = script.lines().find_map(|line| line.strip_prefix("#SBATCH --array=0-"));
-            let last = array.map(|last| last.parse::<usize>().expect("a number"));
-            let tasks =
-                if job == 1 { tasks_of_the_first.min(last.map_or(1, |last| last + 1)) } else { last.unwrap_or(0) + 1 };
-            let mut ok = can_run && (job != 1 || last.is_none_or(|last| tasks == last + 1));
-            for task in (0..tasks).filter(|_| can_run) {
+            let array = script.lines().find_map(|line| line.strip_prefix("#SBATCH --array="));
+            let tasks: Vec<u32> = array.map_or(vec![0], |array| {
+                let runs = array.split(',').map(|run| run.split_once('-').unwrap_or((run, run)));
+                let number = |text: &str| text.parse::<u32>().expect("a number");
+                runs.flat_map(|(first, last)| number(first)..=number(last)).collect()
+            });
+            let count = if job == 1 { tasks_of_the_first.min(tasks.len()) } else { tasks.len() };
+            let mut ok = can_run && count == tasks.len();
+            for task in tasks[..count].iter().filter(|_| can_run) {
                 let mut shell = Command::new("sh");
                 shell.arg(&place).env("PATH", &path).env("SLURM_JOB_ID", job.to_string());
                 let output = shell.env("SLURM_ARRAY_TASK_ID", task.to_string()).output().expect("a shell");
