@@ -164,6 +164,8 @@ by_slurm() { # DIR
         fi
         if [ "$(queued)" = 0 ] || [ $still -gt 100 ]; then
             quiet sweep submit "$1" --engine slurm --cancel
+            # A slurmctld that lost its last seconds gives the numbers of jobs twice, and drains the nodes that know them.
+            scontrol update nodename=n1,n2 state=resume 2>/dev/null || true
             quiet sweep submit "$1" --engine slurm
             submissions=$((submissions + 1))
             still=0
