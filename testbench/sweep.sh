@@ -155,8 +155,8 @@ by_slurm() { # DIR
     local before=-1 still=0
     while :; do
         if "$hpu" --quiet sweep status "$1" --json | grep -q '"complete": true'; then
-            quiet sweep gather "$1"
-            if "$hpu" --quiet sweep plan "$1" | grep -q 'no wave is left'; then
+            # The next wave may be planned at this moment; the turn after this one sees it.
+            if quiet sweep gather "$1" && "$hpu" --quiet sweep plan "$1" | grep -q 'no wave is left'; then
                 quiet sweep submit "$1" --engine slurm --cancel
                 while [ "$(queued)" != 0 ]; do sleep 0.3; done
                 return
