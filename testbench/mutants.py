@@ -9,11 +9,17 @@ survives. Of these survivors, those in EQUIVALENT were judged one by one. Mutant
 With --rust, the errors are in the equations of blocks (functions over any `Word`) in crates/datapath, which are held
 against the VHDL as it is. One of each file is built at a time.
 
+On a farm, `--shard I/N -o DIR` does the I-th of N shares of the files (I from 0), and `--gather DIR` merges all shares:
+it prints the same bytes as a run without shares. With --rust there are no shares: one build has a mutant of each file.
+
 Usage: testbench/mutants.py [--rust] [--count N] [--seed S] [--jobs J] [--only FILE,FILE] [--update]
+       testbench/mutants.py --shard I/N -o DIR [--count N] [--seed S] [--jobs J] [--only FILE,FILE] [--hpu PROGRAM]
+       testbench/mutants.py --gather DIR [--update]
 Exit codes: 0 every mutant is killed or proved equivalent, 1 some survive, 2 wrong usage, 3 a tool is missing.
 """
 
 import argparse
+import hashlib
 import json
 import os
 import random
@@ -295,15 +301,14 @@ def of_equations(options, proved):
     return [row for found in rows.values() for row in found]
 
 
-def of_vhdl(options, hpu, blocks, proved):
-    """Rows of mutants of VHDL."""
+def of_vhdl(options, hpu, blocks, proved, each):
+    """Rows of mutants of VHDL, so many of each block."""
     texts = {block: FILES[block].read_text() for block in blocks}
     # Of each file the same ones, whichever others are asked for.
     drawn = {}
     for block in blocks:
         found = places(texts[block])
         drawn[block] = random.Random(f"{options.seed} {block}").sample(found, len(found))
-    each = -(-options.count // len(blocks))
 
     def of_block(block):
         rows = []
@@ -323,6 +328,51 @@ def of_vhdl(options, hpu, blocks, proved):
         return [row for part in pool.map(of_block, blocks) for row in part]
 
 
+def kept(rows, settings):
+    """A share as text: its settings with the SHA-256 of its rows, then a row a line."""
+    lines = "".join(json.dumps(row) + "\n" for row in rows)
+    return json.dumps({**settings, "sha256": hashlib.sha256(lines.encode()).hexdigest()}) + "\n" + lines
+
+
+def gathered(folder):
+    """Settings and rows of all shares in a folder. Ends the program if one is missing, damaged or has other settings."""
+    files = sorted(Path(folder).glob("mutants-*.jsonl"))
+    shares, wrong = {}, []
+    for file in files:
+        head, _, lines = file.read_text().partition("\n")
+        try:
+            settings = json.loads(head)
+            whole = settings.pop("sha256") == hashlib.sha256(lines.encode()).hexdigest()
+            index, of = settings.pop("shard")
+        except (ValueError, KeyError, TypeError, AttributeError):
+            whole = False
+        if not whole:
+            wrong.append(f"{file.name}: damaged")
+            continue
+        if (index, of) in shares or file.name != f"mutants-{index}-of-{of}.jsonl":
+            wrong.append(f"{file.name}: a copy of share {index} of {of}")
+            continue
+        shares[index, of] = settings, [json.loads(line) for line in lines.splitlines()]
+    if len({json.dumps(settings) for settings, _ in shares.values()}) > 1 or len({of for _, of in shares}) > 1:
+        wrong.append("the shares have different settings, VHDL or programs")
+    of = max((of for _, of in shares), default=1)
+    wrong += [f"mutants-{index}-of-{of}.jsonl: missing" for index in range(of) if (index, of) not in shares]
+    if wrong:
+        sys.exit("error: " + "\n".join(wrong))
+    # A share has every `of`-th block, so a stable sort by the block is the order of one machine.
+    rows = [row for key in sorted(shares) for row in shares[key][1]]
+    return shares[0, of][0], sorted(rows, key=lambda row: row[0])
+
+
+def share(text):
+    """Reads I/N."""
+    found = re.fullmatch(r"(\d+)/(\d+)", text)
+    index, of = (int(found[1]), int(found[2])) if found else (0, 0)
+    if index >= of:
+        raise argparse.ArgumentTypeError("write I/N with I from 0 to N - 1, as in 0/4")
+    return index, of
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rust", action="store_true")
@@ -331,27 +381,61 @@ def main():
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--only", default="")
     parser.add_argument("--update", action="store_true")
+    parser.add_argument("--shard", type=share, metavar="I/N")
+    parser.add_argument("-o", dest="out", metavar="DIR")
+    parser.add_argument("--gather", metavar="DIR")
+    parser.add_argument("--hpu", metavar="PROGRAM", help="this program instead of one that is built")
     options = parser.parse_args()
+    if (options.shard is None) != (options.out is None) or (options.rust and (options.shard or options.gather)):
+        parser.error("--shard takes -o DIR; neither --shard nor --gather goes with --rust")
+    if options.gather:
+        settings, rows = gathered(options.gather)
+        options.count, options.seed, options.only = (settings[key] for key in ("count", "seed", "only"))
+        report(options, rows)
     for tool in ("ghdl", "yosys", "z3", "yices-smt2"):
         if shutil.which(tool) is None:
             print(f"error: {tool} is missing", file=sys.stderr)
             sys.exit(3)
-    target = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
-    subprocess.run(["cargo", "build", "--locked", "--release", "--quiet", "-p", "hpu"], cwd=ROOT, check=True)
-    hpu = str(target / "release" / "hpu")
+    hpu = options.hpu
+    if hpu is None:
+        target = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
+        subprocess.run(["cargo", "build", "--locked", "--release", "--quiet", "-p", "hpu"], cwd=ROOT, check=True)
+        hpu = str(target / "release" / "hpu")
 
     blocks = sorted(FILES)
     if options.only and not options.rust:
         blocks = [block for block in blocks if block in options.only.split(",")]
+    each = -(-options.count // len(blocks))
+    if options.shard:
+        index, of = options.shard
+        place = Path(options.out) / f"mutants-{index}-of-{of}.jsonl"
+        sources = b"".join(file.read_bytes() for file in [*FILES.values(), Path(__file__), Path(hpu)])
+        settings = {key: getattr(options, key) for key in ("count", "seed", "only")}
+        settings |= {"sources": hashlib.sha256(sources).hexdigest(), "shard": [index, of]}
+        if place.exists() and place.read_text().startswith(json.dumps(settings)[:-1]):
+            print(f"{place} is done", file=sys.stderr)
+            sys.exit(0)
+        blocks = blocks[index::of]
     # What the VHDL as it is is proved to be: configurations by block.
-    answers = json.loads(run([hpu, "check", "--formal", *blocks, "--json", "--tool-timeout", "10"]).stdout)
     proved = {block: [] for block in blocks}
-    for row in answers["rows"]:
+    check = [hpu, "check", "--formal", *blocks, "--json", "--tool-timeout", "10"]
+    for row in json.loads(run(check).stdout)["rows"] if blocks else []:
         # Wired: its own file is decided, whatever the blocks inside are.
         if row["verdict"] in ("proved", "wired"):
             proved[row["block"]].append(row["variant"])
-    rows = of_equations(options, proved) if options.rust else of_vhdl(options, hpu, blocks, proved)
+    rows = of_equations(options, proved) if options.rust else of_vhdl(options, hpu, blocks, proved, each)
+    if options.shard:
+        # The file appears whole.
+        place.parent.mkdir(parents=True, exist_ok=True)
+        aside = place.with_name(f".{place.name}.{os.getpid()}.tmp")
+        aside.write_text(kept(rows, settings))
+        os.replace(aside, place)
+        sys.exit(0)
+    report(options, rows)
 
+
+def report(options, rows):
+    """Prints the record, and ends the program."""
     verdicts = ("refuted", "equivalent", "killed", "judged", "survives")
     count = {verdict: sum(row[3] == verdict for row in rows) for verdict in verdicts}
     only = f" --only {options.only}" if options.only else ""

@@ -138,7 +138,10 @@ impl Verb {
             },
             Self::Sweep(args) => sweep::run(&args, &Command::command()),
             Self::Explore(args) => explore::run(&args),
-            Self::Reproduce(args) => reproduce::run(&args),
+            Self::Reproduce(args) => match args.from() {
+                Some((name, args, dir)) => sweep::show_drops(name, args, dir),
+                None => reproduce::run(&args),
+            },
             Self::Completions(args) => manual::completions(&args, Command::command()),
             Self::Man(args) => manual::man(&args, Command::command()),
         }

@@ -2,8 +2,10 @@
 
 pub mod beside;
 mod cost;
-mod drop;
+pub mod drop;
 mod words;
+
+use std::path::Path;
 
 use clap::Subcommand;
 use hpu_study::reproduce::{COST, FORMATS, LADDER, LAG, SINES, TABLE_2, lag};
@@ -24,8 +26,8 @@ use drop::Name;
 /// one draw does not decide it: a claim may then be met in k of n seeds. All other cells are run at one.
 ///
 /// phantom-table-2 takes about three minutes on two cores, and so does phantom-ladder with `--axes y --trials 1`; with
-/// all axes and trials it takes many times that. phantom-lag takes one or two, phantom-cost many: each synthesis takes
-/// up to a few, a core and up to a gigabyte.
+/// all axes and trials it takes many times that, and `hpu sweep` runs the trials of both in shards. phantom-lag takes one
+/// or two, phantom-cost many: each synthesis takes up to a few, a core and up to a gigabyte.
 #[derive(clap::Args)]
 pub struct Args {
     #[command(subcommand)]
@@ -67,6 +69,18 @@ enum Study {
     /// Shape, stiffness, shear and texture of a 3-DOF device, and where the switch of its control fails
     #[command(name = "three-dof")]
     ThreeDof(beside::Args),
+}
+
+impl Args {
+    /// Returns the drop test to show, with its options and the folder of its sweep, if nothing is to be run.
+    pub fn from(&self) -> Option<(Name, &drop::Args, &Path)> {
+        let (name, args) = match &self.study {
+            Study::Table2(args) => (Name::Table2, args),
+            Study::Ladder(args) => (Name::Ladder, args),
+            _ => return None,
+        };
+        Some((name, args, args.from()?))
+    }
 }
 
 /// Runs `hpu reproduce`.

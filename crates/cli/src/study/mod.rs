@@ -8,6 +8,7 @@ use std::sync::{Arc, PoisonError};
 use clap::{Arg, Command};
 use hpu_cosim::did_you_mean;
 use hpu_study::map::SceneText;
+use hpu_study::reproduce::{LADDER, TABLE_2};
 use hpu_study::studies::{Section, shipped_texts};
 
 use crate::exit::{Exit, Failure};
@@ -23,9 +24,9 @@ pub use lines::study as read;
 ///
 /// A `group` has lines, and each `group.line` measures scenes under overrides; `vary` repeats it for every member of
 /// a list, a range, or every method. A `claim` is a condition on their figures: confirmed, not confirmed, or cannot be
-/// told. Sections such as `map`, `limits` or `widths` run that verb with their keys as its options; their files come
-/// into a folder of their own. All measures and their values stand in testbench/studies/README.md. With a folder, the
-/// same command goes on after an interruption.
+/// told. Sections such as `map`, `limits` or `widths` run that verb with their keys as its options, and
+/// `phantom-table-2` runs that study of `hpu reproduce`; their files come into a folder of their own. All measures and
+/// their values stand in testbench/studies/README.md. With a folder, the same command goes on after an interruption.
 #[derive(clap::Args)]
 pub struct Args {
     /// The study's file, or the name of a study in testbench/studies
@@ -59,8 +60,13 @@ pub type Call = Box<dyn FnOnce() -> Result<Exit, Failure>>;
 /// Reads the words of a command.
 type Again = fn(&[String]) -> Result<Call, clap::Error>;
 
-/// The verbs that a study may call.
-pub const VERBS: [&str; 8] = ["run", "check", "limits", "map", "chart", "fit", "widths", "cost"];
+/// The verbs that a study may call: those of `hpu`, and two of `hpu reproduce`.
+pub const VERBS: [&str; 10] = ["run", "check", "limits", "map", "chart", "fit", "widths", "cost", TABLE_2, LADDER];
+
+/// Returns a verb of a study as the words of a command.
+pub fn verb(name: &str) -> Vec<&str> {
+    if [TABLE_2, LADDER].contains(&name) { vec!["reproduce", name] } else { vec![name] }
+}
 
 /// Runs `hpu study`. `command` describes the whole command, `again` reads one.
 pub fn run(args: &Args, command: &Command, again: Again) -> Result<Exit, Failure> {
@@ -73,7 +79,7 @@ pub fn run(args: &Args, command: &Command, again: Again) -> Result<Exit, Failure
         let before = study.sections[..index].iter().filter(|other| other.verb == section.verb).count();
         let folder = if before == 0 { section.verb.clone() } else { format!("{}-{}", section.verb, before + 1) };
         match words(section, command, given(section, command, args, &folder)) {
-            Ok(words) => match again(&words) {
+            Ok(words) => match again(&[own_words(section), words].concat()) {
                 Ok(call) => calls.push(call),
                 Err(error) => wrong.push(format!("{}: {}", section.place, first_part(&error.to_string()))),
             },
@@ -118,8 +124,8 @@ fn key(arg: &Arg) -> String {
 }
 
 fn arguments<'c>(section: &Section, command: &'c Command) -> Vec<&'c Arg> {
-    let verb = command.find_subcommand(&section.verb).expect("the verbs of a study are verbs of the command");
-    verb.get_arguments().collect()
+    let find = |command: &'c Command, word| command.find_subcommand(word).expect("a study's verbs are the command's");
+    verb(&section.verb).into_iter().fold(command, find).get_arguments().collect()
 }
 
 /// Returns the options of a study that its section's command takes too.
@@ -136,7 +142,12 @@ fn given(section: &Section, command: &Command, args: &Args, folder: &str) -> Vec
     options
 }
 
-/// Returns the words of a section's command with these options after its own, or what is wrong with its keys.
+/// Returns the first words of a section's command: the program and the verb.
+fn own_words(section: &Section) -> Vec<String> {
+    ["hpu"].into_iter().chain(verb(&section.verb)).map(String::from).collect()
+}
+
+/// Returns the options of a section's command with these ones after its own, or what is wrong with its keys.
 pub fn words(section: &Section, command: &Command, more: Vec<String>) -> Result<Vec<String>, Vec<String>> {
     let own = arguments(section, command);
     let given = ["out", "json", "jobs", "from"];
@@ -159,8 +170,7 @@ pub fn words(section: &Section, command: &Command, more: Vec<String>) -> Result<
         }
     }
     options.extend(more);
-    let head = ["hpu".to_string(), section.verb.clone()];
-    let words = head.into_iter().chain(options).chain(["--".to_string()]).chain(placed).collect();
+    let words = options.into_iter().chain(["--".to_string()]).chain(placed).collect();
     if errors.is_empty() { Ok(words) } else { Err(errors) }
 }
 

@@ -228,6 +228,12 @@ impl Planned {
         Ok(Self::waves(dir)?.pop().expect("there is at least one wave"))
     }
 
+    /// Returns a short name of the sweep: of its settings in its folder.
+    pub fn name(&self) -> String {
+        let dir = self.dir.as_os_str().as_encoded_bytes();
+        hashed([self.manifest.settings().as_bytes(), dir])[..12].to_string()
+    }
+
     /// Returns the folder of the wave's shards.
     pub fn shards(&self) -> PathBuf {
         self.dir.join(format!("shards-{}", self.manifest.wave))

@@ -17,6 +17,7 @@ use crate::answers::read_words;
 use crate::exit::{Exit, Failure};
 use crate::jobs::Jobs;
 use crate::map::Cells;
+use crate::reproduce::drop::{self, Name, Trials};
 use crate::study::Lines;
 use crate::{map, study, widths};
 use clap::{Command, Subcommand};
@@ -27,13 +28,14 @@ use manifest::Planned;
 
 /// Run the points of a study in shards, on one machine or on a farm
 ///
-/// Points are the cells of a study's `map`, the runs of its search over `widths`, or its lines. A shard is a file of
-/// some points, and a function of the manifest alone. A shard that died runs again, and a finished one is left as it
-/// is. The gathered file is the same to the byte, whichever machines ran the shards and in whatever order. A map
-/// without `full` and a search go in waves: each is planned from the gathered one before.
+/// Points are the cells of a study's `map`, the runs of its search over `widths`, the trials of its drop test
+/// (`phantom-table-2`, `phantom-ladder`), or its lines. A shard is a file of some points, and a function of the
+/// manifest alone. A shard that died runs again, and a finished one is left as it is. The gathered file is the same to
+/// the byte, whichever machines ran the shards and in whatever order. A map without `full`, a search and a drop test go
+/// in waves: each is planned from the gathered one before.
 ///
-/// On one machine: `hpu sweep run STUDY -o DIR`. On a farm: `plan`, then `submit`; at the end `hpu map --from DIR`,
-/// `hpu widths --from DIR` or `hpu study --from DIR` shows the result.
+/// On one machine: `hpu sweep run STUDY -o DIR`. On a farm: `plan`, then `submit`. At the end `hpu map`, `hpu widths`,
+/// `hpu reproduce phantom-table-2` or `hpu study` shows the result with `--from DIR`.
 #[derive(clap::Args)]
 pub struct Args {
     #[command(subcommand)]
@@ -79,7 +81,8 @@ enum Verb {
     Plan {
         /// A study's file, or the folder of a sweep whose last wave is gathered
         study: String,
-        /// The section of the study, as map, map-2, widths, or lines [default: the only one that can be split]
+        /// The section of the study, as map, map-2, widths, phantom-table-2 or lines [default: the only one that can
+        /// be split]
         #[arg(long, value_name = "NAME")]
         section: Option<String>,
         /// Folder of the sweep
@@ -128,7 +131,8 @@ enum Verb {
     Run {
         /// A study's file, or the folder of a sweep
         study: String,
-        /// The section of the study, as map, map-2, widths, or lines [default: the only one that can be split]
+        /// The section of the study, as map, map-2, widths, phantom-table-2 or lines [default: the only one that can
+        /// be split]
         #[arg(long, value_name = "NAME")]
         section: Option<String>,
         /// Folder of the sweep; the same command goes on there after an interruption
@@ -143,7 +147,6 @@ enum Verb {
         #[command(flatten)]
         json: Json,
     },
-    /// Hand the shards that are not done to a scheduler
     Submit(submit::Args),
     /// Run every K-th shard of a wave, each in a process of its own: a task of a scheduler
     Task {
@@ -217,11 +220,20 @@ pub fn show_lines(args: &study::Args, dir: &Path) -> Result<Exit, Failure> {
     lines.show(args, rows)
 }
 
+/// Runs `hpu reproduce` for a drop test with `--from`: shows the trials that a sweep has gathered.
+pub fn show_drops(name: Name, args: &drop::Args, dir: &Path) -> Result<Exit, Failure> {
+    let planned = of_verb(dir, name.text())?;
+    let trials = Trials::new(name, &planned.manifest.words, &work::scenes(&planned.manifest))?;
+    let rows = gathered(&planned, &trials, true)?;
+    drop::gathered(trials, args, rows)
+}
+
 fn of_verb(dir: &Path, verb: &str) -> Result<Planned, Failure> {
     let planned = Planned::last(dir)?;
     let own = &planned.manifest.verb;
     if own == verb {
         return Ok(planned);
     }
+    let own = study::verb(own).join(" ");
     Err(Failure::usage(format!("{} is a sweep of hpu {own}; hpu {own} --from shows it", dir.display())))
 }

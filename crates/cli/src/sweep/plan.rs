@@ -12,7 +12,7 @@ use hpu_study::sweep::Points;
 
 use super::files::gathered;
 use super::manifest::{Manifest, Planned, program};
-use super::work::{self, VERBS};
+use super::work::{self, LINES, SECTIONS, splittable};
 use crate::exit::{Exit, Failure};
 use crate::page::show;
 use crate::work::{Rows, Work, on_disk};
@@ -200,9 +200,6 @@ fn columns(work: &dyn Work) -> Vec<[String; 3]> {
     schema.columns().iter().map(column).collect()
 }
 
-/// The name of a study's lines beside its sections.
-const LINES: &str = "lines";
-
 /// Returns verb and words of the section of a study that a sweep can split.
 fn words(name: &str, text: &str, asked: Option<&str>, command: &Command) -> Result<(String, Vec<String>), Failure> {
     let (study, _) = study::read(name, text, Arc::new(on_disk))?;
@@ -212,7 +209,7 @@ fn words(name: &str, text: &str, asked: Option<&str>, command: &Command) -> Resu
         (name, section)
     });
     let mut all: Vec<(String, Option<&Section>)> = Vec::new();
-    for (name, section) in named.filter(|(_, section)| VERBS.contains(&section.verb.as_str())) {
+    for (name, section) in named.filter(|(_, section)| SECTIONS.contains(&section.verb.as_str())) {
         all.push((name, Some(section)));
     }
     all.extend((!study.comparison.lines.is_empty()).then(|| (LINES.to_string(), None)));
@@ -226,7 +223,7 @@ fn words(name: &str, text: &str, asked: Option<&str>, command: &Command) -> Resu
         })?,
         (None, [one]) => one,
         (None, []) => {
-            return Err(Failure::file(format!("{name} has nothing that a sweep can split: map, widths or lines")));
+            return Err(Failure::file(format!("{name} has nothing that a sweep can split: {}", splittable())));
         }
         (None, _) => return Err(Failure::usage(format!("write --section with one of: {}", names.join(", ")))),
     };
@@ -234,8 +231,7 @@ fn words(name: &str, text: &str, asked: Option<&str>, command: &Command) -> Resu
         return Ok(("study".to_string(), vec![name.to_string(), text.to_string()]));
     };
     let words = study::words(section, command, Vec::new()).map_err(|errors| Failure::file(errors.join("\n")))?;
-    // The first two words are the program and the verb.
-    Ok((section.verb.clone(), words[2..].to_vec()))
+    Ok((section.verb.clone(), words))
 }
 
 /// Returns the page of a planned wave.

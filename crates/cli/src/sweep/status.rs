@@ -78,8 +78,10 @@ pub fn run(dir: &Path, json: bool) -> Result<Exit, Failure> {
     let gathered = dir.join(GATHERED).exists();
     page.data("complete", complete).data("gathered", gathered);
     page.note(match (complete, gathered) {
-        (false, _) => "shards are left",
-        (true, false) => "all shards of the last wave are done; hpu sweep gather checks and merges them",
+        (false, _) => "shards are left; hpu sweep submit or run goes on with those that nothing runs",
+        (true, false) => {
+            "all shards of the last wave are done; hpu sweep gather checks and merges them, submit goes on"
+        }
         (true, true) => "all shards of the last wave are done, and a wave or more is gathered",
     });
     show(&page, json)?;

@@ -1,5 +1,6 @@
 //! Schedulers: the shards of a wave as an array of Slurm, or as lines for GNU parallel.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::io::Write as _;
 use std::num::NonZeroUsize;
@@ -7,6 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use hpu_study::page::Page;
+use hpu_study::sweep::Points;
 
 use super::local::shards;
 use super::manifest::Planned;
@@ -18,11 +20,12 @@ use crate::page::show;
 use crate::scene::quoted;
 use crate::terminal::print;
 
-/// Hand the shards of the last wave that are not done to a scheduler
+/// Hand the shards that are not done to a scheduler
 ///
-/// A task runs some shards one after the other, each in a process of its own. With Slurm the array is followed by a job
-/// that gathers the wave, plans the next one and submits it, until no wave is left. With GNU parallel the command
-/// itself waits and does so.
+/// A task runs some shards one after the other, each in a process of its own. A wave that is done is gathered, and the
+/// next one is planned. With Slurm the array is followed by a job that gives this command again, until no wave is left;
+/// a second job does so where a task or the first job has failed. With GNU parallel the command itself waits. The
+/// command can be given again at any time: jobs that Slurm has already are not submitted twice.
 #[derive(clap::Args)]
 pub struct Args {
     /// Folder of the sweep
@@ -42,7 +45,7 @@ pub struct Args {
     /// An option for every job, as in --option=--partition=long; of parallel, as in --option=--sshloginfile=nodes
     #[arg(long, value_name = "OPTION", allow_hyphen_values = true)]
     option: Vec<String>,
-    /// Gather and submit no further wave afterwards
+    /// Submit the array alone: gather nothing, and submit no further wave
     #[arg(long)]
     one_wave: bool,
     /// Print the script, and submit nothing
@@ -51,11 +54,19 @@ pub struct Args {
     /// End the jobs of the sweep that Slurm has
     #[arg(long, conflicts_with_all = ["dry_run", "one_wave"])]
     cancel: bool,
+    /// Wave and number of shards that were left when the array before was submitted; refuses to submit the same again
+    #[arg(long, value_name = "WAVE:SHARDS", value_parser = since, hide = true)]
+    since: Option<(usize, u64)>,
     #[command(flatten)]
     version: super::AnyVersion,
     /// One JSON object
     #[arg(long)]
     json: bool,
+}
+
+fn since(text: &str) -> Result<(usize, u64), String> {
+    let read = text.split_once(':').and_then(|(wave, left)| Some((wave.parse().ok()?, left.parse().ok()?)));
+    read.ok_or_else(|| "write two numbers, as in 1:20".into())
 }
 
 /// A scheduler.
@@ -90,11 +101,17 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     if args.cancel {
         return cancel(&dir, args);
     }
-    let left = progress(&planned).left.len() as u64;
     match args.engine {
-        Engine::Slurm => slurm(args, &planned, left),
-        Engine::Parallel => parallel(args, planned, left),
+        Engine::Slurm => slurm(args, planned),
+        Engine::Parallel => parallel(args, planned),
     }
+}
+
+/// Gathers a wave that is done, and plans the next one; `None` if no wave is left.
+fn advance(planned: &Planned, args: &Args) -> Result<Option<Planned>, Failure> {
+    let how = super::How { again: false, partial: false, any_version: args.version.any_version };
+    super::gather::gather(&planned.dir, how)?;
+    Ok(plan::next(&planned.dir, plan::Size::default(), None)?.map(|(next, _)| next))
 }
 
 fn program() -> Result<String, Failure> {
@@ -102,20 +119,61 @@ fn program() -> Result<String, Failure> {
     Ok(quoted(&own.display().to_string()))
 }
 
-/// Returns the name of a sweep's jobs: by it, they are found again.
-fn job_name(planned: &Planned) -> String {
-    format!("hpu-{}", &planned.manifest.settings()[..12])
+/// A kind of job of a wave.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Job {
+    /// The array of tasks.
+    Tasks,
+    /// The job that follows the array.
+    Follower,
+    /// The job that stands in where a task or the follower has failed.
+    StandIn,
 }
 
-/// Returns the script of an array over a wave: each task runs every `tasks`-th shard.
-fn array(args: &Args, planned: &Planned, tasks: u64) -> Result<String, Failure> {
+/// Returns the name of a job: by it, the job is found again. The same study in another folder has other names.
+fn job_name(planned: &Planned, job: Job) -> String {
+    let kind = match job {
+        Job::Tasks => "tasks",
+        Job::Follower => "follower",
+        Job::StandIn => "stand-in",
+    };
+    format!("hpu-{}-{}-{kind}", planned.name(), planned.manifest.wave)
+}
+
+/// Returns the numbers of the jobs of these names that wait or run, without the job that this process is. A job that
+/// was cancelled can stay in Slurm's queue for a while, so the states are asked for.
+fn queued(names: &[String]) -> Result<Vec<String>, Failure> {
+    let name = format!("--name={}", names.join(","));
+    let asked = ["--noheader", "--format=%F", "--states=PENDING,CONFIGURING,RUNNING,SUSPENDED", &name];
+    let own = std::env::var("SLURM_JOB_ID").unwrap_or_default();
+    let said = needed("squeue", &asked.map(String::from), "")?;
+    let mut jobs: Vec<String> = said.split_whitespace().map(String::from).collect();
+    jobs.retain(|job| *job != own);
+    jobs.sort();
+    jobs.dedup();
+    Ok(jobs)
+}
+
+/// Returns the numbers of the tasks that have shards left, as Slurm writes them; of all tasks if no shard is left.
+fn wanted(left: &[u64], tasks: u64) -> String {
+    let own: BTreeSet<u64> = left.iter().map(|shard| shard % tasks).collect();
+    let own = if own.is_empty() { Points::all(tasks) } else { Points::of(own) };
+    let run = |(first, count): &(u64, u64)| match count {
+        1 => first.to_string(),
+        _ => format!("{first}-{}", first + count - 1),
+    };
+    own.runs().iter().map(run).collect::<Vec<_>>().join(",")
+}
+
+/// Returns the script of an array over a wave: each task runs every `tasks`-th shard. Tasks without shards are left out.
+fn array(args: &Args, planned: &Planned, left: &[u64], tasks: u64) -> Result<String, Failure> {
     let dir = quoted(&planned.dir.display().to_string());
     let limit = args.limit.map_or(String::new(), |limit| format!("%{limit}"));
     let mut script = format!(
-        "#!/bin/sh\n#SBATCH --job-name={}\n#SBATCH --array=0-{}{limit}\n#SBATCH --ntasks=1\n#SBATCH --cpus-per-task={}\n\
+        "#!/bin/sh\n#SBATCH --job-name={}\n#SBATCH --array={}{limit}\n#SBATCH --ntasks=1\n#SBATCH --cpus-per-task={}\n\
          #SBATCH --requeue\n#SBATCH --open-mode=append\n#SBATCH --output={dir}/slurm-%A.log\n",
-        job_name(planned),
-        tasks - 1,
+        job_name(planned, Job::Tasks),
+        wanted(left, tasks),
         args.cores(),
     );
     script.extend(args.option.iter().map(|option| format!("#SBATCH {option}\n")));
@@ -128,13 +186,13 @@ fn array(args: &Args, planned: &Planned, tasks: u64) -> Result<String, Failure> 
     Ok(script)
 }
 
-/// Returns the script of the job that follows an array: it gathers the wave, and plans and submits the next one.
-fn follower(args: &Args, planned: &Planned) -> Result<String, Failure> {
+/// Returns the script of a job that goes on after an array: it gives this command again.
+fn follower(args: &Args, planned: &Planned, left: u64, job: Job) -> Result<String, Failure> {
     let (program, dir) = (program()?, quoted(&planned.dir.display().to_string()));
     let mut script = format!(
         "#!/bin/sh\n#SBATCH --job-name={}\n#SBATCH --ntasks=1\n#SBATCH --requeue\n#SBATCH --open-mode=append\n\
          #SBATCH --output={dir}/slurm-%A.log\n",
-        job_name(planned)
+        job_name(planned, job)
     );
     script.extend(args.option.iter().map(|option| format!("#SBATCH {option}\n")));
     let any = if args.version.any_version { " --any-version" } else { "" };
@@ -143,38 +201,76 @@ fn follower(args: &Args, planned: &Planned) -> Result<String, Failure> {
     again += &args.tasks.map_or(String::new(), |tasks| format!(" --tasks {tasks}"));
     again += &args.cores.map_or(String::new(), |cores| format!(" --cores {cores}"));
     again.extend(args.option.iter().map(|option| format!(" --option={}", quoted(option))));
-    script += &format!(
-        "set -e\n{program} --quiet sweep gather {dir}{any}\n{program} --quiet sweep plan {dir}\n\
-         exec {program} --quiet sweep submit {dir} {again}\n"
-    );
+    let wave = planned.manifest.wave;
+    script += &format!("exec {program} --quiet sweep submit {dir} {again} --since {wave}:{left}\n");
     Ok(script)
 }
 
-fn slurm(args: &Args, planned: &Planned, left: u64) -> Result<Exit, Failure> {
+/// Submits the jobs of the last wave that Slurm does not have yet. The command can begin with each of its steps, so that
+/// a process that was killed between two of them leaves the rest to the next one.
+fn slurm(args: &Args, mut planned: Planned) -> Result<Exit, Failure> {
     let mut page = Page::default();
-    if left == 0 && !args.dry_run {
-        page.fact("tasks", "tasks", 0, "none: all shards of the last wave are done");
-        show(&page, args.json)?;
-        return Ok(Exit::Fine);
+    let mut left = progress(&planned).left;
+    while left.is_empty() && !args.dry_run {
+        let next = if args.one_wave { None } else { advance(&planned, args)? };
+        let Some(next) = next else {
+            let what = if args.one_wave { "all shards of the last wave are done" } else { "the sweep is complete" };
+            page.fact("tasks", "tasks", 0, format!("none: {what}"));
+            show(&page, args.json)?;
+            return Ok(Exit::Fine);
+        };
+        (left, planned) = (progress(&next).left, next);
     }
+    let shards = left.len() as u64;
     let most = args.tasks.unwrap_or_else(|| max_array().unwrap_or(MAX_ARRAY));
     let tasks = planned.manifest.shards().min(most).max(1);
-    let (array, follower) = (array(args, planned, tasks)?, follower(args, planned)?);
+    let array = array(args, &planned, &left, tasks)?;
+    let [follower, stand_in] = [Job::Follower, Job::StandIn].map(|job| follower(args, &planned, shards, job));
+    let (follower, stand_in) = (follower?, stand_in?);
     if args.dry_run {
         let rest = if args.one_wave {
             String::new()
         } else {
-            format!("\n# then, with --dependency=afterok of the array:\n{follower}")
+            format!(
+                "\n# then, with --dependency=afterok of the array:\n{follower}\n# and the same after a failure of it\n"
+            )
         };
         print(&format!("{array}{rest}"))?;
         return Ok(Exit::Fine);
     }
-    let job = sbatch(&array, &[])?;
-    page.fact("array", "array", job.as_str(), format!("job {job}, {tasks} tasks over {left} shards"));
-    page.data("tasks", tasks).data("shards", left);
+    let known = |job| Ok::<_, Failure>(queued(&[job_name(&planned, job)])?.into_iter().next());
+    let job = match known(Job::Tasks)? {
+        Some(job) => {
+            page.fact("array", "array", job.as_str(), format!("job {job}, which Slurm has already"));
+            job
+        }
+        None if args.since.is_some_and(|(wave, before)| wave == planned.manifest.wave && shards >= before) => {
+            return Err(Failure::file(format!(
+                "the array of wave {} has ended and has finished no shard; its tasks say why in {}/slurm-*.log",
+                planned.manifest.wave,
+                planned.dir.display()
+            )));
+        }
+        None => {
+            let job = sbatch(&array, &[])?;
+            page.fact("array", "array", job.as_str(), format!("job {job}, {shards} shards in at most {tasks} tasks"));
+            page.data("tasks", tasks);
+            job
+        }
+    };
+    page.data("shards", shards);
     if !args.one_wave {
-        let after = sbatch(&follower, &[format!("--dependency=afterok:{job}")])?;
-        page.fact("follower", "then", after.as_str(), format!("job {after} gathers and submits the next wave"));
+        // A job whose dependency cannot come true any more is to leave the queue.
+        let after = |kind: &str, job: &str| [format!("--dependency={kind}:{job}"), "--kill-on-invalid-dep=yes".into()];
+        let follower = match known(Job::Follower)? {
+            Some(job) => job,
+            None => sbatch(&follower, &after("afterok", &job))?,
+        };
+        if known(Job::StandIn)?.is_none() {
+            sbatch(&stand_in, &after("afternotok", &follower))?;
+        }
+        let said = format!("job {follower} gathers and submits the next wave");
+        page.fact("follower", "then", follower.as_str(), said);
     }
     page.line("progress", format!("hpu sweep status {}", planned.dir.display()));
     page.line("cancel", format!("hpu sweep submit {} --engine slurm --cancel", planned.dir.display()));
@@ -223,13 +319,20 @@ fn cancel(dir: &Path, args: &Args) -> Result<Exit, Failure> {
     if args.engine != Engine::Slurm {
         return Err(Failure::usage("--cancel is for Slurm; GNU parallel ends with its own process"));
     }
-    let planned = Planned::last(dir)?;
-    needed("scancel", &[format!("--name={}", job_name(&planned))], "")?;
+    let waves = Planned::waves(dir)?;
+    // Jobs that submit others end first: one of them may follow from the end of an array.
+    for kinds in [&[Job::StandIn, Job::Follower][..], &[Job::Tasks]] {
+        let names = waves.iter().flat_map(|wave| kinds.iter().map(|kind| job_name(wave, *kind)));
+        let jobs = queued(&names.collect::<Vec<_>>())?;
+        if !jobs.is_empty() {
+            needed("scancel", &jobs, "")?;
+        }
+    }
     status::run(dir, args.json)
 }
 
 /// Runs waves by GNU parallel, one after the other.
-fn parallel(args: &Args, mut planned: Planned, mut left: u64) -> Result<Exit, Failure> {
+fn parallel(args: &Args, mut planned: Planned) -> Result<Exit, Failure> {
     loop {
         let jobs = args.limit.map_or(String::new(), |limit| format!("--jobs {limit} "));
         let options: String = args.option.iter().map(|option| format!("{} ", quoted(option))).collect();
@@ -242,7 +345,7 @@ fn parallel(args: &Args, mut planned: Planned, mut left: u64) -> Result<Exit, Fa
             print(&format!("#!/bin/sh\n{script}\n"))?;
             return Ok(Exit::Fine);
         }
-        if left > 0 {
+        if !progress(&planned).left.is_empty() {
             let mut child = Command::new("sh").args(["-c", &script]).stdin(Stdio::null()).stdout(Stdio::null()).spawn();
             let status = child.as_mut().map_err(|error| Failure::file(format!("sh: {error}")))?.wait();
             let status = status.map_err(|error| Failure::file(format!("sh: {error}")))?;
@@ -259,12 +362,9 @@ fn parallel(args: &Args, mut planned: Planned, mut left: u64) -> Result<Exit, Fa
         if args.one_wave {
             return status::run(&planned.dir, args.json);
         }
-        let how = super::How { again: false, partial: false, any_version: args.version.any_version };
-        super::gather::gather(&planned.dir, how)?;
-        let Some((next, _)) = plan::next(&planned.dir, plan::Size::default(), None)? else {
+        let Some(next) = advance(&planned, args)? else {
             return status::run(&planned.dir, args.json);
         };
-        left = progress(&next).left.len() as u64;
         planned = next;
     }
 }

@@ -313,6 +313,15 @@ pub const BOOK: &[(&str, Form)] = &[
     ("hpu sweep run farm", Form::AsIs),
     ("hpu map --from farm -o map", Form::AsIs),
     ("hpu map", Form::NotHere(VERB)),
+    ("hpu study", Form::NotHere(VERB)),
+    (
+        "hpu sweep run limits.toml -o limits",
+        short(
+            "hpu sweep plan limits.toml -o limits --shard-points 9",
+            "123 points of up to a minute each; a smaller study of limits is in the tests of sweeps",
+        ),
+    ),
+    ("hpu study --from limits", Form::NotHere("it shows the points that were not run")),
     ("hpu sweep submit", Form::NotHere(VERB)),
     ("hpu run NAME -o out", short("hpu run capped-stiffness -o out", "NAME is any scene of the table")),
     ("hpu report", Form::NotHere(VERB)),

@@ -1,8 +1,9 @@
 //! `hpu reproduce`, two of its studies: run the published drop test again.
 
 mod json;
+mod trials;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
 use hpu_chart::{self as chart, Picture};
@@ -17,8 +18,11 @@ use crate::jobs::Jobs;
 use crate::journal;
 use crate::scene::{self, set_options};
 use crate::terminal::{print, print_json, with_progress};
+use crate::work::Rows;
 use crate::{interrupt, pictures};
 use json::Interrupted;
+
+pub use trials::Trials;
 
 /// Which trials of the drop test.
 #[derive(clap::Args)]
@@ -40,6 +44,9 @@ pub struct Args {
     /// Trials of each cell at a seed
     #[arg(long, value_name = "N", default_value_t = study::TRIALS, value_parser = clap::value_parser!(u64).range(1..=1000))]
     trials: u64,
+    /// Show the trials that a sweep has gathered in this folder
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["set", "axes", "platforms", "stiffness", "seeds", "trials"])]
+    from: Option<PathBuf>,
     #[command(flatten)]
     jobs: Jobs,
     /// Write table, trials and pictures into this folder, and go on there after an interruption
@@ -71,7 +78,7 @@ impl Name {
     }
 
     /// Returns the name on the command line.
-    fn text(self) -> &'static str {
+    pub fn text(self) -> &'static str {
         match self {
             Self::Table2 => study::TABLE_2,
             Self::Ladder => study::LADDER,
@@ -101,6 +108,11 @@ fn stiffness(text: &str) -> Result<f64, String> {
 }
 
 impl Args {
+    /// Returns the folder of the sweep to show, if nothing is to be run.
+    pub fn from(&self) -> Option<&Path> {
+        self.from.as_deref()
+    }
+
     fn study(&self, name: Name) -> Result<Study, Failure> {
         let mut study =
             Study { axes: self.axes.0.clone(), seeds: self.seeds, trials: self.trials, ..Study::whole(name.rungs()) };
@@ -151,18 +163,32 @@ impl Args {
 
 /// Runs `hpu reproduce` for the drop test.
 pub fn run(name: Name, args: &Args) -> Result<Exit, Failure> {
-    let study = args.study(name)?;
-    let points = study.points();
-    let mut command = args.command(name, &study);
-    let mut folder = args.out.as_deref().map(Folder::open).transpose()?;
-    // A seed changes nothing but itself, and the command has the seeds.
-    let first = points.iter().filter(|point| point.seed == study.first_seed);
-    let overrides: Vec<String> = first.map(|point| format!("{:?}", study.overrides(point))).collect();
+    let trials = Trials::of(name, args)?;
+    let folder = args.out.as_deref().map(Folder::open).transpose()?;
+    let overrides = trials.overrides_at_first_seed();
     let parts = overrides.iter().map(String::as_bytes);
-    let (mut journal, done) = journal::resume(args.out.as_deref(), points.len(), ("study", &command), parts)?;
-    let mut outcomes: Outcomes = done.into_iter().map(|(place, row)| (place, read(row))).collect();
-    let control = interrupt::heed();
-    fill(&study, &points, args, &mut outcomes, control, |place, row| journal.add(place, row))?;
+    let (count, header) = (trials.points.len(), ("study", &*trials.command));
+    let (mut journal, done) = journal::resume(args.out.as_deref(), count, header, parts)?;
+    finish(trials, args, folder, done, |place, row| journal.add(place, row))
+}
+
+/// Shows the trials that a sweep has gathered, as `args` ask for.
+pub fn gathered(trials: Trials, args: &Args, rows: Rows) -> Result<Exit, Failure> {
+    let folder = args.out.as_deref().map(Folder::open).transpose()?;
+    finish(trials, args, folder, rows, |_, _| Ok(()))
+}
+
+/// Runs the trials that are not done, and shows the tables; every new row goes through `keep`.
+fn finish(
+    trials: Trials,
+    args: &Args,
+    mut folder: Option<Folder>,
+    done: Rows,
+    keep: impl FnMut(usize, &UnitResult) -> Result<(), Failure>,
+) -> Result<Exit, Failure> {
+    let mut outcomes = outcomes(done);
+    fill(&trials, args, &mut outcomes, interrupt::heed(), keep)?;
+    let Trials { name, study, points, mut command } = trials;
     let left = study.wanted(&outcomes).len();
     if left > 0 {
         let stopped = Interrupted { study: name.text(), done: outcomes.len(), left, out: args.out.clone() };
@@ -195,31 +221,37 @@ pub fn run(name: Name, args: &Args) -> Result<Exit, Failure> {
 /// Runs trials until none is wanted or the study is stopped: first every cell at the first seed, then the cells that
 /// turn out to be near a boundary at the other seeds.
 fn fill(
-    study: &Study,
-    points: &[TrialSetup],
+    trials: &Trials,
     args: &Args,
     outcomes: &mut Outcomes,
     control: &'static Control,
     mut keep: impl FnMut(usize, &UnitResult) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
-    let unit = |place: usize, control: &_| match study::run_trial(&study.overrides(&points[place]), control) {
-        Ok(trial) => trial.map(|trial| Ok(trial.line())),
-        Err(reason) => Some(Err(reason)),
-    };
     while !control.stop.load(Ordering::Relaxed) {
-        let wanted = study.wanted(outcomes);
+        let wanted = trials.study.wanted(outcomes);
         if wanted.is_empty() {
             break;
         }
         with_progress(wanted.len() as u64, "trials", control, || {
-            units::run_some(&wanted, args.jobs.get(), control, unit, |place, row| {
-                keep(place, &row)?;
-                outcomes.insert(place, read(row));
-                Ok::<(), Failure>(())
-            })
+            units::run_some(
+                &wanted,
+                args.jobs.get(),
+                control,
+                |place, control| trials.trial(place, control),
+                |place, row| {
+                    keep(place, &row)?;
+                    outcomes.insert(place, read(row));
+                    Ok::<(), Failure>(())
+                },
+            )
         })?;
     }
     Ok(())
+}
+
+/// Reads the trials of these rows.
+fn outcomes(rows: Rows) -> Outcomes {
+    rows.into_iter().map(|(place, row)| (place, read(row))).collect()
 }
 
 /// Reads a trial from a row of the journal.

@@ -81,7 +81,8 @@ pub(super) fn criterion(asked: &Asked, _: &Control) -> Result<Values, String> {
 /// Returns what the scene in words does, and the limits of all criteria beside it.
 pub(super) fn limits(asked: &Asked, control: &Control) -> Result<Values, String> {
     let scene = asked.axis()?;
-    let limits = limits::limits(&scene, usual_range(&scene), || in_words(&scene, control));
+    let looks = looks(asked)?;
+    let limits = limits::limits(&scene, usual_range(&scene), || in_words(&scene, looks, control));
     let words = limits.in_words.as_ref();
     let mut values = Values::from([text("words", words.map_or_else(|why| why.clone(), WordsSet::turn))]);
     for name in criteria::NAMES {
@@ -101,8 +102,19 @@ pub(super) fn limits(asked: &Asked, control: &Control) -> Result<Values, String>
     Ok(values)
 }
 
-fn in_words(scene: &Scene, control: &Control) -> Result<WordsSet, String> {
-    WordsSet::new(std::slice::from_ref(scene), usual_range(scene), Looks::BRIEF, NonZeroUsize::MIN, control)
+/// Returns the settings of `hpu limits` for at most `words` stiffness words; brief ones if that key is missing.
+fn looks(asked: &Asked) -> Result<Looks, String> {
+    match asked.number("words") {
+        None => Ok(Looks::BRIEF),
+        Some(words) if words.fract() == 0.0 && (2.0..=65_536.0).contains(&words) => {
+            Ok(Looks::words(words as usize, Looks::default().phases))
+        }
+        Some(words) => Err(format!("words = {words}: write a whole number from 2 to 65536")),
+    }
+}
+
+fn in_words(scene: &Scene, looks: Looks, control: &Control) -> Result<WordsSet, String> {
+    WordsSet::new(std::slice::from_ref(scene), usual_range(scene), looks, NonZeroUsize::MIN, control)
 }
 
 fn cell(scene: &Scene, control: &Control) -> Result<Cell, String> {
@@ -113,7 +125,7 @@ fn cell(scene: &Scene, control: &Control) -> Result<Cell, String> {
 /// settle (`some`), both or none; the lowest seen to fail and the highest seen to settle, each by itself.
 pub(super) fn stable(asked: &Asked, control: &Control) -> Result<Values, String> {
     let mut scene = asked.axis()?;
-    let found = in_words(&scene, control)?;
+    let found = in_words(&scene, looks(asked)?, control)?;
     let known = |seen: Option<Seen>, otherwise: &str| {
         seen.map(|seen| Value::Number(seen.stiffness)).ok_or_else(|| otherwise.to_string())
     };

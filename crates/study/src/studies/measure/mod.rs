@@ -208,18 +208,19 @@ static MEASURES: &[Measure] = &[
     },
     Measure {
         name: "limits",
-        about: "The limits by all criteria beside the scene in words, as texts.",
+        about: "The limits by all criteria beside the scene in words, as texts; with `words`, as `hpu limits --words`.",
         is_of_scene: true,
-        keys: &[],
+        keys: &[option("words", Takes::Number)],
         gives: &criteria_and_words(),
         run: limits::limits,
     },
     Measure {
         name: "stable",
-        about: "The stable stiffness of the scene in words, over eight phases of its contact; with `felt`, the \
-                stiffness that is felt of the stiffest wall up to which all settle.",
+        about: "The stable stiffness of the scene in words, over eight phases of its contact, by a brief search; with \
+                `words`, at the stiffnesses that `hpu limits --words` runs. With `felt`, the stiffness that is felt of \
+                the stiffest wall up to which all settle.",
         is_of_scene: true,
-        keys: &[option("felt", Takes::Flag)],
+        keys: &[option("words", Takes::Number), option("felt", Takes::Flag)],
         gives: &["all", "some", "failed", "settled", "runs", "felt"],
         run: limits::stable,
     },
