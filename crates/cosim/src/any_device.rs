@@ -91,6 +91,15 @@ impl AnyDevice<'_> {
         forward!(self, body => body.next_event(from, to, band))
     }
 
+    /// Returns whether it is known that nothing happens from an edge to the next while the angle is in this band.
+    #[inline(always)]
+    pub(crate) fn coasts(&self, edge: u64, band: (f64, f64)) -> bool {
+        match self {
+            Self::Exact(body) => body.coasts(edge, band),
+            Self::Stepped(_) => false,
+        }
+    }
+
     /// Moves to the edge of an event and returns the angle there.
     #[inline(always)]
     pub(crate) fn arrive(&mut self, event: Event) -> f64 {

@@ -291,6 +291,15 @@ impl World for AxisWorld<'_> {
         event.map_or(last, |event| event.0)
     }
 
+    #[inline(always)]
+    fn coast(&mut self) -> bool {
+        let Band { low, high, .. } = self.encoder.band();
+        let coasts = self.edge + 1 < self.next_due
+            && self.device.as_ref().is_some_and(|device| device.coasts(self.edge, (low, high)));
+        self.edge += u64::from(coasts);
+        coasts
+    }
+
     #[inline]
     fn glide(&mut self, limit: u64, mut before: impl FnMut(&Self, u64)) {
         let last = self.next_due.max(self.edge + 1).min(limit);

@@ -39,6 +39,11 @@ pub trait World: Clone {
     fn next_change(&mut self, limit: u64) -> u64 {
         limit.min(self.edge() + 1)
     }
+    /// Moves to the next edge if it is known that nothing changes by itself there, and returns whether it has moved. It
+    /// spares the engine most of [`advance`](World::advance) where the datapath changes edge by edge.
+    fn coast(&mut self) -> bool {
+        false
+    }
     /// Passes ends of steps before `limit` at which nothing changes that anything but `before` could see, as
     /// [`advance`](World::advance) would one by one. Passes only so many that the run can still be stopped.
     fn glide(&mut self, _limit: u64, _before: impl FnMut(&Self, u64)) {}

@@ -140,6 +140,13 @@ impl Double {
         Self::joined(product, error + self.lo * factor)
     }
 
+    /// Returns the product, by the given two-product.
+    #[inline(always)]
+    pub fn by<P: Product>(self, other: Self) -> Self {
+        let (product, error) = P::two(self.hi, other.hi);
+        Self::joined(product, error + (self.hi * other.lo + self.lo * other.hi))
+    }
+
     /// Returns the quotient.
     pub fn over(self, divisor: Self) -> Self {
         let first = self.hi / divisor.hi;
@@ -205,8 +212,7 @@ impl Mul for Double {
     type Output = Self;
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
-        let (product, error) = Halves::two(self.hi, other.hi);
-        Self::joined(product, error + (self.hi * other.lo + self.lo * other.hi))
+        self.by::<Halves>(other)
     }
 }
 

@@ -304,6 +304,10 @@ impl Guard {
 
     /// Returns whether the function certainly stays inside for this number of edges after a point inside, by its slope
     /// there and the greatest second derivative; `true` if nothing moves it.
+    ///
+    /// On the side of a limit the function is not beyond a parabola that bends toward the limit. Such a parabola comes
+    /// nearest to the limit at one end of any stretch: here at the last edge, and at the point itself or, where the
+    /// function moves away from the limit, at the edge after it.
     #[inline(always)]
     pub(crate) fn stays(
         &self,
@@ -315,14 +319,21 @@ impl Guard {
     ) -> bool {
         let Some(bounds) = self.bounds.get(dyadic(edges)) else { return false };
         let speeds = sizes(&from.w);
-        let length_s = edges as f64 * motion.system().edge_s();
-        let value = self.value(&from.x);
-        let end = value + length_s * self.slope(&from.w);
-        // The error of a value is below the noise, and so is that of a slope times the length.
+        let edge_s = motion.system().edge_s();
+        let length_s = edges as f64 * edge_s;
+        let (value, slope) = (self.value(&from.x), self.slope(&from.w));
         let [first, second, ..] = bounds.derivatives.times(&speeds);
-        let bulge = 0.5 * (length_s * length_s) * (1.0 + 1e-9) * second
-            + (dot(&bounds.noise_bulge, &sizes(&motion.w.hi)) + 3.0 * noise);
-        (value.min(end) - bulge > limits.low.hi && value.max(end) + bulge < limits.high.hi) || first == 0.0
+        // The error of a value is below the noise, and so is that of a slope times the length.
+        let error = dot(&bounds.noise_bulge, &sizes(&motion.w.hi)) + 3.0 * noise;
+        let bend = 0.5 * (1.0 + 1e-9) * second;
+        let (end, bulge) = (value + length_s * slope, length_s * length_s * bend + error);
+        let (step, least) = (edge_s * slope, edge_s * edge_s * bend + error + noise);
+        let (low, high) = (limits.low.hi, limits.high.hi);
+        (end - bulge > low
+            && end + bulge < high
+            && (value - error > low || step > least)
+            && (value + error < high || -step > least))
+            || first == 0.0
     }
 
     /// Returns the first edge after `from`, up to and including that of `to`, at which the value is outside the band,
@@ -385,7 +396,7 @@ impl Guard {
         let speeds = plus(&sizes(&from.w), &error);
         // The second derivative lies between these.
         let (ca, cb) = (dot(&self.bend, &from.w), dot(&self.bend, &to.w));
-        let [.., third, fourth] = bounds.derivatives.times(&speeds);
+        let [_, second, third, fourth] = bounds.derivatives.times(&speeds);
         let spread = sag * fourth + dot(&sizes(&self.bend), &error);
         let (least, most) = (ca.min(cb) - spread, ca.max(cb) + spread);
         let (sa, sb) = (self.slope(&from.w), self.slope(&to.w));
@@ -421,12 +432,17 @@ impl Guard {
         let concave = most <= 0.0 && start - end > fall;
         let convex = least >= 0.0 && start > noise && end < -fall;
         let approaches = || ((rising * sa).min(rising * sb) - sag * third) * edge_s > step;
-        if concave || convex || approaches() { Verdict::At(self.unique(watch, from, to, rising)) } else { split }
+        if concave || convex || approaches() {
+            Verdict::At(self.unique(watch, from, to, rising, second))
+        } else {
+            split
+        }
     }
 
-    /// Returns the only exit between `from` (inside) and `to` (outside) of a function that keeps its direction.
+    /// Returns the only exit between `from` (inside) and `to` (outside) of a function that keeps its direction. `second`
+    /// bounds its second derivative.
     #[inline(always)]
-    fn unique(&self, watch: &mut Watch, from: &MotionPoint, to: &MotionPoint, rising: f64) -> MotionPoint {
+    fn unique(&self, watch: &mut Watch, from: &MotionPoint, to: &MotionPoint, rising: f64, second: f64) -> MotionPoint {
         let limit = if rising > 0.0 { watch.limits.high.hi } else { watch.limits.low.hi };
         let motion = watch.motion;
         let edge_s = motion.system().edge_s();
@@ -446,6 +462,9 @@ impl Guard {
         }
         let mut aim = a as f64 + span * share;
         let mut tries = 0;
+        // The most by which a value one edge before a point can differ from the straight line through the point: the
+        // errors of value and slope, and the bend.
+        let off_line = 3.0 * watch.noise + 0.5 * (edge_s * edge_s) * (1.0 + 1e-9) * second;
         while b - a > 1 {
             // The first edge at or after the estimate, then the edge before it: two good guesses close the bracket.
             if !(aim > a as f64 && aim <= b as f64) {
@@ -459,6 +478,9 @@ impl Guard {
                 a = guess;
             } else {
                 (b, end) = (guess, point);
+                if rising * (value - edge_s * self.slope(&point.w) - limit) < -off_line {
+                    break;
+                }
             }
             tries += 1;
             aim = if tries < 12 {

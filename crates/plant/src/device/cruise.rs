@@ -297,14 +297,15 @@ impl<'a> Device<'a> {
         self.ripple = Some(ripple);
 
         let before = (self.motion, self.checks, self.redecided);
-        let smooth = Trajectory::exact_with::<P>(system, x, pulse.plus(&ripple.rise.negated()));
-        let end = self.narrowed(&ripple.margins, band_rad).and_then(|band_rad| {
+        let mut end = None;
+        if let Some(band_rad) = self.narrowed(&ripple.margins, band_rad) {
+            let smooth = Trajectory::exact_with::<P>(system, x, pulse.plus(&ripple.rise.negated()));
             (self.motion, self.heard, self.ahead.0, self.found) = (smooth, 0, 0, None);
             let left = self.next_event(edge, edge + reach, band_rad);
             self.leaves = left.map_or(0, |event| event.0);
-            let end = left.map_or(edge + reach, |event| event.0 - 1);
-            (end - edge >= LEAST * period).then_some(end)
-        });
+            let last = left.map_or(edge + reach, |event| event.0 - 1);
+            end = (last - edge >= LEAST * period).then_some(last);
+        }
         (self.checks, self.redecided) = (before.1, before.2);
         (self.heard, self.ahead.0, self.found, self.prefix.0) = (0, 0, None, u64::MAX);
         match end {
@@ -318,7 +319,7 @@ impl<'a> Device<'a> {
                     pause: (Drive::Gates(pause), circuit),
                     rise: ripple.rise.hi,
                     fall: fall.hi,
-                    phase: (0, 0, smooth),
+                    phase: (0, 0, self.motion),
                 });
             }
             None => self.motion = before.0,

@@ -11,7 +11,7 @@ mod waves;
 use hpu_signal::Real;
 
 use crate::axis::{Hand, Mode, Shaft};
-use crate::double::{Double, Doubles, Product, versions};
+use crate::double::{Double, Doubles, Native, Product, versions};
 use crate::energy::{Energy, Powers, stored_j};
 use crate::gauge::{Flow, Gauge, Measured, Pace, Whole};
 use crate::guard::{Band, Limits, MotionPoint, Side, Watch, dyadic};
@@ -28,6 +28,8 @@ pub use cruise::Pulses;
 
 /// The least number of edges that the next event is searched for.
 const NEAR: u64 = 64;
+/// The greatest number of edges over which a quick look is tried where `NEAR` would do.
+const FAR: f64 = 4096.0;
 
 /// The continuous outputs, in the order of [`Device::reals`].
 pub const REALS: [Real; 4] = [
@@ -129,7 +131,7 @@ impl<'a> Device<'a> {
             held: Limits::ANY,
             gauge: None,
         };
-        device.shaft = device.shaft_at(&x.into());
+        device.shaft = device.shaft_at::<Native>(&x.into());
         device.enter(0, x.into());
         device
     }
@@ -324,7 +326,7 @@ impl<'a> Device<'a> {
             Drive::Current(current_a) => {
                 self.energy.surge(self.axis.motor.inductance_h, x.hi[CURRENT], current_a);
                 x.set(CURRENT, current_a.into());
-                self.let_go(&x);
+                self.let_go::<P>(&x);
                 Circuit::Amplified
             }
             _ if self.axis.amplified => panic!("an amplified axis has no bridge"),
@@ -332,7 +334,7 @@ impl<'a> Device<'a> {
                 let circuit = Bridge::averaged(duty);
                 if self.axis.is_resistive() {
                     x.set(CURRENT, self.axis.exact_ohmic_a(-duty, 2, x.lane(SPEED)));
-                    self.let_go(&x);
+                    self.let_go::<P>(&x);
                 }
                 circuit
             }
@@ -350,9 +352,9 @@ impl<'a> Device<'a> {
     }
 
     /// Lets friction lose its hold, if the torque has jumped beyond it.
-    fn let_go(&mut self, x: &Doubles) {
+    fn let_go<P: Product>(&mut self, x: &Doubles) {
         if self.shaft == Shaft::Stuck {
-            self.shaft = self.shaft_at(x);
+            self.shaft = self.shaft_at::<P>(x);
             self.mode_changes += u64::from(self.shaft != Shaft::Stuck);
         }
     }
@@ -377,7 +379,7 @@ impl<'a> Device<'a> {
             x.set(SPEED, speed_rad_per_s.into());
             x.set(ANGLE, angle_rad.into());
         }
-        self.let_go(&x);
+        self.let_go::<P>(&x);
         self.enter_with::<P>(edge, x);
     }
 
@@ -450,6 +452,18 @@ impl<'a> Device<'a> {
         self.look_for(from, to, band_rad)
     }
 
+    /// Returns whether an earlier search has shown that nothing happens from an edge to the next, while the angle is in
+    /// this band.
+    #[must_use]
+    #[inline(always)]
+    pub fn coasts(&self, edge: u64, band_rad: (f64, f64)) -> bool {
+        let (known, known_rad, event) = &self.ahead;
+        self.cruise.is_none()
+            && edge < *known
+            && band_rad == *known_rad
+            && event.as_ref().is_none_or(|event| event.0 > edge + 1)
+    }
+
     versions! {
         /// Searches for the [`next_event`](Self::next_event).
         fn look_for[look_for_fused, look_for_native, look_for_with](self: &mut Self, from: u64, to: u64, band_rad: (f64, f64)) -> Option<Event>
@@ -464,23 +478,43 @@ impl<'a> Device<'a> {
             return None;
         }
         let (first, mut last) = (from - self.anchor, to - self.anchor);
-        // A search often begins where the one before has found a count.
+        let (known, known_rad, event) = &self.ahead;
+        let is_clear = *known >= from && *known_rad == band_rad && event.is_none();
         let a = match self.found {
-            Some(point) if point.edge == first => point,
+            // A search often begins where the one before has found a count, or a few edges after one that has found
+            // nothing.
+            Some(point) if point.edge == first || is_clear && first - point.edge <= NEAR => point,
             _ => MotionPoint::of(&self.motion, first),
         };
+        let encoder = Limits::from(&Band { low: band_rad.0, high: band_rad.1, open: true });
         // A short search costs as much as a longer one, and similar searches follow, because edges come through the
         // datapath one by one.
-        let further = first + NEAR;
-        if last < further && further >> (self.motion.system().dyadic() - 1).min(62) == 0 {
-            last = further;
+        let most = 1 << (self.motion.system().dyadic() - 1).min(62);
+        if last < first + NEAR && first + NEAR < most {
+            // A quick look over most of the way to the next count often settles all of them.
+            let far = first + (0.75 * self.way(&encoder, &a)).min(FAR) as u64;
+            if far > first + NEAR && far < most {
+                self.hear(far);
+                if self.doubtful(&encoder, &a, far - a.edge) == [false; 3] {
+                    (self.ahead, self.found) = ((self.anchor + far, band_rad, None), Some(a));
+                    return None;
+                }
+            }
+            last = first + NEAR;
         }
         self.hear(last);
-        let encoder = Limits::from(&Band { low: band_rad.0, high: band_rad.1, open: true });
-        let doubtful = self.doubtful(&encoder, &a, last - first);
+        let doubtful = self.doubtful(&encoder, &a, last - a.edge);
+        self.found = Some(a);
         let event = if doubtful == [false; 3] { None } else { self.search(&encoder, a, last, doubtful) };
         self.ahead = (self.anchor + last, band_rad, event);
         event.filter(|event| event.0 <= to)
+    }
+
+    /// Returns the edges that the angle takes for a count at the speed of a point, between `NEAR` and 65536.
+    #[inline(always)]
+    fn way(&self, encoder: &Limits, from: &MotionPoint) -> f64 {
+        let gap_s = (encoder.high.hi - encoder.low.hi) / from.x[SPEED].abs();
+        (gap_s / self.motion.system().edge_s()).clamp(NEAR as f64, 65536.0)
     }
 
     /// Returns whether a quick look leaves open that a function leaves its band within this number of edges after a
@@ -504,10 +538,8 @@ impl<'a> Device<'a> {
     fn search(&mut self, encoder: &Limits, mut a: MotionPoint, last: u64, doubtful: [bool; 3]) -> Option<Event> {
         let first = a.edge;
         while a.edge < last {
-            // Searches about as far as the next encoder edge is away at this speed.
-            let gap_s = (encoder.high.hi - encoder.low.hi) / a.x[SPEED].abs();
-            let guess = (gap_s / self.motion.system().edge_s()).clamp(64.0, 65536.0) as u64;
-            let b = MotionPoint::of(&self.motion, last.min(a.edge + guess));
+            // Searches a little farther than the next encoder edge is away at this speed.
+            let b = MotionPoint::of(&self.motion, last.min(a.edge + (1.25 * self.way(encoder, &a)) as u64));
             let mut found: Option<MotionPoint> = None;
             for (index, _) in doubtful.iter().enumerate().filter(|(_, doubtful)| **doubtful) {
                 let (guard, limits, noise) = match self.checks.get(index) {

@@ -81,7 +81,7 @@ impl<'a> Device<'a> {
         if let Some(passed) = &mut passed {
             passed.add(&self.motion, tau_s.hi, [&x.hi, &there.hi], &done.states);
         }
-        self.turn(cause, side, &mut there);
+        self.turn::<P>(cause, side, &mut there);
         self.enter_with::<P>(edge - 1, there);
         // The rest of the edge in the new mode, then any other end of a mode within it.
         let rest_s = Double::from(edge_s) - tau_s;
@@ -103,14 +103,14 @@ impl<'a> Device<'a> {
             let ended =
                 |check: &Check| (check.side::<P>(&x) != Side::Inside).then(|| (check.cause, check.side::<P>(&x)));
             let Some((cause, side)) = self.checks.iter().flatten().find_map(ended) else { break };
-            self.turn(cause, side, &mut x);
+            self.turn::<P>(cause, side, &mut x);
             self.enter_with::<P>(edge, x);
         }
     }
 
     /// Sets the new mode after one ended, from the state at its end and the side of its band.
     #[inline(always)]
-    fn turn(&mut self, cause: Cause, side: Side, x: &mut Doubles) {
+    fn turn<P: Product>(&mut self, cause: Cause, side: Side, x: &mut Doubles) {
         self.mode_changes += 1;
         let above = side == Side::Above;
         match (cause, self.shaft, self.circuit) {
@@ -126,7 +126,7 @@ impl<'a> Device<'a> {
             }
             (Cause::Shaft, ..) => {
                 x.set(SPEED, Double::ZERO);
-                self.shaft = self.shaft_at(x);
+                self.shaft = self.shaft_at::<P>(x);
             }
             (Cause::Circuit, _, Circuit::Closed { .. }) => {
                 x.set(CURRENT, Double::ZERO);
@@ -147,11 +147,12 @@ impl<'a> Device<'a> {
 
     /// Returns the torque on the shaft except friction, while the shaft stands still.
     #[inline(always)]
-    fn net_nm(&self, x: &Doubles) -> Double {
-        let torque_nm = Double::from(self.axis.motor.torque_constant_nm_per_a) * x.lane(CURRENT) + self.torque_nm();
+    fn net_nm<P: Product>(&self, x: &Doubles) -> Double {
+        let torque_nm =
+            x.lane(CURRENT).by::<P>(self.axis.motor.torque_constant_nm_per_a.into()) + self.torque_nm::<P>();
         match self.axis.hand {
             Hand::Spring(push) => {
-                torque_nm + Double::from(push.stiffness_nm_per_rad) * (x.lane(INTENT) - x.lane(ANGLE))
+                torque_nm + (x.lane(INTENT) - x.lane(ANGLE)).by::<P>(push.stiffness_nm_per_rad.into())
             }
             _ => torque_nm,
         }
@@ -159,16 +160,19 @@ impl<'a> Device<'a> {
 
     /// Returns the constant part of the hand's torque on a shaft that stands still.
     #[inline(always)]
-    fn torque_nm(&self) -> Double {
+    fn torque_nm<P: Product>(&self) -> Double {
         match self.axis.hand {
             Hand::Torque(torque_nm) => torque_nm.into(),
-            Hand::Spring(push) => Double::product(push.damping_nm_s_per_rad, self.intent_rad_per_s),
+            Hand::Spring(push) => {
+                let (hi, lo) = P::two(push.damping_nm_s_per_rad, self.intent_rad_per_s);
+                Double { hi, lo }
+            }
             Hand::Prescribed => Double::ZERO,
         }
     }
 
     #[inline(always)]
-    pub(crate) fn shaft_at(&self, x: &Doubles) -> Shaft {
+    pub(crate) fn shaft_at<P: Product>(&self, x: &Doubles) -> Shaft {
         let friction_nm = self.axis.motor.coulomb_nm;
         if self.axis.hand == Hand::Prescribed {
             Shaft::Prescribed
@@ -179,7 +183,7 @@ impl<'a> Device<'a> {
         } else if x.hi[SPEED] != 0.0 {
             Shaft::Slip(if x.hi[SPEED] > 0.0 { 1 } else { -1 })
         } else {
-            let net_nm = self.net_nm(x);
+            let net_nm = self.net_nm::<P>(x);
             let friction_nm = Double::from(friction_nm);
             let limits = Limits { low: -friction_nm, high: friction_nm, open: false };
             match limits.side(net_nm) {
@@ -201,10 +205,10 @@ impl<'a> Device<'a> {
     #[inline(always)]
     fn hold_shaft<P: Product>(&mut self, x: &Doubles) {
         let (axis, constants) = (self.axis, &self.axis.constants);
-        let constant_nm = self.torque_nm();
+        let constant_nm = self.torque_nm::<P>();
         let push = match self.shaft {
-            Shaft::Slip(sign) => constants.torque * constant_nm - constants.coulomb.times::<P>(f64::from(sign)),
-            Shaft::Creep => constants.torque * constant_nm,
+            Shaft::Slip(sign) => constants.torque.by::<P>(constant_nm) - constants.coulomb.times::<P>(f64::from(sign)),
+            Shaft::Creep => constants.torque.by::<P>(constant_nm),
             Shaft::Stuck | Shaft::Prescribed => Double::ZERO,
         };
         self.motion.f.set(SPEED, push);

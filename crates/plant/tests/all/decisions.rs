@@ -90,6 +90,28 @@ fn the_first_exit_is_exact_at_limits_that_f64_values_touch() {
 }
 
 #[test]
+fn a_value_that_leaves_a_limit_and_falls_back_is_found_at_the_edge_that_exact_integers_say() {
+    // x = s t - t²/2 on a clock of 2^-30 s: with s = n 2^-31 it begins at 0 and is back there at edge n exactly.
+    let a = [[0.0; 4], [0.0; 4], [0.0, 1.0, 0.0, 0.0], [0.0; 4]];
+    let system = Linear::new(a, 2f64.powi(-30), 1 << 20);
+    let guard = Guard::new([0.0, 0.0, 1.0, 0.0], &system);
+    for n in [1u64, 2, 3, 7, 63, 64, 65, 127, 128, 129, 1000, 16_384, 99_999] {
+        let speed = n as f64 * 2f64.powi(-31);
+        for rising in [1.0, -1.0] {
+            let motion = Trajectory::new(&system, [0.0, rising * speed, 0.0, 0.0], [0.0, -rising, 0.0, 0.0]);
+            let above = Band { low: 0.0, high: f64::INFINITY, open: false };
+            let below = Band { low: f64::NEG_INFINITY, high: 0.0, open: false };
+            let band = if rising > 0.0 { above } else { below };
+            for to in [n, n + 1, n + 2, 2 * n + 40, 200_000] {
+                let [from, to] = [0, to].map(|edge| MotionPoint::of(&motion, edge));
+                let expected = (to.edge > n).then_some(n + 1);
+                assert_eq!(guard.first(&motion, &band, &from, &to), expected, "{n} {rising} to {}", to.edge);
+            }
+        }
+    }
+}
+
+#[test]
 fn a_count_that_a_search_has_found_ahead_is_forgotten_when_the_drive_changes() {
     let motor = Motor {
         resistance_ohm: 2.35,
