@@ -82,15 +82,20 @@ fn differing_rows(block: &mut dyn AnyBlock, most: usize, dir: &Path) -> u64 {
     different.parse().expect("a number")
 }
 
-/// Simulates so many variants of each block. Returns the names of the blocks, and the number of laws among the
-/// variants.
-fn simulate(name: &str, most: usize) -> (BTreeSet<&'static str>, usize) {
+/// Returns whether GHDL takes seconds for a loop, because its tables are long.
+fn has_long_tables(name: &str, label: &str) -> bool {
+    ["phantom_loop", "phantom_shared_loop"].contains(&name) && label != "small"
+}
+
+/// Simulates the first `most` variants of each block; `long` includes loops with long tables. Returns the names of the
+/// blocks, and the number of laws among the variants.
+fn simulate(name: &str, most: usize, long: bool) -> (BTreeSet<&'static str>, usize) {
     let dir = std::env::temp_dir().join(format!("hpu-cost-verilog-{name}-{}", std::process::id()));
     std::fs::create_dir_all(&dir).expect("a folder for the test");
     let (mut wrong, mut held, mut laws) = (Vec::new(), BTreeMap::<_, usize>::new(), 0);
     for (label, mut block) in variants() {
         let before = held.entry(block.name()).or_default();
-        if *before == most {
+        if *before == most || !long && has_long_tables(block.name(), &label) {
             continue;
         }
         *before += 1;
@@ -103,7 +108,7 @@ fn simulate(name: &str, most: usize) -> (BTreeSet<&'static str>, usize) {
     }
     std::fs::remove_dir_all(dir).expect("the folder goes");
     assert!(wrong.is_empty(), "{wrong:#?}");
-    (held.into_keys().collect(), laws)
+    (held.into_iter().filter(|(_, count)| *count > 0).map(|(name, _)| name).collect(), laws)
 }
 
 /// Asserts that each block has a variant among these.
@@ -112,10 +117,10 @@ fn assert_each(held: &BTreeSet<&str>) {
     assert!(missing.is_empty(), "no variant: {missing:?}");
 }
 
-/// Proofs rest on the same Verilog: those of two configurations of each block are in the test command, too.
+/// One variant is enough here: the test command proves two configurations of each block, from the same Verilog.
 #[test]
 fn a_variant_of_each_block_is_synthesised_to_verilog_that_answers_as_the_emulator_does() {
-    let (held, laws) = simulate("short", 1);
+    let (held, laws) = simulate("short", 1, false);
     assert!(laws >= 6, "{laws} variants of laws");
     assert_each(&held);
 }
@@ -123,7 +128,7 @@ fn a_variant_of_each_block_is_synthesised_to_verilog_that_answers_as_the_emulato
 #[test]
 #[ignore = "testbench/long.sh runs it"]
 fn every_variant_of_every_block_is_synthesised_to_verilog_that_answers_as_the_emulator_does() {
-    let (held, laws) = simulate("long", usize::MAX);
+    let (held, laws) = simulate("long", usize::MAX, true);
     assert!(laws > 20, "{laws} variants of laws");
     assert_each(&held);
 }
