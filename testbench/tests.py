@@ -2,7 +2,8 @@
 """Builds every Rust test and runs each in a process of its own, on all cores; tells the slowest, and what each binary took.
 
 Cargo runs one test binary after another, and at the end of each one core waits for the other. Here all tests are one queue, and
-those that were slow in the run on record (record/tests.txt, written by --update) start first.
+those that were slow in the run on record (record/tests.txt, written by --update) start first. Two programs that keep one core
+busy for minutes are in the queue too: the check of the VHDL, and outside.sh.
 
 Usage: testbench/tests.py [--update] [TEXT]: only tests whose names contain TEXT.
 Exit codes: 0 all passed, 1 a test failed, 101 something does not compile.
@@ -21,6 +22,16 @@ RECORD = ROOT / "testbench" / "record" / "tests.txt"
 # No test takes this long: one that does hangs.
 LIMIT_S = 900
 SLOW_S = 2.0
+# Programs in the queue that are no Rust tests, by name. Their output is shown at the end.
+#
+# The VHDL: blocks on their vectors, loops closed around the plant, edge by edge. Beside the directed rows the check takes
+# a twentieth of the random ones: most blocks are proved too, and long.sh runs the whole check. The build of the tests has
+# made the program; `cargo run` would build half of it once more, with fewer features of its dependencies.
+HPU = (ROOT / os.environ.get("CARGO_TARGET_DIR", "target") / "release" / "hpu").as_posix()
+OTHERS = {
+    "the VHDL in GHDL": [HPU, "check", "--rows", "100", "--jobs", "1"],
+    "other tools and Python": ["testbench/outside.sh"],
+}
 
 
 def built():
@@ -59,6 +70,11 @@ def recorded():
     return {name: float(seconds) for seconds, name in pairs}
 
 
+def passes(command, ran):
+    """Whether a test has passed; a binary of tests that runs none has not."""
+    return ran.returncode == 0 and (command in OTHERS.values() or b"test result: ok. 1 passed" in ran.stdout)
+
+
 class Queue:
     """Tests to run, and what came of them."""
 
@@ -67,6 +83,7 @@ class Queue:
         self.lock = threading.Lock()
         self.took = []
         self.failed = []
+        self.said = {}
         self.told = time.monotonic()
 
     def work(self):
@@ -76,18 +93,18 @@ class Queue:
                     return
                 name, package, command = self.left.pop()
             begin = time.monotonic()
-            environment = {**os.environ, "CARGO_MANIFEST_DIR": str(package)}
+            own = {} if name in OTHERS else {"CARGO_MANIFEST_DIR": str(package)}
             try:
                 ran = subprocess.run(
                     command,
                     cwd=package,
-                    env=environment,
+                    env={**os.environ, **own},
                     stdin=subprocess.DEVNULL,
                     stdout=subprocess.PIPE,
                     stderr=subprocess.STDOUT,
                     timeout=LIMIT_S,
                 )
-                said, passed = ran.stdout.decode(errors="replace"), ran.returncode == 0 and b"test result: ok. 1 passed" in ran.stdout
+                said, passed = ran.stdout.decode(errors="replace"), passes(command, ran)
             except subprocess.TimeoutExpired as late:
                 said, passed = f"{(late.stdout or b'').decode(errors='replace')}\nstill running after {LIMIT_S} s", False
             self.done(name, time.monotonic() - begin, said, passed)
@@ -98,6 +115,8 @@ class Queue:
             if not passed:
                 self.failed.append(name)
                 print(f"--- {name} ---\n{said.rstrip()}", flush=True)
+            elif name in OTHERS:
+                self.said[name] = said
             if time.monotonic() - self.told > 10 or not self.left:
                 self.told = time.monotonic()
                 print(f"{len(self.took)} tests done, {len(self.left)} to begin, {len(self.failed)} failed", flush=True)
@@ -109,7 +128,9 @@ def main():
     begun = time.monotonic()
     binaries = list(built())
     built_s = time.monotonic() - begun
-    tests = [test for binary in binaries for test in tests_of(*binary) if text in test[0]]
+    tests = [(name, ROOT, command) for name, command in OTHERS.items()]
+    tests += [test for binary in binaries for test in tests_of(*binary)]
+    tests = [test for test in tests if text in test[0]]
     tests.sort(key=lambda test: -slow.get(test[0], 0.0))
     if not tests:
         sys.exit(f"error: no test has `{text}` in its name")
@@ -119,12 +140,14 @@ def main():
         thread.start()
     for thread in threads:
         thread.join()
+    for name, said in queue.said.items():
+        print(f"--- {name} ---\n{said.rstrip()}")
     print("the ten slowest tests:")
     for seconds, name in sorted(queue.took, reverse=True)[:10]:
         print(f"{seconds:8.2f} s  {name}")
     sums = {}
     for seconds, name in queue.took:
-        binary = " ".join(name.split(" ")[:2])
+        binary = name if name in OTHERS else " ".join(name.split(" ")[:2])
         count, total = sums.get(binary, (0, 0.0))
         sums[binary] = (count + 1, total + seconds)
     for binary, (count, total) in sorted(sums.items(), key=lambda one: -one[1][1]):

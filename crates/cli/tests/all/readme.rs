@@ -7,7 +7,7 @@ use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::thread::sleep;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use crate::common::{ROOT, code, scratch, stderr, stdout};
 use crate::readme_tables::{BOOK, COMMANDS, EXCEPTED, FIGURES, Form, From};
@@ -158,12 +158,26 @@ impl Shell {
             .stderr(fs::File::create(self.dir.join("begun.err")).expect("a file"))
             .spawn()
             .expect("a shell");
-        sleep(Duration::from_millis(600));
+        let begun = Instant::now();
+        while !catches_interrupts(child.id()) && begun.elapsed() < Duration::from_secs(10) {
+            sleep(Duration::from_millis(5));
+        }
+        // The work begins after its arguments are read.
+        sleep(Duration::from_millis(100));
         let interrupted = Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill");
         assert!(interrupted.success(), "`{line}` ended at once");
         let code = child.wait().expect("an end").code();
         assert_eq!(code, Some(130), "`{line}`: {}", fs::read_to_string(&quiet).expect("a text"));
     }
+}
+
+/// Returns whether a process has a handler for SIGINT, according to `/proc`.
+fn catches_interrupts(id: u32) -> bool {
+    let status = fs::read_to_string(format!("/proc/{id}/status")).unwrap_or_default();
+    let caught = status.lines().find_map(|line| line.strip_prefix("SigCgt:"));
+    let caught = caught.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).unwrap_or_default();
+    // The mask's lowest bit is signal 1; SIGINT is signal 2.
+    caught & 0b10 != 0
 }
 
 /// Asserts that each line of a shown output is a line of the real output, in the same order; `…` stands for lines left

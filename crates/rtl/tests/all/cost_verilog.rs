@@ -82,21 +82,20 @@ fn differing_rows(block: &mut dyn AnyBlock, most: usize, dir: &Path) -> u64 {
     different.parse().expect("a number")
 }
 
-/// Returns the number of variants of a block that the test command simulates: one of a loop, whose blocks have variants
-/// of their own. `testbench/long.sh` simulates all of them.
-fn few(name: &str) -> usize {
-    if name.ends_with("_loop") { 1 } else { 2 }
+/// Returns whether GHDL takes seconds for a loop, because its tables are long.
+fn has_long_tables(name: &str, label: &str) -> bool {
+    ["phantom_loop", "phantom_shared_loop"].contains(&name) && label != "small"
 }
 
-/// Simulates so many variants of each block. Returns the names of the blocks, and the number of laws among the
-/// variants.
-fn simulate(name: &str, most: impl Fn(&str) -> usize) -> (BTreeSet<&'static str>, usize) {
+/// Simulates the first `most` variants of each block; `long` includes loops with long tables. Returns the names of the
+/// blocks, and the number of laws among the variants.
+fn simulate(name: &str, most: usize, long: bool) -> (BTreeSet<&'static str>, usize) {
     let dir = std::env::temp_dir().join(format!("hpu-cost-verilog-{name}-{}", std::process::id()));
     std::fs::create_dir_all(&dir).expect("a folder for the test");
     let (mut wrong, mut held, mut laws) = (Vec::new(), BTreeMap::<_, usize>::new(), 0);
     for (label, mut block) in variants() {
         let before = held.entry(block.name()).or_default();
-        if *before == most(block.name()) {
+        if *before == most || !long && has_long_tables(block.name(), &label) {
             continue;
         }
         *before += 1;
@@ -109,7 +108,7 @@ fn simulate(name: &str, most: impl Fn(&str) -> usize) -> (BTreeSet<&'static str>
     }
     std::fs::remove_dir_all(dir).expect("the folder goes");
     assert!(wrong.is_empty(), "{wrong:#?}");
-    (held.into_keys().collect(), laws)
+    (held.into_iter().filter(|(_, count)| *count > 0).map(|(name, _)| name).collect(), laws)
 }
 
 /// Asserts that each block has a variant among these.
@@ -118,17 +117,18 @@ fn assert_each(held: &BTreeSet<&str>) {
     assert!(missing.is_empty(), "no variant: {missing:?}");
 }
 
+/// One variant is enough here: the test command proves two configurations of each block, from the same Verilog.
 #[test]
-fn two_variants_of_a_block_and_one_of_a_loop_are_synthesised_to_verilog_that_answers_as_the_emulator_does() {
-    let (held, laws) = simulate("short", few);
-    assert!(laws > 10, "{laws} variants of laws");
+fn a_variant_of_each_block_is_synthesised_to_verilog_that_answers_as_the_emulator_does() {
+    let (held, laws) = simulate("short", 1, false);
+    assert!(laws >= 6, "{laws} variants of laws");
     assert_each(&held);
 }
 
 #[test]
 #[ignore = "testbench/long.sh runs it"]
 fn every_variant_of_every_block_is_synthesised_to_verilog_that_answers_as_the_emulator_does() {
-    let (held, laws) = simulate("long", |_| usize::MAX);
+    let (held, laws) = simulate("long", usize::MAX, true);
     assert!(laws > 20, "{laws} variants of laws");
     assert_each(&held);
 }

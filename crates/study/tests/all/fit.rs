@@ -151,6 +151,7 @@ fn what_is_chosen_is_right_on_the_second_quarter_of_the_scenes_and_around_them()
 }
 
 #[test]
+#[ignore = "testbench/long.sh runs it"]
 fn what_is_chosen_is_right_on_the_third_quarter_of_the_scenes_and_around_them() {
     right_on_scenes(2);
 }
