@@ -36,7 +36,7 @@ pub fn sucl(layout: &Layout, dump: &str, clock: Clock, named: &[(Cycle, String)]
     list.text += "item_unfocus\nzoom_fit\n";
     let timescale = Timescale::of(clock);
     for (edge, name) in named {
-        let _ = writeln!(list.text, "marker_set_at {} {name}", timescale.at(*edge));
+        let _ = writeln!(list.text, "marker_set {} {}", word(name), timescale.at(*edge));
     }
     list.text
 }
@@ -66,12 +66,17 @@ impl List<'_> {
         self.items += 1;
     }
 
-    /// Adds a heading, whose name must be a single word.
+    /// Adds a heading.
     fn heading(&mut self, name: &str) {
-        let words = name.split(|c: char| !c.is_ascii_alphanumeric()).filter(|word| !word.is_empty());
-        let _ = writeln!(self.text, "divider_add {}", words.collect::<Vec<_>>().join("_"));
+        let _ = writeln!(self.text, "divider_add {}", word(name));
         self.items += 1;
     }
+}
+
+/// Returns a name as the single word that a command takes.
+fn word(name: &str) -> String {
+    let words = name.split(|c: char| !c.is_ascii_alphanumeric()).filter(|word| !word.is_empty());
+    words.collect::<Vec<_>>().join("_")
 }
 
 /// Returns the letters by which Surfer knows the item at a place: hexadecimal digits, with `a` for 0.

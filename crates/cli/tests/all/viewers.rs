@@ -61,8 +61,8 @@ fn markers_are_where_the_waveform_touches_overflows_and_is_judged() {
     assert_eq!(last, 200_000_000);
     let judged = 200_000_000 * 7 / 10 + 10_000;
     let expected = format!(
-        "zoom_fit\nmarker_set_at {touched} first contact\nmarker_set_at {overflowed} first overflow of spring\n\
-         marker_set_at {judged} judged from here\n"
+        "zoom_fit\nmarker_set first_contact {touched}\nmarker_set first_overflow_of_spring {overflowed}\n\
+         marker_set judged_from_here {judged}\n"
     );
     assert!(commands.ends_with(&expected), "{expected}{commands}");
     // GTKWave counts in ns.

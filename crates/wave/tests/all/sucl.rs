@@ -42,7 +42,7 @@ fn surfer_shows_what_gtkwave_shows_and_formats_the_item_added_last() {
             }
             "#" | "item_unfocus" | "zoom_fit" => {}
             // 140 ns in units of 10 ns.
-            "marker_set_at" => assert_eq!(value, "14 first contact"),
+            "marker_set" => assert_eq!(value, "first_contact 14"),
             _ => panic!("{line}"),
         }
     }
@@ -56,5 +56,5 @@ fn surfer_shows_what_gtkwave_shows_and_formats_the_item_added_last() {
         assert!(formats.contains(&expected), "{expected:?} of {formats:?}");
     }
     assert!(!formats.iter().any(|(name, _)| *name == "hybrid_loop.a_high"));
-    assert!(commands.ends_with("marker_set_at 14 first contact\n"));
+    assert!(commands.ends_with("marker_set first_contact 14\n"));
 }
