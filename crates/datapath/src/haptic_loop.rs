@@ -8,11 +8,10 @@ use crate::circuit_loop::{AxisCircuit, CircuitLoop, LoopCircuit};
 use crate::config::{COUNTER, within};
 use crate::listed::{Given, Listed};
 use crate::{
-    AnyWiring, Block, CommandLimiter, ConfigError, ConventionalLoop, Displacement, Generic, HybridLoop, LoopConfig,
-    LoopIn, LoopOut, PositionCounter, Pwm, PwmConfig, QuadratureDecoder, Synchronizer, TorqueSum, TruncatingMultiplier,
-    Unilateral, VelocityConfig, VelocityRegister, ZeroOrderHold, command_limiter, displacement, position_counter, pwm,
-    quadrature_decoder, synchronizer, torque_sum, truncating_multiplier, unilateral, velocity_register,
-    zero_order_hold,
+    AnyWiring, Block, CommandLimiter, ConfigError, Displacement, Generic, LoopConfig, LoopIn, LoopOut, PositionCounter,
+    Pwm, PwmConfig, QuadratureDecoder, Synchronizer, TorqueSum, TruncatingMultiplier, Unilateral, VelocityConfig,
+    VelocityRegister, ZeroOrderHold, command_limiter, displacement, position_counter, pwm, quadrature_decoder,
+    synchronizer, torque_sum, truncating_multiplier, unilateral, velocity_register, zero_order_hold,
 };
 
 /// Returns a haptic loop without its type, for callers that would compile both of them once more.
@@ -21,7 +20,11 @@ use crate::{
 ///
 /// When a block refuses its words.
 pub fn haptic_wiring(config: LoopConfig, is_conventional: bool) -> Result<Box<dyn AnyWiring>, ConfigError> {
-    Ok(if is_conventional { Box::new(ConventionalLoop::new(config)?) } else { Box::new(HybridLoop::new(config)?) })
+    Ok(if is_conventional {
+        Box::new(HapticLoop::<true>::new(config)?)
+    } else {
+        Box::new(HapticLoop::<false>::new(config)?)
+    })
 }
 
 /// A haptic loop, position counter to H-bridge: [`HybridLoop`](crate::HybridLoop) or
