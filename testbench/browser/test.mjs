@@ -99,7 +99,7 @@ await test("every shipped scene has the bits of the native engine", async (page)
   assert.deepEqual(own, Object.fromEntries(native));
 });
 
-await test("a slider's move is in the picture within 100 ms, with its ripple", async (page) => {
+await test("a slider's move is in the picture within 100 ms, with its ripple within 200 ms", async (page) => {
   await rest(page, ["rippled"]);
   const slider = page.locator('[aria-label="wall.stiffness, slider"]'),
     first = [],
@@ -120,10 +120,11 @@ await test("a slider's move is in the picture within 100 ms, with its ripple", a
   }
   const moves = all.map(Math.round).join(" ");
   console.log(
-    `slider on hybrid-wall: median ${median(all).toFixed(0)} ms of ${all.length} moves: ${moves}; ` +
-      `before the ripple ${median(first).toFixed(0)} ms`,
+    `slider on hybrid-wall: median ${median(first).toFixed(0)} ms of ${first.length} moves; ` +
+      `with its ripple ${median(all).toFixed(0)} ms: ${moves}`,
   );
-  assert.ok(median(all) <= 100 * SLACK, `${median(all)} ms`);
+  assert.ok(median(first) <= 100 * SLACK, `${median(first)} ms`);
+  assert.ok(median(all) <= 200 * SLACK, `${median(all)} ms with the ripple`);
 });
 
 await test("a map of 21 by 11 cells of 1 s fills within 10 s, and a click loads a cell", async (page) => {
