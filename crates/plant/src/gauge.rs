@@ -346,11 +346,12 @@ pub(crate) fn turns(motion: &Trajectory, guard: &Guard, a: MotionPoint, b: Motio
 /// Terms of the series of [`curvature`].
 const TERMS: u32 = 8;
 
-/// Returns the second derivative at the start of a stretch, of at most 2^`dyadic` edges, and the most by which it changes
-/// within it: the sizes of the terms of its Taylor series, Lagrange's remainder, and the rounding of the first term.
+/// Returns the second derivative at the start of a stretch, of at most 2^`dyadic` edges, and the most by which it
+/// changes within it: the sizes of the terms of its Taylor series, Lagrange's remainder, and the rounding of the
+/// first term.
 ///
-/// [`Guard::derivatives`] bounds the same derivative by sizes of states. Where states all but cancel, as the speeds of a
-/// motor and of a hand that hold each other, that bound is many times too large.
+/// [`Guard::derivatives`] bounds the same derivative by sizes of states. Where states all but cancel, as the speeds
+/// of a motor and of a hand that hold each other, that bound is many times too large.
 fn curvature(motion: &Trajectory, guard: &Guard, w: &State, length_s: f64, dyadic: usize) -> (f64, f64) {
     let system = motion.system();
     let after = |w: &State| system.matrix().map(|row| dot(&row, w));

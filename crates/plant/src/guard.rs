@@ -291,8 +291,8 @@ impl Guard {
         self.bounds.get(dyadic).map(|bounds| [1, 3].map(|order| bounds.derivatives.row(order)))
     }
 
-    /// Returns the greatest size of the function over 2^`dyadic` edges of the system's flow without a drive, from a state
-    /// of these sizes.
+    /// Returns the greatest size of the function over 2^`dyadic` edges of the system's flow without a drive, from a
+    /// state of these sizes.
     pub(crate) fn bound(&self, dyadic: usize, sizes: &State) -> f64 {
         dot(&self.bounds[dyadic].derivatives.row(0), sizes)
     }
@@ -439,8 +439,8 @@ impl Guard {
         }
     }
 
-    /// Returns the only exit between `from` (inside) and `to` (outside) of a function that keeps its direction. `second`
-    /// bounds its second derivative.
+    /// Returns the only exit between `from` (inside) and `to` (outside) of a function that keeps its direction.
+    /// `second` bounds its second derivative.
     #[inline(always)]
     fn unique(&self, watch: &mut Watch, from: &MotionPoint, to: &MotionPoint, rising: f64, second: f64) -> MotionPoint {
         let limit = if rising > 0.0 { watch.limits.high.hi } else { watch.limits.low.hi };

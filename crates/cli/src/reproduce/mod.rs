@@ -25,9 +25,9 @@ use drop::Name;
 /// In phantom-table-2 and phantom-ladder a cell near a boundary of stability is run at several seeds (--seeds), where
 /// one draw does not decide it: a claim may then be met in k of n seeds. All other cells are run at one.
 ///
-/// phantom-table-2 takes about three minutes on two cores, and so does phantom-ladder with `--axes y --trials 1`; with
-/// all axes and trials it takes many times that, and `hpu sweep` runs the trials of both in shards. phantom-lag takes one
-/// or two, phantom-cost many: each synthesis takes up to a few, a core and up to a gigabyte.
+/// phantom-table-2 takes about three minutes on two cores, and so does phantom-ladder with `--axes y --trials 1`;
+/// with all axes and trials it takes many times that, and `hpu sweep` runs the trials of both in shards. phantom-lag
+/// takes one or two, phantom-cost many: each synthesis takes up to a few, a core and up to a gigabyte.
 #[derive(clap::Args)]
 pub struct Args {
     #[command(subcommand)]

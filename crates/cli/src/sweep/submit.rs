@@ -165,7 +165,8 @@ fn wanted(left: &[u64], tasks: u64) -> String {
     own.runs().iter().map(run).collect::<Vec<_>>().join(",")
 }
 
-/// Returns the script of an array over a wave: each task runs every `tasks`-th shard. Tasks without shards are left out.
+/// Returns the script of an array over a wave: each task runs every `tasks`-th shard. Tasks without shards are left
+/// out.
 fn array(args: &Args, planned: &Planned, left: &[u64], tasks: u64) -> Result<String, Failure> {
     let dir = quoted(&planned.dir.display().to_string());
     let limit = args.limit.map_or(String::new(), |limit| format!("%{limit}"));
@@ -206,8 +207,8 @@ fn follower(args: &Args, planned: &Planned, left: u64, job: Job) -> Result<Strin
     Ok(script)
 }
 
-/// Submits the jobs of the last wave that Slurm does not have yet. The command can begin with each of its steps, so that
-/// a process that was killed between two of them leaves the rest to the next one.
+/// Submits the jobs of the last wave that Slurm does not have yet. The command can begin with each of its steps, so
+/// that a process that was killed between two of them leaves the rest to the next one.
 fn slurm(args: &Args, mut planned: Planned) -> Result<Exit, Failure> {
     let mut page = Page::default();
     let mut left = progress(&planned).left;
