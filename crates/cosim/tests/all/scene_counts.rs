@@ -32,11 +32,24 @@ fn smoothed(recording: &[(f64, i64)]) -> (Vec<f64>, Vec<f64>) {
     points(&scene("qube-arm", &[], &format!("time_s,count\n{rows}")).unwrap_or_else(|error| panic!("{error}")))
 }
 
-/// Returns the sum of the squares of the third derivative, each times the time that it stands for, and the most by
-/// which a motion in the counts can have less. Times are in mean intervals.
-fn objective(times: &[f64], positions: &[f64], counts: &[i64]) -> (f64, f64) {
+/// The sum of the squares of the third derivative of a motion, each times the time that it stands for.
+struct Objective {
+    sum: f64,
+    /// The most by which a motion in the counts can have less.
+    beaten_by: f64,
+    /// The part of that which can be due to the rounding of the positions to `f64`.
+    rounding: f64,
+}
+
+/// Returns the objective of a motion. Times are in mean intervals.
+///
+/// A position is rounded as an angle, with the count of the first point, and by [`points`]: three times half an ulp. If
+/// each is off by `e`, a derivative with the factors `u` is off by at most `e sum |u|`, and the gradient at one of its
+/// points by at most `2 weight |u| e sum |u|`. No point is more than a count from where it could be.
+fn objective(times: &[f64], positions: &[f64], counts: &[i64]) -> Objective {
     let mean = (times[times.len() - 1] - times[0]) / (times.len() - 1) as f64;
-    let (mut sum, mut slope) = (0.0, vec![0.0; positions.len()]);
+    let error = 1.5 * f64::EPSILON * positions.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+    let (mut sum, mut slope, mut rounding) = (0.0, vec![0.0; positions.len()], 0.0);
     for at in 0..positions.len().saturating_sub(3) {
         let t: Vec<f64> = times[at..at + 4].iter().map(|time| time / mean).collect();
         // Newton's scheme of divided differences, of unit vectors too: their differences are the factors.
@@ -52,19 +65,22 @@ fn objective(times: &[f64], positions: &[f64], counts: &[i64]) -> (f64, f64) {
         let value = third(std::array::from_fn(|k| positions[at + k] - positions[at]));
         let weight = (t[3] - t[0]) / 3.0;
         sum += weight * value * value;
-        for k in 0..4 {
-            let unit = third(std::array::from_fn(|other| f64::from(u8::from(other == k))));
-            slope[at + k] += 2.0 * weight * value * unit;
+        let units = [0, 1, 2, 3].map(|k| third(std::array::from_fn(|other| f64::from(u8::from(other == k)))));
+        for (slope, unit) in slope[at..].iter_mut().zip(units) {
+            *slope += 2.0 * weight * value * unit;
         }
+        let sum_of_units: f64 = units.iter().map(|unit| unit.abs()).sum();
+        rounding += 2.0 * weight * error * sum_of_units * sum_of_units;
     }
     let room = slope.iter().zip(positions).zip(counts).map(|((slope, x), count)| {
         let (low, high) = (*count as f64 + MARGIN, *count as f64 + 1.0 - MARGIN);
         slope.max(0.0) * (x - low) + (-slope).max(0.0) * (high - x)
     });
-    (sum, room.sum())
+    Objective { sum, beaten_by: room.sum(), rounding }
 }
 
-/// Asserts that the motion lies in the counts, and that no motion in them is smoother by more than a millionth.
+/// Asserts that the motion lies in the counts, and that no motion in them is smoother by more than a millionth and what
+/// the rounding of its positions can be worth.
 fn assert_smoothest(recording: &[(f64, i64)]) {
     let (times, positions) = smoothed(recording);
     let counts: Vec<i64> = recording.iter().map(|(_, count)| *count).collect();
@@ -72,9 +88,9 @@ fn assert_smoothest(recording: &[(f64, i64)]) {
     for (x, count) in positions.iter().zip(&counts) {
         assert_eq!(x.floor() as i64, *count, "{x} of {recording:?}");
     }
-    let (sum, beaten_by) = objective(&times, &positions, &counts);
-    let none = 1e-9 * recording.len() as f64;
-    assert!(beaten_by <= 1e-6 * sum + none, "{sum} can be beaten by {beaten_by}: {recording:?}");
+    let Objective { sum, beaten_by, rounding } = objective(&times, &positions, &counts);
+    let none = 1e-9 * recording.len() as f64 + rounding;
+    assert!(beaten_by <= 1e-6 * sum + none, "{sum} can be beaten by {beaten_by}, not {none}: {recording:?}");
 }
 
 #[test]
@@ -86,6 +102,45 @@ fn no_motion_in_six_counts_is_smoother_whatever_the_counts() {
             assert_smoothest(&recording);
         }
     }
+}
+
+/// Two points of this recording are two milliseconds apart, others most of a second. Far from 0 its positions are rounded
+/// to 1e-10 counts, which counts there.
+#[test]
+fn no_motion_is_smoother_where_times_nearly_meet() {
+    let recording = [
+        (0.4157720351050533, 1),
+        (0.49323382936777854, 3),
+        (1.1539327068211338, 1),
+        (1.4394201476627637, 1),
+        (1.8104141808482832, 3),
+        (2.1147056079737894, 0),
+        (2.42273915690418, 5),
+        (2.7508691447733717, 2),
+        (3.438071058314719, 1),
+        (4.179885798478826, 6),
+        (4.535075523968745, 2),
+        (5.440747439315757, 2),
+        (5.850763601170724, -3),
+        (6.456898086194954, 2),
+        (6.487236932521332, 0),
+        (6.4891949018987445, 0),
+        (6.735434167052454, -1),
+        (7.551485673883787, 2),
+    ];
+    for origin in [0, 911_424, -911_424] {
+        assert_smoothest(&recording.map(|(time, count)| (time, count + origin)));
+    }
+}
+
+#[test]
+fn steps_that_come_little_way_and_objectives_of_nearly_0_end_too() {
+    // Mehrotra's steps on the first recording return to where they were, if their second order counts in full.
+    let cycle = [(0.0, -1), (0.1, -6), (0.47, -5), (0.57, -4), (1.038, -8), (1.638, -4), (1.738, -3), (2.72, 0)];
+    assert_smoothest(&cycle);
+    // A parabola goes through these counts, and two times are near: the system is singular but for tiny multipliers.
+    assert_smoothest(&[(0.0, 0), (0.01, 0), (0.35, -1), (1.104, 4)]);
+    assert_smoothest(&[(0.0, 0), (0.009, 0), (0.36, 5), (1.226, 9), (1.968, 5)]);
 }
 
 #[test]
@@ -102,7 +157,7 @@ fn the_counts_of_a_parabola_give_a_motion_without_a_third_derivative() {
     let recording: Vec<_> = (0..2000).map(|at| (at as f64 * 2e-3, count(at))).collect();
     let (times, positions) = smoothed(&recording);
     let counts: Vec<i64> = recording.iter().map(|row| row.1).collect();
-    let (sum, _) = objective(&times, &positions, &counts);
+    let sum = objective(&times, &positions, &counts).sum;
     assert!(sum < 1e-9, "{sum}");
     // The position is then known much better than to a count.
     for (x, at) in positions.iter().zip(0..) {
