@@ -7,7 +7,8 @@ use hpu_datapath::LoopOut;
 use hpu_signal::{Format, Signal};
 
 use super::{Design, Fault, Port};
-use crate::scene::{Connection, Driving, DutScene, Encoder, Line, SceneError};
+use crate::driven_world::AxisEncoder;
+use crate::scene::{Connection, Driving, DutScene, Line, SceneError};
 use crate::world::EncoderState;
 
 /// A port with its connection.
@@ -26,10 +27,8 @@ pub struct Wires {
     pub(super) nets: Vec<Signal>,
     driving: Driving,
     floats: bool,
-    /// Counts per revolution, if the encoder has an index.
-    revolution: Option<i64>,
-    /// The wall's position in counts from angle 0.
-    pub(super) wall: i64,
+    /// The encoder with its wall.
+    pub(crate) encoder: AxisEncoder,
     count_rad: f64,
 }
 
@@ -136,17 +135,12 @@ impl Wires {
         };
         let mut nets: Vec<_> = wires.iter().map(net).collect();
         nets.push(Signal::bit("wall_contact", "The encoder's count is beyond the wall's"));
-        let revolution = match scene.encoder {
-            Encoder::Rotary { lines } => Some(4 * i64::from(lines)),
-            Encoder::Linear { .. } => None,
-        };
         Ok(Self {
             wires,
             nets,
             driving: scene.dut.driving().map_err(|reason| scene.error("dut.ports", reason))?,
             floats: scene.dut.floats,
-            revolution,
-            wall: scene.wall_counts(),
+            encoder: AxisEncoder::new(scene.encoder, scene.wall_rad),
             count_rad: scene.encoder.count_rad(),
         })
     }
@@ -161,24 +155,31 @@ impl Wires {
         &self.nets
     }
 
+    /// Returns the wires of the inputs, which the world gives.
+    pub(crate) fn given(&self) -> impl Iterator<Item = &Wire> {
+        self.wires.iter().filter(|wire| wire.port.is_input)
+    }
+
+    /// Returns the wires of the outputs that drive the device.
+    pub(crate) fn outputs(&self) -> impl Iterator<Item = &Wire> {
+        self.wires.iter().filter(|wire| wire.connection.drives())
+    }
+
     /// Returns the word of an input in a state of the encoder, which stood at the count `start` at the start; 0 for an
     /// output.
-    pub fn word(&self, wire: &Wire, encoder: EncoderState, start: i64) -> i64 {
+    pub(crate) fn word(&self, wire: &Wire, encoder: EncoderState, start: i64) -> i64 {
         let format = wire.connection.format().unwrap_or(wire.port.format);
         match wire.connection {
             Connection::Line(line, inverted) => {
                 let level = match line {
                     Line::A => encoder.pins.a,
                     Line::B => encoder.pins.b,
-                    _ => {
-                        let is_there = |counts| encoder.has_index && encoder.count.rem_euclid(counts) == 0;
-                        i64::from(self.revolution.is_some_and(is_there))
-                    }
+                    _ => self.encoder.index(encoder),
                 };
                 level ^ i64::from(inverted)
             }
             Connection::Count => format.wrap((encoder.shown - start).into()),
-            Connection::Wall => format.wrap((self.wall - start).into()),
+            Connection::Wall => format.wrap((self.encoder.wall - start).into()),
             Connection::Angle(format) => {
                 format.wrap((encoder.shown as f64 * self.count_rad / format.lsb()).round() as i128)
             }
@@ -187,23 +188,29 @@ impl Wires {
         }
     }
 
-    /// Returns the gates and the command that the words of the outputs, in the order of the wires, ask for; the words of
-    /// inputs do not matter, and `None` is an unknown word.
+    /// Returns the words of the outputs that drive the device, out of the words of all ports; `None` is an unknown word.
     ///
     /// # Errors
     ///
-    /// When an output that drives the device is unknown, or both switches of a leg would be closed.
-    pub fn drive(&self, words: &[Option<i64>]) -> Result<(LoopOut<i64>, i64), Misdriven> {
-        let of = |wanted: Line| -> Result<Option<bool>, Misdriven> {
-            let is = |(index, wire): (usize, &Wire)| match wire.connection {
-                Connection::Line(line, inverted) if line == wanted => Some((index, inverted)),
+    /// When one of them is unknown.
+    pub(super) fn known(&self, words: &[Option<i64>]) -> Result<Vec<i64>, Misdriven> {
+        let driving = self.wires.iter().zip(words).filter(|(wire, _)| wire.connection.drives());
+        driving.map(|(wire, word)| word.ok_or_else(|| Misdriven::Unknown(wire.port.name.clone()))).collect()
+    }
+
+    /// Returns the gates and the command that these words of the [`outputs`](Self::outputs) ask for.
+    ///
+    /// # Errors
+    ///
+    /// When both switches of a leg would be closed.
+    pub(crate) fn drive(&self, words: &[i64]) -> Result<(LoopOut<i64>, i64), Misdriven> {
+        let of = |wanted: Line| {
+            self.outputs().zip(words).find_map(|(wire, &word)| match wire.connection {
+                Connection::Line(line, inverted) if line == wanted => Some((word != 0) != inverted),
                 _ => None,
-            };
-            let Some((index, inverted)) = self.wires.iter().enumerate().find_map(is) else { return Ok(None) };
-            let word = words[index].ok_or_else(|| Misdriven::Unknown(self.wires[index].port.name.clone()))?;
-            Ok(Some((word != 0) != inverted))
+            })
         };
-        let level = |line| Ok(of(line)?.unwrap_or(false));
+        let level = |line| of(line).unwrap_or(false);
         let mut gates = LoopOut { a_high: 0, a_low: 0, b_high: 0, b_low: 0 };
         let mut set = |[minus_high, minus_low, plus_high, plus_low]: [bool; 4]| {
             gates = LoopOut {
@@ -216,8 +223,7 @@ impl Wires {
         match self.driving {
             Driving::Gates => {
                 let all = [Line::MinusHigh, Line::MinusLow, Line::PlusHigh, Line::PlusLow];
-                let [minus_high, minus_low, plus_high, plus_low] =
-                    [level(all[0])?, level(all[1])?, level(all[2])?, level(all[3])?];
+                let [minus_high, minus_low, plus_high, plus_low] = all.map(level);
                 if minus_high && minus_low {
                     return Err(Misdriven::Short("minus"));
                 }
@@ -227,11 +233,11 @@ impl Wires {
                 set([minus_high, minus_low, plus_high, plus_low]);
             }
             Driving::Legs => {
-                let (minus, plus) = (level(Line::Minus)?, level(Line::Plus)?);
+                let (minus, plus) = (level(Line::Minus), level(Line::Plus));
                 set([minus, !minus, plus, !plus]);
             }
             Driving::PulseAndDirection => {
-                let (pulse, forward) = (level(Line::Pwm)?, level(Line::Direction)?);
+                let (pulse, forward) = (level(Line::Pwm), level(Line::Direction));
                 set(match (pulse, forward) {
                     (true, true) => [false, true, true, false],
                     (true, false) => [true, false, false, true],
@@ -240,13 +246,12 @@ impl Wires {
             }
             Driving::Duty | Driving::Force => {}
         }
-        if of(Line::Enable)? == Some(false) {
+        if of(Line::Enable) == Some(false) {
             set([false; 4]);
         }
         let mut command = 0;
-        for (wire, word) in self.wires.iter().zip(words) {
+        for (wire, &word) in self.outputs().zip(words) {
             if let Connection::Duty(format, offset) | Connection::Force(format, offset) = wire.connection {
-                let word = word.ok_or_else(|| Misdriven::Unknown(wire.port.name.clone()))?;
                 let word = if offset { format.wrap(i128::from(word) + (1i128 << (format.width() - 1))) } else { word };
                 let most = format.lsb().recip() as i64;
                 // A positive command pushes against the positive direction; no actuator gives more than its full scale.
