@@ -8,8 +8,6 @@
 //! to which edge nothing changes by itself while the outputs stay. A new output makes the world flow to the present
 //! edge first.
 
-use hpu_datapath::flatten;
-
 use crate::dut::{Misdriven, Wires};
 use crate::scene;
 use crate::summary::Summary;
@@ -79,8 +77,8 @@ pub enum Logic<'s> {
     Design(&'s Wires),
 }
 
-/// `DrivenWorld` is a world at a clock edge, joined to a logic that runs elsewhere. The simulators of `[dut]` scenes and
-/// the functions `hpu_*` of libhpu move the device by its methods alone.
+/// `DrivenWorld` is a world at a clock edge, joined to a logic that runs elsewhere. It exists so that the simulators of
+/// `[dut]` scenes and the functions `hpu_*` of libhpu move the device by the same methods, and by no others.
 ///
 /// At each edge the logic reads its [`inputs`](Self::inputs) as the world is at that instant; the outputs that it then
 /// [drives](Self::drive) hold until the next edge. For [`quiet`](Self::quiet) edges neither call is needed unless an
@@ -114,7 +112,7 @@ impl<'s, W: AnyWorld<'s> + ?Sized> DrivenWorld<'s, W> {
     pub fn new(world: Box<W>, logic: Logic<'s>, end: u64) -> Self {
         let (encoder, outputs) = match &logic {
             Logic::Wiring { encoder, outputs, .. } => (*encoder, *outputs),
-            Logic::Design(wires) => (Some(wires.encoder), wires.outputs().count()),
+            Logic::Design(wires) => (Some(wires.encoder), wires.outputs().len()),
         };
         let mut driven = Self {
             start: world.encoder().map_or(0, |state| state.count),
@@ -182,7 +180,7 @@ impl<'s, W: AnyWorld<'s> + ?Sized> DrivenWorld<'s, W> {
             Logic::Wiring { .. } => self.world.drive(&self.outputs, &[]),
             Logic::Design(wires) => {
                 let (gates, command) = wires.drive(&self.outputs)?;
-                self.world.drive(&flatten(&gates), &[command]);
+                self.world.drive(&gates, &[command]);
             }
         }
         self.over = self.world.over();

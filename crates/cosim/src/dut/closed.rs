@@ -35,6 +35,8 @@ struct Closed<'a> {
     shown: Vec<i64>,
     uses: Vec<SignalUse>,
     changes: Vec<Change>,
+    /// The words of the outputs that drive the device, as last taken.
+    outputs: Vec<i64>,
     /// The edges that the design has clocked.
     edge: u64,
     /// Whether the inputs at the world's edge still have to be shown.
@@ -118,6 +120,7 @@ impl DutSimulation<'_> {
             words,
             bits,
             changes,
+            outputs: Vec::new(),
             edge: 0,
             is_sensed: false,
             output_changes: 0,
@@ -132,8 +135,7 @@ impl DutSimulation<'_> {
 /// Takes the words and bits of the input ports from the inputs of the world. Returns whether any of them is new.
 fn take_inputs(wires: &Wires, inputs: &[i64], words: &mut [Option<i64>], bits: &mut [u64]) -> bool {
     let mut changed = false;
-    let ports = wires.wires.iter().enumerate().filter(|(_, wire)| wire.port.is_input);
-    for ((index, _), &word) in ports.zip(inputs) {
+    for (&index, &word) in wires.given.iter().zip(inputs) {
         if words[index] != Some(word) {
             words[index] = Some(word);
             bits[index] = wires.nets[index].format.bits(word);
@@ -255,8 +257,11 @@ impl<'a> Closed<'a> {
 
     /// Drives the device with the words of the outputs from the present edge on.
     fn drive(&mut self, give: fn(&mut Driven<'a>, &[i64]) -> Result<(), Misdriven>) -> Result<(), Fault> {
-        let driven = self.simulation.wires.known(&self.words).and_then(|outputs| give(&mut self.world, &outputs));
-        let at = self.simulation.clock().seconds(Cycle(self.edge));
-        Ok(driven.map_err(|fault| fault.text(self.edge, at))?)
+        let taken = self.simulation.wires.known(&self.words, &mut self.outputs);
+        let driven = taken.and_then(|()| give(&mut self.world, &self.outputs));
+        driven.map_err(|fault| {
+            let at = self.simulation.clock().seconds(Cycle(self.edge));
+            fault.text(self.edge, at).into()
+        })
     }
 }

@@ -3,7 +3,6 @@
 use std::collections::BTreeSet;
 use std::sync::Mutex;
 
-use hpu_datapath::LoopOut;
 use hpu_signal::{Format, Signal};
 
 use super::{Design, Fault, Port};
@@ -25,6 +24,9 @@ pub struct Wires {
     pub(super) wires: Vec<Wire>,
     /// The ports as nets, then a net that tells whether the wall is touched.
     pub(super) nets: Vec<Signal>,
+    /// The indices of the inputs, and of the outputs that drive the device.
+    pub(super) given: Vec<usize>,
+    pub(super) outputs: Vec<usize>,
     driving: Driving,
     floats: bool,
     /// The encoder with its wall.
@@ -135,7 +137,10 @@ impl Wires {
         };
         let mut nets: Vec<_> = wires.iter().map(net).collect();
         nets.push(Signal::bit("wall_contact", "The encoder's count is beyond the wall's"));
+        let all = |is: fn(&Wire) -> bool| (0..wires.len()).filter(|&index| is(&wires[index])).collect();
         Ok(Self {
+            given: all(|wire| wire.port.is_input),
+            outputs: all(|wire| wire.connection.drives()),
             wires,
             nets,
             driving: scene.dut.driving().map_err(|reason| scene.error("dut.ports", reason))?,
@@ -157,12 +162,12 @@ impl Wires {
 
     /// Returns the wires of the inputs, which the world gives.
     pub(crate) fn given(&self) -> impl Iterator<Item = &Wire> {
-        self.wires.iter().filter(|wire| wire.port.is_input)
+        self.given.iter().map(|&index| &self.wires[index])
     }
 
     /// Returns the wires of the outputs that drive the device.
-    pub(crate) fn outputs(&self) -> impl Iterator<Item = &Wire> {
-        self.wires.iter().filter(|wire| wire.connection.drives())
+    pub(crate) fn outputs(&self) -> impl ExactSizeIterator<Item = &Wire> {
+        self.outputs.iter().map(|&index| &self.wires[index])
     }
 
     /// Returns the word of an input in a state of the encoder, which stood at the count `start` at the start; 0 for an
@@ -188,22 +193,26 @@ impl Wires {
         }
     }
 
-    /// Returns the words of the outputs that drive the device, out of the words of all ports; `None` is an unknown word.
+    /// Takes the words of the [`outputs`](Self::outputs) from the words of all ports; `None` is an unknown word.
     ///
     /// # Errors
     ///
     /// When one of them is unknown.
-    pub(super) fn known(&self, words: &[Option<i64>]) -> Result<Vec<i64>, Misdriven> {
-        let driving = self.wires.iter().zip(words).filter(|(wire, _)| wire.connection.drives());
-        driving.map(|(wire, word)| word.ok_or_else(|| Misdriven::Unknown(wire.port.name.clone()))).collect()
+    pub(super) fn known(&self, words: &[Option<i64>], outputs: &mut Vec<i64>) -> Result<(), Misdriven> {
+        outputs.clear();
+        for &index in &self.outputs {
+            outputs.push(words[index].ok_or_else(|| Misdriven::Unknown(self.wires[index].port.name.clone()))?);
+        }
+        Ok(())
     }
 
-    /// Returns the gates and the command that these words of the [`outputs`](Self::outputs) ask for.
+    /// Returns the gates, in the order of a wiring's outputs, and the command that these words of the
+    /// [`outputs`](Self::outputs) ask for.
     ///
     /// # Errors
     ///
     /// When both switches of a leg would be closed.
-    pub(crate) fn drive(&self, words: &[i64]) -> Result<(LoopOut<i64>, i64), Misdriven> {
+    pub(crate) fn drive(&self, words: &[i64]) -> Result<([i64; 4], i64), Misdriven> {
         let of = |wanted: Line| {
             self.outputs().zip(words).find_map(|(wire, &word)| match wire.connection {
                 Connection::Line(line, inverted) if line == wanted => Some((word != 0) != inverted),
@@ -211,15 +220,8 @@ impl Wires {
             })
         };
         let level = |line| of(line).unwrap_or(false);
-        let mut gates = LoopOut { a_high: 0, a_low: 0, b_high: 0, b_low: 0 };
-        let mut set = |[minus_high, minus_low, plus_high, plus_low]: [bool; 4]| {
-            gates = LoopOut {
-                a_high: minus_high.into(),
-                a_low: minus_low.into(),
-                b_high: plus_high.into(),
-                b_low: plus_low.into(),
-            };
-        };
+        // The minus leg is the wiring's leg a.
+        let mut gates = [false; 4];
         match self.driving {
             Driving::Gates => {
                 let all = [Line::MinusHigh, Line::MinusLow, Line::PlusHigh, Line::PlusLow];
@@ -230,24 +232,24 @@ impl Wires {
                 if plus_high && plus_low {
                     return Err(Misdriven::Short("plus"));
                 }
-                set([minus_high, minus_low, plus_high, plus_low]);
+                gates = [minus_high, minus_low, plus_high, plus_low];
             }
             Driving::Legs => {
                 let (minus, plus) = (level(Line::Minus), level(Line::Plus));
-                set([minus, !minus, plus, !plus]);
+                gates = [minus, !minus, plus, !plus];
             }
             Driving::PulseAndDirection => {
                 let (pulse, forward) = (level(Line::Pwm), level(Line::Direction));
-                set(match (pulse, forward) {
+                gates = match (pulse, forward) {
                     (true, true) => [false, true, true, false],
                     (true, false) => [true, false, false, true],
                     (false, _) => [false, !self.floats, false, !self.floats],
-                });
+                };
             }
             Driving::Duty | Driving::Force => {}
         }
         if of(Line::Enable) == Some(false) {
-            set([false; 4]);
+            gates = [false; 4];
         }
         let mut command = 0;
         for (wire, &word) in self.outputs().zip(words) {
@@ -258,7 +260,7 @@ impl Wires {
                 command = -word.clamp(-most, most);
             }
         }
-        Ok((gates, command))
+        Ok((gates.map(i64::from), command))
     }
 }
 
