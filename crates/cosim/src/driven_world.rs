@@ -8,6 +8,8 @@
 //! to which edge nothing changes by itself while the outputs stay. A new output makes the world flow to the present
 //! edge first.
 
+use std::slice;
+
 use crate::dut::{Misdriven, Wires};
 use crate::scene;
 use crate::summary::Summary;
@@ -95,8 +97,6 @@ pub struct DrivenWorld<'s, W: ?Sized> {
     /// The words that the logic gets: those of the wiring or the design, then those of the encoder.
     inputs: Vec<i64>,
     outputs: Vec<i64>,
-    /// Room for the outputs before, for the case that new ones are refused.
-    before: Vec<i64>,
     /// The present edge. The world stands there or before, and nothing changes between the two.
     edge: u64,
     /// The edge at which the world has to be asked.
@@ -122,7 +122,6 @@ impl<'s, W: AnyWorld<'s> + ?Sized> DrivenWorld<'s, W> {
             encoder,
             inputs: Vec::new(),
             outputs: vec![0; outputs],
-            before: vec![0; outputs],
             edge: 0,
             next: 0,
             asked: 0,
@@ -161,28 +160,20 @@ impl<'s, W: AnyWorld<'s> + ?Sized> DrivenWorld<'s, W> {
         }
     }
 
-    /// Sets the words of the outputs. Takes the words before if these are refused.
+    /// Gives these outputs to the world at the present edge, and asks how long nothing changes.
     fn set(&mut self, outputs: &[i64]) -> Result<(), Misdriven> {
-        self.before.copy_from_slice(&self.outputs);
-        self.outputs.copy_from_slice(outputs);
-        self.follow();
-        let put = self.put();
-        if put.is_err() {
-            self.outputs.copy_from_slice(&self.before);
-        }
-        put
-    }
-
-    /// Gives the outputs to the world, which stands at the present edge, and asks how long nothing changes.
-    fn put(&mut self) -> Result<(), Misdriven> {
-        match &self.logic {
-            Logic::Wiring { commands: true, .. } => self.world.drive(&GATES_OFF, &self.outputs),
-            Logic::Wiring { .. } => self.world.drive(&self.outputs, &[]),
+        let asked;
+        let (gates, words): (&[i64], &[i64]) = match &self.logic {
+            Logic::Wiring { commands: true, .. } => (&GATES_OFF, outputs),
+            Logic::Wiring { .. } => (outputs, &[]),
             Logic::Design(wires) => {
-                let (gates, command) = wires.drive(&self.outputs)?;
-                self.world.drive(&gates, &[command]);
+                asked = wires.drive(outputs)?;
+                (&asked.0, slice::from_ref(&asked.1))
             }
-        }
+        };
+        self.follow();
+        self.world.drive(gates, words);
+        self.outputs.copy_from_slice(outputs);
         self.over = self.world.over();
         self.ask();
         Ok(())

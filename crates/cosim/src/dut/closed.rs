@@ -8,7 +8,7 @@ use std::sync::atomic::Ordering;
 
 use hpu_signal::{Cycle, Observe, SignalUse, UNKNOWN};
 
-use super::{Change, DutSimulation, Fault, Misdriven, RunningDesign, Wires};
+use super::{Change, DutSimulation, Fault, RunningDesign, Wires};
 use crate::axis_world::AxisWorld;
 use crate::contact::{Contact, window_start};
 use crate::driven_world::{DrivenWorld, Logic};
@@ -127,7 +127,7 @@ impl DutSimulation<'_> {
             watched,
         };
         closed.take_changes(0, None);
-        closed.drive(Driven::begin)?;
+        closed.drive()?;
         Ok(closed)
     }
 }
@@ -159,7 +159,7 @@ impl Watch<'_> {
     }
 }
 
-impl<'a> Closed<'a> {
+impl Closed<'_> {
     fn run(&mut self, end: u64, watch: &mut Watch, control: &Control) -> Result<bool, Fault> {
         let mut events = 0;
         while self.edge < end && self.world.over().is_none() {
@@ -171,14 +171,14 @@ impl<'a> Closed<'a> {
             let edges = self.world.edge() + self.world.quiet() - self.edge;
             if edges > 0 && self.clock(edges, watch)? {
                 self.go(self.edge, watch);
-                self.drive(Driven::drive)?;
+                self.drive()?;
             } else if self.edge < end {
                 self.go(self.edge + 1, watch);
                 self.is_sensed = self.sense();
             }
         }
         if self.edge < self.world.edge() && self.clock(1, watch)? {
-            self.drive(Driven::drive)?;
+            self.drive()?;
         }
         Ok(true)
     }
@@ -256,9 +256,10 @@ impl<'a> Closed<'a> {
     }
 
     /// Drives the device with the words of the outputs from the present edge on.
-    fn drive(&mut self, give: fn(&mut Driven<'a>, &[i64]) -> Result<(), Misdriven>) -> Result<(), Fault> {
-        let taken = self.simulation.wires.known(&self.words, &mut self.outputs);
-        let driven = taken.and_then(|()| give(&mut self.world, &self.outputs));
+    fn drive(&mut self) -> Result<(), Fault> {
+        let (world, outputs) = (&mut self.world, &mut self.outputs);
+        let taken = self.simulation.wires.known(&self.words, outputs);
+        let driven = taken.and_then(|()| if self.edge == 0 { world.begin(outputs) } else { world.drive(outputs) });
         driven.map_err(|fault| {
             let at = self.simulation.clock().seconds(Cycle(self.edge));
             fault.text(self.edge, at).into()
