@@ -8,7 +8,7 @@
 //! to which edge nothing changes by itself while the outputs stay. A new output makes the world flow to the present
 //! edge first.
 
-use std::slice;
+use std::{mem, slice};
 
 use crate::dut::{Misdriven, Wires};
 use crate::scene;
@@ -22,6 +22,9 @@ const LOOK: [u64; 2] = [64, 1 << 14];
 
 /// The outputs of an axis's wiring, which a command makes meaningless.
 const GATES_OFF: [i64; 4] = [0; 4];
+
+/// Number of the words of an axis's encoder: index, count and contact.
+const OF_AXIS: usize = 3;
 
 /// The reason why a world has not reached the edge that it was asked for.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -57,7 +60,7 @@ impl AxisEncoder {
     }
 
     /// Returns the words of index, count and contact, where the count `start` is 0.
-    fn words(&self, state: EncoderState, start: i64) -> [i64; 3] {
+    fn words(&self, state: EncoderState, start: i64) -> [i64; OF_AXIS] {
         [self.index(state), state.shown - start, i64::from(state.count > self.wall)]
     }
 }
@@ -94,8 +97,9 @@ pub struct DrivenWorld<'s, W: ?Sized> {
     encoder: Option<AxisEncoder>,
     /// The encoder's count at the start.
     start: i64,
-    /// The words that the logic gets: those of the wiring or the design, then those of the encoder.
+    /// The words that the logic gets: `own` ones of the wiring or the design, then those of the encoder.
     inputs: Vec<i64>,
+    own: usize,
     outputs: Vec<i64>,
     /// The present edge. The world stands there or before, and nothing changes between the two.
     edge: u64,
@@ -109,18 +113,21 @@ pub struct DrivenWorld<'s, W: ?Sized> {
 
 impl<'s, W: AnyWorld<'s> + ?Sized> DrivenWorld<'s, W> {
     /// Joins a world at edge 0, which ends at the edge `end`, to a logic. All outputs are 0, and nothing is driven.
-    pub fn new(world: Box<W>, logic: Logic<'s>, end: u64) -> Self {
-        let (encoder, outputs) = match &logic {
-            Logic::Wiring { encoder, outputs, .. } => (*encoder, *outputs),
-            Logic::Design(wires) => (Some(wires.encoder), wires.outputs().len()),
+    pub fn new(world: Box<W>, mut logic: Logic<'s>, end: u64) -> Self {
+        let (mut inputs, outputs, encoder) = match &mut logic {
+            Logic::Wiring { input, outputs, encoder, .. } => (mem::take(input), *outputs, *encoder),
+            Logic::Design(wires) => (vec![0; wires.given().len()], wires.outputs().len(), Some(wires.encoder)),
         };
+        let own = inputs.len();
+        inputs.resize(own + encoder.map_or(0, |_| OF_AXIS), 0);
         let mut driven = Self {
             start: world.encoder().map_or(0, |state| state.count),
             over: world.over(),
             world,
             logic,
             encoder,
-            inputs: Vec::new(),
+            inputs,
+            own,
             outputs: vec![0; outputs],
             edge: 0,
             next: 0,
@@ -143,20 +150,19 @@ impl<'s, W: AnyWorld<'s> + ?Sized> DrivenWorld<'s, W> {
 
     /// Reads the inputs from the world at the edge at which it stands.
     fn sense(&mut self) {
-        self.inputs.clear();
         let state = self.world.encoder();
-        match &mut self.logic {
-            Logic::Wiring { input, .. } => {
-                self.world.place(input);
-                self.inputs.extend_from_slice(input);
-            }
+        let (own, rest) = self.inputs.split_at_mut(self.own);
+        match &self.logic {
+            Logic::Wiring { .. } => self.world.place(own),
             Logic::Design(wires) => {
                 let Some(state) = state else { unreachable!("a design has an axis") };
-                self.inputs.extend(wires.given().map(|wire| wires.word(wire, state, self.start)));
+                for (word, wire) in own.iter_mut().zip(wires.given()) {
+                    *word = wires.word(wire, state, self.start);
+                }
             }
         }
         if let (Some(encoder), Some(state)) = (&self.encoder, state) {
-            self.inputs.extend(encoder.words(state, self.start));
+            rest.copy_from_slice(&encoder.words(state, self.start));
         }
     }
 

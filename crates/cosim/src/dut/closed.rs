@@ -120,7 +120,7 @@ impl DutSimulation<'_> {
             words,
             bits,
             changes,
-            outputs: Vec::new(),
+            outputs: vec![0; self.wires.outputs().len()],
             edge: 0,
             is_sensed: false,
             output_changes: 0,

@@ -28,11 +28,19 @@ pub struct Wires {
     pub(super) given: Vec<usize>,
     pub(super) outputs: Vec<usize>,
     driving: Driving,
+    /// The lines of the way to drive: four gates, two legs, or pulse and direction.
+    lines: [Option<Level>; 4],
+    enable: Option<Level>,
+    /// The place among the outputs of the word that drives, its format, and whether it is offset binary.
+    word: Option<(usize, Format, bool)>,
     floats: bool,
     /// The encoder with its wall.
     pub(crate) encoder: AxisEncoder,
     count_rad: f64,
 }
+
+/// The place of a line among the outputs, and whether it is inverted.
+type Level = (usize, bool);
 
 /// Outputs that cannot drive the device: both switches of a leg are closed, or a bit is unknown.
 #[derive(Debug)]
@@ -137,13 +145,33 @@ impl Wires {
         };
         let mut nets: Vec<_> = wires.iter().map(net).collect();
         nets.push(Signal::bit("wall_contact", "The encoder's count is beyond the wall's"));
-        let all = |is: fn(&Wire) -> bool| (0..wires.len()).filter(|&index| is(&wires[index])).collect();
+        let all = |is: fn(&Wire) -> bool| (0..wires.len()).filter(|&index| is(&wires[index])).collect::<Vec<_>>();
+        let outputs = all(|wire| wire.connection.drives());
+        let line = |wanted: Line| {
+            outputs.iter().enumerate().find_map(|(place, &index)| match wires[index].connection {
+                Connection::Line(line, inverted) if line == wanted => Some((place, inverted)),
+                _ => None,
+            })
+        };
+        let word = outputs.iter().enumerate().find_map(|(place, &index)| match wires[index].connection {
+            Connection::Duty(format, offset) | Connection::Force(format, offset) => Some((place, format, offset)),
+            _ => None,
+        });
+        let driving = scene.dut.driving().map_err(|reason| scene.error("dut.ports", reason))?;
         Ok(Self {
+            lines: match driving {
+                Driving::Gates => [Line::MinusHigh, Line::MinusLow, Line::PlusHigh, Line::PlusLow].map(line),
+                Driving::Legs => [line(Line::Minus), line(Line::Plus), None, None],
+                Driving::PulseAndDirection => [line(Line::Pwm), line(Line::Direction), None, None],
+                Driving::Duty | Driving::Force => [None; 4],
+            },
+            enable: line(Line::Enable),
+            word,
+            driving,
             given: all(|wire| wire.port.is_input),
-            outputs: all(|wire| wire.connection.drives()),
+            outputs,
             wires,
             nets,
-            driving: scene.dut.driving().map_err(|reason| scene.error("dut.ports", reason))?,
             floats: scene.dut.floats,
             encoder: AxisEncoder::new(scene.encoder, scene.wall_rad),
             count_rad: scene.encoder.count_rad(),
@@ -161,7 +189,7 @@ impl Wires {
     }
 
     /// Returns the wires of the inputs, which the world gives.
-    pub(crate) fn given(&self) -> impl Iterator<Item = &Wire> {
+    pub(crate) fn given(&self) -> impl ExactSizeIterator<Item = &Wire> {
         self.given.iter().map(|&index| &self.wires[index])
     }
 
@@ -198,10 +226,9 @@ impl Wires {
     /// # Errors
     ///
     /// When one of them is unknown.
-    pub(super) fn known(&self, words: &[Option<i64>], outputs: &mut Vec<i64>) -> Result<(), Misdriven> {
-        outputs.clear();
-        for &index in &self.outputs {
-            outputs.push(words[index].ok_or_else(|| Misdriven::Unknown(self.wires[index].port.name.clone()))?);
+    pub(super) fn known(&self, words: &[Option<i64>], outputs: &mut [i64]) -> Result<(), Misdriven> {
+        for (output, &index) in outputs.iter_mut().zip(&self.outputs) {
+            *output = words[index].ok_or_else(|| Misdriven::Unknown(self.wires[index].port.name.clone()))?;
         }
         Ok(())
     }
@@ -213,53 +240,31 @@ impl Wires {
     ///
     /// When both switches of a leg would be closed.
     pub(crate) fn drive(&self, words: &[i64]) -> Result<([i64; 4], i64), Misdriven> {
-        let of = |wanted: Line| {
-            self.outputs().zip(words).find_map(|(wire, &word)| match wire.connection {
-                Connection::Line(line, inverted) if line == wanted => Some((word != 0) != inverted),
-                _ => None,
-            })
-        };
-        let level = |line| of(line).unwrap_or(false);
+        let level = |(place, inverted): Level| (words[place] != 0) != inverted;
+        let [one, two, three, four] = self.lines.map(|line| line.is_some_and(level));
         // The minus leg is the wiring's leg a.
-        let mut gates = [false; 4];
-        match self.driving {
-            Driving::Gates => {
-                let all = [Line::MinusHigh, Line::MinusLow, Line::PlusHigh, Line::PlusLow];
-                let [minus_high, minus_low, plus_high, plus_low] = all.map(level);
-                if minus_high && minus_low {
-                    return Err(Misdriven::Short("minus"));
-                }
-                if plus_high && plus_low {
-                    return Err(Misdriven::Short("plus"));
-                }
-                gates = [minus_high, minus_low, plus_high, plus_low];
-            }
-            Driving::Legs => {
-                let (minus, plus) = (level(Line::Minus), level(Line::Plus));
-                gates = [minus, !minus, plus, !plus];
-            }
-            Driving::PulseAndDirection => {
-                let (pulse, forward) = (level(Line::Pwm), level(Line::Direction));
-                gates = match (pulse, forward) {
-                    (true, true) => [false, true, true, false],
-                    (true, false) => [true, false, false, true],
-                    (false, _) => [false, !self.floats, false, !self.floats],
-                };
-            }
-            Driving::Duty | Driving::Force => {}
-        }
-        if of(Line::Enable) == Some(false) {
+        let mut gates = match self.driving {
+            Driving::Gates if one && two => return Err(Misdriven::Short("minus")),
+            Driving::Gates if three && four => return Err(Misdriven::Short("plus")),
+            Driving::Gates => [one, two, three, four],
+            Driving::Legs => [one, !one, two, !two],
+            Driving::PulseAndDirection => match (one, two) {
+                (true, true) => [false, true, true, false],
+                (true, false) => [true, false, false, true],
+                (false, _) => [false, !self.floats, false, !self.floats],
+            },
+            Driving::Duty | Driving::Force => [false; 4],
+        };
+        if !self.enable.is_none_or(level) {
             gates = [false; 4];
         }
-        let mut command = 0;
-        for (wire, &word) in self.outputs().zip(words) {
-            if let Connection::Duty(format, offset) | Connection::Force(format, offset) = wire.connection {
-                let word = if offset { format.wrap(i128::from(word) + (1i128 << (format.width() - 1))) } else { word };
-                let most = format.lsb().recip() as i64;
-                // A positive command pushes against the positive direction; no actuator gives more than its full scale.
-                command = -word.clamp(-most, most);
-            }
-        }
+        let command = self.word.map_or(0, |(place, format, offset)| {
+            let word = words[place];
+            let word = if offset { format.wrap(i128::from(word) + (1i128 << (format.width() - 1))) } else { word };
+            let most = format.lsb().recip() as i64;
+            // A positive command pushes against the positive direction; no actuator gives more than its full scale.
+            -word.clamp(-most, most)
+        });
         Ok((gates.map(i64::from), command))
     }
 }
