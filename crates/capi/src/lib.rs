@@ -8,7 +8,6 @@ mod abi;
 mod block;
 mod emulated;
 mod error;
-mod joined;
 mod plant;
 mod table;
 

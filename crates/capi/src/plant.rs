@@ -3,17 +3,19 @@
 use std::ptr::NonNull;
 
 use hpu_cosim::dut::{Wire, Wires};
-use hpu_cosim::scene::{BridgeModel, Device, DutScene, Encoder, Experiment};
+use hpu_cosim::scene::{BridgeModel, Device, DutScene, Experiment};
 use hpu_cosim::{
-    AXIS_ROW, AxisSimulation, AxisWorld, EnergyAudit, RAIL_ROW, SceneFile, Schedule, Simulation, Summary, Wired,
-    WiredSimulation, dut,
+    AXIS_ROW, AnyWorld, AxisEncoder, AxisSimulation, AxisWorld, DrivenWorld, EnergyAudit, Halt, Logic, RAIL_ROW,
+    SceneFile, Schedule, Simulation, Summary, Wired, WiredSimulation, dut,
 };
 use hpu_datapath::flatten;
 use hpu_signal::{Clock, Cycle, Format, Real, Signal};
 
 use crate::block::fit;
 use crate::error::{Error, Status};
-use crate::joined::{self, Halt, Joined, Logic};
+
+/// The world of any device, in the loop of somebody else's logic.
+type Driven = DrivenWorld<'static, dyn AnyWorld<'static>>;
 
 const NS_PER_S: u128 = 1_000_000_000;
 
@@ -23,10 +25,10 @@ const NS_PER_S: u128 = 1_000_000_000;
 /// [drives](Self::drive) hold until the next edge. A scene with a method of the project's own gives that method's words
 /// beside the encoder's lines; its blocks do not run. A motor's scene may have neither method nor design; the logic
 /// then has the encoder's lines and the gates of the bridge. The plant promises nothing about what the logic does next,
-/// so its motion is that of a `[dut]` with the same outputs, to the bit.
+/// so its motion is that of a `[dut]` with the same outputs, to the bit: a [`DrivenWorld`] moves both.
 pub struct Plant {
     // Before the fields that it borrows from: fields are dropped in this order.
-    world: Joined,
+    world: Driven,
     _laws: Owned<Laws>,
     scene: Owned<Experiment>,
     inputs: Vec<Signal>,
@@ -47,7 +49,7 @@ unsafe impl Send for Plant {}
 #[allow(clippy::large_enum_variant, reason = "one of them exists a plant")]
 enum Laws {
     Wired(WiredSimulation<'static>),
-    Dut(hpu_cosim::Plant),
+    Dut(hpu_cosim::Plant, Wires),
 }
 
 /// A value on the heap that others borrow from while it is owned here.
@@ -78,7 +80,7 @@ impl<T> Drop for Owned<T> {
 
 /// A world joined to a logic, and the signals between the two.
 struct Joint {
-    world: Joined,
+    world: Driven,
     inputs: Vec<Signal>,
     outputs: Vec<Signal>,
     states: Vec<(usize, Real)>,
@@ -99,7 +101,10 @@ impl Plant {
         // SAFETY: what borrows from the scene is dropped before it, in `Plant` as here.
         let lent = unsafe { scene.lent() };
         let laws = Owned::new(match lent {
-            Experiment::Dut(scene) => Laws::Dut(dut::plant(scene).map_err(|error| refused(&error))?),
+            Experiment::Dut(scene) => {
+                let plant = dut::plant(scene).map_err(|error| refused(&error))?;
+                Laws::Dut(plant, Wires::of_scene(scene).map_err(|error| refused(&error))?)
+            }
             ours => Laws::Wired(WiredSimulation::new(ours).map_err(|error| named(&error))?),
         });
         // SAFETY: as above.
@@ -109,8 +114,8 @@ impl Plant {
             }
             (Laws::Wired(WiredSimulation::Axis(simulation)), _) => of_axis(simulation),
             (Laws::Wired(arm), _) => of_arm(arm),
-            (Laws::Dut(plant), Experiment::Dut(scene)) => of_dut(scene, plant)?,
-            (Laws::Dut(_), _) => unreachable!("only the scene of a design has its laws"),
+            (Laws::Dut(plant, wires), Experiment::Dut(scene)) => of_dut(scene, plant, wires),
+            (Laws::Dut(..), _) => unreachable!("only the scene of a design has its laws"),
         };
         let Joint { world, inputs, outputs, states } = joint;
         let is_design = matches!(lent, Experiment::Dut(scene) if !scene.dut.files.is_empty());
@@ -284,52 +289,43 @@ fn of_axis(simulation: &'static AxisSimulation<'static>) -> Joint {
         let command = wiring.nets().into_iter().find(|net| net.name == "command");
         vec![command.expect("the loop of an axis has a command")]
     };
-    let input = flatten(&simulation.input());
-    let logic = Logic::Wiring { given: input.len(), input, commands: !is_switched };
-    let wall = (scene.wall.position_rad, scene.encoder);
+    let encoder = AxisEncoder::new(scene.encoder, scene.wall.position_rad);
+    let logic = Logic::Wiring {
+        input: flatten(&simulation.input()),
+        outputs: outputs.len(),
+        commands: !is_switched,
+        encoder: Some(encoder),
+    };
     let states = simulation.columns().into_iter().filter(|column| *column < simulation.reals().len());
     let states = states.map(|column| (column, simulation.row()[column])).collect();
-    axis((world, scene.edges()), (logic, inputs), wall, outputs, states)
+    let world = driven(Box::new(world), logic, scene.edges());
+    Joint { world, inputs: of_axis_inputs(inputs), outputs, states }
 }
 
 /// Joins the world around a logic of the user's own. Its ports are those that the scene connects; a scene without a
 /// design has the pins of a motor.
-fn of_dut(scene: &'static DutScene, plant: &'static hpu_cosim::Plant) -> Result<Joint, Error> {
+fn of_dut(scene: &'static DutScene, plant: &'static hpu_cosim::Plant, wires: &'static Wires) -> Joint {
     let world = AxisWorld::new(plant, 0, Schedule::default());
-    let wires = Wires::of_scene(scene).map_err(|error| Error::new(Status::Refused, error))?;
     let of = |is: &dyn Fn(&Wire) -> bool| -> Vec<Signal> {
         let all = wires.wires().iter().zip(wires.nets());
         all.filter(|(wire, _)| is(wire)).map(|(_, net)| net.clone()).collect()
     };
-    let (inputs, outputs) = (of(&|wire| wire.port.is_input), of(&joined::is_output));
+    let (inputs, outputs) = (of(&|wire| wire.port.is_input), of(&|wire| wire.connection.drives()));
     let columns = if matches!(scene.device, Device::Mass(_)) { 1..4 } else { 0..4 };
     let row = if matches!(scene.device, Device::Mass(_)) { RAIL_ROW } else { AXIS_ROW };
     let states = columns.map(|column| (column, row[column])).collect();
-    let wall = (scene.wall_rad, scene.encoder);
-    Ok(axis((world, scene.edges()), (Logic::Design(wires), inputs), wall, outputs, states))
+    let world = driven(Box::new(world), Logic::Design(wires), scene.edges());
+    Joint { world, inputs: of_axis_inputs(inputs), outputs, states }
 }
 
-/// Joins the world of an axis; `inputs` describe the first inputs of its logic.
-fn axis(
-    (world, end): (AxisWorld<'static>, u64),
-    (logic, mut inputs): (Logic, Vec<Signal>),
-    (wall_rad, encoder): (f64, Encoder),
-    outputs: Vec<Signal>,
-    states: Vec<(usize, Real)>,
-) -> Joint {
+/// Returns the inputs of a logic around an axis: its own, then those that every axis gives.
+fn of_axis_inputs(mut inputs: Vec<Signal>) -> Vec<Signal> {
     inputs.extend([
         Signal::bit("index", "Encoder's index: 1 at one count of a revolution"),
         Signal::new("count", Format::signed(64), "count", "Count that the encoder's lines show, from 0 at the start"),
         Signal::bit("contact", "1 while the encoder's count is beyond the wall's"),
     ]);
-    let revolution = match encoder {
-        Encoder::Rotary { lines } => Some(4 * i64::from(lines)),
-        Encoder::Linear { .. } => None,
-    };
-    let encoder =
-        joined::Encoder { revolution, wall: (wall_rad / encoder.count_rad()).round() as i64, start: world.count() };
-    let world = Joined::new(Box::new(world), logic, Some(encoder), outputs.len(), end);
-    Joint { world, inputs, outputs, states }
+    inputs
 }
 
 /// Joins the world of a device with joints to the signals of its wiring.
@@ -337,8 +333,17 @@ fn of_arm(simulation: &'static WiredSimulation<'static>) -> Joint {
     let block = simulation.wiring().block();
     let (inputs, outputs) = (block.inputs(), block.outputs());
     let start = simulation.closed_loop();
-    let logic = Logic::Wiring { input: start.constants(), given: inputs.len(), commands: false };
-    let world = Joined::new(start.world().copy(), logic, None, outputs.len(), simulation.edges());
+    let logic = Logic::Wiring { input: start.constants(), outputs: outputs.len(), commands: false, encoder: None };
+    let world = driven(start.world().copy(), logic, simulation.edges());
     let states = simulation.reals().iter().copied().enumerate().collect();
     Joint { world, inputs, outputs, states }
+}
+
+/// Joins a world to a logic whose outputs are all 0.
+fn driven(world: Box<dyn AnyWorld<'static>>, logic: Logic<'static>, end: u64) -> Driven {
+    let mut driven = Driven::new(world, logic, end);
+    let off = driven.outputs().to_vec();
+    // A design may invert its outputs so that a leg would be shorted: its world is then not driven yet.
+    let _ = driven.begin(&off);
+    driven
 }

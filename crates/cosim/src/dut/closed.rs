@@ -1,32 +1,33 @@
 //! The loop of a design and its world.
+//!
+//! The simulator is to [`DrivenWorld`] as a program is to libhpu: it reads inputs, drives outputs and moves on through
+//! the same methods. Beside them a run reads the world's rows for its observers.
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-use hpu_datapath::LoopOut;
 use hpu_signal::{Cycle, Observe, SignalUse, UNKNOWN};
 
-use super::{Change, DutSimulation, Fault, RunningDesign};
+use super::{Change, DutSimulation, Fault, RunningDesign, Wires};
 use crate::axis_world::AxisWorld;
 use crate::contact::{Contact, window_start};
+use crate::driven_world::{DrivenWorld, Logic};
 use crate::engine::{Control, Rows};
 use crate::schedule::Schedule;
 use crate::simulation::{Recorder, Simulation, judged};
 use crate::stopwatch::Stopwatch;
 use crate::summary::{NetUse, Summary};
 use crate::trace::Trace;
-use crate::world::World;
 
-/// The fewest and the most edges to look ahead. A look of the world costs as much as about a hundred edges of a design,
-/// and a simulator has to answer within a fraction of a second.
-const LOOK: [u64; 2] = [64, 1 << 14];
+/// The world of a design.
+type Driven<'a> = DrivenWorld<'a, AxisWorld<'a>>;
 
 /// The state of the loop.
 struct Closed<'a> {
     simulation: &'a DutSimulation<'a>,
-    world: AxisWorld<'a>,
+    /// The world, at the edge that the design has clocked last, or at the next one, at which the inputs are known.
+    world: Driven<'a>,
     running: Box<dyn RunningDesign>,
-    start: i64,
     /// The words of the ports (`None` if unknown), and their bits.
     words: Vec<Option<i64>>,
     bits: Vec<u64>,
@@ -34,12 +35,11 @@ struct Closed<'a> {
     shown: Vec<i64>,
     uses: Vec<SignalUse>,
     changes: Vec<Change>,
-    driven: (LoopOut<i64>, i64),
-    /// The edges that the design has clocked, and the edge at which the world stands: the same one, or the next, at
-    /// which the inputs are known.
+    /// The words of the outputs that drive the device, as last taken.
+    outputs: Vec<i64>,
+    /// The edges that the design has clocked.
     edge: u64,
-    stands: u64,
-    /// Whether the inputs at `stands` still have to be shown.
+    /// Whether the inputs at the world's edge still have to be shown.
     is_sensed: bool,
     output_changes: u64,
     /// Whether an observer looks at the nets.
@@ -81,10 +81,11 @@ impl DutSimulation<'_> {
             Err(_) if control.stop.load(Ordering::Relaxed) => false,
             ran => ran?,
         };
-        let (edge, world) = (closed.edge, &closed.world);
+        let (edge, world) = (closed.edge, closed.world.world());
         watch.log(world, edge);
         let Watch { rows, recorder } = watch;
         let contact = recorder.contact.edges(edge) as f64;
+        let averages = if complete { rows.averages(world, edge, self.clock().period_s()) } else { None };
         let nets = self.wires.nets.iter().cloned().zip(&closed.uses).filter(|_| watched);
         let summary = Summary {
             complete,
@@ -92,41 +93,35 @@ impl DutSimulation<'_> {
             wall_s: began.seconds(),
             ticks: edge,
             output_changes: closed.output_changes,
-            averages: if complete { rows.averages(world, edge, self.clock().period_s()) } else { None },
+            averages,
             nets: nets.map(|(signal, &usage)| NetUse { signal, usage, losses_seen: false }).collect(),
-            ..world.summary()
+            ..closed.world.summary()
         };
-        let over = world.over();
+        let over = closed.world.over();
         Ok(judged(self, recorder.trace, summary, contact, over))
     }
 
     /// Returns the loop at edge 0, with the reset done.
     fn begin(&self, watched: bool) -> Result<Closed<'_>, Fault> {
-        let world = AxisWorld::new(&self.plant, 0, Schedule::default());
-        let wires = &self.wires.wires;
-        let start = world.count();
-        let encoder = world.encoder_state();
-        let mut words: Vec<_> = wires.iter().map(|wire| Some(self.wires.word(wire, encoder, start))).collect();
-        let bits = |word: &Option<i64>, format: hpu_signal::Format| word.map_or(0, |word| format.bits(word));
-        let bits: Vec<_> = words.iter().zip(&self.wires.nets).map(|(word, net)| bits(word, net.format)).collect();
+        let (world, wires) = (AxisWorld::new(&self.plant, 0, Schedule::default()), &self.wires.wires);
+        let world = Driven::new(Box::new(world), Logic::Design(&self.wires), self.edges());
+        // No output has a word until the simulator reports one.
+        let (mut words, mut bits) = (vec![None; wires.len()], vec![0; wires.len()]);
+        take_inputs(&self.wires, world.inputs(), &mut words, &mut bits);
         let drives: Vec<_> = wires.iter().map(|wire| wire.connection.drives()).collect();
         let mut changes = Vec::new();
         let running = Arc::clone(&self.design).start(&bits, &drives, &mut changes)?;
-        // No output has a word until the simulator reports one.
-        words.iter_mut().zip(wires).filter(|(_, wire)| !wire.port.is_input).for_each(|(word, _)| *word = None);
         let mut closed = Closed {
             simulation: self,
             world,
             running,
-            start,
             shown: Vec::new(),
             uses: vec![SignalUse { min: i64::MAX, max: i64::MIN, rounded: 0, overflowed: 0 }; self.wires.nets.len()],
             words,
             bits,
             changes,
-            driven: (LoopOut { a_high: 0, a_low: 0, b_high: 0, b_low: 0 }, 0),
+            outputs: vec![0; self.wires.outputs().len()],
             edge: 0,
-            stands: 0,
             is_sensed: false,
             output_changes: 0,
             watched,
@@ -135,6 +130,19 @@ impl DutSimulation<'_> {
         closed.drive()?;
         Ok(closed)
     }
+}
+
+/// Takes the words and bits of the input ports from the inputs of the world. Returns whether any of them is new.
+fn take_inputs(wires: &Wires, inputs: &[i64], words: &mut [Option<i64>], bits: &mut [u64]) -> bool {
+    let mut changed = false;
+    for (&index, &word) in wires.given.iter().zip(inputs) {
+        if words[index] != Some(word) {
+            words[index] = Some(word);
+            bits[index] = wires.nets[index].format.bits(word);
+            changed = true;
+        }
+    }
+    changed
 }
 
 /// The watchers of a run: the rows of the plant, and the trace, contact and observer that see rows and nets in the
@@ -153,39 +161,34 @@ impl Watch<'_> {
 
 impl Closed<'_> {
     fn run(&mut self, end: u64, watch: &mut Watch, control: &Control) -> Result<bool, Fault> {
-        let [least, most] = LOOK;
-        let mut look = least;
         let mut events = 0;
         while self.edge < end && self.world.over().is_none() {
             events += 1;
             if !control.goes_on(self.edge, events) {
                 return Ok(false);
             }
-            let before = self.edge;
-            // The edge at which the inputs may differ from those that the design has. Up to the edge before it, the
-            // design can be clocked in one request.
-            let next = if self.stands == end { end + 1 } else { self.world.next_change((self.stands + look).min(end)) };
-            if next > before + 1 && self.clock(next - 1 - before, watch)? {
-                let here = self.edge;
-                self.go(here, watch);
+            // As long as its inputs certainly stay, the design can be clocked in one request.
+            let edges = self.world.edge() + self.world.quiet() - self.edge;
+            if edges > 0 && self.clock(edges, watch)? {
+                self.go(self.edge, watch);
                 self.drive()?;
-            } else if next <= end {
-                self.go(next, watch);
+            } else if self.edge < end {
+                self.go(self.edge + 1, watch);
                 self.is_sensed = self.sense();
             }
-            look = (2 * (self.edge - before)).clamp(least, most);
         }
-        if self.edge < self.stands && self.clock(1, watch)? {
+        if self.edge < self.world.edge() && self.clock(1, watch)? {
             self.drive()?;
         }
         Ok(true)
     }
 
-    /// Moves the world to an edge.
+    /// Moves the world to an edge. At the end of a world, [`DrivenWorld::over`] tells why.
     fn go(&mut self, to: u64, watch: &mut Watch) {
-        if to > self.stands {
-            self.world.advance(to, |world, edge| watch.log(world, edge - 1));
-            self.stands = to;
+        let edges = to - self.world.edge();
+        if edges > 0 {
+            watch.log(self.world.world(), to - 1);
+            let _ = self.world.advance(edges);
         }
     }
 
@@ -217,7 +220,7 @@ impl Closed<'_> {
                 self.words[port] = bits.map(|bits| format.from_bits(bits));
             }
             if let (true, Some(watch)) = (self.watched || sensed.take().is_some(), &mut watch) {
-                watch.log(&self.world, edge - 1);
+                watch.log(self.world.world(), edge - 1);
                 self.tell(edge, watch);
             }
         }
@@ -228,30 +231,22 @@ impl Closed<'_> {
         self.changes = changes;
     }
 
-    /// Sets the inputs from the world at the edge at which it stands. Returns whether any of them is new.
+    /// Takes the inputs from the world at its edge. Returns whether any of them is new, or whether contact is.
     fn sense(&mut self) -> bool {
-        let (encoder, simulation) = (self.world.encoder_state(), self.simulation);
-        let mut changed = false;
-        for (index, wire) in simulation.wires.wires.iter().enumerate().filter(|(_, wire)| wire.port.is_input) {
-            let word = simulation.wires.word(wire, encoder, self.start);
-            if self.words[index] != Some(word) {
-                self.words[index] = Some(word);
-                self.bits[index] = simulation.wires.nets[index].format.bits(word);
-                changed = true;
-            }
-        }
-        changed || self.touched() != self.shown.last().is_some_and(|word| *word != 0)
+        let changed = take_inputs(&self.simulation.wires, self.world.inputs(), &mut self.words, &mut self.bits);
+        changed || self.contact() != self.shown.last().copied()
     }
 
-    fn touched(&self) -> bool {
-        self.world.count() > self.simulation.wires.wall
+    /// Returns 1 while the wall is touched, else 0.
+    fn contact(&self) -> Option<i64> {
+        self.world.inputs().last().copied()
     }
 
     /// Shows the nets after an edge to the observer.
     fn tell(&mut self, edge: u64, watch: &mut Watch) {
         self.shown.clear();
         self.shown.extend(self.words.iter().map(|word| word.unwrap_or(UNKNOWN)));
-        self.shown.push(i64::from(self.touched()));
+        self.shown.extend(self.contact());
         for (usage, &word) in self.uses.iter_mut().zip(&self.shown) {
             if word != UNKNOWN {
                 (usage.min, usage.max) = (usage.min.min(word), usage.max.max(word));
@@ -262,12 +257,12 @@ impl Closed<'_> {
 
     /// Drives the device with the words of the outputs from the present edge on.
     fn drive(&mut self) -> Result<(), Fault> {
-        let at = self.simulation.clock().seconds(Cycle(self.edge));
-        let driven = self.simulation.wires.drive(&self.words).map_err(|fault| fault.text(self.edge, at))?;
-        if driven != self.driven || self.edge == 0 {
-            self.driven = driven;
-            self.world.drive(driven.0, &[driven.1]);
-        }
-        Ok(())
+        let (world, outputs) = (&mut self.world, &mut self.outputs);
+        let taken = self.simulation.wires.known(&self.words, outputs);
+        let driven = taken.and_then(|()| if self.edge == 0 { world.begin(outputs) } else { world.drive(outputs) });
+        driven.map_err(|fault| {
+            let at = self.simulation.clock().seconds(Cycle(self.edge));
+            fault.text(self.edge, at).into()
+        })
     }
 }

@@ -3,11 +3,11 @@
 use std::collections::BTreeSet;
 use std::sync::Mutex;
 
-use hpu_datapath::LoopOut;
 use hpu_signal::{Format, Signal};
 
 use super::{Design, Fault, Port};
-use crate::scene::{Connection, Driving, DutScene, Encoder, Line, SceneError};
+use crate::driven_world::AxisEncoder;
+use crate::scene::{Connection, Driving, DutScene, Line, SceneError};
 use crate::world::EncoderState;
 
 /// A port with its connection.
@@ -24,14 +24,23 @@ pub struct Wires {
     pub(super) wires: Vec<Wire>,
     /// The ports as nets, then a net that tells whether the wall is touched.
     pub(super) nets: Vec<Signal>,
+    /// The indices of the inputs, and of the outputs that drive the device.
+    pub(super) given: Vec<usize>,
+    pub(super) outputs: Vec<usize>,
     driving: Driving,
+    /// The lines of the way to drive: four gates, two legs, or pulse and direction.
+    lines: [Option<Level>; 4],
+    enable: Option<Level>,
+    /// The place among the outputs of the word that drives, its format, and whether it is offset binary.
+    word: Option<(usize, Format, bool)>,
     floats: bool,
-    /// Counts per revolution, if the encoder has an index.
-    revolution: Option<i64>,
-    /// The wall's position in counts from angle 0.
-    pub(super) wall: i64,
+    /// The encoder with its wall.
+    pub(crate) encoder: AxisEncoder,
     count_rad: f64,
 }
+
+/// The place of a line among the outputs, and whether it is inverted.
+type Level = (usize, bool);
 
 /// Outputs that cannot drive the device: both switches of a leg are closed, or a bit is unknown.
 #[derive(Debug)]
@@ -136,17 +145,35 @@ impl Wires {
         };
         let mut nets: Vec<_> = wires.iter().map(net).collect();
         nets.push(Signal::bit("wall_contact", "The encoder's count is beyond the wall's"));
-        let revolution = match scene.encoder {
-            Encoder::Rotary { lines } => Some(4 * i64::from(lines)),
-            Encoder::Linear { .. } => None,
+        let all = |is: fn(&Wire) -> bool| (0..wires.len()).filter(|&index| is(&wires[index])).collect::<Vec<_>>();
+        let outputs = all(|wire| wire.connection.drives());
+        let line = |wanted: Line| {
+            outputs.iter().enumerate().find_map(|(place, &index)| match wires[index].connection {
+                Connection::Line(line, inverted) if line == wanted => Some((place, inverted)),
+                _ => None,
+            })
         };
+        let word = outputs.iter().enumerate().find_map(|(place, &index)| match wires[index].connection {
+            Connection::Duty(format, offset) | Connection::Force(format, offset) => Some((place, format, offset)),
+            _ => None,
+        });
+        let driving = scene.dut.driving().map_err(|reason| scene.error("dut.ports", reason))?;
         Ok(Self {
+            lines: match driving {
+                Driving::Gates => [Line::MinusHigh, Line::MinusLow, Line::PlusHigh, Line::PlusLow].map(line),
+                Driving::Legs => [line(Line::Minus), line(Line::Plus), None, None],
+                Driving::PulseAndDirection => [line(Line::Pwm), line(Line::Direction), None, None],
+                Driving::Duty | Driving::Force => [None; 4],
+            },
+            enable: line(Line::Enable),
+            word,
+            driving,
+            given: all(|wire| wire.port.is_input),
+            outputs,
             wires,
             nets,
-            driving: scene.dut.driving().map_err(|reason| scene.error("dut.ports", reason))?,
             floats: scene.dut.floats,
-            revolution,
-            wall: scene.wall_counts(),
+            encoder: AxisEncoder::new(scene.encoder, scene.wall_rad),
             count_rad: scene.encoder.count_rad(),
         })
     }
@@ -161,24 +188,31 @@ impl Wires {
         &self.nets
     }
 
+    /// Returns the wires of the inputs, which the world gives.
+    pub(crate) fn given(&self) -> impl ExactSizeIterator<Item = &Wire> {
+        self.given.iter().map(|&index| &self.wires[index])
+    }
+
+    /// Returns the wires of the outputs that drive the device.
+    pub(crate) fn outputs(&self) -> impl ExactSizeIterator<Item = &Wire> {
+        self.outputs.iter().map(|&index| &self.wires[index])
+    }
+
     /// Returns the word of an input in a state of the encoder, which stood at the count `start` at the start; 0 for an
     /// output.
-    pub fn word(&self, wire: &Wire, encoder: EncoderState, start: i64) -> i64 {
+    pub(crate) fn word(&self, wire: &Wire, encoder: EncoderState, start: i64) -> i64 {
         let format = wire.connection.format().unwrap_or(wire.port.format);
         match wire.connection {
             Connection::Line(line, inverted) => {
                 let level = match line {
                     Line::A => encoder.pins.a,
                     Line::B => encoder.pins.b,
-                    _ => {
-                        let is_there = |counts| encoder.has_index && encoder.count.rem_euclid(counts) == 0;
-                        i64::from(self.revolution.is_some_and(is_there))
-                    }
+                    _ => self.encoder.index(encoder),
                 };
                 level ^ i64::from(inverted)
             }
             Connection::Count => format.wrap((encoder.shown - start).into()),
-            Connection::Wall => format.wrap((self.wall - start).into()),
+            Connection::Wall => format.wrap((self.encoder.wall - start).into()),
             Connection::Angle(format) => {
                 format.wrap((encoder.shown as f64 * self.count_rad / format.lsb()).round() as i128)
             }
@@ -187,73 +221,51 @@ impl Wires {
         }
     }
 
-    /// Returns the gates and the command that the words of the outputs, in the order of the wires, ask for; the words of
-    /// inputs do not matter, and `None` is an unknown word.
+    /// Takes the words of the [`outputs`](Self::outputs) from the words of all ports; `None` is an unknown word.
     ///
     /// # Errors
     ///
-    /// When an output that drives the device is unknown, or both switches of a leg would be closed.
-    pub fn drive(&self, words: &[Option<i64>]) -> Result<(LoopOut<i64>, i64), Misdriven> {
-        let of = |wanted: Line| -> Result<Option<bool>, Misdriven> {
-            let is = |(index, wire): (usize, &Wire)| match wire.connection {
-                Connection::Line(line, inverted) if line == wanted => Some((index, inverted)),
-                _ => None,
-            };
-            let Some((index, inverted)) = self.wires.iter().enumerate().find_map(is) else { return Ok(None) };
-            let word = words[index].ok_or_else(|| Misdriven::Unknown(self.wires[index].port.name.clone()))?;
-            Ok(Some((word != 0) != inverted))
+    /// When one of them is unknown.
+    pub(super) fn known(&self, words: &[Option<i64>], outputs: &mut [i64]) -> Result<(), Misdriven> {
+        for (output, &index) in outputs.iter_mut().zip(&self.outputs) {
+            *output = words[index].ok_or_else(|| Misdriven::Unknown(self.wires[index].port.name.clone()))?;
+        }
+        Ok(())
+    }
+
+    /// Returns the gates, in the order of a wiring's outputs, and the command that these words of the
+    /// [`outputs`](Self::outputs) ask for.
+    ///
+    /// # Errors
+    ///
+    /// When both switches of a leg would be closed.
+    pub(crate) fn drive(&self, words: &[i64]) -> Result<([i64; 4], i64), Misdriven> {
+        let level = |(place, inverted): Level| (words[place] != 0) != inverted;
+        let [one, two, three, four] = self.lines.map(|line| line.is_some_and(level));
+        // The minus leg is the wiring's leg a.
+        let mut gates = match self.driving {
+            Driving::Gates if one && two => return Err(Misdriven::Short("minus")),
+            Driving::Gates if three && four => return Err(Misdriven::Short("plus")),
+            Driving::Gates => [one, two, three, four],
+            Driving::Legs => [one, !one, two, !two],
+            Driving::PulseAndDirection => match (one, two) {
+                (true, true) => [false, true, true, false],
+                (true, false) => [true, false, false, true],
+                (false, _) => [false, !self.floats, false, !self.floats],
+            },
+            Driving::Duty | Driving::Force => [false; 4],
         };
-        let level = |line| Ok(of(line)?.unwrap_or(false));
-        let mut gates = LoopOut { a_high: 0, a_low: 0, b_high: 0, b_low: 0 };
-        let mut set = |[minus_high, minus_low, plus_high, plus_low]: [bool; 4]| {
-            gates = LoopOut {
-                a_high: minus_high.into(),
-                a_low: minus_low.into(),
-                b_high: plus_high.into(),
-                b_low: plus_low.into(),
-            };
-        };
-        match self.driving {
-            Driving::Gates => {
-                let all = [Line::MinusHigh, Line::MinusLow, Line::PlusHigh, Line::PlusLow];
-                let [minus_high, minus_low, plus_high, plus_low] =
-                    [level(all[0])?, level(all[1])?, level(all[2])?, level(all[3])?];
-                if minus_high && minus_low {
-                    return Err(Misdriven::Short("minus"));
-                }
-                if plus_high && plus_low {
-                    return Err(Misdriven::Short("plus"));
-                }
-                set([minus_high, minus_low, plus_high, plus_low]);
-            }
-            Driving::Legs => {
-                let (minus, plus) = (level(Line::Minus)?, level(Line::Plus)?);
-                set([minus, !minus, plus, !plus]);
-            }
-            Driving::PulseAndDirection => {
-                let (pulse, forward) = (level(Line::Pwm)?, level(Line::Direction)?);
-                set(match (pulse, forward) {
-                    (true, true) => [false, true, true, false],
-                    (true, false) => [true, false, false, true],
-                    (false, _) => [false, !self.floats, false, !self.floats],
-                });
-            }
-            Driving::Duty | Driving::Force => {}
+        if !self.enable.is_none_or(level) {
+            gates = [false; 4];
         }
-        if of(Line::Enable)? == Some(false) {
-            set([false; 4]);
-        }
-        let mut command = 0;
-        for (wire, word) in self.wires.iter().zip(words) {
-            if let Connection::Duty(format, offset) | Connection::Force(format, offset) = wire.connection {
-                let word = word.ok_or_else(|| Misdriven::Unknown(wire.port.name.clone()))?;
-                let word = if offset { format.wrap(i128::from(word) + (1i128 << (format.width() - 1))) } else { word };
-                let most = format.lsb().recip() as i64;
-                // A positive command pushes against the positive direction; no actuator gives more than its full scale.
-                command = -word.clamp(-most, most);
-            }
-        }
-        Ok((gates, command))
+        let command = self.word.map_or(0, |(place, format, offset)| {
+            let word = words[place];
+            let word = if offset { format.wrap(i128::from(word) + (1i128 << (format.width() - 1))) } else { word };
+            let most = format.lsb().recip() as i64;
+            // A positive command pushes against the positive direction; no actuator gives more than its full scale.
+            -word.clamp(-most, most)
+        });
+        Ok((gates.map(i64::from), command))
     }
 }
 

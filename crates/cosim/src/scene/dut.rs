@@ -37,13 +37,6 @@ pub struct DutScene {
 
 has_head!(DutScene);
 
-impl DutScene {
-    /// Returns the wall's position in counts of the encoder, from angle 0.
-    pub fn wall_counts(&self) -> i64 {
-        (self.wall_rad / self.encoder.count_rad()).round() as i64
-    }
-}
-
 /// A design.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Dut {
