@@ -99,13 +99,10 @@ impl<L: Links> Stretch<3> for Torques<'_, '_, L> {
         std::array::from_fn(|i| self.0.start.u[i] * (end_s - start_s) + lag_s * (early[i] - late[i]))
     }
 
-    fn extent(&self, from: Option<u64>, to: Option<u64>) -> [Extent; 3] {
-        let ends = self.between(from, to);
-        std::array::from_fn(|i| {
-            let mut extent = Extent::NONE;
-            ends.iter().for_each(|(_, lag)| extent.take(self.0.start.u[i] + lag[i]));
-            extent
-        })
+    fn include(&self, from: Option<u64>, to: Option<u64>, extents: &mut [Extent; 3]) {
+        for (_, lag) in self.between(from, to) {
+            extents.iter_mut().enumerate().for_each(|(i, extent)| extent.take(self.0.start.u[i] + lag[i]));
+        }
     }
 }
 
