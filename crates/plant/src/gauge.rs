@@ -61,6 +61,8 @@ pub struct Extent {
 impl Extent {
     /// The extent of no value at all.
     pub const NONE: Self = Self { least: f64::INFINITY, greatest: f64::NEG_INFINITY };
+    /// The extent of all values: nothing is searched for it.
+    pub const ALL: Self = Self { least: f64::NEG_INFINITY, greatest: f64::INFINITY };
 
     /// Includes a value.
     #[inline(always)]
@@ -113,6 +115,8 @@ pub trait Stretch<const N: usize> {
 #[derive(Clone, PartialEq, Debug)]
 pub struct Gauge<const N: usize> {
     pace: Pace,
+    /// The extents of a row before it has any value.
+    fresh: [Extent; N],
     /// Integrals since the last row before the anchor.
     since_row: [f64; N],
     /// Integrals since the modulator's present period began.
@@ -128,10 +132,10 @@ fn sum<const N: usize>(a: &[f64; N], b: &[f64; N]) -> [f64; N] {
 }
 
 impl<const N: usize> Gauge<N> {
-    /// Creates a gauge at edge 0.
-    pub fn new(pace: Pace) -> Self {
-        let (none, extent) = ([0.0; N], [Extent::NONE; N]);
-        Self { pace, since_row: none, since_boundary: none, periods: none, extent }
+    /// Creates a gauge at edge 0. The extents of outputs that nobody reads are [`Extent::ALL`].
+    pub fn new(pace: Pace, read: [bool; N]) -> Self {
+        let (none, fresh) = ([0.0; N], read.map(|is_read| if is_read { Extent::NONE } else { Extent::ALL }));
+        Self { pace, fresh, since_row: none, since_boundary: none, periods: none, extent: fresh }
     }
 
     /// Returns the gauge at the end of a stretch, or at an edge on its way. `first` is the first edge at or after the
@@ -143,9 +147,9 @@ impl<const N: usize> Gauge<N> {
         let is_modulated = pace.period.is_some();
         let whole = if has_row && (has_boundary || !is_modulated) { [0.0; N] } else { stretch.integral(None, to) };
         let since_row = if has_row { stretch.integral(Some(row), to) } else { sum(&self.since_row, &whole) };
-        let (from, mut extent) = if has_row { (Some(row), [Extent::NONE; N]) } else { (None, self.extent) };
+        let (from, mut extent) = if has_row { (Some(row), self.fresh) } else { (None, self.extent) };
         stretch.include(from, to, &mut extent);
-        let mut next = Self { pace, since_row, extent, since_boundary: [0.0; N], periods: [0.0; N] };
+        let mut next = Self { pace, fresh: self.fresh, since_row, extent, since_boundary: [0.0; N], periods: [0.0; N] };
         if is_modulated {
             next.since_boundary =
                 if has_boundary { stretch.integral(Some(ended), to) } else { sum(&self.since_boundary, &whole) };

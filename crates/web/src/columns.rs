@@ -139,6 +139,10 @@ impl Observe for Kept<'_> {
         true
     }
 
+    fn reads(&self, columns: Range<usize>) -> bool {
+        self.picked.reals().any(|column| columns.contains(&column))
+    }
+
     fn nets(&mut self, _: Cycle, words: &[i64]) {
         for (now, (index, _)) in self.now.iter_mut().zip(&self.picked.nets) {
             *now = words[*index];

@@ -300,7 +300,7 @@ impl<'a, L: Links> ArmMotion<'a, L> {
 
     /// Gathers mean and extremes of the motors' torques between rows from edge 0 on; see [`measured`](Self::measured).
     pub fn measure(&mut self, pace: Pace) {
-        self.gauge = Some(Box::new(Gauge::new(pace)));
+        self.gauge = Some(Box::new(Gauge::new(pace, [true; 3])));
     }
 
     /// Returns the exact means and extremes of the motors' torques since the row before the row at this edge; `None`
