@@ -88,6 +88,29 @@ fn the_ripple_of_a_row_is_that_of_the_rows_of_single_edges_inside() {
 }
 
 #[test]
+fn the_ripple_of_a_long_row_is_that_of_the_short_rows_inside() {
+    // A short row is little longer than a period of the modulator; a long one has thousands, and few are searched.
+    for scene in ["hybrid-wall", "conventional-wall-1khz"] {
+        let whole = ask(&json!({ "do": "run", "scene": scene, "set": ["run.duration=2 s"], "ripple": true }));
+        let look = json!({
+            "do": "look", "scene": scene, "set": ["run.duration=2 s"], "from_s": 0, "to_s": 2, "rows": 10,
+        });
+        let look = ask(&look);
+        assert_eq!((&look.json["rows"]["interval_s"], &whole.json["rows"]["interval_s"]), (&json!(0.2), &json!(1e-4)));
+        let (run, long) = (named(&whole), named(&look));
+        let (least, greatest) = (run["torque_least_nm least"], run["torque_greatest_nm greatest"]);
+        for row in 1..look.json["rows"]["count"].as_u64().expect("a count") as usize {
+            let inside = (row - 1) * 2000 + 1..=row * 2000;
+            let low = least[inside.clone()].iter().copied().fold(f64::INFINITY, f64::min);
+            let high = greatest[inside].iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            let near = |x: f64, y: f64| (x - y).abs() <= 1e-13 * (low.abs() + high.abs());
+            assert!(near(long["torque_least_nm least"][row], low), "{scene}, row {row}: {low}");
+            assert!(near(long["torque_greatest_nm greatest"][row], high), "{scene}, row {row}: {high}");
+        }
+    }
+}
+
+#[test]
 fn a_look_beyond_the_run_ends_with_it() {
     let look = |from_s: f64, to_s: f64, rows: f64| {
         let set = ["run.duration=1 ms"];
