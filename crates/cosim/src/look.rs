@@ -9,7 +9,8 @@ use crate::simulation::Wired;
 
 /// Runs a scene's loop again, to the same bits, up to the end of a window of edges, and shows the observer the rows
 /// inside the window: one every `stride` edges, at multiples of it, with the means and extremes since the row before
-/// that the observer reads. Nets are shown from the first event on. Returns whether `control` let the loop reach the end.
+/// that the observer reads. Nets are shown from the first event on. Returns whether `control` let the loop reach the
+/// end.
 ///
 /// The loop of a scene that runs without a clock ([`Wired::direct`]) is no other view of that run: it moves by events.
 pub fn look(

@@ -103,7 +103,8 @@ pub trait AnyClosedLoop<'s> {
     /// Runs one edge.
     fn step(&mut self);
     /// Makes [`leap`](Self::leap) show rows of the plant's outputs, with the means and extremes that the observer
-    /// reads: one every `stride` edges, the first at `first`, a multiple of `stride`. To be called before the first leap.
+    /// reads: one every `stride` edges, the first at `first`, a multiple of `stride`. To be called before the first
+    /// leap.
     fn show(&mut self, first: u64, stride: u64, observer: &dyn Observe);
     /// See [`ClosedLoop::leap`].
     fn leap(&mut self, end: u64, observer: &mut dyn Observe);

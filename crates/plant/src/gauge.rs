@@ -11,8 +11,8 @@
 //! the gauge at the anchor and of the stretch, so it does not depend on how often anyone looked. Integrals are those of
 //! the flow; no sum is taken over samples.
 //!
-//! Turning points are expensive to find. A part of a stretch whose values certainly lie inside the extremes that the row
-//! already has is not searched ([`Extent::holds`]); the row has the same bits as if it were.
+//! Turning points are expensive to find. A part of a stretch whose values certainly lie inside the extremes that the
+//! row already has is not searched (`Extent::holds`); the row has the same bits as if it were.
 
 use crate::guard::{Guard, Limits, MotionPoint, dyadic};
 use crate::linear::Trajectory;

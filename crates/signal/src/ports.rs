@@ -112,8 +112,8 @@ pub trait Observe {
     fn measures(&self) -> bool {
         false
     }
-    /// Whether the observer reads any of these columns of a row with means and extremes. If not, a run need not find the
-    /// extremes, and the columns hold any numbers.
+    /// Whether the observer reads any of these columns of a row with means and extremes. If not, a run need not find
+    /// the extremes, and the columns hold any numbers.
     fn reads(&self, _columns: Range<usize>) -> bool {
         true
     }
