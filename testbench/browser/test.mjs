@@ -99,7 +99,7 @@ await test("every shipped scene has the bits of the native engine", async (page)
   assert.deepEqual(own, Object.fromEntries(native));
 });
 
-await test("a slider's move is in the picture within 100 ms, with its ripple within 200 ms", async (page) => {
+await test("a slider's move is in the picture within 100 ms, with its ripple", async (page) => {
   await rest(page, ["rippled"]);
   const slider = page.locator('[aria-label="wall.stiffness, slider"]'),
     first = [],
@@ -124,7 +124,7 @@ await test("a slider's move is in the picture within 100 ms, with its ripple wit
       `with its ripple ${median(all).toFixed(0)} ms: ${moves}`,
   );
   assert.ok(median(first) <= 100 * SLACK, `${median(first)} ms`);
-  assert.ok(median(all) <= 200 * SLACK, `${median(all)} ms with the ripple`);
+  assert.ok(median(all) <= 100 * SLACK, `${median(all)} ms with the ripple`);
 });
 
 await test("a map of 21 by 11 cells of 1 s fills within 10 s, and a click loads a cell", async (page) => {
@@ -278,9 +278,8 @@ beside("every control is reached by the Tab key, and has a name", async (page) =
     const all = [...document.querySelectorAll("button, input, select, summary, canvas, a[href]")];
     // One cell of a grid stands for all.
     const reached = all.filter((one) => one.checkVisibility() && !one.disabled && one.tabIndex >= 0);
-    reached.forEach((one, at) => {
-      one.dataset.at = at;
-    });
+    const seen = (globalThis.seen = new Set());
+    reached.forEach((one, at) => one.addEventListener("focus", () => seen.add(at)));
     return reached.map(
       (one) => one.getAttribute("aria-label") || one.labels?.[0]?.textContent || one.textContent || "",
     );
@@ -290,67 +289,67 @@ beside("every control is reached by the Tab key, and has a name", async (page) =
     wanted.filter((name) => !name.trim()),
     [],
   );
-  await page.evaluate(() => document.activeElement?.blur());
-  const seen = new Set();
-  for (let press = 0; press < wanted.length + 20 && seen.size < wanted.length; press++) {
-    await page.keyboard.press("Tab");
-    seen.add(await page.evaluate(() => document.activeElement.dataset.at ?? "0"));
-  }
+  await page.evaluate(() => {
+    document.activeElement?.blur();
+    seen.clear();
+  });
+  for (let press = 0; press < wanted.length + 20; press++) await page.keyboard.press("Tab");
+  const seen = await page.evaluate(() => [...globalThis.seen]);
   assert.deepEqual(
-    wanted.filter((_, at) => !seen.has(String(at))),
+    wanted.filter((_, at) => !seen.includes(at)),
     [],
   );
 });
 
-for (const colorScheme of ["light", "dark"]) {
-  beside(
-    `every text has a contrast of 4.5, ${colorScheme}`,
-    async (page) => {
-      await rest(page, ["rippled"]);
-      await page.click("#map-fill");
-      await page.waitForFunction(() => document.getElementById("map").dataset.seconds);
-      await put(page, "wall.stiffness", "-1");
-      await page.waitForFunction(() => document.getElementById("key-wall-stiffness-error").textContent);
-      await page.evaluate(() => {
-        for (const section of document.querySelectorAll("details")) section.open = true;
-      });
-      const poor = await page.evaluate(() => {
-        const numbers = (color) => color.match(/[\d.]+/g).map(Number);
-        const light = (color) => {
-          const [r, g, b] = numbers(color).map((part) =>
-            part / 255 <= 0.04045 ? part / 255 / 12.92 : ((part / 255 + 0.055) / 1.055) ** 2.4,
-          );
-          return 0.2126 * r + 0.7152 * g + 0.0722 * b;
-        };
-        const behind = (element) => {
-          for (let at = element; at; at = at.parentElement) {
-            const color = getComputedStyle(at).backgroundColor,
-              parts = numbers(color);
-            if (parts.length < 4 || parts[3] === 1) return color;
-          }
-          return "rgb(255, 255, 255)";
-        };
-        const contrast = (one, other) => {
-          const [high, low] = [light(one), light(other)].sort((a, b) => b - a);
-          return (high + 0.05) / (low + 0.05);
-        };
-        const found = [];
-        for (const element of document.querySelectorAll("body *")) {
-          const own = [...element.childNodes].some(
-            (node) => node.nodeType === Node.TEXT_NODE && node.textContent.trim(),
-          );
-          if ((!own && !element.value) || !element.checkVisibility() || element.matches("option, script, style, .skip"))
-            continue;
-          const ratio = contrast(getComputedStyle(element).color, behind(element));
-          if (ratio < 4.5) found.push(`${element.tagName} ${element.id} ${element.className} ${ratio.toFixed(2)}`);
+beside("every text has a contrast of 4.5, light and dark", async (page) => {
+  await rest(page, ["rippled"]);
+  await page.click("#map-fill");
+  await page.waitForFunction(() => document.getElementById("map").dataset.seconds);
+  await put(page, "wall.stiffness", "-1");
+  await page.waitForFunction(() => document.getElementById("key-wall-stiffness-error").textContent);
+  await page.evaluate(() => {
+    for (const section of document.querySelectorAll("details")) section.open = true;
+  });
+  const backs = [];
+  for (const colorScheme of ["light", "dark"]) {
+    await page.emulateMedia({ colorScheme });
+    backs.push(await page.evaluate(() => getComputedStyle(document.body).backgroundColor));
+    const poor = await page.evaluate(() => {
+      const numbers = (color) => color.match(/[\d.]+/g).map(Number);
+      const light = (color) => {
+        const [r, g, b] = numbers(color).map((part) =>
+          part / 255 <= 0.04045 ? part / 255 / 12.92 : ((part / 255 + 0.055) / 1.055) ** 2.4,
+        );
+        return 0.2126 * r + 0.7152 * g + 0.0722 * b;
+      };
+      const behind = (element) => {
+        for (let at = element; at; at = at.parentElement) {
+          const color = getComputedStyle(at).backgroundColor,
+            parts = numbers(color);
+          if (parts.length < 4 || parts[3] === 1) return color;
         }
-        return [...new Set(found)];
-      });
-      assert.deepEqual(poor, []);
-    },
-    { colorScheme },
-  );
-}
+        return "rgb(255, 255, 255)";
+      };
+      const contrast = (one, other) => {
+        const [high, low] = [light(one), light(other)].sort((a, b) => b - a);
+        return (high + 0.05) / (low + 0.05);
+      };
+      const found = [];
+      for (const element of document.querySelectorAll("body *")) {
+        const own = [...element.childNodes].some(
+          (node) => node.nodeType === Node.TEXT_NODE && node.textContent.trim(),
+        );
+        if ((!own && !element.value) || !element.checkVisibility() || element.matches("option, script, style, .skip"))
+          continue;
+        const ratio = contrast(getComputedStyle(element).color, behind(element));
+        if (ratio < 4.5) found.push(`${element.tagName} ${element.id} ${element.className} ${ratio.toFixed(2)}`);
+      }
+      return [...new Set(found)];
+    });
+    assert.deepEqual(poor, [], colorScheme);
+  }
+  assert.notEqual(...backs);
+});
 
 beside(
   "a narrow screen shows all without a sideways scroll",

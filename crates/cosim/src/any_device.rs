@@ -51,9 +51,10 @@ impl AnyDevice<'_> {
         }
     }
 
-    /// Gathers from now on what [`measured`](Self::measured) returns.
-    pub(crate) fn measure(&mut self, pace: Pace) {
-        forward!(self, body => body.measure(pace));
+    /// Gathers from now on what [`measured`](Self::measured) returns, with the extremes of current and speed where they
+    /// are read.
+    pub(crate) fn measure(&mut self, pace: Pace, read: [bool; 2]) {
+        forward!(self, body => body.measure(pace, read));
     }
 
     /// Returns mean and extremes of current and speed between the row at an edge not left yet and the row before it.

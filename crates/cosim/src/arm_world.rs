@@ -1,7 +1,7 @@
 //! The world of an arm: the same whatever computes the force, and joined by its [`Side`] to the ports of a loop.
 
 use hpu_plant::arm::{ArmModel, Links};
-use hpu_signal::{Ports, Real};
+use hpu_signal::{Observe, Ports, Real};
 
 use crate::arm::{ArmPlant, ArmState};
 use crate::summary::Summary;
@@ -92,7 +92,7 @@ impl<S: Side, L: Links> World for ArmWorld<'_, S, L> {
         self.side.row(&self.state, edge)
     }
 
-    fn measure(&mut self, stride: u64) {
+    fn measure(&mut self, stride: u64, _: &dyn Observe) {
         self.state.measure(stride);
     }
 

@@ -5,11 +5,11 @@
 
 use hpu_datapath::{LoopIn, LoopOut, Repeat};
 use hpu_plant::{Band, Device, Drive, Gates, Pace, Pulses, REALS};
-use hpu_signal::Real;
+use hpu_signal::{Observe, Real};
 
 use crate::actuator::{Actuator, Latch, Shaping};
 use crate::any_device::AnyDevice;
-use crate::columns::{AXIS_ROW, tell};
+use crate::columns::{AXIS_ROW, CURRENT_BETWEEN, SPEED_BETWEEN, TORQUE_BETWEEN, tell};
 use crate::encoder::{Encoder, Pins};
 use crate::faults::FaultState;
 use crate::plant::{Kind, Plant};
@@ -403,10 +403,13 @@ impl World for AxisWorld<'_> {
         }
     }
 
-    fn measure(&mut self, stride: u64) {
+    fn measure(&mut self, stride: u64, observer: &dyn Observe) {
         let period = self.plant.modulator;
         if let Some(device) = &mut self.device {
-            device.measure(Pace { stride, period });
+            // A torque is a current by another name.
+            let is_read = |columns: [usize; 3]| observer.reads(columns[0]..columns[2] + 1);
+            let current = is_read(CURRENT_BETWEEN) || is_read(TORQUE_BETWEEN);
+            device.measure(Pace { stride, period }, [current, is_read(SPEED_BETWEEN)]);
         }
     }
 

@@ -65,6 +65,10 @@ pub const RAIL_ROW: [Real; 15] = [
 /// Columns of [`RAIL_ROW`] without information of their own: the amplifier's current is its force by another name.
 pub(crate) const CURRENTS: [usize; 4] = [0, 4, 5, 6];
 
+/// Indices of the mean, least and greatest current in a row of an axis.
+pub(crate) const CURRENT_BETWEEN: [usize; 3] = [4, 5, 6];
+/// Indices of the mean, least and greatest speed in a row of an axis.
+pub(crate) const SPEED_BETWEEN: [usize; 3] = [7, 8, 9];
 /// Indices of the mean, least and greatest torque or force in a row of an axis.
 pub const TORQUE_BETWEEN: [usize; 3] = [10, 11, 12];
 

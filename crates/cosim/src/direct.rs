@@ -138,7 +138,7 @@ impl AxisDirect<'_> {
         let mut course = Course::new(self, controller);
         let measures = trace.keeps_beyond(REALS.len()) || observer.measures();
         if measures {
-            course.gauge = Some(Gauge::new(Pace { stride, period: None }));
+            course.gauge = Some(Gauge::new(Pace { stride, period: None }, [true; 2]));
         }
         let initial_j = course.axis.stored_j(&course.x);
         let (mut edge, mut steps, mut next_row) = (0, 0u64, 0);

@@ -99,17 +99,17 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
         }
     }
 
-    /// Shows rows with means and extremes, one every `stride` edges, the first at `first`, a multiple of `stride`. To
-    /// be called before the loop has run.
-    pub(crate) fn show(&mut self, first: u64, stride: u64) {
-        self.world.measure(stride);
+    /// Shows rows with the means and extremes that an observer reads, one every `stride` edges, the first at `first`, a
+    /// multiple of `stride`. To be called before the loop has run.
+    pub(crate) fn show(&mut self, first: u64, stride: u64, observer: &dyn Observe) {
+        self.world.measure(stride, observer);
         self.rows = Rows { next: first, row: Some(Vec::new()), ..Rows::new(stride) };
     }
 
-    /// Returns the loop with means and extremes in its rows.
+    /// Returns the loop with the means and extremes in its rows that an observer reads.
     #[must_use]
-    pub fn measured(mut self) -> Self {
-        self.world.measure(self.rows.stride);
+    pub fn measured(mut self, observer: &dyn Observe) -> Self {
+        self.world.measure(self.rows.stride, observer);
         self.rows.row = Some(Vec::new());
         self
     }

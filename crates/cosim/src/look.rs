@@ -8,8 +8,9 @@ use crate::engine::{Control, TURN};
 use crate::simulation::Wired;
 
 /// Runs a scene's loop again, to the same bits, up to the end of a window of edges, and shows the observer the rows
-/// inside the window: one every `stride` edges, at multiples of it, with means and extremes since the row before. Nets
-/// are shown from the first event on. Returns whether `control` let the loop reach the end.
+/// inside the window: one every `stride` edges, at multiples of it, with the means and extremes since the row before
+/// that the observer reads. Nets are shown from the first event on. Returns whether `control` let the loop reach the
+/// end.
 ///
 /// The loop of a scene that runs without a clock ([`Wired::direct`]) is no other view of that run: it moves by events.
 pub fn look(
@@ -24,7 +25,7 @@ pub fn look(
     if !simulation.gates_drive() {
         closed.wiring_mut().rest_modulator();
     }
-    closed.show(window.start.next_multiple_of(stride), stride);
+    closed.show(window.start.next_multiple_of(stride), stride, observer);
     let (mut since, mut events) = (0, 0);
     while closed.edge() < window.end && closed.world().over().is_none() {
         closed.leap(window.end, observer);

@@ -372,6 +372,10 @@ impl Observe for Recorder<'_> {
     fn measures(&self) -> bool {
         self.trace.keeps_beyond(self.reals) || self.observer.as_ref().is_some_and(|observer| observer.measures())
     }
+    fn reads(&self, columns: Range<usize>) -> bool {
+        let is_read = |observer: &&mut dyn Observe| observer.measures() && observer.reads(columns.clone());
+        self.trace.keeps_any(columns.clone()) || self.observer.as_ref().is_some_and(is_read)
+    }
     #[inline]
     fn nets(&mut self, cycle: Cycle, words: &[i64]) {
         self.trace.nets(cycle, words);
@@ -452,7 +456,7 @@ impl<'s> LoopVisitor<'s> for Run<'_> {
         }
         let (from, end) = self.window;
         let run = ClosedLoop::new(wiring, world, input, self.stride).averaged_from(from);
-        let mut run = if self.observer.measures() { run.measured() } else { run };
+        let mut run = if self.observer.measures() { run.measured(&self.observer) } else { run };
         let complete = run.run(self.driver, end, &mut self.observer, self.control);
         let nets = run.wiring.nets().into_iter().zip(run.wiring.uses());
         let summary = Summary {

@@ -106,9 +106,9 @@ impl<'p> Stepped<'p> {
         }
     }
 
-    /// Gathers mean and extremes of current and speed between rows, from edge 0 on.
-    pub(crate) fn measure(&mut self, pace: Pace) {
-        self.gauge = Some(Box::new(Gauge::new(pace)));
+    /// Gathers means of current and speed between rows, and extremes where they are read, from edge 0 on.
+    pub(crate) fn measure(&mut self, pace: Pace, read: [bool; 2]) {
+        self.gauge = Some(Box::new(Gauge::new(pace, read)));
     }
 
     /// Returns mean and extremes of current and speed for the row at an edge; both are linear within a step.

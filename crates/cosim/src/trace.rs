@@ -87,7 +87,12 @@ impl Trace {
 
     /// Returns whether the trace keeps any column at or beyond index `reals` of a row.
     pub(crate) fn keeps_beyond(&self, reals: usize) -> bool {
-        self.kept.iter().any(|kept| *kept >= reals)
+        self.keeps_any(reals..usize::MAX)
+    }
+
+    /// Returns whether the trace keeps any of these columns of a row.
+    pub(crate) fn keeps_any(&self, columns: Range<usize>) -> bool {
+        self.kept.iter().any(|kept| columns.contains(kept))
     }
 
     /// Returns the trace, limited to this number of values, whatever the length of the run. A verdict may need the

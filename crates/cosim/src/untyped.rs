@@ -33,7 +33,7 @@ pub trait AnyWorld<'s> {
     /// Appends all continuous outputs at an edge to a row.
     fn reals(&self, edge: u64, row: &mut Vec<f64>);
     /// See [`World::measure`].
-    fn measure(&mut self, stride: u64);
+    fn measure(&mut self, stride: u64, observer: &dyn Observe);
     /// See [`World::measured`].
     fn measured(&self, edge: u64, row: &mut Vec<f64>);
     /// See [`World::encoder`].
@@ -79,8 +79,8 @@ impl<'s, E: World + 's> AnyWorld<'s> for E {
     fn reals(&self, edge: u64, row: &mut Vec<f64>) {
         row.extend_from_slice(World::reals(self, edge).as_ref());
     }
-    fn measure(&mut self, stride: u64) {
-        World::measure(self, stride);
+    fn measure(&mut self, stride: u64, observer: &dyn Observe) {
+        World::measure(self, stride, observer);
     }
     fn measured(&self, edge: u64, row: &mut Vec<f64>) {
         World::measured(self, edge, row);
@@ -102,9 +102,10 @@ pub trait AnyClosedLoop<'s> {
     fn edge(&self) -> u64;
     /// Runs one edge.
     fn step(&mut self);
-    /// Makes [`leap`](Self::leap) show rows of the plant's outputs, with means and extremes: one every `stride` edges,
-    /// the first at `first`, a multiple of `stride`. To be called before the first leap.
-    fn show(&mut self, first: u64, stride: u64);
+    /// Makes [`leap`](Self::leap) show rows of the plant's outputs, with the means and extremes that the observer
+    /// reads: one every `stride` edges, the first at `first`, a multiple of `stride`. To be called before the first
+    /// leap.
+    fn show(&mut self, first: u64, stride: u64, observer: &dyn Observe);
     /// See [`ClosedLoop::leap`].
     fn leap(&mut self, end: u64, observer: &mut dyn Observe);
     /// Returns the constant words of the wiring's inputs; words that the world drives are 0.
@@ -133,8 +134,8 @@ where
     fn step(&mut self) {
         self.0.step(&mut ());
     }
-    fn show(&mut self, first: u64, stride: u64) {
-        self.0.show(first, stride);
+    fn show(&mut self, first: u64, stride: u64, observer: &dyn Observe) {
+        self.0.show(first, stride, observer);
     }
     fn leap(&mut self, end: u64, observer: &mut dyn Observe) {
         self.0.leap(end, &mut Through(observer));

@@ -4,7 +4,7 @@
 //! host's commands), and the outputs that hold from that edge to the next.
 
 use hpu_datapath::Repeat;
-use hpu_signal::{Ports, Real};
+use hpu_signal::{Observe, Ports, Real};
 
 use crate::encoder::Pins;
 use crate::summary::Summary;
@@ -64,8 +64,9 @@ pub trait World: Clone {
         }
     }
     /// Gathers, from edge 0 on, the figures that [`measured`](World::measured) appends to the rows at every
-    /// `stride` edges. A run whose observer does not ask for them must not pay for them.
-    fn measure(&mut self, _stride: u64) {}
+    /// `stride` edges, as far as the observer reads them. A run whose observer does not ask for them must not pay for
+    /// them.
+    fn measure(&mut self, _stride: u64, _observer: &dyn Observe) {}
     /// Appends to the row at an edge the columns beyond [`reals`](World::reals): means and extremes since the row
     /// before, and what the hand feels.
     fn measured(&self, _edge: u64, _row: &mut Vec<f64>) {}

@@ -10,8 +10,11 @@
 //! The motion tells a [`Gauge`] each of its stretches, from anchor to anchor, when it leaves it. A row is a function of
 //! the gauge at the anchor and of the stretch, so it does not depend on how often anyone looked. Integrals are those of
 //! the flow; no sum is taken over samples.
+//!
+//! Turning points are expensive to find. A part of a stretch whose values certainly lie inside the extremes that the
+//! row already has is not searched (`Extent::holds`); the row has the same bits as if it were.
 
-use crate::guard::{Guard, MotionPoint, dyadic};
+use crate::guard::{Guard, Limits, MotionPoint, dyadic};
 use crate::linear::Trajectory;
 use crate::matrix::{CURRENT, SPEED, State, dot, sizes};
 
@@ -58,6 +61,8 @@ pub struct Extent {
 impl Extent {
     /// The extent of no value at all.
     pub const NONE: Self = Self { least: f64::INFINITY, greatest: f64::NEG_INFINITY };
+    /// The extent of all values: nothing is searched for it.
+    pub const ALL: Self = Self { least: f64::NEG_INFINITY, greatest: f64::INFINITY };
 
     /// Includes a value.
     #[inline(always)]
@@ -66,12 +71,15 @@ impl Extent {
         self.greatest = if x > self.greatest { x } else { self.greatest };
     }
 
-    /// Returns the extent of both together.
-    #[must_use]
-    pub fn with(mut self, other: &Self) -> Self {
+    /// Includes another extent.
+    pub fn join(&mut self, other: &Self) {
         self.take(other.least);
         self.take(other.greatest);
-        self
+    }
+
+    /// Returns whether all values of another extent lie inside this one by more than a margin.
+    pub(crate) fn holds(&self, other: &Self, margin: f64) -> bool {
+        other.least - margin > self.least && other.greatest + margin < self.greatest
     }
 
     /// Includes a course within one clock edge, given its values and slopes at both ends; in between it is a parabola.
@@ -98,14 +106,17 @@ pub struct Measured {
 pub trait Stretch<const N: usize> {
     /// Returns the integrals of the outputs over the time between.
     fn integral(&self, from: Option<u64>, to: Option<u64>) -> [f64; N];
-    /// Returns the least and greatest values, both ends included.
-    fn extent(&self, from: Option<u64>, to: Option<u64>) -> [Extent; N];
+    /// Includes the values between in the extents of a row, both ends included. Values that certainly lie inside an
+    /// extent as it is may be left out.
+    fn include(&self, from: Option<u64>, to: Option<u64>, extents: &mut [Extent; N]);
 }
 
 /// The figures of `N` outputs since the last row, at an anchor of their motion.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Gauge<const N: usize> {
     pace: Pace,
+    /// The extents of a row before it has any value.
+    fresh: [Extent; N],
     /// Integrals since the last row before the anchor.
     since_row: [f64; N],
     /// Integrals since the modulator's present period began.
@@ -121,10 +132,10 @@ fn sum<const N: usize>(a: &[f64; N], b: &[f64; N]) -> [f64; N] {
 }
 
 impl<const N: usize> Gauge<N> {
-    /// Creates a gauge at edge 0.
-    pub fn new(pace: Pace) -> Self {
-        let (none, extent) = ([0.0; N], [Extent::NONE; N]);
-        Self { pace, since_row: none, since_boundary: none, periods: none, extent }
+    /// Creates a gauge at edge 0. The extents of outputs that nobody reads are [`Extent::ALL`].
+    pub fn new(pace: Pace, read: [bool; N]) -> Self {
+        let (none, fresh) = ([0.0; N], read.map(|is_read| if is_read { Extent::NONE } else { Extent::ALL }));
+        Self { pace, fresh, since_row: none, since_boundary: none, periods: none, extent: fresh }
     }
 
     /// Returns the gauge at the end of a stretch, or at an edge on its way. `first` is the first edge at or after the
@@ -136,13 +147,9 @@ impl<const N: usize> Gauge<N> {
         let is_modulated = pace.period.is_some();
         let whole = if has_row && (has_boundary || !is_modulated) { [0.0; N] } else { stretch.integral(None, to) };
         let since_row = if has_row { stretch.integral(Some(row), to) } else { sum(&self.since_row, &whole) };
-        let extent = if has_row {
-            stretch.extent(Some(row), to)
-        } else {
-            let extent = stretch.extent(None, to);
-            std::array::from_fn(|k| self.extent[k].with(&extent[k]))
-        };
-        let mut next = Self { pace, since_row, extent, since_boundary: [0.0; N], periods: [0.0; N] };
+        let (from, mut extent) = if has_row { (Some(row), self.fresh) } else { (None, self.extent) };
+        stretch.include(from, to, &mut extent);
+        let mut next = Self { pace, fresh: self.fresh, since_row, extent, since_boundary: [0.0; N], periods: [0.0; N] };
         if is_modulated {
             next.since_boundary =
                 if has_boundary { stretch.integral(Some(ended), to) } else { sum(&self.since_boundary, &whole) };
@@ -207,8 +214,8 @@ impl<const N: usize> Stretch<N> for Whole<N> {
         if from.is_some() && from == to { [0.0; N] } else { self.integral }
     }
 
-    fn extent(&self, _: Option<u64>, _: Option<u64>) -> [Extent; N] {
-        self.extent
+    fn include(&self, _: Option<u64>, _: Option<u64>, extents: &mut [Extent; N]) {
+        extents.iter_mut().zip(&self.extent).for_each(|(extent, own)| extent.join(own));
     }
 }
 
@@ -242,9 +249,11 @@ impl<const N: usize> Stretch<N> for Chord<N> {
         std::array::from_fn(|k| 0.5 * (end_s - start_s) * (a[k] + b[k]))
     }
 
-    fn extent(&self, from: Option<u64>, to: Option<u64>) -> [Extent; N] {
+    fn include(&self, from: Option<u64>, to: Option<u64>, extents: &mut [Extent; N]) {
         let [(_, a), (_, b)] = self.between(from, to);
-        std::array::from_fn(|k| Extent { least: a[k].min(b[k]), greatest: a[k].max(b[k]) })
+        for (k, extent) in extents.iter_mut().enumerate() {
+            extent.join(&Extent { least: a[k].min(b[k]), greatest: a[k].max(b[k]) });
+        }
     }
 }
 
@@ -268,14 +277,12 @@ impl Stretch<2> for Flow<'_, '_> {
         path(self.motion, from, to)
     }
 
-    fn extent(&self, from: Option<u64>, to: Option<u64>) -> [Extent; 2] {
+    fn include(&self, from: Option<u64>, to: Option<u64>, extents: &mut [Extent; 2]) {
         let ends = [from, to].map(|edge| MotionPoint::of(self.motion, self.since(edge)));
-        self.guards.map(|guard| {
-            let mut extent = Extent::NONE;
+        for (guard, extent) in self.guards.iter().zip(extents) {
             ends.iter().for_each(|end| extent.take(guard.value(&end.x)));
-            turns(self.motion, guard, ends[0], ends[1], &mut extent);
-            extent
-        })
+            turns(self.motion, guard, ends[0], ends[1], extent);
+        }
     }
 }
 
@@ -289,23 +296,48 @@ fn path(motion: &Trajectory, from: u64, to: u64) -> [f64; 2] {
 /// Rounding of a value; a bulge below it is no turning point.
 pub(crate) const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
-/// Includes the stationary values between two points of a motion, whose own values have been included.
+/// Returns an extent that a function does not leave within a time, given its values and slopes at both ends and a bound
+/// of its second derivative. It neglects rounding.
+pub(crate) fn reach(values: [f64; 2], slopes: [f64; 2], bend: f64, length_s: f64) -> Extent {
+    let [a, b] = values;
+    let mut extent = Extent { least: a.min(b), greatest: a.max(b) };
+    // To reach 0 and return, the slope would have to change by more than its bound.
+    if slopes[0] * slopes[1] < 0.0 || slopes[0].abs() + slopes[1].abs() < bend * length_s {
+        // A hundredth more covers the parabolas that stand for the course within an edge.
+        let bulge = 1.01 * 0.125 * bend * length_s * length_s;
+        extent = Extent { least: extent.least - bulge, greatest: extent.greatest + bulge };
+    }
+    extent
+}
+
+/// Returns a bound of the error of a function's values up to an edge of a motion, with a reserve.
+pub(crate) fn blur(motion: &Trajectory, guard: &Guard, edge: u64) -> f64 {
+    let dyadic = dyadic(edge).min(motion.system().dyadic() - 1);
+    4.0 * guard.noise(motion, dyadic, &Limits::ANY)
+}
+
+/// Includes the stationary values between two points of a motion, whose own values have been included. Values that
+/// certainly lie inside the extent as it is may be left out.
 pub(crate) fn turns(motion: &Trajectory, guard: &Guard, a: MotionPoint, b: MotionPoint, extent: &mut Extent) {
     let edges = b.edge - a.edge;
     if edges == 0 {
         return;
     }
     let length_s = edges as f64 * motion.system().edge_s();
+    let values = [guard.value(&a.x), guard.value(&b.x)];
     let slopes = [guard.value(&a.w), guard.value(&b.w)];
     let has_turned = slopes[0] * slopes[1] < 0.0;
+    let is_inside =
+        |extent: &Extent, bend| extent.holds(&reach(values, slopes, bend, length_s), blur(motion, guard, b.edge));
     let speeds = sizes(&a.w);
     if let Some([second, fourth]) = guard.derivatives(dyadic(edges)) {
         let bend = dot(&second, &speeds);
-        let size = guard.value(&a.x).abs().max(guard.value(&b.x).abs());
+        let size = values[0].abs().max(values[1].abs());
         // To reach 0 and return, the slope would have to change by more than its bound; or the value cannot leave its
         // chord.
         if !has_turned && slopes[0].abs() + slopes[1].abs() >= bend * length_s
             || 0.125 * bend * length_s * length_s <= ROUNDING * size
+            || is_inside(extent, bend)
         {
             return;
         }
@@ -323,6 +355,7 @@ pub(crate) fn turns(motion: &Trajectory, guard: &Guard, a: MotionPoint, b: Motio
             let most = start.abs() + spread;
             if !has_turned && slopes[0].abs() + slopes[1].abs() >= most * length_s
                 || 0.125 * most * length_s * length_s <= ROUNDING * size
+                || is_inside(extent, most)
             {
                 return;
             }
@@ -335,7 +368,7 @@ pub(crate) fn turns(motion: &Trajectory, guard: &Guard, a: MotionPoint, b: Motio
         }
     }
     if edges == 1 {
-        return extent.course(length_s, [guard.value(&a.x), guard.value(&b.x)], slopes);
+        return extent.course(length_s, values, slopes);
     }
     let middle = MotionPoint::of(motion, a.edge + edges / 2);
     extent.take(guard.value(&middle.x));

@@ -133,7 +133,7 @@ impl<'s> Lockstep<'s> {
 
     /// Shows the VHDL's world to an observer, with a row of the plant's outputs every `stride` edges.
     pub(crate) fn show(&mut self, observer: &'s mut dyn Observe, stride: u64) {
-        self.pair.measure(stride);
+        self.pair.measure(stride, observer);
         let ranges = vec![(i64::MAX, i64::MIN); self.nets.len() + 1];
         self.shown = Some(Shown { observer, stride, words: Vec::new(), ranges, reals: Vec::new() });
     }

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use hpu_cosim::{AnyWorld, Summary, Wired};
 use hpu_datapath::{AnyWiring, Repeat};
-use hpu_signal::{Signal, SignalUse};
+use hpu_signal::{Observe, Signal, SignalUse};
 
 use crate::late::{Begin, Homing, Late};
 
@@ -94,8 +94,8 @@ impl Pair<'_> {
     }
 
     /// Makes the VHDL's world keep the means and extremes for rows every `stride` edges. Called before the world moves.
-    pub(crate) fn measure(&mut self, stride: u64) {
-        self.vhdl.world.measure(stride);
+    pub(crate) fn measure(&mut self, stride: u64, observer: &dyn Observe) {
+        self.vhdl.world.measure(stride, observer);
     }
 
     /// Returns in `values` the row of the VHDL's world at the present edge.

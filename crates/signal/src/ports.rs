@@ -112,6 +112,11 @@ pub trait Observe {
     fn measures(&self) -> bool {
         false
     }
+    /// Whether the observer reads any of these columns of a row with means and extremes. If not, a run need not find
+    /// the extremes, and the columns hold any numbers.
+    fn reads(&self, _columns: Range<usize>) -> bool {
+        true
+    }
     /// Whether the observer looks at any of these nets. If not, a run may pass over edges at which no other nets
     /// change.
     fn follows(&self, _nets: Range<usize>) -> bool {

@@ -5,10 +5,11 @@
 
 use std::env;
 use std::io::{self, Cursor, Write};
+use std::ops::Range;
 use std::process::ExitCode;
 
 use hpu_cosim::scene::{Experiment, shipped};
-use hpu_cosim::{Control, Driver, LinearLoop, Simulation, Summary, Wired, WiredSimulation};
+use hpu_cosim::{Control, Driver, LinearLoop, Simulation, Summary, Wired, WiredSimulation, look};
 use hpu_signal::{Clock, Cycle, Observe};
 use hpu_wave::{Fst, Layout, Vcd};
 
@@ -21,7 +22,7 @@ fn counted(work: &mut dyn FnMut()) {
 /// A run: its name, what it is for, and itself.
 type Case = (&'static str, &'static str, fn());
 
-const CASES: [Case; 16] = [
+const CASES: [Case; 17] = [
     ("events", "hybrid-wall whole, 10^8 edges, switching bridge, from event to event", || {
         run("hybrid-wall", &[], Driver::Events);
     }),
@@ -76,6 +77,15 @@ const CASES: [Case; 16] = [
     ("switching", "as contact, with the switching bridge", || {
         run("hybrid-wall", &[CONTACT, ("run.duration", "500 ms")], Driver::Events);
     }),
+    ("rows", "hybrid-wall whole, in 2000 rows with the means and extremes of all outputs", || {
+        let scene = scene("hybrid-wall", &[]);
+        counted(&mut || {
+            let simulation = WiredSimulation::new(&scene).expect("a shipped scene");
+            let (mut rows, end) = (Counted(0), simulation.edges());
+            assert!(look(&simulation, 0..end, end / 2000, &mut rows, &Control::default()));
+            assert_eq!(rows.0, 2000);
+        });
+    }),
     ("fst", "as switching, all signals into an FST", || {
         let (scene, clock) = recorded("500 ms");
         let simulation = WiredSimulation::new(&scene).expect("a shipped scene");
@@ -96,6 +106,22 @@ const CASES: [Case; 16] = [
         });
     }),
 ];
+
+/// Counts rows with means and extremes.
+struct Counted(u64);
+
+impl Observe for Counted {
+    fn measures(&self) -> bool {
+        true
+    }
+    fn follows(&self, _: Range<usize>) -> bool {
+        false
+    }
+    fn nets(&mut self, _: Cycle, _: &[i64]) {}
+    fn reals(&mut self, _: Cycle, _: &[f64]) {
+        self.0 += 1;
+    }
+}
 
 /// Puts the wall where the hand is from the first tenth of a second on.
 const CONTACT: (&str, &str) = ("wall.position", "0.05 rad");

@@ -13,6 +13,8 @@ const FIRST_SCENE = "hybrid-wall";
 const PATIENCE = 700;
 /** Rows of the picture of a whole run with the ripple: some for each pixel. */
 const WHOLE_ROWS = 2000;
+/** A ripple that comes within this time after the run is drawn together with it, in ms. */
+const TOGETHER = 30;
 /** A picture with the ripple that comes later than this after the run does not hold up the next change, in ms. */
 const RIPPLE = 150;
 /** Time after which a run can be cancelled, in ms. */
@@ -69,12 +71,14 @@ async function run(changed = performance.now()) {
     // On another core, the same run with the ripple of its effort.
     const seen = whole(asked);
     const answer = await engine.ask({ do: "run", ...asked });
-    show(answer);
+    const soon = await Promise.race([seen, after(TOGETHER, null)]);
+    show(answer, soon);
     await drawn();
     document.body.dataset.milliseconds = performance.now() - changed;
-    const later = ripple(answer, seen, changed);
+    if (soon) document.body.dataset.rippled = document.body.dataset.milliseconds;
+    const later = soon ? true : ripple(answer, seen, changed);
     if (rebuild) await controlsOf();
-    rippled = await Promise.race([later, new Promise((late) => setTimeout(late, RIPPLE, false))]);
+    rippled = await Promise.race([later, after(RIPPLE, false)]);
   } catch (error) {
     if (error instanceof Refusal) refuse(error);
     else if (!(error instanceof Cancelled)) throw error;
@@ -97,6 +101,16 @@ async function run(changed = performance.now()) {
 
 const drawn = () => new Promise((done) => requestAnimationFrame(() => setTimeout(done)));
 
+/** Returns a value after a time in ms. */
+const after = (time, value) => new Promise((done) => setTimeout(done, time, value));
+
+/** Returns the answer of a run with the rows of a look that has its ripple; the answer itself without one. */
+function withRipple(answer, seen) {
+  if (!seen) return answer;
+  const { rows, columns } = seen.result;
+  return { columns: seen.columns, result: { ...answer.result, rows, columns } };
+}
+
 /** Returns the whole run with the ripple of its effort; null for one that was cancelled or is refused. */
 async function whole(asked) {
   const refused = (error) => {
@@ -116,11 +130,10 @@ async function whole(asked) {
 }
 
 /** Puts the ripple into the picture of a run; returns whether there is one. */
-async function ripple({ result }, seen, changed) {
-  const answer = await seen;
-  if (!answer) return false;
-  const { rows, columns } = answer.result;
-  picture.show({ columns: answer.columns, result: { ...result, rows, columns } });
+async function ripple(answer, coming, changed) {
+  const seen = await coming;
+  if (!seen) return false;
+  picture.show(withRipple(answer, seen));
   await drawn();
   document.body.dataset.rippled = performance.now() - changed;
   if (!running) document.body.dataset.state = "rippled";
@@ -139,7 +152,8 @@ async function look(from_s, to_s, rows) {
   }
 }
 
-function show(answer) {
+/** Shows the answer of a run, with the ripple of a look if that has come. */
+function show(answer, seen) {
   const { result } = answer,
     verdict = find("verdict");
   controls.showErrors([]);
@@ -161,7 +175,7 @@ function show(answer) {
   find("about").textContent = result.about;
   signals(result.nets);
   picture.nets = nets;
-  picture.show(answer);
+  picture.show(withRipple(answer, seen));
 }
 
 function refuse({ errors }) {

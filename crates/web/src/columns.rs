@@ -42,7 +42,7 @@ pub(crate) struct Picked {
 
 impl Picked {
     /// Returns the outputs of a simulation, the commands to its actuators, and those of its nets that have these names.
-    /// With `ripple` there are also the efforts between rows and the hand, whose rows take a run several times as long.
+    /// With `ripple` there are also the efforts between rows and the hand, whose rows take a run about twice as long.
     pub(crate) fn of(simulation: &WiredSimulation, names: &[&str], ripple: bool) -> Self {
         let (outputs, commands) = (simulation.reals().len(), simulation.commands());
         let between = if ripple { simulation.drawn().to_vec() } else { Vec::new() };
@@ -137,6 +137,10 @@ impl Observe for Kept<'_> {
 
     fn measures(&self) -> bool {
         true
+    }
+
+    fn reads(&self, columns: Range<usize>) -> bool {
+        self.picked.reals().any(|column| columns.contains(&column))
     }
 
     fn nets(&mut self, _: Cycle, words: &[i64]) {

@@ -73,7 +73,7 @@ impl DutSimulation<'_> {
         let mut watch = Watch { rows: Rows::new(stride).averaged(from, measured), recorder };
         let mut closed = self.begin(watched)?;
         if measured {
-            closed.world.measure(stride);
+            closed.world.measure(stride, &watch.recorder);
         }
         closed.tell(0, &mut watch);
         let complete = match closed.run(end, &mut watch, control) {

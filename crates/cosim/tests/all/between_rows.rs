@@ -19,6 +19,8 @@ const HAND: usize = 14;
 #[derive(Default)]
 struct Table {
     measures: bool,
+    /// Columns that are not read.
+    unread: std::ops::Range<usize>,
     edges: Vec<u64>,
     rows: Vec<Vec<f64>>,
 }
@@ -26,6 +28,9 @@ struct Table {
 impl Observe for Table {
     fn measures(&self) -> bool {
         self.measures
+    }
+    fn reads(&self, columns: std::ops::Range<usize>) -> bool {
+        columns.start < self.unread.start || columns.end > self.unread.end
     }
     fn follows(&self, _: std::ops::Range<usize>) -> bool {
         false
@@ -240,6 +245,34 @@ fn both_drivers_tell_the_same_to_the_bit() {
             for (row, (one, other)) in events.rows.iter().zip(&clock.rows).enumerate() {
                 let bits = |row: &Vec<f64>| row.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
                 assert_eq!(bits(one), bits(other), "{name} at {rate}, row {row}: {one:?} {other:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn columns_that_are_read_have_the_same_bits_whatever_others_are() {
+    let first = AXIS_ROW.iter().position(|real| real.name == "speed_mean_rad_per_s").unwrap();
+    let unread = first..first + 3;
+    for (name, changes) in [
+        ("hybrid-wall", &[][..]),
+        ("hybrid-wall", &[("model.bridge", "averaged")]),
+        ("friction-wall", &[]),
+        ("rail-drop", &[]),
+    ] {
+        let scene = parsed(name, &[changes, &[("run.duration", "300 ms"), ("record.plant_rate", "1 kHz")]].concat());
+        let simulation = WiredSimulation::new(&scene).unwrap_or_else(|error| panic!("{error}"));
+        let told = |unread| {
+            let mut table = Table { measures: true, unread, ..Table::default() };
+            simulation.run(Driver::Events, &mut simulation.brief_trace(), &mut table, &Control::default());
+            table.rows
+        };
+        let (all, some) = (told(0..0), told(unread.clone()));
+        assert_eq!(all.len(), 301, "{name}");
+        for (row, (all, some)) in all.iter().zip(&some).enumerate() {
+            for (column, (x, y)) in all.iter().zip(some).enumerate() {
+                let is_same = x.to_bits() == y.to_bits();
+                assert!(is_same || unread.contains(&column), "{name}, row {row}, column {column}: {x} is not {y}");
             }
         }
     }

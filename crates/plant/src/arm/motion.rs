@@ -99,13 +99,10 @@ impl<L: Links> Stretch<3> for Torques<'_, '_, L> {
         std::array::from_fn(|i| self.0.start.u[i] * (end_s - start_s) + lag_s * (early[i] - late[i]))
     }
 
-    fn extent(&self, from: Option<u64>, to: Option<u64>) -> [Extent; 3] {
-        let ends = self.between(from, to);
-        std::array::from_fn(|i| {
-            let mut extent = Extent::NONE;
-            ends.iter().for_each(|(_, lag)| extent.take(self.0.start.u[i] + lag[i]));
-            extent
-        })
+    fn include(&self, from: Option<u64>, to: Option<u64>, extents: &mut [Extent; 3]) {
+        for (_, lag) in self.between(from, to) {
+            extents.iter_mut().enumerate().for_each(|(i, extent)| extent.take(self.0.start.u[i] + lag[i]));
+        }
     }
 }
 
@@ -303,7 +300,7 @@ impl<'a, L: Links> ArmMotion<'a, L> {
 
     /// Gathers mean and extremes of the motors' torques between rows from edge 0 on; see [`measured`](Self::measured).
     pub fn measure(&mut self, pace: Pace) {
-        self.gauge = Some(Box::new(Gauge::new(pace)));
+        self.gauge = Some(Box::new(Gauge::new(pace, [true; 3])));
     }
 
     /// Returns the exact means and extremes of the motors' torques since the row before the row at this edge; `None`

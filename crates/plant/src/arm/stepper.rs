@@ -160,7 +160,7 @@ impl<'a, L: Links> SteppedArm<'a, L> {
 
     /// Gathers mean and extremes of the motors' torques between rows from edge 0 on; see [`measured`](Self::measured).
     pub fn measure(&mut self, pace: Pace) {
-        self.gauge = Some(Box::new(Gauge::new(pace)));
+        self.gauge = Some(Box::new(Gauge::new(pace, [true; 3])));
     }
 
     /// Returns means and extremes of the motors' torques, which are linear within a step, for the row at an edge of the

@@ -19,12 +19,14 @@
 //! together only in terms that are linear in either.
 
 use std::array::from_fn;
+use std::sync::OnceLock;
 
 use super::{Device, Drive};
 use crate::axis::Shaft;
 use crate::double::{Double, Doubles, Product, versions};
 use crate::energy::{Energy, Powers};
-use crate::guard::{Guard, dyadic};
+use crate::gauge::{Extent, blur, reach};
+use crate::guard::{Guard, MotionPoint, dyadic};
 use crate::leap::Integrals;
 use crate::linear::{Linear, Trajectory};
 use crate::matrix::{ANGLE, CURRENT, SPEED, State, plus};
@@ -41,6 +43,9 @@ pub struct Pulses {
     /// The gates of the pause.
     pub pause: Gates,
 }
+
+/// Parts of a phase in which the ripple's extent is bounded.
+const PARTS: u64 = 4;
 
 /// The least number of periods worth a leap: it costs as much as setting gates about four times.
 const LEAST: u64 = 2;
@@ -74,6 +79,21 @@ pub(crate) struct Cruise<'a> {
     /// The phase of the edge last asked for by `at_next`: its first edge, the first edge of the next
     /// phase, and its motion.
     phase: (u64, u64, Trajectory<'a>),
+    /// The ripple as rows need it, computed when first asked for.
+    shape: OnceLock<Box<Shape>>,
+}
+
+/// The ripple of a period, as the rows of a trace need it.
+#[derive(Clone)]
+pub(super) struct Shape {
+    /// Integrals of the ripple over the pulse, and state and slope after it.
+    pulse: (State, State, State),
+    /// Integrals of the ripple over the period.
+    whole: State,
+    /// Extents that the ripple of current and speed does not leave.
+    pub(super) extents: [Extent; 2],
+    /// Bounds of the error of their values in a period.
+    pub(super) blurs: [f64; 2],
 }
 
 impl<'a> Ripple<'a> {
@@ -176,20 +196,50 @@ impl<'a> Cruise<'a> {
         (begun, ended, Self::seen(smooth.system, &x, &w))
     }
 
-    /// Returns the integrals of the ripple in current and speed over this number of edges after the anchor.
-    pub(crate) fn ripple_until(&self, smooth: &Trajectory<'a>, edges: u64) -> [f64; 2] {
-        let (system, duty) = (smooth.system, self.duty);
-        let (pulse, middle, mut falling) = system.glide(&[0.0; 4], &self.rise, duty);
+    /// Returns the ripple of a period, with the guards of current and speed.
+    pub(super) fn shape(&self, smooth: &Trajectory<'a>, guards: [&Guard; 2]) -> &Shape {
+        self.shape.get_or_init(|| Box::new(self.shaped(smooth.system, guards)))
+    }
+
+    #[cold]
+    fn shaped(&self, system: &'a Linear, guards: [&Guard; 2]) -> Shape {
+        let (pulse, middle, mut falling) = system.glide(&[0.0; 4], &self.rise, self.duty);
         falling[CURRENT] -= self.fall;
-        let until = |edges: u64| {
-            if edges <= duty {
-                return system.path(&[0.0; 4], &self.rise, edges);
+        let pulse = (pulse.states, middle, falling);
+        let whole = self.ripple_in_period(system, &pulse, self.period.edges);
+        let phases = [([0.0; 4], self.rise, self.duty), (middle, falling, self.period.edges - self.duty)];
+        let phases = phases.map(|(x, w, edges)| (Self::seen(system, &x, &w), edges));
+        let mut extents = [Extent::NONE; 2];
+        for (phase, edges) in &phases {
+            let mut a = MotionPoint::of(phase, 0);
+            while a.edge < *edges {
+                let b = MotionPoint::of(phase, (a.edge + edges.div_ceil(PARTS)).min(*edges));
+                let length_s = (b.edge - a.edge) as f64 * system.edge_s();
+                for (guard, extent) in guards.iter().zip(&mut extents) {
+                    let ends = [&a, &b];
+                    let (values, slopes) = (ends.map(|end| guard.value(&end.x)), ends.map(|end| guard.value(&end.w)));
+                    extent.join(&reach(values, slopes, guard.bend(dyadic(b.edge - a.edge), &a.w), length_s));
+                }
+                a = b;
             }
-            plus(&pulse.states, &system.path(&middle, &falling, edges - duty))
-        };
+        }
+        let blurs = guards.map(|guard| phases.iter().map(|(phase, edges)| blur(phase, guard, *edges)).sum());
+        Shape { pulse, whole, extents, blurs }
+    }
+
+    /// Returns the integrals of the ripple over this number of edges, at most a period.
+    fn ripple_in_period(&self, system: &Linear, (pulse, middle, falling): &(State, State, State), edges: u64) -> State {
+        if edges <= self.duty {
+            return system.path(&[0.0; 4], &self.rise, edges);
+        }
+        plus(pulse, &system.path(middle, falling, edges - self.duty))
+    }
+
+    /// Returns the integrals of the ripple in current and speed over this number of edges after the anchor.
+    pub(super) fn ripple_until(&self, system: &Linear, shape: &Shape, edges: u64) -> [f64; 2] {
         let (whole, part) = (edges / self.period.edges, edges % self.period.edges);
-        let (period, rest) = (until(self.period.edges), until(part));
-        [CURRENT, SPEED].map(|k| whole as f64 * period[k] + rest[k])
+        let rest = self.ripple_in_period(system, &shape.pulse, part);
+        [CURRENT, SPEED].map(|k| whole as f64 * shape.whole[k] + rest[k])
     }
 
     /// Returns whether the gates are those of the pulse, as at the anchor, this number of edges after it.
@@ -320,6 +370,7 @@ impl<'a> Device<'a> {
                     rise: ripple.rise.hi,
                     fall: fall.hi,
                     phase: (0, 0, self.motion),
+                    shape: OnceLock::new(),
                 });
             }
             None => self.motion = before.0,

@@ -181,9 +181,10 @@ impl<'a> Device<'a> {
         [x[CURRENT], x[SPEED], x[ANGLE], self.axis.motor.torque_constant_nm_per_a * x[CURRENT]]
     }
 
-    /// Gathers mean and extremes of current and speed between rows from edge 0 on; see [`measured`](Self::measured).
-    pub fn measure(&mut self, pace: Pace) {
-        self.gauge = Some(Box::new(Gauge::new(pace)));
+    /// Gathers means of current and speed between rows from edge 0 on, and extremes where they are `read`; see
+    /// [`measured`](Self::measured).
+    pub fn measure(&mut self, pace: Pace, read: [bool; 2]) {
+        self.gauge = Some(Box::new(Gauge::new(pace, read)));
     }
 
     /// Returns the exact means and extremes of current and speed since the row before the row at this edge; `None`

@@ -88,6 +88,33 @@ fn the_ripple_of_a_row_is_that_of_the_rows_of_single_edges_inside() {
 }
 
 #[test]
+fn the_ripple_of_a_long_row_is_that_of_the_short_rows_inside() {
+    // A short row is little longer than a period of the modulator; a long one has thousands, and few are searched.
+    for scene in ["hybrid-wall", "conventional-wall-1khz"] {
+        let whole = ask(&json!({ "do": "run", "scene": scene, "set": ["run.duration=2 s"], "ripple": true }));
+        let look = json!({
+            "do": "look", "scene": scene, "set": ["run.duration=2 s"], "from_s": 0, "to_s": 2, "rows": 10,
+        });
+        let look = ask(&look);
+        assert_eq!((&look.json["rows"]["interval_s"], &whole.json["rows"]["interval_s"]), (&json!(0.2), &json!(1e-4)));
+        let (run, long) = (named(&whole), named(&look));
+        let of = |columns: &BTreeMap<String, &[f64]>, name: &str| columns[name][1..].to_vec();
+        let [least, greatest] = ["torque_least_nm least", "torque_greatest_nm greatest"].map(|name| {
+            let (short, long) = (of(&run, name), of(&long, name));
+            assert!(long.len() >= 9, "{scene}: {} rows", long.len());
+            short.chunks(2000).map(<[f64]>::to_vec).zip(long).collect::<Vec<_>>()
+        });
+        for (row, ((lows, low), (highs, high))) in least.into_iter().zip(greatest).enumerate() {
+            let least = lows.into_iter().fold(f64::INFINITY, f64::min);
+            let greatest = highs.into_iter().fold(f64::NEG_INFINITY, f64::max);
+            let allowed = 1e-13 * (least.abs() + greatest.abs());
+            assert!((low - least).abs() <= allowed, "{scene}, row {row}: {low} is not {least}");
+            assert!((high - greatest).abs() <= allowed, "{scene}, row {row}: {high} is not {greatest}");
+        }
+    }
+}
+
+#[test]
 fn a_look_beyond_the_run_ends_with_it() {
     let look = |from_s: f64, to_s: f64, rows: f64| {
         let set = ["run.duration=1 ms"];
