@@ -10,6 +10,8 @@
 
 use std::{mem, slice};
 
+use hpu_signal::Observe;
+
 use crate::dut::{Misdriven, Wires};
 use crate::scene;
 use crate::summary::Summary;
@@ -284,8 +286,8 @@ impl<'s, W: AnyWorld<'s> + ?Sized> DrivenWorld<'s, W> {
     }
 
     /// Makes the world gather means and extremes; see [`World::measure`](crate::World::measure).
-    pub fn measure(&mut self, stride: u64) {
-        self.world.measure(stride);
+    pub fn measure(&mut self, stride: u64, observer: &dyn Observe) {
+        self.world.measure(stride, observer);
     }
 
     /// Returns the world's part of a summary at the present edge.

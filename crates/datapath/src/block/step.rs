@@ -1,6 +1,6 @@
 //! A block's arithmetic and its clock edge over any [`Word`]: written once, used by machines and by solvers.
 
-use hpu_signal::{Equations, Format, Machine, Ports, Reach, Signal, Term, Word};
+use hpu_signal::{Equations, Format, Machine, Ports, Reach, Reading, Signal, Term, Word};
 
 use super::{AnyBlock, Block, flatten};
 
@@ -75,8 +75,7 @@ pub trait Step: Block {
     fn fits_64(&self) -> bool {
         let registers: Vec<_> = self.registers().iter().map(|register| Reach::of(register.format)).collect();
         let inputs: Vec<_> = flatten(&self.inputs()).iter().map(|signal: &Signal| Reach::of(signal.format)).collect();
-        let (next, shown) = stepped(self, &registers, &inputs);
-        Reach::fit_64(&next) && Reach::fit_64(&shown)
+        Reach::fit_64(&recorded(self).read(&[registers, inputs].concat()))
     }
 }
 
@@ -103,18 +102,14 @@ type Follows<'s> = dyn Fn(&[Term]) -> (Holds, Holds) + 's;
 /// The truth of a condition, as a term.
 pub type Holds = <Term as Word>::Bit;
 
-/// [`Step`] with the types erased.
+/// [`Step`] with the types erased. All readings are of the same recorded equations, so that these are compiled once.
 pub trait AnyStep: AnyBlock {
     /// See [`Step::registers`].
     fn registers(&self) -> Vec<Register>;
-    /// Computes the registers after an edge and the outputs before it, as words of the machine.
-    fn words(&self, registers: &[i64], input: &[i64]) -> (Vec<i64>, Vec<i64>);
     /// See [`Step::lemmas`].
     fn lemmas(&self) -> Vec<Lemma<'_>>;
-    /// Computes the same as terms.
-    fn terms(&self, registers: &[Term], input: &[Term]) -> (Vec<Term>, Vec<Term>);
-    /// Returns the same for any reading: the inputs are the registers and then the inputs of the block; the results are
-    /// the registers after an edge and then the outputs before it.
+    /// Returns the equations for any reading: the inputs are the registers and then the inputs of the block; the results
+    /// are the registers after an edge and then the outputs before it.
     fn recorded(&self) -> Equations;
 }
 
@@ -125,36 +120,54 @@ impl<S: Step> AnyStep for S {
     fn lemmas(&self) -> Vec<Lemma<'_>> {
         Step::lemmas(self)
     }
-    fn words(&self, registers: &[i64], input: &[i64]) -> (Vec<i64>, Vec<i64>) {
-        let formats = Step::registers(self).into_iter().map(|register| register.format);
-        let registers: Vec<_> = formats.zip(registers).map(|(format, &word)| machine(format, word)).collect();
-        let formats = flatten(&Block::inputs(self)).into_iter().map(|signal: Signal| signal.format);
-        let input: Vec<_> = formats.zip(input).map(|(format, &word)| machine(format, word)).collect();
-        let (next, shown) = stepped(self, &registers, &input);
-        let words = |all: Vec<Machine<i128>>| all.into_iter().map(|word| word.narrowed().word).collect();
-        (words(next), words(shown))
-    }
-    fn terms(&self, registers: &[Term], input: &[Term]) -> (Vec<Term>, Vec<Term>) {
-        stepped(self, registers, input)
-    }
     fn recorded(&self) -> Equations {
-        let (registers, inputs) = (Step::registers(self).len(), flatten(&Block::inputs(self)).len());
-        Equations::of(registers + inputs, |given| {
-            let (registers, inputs) = given.split_at(registers);
-            let (next, shown) = stepped(self, registers, inputs);
-            [next, shown].concat()
-        })
+        recorded(self)
     }
 }
 
-fn machine(format: Format, word: i64) -> Machine<i128> {
-    Machine::exact(format.value(word))
+impl dyn AnyStep + '_ {
+    /// Returns a function that computes the registers after an edge and the outputs before it, from the registers and
+    /// the inputs, as words of the machine.
+    pub fn in_words(&self) -> impl FnMut(&[i64], &[i64]) -> (Vec<i64>, Vec<i64>) + use<> {
+        let equations = self.recorded();
+        let registers = AnyStep::registers(self).into_iter().map(|register| register.format);
+        let inputs = self.inputs().into_iter().map(|signal| signal.format);
+        let formats: Vec<_> = registers.chain(inputs).collect();
+        let mut reading = Reading::default();
+        move |registers, inputs| {
+            let given = formats.iter().zip(registers.iter().chain(inputs));
+            let given: Vec<_> = given.map(|(format, &word)| Machine::<i128>::exact(format.value(word))).collect();
+            let read = equations.read_in(&mut reading, &given).iter().map(|word| word.narrowed().word);
+            split(read.collect(), registers.len())
+        }
+    }
+
+    /// Computes the same as terms.
+    pub fn in_terms(&self, registers: &[Term], inputs: &[Term]) -> (Vec<Term>, Vec<Term>) {
+        in_terms(&self.recorded(), registers, inputs)
+    }
 }
 
-fn stepped<S: Step + ?Sized, W: Word>(block: &S, registers: &[W], input: &[W]) -> (Vec<W>, Vec<W>) {
-    let mut words = input.iter();
-    let (next, shown) = block.step(registers, Ports::build(|| *words.next().expect("one word a port")));
-    (next, flatten(&shown))
+fn in_terms(equations: &Equations, registers: &[Term], inputs: &[Term]) -> (Vec<Term>, Vec<Term>) {
+    split(equations.read(&[registers, inputs].concat()), registers.len())
+}
+
+/// Cuts the results of a block's equations into registers and outputs.
+fn split<W>(mut results: Vec<W>, registers: usize) -> (Vec<W>, Vec<W>) {
+    let shown = results.split_off(registers);
+    (results, shown)
+}
+
+/// Records a block's equations; see [`AnyStep::recorded`].
+fn recorded(block: &(impl Step + ?Sized)) -> Equations {
+    let (registers, inputs) = (block.registers().len(), flatten(&block.inputs()).len());
+    Equations::of(registers + inputs, |given| {
+        let (registers, inputs) = given.split_at(registers);
+        let mut inputs = inputs.iter();
+        let (mut next, shown) = block.step(registers, Ports::build(|| *inputs.next().expect("one word a port")));
+        shown.each(|word| next.push(*word));
+        next
+    })
 }
 
 /// Returns the countdown between two samples after an edge, and whether that edge samples: the equations of
@@ -194,7 +207,7 @@ pub(crate) fn loads_first<'s, S: Step>(block: &'s S, idles: impl Fn(&[Term], &[T
     let formats = registers.iter().map(|register| register.format);
     let kept = registers.iter().filter(|register| register.reset.is_none()).map(|register| register.format);
     let inputs = flatten(&block.inputs()).into_iter().map(|signal: Signal| signal.format);
-    let count = registers.len();
+    let (count, equations) = (registers.len(), recorded(block));
     let any: Vec<_> = formats.chain(inputs).chain(kept).collect();
     let inputs = count..any.len() - is_kept.iter().filter(|kept| **kept).count();
     let follows = move |any: &[Term]| {
@@ -202,8 +215,8 @@ pub(crate) fn loads_first<'s, S: Step>(block: &'s S, idles: impl Fn(&[Term], &[T
         let other = |(&word, &is_kept): (&Term, &bool)| if is_kept { *others.next().expect("a word") } else { word };
         let one = &any[..count];
         let other: Vec<_> = one.iter().zip(&is_kept).map(other).collect();
-        let (next, shown) = stepped(block, one, &any[inputs.clone()]);
-        let (next_too, shown_too) = stepped(block, &other, &any[inputs.clone()]);
+        let (next, shown) = in_terms(&equations, one, &any[inputs.clone()]);
+        let (next_too, shown_too) = in_terms(&equations, &other, &any[inputs.clone()]);
         let of = |kept: bool, all: &[Term]| -> Vec<_> {
             all.iter().zip(&is_kept).filter(|(_, is)| **is == kept).map(|(word, _)| *word).collect()
         };

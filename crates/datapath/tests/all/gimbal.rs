@@ -237,10 +237,8 @@ fn the_joints_are_shown_after_the_latency_and_a_start_gives_up_the_last() {
 fn the_equations_compute_the_joints_of_random_postures() {
     for (label, block) in variants().into_iter().filter(|(_, block)| block.name() == "gimbal_inverse") {
         let mut block = block;
-        let equations = |block: &dyn hpu_datapath::AnyBlock, held: &[i64], words: &[i64]| {
-            block.equations().expect("equations").words(held, words)
-        };
-        let registers = block.equations().expect("equations").registers();
+        let equations = block.equations().expect("equations");
+        let (registers, mut step) = (equations.registers(), equations.in_words());
         let mut held: Vec<i64> = registers.iter().map(|register| register.reset.unwrap_or(0)).collect();
         block.reset();
         let mut random = Random(11);
@@ -248,8 +246,8 @@ fn the_equations_compute_the_joints_of_random_postures() {
         for edge in 0..20_000 {
             let position = [0; 3].map(|_| ((2.0 * random.next() - 1.0) * 0.6 * most) as i64);
             let words = [&[i64::from(edge % 100 == 0)][..], &position].concat();
-            held = equations(&*block, &held, &words).0;
-            assert_eq!(equations(&*block, &held, &words).1, block.tick(&words), "{label}: edge {edge}");
+            held = step(&held, &words).0;
+            assert_eq!(step(&held, &words).1, block.tick(&words), "{label}: edge {edge}");
         }
     }
 }

@@ -130,7 +130,7 @@ fn terms(equations: &dyn AnyStep) -> String {
     let kept: Vec<_> = registers.iter().map(|register| register.format).collect();
     let inputs: Vec<_> = equations.inputs().iter().map(|input| input.format).collect();
     let defined = Term::defined(HashMap::new(), || {
-        let (next, shown) = equations.terms(&all("register", &kept), &all("input", &inputs));
+        let (next, shown) = equations.in_terms(&all("register", &kept), &all("input", &inputs));
         let claims = equations.lemmas().into_iter().map(|lemma| {
             let (given, follows) = (lemma.follows)(&all("any", &lemma.any));
             format!("{:?} {given:?} {follows:?}", lemma.any)

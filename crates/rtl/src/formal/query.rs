@@ -125,7 +125,7 @@ impl<'e> Edge<'e> {
             itself.insert(name.clone(), own);
         }
         let Defined { built: (next, shown), lines, cuts } =
-            Term::defined(itself.clone(), || block.terms(&terms(&before), &terms(&inputs)));
+            Term::defined(itself.clone(), || block.in_terms(&terms(&before), &terms(&inputs)));
         lines.iter().for_each(|line| query.given += &format!("{line}\n"));
         // A cut net lies in the range of the equations' number.
         for (name, own, term) in &cuts {
@@ -248,7 +248,7 @@ impl<'e> Edge<'e> {
             let mut words = terms(&before);
             let mut shown = Vec::new();
             for inputs in &inputs {
-                let (next, answers) = block.terms(&words, &terms(inputs));
+                let (next, answers) = block.in_terms(&words, &terms(inputs));
                 words = next;
                 shown.push(answers);
             }

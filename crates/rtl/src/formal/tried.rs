@@ -34,7 +34,7 @@ pub(super) fn can_be(equations: &dyn AnyStep) -> bool {
     let next = |role: &str| {
         let before = registers.iter().enumerate().map(|(index, register)| named(role, index, register.format));
         let inputs = inputs.iter().enumerate().map(|(index, input)| named("input", index, input.format));
-        let (next, _) = equations.terms(&before.collect::<Vec<_>>(), &inputs.collect::<Vec<_>>());
+        let (next, _) = equations.in_terms(&before.collect::<Vec<_>>(), &inputs.collect::<Vec<_>>());
         next.into_iter().zip(&registers).map(|(next, register)| next.bits(register.format.width())).collect::<Vec<_>>()
     };
     // Equal terms share one definition. So if the terms are equal for other registers, the words after the edge do not
@@ -77,6 +77,7 @@ fn all(equations: &dyn AnyStep) -> Vectors {
     let widths: Vec<_> = inputs.iter().map(|input| input.format.width()).collect();
     let bits: u32 = widths.iter().sum();
     let before: Vec<_> = AnyStep::registers(equations).iter().map(|register| register.reset.unwrap_or(0)).collect();
+    let mut step = equations.in_words();
     let row = |number: u64| {
         let mut rest = number;
         let mut word = |&Signal { format, .. }: &Signal| {
@@ -85,8 +86,8 @@ fn all(equations: &dyn AnyStep) -> Vectors {
             format.from_bits(bits)
         };
         let words: Vec<_> = inputs.iter().map(&mut word).collect();
-        let (next, _) = equations.words(&before, &words);
-        let (_, shown) = equations.words(&next, &words);
+        let (next, _) = step(&before, &words);
+        let (_, shown) = step(&next, &words);
         [0].into_iter().chain(words).chain(shown).collect()
     };
     Vectors { header: Header::of(equations), rows: (0..1 << bits).map(row).collect() }
