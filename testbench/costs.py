@@ -3,8 +3,7 @@
 
 usage: testbench/costs.py [BLOCK...]
 Runs `hpu cost BLOCK --variant default` for each block, or for these; other rows of the record stay. Needs a release
-build, GHDL, Yosys and nextpnr. Small blocks take seconds the first time, the largest
-loops ten minutes.
+build, GHDL, Yosys and nextpnr. Small blocks take seconds the first time, the largest loops ten minutes to half an hour.
 """
 
 import csv

@@ -12,11 +12,10 @@ use std::{mem, slice};
 
 use hpu_signal::Observe;
 
+use crate::axis_encoder::AxisEncoder;
 use crate::dut::{Misdriven, Wires};
-use crate::scene;
 use crate::summary::Summary;
 use crate::untyped::AnyWorld;
-use crate::world::EncoderState;
 
 /// The fewest and the most edges to look ahead. A look of the world costs as much as about a hundred edges of a design.
 /// A look of the drive's own rhythm is seldom in vain, and a simulator has to answer within a fraction of a second.
@@ -25,9 +24,6 @@ const LOOK: [u64; 2] = [64, 1 << 14];
 /// The outputs of an axis's wiring, which a command makes meaningless.
 const GATES_OFF: [i64; 4] = [0; 4];
 
-/// Number of the words of an axis's encoder: index, count and contact.
-const OF_AXIS: usize = 3;
-
 /// The reason why a world has not reached the edge that it was asked for.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Halt {
@@ -35,36 +31,6 @@ pub enum Halt {
     End,
     /// The world cannot go on.
     Over(&'static str),
-}
-
-/// An axis's encoder, of which the logic gets the index, the count and the contact too.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct AxisEncoder {
-    /// The counts of a revolution; `None` for a linear encoder, which has no index.
-    revolution: Option<i64>,
-    /// The wall's count, from angle 0.
-    pub(crate) wall: i64,
-}
-
-impl AxisEncoder {
-    /// Returns the encoder of a scene, and its wall at this angle (of a mass: position) from 0.
-    pub fn new(encoder: scene::Encoder, wall_rad: f64) -> Self {
-        let revolution = match encoder {
-            scene::Encoder::Rotary { lines } => Some(4 * i64::from(lines)),
-            scene::Encoder::Linear { .. } => None,
-        };
-        Self { revolution, wall: (wall_rad / encoder.count_rad()).round() as i64 }
-    }
-
-    /// Returns the level of the index.
-    pub(crate) fn index(&self, EncoderState { count, has_index, .. }: EncoderState) -> i64 {
-        i64::from(self.revolution.is_some_and(|counts| has_index && count.rem_euclid(counts) == 0))
-    }
-
-    /// Returns the words of index, count and contact, where the count `start` is 0.
-    fn words(&self, state: EncoderState, start: i64) -> [i64; OF_AXIS] {
-        [self.index(state), state.shown - start, i64::from(state.count > self.wall)]
-    }
 }
 
 /// The logic that drives a world.
@@ -121,7 +87,7 @@ impl<'s, W: AnyWorld<'s> + ?Sized> DrivenWorld<'s, W> {
             Logic::Design(wires) => (vec![0; wires.given().len()], wires.outputs().len(), Some(wires.encoder)),
         };
         let own = inputs.len();
-        inputs.resize(own + encoder.map_or(0, |_| OF_AXIS), 0);
+        inputs.resize(own + encoder.map_or(0, |_| AxisEncoder::WORDS), 0);
         let mut driven = Self {
             start: world.encoder().map_or(0, |state| state.count),
             over: world.over(),

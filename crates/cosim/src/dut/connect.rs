@@ -6,7 +6,7 @@ use std::sync::Mutex;
 use hpu_signal::{Format, Signal};
 
 use super::{Design, Fault, Port};
-use crate::driven_world::AxisEncoder;
+use crate::axis_encoder::AxisEncoder;
 use crate::scene::{Connection, Driving, DutScene, Line, SceneError};
 use crate::world::EncoderState;
 
