@@ -6,7 +6,7 @@
 
 use hpu_signal::{Narrowed, Signal};
 
-use crate::{Block, Connection, Instance, flatten};
+use crate::{AnyBlock, Block, Connection, Instance};
 
 /// A set of nets, a bit each. No circuit has more than 64.
 pub type Set = u64;
@@ -253,11 +253,14 @@ pub(crate) fn instance<B: Block + Clone + 'static>(label: &'static str, block: &
 
 /// Returns an instance whose ports, inputs first, are connected to these nets and constants.
 pub(crate) fn connected<B: Block + Clone + 'static>(label: &'static str, block: &B, wires: &[Wire]) -> Instance {
-    let mut ports = flatten(&block.inputs());
-    ports.extend(flatten(&block.outputs()));
-    debug_assert_eq!(ports.len(), wires.len());
     let mut model = Box::new(block.clone());
     Block::reset(&mut *model);
+    wired(label, model, wires)
+}
+
+fn wired(label: &'static str, model: Box<dyn AnyBlock>, wires: &[Wire]) -> Instance {
+    let ports: Vec<_> = model.inputs().into_iter().chain(model.outputs()).collect();
+    debug_assert_eq!(ports.len(), wires.len());
     let mut instance = Instance { label, model, connections: Vec::new(), tied: Vec::new(), generics: Vec::new() };
     for (port, wire) in ports.into_iter().zip(wires) {
         match *wire {
