@@ -104,8 +104,8 @@ fn no_motion_in_six_counts_is_smoother_whatever_the_counts() {
     }
 }
 
-/// Two points of this recording are two milliseconds apart, others most of a second. Far from 0 its positions are rounded
-/// to 1e-10 counts, which counts there.
+/// Two points of this recording are two milliseconds apart, others most of a second. Far from 0 its positions are
+/// rounded to 1e-10 counts, which makes a difference there.
 #[test]
 fn no_motion_is_smoother_where_times_nearly_meet() {
     let recording = [

@@ -108,8 +108,8 @@ pub trait AnyStep: AnyBlock {
     fn registers(&self) -> Vec<Register>;
     /// See [`Step::lemmas`].
     fn lemmas(&self) -> Vec<Lemma<'_>>;
-    /// Returns the equations for any reading: the inputs are the registers and then the inputs of the block; the results
-    /// are the registers after an edge and then the outputs before it.
+    /// Returns the equations for any reading. Their inputs are the registers and then the inputs of the block; their
+    /// results are the registers after an edge and then the outputs before it.
     fn recorded(&self) -> Equations;
 }
 
