@@ -150,6 +150,8 @@ pub struct Guard {
     pick: Option<usize>,
     /// Coefficients of the second derivative as a function of the slope.
     bend: State,
+    /// Coefficients of the third derivative as a function of the slope.
+    third: State,
     /// Bounds for each dyadic length.
     bounds: Vec<Bounds>,
 }
@@ -167,6 +169,23 @@ struct Bounds {
 
 /// Distance to a limit at the start, its slope there, distance at the end, least and greatest second derivative.
 type Sight = (f64, f64, f64, f64, f64);
+
+/// The exit that a course lets expect.
+#[derive(Clone, Copy)]
+pub(crate) struct Forecast {
+    /// Edges after the point; NaN or negative if the course shows no exit.
+    pub edges: f64,
+    /// The direction: 1 through the upper limit, -1 through the lower.
+    pub rising: f64,
+}
+
+impl Forecast {
+    /// Returns the greatest number of edges after which the exit is looked for.
+    #[inline(always)]
+    pub fn late(&self) -> u64 {
+        (1.25 * self.edges.max(0.0)) as u64 + 2
+    }
+}
 
 enum Verdict {
     Clear,
@@ -206,7 +225,7 @@ impl Guard {
                 }),
             }
         });
-        Self { row, pick, bend, bounds: bounds.collect() }
+        Self { row, pick, bend, third, bounds: bounds.collect() }
     }
 
     /// Returns the function's coefficients.
@@ -439,14 +458,74 @@ impl Guard {
         }
     }
 
+    /// Returns the exit that value and three derivatives at a point inside let expect: through the limit toward which the
+    /// function moves, or else the one toward which it bends. An estimate: [`confirm`](Self::confirm) proves it.
+    #[inline(always)]
+    pub(crate) fn forecast(&self, motion: &Trajectory, limits: &Limits, from: &MotionPoint) -> Forecast {
+        let (value, slope) = (self.value(&from.x), self.slope(&from.w));
+        let (bend, third) = (dot(&self.bend, &from.w), dot(&self.third, &from.w));
+        let (below, above) = (value - limits.low.hi, limits.high.hi - value);
+        let turns = |gap: f64, bend: f64| slope * slope + 2.0 * bend * gap < 0.0 || gap == f64::INFINITY;
+        let is_rising = if slope > 0.0 { !turns(above, bend) } else { turns(below, -bend) };
+        let (rising, gap) = if is_rising { (1.0, above) } else { (-1.0, below) };
+        let (slope, bend, third) = (rising * slope, rising * bend, rising * third);
+        // The root of the parabola, then one step of Newton's on the cubic.
+        let root = (slope * slope + 2.0 * bend * gap).sqrt();
+        let time_s = if slope > 0.0 { 2.0 * gap / (slope + root) } else { (root - slope) / bend };
+        let off = time_s * (slope + time_s * (0.5 * bend + time_s * third * (1.0 / 6.0))) - gap;
+        let time_s = time_s - off / (slope + time_s * (bend + 0.5 * time_s * third));
+        Forecast { edges: time_s / motion.system().edge_s(), rising }
+    }
+
+    versions! {
+        /// Returns the point of the first exit after a point inside, if it is at the edge that was forecast or near it,
+        /// and the function moves, or bends, toward its limit all the way. The watch's noise holds up to
+        /// [`late`](Forecast::late).
+        pub(crate) fn confirm[confirm_fused, confirm_native, confirm_with](self: &Self, watch: &mut Watch, from: &MotionPoint, forecast: Forecast) -> Option<MotionPoint>
+    }
+
+    #[inline(always)]
+    fn confirm_with<P: Product>(
+        &self,
+        watch: &mut Watch,
+        from: &MotionPoint,
+        forecast: Forecast,
+    ) -> Option<MotionPoint> {
+        let Forecast { edges, rising } = forecast;
+        let (motion, first) = (watch.motion, from.edge as f64);
+        let edge_s = motion.system().edge_s();
+        let most = forecast.late();
+        let bounds = self.bounds.get(dyadic(most))?;
+        let error = motion.slope_error(dyadic(from.edge + most));
+        let [_, second, third, fourth] = bounds.derivatives.times(&plus(&sizes(&from.w), &error));
+        let aim = first + edges.max(0.5);
+        let end = self.close(watch, (from.edge, from.edge + most), None, aim, rising, second)?;
+        let edges = (end.edge - from.edge) as f64;
+        let sag = (edges * edge_s) * (edges * edge_s) * 0.125;
+        let step = 4.0 * watch.noise;
+        // A function that approaches its limit throughout passes it once, and so does one that bends toward it. Each must
+        // move by more than the noise per edge.
+        let slopes = [from, &end].map(|point| rising * self.slope(&point.w));
+        if (slopes[0].min(slopes[1]) - sag * third) * edge_s > step {
+            return Some(end);
+        }
+        let bends = [from, &end].map(|point| rising * dot(&self.bend, &point.w));
+        let bend = bends[0].min(bends[1]) - (sag * fourth + dot(&sizes(&self.bend), &error));
+        let value = self.value(&from.x);
+        let way = rising * (self.value(&end.x) - value);
+        // Until it turns, it comes nearer to the other limit, by no more than a parabola with the least bend.
+        let behind = if rising > 0.0 { value - watch.limits.low.hi } else { watch.limits.high.hi - value };
+        let back = (step / edge_s - slopes[0]).max(0.0);
+        (bend > 0.0 && way > step * edges && (behind - step) * (2.0 * bend) > back * back).then_some(end)
+    }
+
     /// Returns the only exit between `from` (inside) and `to` (outside) of a function that keeps its direction.
     /// `second` bounds its second derivative.
     #[inline(always)]
     fn unique(&self, watch: &mut Watch, from: &MotionPoint, to: &MotionPoint, rising: f64, second: f64) -> MotionPoint {
         let limit = if rising > 0.0 { watch.limits.high.hi } else { watch.limits.low.hi };
-        let motion = watch.motion;
-        let edge_s = motion.system().edge_s();
-        let (mut a, mut b, mut end) = (from.edge, to.edge, *to);
+        let edge_s = watch.motion.system().edge_s();
+        let (a, b) = (from.edge, to.edge);
         let (ga, gb) = (self.value(&from.x) - limit, self.value(&to.x) - limit);
         // The Hermite cubic through both ends gives the first estimate. Newton's steps start at the steeper end, where
         // they do not overshoot a function that bends one way.
@@ -460,7 +539,26 @@ impl Guard {
             let slope = sa + share * (2.0 * c2 + 3.0 * c3 * share);
             share -= value / slope;
         }
-        let mut aim = a as f64 + span * share;
+        let aim = a as f64 + span * share;
+        self.close(watch, (a, b), Some(*to), aim, rising, second).unwrap_or(*to)
+    }
+
+    /// Closes in on the only exit of a function that keeps its direction, by Newton's steps from `aim`, in edges. It is
+    /// inside at the first edge of the bracket. If `end` is given, it is outside there, at the last edge; otherwise the
+    /// bracket is only a limit of the search, and `None` means that it gave up. `second` bounds the second derivative.
+    #[inline(always)]
+    fn close(
+        &self,
+        watch: &mut Watch,
+        (mut a, mut b): (u64, u64),
+        mut end: Option<MotionPoint>,
+        mut aim: f64,
+        rising: f64,
+        second: f64,
+    ) -> Option<MotionPoint> {
+        let limit = if rising > 0.0 { watch.limits.high.hi } else { watch.limits.low.hi };
+        let motion = watch.motion;
+        let edge_s = motion.system().edge_s();
         let mut tries = 0;
         // The most by which a value one edge before a point can differ from the straight line through the point: the
         // errors of value and slope, and the bend.
@@ -468,6 +566,7 @@ impl Guard {
         while b - a > 1 {
             // The first edge at or after the estimate, then the edge before it: two good guesses close the bracket.
             if !(aim > a as f64 && aim <= b as f64) {
+                end?;
                 aim = 0.5 * (a + b) as f64;
             }
             let at = aim.ceil() as u64;
@@ -477,7 +576,7 @@ impl Guard {
             if self.side(watch, guess, value) == Side::Inside {
                 a = guess;
             } else {
-                (b, end) = (guess, point);
+                (b, end) = (guess, Some(point));
                 if rising * (value - edge_s * self.slope(&point.w) - limit) < -off_line {
                     break;
                 }
@@ -490,5 +589,70 @@ impl Guard {
             };
         }
         end
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Band, Forecast, Guard, Limits, MotionPoint, Side, Watch, dyadic};
+    use crate::linear::{Linear, Trajectory};
+    use crate::matrix::Matrix;
+
+    /// A motor held by a hand, whose current decays in 0.1 ms; and one that swings within 63 us.
+    const SYSTEMS: [Matrix; 2] = [
+        [[-1e4, -60.0, 0.0, 0.0], [2e3, -5.0, -3e5, 3e5], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0]],
+        [[-1e4, -60.0, 0.0, 0.0], [2e3, -5.0, -1e10, 1e10], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0]],
+    ];
+
+    /// Motions of all kinds in bands of all widths: a confirmed forecast is the first edge at which the value, looked at
+    /// edge by edge, lies outside. Half of the forecasts are made at random, since a proof must not depend on them.
+    #[test]
+    fn a_confirmed_forecast_is_the_first_exit_edge_by_edge() {
+        let systems = SYSTEMS.map(|a| Linear::new(a, 2e-8, 1 << 16));
+        let mut state = 1u64;
+        let mut next = || {
+            state ^= state << 13;
+            state ^= state >> 7;
+            state ^= state << 17;
+            (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5
+        };
+        // Confirmed while moving toward the limit, after a turn, and forecasts that were not confirmed.
+        let (mut straight, mut turned, mut refused) = (0, 0, 0);
+        for case in 0..60_000 {
+            let system = &systems[usize::from(case % 10 != 0)];
+            let x = [2.0 * next(), 0.4 * next(), 0.5, 0.5 + 0.01 * next()];
+            let f = [2e4 * next(), 600.0 * next(), 0.0, 0.0];
+            let motion = Trajectory::new(system, x, f);
+            let row = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]][case % 3];
+            let guard = Guard::new(row, system);
+            let start = guard.value(&x);
+            let width = [1.0, 20.0, 1e-4][case % 3] * 10f64.powf(-3.0 * (next() + 0.5));
+            let share = next() + 0.5;
+            let band = Band { low: start - share * width, high: start + (1.0 - share) * width, open: true };
+            let limits = Limits::from(&band);
+            let from = MotionPoint::of(&motion, 0);
+            let forecast = if case % 2 == 0 {
+                guard.forecast(&motion, &limits, &from)
+            } else {
+                Forecast { edges: 6000.0 * (next() + 0.5), rising: next().signum() }
+            };
+            if !(0.0..=6000.0).contains(&forecast.edges) {
+                continue;
+            }
+            let noise = guard.noise(&motion, dyadic(forecast.late()), &limits);
+            let mut watch = Watch { motion: &motion, limits, noise, again: &mut 0 };
+            let mut is_outside = |edge| guard.side(&mut watch, edge, guard.value(&motion.at(edge))) != Side::Inside;
+            let first = (1..=forecast.late()).find(|&edge| is_outside(edge));
+            match guard.confirm(&mut watch, &from, forecast) {
+                None => refused += 1,
+                Some(point) => {
+                    assert_eq!(Some(point.edge), first, "case {case}");
+                    assert_eq!(point.x, motion.at(point.edge));
+                    let moves_away = forecast.rising * guard.value(&from.w) < 0.0;
+                    *(if moves_away { &mut turned } else { &mut straight }) += 1;
+                }
+            }
+        }
+        assert!(straight > 20_000 && turned > 5000 && refused > 10_000, "{straight} {turned} {refused}");
     }
 }

@@ -459,6 +459,10 @@ impl<'a> Trajectory<'a> {
 
     #[inline(always)]
     fn rows_with<P: Product>(&self, first: u64, stride: u64, rows: &mut [State]) {
+        if self.w == Doubles::ZERO && first != 0 {
+            // Nothing moves.
+            return rows.fill(plus(&self.x.hi, &self.w.hi));
+        }
         // Neighbours share all digits but their two lowest.
         let (mut blocks, mut shared) = (0, (self.x.hi, self.w.hi));
         for (row, index) in rows.iter_mut().zip(0..) {

@@ -14,7 +14,7 @@ use crate::axis::{Hand, Mode, Shaft};
 use crate::double::{Double, Doubles, Native, Product, versions};
 use crate::energy::{Energy, Powers, stored_j};
 use crate::gauge::{Flow, Gauge, Measured, Pace, Whole};
-use crate::guard::{Band, Limits, MotionPoint, Side, Watch, dyadic};
+use crate::guard::{Band, Guard, Limits, MotionPoint, Side, Watch, dyadic};
 use crate::leap::Integrals;
 use crate::linear::Trajectory;
 use crate::matrix::{ANGLE, CURRENT, INTENT, SPEED, State};
@@ -30,6 +30,8 @@ pub use cruise::Pulses;
 const NEAR: u64 = 64;
 /// The greatest number of edges over which a quick look is tried where `NEAR` would do.
 const FAR: f64 = 4096.0;
+/// The greatest number of edges that a search looks ahead at a time.
+const FARTHEST: f64 = 65536.0;
 
 /// The continuous outputs, in the order of [`Device::reals`].
 pub const REALS: [Real; 4] = [
@@ -447,7 +449,8 @@ impl<'a> Device<'a> {
     #[inline]
     pub fn next_event(&mut self, from: u64, to: u64, band_rad: (f64, f64)) -> Option<Event> {
         let (known, known_rad, event) = &self.ahead;
-        if to <= *known && band_rad == *known_rad && event.as_ref().is_none_or(|event| event.0 > from) {
+        let is_known = event.as_ref().map_or(to <= *known, |event| event.0 > from);
+        if is_known && *known != 0 && band_rad == *known_rad {
             return event.filter(|event| event.0 <= to);
         }
         self.look_for(from, to, band_rad)
@@ -488,12 +491,32 @@ impl<'a> Device<'a> {
             _ => MotionPoint::of(&self.motion, first),
         };
         let encoder = Limits::from(&Band { low: band_rad.0, high: band_rad.1, open: true });
+        let most = 1 << (self.motion.system().dyadic() - 1).min(62);
+        let is_short = last < first + NEAR;
         // A short search costs as much as a longer one, and similar searches follow, because edges come through the
         // datapath one by one.
-        let most = 1 << (self.motion.system().dyadic() - 1).min(62);
-        if last < first + NEAR && first + NEAR < most {
+        if is_short && first + NEAR < most {
+            let way = self.way(&encoder, &a);
+            // Gates are switched within a period of some thousand edges.
+            let reach = if matches!(self.drive, Drive::Gates(_)) { FAR } else { FARTHEST };
+            if way < reach && self.shaft != Shaft::Stuck {
+                // The next event is probably a count.
+                let forecast = self.mode.angle.forecast(&self.motion, &encoder, &a);
+                let far = a.edge + forecast.late();
+                if forecast.edges < reach && far < most {
+                    self.hear(far);
+                    if self.ends_of_modes(&a, far - a.edge) == [false; 2]
+                        && let (angle, mut watch) = self.watched(2, &encoder)
+                        && let Some(point) = angle.confirm(&mut watch, &a, forecast)
+                    {
+                        let event = (self.anchor + point.edge, point.x);
+                        (self.ahead, self.found) = ((event.0, band_rad, Some(event)), Some(point));
+                        return Some(event).filter(|event| event.0 <= to);
+                    }
+                }
+            }
             // A quick look over most of the way to the next count often settles all of them.
-            let far = first + (0.75 * self.way(&encoder, &a)).min(FAR) as u64;
+            let far = first + (0.75 * way).min(FAR) as u64;
             if far > first + NEAR && far < most {
                 self.hear(far);
                 if self.doubtful(&encoder, &a, far - a.edge) == [false; 3] {
@@ -511,26 +534,44 @@ impl<'a> Device<'a> {
         event.filter(|event| event.0 <= to)
     }
 
-    /// Returns the edges that the angle takes for a count at the speed of a point, between `NEAR` and 65536.
+    /// Returns the edges that the angle takes for a count at the speed of a point, between [`NEAR`] and [`FARTHEST`].
     #[inline(always)]
     fn way(&self, encoder: &Limits, from: &MotionPoint) -> f64 {
         let gap_s = (encoder.high.hi - encoder.low.hi) / from.x[SPEED].abs();
-        (gap_s / self.motion.system().edge_s()).clamp(NEAR as f64, 65536.0)
+        (gap_s / self.motion.system().edge_s()).clamp(NEAR as f64, FARTHEST)
     }
 
     /// Returns whether a quick look leaves open that a function leaves its band within this number of edges after a
     /// point: those of the checks, then the angle.
     #[inline(always)]
     fn doubtful(&self, encoder: &Limits, from: &MotionPoint, edges: u64) -> [bool; 3] {
-        let mut doubtful = [false; 3];
+        let [first, second] = self.ends_of_modes(from, edges);
+        let angle =
+            self.shaft != Shaft::Stuck && !self.mode.angle.stays(&self.motion, encoder, self.noise[0], from, edges);
+        [first, second, angle]
+    }
+
+    /// Returns of each check whether a quick look leaves open that it ends the mode within this number of edges after a
+    /// point.
+    #[inline(always)]
+    fn ends_of_modes(&self, from: &MotionPoint, edges: u64) -> [bool; 2] {
+        let mut doubtful = [false; 2];
         for (index, check) in self.checks.iter().enumerate() {
             if let Some(Check { guard, limits, .. }) = check {
                 doubtful[index] = !guard.stays(&self.motion, limits, self.noise[index + 1], from, edges);
             }
         }
-        doubtful[2] =
-            self.shaft != Shaft::Stuck && !self.mode.angle.stays(&self.motion, encoder, self.noise[0], from, edges);
         doubtful
+    }
+
+    /// Returns the function of a check (0 or 1) or of the angle (2), and how to decide where it lies.
+    #[inline(always)]
+    fn watched(&mut self, index: usize, encoder: &Limits) -> (&'a Guard, Watch<'_, 'a>) {
+        let (guard, limits, noise) = match self.checks.get(index) {
+            Some(Some(check)) => (check.guard, check.limits, self.noise[index + 1]),
+            _ => (&self.mode.angle, *encoder, self.noise[0]),
+        };
+        (guard, Watch { motion: &self.motion, limits, noise, again: &mut self.redecided })
     }
 
     /// Returns the first event from a point to the edge `last`, both counted from the anchor, of the functions that a
@@ -538,16 +579,22 @@ impl<'a> Device<'a> {
     #[inline(always)]
     fn search(&mut self, encoder: &Limits, mut a: MotionPoint, last: u64, doubtful: [bool; 3]) -> Option<Event> {
         let first = a.edge;
+        let mut events = (0..3).filter(|&index| doubtful[index]);
+        let foremost = events.next().expect("a function in doubt");
+        if let Some(mut soonest) = self.expect(foremost, encoder, &a, last) {
+            for index in events {
+                let (guard, mut watch) = self.watched(index, encoder);
+                soonest = guard.exit(&mut watch, &a, &soonest).unwrap_or(soonest);
+            }
+            self.found = Some(soonest);
+            return Some((self.anchor + soonest.edge, soonest.x));
+        }
         while a.edge < last {
             // Searches a little farther than the next encoder edge is away at this speed.
             let b = MotionPoint::of(&self.motion, last.min(a.edge + (1.25 * self.way(encoder, &a)) as u64));
             let mut found: Option<MotionPoint> = None;
             for (index, _) in doubtful.iter().enumerate().filter(|(_, doubtful)| **doubtful) {
-                let (guard, limits, noise) = match self.checks.get(index) {
-                    Some(Some(check)) => (check.guard, check.limits, self.noise[index + 1]),
-                    _ => (&self.mode.angle, *encoder, self.noise[0]),
-                };
-                let mut watch = Watch { motion: &self.motion, limits, noise, again: &mut self.redecided };
+                let (guard, mut watch) = self.watched(index, encoder);
                 // Events of other functions after this one do not matter. All of the time has had its quick look.
                 let to = found.as_ref().unwrap_or(&b);
                 let is_all = a.edge == first && to.edge == last;
@@ -563,6 +610,18 @@ impl<'a> Device<'a> {
             a = b;
         }
         None
+    }
+
+    /// Returns the exit of one function up to the edge `last`, if it is where the course at a point lets expect it.
+    #[inline(always)]
+    fn expect(&mut self, index: usize, encoder: &Limits, from: &MotionPoint, last: u64) -> Option<MotionPoint> {
+        let (guard, mut watch) = self.watched(index, encoder);
+        let forecast = guard.forecast(watch.motion, &watch.limits, from);
+        if forecast.late() <= last - from.edge && !forecast.edges.is_nan() {
+            guard.confirm(&mut watch, from, forecast)
+        } else {
+            None
+        }
     }
 
     /// Moves to the next edge after the last one asked, and changes the mode if it has ended.
