@@ -5,7 +5,7 @@
 
 use hpu_datapath::{LoopIn, LoopOut, Repeat};
 use hpu_plant::{Band, Device, Drive, Gates, Pace, Pulses, REALS};
-use hpu_signal::{Observe, Real};
+use hpu_signal::{Cycle, Observe, Real};
 
 use crate::actuator::{Actuator, Latch, Shaping};
 use crate::any_device::AnyDevice;
@@ -383,9 +383,9 @@ impl World for AxisWorld<'_> {
         self.device.as_ref().map_or([0.0; REALS.len()], |device| device.reals(edge))
     }
 
-    fn rows(&self, first: u64, stride: u64, count: u64, mut show: impl FnMut(u64, &Self::Row)) {
+    fn rows<O: Observe + ?Sized>(&self, first: u64, stride: u64, count: u64, observer: &mut O) {
         if count == 1 {
-            return show(first, &self.reals(first));
+            return observer.reals(Cycle(first), &self.reals(first));
         }
         let mut rows = [[0.0; REALS.len()]; 32];
         let mut from = first;
@@ -395,10 +395,8 @@ impl World for AxisWorld<'_> {
             if let Some(device) = &self.device {
                 device.rows(from, stride, some);
             }
-            for row in some.iter() {
-                show(from, row);
-                from += stride;
-            }
+            observer.block(Cycle(from), stride, REALS.len(), some.as_flattened());
+            from += stride * some.len() as u64;
             left -= some.len() as u64;
         }
     }

@@ -354,7 +354,7 @@ impl Rows {
                 observer.reals(Cycle(edge), row);
             }
         } else {
-            world.rows(self.next, self.stride, count, |row, reals| observer.reals(Cycle(row), reals.as_ref()));
+            world.rows(self.next, self.stride, count, observer);
         }
         self.next += count * self.stride;
     }

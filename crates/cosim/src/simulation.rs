@@ -400,6 +400,13 @@ impl Observe for Recorder<'_> {
             observer.reals(cycle, values);
         }
     }
+    #[inline]
+    fn block(&mut self, first: Cycle, stride: u64, width: usize, values: &[f64]) {
+        self.trace.block(first, stride, width, values);
+        if let Some(observer) = &mut self.observer {
+            observer.block(first, stride, width, values);
+        }
+    }
 }
 
 /// Implements [`Wired::closed_loop`] for any simulation.

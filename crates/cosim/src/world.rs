@@ -4,7 +4,7 @@
 //! host's commands), and the outputs that hold from that edge to the next.
 
 use hpu_datapath::Repeat;
-use hpu_signal::{Observe, Ports, Real};
+use hpu_signal::{Cycle, Observe, Ports, Real};
 
 use crate::encoder::Pins;
 use crate::summary::Summary;
@@ -57,10 +57,10 @@ pub trait World: Clone {
     }
     /// Returns the continuous outputs at an edge that the world has not left yet; zeros for a recording.
     fn reals(&self, edge: u64) -> Self::Row;
-    /// Calls `show` with the outputs at the edges `first`, `first + stride` and so on.
-    fn rows(&self, first: u64, stride: u64, count: u64, mut show: impl FnMut(u64, &Self::Row)) {
+    /// Shows the outputs at the edges `first`, `first + stride` and so on.
+    fn rows<O: Observe + ?Sized>(&self, first: u64, stride: u64, count: u64, observer: &mut O) {
         for edge in (0..count).map(|index| first + index * stride) {
-            show(edge, &self.reals(edge));
+            observer.reals(Cycle(edge), self.reals(edge).as_ref());
         }
     }
     /// Gathers, from edge 0 on, the figures that [`measured`](World::measured) appends to the rows at every

@@ -104,6 +104,14 @@ pub trait Observe {
     /// Receives the continuous outputs of the plant at `cycle`, in SI units. It is called at the rate at which the
     /// scene records them.
     fn reals(&mut self, cycle: Cycle, values: &[f64]);
+    /// Receives successive rows of [`reals`](Self::reals), one every `stride` cycles from `first` on, `width` values to
+    /// a row.
+    #[inline]
+    fn block(&mut self, first: Cycle, stride: u64, width: usize, values: &[f64]) {
+        for (row, index) in values.chunks_exact(width).zip(0..) {
+            self.reals(Cycle(first.0 + index * stride), row);
+        }
+    }
     /// Whether the observer looks at anything at all. If not, a run does not call it.
     fn watches(&self) -> bool {
         true
