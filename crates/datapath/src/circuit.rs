@@ -1,10 +1,12 @@
 //! Circuits: the blocks of a wiring and the nets between them, described once.
 //!
 //! `circuit!` makes of a description what a loop needs of it: the struct of the blocks, the index of each net, one
-//! clock edge, `quiet` and `skip`, the settling of the combinational nets with the bits lost, and the instances, from
-//! which the VHDL of the method loops is generated.
+//! clock edge, the settling of the combinational nets with the bits lost, and the instances, from which the VHDL of the
+//! method loops is generated.
+//!
+//! A clocked block of a circuit is not ticked at every edge. It has a [`Pace`], and stays behind while it is quiet.
 
-use hpu_signal::{Narrowed, Signal};
+use hpu_signal::{Narrowed, Ports, Signal};
 
 use crate::{AnyBlock, Block, Connection, Instance};
 
@@ -28,6 +30,12 @@ impl Lost {
         *self = Self { rounded: put(self.rounded, made.rounded), overflowed: put(self.overflowed, made.overflowed) };
     }
 
+    /// Returns the net if its word lost other bits than these.
+    #[inline]
+    pub(crate) fn differs(&self, net: usize, made: &Narrowed) -> Set {
+        Set::from(self.of(net) != (made.rounded, made.overflowed)) << net
+    }
+
     /// Returns whether the word of a net was rounded, and whether it overflowed.
     #[inline]
     pub(crate) fn of(&self, net: usize) -> (bool, bool) {
@@ -41,22 +49,104 @@ pub(crate) fn put<const N: usize>(words: &mut [i64; N], net: usize, word: i64) -
     Set::from(std::mem::replace(&mut words[net], word) != word) << net
 }
 
+/// How far a clocked block of a circuit has come. While its inputs stay and its outputs certainly stay, it is left
+/// behind; it is brought up to date at once where that ends.
+///
+/// Edges are counted from the reset on; the first is edge 1.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Pace<I> {
+    /// The inputs that the block sees at each edge after `reached`.
+    input: I,
+    /// The edge whose tick the block has behind it.
+    reached: u64,
+    /// The next edge at which its outputs may change, if the inputs stay; [`NEVER`] if there is none.
+    due: u64,
+}
+
+/// The edge that no run reaches.
+pub(crate) const NEVER: u64 = u64::MAX;
+
+impl<I: Ports<i64>> Default for Pace<I> {
+    /// Returns the pace of a block that has just been reset and must [`look`](Self::look) at its inputs yet.
+    fn default() -> Self {
+        Self { input: I::build(|| 0), reached: 0, due: NEVER }
+    }
+}
+
+impl<I: Copy> Pace<I> {
+    /// Returns the next edge at which the block must be ticked.
+    #[inline]
+    pub(crate) fn due(&self) -> u64 {
+        self.due
+    }
+
+    /// Returns whether the block has come to this edge and does not lag behind.
+    #[inline]
+    pub(crate) fn is_at(&self, edge: u64) -> bool {
+        self.reached == edge
+    }
+
+    /// Makes an edge the next one at which the block must be ticked. It must not lie behind the present due edge.
+    #[inline]
+    pub(crate) fn wake(&mut self, edge: u64) {
+        self.due = edge;
+    }
+
+    /// Brings a block up to date with an edge before the due one.
+    #[inline]
+    pub(crate) fn catch_up<B: Block<In<i64> = I>>(&mut self, block: &mut B, edge: u64) {
+        block.skip(edge - self.reached, &self.input);
+        self.reached = edge;
+    }
+
+    /// Computes a block's outputs after an edge, if it is due.
+    #[inline]
+    pub(crate) fn tick<B: Block<In<i64> = I>>(&mut self, block: &mut B, edge: u64) -> Option<B::Out<i64>> {
+        (self.due <= edge).then(|| {
+            self.catch_up(block, edge - 1);
+            self.reached = edge;
+            block.tick(self.input)
+        })
+    }
+
+    /// Lets a block see other inputs from the edge after this one on.
+    #[inline]
+    pub(crate) fn look<B: Block<In<i64> = I>>(&mut self, block: &mut B, edge: u64, input: I) {
+        self.catch_up(block, edge);
+        self.input = input;
+        self.plan(block);
+    }
+
+    /// Notes that a block has come to an edge by itself.
+    #[inline]
+    pub(crate) fn come<B: Block<In<i64> = I>>(&mut self, block: &B, edge: u64) {
+        self.reached = edge;
+        self.plan(block);
+    }
+
+    #[inline]
+    fn plan<B: Block<In<i64> = I>>(&mut self, block: &B) {
+        self.due = block.quiet(&self.input).saturating_add(self.reached + 1);
+    }
+}
+
 /// The blocks of a circuit with at most `N` nets. Its own inputs come first among the nets, then its outputs.
+///
+/// At an edge, [`tick`](Circuit::tick), [`follow`](Circuit::follow) and [`look`](Circuit::look) are called one after
+/// the other; where nets change between two edges, `follow` and `look` with the edge before.
 pub trait Circuit<const N: usize>: Clone {
     /// The number of nets.
     const COUNT: usize;
-    /// Applies one edge of reset to every clocked block; their outputs are 0 after it.
+    /// Applies one edge of reset to every clocked block; their outputs are 0 after it. Edges are counted from here.
     fn reset(&mut self);
-    /// Computes one edge of the clocked blocks, which all read the nets as they stand. Returns the nets that changed.
-    fn tick(&mut self, words: &mut [i64; N]) -> Set;
-    /// Returns whether a clocked block has lost other bits than these, which its outputs need not show.
-    fn hides(&self, lost: &Lost) -> bool;
+    /// Computes an edge of the clocked blocks that are due. Returns the nets whose words changed, or whose words lost
+    /// other bits than these.
+    fn tick(&mut self, edge: u64, words: &mut [i64; N], lost: &Lost) -> Set;
     /// Lets the nets follow the inputs and registers, of which these have changed. Returns all nets that changed.
-    fn follow(&mut self, changed: Set, words: &mut [i64; N], lost: &mut Lost) -> Set;
-    /// Returns for how many edges all clocked blocks are quiet.
-    fn quiet(&self, words: &[i64; N]) -> u64;
-    /// Skips that many edges of all clocked blocks.
-    fn skip(&mut self, edges: u64, words: &[i64; N]);
+    fn follow(&mut self, edge: u64, changed: Set, words: &mut [i64; N], lost: &mut Lost) -> Set;
+    /// Lets the clocked blocks see the nets, of which these have changed. Returns the next edge at which one of them is
+    /// due.
+    fn look(&mut self, edge: u64, changed: Set, words: &[i64; N]) -> u64;
     /// Returns the names of the nets.
     fn names() -> Vec<&'static str>;
     /// Returns the instances, in the order of the description.
@@ -86,9 +176,14 @@ macro_rules! circuit {
         $(#[$meta])*
         #[derive(Clone, PartialEq, Eq, Debug)]
         pub struct $name<$($declared)*> {
+            pub(crate) paces: Paces,
             $(pub(crate) $field: $kind,)*
             $(pub(crate) $label: $type,)*
         }
+
+        /// The pace of each clocked block; those of other blocks stay as they are.
+        #[derive(Clone, PartialEq, Eq, Debug, Default)]
+        pub(crate) struct Paces { $($label: $crate::circuit::Pace<$module::In<i64>>,)* }
 
         /// The index of each net, and their number.
         #[derive(Clone, Copy)]
@@ -108,90 +203,69 @@ macro_rules! circuit {
 
             fn reset(&mut self) {
                 $(self.$label.reset();)*
+                self.paces = Paces::default();
             }
 
             #[inline]
-            fn tick(&mut self, words: &mut [i64; $most]) -> $crate::circuit::Set {
-                $(let $label = (<$type as $crate::Block>::CLOCKED $(&& $present)? $(&& !$absent)?).then(|| {
-                    self.$label.tick($module::In {
-                        $($in: $crate::circuit::circuit!(@read words $in $(: $at)? $(= $tied)?)),*
-                    })
-                });)*
-                // At most edges, no output changes.
-                let mut differs = 0;
-                $(if let Some($module::Out { $($out),* }) = &$label {
-                    $(differs |= words[$crate::circuit::circuit!(@net $out $($to)?)] ^ $out;)*
-                })*
-                if differs == 0 {
-                    return 0;
-                }
+            fn tick(&mut self, edge: u64, words: &mut [i64; $most], lost: &$crate::circuit::Lost) -> $crate::circuit::Set {
                 let mut changed = 0;
-                $(if let Some($module::Out { $($out),* }) = $label {
+                $(if <$type as $crate::Block>::CLOCKED $(&& $present)? $(&& !$absent)?
+                    && let Some($module::Out { $($out),* }) = self.paces.$label.tick(&mut self.$label, edge)
+                {
                     $(changed |= $crate::circuit::put(words, $crate::circuit::circuit!(@net $out $($to)?), $out);)*
-                })*
-                changed
-            }
-
-            #[inline]
-            fn hides(&self, lost: &$crate::circuit::Lost) -> bool {
-                let differs = false;
-                $(let differs = differs || true $(&& $present)? $(&& !$absent)?
-                    && $crate::part::Part::hidden(&self.$label).is_some_and(|$module::Out { $($out),* }| {
-                        false $(||
-                            lost.of($crate::circuit::circuit!(@net $out $($to)?)) != ($out.rounded, $out.overflowed))*
-                    });)*
-                differs
-            }
-
-            #[inline(always)]
-            fn follow(
-                &mut self,
-                mut changed: $crate::circuit::Set,
-                words: &mut [i64; $most],
-                lost: &mut $crate::circuit::Lost,
-            ) -> $crate::circuit::Set {
-                $(if <$type as $crate::part::Part>::FOLLOWS $(&& $present)? $(&& !$absent)? {
-                    let at = 0 $(| $crate::circuit::circuit!(@bit $in $(: $at)? $(= $tied)?))*
-                        $(| $crate::circuit::circuit!(@bit $out $(: $to)?))*;
-                    if changed & at != 0 || $crate::part::Part::hidden(&self.$label).is_some() {
-                        let input = $module::In {
-                            $($in: $crate::circuit::circuit!(@read words $in $(: $at)? $(= $tied)?)),*
-                        };
-                        let shown = $module::Out { $($out: words[$crate::circuit::circuit!(@net $out $($to)?)]),* };
-                        let $module::Out { $($out),* } = $crate::part::Part::follow(&mut self.$label, &input, shown);
-                        $(
-                            let net = $crate::circuit::circuit!(@net $out $($to)?);
-                            changed |= $crate::circuit::put(words, net, $out.word);
-                            lost.note(net, &$out);
-                        )*
+                    if let Some($module::Out { $($out),* }) = $crate::part::Part::hidden(&self.$label) {
+                        $(changed |= lost.differs($crate::circuit::circuit!(@net $out $($to)?), &$out);)*
                     }
                 })*
                 changed
             }
 
-            #[inline]
-            fn quiet(&self, words: &[i64; $most]) -> u64 {
-                let least = u64::MAX;
-                // A block that changes at the next edge decides: the others need not be asked.
-                $(let least = if <$type as $crate::Block>::CLOCKED $(&& $present)? $(&& !$absent)? && least != 0 {
+            #[inline(always)]
+            fn follow(
+                &mut self,
+                edge: u64,
+                mut changed: $crate::circuit::Set,
+                words: &mut [i64; $most],
+                lost: &mut $crate::circuit::Lost,
+            ) -> $crate::circuit::Set {
+                $(if <$type as $crate::part::Part>::FOLLOWS $(&& $present)? $(&& !$absent)?
+                    && changed & (0 $(| $crate::circuit::circuit!(@bit $in $(: $at)? $(= $tied)?))*
+                        $(| $crate::circuit::circuit!(@bit $out $(: $to)?))*) != 0
+                {
+                    if <$type as $crate::Block>::CLOCKED {
+                        self.paces.$label.catch_up(&mut self.$label, edge);
+                    }
                     let input = $module::In {
                         $($in: $crate::circuit::circuit!(@read words $in $(: $at)? $(= $tied)?)),*
                     };
-                    least.min(self.$label.quiet(&input))
-                } else {
-                    least
-                };)*
-                least
+                    let shown = $module::Out { $($out: words[$crate::circuit::circuit!(@net $out $($to)?)]),* };
+                    let $module::Out { $($out),* } = $crate::part::Part::follow(&mut self.$label, &input, shown);
+                    $(
+                        let net = $crate::circuit::circuit!(@net $out $($to)?);
+                        changed |= $crate::circuit::put(words, net, $out.word);
+                        lost.note(net, &$out);
+                    )*
+                })*
+                changed
             }
 
             #[inline]
-            fn skip(&mut self, edges: u64, words: &[i64; $most]) {
-                $(if <$type as $crate::Block>::CLOCKED $(&& $present)? $(&& !$absent)? {
-                    let input = $module::In {
-                        $($in: $crate::circuit::circuit!(@read words $in $(: $at)? $(= $tied)?)),*
-                    };
-                    self.$label.skip(edges, &input);
-                })*
+            fn look(&mut self, edge: u64, changed: $crate::circuit::Set, words: &[i64; $most]) -> u64 {
+                let due = $crate::circuit::NEVER;
+                $(let due = if <$type as $crate::Block>::CLOCKED $(&& $present)? $(&& !$absent)? {
+                    let at = 0 $(| $crate::circuit::circuit!(@bit $in $(: $at)? $(= $tied)?))*
+                        $(| $crate::circuit::circuit!(@bit $out $(: $to)?))*;
+                    if changed & at != 0 || self.paces.$label.due() <= edge {
+                        let input = $module::In {
+                            $($in: $crate::circuit::circuit!(@read words $in $(: $at)? $(= $tied)?)),*
+                        };
+                        self.paces.$label.look(&mut self.$label, edge, input);
+                    }
+                    due.min(self.paces.$label.due())
+                } else {
+                    due
+                };)*
+                due
             }
 
             fn names() -> Vec<&'static str> {

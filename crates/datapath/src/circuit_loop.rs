@@ -2,7 +2,7 @@
 
 use hpu_signal::{Meter, Ports, Signal, SignalUse};
 
-use crate::circuit::{Circuit, Lost, Set, driven, instance, put};
+use crate::circuit::{Circuit, Lost, NEVER, Pace, Set, driven, instance, put};
 use crate::{AxisWiring, Block, Generic, Instance, Loaded, LoopIn, LoopOut, Parts, Pwm, Repeat, Wiring, flatten, pwm};
 
 /// The circuit of a loop. Its inputs are those of the loop, then come the loop's outputs.
@@ -37,9 +37,9 @@ pub trait LoopCircuit<const N: usize>: Circuit<N> {
 
 /// The circuit of an axis, up to the command of its modulator.
 pub trait AxisCircuit<const N: usize>: LoopCircuit<N, In<i64> = LoopIn<i64>, Out<i64> = LoopOut<i64>> {
-    /// Sets the counter to a position, and its net to the counter's word unless the front that contains both does that.
-    /// Returns the net, if it may change.
-    fn load(&mut self, position: i64, words: &mut [i64; N]) -> Set;
+    /// Sets the counter to a position after an edge, and its net to the counter's word unless the front that contains
+    /// both does that. Returns the net, if it may change.
+    fn load(&mut self, edge: u64, position: i64, words: &mut [i64; N]) -> Set;
 }
 
 /// A circuit with its words.
@@ -56,16 +56,31 @@ pub struct CircuitLoop<C, const N: usize> {
     meter: Meter<N>,
     /// The nets whose ranges do not contain their words yet.
     changed: Set,
-    /// The losses of the nets, and the number of edges with these losses that the meter has not counted yet.
+    /// The losses of the nets, and the edge up to which the meter has counted them.
     lost: Lost,
-    standing: u64,
+    counted: u64,
+    /// The edge after which the words are these; the first is edge 1.
+    edge: u64,
+    /// The next edge at which a block of the circuit is due.
+    due: u64,
+    modulation: Pace<pwm::In<i64>>,
 }
 
 impl<C: LoopCircuit<N>, const N: usize> CircuitLoop<C, N> {
     /// Returns a loop in its state after reset.
     pub(crate) fn of(circuit: C) -> Self {
-        let (meter, lost) = (Meter::default(), Lost::default());
-        let mut wiring = Self { circuit, settled: false, words: [0; N], meter, changed: 0, lost, standing: 0 };
+        let mut wiring = Self {
+            circuit,
+            settled: false,
+            words: [0; N],
+            meter: Meter::default(),
+            changed: 0,
+            lost: Lost::default(),
+            counted: 0,
+            edge: 0,
+            due: NEVER,
+            modulation: Pace::default(),
+        };
         wiring.reset();
         wiring
     }
@@ -86,11 +101,20 @@ impl<C: LoopCircuit<N>, const N: usize> CircuitLoop<C, N> {
         pwm::In { command: self.words[C::COUNT - 1] }
     }
 
-    /// Lets the nets follow the circuit's inputs and registers, of which these have changed.
+    /// Lets the nets follow the circuit's inputs and registers as they stand after an edge, and the clocked blocks see
+    /// the nets. These nets have changed.
     #[inline(always)]
-    fn follow(&mut self, changed: Set) {
+    fn follow(&mut self, edge: u64, changed: Set) {
         let mut lost = self.lost;
-        self.changed |= self.circuit.follow(changed, &mut self.words, &mut lost);
+        let changed = self.circuit.follow(edge, changed, &mut self.words, &mut lost);
+        self.due = self.circuit.look(edge, changed, &self.words);
+        let command = self.at_modulator();
+        if changed >> (C::COUNT - 1) & 1 == 1
+            && let Some(modulator) = self.circuit.modulator_mut()
+        {
+            self.modulation.look(modulator, edge, command);
+        }
+        self.changed |= changed;
         if lost != self.lost {
             self.count_lost();
             self.lost = lost;
@@ -106,7 +130,7 @@ impl<C: LoopCircuit<N>, const N: usize> CircuitLoop<C, N> {
             changed |= put(&mut self.words, net, word);
             net += 1;
         });
-        self.follow(changed);
+        self.follow(self.edge, changed);
     }
 
     /// Brings the meter of lost bits up to date.
@@ -114,9 +138,15 @@ impl<C: LoopCircuit<N>, const N: usize> CircuitLoop<C, N> {
         let Lost { rounded, overflowed } = self.lost;
         for net in members(rounded | overflowed) {
             let (rounded, overflowed) = self.lost.of(net);
-            self.meter.lost(net, rounded, overflowed, self.standing);
+            self.meter.lost(net, rounded, overflowed, self.edge - self.counted);
         }
-        self.standing = 0;
+        self.counted = self.edge;
+    }
+
+    /// Returns the number of edges from the present one to the one before that edge; `u64::MAX` before [`NEVER`].
+    #[inline]
+    fn before(&self, due: u64) -> u64 {
+        if due == NEVER { u64::MAX } else { due - self.edge - 1 }
     }
 
     /// Puts words of the modulator on the outputs' nets.
@@ -189,12 +219,13 @@ impl<C: LoopCircuit<N>, const N: usize> Block for CircuitLoop<C, N> {
         if let Some(modulator) = self.circuit.modulator_mut() {
             modulator.reset();
         }
+        self.modulation = Pace::default();
+        (self.edge, self.counted) = (0, 0);
         self.words = [0; N];
-        self.follow(Set::MAX);
+        self.follow(0, Set::MAX);
         self.changed = Set::MAX >> (64 - C::COUNT);
         self.settled = false;
         self.meter = Meter::default();
-        self.standing = 0;
         C::Out::build(|| 0)
     }
 
@@ -204,43 +235,32 @@ impl<C: LoopCircuit<N>, const N: usize> Block for CircuitLoop<C, N> {
             // As in VHDL, the registers see the combinational nets that result from the new inputs.
             self.take_in(&input, 0);
         }
-        let command = self.at_modulator();
-        let changed = self.circuit.tick(&mut self.words);
-        if changed != 0 || self.circuit.hides(&self.lost) {
-            self.follow(changed);
-        }
-        if let Some(modulator) = self.circuit.modulator_mut() {
-            let gates = modulator.tick(command);
+        let edge = self.edge + 1;
+        if self.modulation.due() <= edge
+            && let Some(modulator) = self.circuit.modulator_mut()
+            && let Some(gates) = self.modulation.tick(modulator, edge)
+        {
+            self.modulation.come(modulator, edge);
             self.switch(&gates);
         }
+        if self.due <= edge {
+            let changed = self.circuit.tick(edge, &mut self.words, &self.lost);
+            self.follow(edge, changed);
+        }
         self.range();
-        self.standing += 1;
+        self.edge = edge;
         bundle(&self.words[C::INPUTS..])
     }
 
     #[inline]
     fn quiet(&self, input: &C::In<i64>) -> u64 {
-        if !self.has_settled(input) {
-            return 0;
-        }
-        match (self.circuit.quiet(&self.words), self.circuit.modulator()) {
-            (quiet @ 1.., Some(modulator)) => quiet.min(modulator.quiet(&self.at_modulator())),
-            (quiet, _) => quiet,
-        }
+        if self.has_settled(input) { self.before(self.due.min(self.modulation.due())) } else { 0 }
     }
 
     #[inline]
     fn skip(&mut self, edges: u64, input: &C::In<i64>) {
         debug_assert!(edges <= self.quiet(input));
-        if edges == 0 {
-            return;
-        }
-        let command = self.at_modulator();
-        self.circuit.skip(edges, &self.words);
-        if let Some(modulator) = self.circuit.modulator_mut() {
-            modulator.skip(edges, &command);
-        }
-        self.standing = self.standing.saturating_add(edges);
+        self.edge = self.edge.saturating_add(edges);
     }
 }
 
@@ -251,7 +271,7 @@ impl<C: AxisCircuit<N>, const N: usize> AxisWiring for CircuitLoop<C, N> {
 impl<C: AxisCircuit<N>, const N: usize> Loaded for CircuitLoop<C, N> {
     #[inline]
     fn load(&mut self, position: i64, input: &LoopIn<i64>) {
-        let changed = self.circuit.load(position, &mut self.words);
+        let changed = self.circuit.load(self.edge, position, &mut self.words);
         self.take_in(input, changed);
     }
 }
@@ -291,28 +311,30 @@ impl<C: LoopCircuit<N>, const N: usize> Wiring for CircuitLoop<C, N> {
     fn rest_modulator(&mut self) {
         if let Some(modulator) = self.circuit.modulator_mut() {
             modulator.rest();
+            self.modulation.wake(self.edge + 1);
         }
     }
 
     #[inline]
     fn repeats(&self, input: &C::In<i64>) -> Option<Repeat<C::Out<i64>>> {
-        let Repeat { period, first, others, .. } = self.circuit.modulator()?.repeats(&self.at_modulator())?;
+        let modulator = self.circuit.modulator().filter(|_| self.modulation.is_at(self.edge))?;
+        let Repeat { period, first, others, .. } = modulator.repeats(&self.at_modulator())?;
         let pwm::Out { a_high, a_low, b_high, b_low } = others;
-        let edges = if self.has_settled(input) { self.circuit.quiet(&self.words) } else { 0 };
+        let edges = if self.has_settled(input) { self.before(self.due) } else { 0 };
         Some(Repeat { period, first, others: bundle(&[a_high, a_low, b_high, b_low]), edges })
     }
 
     #[inline]
     fn skip_repeats(&mut self, edges: u64, _: &C::In<i64>) {
-        self.circuit.skip(edges, &self.words);
+        self.edge = self.edge.saturating_add(edges);
         let modulator = self.circuit.modulator_mut().expect("only a modulator repeats");
         let (between, last) = (modulator.pause(), modulator.skip_repeats(edges));
+        self.modulation.come(modulator, self.edge);
         self.switch(&between);
         self.range();
         self.switch(&last);
         // The range contains these words: a period has begun with them.
         self.changed = 0;
-        self.standing = self.standing.saturating_add(edges);
     }
 
     fn uses(&self) -> Vec<SignalUse> {
