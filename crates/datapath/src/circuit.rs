@@ -104,8 +104,9 @@ impl<I: Copy> Pace<I> {
     pub(crate) fn tick<B: Block<In<i64> = I>>(&mut self, block: &mut B, edge: u64) -> Option<B::Out<i64>> {
         (self.due <= edge).then(|| {
             self.catch_up(block, edge - 1);
-            self.reached = edge;
-            block.tick(self.input)
+            let out = block.tick(self.input);
+            self.come(block, edge);
+            out
         })
     }
 
@@ -114,19 +115,14 @@ impl<I: Copy> Pace<I> {
     pub(crate) fn look<B: Block<In<i64> = I>>(&mut self, block: &mut B, edge: u64, input: I) {
         self.catch_up(block, edge);
         self.input = input;
-        self.plan(block);
+        self.come(block, edge);
     }
 
-    /// Notes that a block has come to an edge by itself.
+    /// Notes that a block has come to an edge, and finds when it is due.
     #[inline]
     pub(crate) fn come<B: Block<In<i64> = I>>(&mut self, block: &B, edge: u64) {
         self.reached = edge;
-        self.plan(block);
-    }
-
-    #[inline]
-    fn plan<B: Block<In<i64> = I>>(&mut self, block: &B) {
-        self.due = block.quiet(&self.input).saturating_add(self.reached + 1);
+        self.due = block.quiet(&self.input).saturating_add(edge + 1);
     }
 }
 
@@ -137,6 +133,8 @@ impl<I: Copy> Pace<I> {
 pub trait Circuit<const N: usize>: Clone {
     /// The number of nets.
     const COUNT: usize;
+    /// The nets with which others change between two edges, and those that then lose bits.
+    const FOLLOWED: Set;
     /// Applies one edge of reset to every clocked block; their outputs are 0 after it. Edges are counted from here.
     fn reset(&mut self);
     /// Computes an edge of the clocked blocks that are due. Returns the nets whose words changed, or whose words lost
@@ -200,6 +198,14 @@ macro_rules! circuit {
 
         impl<$($declared)*> $crate::circuit::Circuit<$most> for $name<$($given)*> {
             const COUNT: usize = Self::NET.count;
+            const FOLLOWED: $crate::circuit::Set = 0 $(
+                | if <$type as $crate::part::Part>::FOLLOWS $(&& $present)? $(&& !$absent)? {
+                    $crate::circuit::circuit!(@bits $($in $(: $at)? $(= $tied)?),*)
+                        | $crate::circuit::circuit!(@bits $($out $(: $to)?),*)
+                } else {
+                    0
+                }
+            )*;
 
             fn reset(&mut self) {
                 $(self.$label.reset();)*
@@ -229,8 +235,8 @@ macro_rules! circuit {
                 lost: &mut $crate::circuit::Lost,
             ) -> $crate::circuit::Set {
                 $(if <$type as $crate::part::Part>::FOLLOWS $(&& $present)? $(&& !$absent)?
-                    && changed & (0 $(| $crate::circuit::circuit!(@bit $in $(: $at)? $(= $tied)?))*
-                        $(| $crate::circuit::circuit!(@bit $out $(: $to)?))*) != 0
+                    && changed & ($crate::circuit::circuit!(@bits $($in $(: $at)? $(= $tied)?),*)
+                        | $crate::circuit::circuit!(@bits $($out $(: $to)?),*)) != 0
                 {
                     if <$type as $crate::Block>::CLOCKED {
                         self.paces.$label.catch_up(&mut self.$label, edge);
@@ -253,9 +259,7 @@ macro_rules! circuit {
             fn look(&mut self, edge: u64, changed: $crate::circuit::Set, words: &[i64; $most]) -> u64 {
                 let due = $crate::circuit::NEVER;
                 $(let due = if <$type as $crate::Block>::CLOCKED $(&& $present)? $(&& !$absent)? {
-                    let at = 0 $(| $crate::circuit::circuit!(@bit $in $(: $at)? $(= $tied)?))*
-                        $(| $crate::circuit::circuit!(@bit $out $(: $to)?))*;
-                    if changed & at != 0 || self.paces.$label.due() <= edge {
+                    if changed & $crate::circuit::circuit!(@bits $($in $(: $at)? $(= $tied)?),*) != 0 {
                         let input = $module::In {
                             $($in: $crate::circuit::circuit!(@read words $in $(: $at)? $(= $tied)?)),*
                         };
@@ -300,6 +304,9 @@ macro_rules! circuit {
         $words[$crate::circuit::circuit!(@net $port $($net)?)]
     };
     (@read $words:ident $port:ident = $tied:literal) => { $tied };
+    (@bits $($port:ident $(: $net:ident)? $(= $tied:literal)?),*) => {
+        (0 $(| $crate::circuit::circuit!(@bit $port $(: $net)? $(= $tied)?))*)
+    };
     (@bit $port:ident $(: $net:ident)?) => { 1 << $crate::circuit::circuit!(@net $port $($net)?) };
     (@bit $port:ident = $tied:literal) => { 0 };
     (@wire $port:ident $(: $net:ident)?) => {

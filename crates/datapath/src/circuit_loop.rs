@@ -104,9 +104,15 @@ impl<C: LoopCircuit<N>, const N: usize> CircuitLoop<C, N> {
     /// Lets the nets follow the circuit's inputs and registers as they stand after an edge, and the clocked blocks see
     /// the nets. These nets have changed.
     #[inline(always)]
-    fn follow(&mut self, edge: u64, changed: Set) {
-        let mut lost = self.lost;
-        let changed = self.circuit.follow(edge, changed, &mut self.words, &mut lost);
+    fn follow(&mut self, edge: u64, mut changed: Set) {
+        if changed & C::FOLLOWED != 0 {
+            let mut lost = self.lost;
+            changed = self.circuit.follow(edge, changed, &mut self.words, &mut lost);
+            if lost != self.lost {
+                self.count_lost();
+                self.lost = lost;
+            }
+        }
         self.due = self.circuit.look(edge, changed, &self.words);
         let command = self.at_modulator();
         if changed >> (C::COUNT - 1) & 1 == 1
@@ -115,14 +121,10 @@ impl<C: LoopCircuit<N>, const N: usize> CircuitLoop<C, N> {
             self.modulation.look(modulator, edge, command);
         }
         self.changed |= changed;
-        if lost != self.lost {
-            self.count_lost();
-            self.lost = lost;
-        }
     }
 
     /// Lets the nets follow these inputs, and whatever else has changed.
-    #[inline]
+    #[inline(never)]
     fn take_in(&mut self, input: &C::In<i64>, mut changed: Set) {
         self.settled = true;
         let mut net = 0;
@@ -159,6 +161,39 @@ impl<C: LoopCircuit<N>, const N: usize> CircuitLoop<C, N> {
             for (net, gate) in (C::INPUTS..).zip(gates) {
                 self.changed |= put(&mut self.words, net, gate);
             }
+        }
+    }
+
+    /// Computes an edge with the inputs that the nets show.
+    #[inline]
+    fn go_on(&mut self) -> C::Out<i64> {
+        let edge = self.edge + 1;
+        // The modulator first: it must not see a new command before the edge after it.
+        if self.modulation.due() <= edge {
+            self.tick_modulator(edge);
+        }
+        if self.due <= edge {
+            self.tick_circuit(edge);
+        }
+        if self.changed != 0 {
+            self.range();
+        }
+        self.edge = edge;
+        bundle(&self.words[C::INPUTS..])
+    }
+
+    #[inline(never)]
+    fn tick_circuit(&mut self, edge: u64) {
+        let changed = self.circuit.tick(edge, &mut self.words, &self.lost);
+        self.follow(edge, changed);
+    }
+
+    #[inline(never)]
+    fn tick_modulator(&mut self, edge: u64) {
+        if let Some(modulator) = self.circuit.modulator_mut()
+            && let Some(gates) = self.modulation.tick(modulator, edge)
+        {
+            self.switch(&gates);
         }
     }
 
@@ -235,26 +270,12 @@ impl<C: LoopCircuit<N>, const N: usize> Block for CircuitLoop<C, N> {
             // As in VHDL, the registers see the combinational nets that result from the new inputs.
             self.take_in(&input, 0);
         }
-        let edge = self.edge + 1;
-        if self.modulation.due() <= edge
-            && let Some(modulator) = self.circuit.modulator_mut()
-            && let Some(gates) = self.modulation.tick(modulator, edge)
-        {
-            self.modulation.come(modulator, edge);
-            self.switch(&gates);
-        }
-        if self.due <= edge {
-            let changed = self.circuit.tick(edge, &mut self.words, &self.lost);
-            self.follow(edge, changed);
-        }
-        self.range();
-        self.edge = edge;
-        bundle(&self.words[C::INPUTS..])
+        self.go_on()
     }
 
     #[inline]
     fn quiet(&self, input: &C::In<i64>) -> u64 {
-        if self.has_settled(input) { self.before(self.due.min(self.modulation.due())) } else { 0 }
+        if self.has_settled(input) { self.quiet_again(input) } else { 0 }
     }
 
     #[inline]
@@ -313,6 +334,18 @@ impl<C: LoopCircuit<N>, const N: usize> Wiring for CircuitLoop<C, N> {
             modulator.rest();
             self.modulation.wake(self.edge + 1);
         }
+    }
+
+    #[inline]
+    fn quiet_again(&self, input: &C::In<i64>) -> u64 {
+        debug_assert!(!self.settled || self.has_settled(input));
+        if self.settled { self.before(self.due.min(self.modulation.due())) } else { 0 }
+    }
+
+    #[inline]
+    fn tick_again(&mut self, input: C::In<i64>) -> C::Out<i64> {
+        debug_assert!(!self.settled || self.has_settled(&input));
+        if self.settled { self.go_on() } else { self.tick(input) }
     }
 
     #[inline]
