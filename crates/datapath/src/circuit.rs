@@ -30,12 +30,6 @@ impl Lost {
         *self = Self { rounded: put(self.rounded, made.rounded), overflowed: put(self.overflowed, made.overflowed) };
     }
 
-    /// Returns the net if its word lost other bits than these.
-    #[inline]
-    pub(crate) fn differs(&self, net: usize, made: &Narrowed) -> Set {
-        Set::from(self.of(net) != (made.rounded, made.overflowed)) << net
-    }
-
     /// Returns whether the word of a net was rounded, and whether it overflowed.
     #[inline]
     pub(crate) fn of(&self, net: usize) -> (bool, bool) {
@@ -99,15 +93,13 @@ impl<I: Copy> Pace<I> {
         self.reached = edge;
     }
 
-    /// Computes a block's outputs after an edge, if it is due.
+    /// Computes a block's outputs after an edge, which is the due one.
     #[inline]
-    pub(crate) fn tick<B: Block<In<i64> = I>>(&mut self, block: &mut B, edge: u64) -> Option<B::Out<i64>> {
-        (self.due <= edge).then(|| {
-            self.catch_up(block, edge - 1);
-            let out = block.tick(self.input);
-            self.come(block, edge);
-            out
-        })
+    pub(crate) fn tick<B: Block<In<i64> = I>>(&mut self, block: &mut B, edge: u64) -> B::Out<i64> {
+        self.catch_up(block, edge - 1);
+        let out = block.tick(self.input);
+        self.come(block, edge);
+        out
     }
 
     /// Lets a block see other inputs from the edge after this one on.
@@ -133,14 +125,14 @@ impl<I: Copy> Pace<I> {
 pub trait Circuit<const N: usize>: Clone {
     /// The number of nets.
     const COUNT: usize;
-    /// The nets with which others change between two edges, and those that then lose bits.
+    /// The ports of the blocks whose outputs follow their inputs between two edges.
     const FOLLOWED: Set;
     /// Applies one edge of reset to every clocked block; their outputs are 0 after it. Edges are counted from here.
     fn reset(&mut self);
-    /// Computes an edge of the clocked blocks that are due. Returns the nets whose words changed, or whose words lost
-    /// other bits than these.
-    fn tick(&mut self, edge: u64, words: &mut [i64; N], lost: &Lost) -> Set;
-    /// Lets the nets follow the inputs and registers, of which these have changed. Returns all nets that changed.
+    /// Computes an edge of the clocked blocks that are due. Returns the nets that changed.
+    fn tick(&mut self, edge: u64, words: &mut [i64; N], lost: &mut Lost) -> Set;
+    /// Lets the nets follow the inputs and registers, of which these have changed. Returns all nets that changed. Does
+    /// nothing unless one of [`FOLLOWED`](Circuit::FOLLOWED) has changed.
     fn follow(&mut self, edge: u64, changed: Set, words: &mut [i64; N], lost: &mut Lost) -> Set;
     /// Lets the clocked blocks see the nets, of which these have changed. Returns the next edge at which one of them is
     /// due.
@@ -200,8 +192,7 @@ macro_rules! circuit {
             const COUNT: usize = Self::NET.count;
             const FOLLOWED: $crate::circuit::Set = 0 $(
                 | if <$type as $crate::part::Part>::FOLLOWS $(&& $present)? $(&& !$absent)? {
-                    $crate::circuit::circuit!(@bits $($in $(: $at)? $(= $tied)?),*)
-                        | $crate::circuit::circuit!(@bits $($out $(: $to)?),*)
+                    $crate::circuit::circuit!(@bits $($in $(: $at)? $(= $tied)?,)* $($out $(: $to)?),*)
                 } else {
                     0
                 }
@@ -213,14 +204,20 @@ macro_rules! circuit {
             }
 
             #[inline]
-            fn tick(&mut self, edge: u64, words: &mut [i64; $most], lost: &$crate::circuit::Lost) -> $crate::circuit::Set {
+            fn tick(
+                &mut self,
+                edge: u64,
+                words: &mut [i64; $most],
+                lost: &mut $crate::circuit::Lost,
+            ) -> $crate::circuit::Set {
                 let mut changed = 0;
                 $(if <$type as $crate::Block>::CLOCKED $(&& $present)? $(&& !$absent)?
-                    && let Some($module::Out { $($out),* }) = self.paces.$label.tick(&mut self.$label, edge)
+                    && self.paces.$label.due() <= edge
                 {
+                    let $module::Out { $($out),* } = self.paces.$label.tick(&mut self.$label, edge);
                     $(changed |= $crate::circuit::put(words, $crate::circuit::circuit!(@net $out $($to)?), $out);)*
                     if let Some($module::Out { $($out),* }) = $crate::part::Part::hidden(&self.$label) {
-                        $(changed |= lost.differs($crate::circuit::circuit!(@net $out $($to)?), &$out);)*
+                        $(lost.note($crate::circuit::circuit!(@net $out $($to)?), &$out);)*
                     }
                 })*
                 changed
@@ -235,8 +232,7 @@ macro_rules! circuit {
                 lost: &mut $crate::circuit::Lost,
             ) -> $crate::circuit::Set {
                 $(if <$type as $crate::part::Part>::FOLLOWS $(&& $present)? $(&& !$absent)?
-                    && changed & ($crate::circuit::circuit!(@bits $($in $(: $at)? $(= $tied)?),*)
-                        | $crate::circuit::circuit!(@bits $($out $(: $to)?),*)) != 0
+                    && changed & $crate::circuit::circuit!(@bits $($in $(: $at)? $(= $tied)?,)* $($out $(: $to)?),*) != 0
                 {
                     if <$type as $crate::Block>::CLOCKED {
                         self.paces.$label.catch_up(&mut self.$label, edge);

@@ -101,18 +101,34 @@ impl<C: LoopCircuit<N>, const N: usize> CircuitLoop<C, N> {
         pwm::In { command: self.words[C::COUNT - 1] }
     }
 
-    /// Lets the nets follow the circuit's inputs and registers as they stand after an edge, and the clocked blocks see
-    /// the nets. These nets have changed.
-    #[inline(always)]
-    fn follow(&mut self, edge: u64, mut changed: Set) {
-        if changed & C::FOLLOWED != 0 {
-            let mut lost = self.lost;
-            changed = self.circuit.follow(edge, changed, &mut self.words, &mut lost);
-            if lost != self.lost {
-                self.count_lost();
-                self.lost = lost;
-            }
+    /// Computes an edge: ticks the blocks that are due and lets the nets follow.
+    #[inline(never)]
+    fn work(&mut self, edge: u64) {
+        let mut lost = self.lost;
+        // The modulator first: it must not see a new command before the edge after it.
+        if self.modulation.due() <= edge
+            && let Some(modulator) = self.circuit.modulator_mut()
+        {
+            let gates = self.modulation.tick(modulator, edge);
+            self.switch(&gates);
         }
+        let changed = self.circuit.tick(edge, &mut self.words, &mut lost);
+        self.follow(edge, changed, lost);
+        self.range();
+    }
+
+    /// Lets the nets follow the inputs and registers after an edge, and the clocked blocks see the nets. These nets have
+    /// changed, and `lost` are the losses so far.
+    #[inline]
+    fn follow(&mut self, edge: u64, mut changed: Set, mut lost: Lost) {
+        if changed & C::FOLLOWED != 0 {
+            changed = self.circuit.follow(edge, changed, &mut self.words, &mut lost);
+        }
+        if lost != self.lost {
+            self.count_lost();
+            self.lost = lost;
+        }
+        self.changed |= changed;
         self.due = self.circuit.look(edge, changed, &self.words);
         let command = self.at_modulator();
         if changed >> (C::COUNT - 1) & 1 == 1
@@ -120,7 +136,6 @@ impl<C: LoopCircuit<N>, const N: usize> CircuitLoop<C, N> {
         {
             self.modulation.look(modulator, edge, command);
         }
-        self.changed |= changed;
     }
 
     /// Lets the nets follow these inputs, and whatever else has changed.
@@ -132,7 +147,7 @@ impl<C: LoopCircuit<N>, const N: usize> CircuitLoop<C, N> {
             changed |= put(&mut self.words, net, word);
             net += 1;
         });
-        self.follow(self.edge, changed);
+        self.follow(self.edge, changed, self.lost);
     }
 
     /// Brings the meter of lost bits up to date.
@@ -164,44 +179,22 @@ impl<C: LoopCircuit<N>, const N: usize> CircuitLoop<C, N> {
         }
     }
 
-    /// Computes an edge with the inputs that the nets show.
-    #[inline]
+    /// Computes an edge with the inputs that the nets show. At most edges there is nothing to do.
+    #[inline(always)]
     fn go_on(&mut self) -> C::Out<i64> {
         let edge = self.edge + 1;
-        // The modulator first: it must not see a new command before the edge after it.
-        if self.modulation.due() <= edge {
-            self.tick_modulator(edge);
-        }
-        if self.due <= edge {
-            self.tick_circuit(edge);
-        }
-        if self.changed != 0 {
-            self.range();
+        if self.due <= edge || self.modulation.due() <= edge || self.changed != 0 {
+            self.work(edge);
         }
         self.edge = edge;
         bundle(&self.words[C::INPUTS..])
-    }
-
-    #[inline(never)]
-    fn tick_circuit(&mut self, edge: u64) {
-        let changed = self.circuit.tick(edge, &mut self.words, &self.lost);
-        self.follow(edge, changed);
-    }
-
-    #[inline(never)]
-    fn tick_modulator(&mut self, edge: u64) {
-        if let Some(modulator) = self.circuit.modulator_mut()
-            && let Some(gates) = self.modulation.tick(modulator, edge)
-        {
-            self.switch(&gates);
-        }
     }
 
     /// Extends the ranges of the changed nets by their words.
     #[inline]
     fn range(&mut self) {
         for net in members(self.changed) {
-            self.meter.range_from(net, &[self.words[net]]);
+            self.meter.range_of(net, self.words[net]);
         }
         self.changed = 0;
     }
@@ -211,9 +204,12 @@ impl<C: LoopCircuit<N>, const N: usize> CircuitLoop<C, N> {
 #[inline]
 fn members(mut set: Set) -> impl Iterator<Item = usize> {
     std::iter::from_fn(move || {
+        if set == 0 {
+            return None;
+        }
         let next = set.trailing_zeros() as usize;
-        set &= set.wrapping_sub(1);
-        (next < 64).then_some(next)
+        set &= set - 1;
+        Some(next)
     })
 }
 
@@ -257,7 +253,8 @@ impl<C: LoopCircuit<N>, const N: usize> Block for CircuitLoop<C, N> {
         self.modulation = Pace::default();
         (self.edge, self.counted) = (0, 0);
         self.words = [0; N];
-        self.follow(0, Set::MAX);
+        self.lost = Lost::default();
+        self.follow(0, Set::MAX, self.lost);
         self.changed = Set::MAX >> (64 - C::COUNT);
         self.settled = false;
         self.meter = Meter::default();
@@ -342,7 +339,7 @@ impl<C: LoopCircuit<N>, const N: usize> Wiring for CircuitLoop<C, N> {
         if self.settled { self.before(self.due.min(self.modulation.due())) } else { 0 }
     }
 
-    #[inline]
+    #[inline(always)]
     fn tick_again(&mut self, input: C::In<i64>) -> C::Out<i64> {
         debug_assert!(!self.settled || self.has_settled(&input));
         if self.settled { self.go_on() } else { self.tick(input) }
