@@ -101,26 +101,21 @@ impl<C: LoopCircuit<N>, const N: usize> CircuitLoop<C, N> {
         pwm::In { command: self.words[C::COUNT - 1] }
     }
 
-    /// Computes an edge: ticks the blocks that are due and lets the nets follow.
+    /// Ticks the blocks that are due at an edge, if that is asked for. Lets the nets follow, and the clocked blocks see
+    /// them, after the edge. These nets have changed before.
     #[inline(never)]
-    fn work(&mut self, edge: u64) {
+    fn work(&mut self, edge: u64, mut changed: Set, ticks: bool) {
         let mut lost = self.lost;
-        // The modulator first: it must not see a new command before the edge after it.
-        if self.modulation.due() <= edge
-            && let Some(modulator) = self.circuit.modulator_mut()
-        {
-            let gates = self.modulation.tick(modulator, edge);
-            self.switch(&gates);
+        if ticks {
+            // The modulator first: it must not see a new command before the edge after it.
+            if self.modulation.due() <= edge
+                && let Some(modulator) = self.circuit.modulator_mut()
+            {
+                let gates = self.modulation.tick(modulator, edge);
+                self.switch(&gates);
+            }
+            changed |= self.circuit.tick(edge, &mut self.words, &mut lost);
         }
-        let changed = self.circuit.tick(edge, &mut self.words, &mut lost);
-        self.follow(edge, changed, lost);
-        self.range();
-    }
-
-    /// Lets the nets follow the inputs and registers after an edge, and the clocked blocks see the nets. These nets have
-    /// changed, and `lost` are the losses so far.
-    #[inline]
-    fn follow(&mut self, edge: u64, mut changed: Set, mut lost: Lost) {
         if changed & C::FOLLOWED != 0 {
             changed = self.circuit.follow(edge, changed, &mut self.words, &mut lost);
         }
@@ -136,6 +131,9 @@ impl<C: LoopCircuit<N>, const N: usize> CircuitLoop<C, N> {
         {
             self.modulation.look(modulator, edge, command);
         }
+        if ticks {
+            self.range();
+        }
     }
 
     /// Lets the nets follow these inputs, and whatever else has changed.
@@ -147,7 +145,7 @@ impl<C: LoopCircuit<N>, const N: usize> CircuitLoop<C, N> {
             changed |= put(&mut self.words, net, word);
             net += 1;
         });
-        self.follow(self.edge, changed, self.lost);
+        self.work(self.edge, changed, false);
     }
 
     /// Brings the meter of lost bits up to date.
@@ -183,8 +181,10 @@ impl<C: LoopCircuit<N>, const N: usize> CircuitLoop<C, N> {
     #[inline(always)]
     fn go_on(&mut self) -> C::Out<i64> {
         let edge = self.edge + 1;
-        if self.due <= edge || self.modulation.due() <= edge || self.changed != 0 {
-            self.work(edge);
+        if self.due <= edge || self.modulation.due() <= edge {
+            self.work(edge, 0, true);
+        } else if self.changed != 0 {
+            self.range();
         }
         self.edge = edge;
         bundle(&self.words[C::INPUTS..])
@@ -254,7 +254,7 @@ impl<C: LoopCircuit<N>, const N: usize> Block for CircuitLoop<C, N> {
         (self.edge, self.counted) = (0, 0);
         self.words = [0; N];
         self.lost = Lost::default();
-        self.follow(0, Set::MAX, self.lost);
+        self.work(0, Set::MAX, false);
         self.changed = Set::MAX >> (64 - C::COUNT);
         self.settled = false;
         self.meter = Meter::default();
