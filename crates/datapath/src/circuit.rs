@@ -4,7 +4,8 @@
 //! clock edge, the settling of the combinational nets with the bits lost, and the instances, from which the VHDL of the
 //! method loops is generated.
 //!
-//! A clocked block of a circuit is not ticked at every edge. It has a [`Pace`], and stays behind while it is quiet.
+//! A clocked block of a circuit is not ticked at every edge: while its inputs stay and it is quiet, it lags behind. Its
+//! [`Pace`] brings it up to date.
 
 use hpu_signal::{Narrowed, Ports, Signal};
 
@@ -43,21 +44,21 @@ pub(crate) fn put<const N: usize>(words: &mut [i64; N], net: usize, word: i64) -
     Set::from(std::mem::replace(&mut words[net], word) != word) << net
 }
 
-/// How far a clocked block of a circuit has come. While its inputs stay and its outputs certainly stay, it is left
-/// behind; it is brought up to date at once where that ends.
+/// How far a clocked block of a circuit has come. The block lags behind while its inputs stay and its outputs certainly
+/// stay; it catches up by [`skip`](Block::skip). So an edge costs only the blocks that it concerns.
 ///
 /// Edges are counted from the reset on; the first is edge 1.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Pace<I> {
     /// The inputs that the block sees at each edge after `reached`.
     input: I,
-    /// The edge whose tick the block has behind it.
+    /// The edge up to which the block has been ticked.
     reached: u64,
     /// The next edge at which its outputs may change, if the inputs stay; [`NEVER`] if there is none.
     due: u64,
 }
 
-/// The edge that no run reaches.
+/// An edge that no run reaches.
 pub(crate) const NEVER: u64 = u64::MAX;
 
 impl<I: Ports<i64>> Default for Pace<I> {
@@ -80,7 +81,7 @@ impl<I: Copy> Pace<I> {
         self.reached == edge
     }
 
-    /// Makes an edge the next one at which the block must be ticked. It must not lie behind the present due edge.
+    /// Makes an edge the next one at which the block must be ticked. It must not be later than the present one.
     #[inline]
     pub(crate) fn wake(&mut self, edge: u64) {
         self.due = edge;
@@ -110,7 +111,7 @@ impl<I: Copy> Pace<I> {
         self.come(block, edge);
     }
 
-    /// Notes that a block has come to an edge, and finds when it is due.
+    /// Notes that a block has been ticked up to an edge, and finds when it is due.
     #[inline]
     pub(crate) fn come<B: Block<In<i64> = I>>(&mut self, block: &B, edge: u64) {
         self.reached = edge;
@@ -121,7 +122,7 @@ impl<I: Copy> Pace<I> {
 /// The blocks of a circuit with at most `N` nets. Its own inputs come first among the nets, then its outputs.
 ///
 /// At an edge, [`tick`](Circuit::tick), [`follow`](Circuit::follow) and [`look`](Circuit::look) are called one after
-/// the other; where nets change between two edges, `follow` and `look` with the edge before.
+/// the other. Where nets change between two edges, `follow` and `look` are called with the edge before.
 pub trait Circuit<const N: usize>: Clone {
     /// The number of nets.
     const COUNT: usize;
@@ -134,8 +135,7 @@ pub trait Circuit<const N: usize>: Clone {
     /// Lets the nets follow the inputs and registers, of which these have changed. Returns all nets that changed. Does
     /// nothing unless one of [`FOLLOWED`](Circuit::FOLLOWED) has changed.
     fn follow(&mut self, edge: u64, changed: Set, words: &mut [i64; N], lost: &mut Lost) -> Set;
-    /// Lets the clocked blocks see the nets, of which these have changed. Returns the next edge at which one of them is
-    /// due.
+    /// Lets the clocked blocks see the nets, of which these have changed. Returns the next edge at which a block is due.
     fn look(&mut self, edge: u64, changed: Set, words: &[i64; N]) -> u64;
     /// Returns the names of the nets.
     fn names() -> Vec<&'static str>;
@@ -232,7 +232,8 @@ macro_rules! circuit {
                 lost: &mut $crate::circuit::Lost,
             ) -> $crate::circuit::Set {
                 $(if <$type as $crate::part::Part>::FOLLOWS $(&& $present)? $(&& !$absent)?
-                    && changed & $crate::circuit::circuit!(@bits $($in $(: $at)? $(= $tied)?,)* $($out $(: $to)?),*) != 0
+                    && changed & $crate::circuit::circuit!(@bits
+                        $($in $(: $at)? $(= $tied)?,)* $($out $(: $to)?),*) != 0
                 {
                     if <$type as $crate::Block>::CLOCKED {
                         self.paces.$label.catch_up(&mut self.$label, edge);

@@ -63,6 +63,7 @@ pub struct CircuitLoop<C, const N: usize> {
     edge: u64,
     /// The next edge at which a block of the circuit is due.
     due: u64,
+    /// The pace of the modulator, if there is one.
     modulation: Pace<pwm::In<i64>>,
 }
 
@@ -101,8 +102,8 @@ impl<C: LoopCircuit<N>, const N: usize> CircuitLoop<C, N> {
         pwm::In { command: self.words[C::COUNT - 1] }
     }
 
-    /// Ticks the blocks that are due at an edge, if that is asked for. Lets the nets follow, and the clocked blocks see
-    /// them, after the edge. These nets have changed before.
+    /// Lets the nets follow these changed ones after an edge, and the clocked blocks see them. With `ticks`, it first
+    /// ticks the blocks that are due at the edge.
     #[inline(never)]
     fn work(&mut self, edge: u64, mut changed: Set, ticks: bool) {
         let mut lost = self.lost;
@@ -158,7 +159,7 @@ impl<C: LoopCircuit<N>, const N: usize> CircuitLoop<C, N> {
         self.counted = self.edge;
     }
 
-    /// Returns the number of edges from the present one to the one before that edge; `u64::MAX` before [`NEVER`].
+    /// Returns the number of edges that come before a due one; `u64::MAX` before [`NEVER`].
     #[inline]
     fn before(&self, due: u64) -> u64 {
         if due == NEVER { u64::MAX } else { due - self.edge - 1 }

@@ -27,8 +27,8 @@ pub(crate) const fn exact(word: i64) -> Narrowed {
     Narrowed { word, rounded: false, overflowed: false }
 }
 
-/// Registers: their outputs follow nothing between the edges. `registers!(block => outputs)` is for a block that
-/// loses bits: its outputs as they stand.
+/// Registers: their outputs follow nothing between the edges. `registers!(Block, self => outputs)` is for a block that
+/// loses bits, with its outputs as they stand.
 macro_rules! registers {
     ($($block:ident)*) => {
         $(impl $crate::part::Part for $block {
