@@ -135,7 +135,7 @@ pub trait Circuit<const N: usize>: Clone {
     /// Lets the nets follow the inputs and registers, of which these have changed. Returns all nets that changed. Does
     /// nothing unless one of [`FOLLOWED`](Circuit::FOLLOWED) has changed.
     fn follow(&mut self, edge: u64, changed: Set, words: &mut [i64; N], lost: &mut Lost) -> Set;
-    /// Lets the clocked blocks see the nets, of which these have changed. Returns the next edge at which a block is due.
+    /// Lets the clocked blocks see the nets, of which these have changed. Returns the next edge at which one is due.
     fn look(&mut self, edge: u64, changed: Set, words: &[i64; N]) -> u64;
     /// Returns the names of the nets.
     fn names() -> Vec<&'static str>;
