@@ -202,6 +202,57 @@ impl<'p> AxisWorld<'p> {
         self.plan();
     }
 
+    /// Tells the device outputs that it has not been told last, or a command.
+    #[inline(never)]
+    fn drive_anew(&mut self, out: LoopOut<i64>, words: &[i64]) {
+        let edge = self.edge;
+        let Some(device) = &mut self.device else {
+            return;
+        };
+        match self.plant.actuator {
+            Actuator::Switching => {
+                self.told = Some(out);
+                let switches = match &mut self.faults {
+                    None => out,
+                    Some(faults) => {
+                        let switches = faults.drive(out);
+                        self.over = self.over.or(faults.over());
+                        switches
+                    }
+                };
+                device.driven(edge, Drive::Gates(gates(switches)));
+            }
+            Actuator::Averaged { full_scale, .. } => {
+                let duty = words[self.command] as f64 / full_scale;
+                match &mut self.latch {
+                    None => device.driven(edge, Drive::Average(duty)),
+                    Some(latch) => {
+                        let before = latch.next;
+                        if let Some(given) = latch.give(edge, duty) {
+                            device.driven(edge, Drive::Average(given));
+                        }
+                        if latch.next != before {
+                            self.plan();
+                        }
+                    }
+                }
+            }
+            // As with a bridge, a positive command pushes against the positive direction.
+            Actuator::Amplified { quantum_n, .. } => {
+                let force_n = words[self.command] as f64 * quantum_n;
+                match &mut self.shaping {
+                    None => device.driven(edge, Drive::Current(-force_n)),
+                    Some(shaping) => {
+                        if let Some(shaped_n) = shaping.take(edge, force_n) {
+                            device.driven(edge, Drive::Current(-shaped_n));
+                            self.plan();
+                        }
+                    }
+                }
+            }
+        }
+    }
+
     /// Finds the next edge at which something is due.
     fn plan(&mut self) {
         let outside = match &self.plant.kind {
@@ -315,54 +366,10 @@ impl World for AxisWorld<'_> {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn drive(&mut self, out: LoopOut<i64>, words: &[i64]) {
-        let edge = self.edge;
-        let Some(device) = &mut self.device else {
-            return;
-        };
-        match self.plant.actuator {
-            Actuator::Switching if self.told == Some(out) => {}
-            Actuator::Switching => {
-                self.told = Some(out);
-                let switches = match &mut self.faults {
-                    None => out,
-                    Some(faults) => {
-                        let switches = faults.drive(out);
-                        self.over = self.over.or(faults.over());
-                        switches
-                    }
-                };
-                device.driven(edge, Drive::Gates(gates(switches)));
-            }
-            Actuator::Averaged { full_scale, .. } => {
-                let duty = words[self.command] as f64 / full_scale;
-                match &mut self.latch {
-                    None => device.driven(edge, Drive::Average(duty)),
-                    Some(latch) => {
-                        let before = latch.next;
-                        if let Some(given) = latch.give(edge, duty) {
-                            device.driven(edge, Drive::Average(given));
-                        }
-                        if latch.next != before {
-                            self.plan();
-                        }
-                    }
-                }
-            }
-            // As with a bridge, a positive command pushes against the positive direction.
-            Actuator::Amplified { quantum_n, .. } => {
-                let force_n = words[self.command] as f64 * quantum_n;
-                match &mut self.shaping {
-                    None => device.driven(edge, Drive::Current(-force_n)),
-                    Some(shaping) => {
-                        if let Some(shaped_n) = shaping.take(edge, force_n) {
-                            device.driven(edge, Drive::Current(-shaped_n));
-                            self.plan();
-                        }
-                    }
-                }
-            }
+        if self.told != Some(out) {
+            self.drive_anew(out, words);
         }
     }
 

@@ -185,7 +185,8 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
         self.world.sense();
         self.world.place(&mut self.input);
         self.edge = edge;
-        self.tick(observer);
+        let out = self.wiring.tick(self.input);
+        self.ticked(out, observer);
     }
 
     /// Leaps to the next edge at which anything happens, in the world or in the datapath, or to `end`. A change of the
@@ -206,11 +207,12 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
             self.pass(repeat);
         }
         // Until a pin changes, the first edge that must be ticked is the edge after the quiet ones.
-        let quiet = self.wiring.quiet(&self.input);
+        let quiet = self.wiring.quiet_again(&self.input);
         if quiet == 0 && ahead.is_none() && self.world.coast() {
             self.rows.log(&self.world, self.edge, observer);
             self.edge += 1;
-            return self.tick(observer);
+            let out = self.wiring.tick_again(self.input);
+            return self.ticked(out, observer);
         }
         let due = self.edge.saturating_add(quiet).saturating_add(1);
         if ahead.is_none() {
@@ -223,11 +225,13 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
         let edge = self.world.edge();
         let mut input = self.input;
         self.world.place(&mut input);
-        if input != self.input || edge == due {
+        let changes = input != self.input;
+        if changes || edge == due {
             self.wiring.skip(edge - 1 - self.edge, &self.input);
             self.input = input;
             self.edge = edge;
-            self.tick(observer);
+            let out = if changes { self.wiring.tick(input) } else { self.wiring.tick_again(input) };
+            self.ticked(out, observer);
         } else if edge == end || self.world.over().is_some() {
             self.wiring.skip(edge - self.edge, &self.input);
             self.edge = edge;
@@ -254,9 +258,9 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
         }
     }
 
+    /// Takes the outputs of an edge that was ticked.
     #[inline(always)]
-    fn tick<O: Observe>(&mut self, observer: &mut O) {
-        let out = self.wiring.tick(self.input);
+    fn ticked<O: Observe>(&mut self, out: E::Out, observer: &mut O) {
         let words = self.wiring.words();
         self.ticks += 1;
         let changed = out != self.out;

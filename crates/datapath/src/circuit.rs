@@ -1,10 +1,13 @@
 //! Circuits: the blocks of a wiring and the nets between them, described once.
 //!
 //! `circuit!` makes of a description what a loop needs of it: the struct of the blocks, the index of each net, one
-//! clock edge, `quiet` and `skip`, the settling of the combinational nets with the bits lost, and the instances, from
-//! which the VHDL of the method loops is generated.
+//! clock edge, the settling of the combinational nets with the bits lost, and the instances, from which the VHDL of the
+//! method loops is generated.
+//!
+//! A clocked block of a circuit is not ticked at every edge: while its inputs stay and it is quiet, it lags behind. Its
+//! [`Pace`] brings it up to date.
 
-use hpu_signal::{Narrowed, Signal};
+use hpu_signal::{Narrowed, Ports, Signal};
 
 use crate::{AnyBlock, Block, Connection, Instance};
 
@@ -41,22 +44,99 @@ pub(crate) fn put<const N: usize>(words: &mut [i64; N], net: usize, word: i64) -
     Set::from(std::mem::replace(&mut words[net], word) != word) << net
 }
 
+/// How far a clocked block of a circuit has come. The block lags behind while its inputs stay and its outputs certainly
+/// stay; it catches up by [`skip`](Block::skip). So an edge costs only the blocks that it concerns.
+///
+/// Edges are counted from the reset on; the first is edge 1.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Pace<I> {
+    /// The inputs that the block sees at each edge after `reached`.
+    input: I,
+    /// The edge up to which the block has been ticked.
+    reached: u64,
+    /// The next edge at which its outputs may change, if the inputs stay; [`NEVER`] if there is none.
+    due: u64,
+}
+
+/// An edge that no run reaches.
+pub(crate) const NEVER: u64 = u64::MAX;
+
+impl<I: Ports<i64>> Default for Pace<I> {
+    /// Returns the pace of a block that has just been reset and must [`look`](Self::look) at its inputs yet.
+    fn default() -> Self {
+        Self { input: I::build(|| 0), reached: 0, due: NEVER }
+    }
+}
+
+impl<I: Copy> Pace<I> {
+    /// Returns the next edge at which the block must be ticked.
+    #[inline]
+    pub(crate) fn due(&self) -> u64 {
+        self.due
+    }
+
+    /// Returns whether the block has come to this edge and does not lag behind.
+    #[inline]
+    pub(crate) fn is_at(&self, edge: u64) -> bool {
+        self.reached == edge
+    }
+
+    /// Makes an edge the next one at which the block must be ticked. It must not be later than the present one.
+    #[inline]
+    pub(crate) fn wake(&mut self, edge: u64) {
+        self.due = edge;
+    }
+
+    /// Brings a block up to date with an edge before the due one.
+    #[inline]
+    pub(crate) fn catch_up<B: Block<In<i64> = I>>(&mut self, block: &mut B, edge: u64) {
+        block.skip(edge - self.reached, &self.input);
+        self.reached = edge;
+    }
+
+    /// Computes a block's outputs after an edge, which is the due one.
+    #[inline]
+    pub(crate) fn tick<B: Block<In<i64> = I>>(&mut self, block: &mut B, edge: u64) -> B::Out<i64> {
+        self.catch_up(block, edge - 1);
+        let out = block.tick(self.input);
+        self.come(block, edge);
+        out
+    }
+
+    /// Lets a block see other inputs from the edge after this one on.
+    #[inline]
+    pub(crate) fn look<B: Block<In<i64> = I>>(&mut self, block: &mut B, edge: u64, input: I) {
+        self.catch_up(block, edge);
+        self.input = input;
+        self.come(block, edge);
+    }
+
+    /// Notes that a block has been ticked up to an edge, and finds when it is due.
+    #[inline]
+    pub(crate) fn come<B: Block<In<i64> = I>>(&mut self, block: &B, edge: u64) {
+        self.reached = edge;
+        self.due = block.quiet(&self.input).saturating_add(edge + 1);
+    }
+}
+
 /// The blocks of a circuit with at most `N` nets. Its own inputs come first among the nets, then its outputs.
+///
+/// At an edge, [`tick`](Circuit::tick), [`follow`](Circuit::follow) and [`look`](Circuit::look) are called one after
+/// the other. Where nets change between two edges, `follow` and `look` are called with the edge before.
 pub trait Circuit<const N: usize>: Clone {
     /// The number of nets.
     const COUNT: usize;
-    /// Applies one edge of reset to every clocked block; their outputs are 0 after it.
+    /// The ports of the blocks whose outputs follow their inputs between two edges.
+    const FOLLOWED: Set;
+    /// Applies one edge of reset to every clocked block; their outputs are 0 after it. Edges are counted from here.
     fn reset(&mut self);
-    /// Computes one edge of the clocked blocks, which all read the nets as they stand. Returns the nets that changed.
-    fn tick(&mut self, words: &mut [i64; N]) -> Set;
-    /// Returns whether a clocked block has lost other bits than these, which its outputs need not show.
-    fn hides(&self, lost: &Lost) -> bool;
-    /// Lets the nets follow the inputs and registers, of which these have changed. Returns all nets that changed.
-    fn follow(&mut self, changed: Set, words: &mut [i64; N], lost: &mut Lost) -> Set;
-    /// Returns for how many edges all clocked blocks are quiet.
-    fn quiet(&self, words: &[i64; N]) -> u64;
-    /// Skips that many edges of all clocked blocks.
-    fn skip(&mut self, edges: u64, words: &[i64; N]);
+    /// Computes an edge of the clocked blocks that are due. Returns the nets that changed.
+    fn tick(&mut self, edge: u64, words: &mut [i64; N], lost: &mut Lost) -> Set;
+    /// Lets the nets follow the inputs and registers, of which these have changed. Returns all nets that changed. Does
+    /// nothing unless one of [`FOLLOWED`](Circuit::FOLLOWED) has changed.
+    fn follow(&mut self, edge: u64, changed: Set, words: &mut [i64; N], lost: &mut Lost) -> Set;
+    /// Lets the clocked blocks see the nets, of which these have changed. Returns the next edge at which one is due.
+    fn look(&mut self, edge: u64, changed: Set, words: &[i64; N]) -> u64;
     /// Returns the names of the nets.
     fn names() -> Vec<&'static str>;
     /// Returns the instances, in the order of the description.
@@ -86,9 +166,14 @@ macro_rules! circuit {
         $(#[$meta])*
         #[derive(Clone, PartialEq, Eq, Debug)]
         pub struct $name<$($declared)*> {
+            pub(crate) paces: Paces,
             $(pub(crate) $field: $kind,)*
             $(pub(crate) $label: $type,)*
         }
+
+        /// The pace of each clocked block; those of other blocks stay as they are.
+        #[derive(Clone, PartialEq, Eq, Debug, Default)]
+        pub(crate) struct Paces { $($label: $crate::circuit::Pace<$module::In<i64>>,)* }
 
         /// The index of each net, and their number.
         #[derive(Clone, Copy)]
@@ -105,93 +190,83 @@ macro_rules! circuit {
 
         impl<$($declared)*> $crate::circuit::Circuit<$most> for $name<$($given)*> {
             const COUNT: usize = Self::NET.count;
+            const FOLLOWED: $crate::circuit::Set = 0 $(
+                | if <$type as $crate::part::Part>::FOLLOWS $(&& $present)? $(&& !$absent)? {
+                    $crate::circuit::circuit!(@bits $($in $(: $at)? $(= $tied)?,)* $($out $(: $to)?),*)
+                } else {
+                    0
+                }
+            )*;
 
             fn reset(&mut self) {
                 $(self.$label.reset();)*
+                self.paces = Paces::default();
             }
 
             #[inline]
-            fn tick(&mut self, words: &mut [i64; $most]) -> $crate::circuit::Set {
-                $(let $label = (<$type as $crate::Block>::CLOCKED $(&& $present)? $(&& !$absent)?).then(|| {
-                    self.$label.tick($module::In {
-                        $($in: $crate::circuit::circuit!(@read words $in $(: $at)? $(= $tied)?)),*
-                    })
-                });)*
-                // At most edges, no output changes.
-                let mut differs = 0;
-                $(if let Some($module::Out { $($out),* }) = &$label {
-                    $(differs |= words[$crate::circuit::circuit!(@net $out $($to)?)] ^ $out;)*
-                })*
-                if differs == 0 {
-                    return 0;
-                }
-                let mut changed = 0;
-                $(if let Some($module::Out { $($out),* }) = $label {
-                    $(changed |= $crate::circuit::put(words, $crate::circuit::circuit!(@net $out $($to)?), $out);)*
-                })*
-                changed
-            }
-
-            #[inline]
-            fn hides(&self, lost: &$crate::circuit::Lost) -> bool {
-                let differs = false;
-                $(let differs = differs || true $(&& $present)? $(&& !$absent)?
-                    && $crate::part::Part::hidden(&self.$label).is_some_and(|$module::Out { $($out),* }| {
-                        false $(||
-                            lost.of($crate::circuit::circuit!(@net $out $($to)?)) != ($out.rounded, $out.overflowed))*
-                    });)*
-                differs
-            }
-
-            #[inline(always)]
-            fn follow(
+            fn tick(
                 &mut self,
-                mut changed: $crate::circuit::Set,
+                edge: u64,
                 words: &mut [i64; $most],
                 lost: &mut $crate::circuit::Lost,
             ) -> $crate::circuit::Set {
-                $(if <$type as $crate::part::Part>::FOLLOWS $(&& $present)? $(&& !$absent)? {
-                    let at = 0 $(| $crate::circuit::circuit!(@bit $in $(: $at)? $(= $tied)?))*
-                        $(| $crate::circuit::circuit!(@bit $out $(: $to)?))*;
-                    if changed & at != 0 || $crate::part::Part::hidden(&self.$label).is_some() {
-                        let input = $module::In {
-                            $($in: $crate::circuit::circuit!(@read words $in $(: $at)? $(= $tied)?)),*
-                        };
-                        let shown = $module::Out { $($out: words[$crate::circuit::circuit!(@net $out $($to)?)]),* };
-                        let $module::Out { $($out),* } = $crate::part::Part::follow(&mut self.$label, &input, shown);
-                        $(
-                            let net = $crate::circuit::circuit!(@net $out $($to)?);
-                            changed |= $crate::circuit::put(words, net, $out.word);
-                            lost.note(net, &$out);
-                        )*
+                let mut changed = 0;
+                $(if <$type as $crate::Block>::CLOCKED $(&& $present)? $(&& !$absent)?
+                    && self.paces.$label.due() <= edge
+                {
+                    let $module::Out { $($out),* } = self.paces.$label.tick(&mut self.$label, edge);
+                    $(changed |= $crate::circuit::put(words, $crate::circuit::circuit!(@net $out $($to)?), $out);)*
+                    if let Some($module::Out { $($out),* }) = $crate::part::Part::hidden(&self.$label) {
+                        $(lost.note($crate::circuit::circuit!(@net $out $($to)?), &$out);)*
                     }
                 })*
                 changed
             }
 
-            #[inline]
-            fn quiet(&self, words: &[i64; $most]) -> u64 {
-                let least = u64::MAX;
-                // A block that changes at the next edge decides: the others need not be asked.
-                $(let least = if <$type as $crate::Block>::CLOCKED $(&& $present)? $(&& !$absent)? && least != 0 {
+            #[inline(always)]
+            fn follow(
+                &mut self,
+                edge: u64,
+                mut changed: $crate::circuit::Set,
+                words: &mut [i64; $most],
+                lost: &mut $crate::circuit::Lost,
+            ) -> $crate::circuit::Set {
+                $(if <$type as $crate::part::Part>::FOLLOWS $(&& $present)? $(&& !$absent)?
+                    && changed & $crate::circuit::circuit!(@bits
+                        $($in $(: $at)? $(= $tied)?,)* $($out $(: $to)?),*) != 0
+                {
+                    if <$type as $crate::Block>::CLOCKED {
+                        self.paces.$label.catch_up(&mut self.$label, edge);
+                    }
                     let input = $module::In {
                         $($in: $crate::circuit::circuit!(@read words $in $(: $at)? $(= $tied)?)),*
                     };
-                    least.min(self.$label.quiet(&input))
-                } else {
-                    least
-                };)*
-                least
+                    let shown = $module::Out { $($out: words[$crate::circuit::circuit!(@net $out $($to)?)]),* };
+                    let $module::Out { $($out),* } = $crate::part::Part::follow(&mut self.$label, &input, shown);
+                    $(
+                        let net = $crate::circuit::circuit!(@net $out $($to)?);
+                        changed |= $crate::circuit::put(words, net, $out.word);
+                        lost.note(net, &$out);
+                    )*
+                })*
+                changed
             }
 
             #[inline]
-            fn skip(&mut self, edges: u64, words: &[i64; $most]) {
-                $(if <$type as $crate::Block>::CLOCKED $(&& $present)? $(&& !$absent)? {
-                    let input = $module::In {
-                        $($in: $crate::circuit::circuit!(@read words $in $(: $at)? $(= $tied)?)),*
-                    };
-                    self.$label.skip(edges, &input);
-                })*
+            fn look(&mut self, edge: u64, changed: $crate::circuit::Set, words: &[i64; $most]) -> u64 {
+                let due = $crate::circuit::NEVER;
+                $(let due = if <$type as $crate::Block>::CLOCKED $(&& $present)? $(&& !$absent)? {
+                    if changed & $crate::circuit::circuit!(@bits $($in $(: $at)? $(= $tied)?),*) != 0 {
+                        let input = $module::In {
+                            $($in: $crate::circuit::circuit!(@read words $in $(: $at)? $(= $tied)?)),*
+                        };
+                        self.paces.$label.look(&mut self.$label, edge, input);
+                    }
+                    due.min(self.paces.$label.due())
+                } else {
+                    due
+                };)*
+                due
             }
 
             fn names() -> Vec<&'static str> {
@@ -226,6 +301,9 @@ macro_rules! circuit {
         $words[$crate::circuit::circuit!(@net $port $($net)?)]
     };
     (@read $words:ident $port:ident = $tied:literal) => { $tied };
+    (@bits $($port:ident $(: $net:ident)? $(= $tied:literal)?),*) => {
+        (0 $(| $crate::circuit::circuit!(@bit $port $(: $net)? $(= $tied)?))*)
+    };
     (@bit $port:ident $(: $net:ident)?) => { 1 << $crate::circuit::circuit!(@net $port $($net)?) };
     (@bit $port:ident = $tied:literal) => { 0 };
     (@wire $port:ident $(: $net:ident)?) => {

@@ -2,7 +2,7 @@
 
 use hpu_signal::{Meter, Ports, Signal, SignalUse};
 
-use crate::circuit::{Circuit, Lost, Set, driven, instance, put};
+use crate::circuit::{Circuit, Lost, NEVER, Pace, Set, driven, instance, put};
 use crate::{AxisWiring, Block, Generic, Instance, Loaded, LoopIn, LoopOut, Parts, Pwm, Repeat, Wiring, flatten, pwm};
 
 /// The circuit of a loop. Its inputs are those of the loop, then come the loop's outputs.
@@ -37,9 +37,9 @@ pub trait LoopCircuit<const N: usize>: Circuit<N> {
 
 /// The circuit of an axis, up to the command of its modulator.
 pub trait AxisCircuit<const N: usize>: LoopCircuit<N, In<i64> = LoopIn<i64>, Out<i64> = LoopOut<i64>> {
-    /// Sets the counter to a position, and its net to the counter's word unless the front that contains both does that.
-    /// Returns the net, if it may change.
-    fn load(&mut self, position: i64, words: &mut [i64; N]) -> Set;
+    /// Sets the counter to a position after an edge, and its net to the counter's word unless the front that contains
+    /// both does that. Returns the net, if it may change.
+    fn load(&mut self, edge: u64, position: i64, words: &mut [i64; N]) -> Set;
 }
 
 /// A circuit with its words.
@@ -56,16 +56,32 @@ pub struct CircuitLoop<C, const N: usize> {
     meter: Meter<N>,
     /// The nets whose ranges do not contain their words yet.
     changed: Set,
-    /// The losses of the nets, and the number of edges with these losses that the meter has not counted yet.
+    /// The losses of the nets, and the edge up to which the meter has counted them.
     lost: Lost,
-    standing: u64,
+    counted: u64,
+    /// The edge after which the words are these; the first is edge 1.
+    edge: u64,
+    /// The next edge at which a block of the circuit is due.
+    due: u64,
+    /// The pace of the modulator, if there is one.
+    modulation: Pace<pwm::In<i64>>,
 }
 
 impl<C: LoopCircuit<N>, const N: usize> CircuitLoop<C, N> {
     /// Returns a loop in its state after reset.
     pub(crate) fn of(circuit: C) -> Self {
-        let (meter, lost) = (Meter::default(), Lost::default());
-        let mut wiring = Self { circuit, settled: false, words: [0; N], meter, changed: 0, lost, standing: 0 };
+        let mut wiring = Self {
+            circuit,
+            settled: false,
+            words: [0; N],
+            meter: Meter::default(),
+            changed: 0,
+            lost: Lost::default(),
+            counted: 0,
+            edge: 0,
+            due: NEVER,
+            modulation: Pace::default(),
+        };
         wiring.reset();
         wiring
     }
@@ -86,19 +102,43 @@ impl<C: LoopCircuit<N>, const N: usize> CircuitLoop<C, N> {
         pwm::In { command: self.words[C::COUNT - 1] }
     }
 
-    /// Lets the nets follow the circuit's inputs and registers, of which these have changed.
-    #[inline(always)]
-    fn follow(&mut self, changed: Set) {
+    /// Lets the nets follow these changed ones after an edge, and the clocked blocks see them. With `ticks`, it first
+    /// ticks the blocks that are due at the edge.
+    #[inline(never)]
+    fn work(&mut self, edge: u64, mut changed: Set, ticks: bool) {
         let mut lost = self.lost;
-        self.changed |= self.circuit.follow(changed, &mut self.words, &mut lost);
+        if ticks {
+            // The modulator first: it must not see a new command before the edge after it.
+            if self.modulation.due() <= edge
+                && let Some(modulator) = self.circuit.modulator_mut()
+            {
+                let gates = self.modulation.tick(modulator, edge);
+                self.switch(&gates);
+            }
+            changed |= self.circuit.tick(edge, &mut self.words, &mut lost);
+        }
+        if changed & C::FOLLOWED != 0 {
+            changed = self.circuit.follow(edge, changed, &mut self.words, &mut lost);
+        }
         if lost != self.lost {
             self.count_lost();
             self.lost = lost;
         }
+        self.changed |= changed;
+        self.due = self.circuit.look(edge, changed, &self.words);
+        let command = self.at_modulator();
+        if changed >> (C::COUNT - 1) & 1 == 1
+            && let Some(modulator) = self.circuit.modulator_mut()
+        {
+            self.modulation.look(modulator, edge, command);
+        }
+        if ticks {
+            self.range();
+        }
     }
 
     /// Lets the nets follow these inputs, and whatever else has changed.
-    #[inline]
+    #[inline(never)]
     fn take_in(&mut self, input: &C::In<i64>, mut changed: Set) {
         self.settled = true;
         let mut net = 0;
@@ -106,7 +146,7 @@ impl<C: LoopCircuit<N>, const N: usize> CircuitLoop<C, N> {
             changed |= put(&mut self.words, net, word);
             net += 1;
         });
-        self.follow(changed);
+        self.work(self.edge, changed, false);
     }
 
     /// Brings the meter of lost bits up to date.
@@ -114,9 +154,15 @@ impl<C: LoopCircuit<N>, const N: usize> CircuitLoop<C, N> {
         let Lost { rounded, overflowed } = self.lost;
         for net in members(rounded | overflowed) {
             let (rounded, overflowed) = self.lost.of(net);
-            self.meter.lost(net, rounded, overflowed, self.standing);
+            self.meter.lost(net, rounded, overflowed, self.edge - self.counted);
         }
-        self.standing = 0;
+        self.counted = self.edge;
+    }
+
+    /// Returns the number of edges that come before a due one; `u64::MAX` before [`NEVER`].
+    #[inline]
+    fn before(&self, due: u64) -> u64 {
+        if due == NEVER { u64::MAX } else { due - self.edge - 1 }
     }
 
     /// Puts words of the modulator on the outputs' nets.
@@ -132,11 +178,24 @@ impl<C: LoopCircuit<N>, const N: usize> CircuitLoop<C, N> {
         }
     }
 
+    /// Computes an edge with the inputs that the nets show. At most edges there is nothing to do.
+    #[inline(always)]
+    fn go_on(&mut self) -> C::Out<i64> {
+        let edge = self.edge + 1;
+        if self.due <= edge || self.modulation.due() <= edge {
+            self.work(edge, 0, true);
+        } else if self.changed != 0 {
+            self.range();
+        }
+        self.edge = edge;
+        bundle(&self.words[C::INPUTS..])
+    }
+
     /// Extends the ranges of the changed nets by their words.
     #[inline]
     fn range(&mut self) {
         for net in members(self.changed) {
-            self.meter.range_from(net, &[self.words[net]]);
+            self.meter.range_of(net, self.words[net]);
         }
         self.changed = 0;
     }
@@ -146,9 +205,12 @@ impl<C: LoopCircuit<N>, const N: usize> CircuitLoop<C, N> {
 #[inline]
 fn members(mut set: Set) -> impl Iterator<Item = usize> {
     std::iter::from_fn(move || {
+        if set == 0 {
+            return None;
+        }
         let next = set.trailing_zeros() as usize;
-        set &= set.wrapping_sub(1);
-        (next < 64).then_some(next)
+        set &= set - 1;
+        Some(next)
     })
 }
 
@@ -189,12 +251,14 @@ impl<C: LoopCircuit<N>, const N: usize> Block for CircuitLoop<C, N> {
         if let Some(modulator) = self.circuit.modulator_mut() {
             modulator.reset();
         }
+        self.modulation = Pace::default();
+        (self.edge, self.counted) = (0, 0);
         self.words = [0; N];
-        self.follow(Set::MAX);
+        self.lost = Lost::default();
+        self.work(0, Set::MAX, false);
         self.changed = Set::MAX >> (64 - C::COUNT);
         self.settled = false;
         self.meter = Meter::default();
-        self.standing = 0;
         C::Out::build(|| 0)
     }
 
@@ -204,43 +268,18 @@ impl<C: LoopCircuit<N>, const N: usize> Block for CircuitLoop<C, N> {
             // As in VHDL, the registers see the combinational nets that result from the new inputs.
             self.take_in(&input, 0);
         }
-        let command = self.at_modulator();
-        let changed = self.circuit.tick(&mut self.words);
-        if changed != 0 || self.circuit.hides(&self.lost) {
-            self.follow(changed);
-        }
-        if let Some(modulator) = self.circuit.modulator_mut() {
-            let gates = modulator.tick(command);
-            self.switch(&gates);
-        }
-        self.range();
-        self.standing += 1;
-        bundle(&self.words[C::INPUTS..])
+        self.go_on()
     }
 
     #[inline]
     fn quiet(&self, input: &C::In<i64>) -> u64 {
-        if !self.has_settled(input) {
-            return 0;
-        }
-        match (self.circuit.quiet(&self.words), self.circuit.modulator()) {
-            (quiet @ 1.., Some(modulator)) => quiet.min(modulator.quiet(&self.at_modulator())),
-            (quiet, _) => quiet,
-        }
+        if self.has_settled(input) { self.quiet_again(input) } else { 0 }
     }
 
     #[inline]
     fn skip(&mut self, edges: u64, input: &C::In<i64>) {
         debug_assert!(edges <= self.quiet(input));
-        if edges == 0 {
-            return;
-        }
-        let command = self.at_modulator();
-        self.circuit.skip(edges, &self.words);
-        if let Some(modulator) = self.circuit.modulator_mut() {
-            modulator.skip(edges, &command);
-        }
-        self.standing = self.standing.saturating_add(edges);
+        self.edge = self.edge.saturating_add(edges);
     }
 }
 
@@ -251,7 +290,7 @@ impl<C: AxisCircuit<N>, const N: usize> AxisWiring for CircuitLoop<C, N> {
 impl<C: AxisCircuit<N>, const N: usize> Loaded for CircuitLoop<C, N> {
     #[inline]
     fn load(&mut self, position: i64, input: &LoopIn<i64>) {
-        let changed = self.circuit.load(position, &mut self.words);
+        let changed = self.circuit.load(self.edge, position, &mut self.words);
         self.take_in(input, changed);
     }
 }
@@ -291,28 +330,42 @@ impl<C: LoopCircuit<N>, const N: usize> Wiring for CircuitLoop<C, N> {
     fn rest_modulator(&mut self) {
         if let Some(modulator) = self.circuit.modulator_mut() {
             modulator.rest();
+            self.modulation.wake(self.edge + 1);
         }
     }
 
     #[inline]
+    fn quiet_again(&self, input: &C::In<i64>) -> u64 {
+        debug_assert!(!self.settled || self.has_settled(input));
+        if self.settled { self.before(self.due.min(self.modulation.due())) } else { 0 }
+    }
+
+    #[inline(always)]
+    fn tick_again(&mut self, input: C::In<i64>) -> C::Out<i64> {
+        debug_assert!(!self.settled || self.has_settled(&input));
+        if self.settled { self.go_on() } else { self.tick(input) }
+    }
+
+    #[inline]
     fn repeats(&self, input: &C::In<i64>) -> Option<Repeat<C::Out<i64>>> {
-        let Repeat { period, first, others, .. } = self.circuit.modulator()?.repeats(&self.at_modulator())?;
+        let modulator = self.circuit.modulator().filter(|_| self.modulation.is_at(self.edge))?;
+        let Repeat { period, first, others, .. } = modulator.repeats(&self.at_modulator())?;
         let pwm::Out { a_high, a_low, b_high, b_low } = others;
-        let edges = if self.has_settled(input) { self.circuit.quiet(&self.words) } else { 0 };
+        let edges = if self.has_settled(input) { self.before(self.due) } else { 0 };
         Some(Repeat { period, first, others: bundle(&[a_high, a_low, b_high, b_low]), edges })
     }
 
     #[inline]
     fn skip_repeats(&mut self, edges: u64, _: &C::In<i64>) {
-        self.circuit.skip(edges, &self.words);
+        self.edge = self.edge.saturating_add(edges);
         let modulator = self.circuit.modulator_mut().expect("only a modulator repeats");
         let (between, last) = (modulator.pause(), modulator.skip_repeats(edges));
+        self.modulation.come(modulator, self.edge);
         self.switch(&between);
         self.range();
         self.switch(&last);
         // The range contains these words: a period has begun with them.
         self.changed = 0;
-        self.standing = self.standing.saturating_add(edges);
     }
 
     fn uses(&self) -> Vec<SignalUse> {

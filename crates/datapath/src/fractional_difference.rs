@@ -26,7 +26,6 @@ use crate::config::within;
 use crate::history::History;
 use crate::law::ZERO;
 use crate::listed::{Given, Listed};
-use crate::part::Part;
 use crate::phantom::words::{accept, natural, parts};
 use crate::{Block, ConfigError, Generic, Register, Rom, Step};
 
@@ -351,14 +350,4 @@ impl Listed for FractionalDifference {
     }
 }
 
-impl Part for FractionalDifference {
-    #[inline]
-    fn follow(&mut self, _: &Self::In<i64>, _: Self::Out<i64>) -> Self::Out<Narrowed> {
-        Out { y: self.latest }
-    }
-
-    #[inline]
-    fn hidden(&self) -> Option<Self::Out<Narrowed>> {
-        Some(Out { y: self.latest })
-    }
-}
+crate::part::registers!(FractionalDifference, self => Out { y: self.latest });

@@ -77,6 +77,7 @@ impl<const HELD: bool> HapticLoop<HELD> {
         let overflow = if config.saturate { Overflow::Saturate } else { Overflow::Wrap };
         let multiplier = |a, b, out| TruncatingMultiplier::new(a, b, out, overflow);
         let circuit = HapticCircuit {
+            paces: Paces::default(),
             config,
             velocity_reg: VelocityRegister::new(velocity)?,
             sync: Synchronizer::new(),
@@ -150,7 +151,8 @@ impl<const HELD: bool> LoopCircuit<25> for HapticCircuit<HELD> {
 
 impl<const HELD: bool> AxisCircuit<25> for HapticCircuit<HELD> {
     #[inline]
-    fn load(&mut self, position: i64, words: &mut [i64; 25]) -> Set {
+    fn load(&mut self, edge: u64, position: i64, words: &mut [i64; 25]) -> Set {
+        self.paces.counter.catch_up(&mut self.counter, edge);
         put(words, Self::NET.position, self.counter.load(position))
     }
 }

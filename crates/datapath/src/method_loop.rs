@@ -86,6 +86,7 @@ impl<L: Law> MethodLoop<L> {
         }
         let shaper = InputShaperConfig { torque_width, period_width: widths.period_width, shaping };
         let circuit = MethodCircuit {
+            paces: Paces::default(),
             config,
             front: AxisFront::new(widths.width)?,
             shaper: InputShaper::new(shaper)?,
@@ -160,7 +161,8 @@ impl<L: Law> LoopCircuit<20> for MethodCircuit<L> {
 
 impl<L: Law> AxisCircuit<20> for MethodCircuit<L> {
     #[inline]
-    fn load(&mut self, position: i64, _: &mut [i64; 20]) -> Set {
+    fn load(&mut self, edge: u64, position: i64, _: &mut [i64; 20]) -> Set {
+        self.paces.front.catch_up(&mut self.front, edge);
         self.front.load(position);
         1 << Self::NET.position
     }

@@ -10,13 +10,12 @@ use crate::{
 
 /// A block as a part of a circuit. Every block that a `circuit!` contains implements it.
 pub trait Part: Block {
-    /// Whether the outputs follow anything between two edges, or lose bits.
+    /// Whether the outputs follow the inputs between two edges.
     const FOLLOWS: bool = true;
     /// Returns the outputs as they follow from these inputs and from the registers as they stand, with the bits that
-    /// they lost. `shown` are the outputs before.
+    /// they lost. `shown` are the outputs before. It is called only if the outputs [`FOLLOW`](Self::FOLLOWS).
     fn follow(&mut self, input: &Self::In<i64>, shown: Self::Out<i64>) -> Self::Out<Narrowed>;
-    /// Returns the bits that the outputs have lost, if these may change at an edge while the outputs stay. The words do
-    /// not count.
+    /// Returns the bits that the outputs have lost, if these may change at an edge. The words do not count.
     #[inline]
     fn hidden(&self) -> Option<Self::Out<Narrowed>> {
         None
@@ -28,7 +27,8 @@ pub(crate) const fn exact(word: i64) -> Narrowed {
     Narrowed { word, rounded: false, overflowed: false }
 }
 
-/// Registers: their outputs follow nothing between the edges.
+/// Registers: their outputs follow nothing between the edges. `registers!(Block, self => outputs)` is for a block that
+/// loses bits, with its outputs as they stand.
 macro_rules! registers {
     ($($block:ident)*) => {
         $(impl $crate::part::Part for $block {
@@ -38,6 +38,19 @@ macro_rules! registers {
                 shown.map($crate::part::exact)
             }
         })*
+    };
+    ($block:ident, $self:ident => $shown:expr) => {
+        impl $crate::part::Part for $block {
+            const FOLLOWS: bool = false;
+            #[inline]
+            fn follow(&mut $self, _: &Self::In<i64>, _: Self::Out<i64>) -> Self::Out<hpu_signal::Narrowed> {
+                $shown
+            }
+            #[inline]
+            fn hidden(&$self) -> Option<Self::Out<hpu_signal::Narrowed>> {
+                Some($shown)
+            }
+        }
     };
 }
 
@@ -68,6 +81,7 @@ macro_rules! logic {
 pub(crate) use {registers, telling};
 
 registers!(Synchronizer QuadratureDecoder PositionCounter ZeroOrderHold);
+registers!(VelocityRegister, self => velocity_register::Out { velocity: self.latest() });
 logic!(Displacement Unilateral TorqueSum);
 
 impl Part for TruncatingMultiplier {
@@ -91,18 +105,6 @@ impl Part for CommandLimiter {
         let limited = self.limit(input.value);
         let overflowed = limited != input.value;
         saturator::Out { limited: Narrowed { overflowed, ..exact(self.settle(limited)) } }
-    }
-}
-
-impl Part for VelocityRegister {
-    #[inline]
-    fn follow(&mut self, _: &Self::In<i64>, _: Self::Out<i64>) -> Self::Out<Narrowed> {
-        velocity_register::Out { velocity: self.latest() }
-    }
-
-    #[inline]
-    fn hidden(&self) -> Option<Self::Out<Narrowed>> {
-        Some(velocity_register::Out { velocity: self.latest() })
     }
 }
 

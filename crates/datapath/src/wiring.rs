@@ -77,6 +77,16 @@ pub trait Wiring: Block {
     /// Stops the modulator, if there is one, for good: the gates stay 0 and keep nothing from being quiet. It is called
     /// if the gates do not drive the world (an averaged bridge, an amplifier).
     fn rest_modulator(&mut self) {}
+    /// Computes [`quiet`](Block::quiet) for the input of the latest tick, if there has been one.
+    /// A wiring that keeps its inputs need not compare them.
+    fn quiet_again(&self, input: &Self::In<i64>) -> u64 {
+        self.quiet(input)
+    }
+    /// Computes [`tick`](Block::tick) with the input of the latest tick, if there has been one.
+    /// A wiring that keeps its inputs need not compare them.
+    fn tick_again(&mut self, input: Self::In<i64>) -> Self::Out<i64> {
+        self.tick(input)
+    }
     /// Returns how the outputs repeat from the edge just ticked on while this input stays, or `None` if they do not.
     fn repeats(&self, _: &Self::In<i64>) -> Option<Repeat<Self::Out<i64>>> {
         None

@@ -189,13 +189,12 @@ impl<const N: usize> Meter<N> {
         }
     }
 
-    /// Extends the ranges of consecutive signals from `first` on by these words; the other signals have not changed.
+    /// Extends the range of one signal by its present word.
     #[inline]
-    pub fn range_from(&mut self, first: usize, words: &[i64]) {
-        for (seen, &word) in self.uses[first..].iter_mut().zip(words) {
-            seen.min = seen.min.min(word);
-            seen.max = seen.max.max(word);
-        }
+    pub fn range_of(&mut self, index: usize, word: i64) {
+        let seen = &mut self.uses[index];
+        seen.min = seen.min.min(word);
+        seen.max = seen.max.max(word);
     }
 
     /// Adds lost bits of one signal for a number of edges.

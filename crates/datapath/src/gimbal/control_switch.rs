@@ -26,7 +26,6 @@ use hpu_signal::{Format, Machine, Narrowed, Narrowing, Overflow, Rounding, Signa
 use crate::config::within;
 use crate::law::ZERO;
 use crate::listed::{Given, Listed};
-use crate::part::Part;
 use crate::phantom::words::natural;
 use crate::{Block, ConfigError, Generic, Register, Step};
 
@@ -311,16 +310,7 @@ impl Listed for ControlSwitch {
     }
 }
 
-impl Part for ControlSwitch {
-    #[inline]
-    fn follow(&mut self, _: &Self::In<i64>, _: Self::Out<i64>) -> Self::Out<Narrowed> {
-        let State { drive, mode, equilibrium, .. } = self.state;
-        Out { drive, mode, equilibrium }
-    }
-
-    #[inline]
-    fn hidden(&self) -> Option<Self::Out<Narrowed>> {
-        let State { drive, mode, equilibrium, .. } = self.state;
-        Some(Out { drive, mode, equilibrium })
-    }
-}
+crate::part::registers!(ControlSwitch, self => {
+    let State { drive, mode, equilibrium, .. } = self.state;
+    Out { drive, mode, equilibrium }
+});

@@ -86,6 +86,7 @@ impl<const SHEAR: bool> GimbalWiring<SHEAR> {
     pub fn new(config: GimbalLoopConfig) -> Result<Self, ConfigError> {
         let servo = ServoControl::new(config.servo())?;
         Ok(Self::of(GimbalCircuit {
+            paces: Paces::default(),
             config,
             timer: SampleTimer::new(config.period_width)?,
             shear: FractionalDifference::new(config.shear())?,

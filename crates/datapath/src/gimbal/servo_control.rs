@@ -26,7 +26,6 @@ use crate::config::{NATURAL, within};
 use crate::history::History;
 use crate::law::ZERO;
 use crate::listed::{Given, Listed};
-use crate::part::Part;
 use crate::phantom::words::{accept, natural};
 use crate::{Block, ConfigError, Generic, Register, Step};
 
@@ -352,14 +351,4 @@ impl Listed for ServoControl {
     }
 }
 
-impl Part for ServoControl {
-    #[inline]
-    fn follow(&mut self, _: &Self::In<i64>, _: Self::Out<i64>) -> Self::Out<Narrowed> {
-        Out { drive: self.latest }
-    }
-
-    #[inline]
-    fn hidden(&self) -> Option<Self::Out<Narrowed>> {
-        Some(Out { drive: self.latest })
-    }
-}
+crate::part::registers!(ServoControl, self => Out { drive: self.latest });

@@ -29,7 +29,7 @@ use super::words::natural;
 use crate::config::{COUNTER, within};
 use crate::countdown::{Countdown, edges};
 use crate::listed::{Given, Listed};
-use crate::part::{Part, exact};
+use crate::part::exact;
 use crate::{Block, ConfigError, Generic, Instance};
 
 hpu_signal::ports! {
@@ -231,17 +231,7 @@ impl Block for PhantomEngine {
     }
 }
 
-impl Part for PhantomEngine {
-    #[inline]
-    fn follow(&mut self, _: &Self::In<i64>, _: Self::Out<i64>) -> Self::Out<Narrowed> {
-        *self.latest()
-    }
-
-    #[inline]
-    fn hidden(&self) -> Option<Self::Out<Narrowed>> {
-        Some(*self.latest())
-    }
-}
+crate::part::registers!(PhantomEngine, self => *self.latest());
 
 impl Listed for PhantomEngine {
     fn of_generics(given: &Given) -> Result<Self, ConfigError> {

@@ -69,6 +69,7 @@ impl PhantomIo {
     pub fn new(position_width: u32, command_width: u32) -> Result<Self, ConfigError> {
         let counter = PositionCounter::new(position_width)?;
         Ok(Self::of(PhantomIoCircuit {
+            paces: Paces::default(),
             position_width,
             command_width,
             sync1: Synchronizer::new(),

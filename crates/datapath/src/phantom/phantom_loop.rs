@@ -119,6 +119,7 @@ impl<const SHARED: bool> PhantomWiring<SHARED> {
         let trig1 = table(0)?;
         let ForcePath { forward, room_walls, jacobian, scale: [scale1, scale2, scale3] } = ForcePath::new(&config)?;
         Ok(Self::of(PhantomCircuit {
+            paces: Paces::default(),
             config,
             sync1: Synchronizer::new(),
             sync2: Synchronizer::new(),
