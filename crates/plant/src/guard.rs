@@ -251,6 +251,15 @@ impl Guard {
             + 4.0 * UNIT * limits.size()
     }
 
+    /// Returns whether a state that is exact but for the rounding to `f64` certainly lies inside.
+    #[inline(always)]
+    pub(crate) fn is_surely_inside(&self, x: &State, limits: &Limits) -> bool {
+        let (value, blur) = (self.value(x), 8.0 * UNIT * dot(&sizes(&self.row), &sizes(x)));
+        let margin = |limit: f64| blur + 4.0 * UNIT * limit.abs();
+        let (low, high) = (limits.low.hi, limits.high.hi);
+        (low == f64::NEG_INFINITY || value - low > margin(low)) && (high == f64::INFINITY || high - value > margin(high))
+    }
+
     /// Returns the side on which the function lies at an edge where its `f64` value is `value`.
     #[inline(always)]
     pub(crate) fn side(&self, watch: &mut Watch, edge: u64, value: f64) -> Side {

@@ -514,36 +514,12 @@ impl<'a> Trajectory<'a> {
         self.leap::<P, true>(edges)
     }
 
-    /// Returns the same as [`integrals`](Self::integrals), and the state one edge later.
-    #[inline(always)]
-    pub(crate) fn integrals_and_next<P: Product>(&self, edges: u64) -> (Integrals, Doubles, Doubles) {
-        let (total, now, (x, w)) = self.leap_from_block::<P, true>(edges);
-        let digit = edges & MASK;
-        let next = if (1..MASK).contains(&digit) {
-            self.system.digit(0, digit as usize + 1).p.times::<P>(&w, &x)
-        } else {
-            self.flow::<P>(edges + 1)
-        };
-        (total, now, next)
-    }
-
     #[inline(always)]
     fn leap<P: Product, const AUDIT: bool>(&self, edges: u64) -> (Integrals, Doubles) {
-        let (total, x, _) = self.leap_from_block::<P, AUDIT>(edges);
-        (total, x)
-    }
-
-    /// Returns the integrals, the state, and state and slope before the last digit if that is not zero.
-    #[inline(always)]
-    fn leap_from_block<P: Product, const AUDIT: bool>(&self, edges: u64) -> (Integrals, Doubles, (Doubles, Doubles)) {
         let (mut x, mut w) = (self.x, self.w);
-        let mut block = (x, w);
         let mut total = Integrals::default();
-        if edges == 0 {
-            return (total, x, block);
-        }
-        let mut level = edges.ilog2() / BITS + 1;
         let mut rest = edges;
+        let mut level = if edges == 0 { 0 } else { edges.ilog2() / BITS + 1 };
         while rest != 0 {
             level -= 1;
             let digit = (rest >> (level * BITS)) as usize;
@@ -552,9 +528,6 @@ impl<'a> Trajectory<'a> {
                 if AUDIT {
                     self.system.quadrature(level, digit).1.add(&x.hi, &w.hi, &mut total);
                 }
-                if level == 0 {
-                    block = (x, w);
-                }
                 let Digit { p, turn } = self.system.digit(level, digit);
                 x = p.times::<P>(&w, &x);
                 if rest != 0 {
@@ -562,6 +535,6 @@ impl<'a> Trajectory<'a> {
                 }
             }
         }
-        (total, x, block)
+        (total, x)
     }
 }

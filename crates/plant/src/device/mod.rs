@@ -648,17 +648,19 @@ impl<'a> Device<'a> {
         }
         let edges = edge - self.anchor;
         self.hear(edges);
-        for (check, noise) in self.checks.iter().zip(&self.noise[1..]) {
+        let mut sides = [Side::Inside; 2];
+        for ((side, check), noise) in sides.iter_mut().zip(&self.checks).zip(&self.noise[1..]) {
             let Some(check) = check else { continue };
             let mut watch =
                 Watch { motion: &self.motion, limits: check.limits, noise: *noise, again: &mut self.redecided };
-            if check.guard.side(&mut watch, edges, check.guard.value(&x)) != Side::Inside {
-                self.pass(edge - 1);
-                self.change(edge);
-                return *self.motion.anchor();
-            }
+            *side = check.guard.side(&mut watch, edges, check.guard.value(&x));
         }
-        x
+        if sides == [Side::Inside; 2] {
+            return x;
+        }
+        self.pass(edge - 1);
+        self.change(edge, sides, &x);
+        *self.motion.anchor()
     }
 
     versions! {

@@ -8,7 +8,7 @@ use crate::double::{Double, Doubles, Product, versions};
 use crate::gauge::Whole;
 use crate::guard::{Guard, Limits, Side};
 use crate::linear::Trajectory;
-use crate::matrix::{ANGLE, CURRENT, INTENT, SPEED};
+use crate::matrix::{ANGLE, CURRENT, INTENT, SPEED, State};
 
 /// The part of the device whose condition a mode depends on.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -33,41 +33,44 @@ impl Check<'_> {
         self.guard.exact_value::<P>(x)
     }
 
+    /// Returns the side on which a state lies: by `f64` alone, if its rounding cannot matter.
     #[inline(always)]
     fn side<P: Product>(&self, x: &Doubles) -> Side {
+        if self.guard.is_surely_inside(&x.hi, &self.limits) {
+            return Side::Inside;
+        }
         self.limits.side(self.value::<P>(x))
     }
 }
 
 impl<'a> Device<'a> {
     versions! {
-        /// Handles a mode that ended between `edge - 1` and `edge`: finds the instant, changes the mode there, and
-        /// anchors at `edge`.
+        /// Handles modes that ended between `edge - 1` and `edge`, by the sides of their bands on which their checks
+        /// and the rounded state lie at `edge`: finds the first instant, changes the mode there, and anchors at `edge`.
         #[cold]
-        pub(crate) fn change[change_fused, change_native, change_with](self: &mut Self, edge: u64)
+        pub(crate) fn change[change_fused, change_native, change_with](self: &mut Self, edge: u64, sides: [Side; 2], at_edge: &State)
     }
 
     #[inline(always)]
-    fn change_with<P: Product>(&mut self, edge: u64) {
+    fn change_with<P: Product>(&mut self, edge: u64, sides: [Side; 2], at_edge: &State) {
         let (from, edges, edge_s) = (self.motion.x, edge - 1 - self.anchor, self.motion.system().edge_s());
-        let (done, x, at_edge) = self.motion.integrals_and_next::<P>(edges);
-        self.tally(edges as f64 * edge_s, &from, &x, &done);
+        let (whole, x) = self.motion.integrals::<P>(edges);
         let course = Course::new::<P>(Trajectory::exact_with::<P>(self.motion.system(), x, self.motion.f));
         let mut first: Option<(Double, Doubles, Cause, Side)> = None;
-        for check in self.checks.into_iter().flatten() {
-            let side = check.side::<P>(&at_edge);
-            let limit = match side {
-                Side::Inside => continue,
-                Side::Below => check.limits.low,
-                Side::Above => check.limits.high,
+        for (check, side) in self.checks.into_iter().zip(sides) {
+            let (limit, sign) = match (&check, side) {
+                (Some(check), Side::Below) => (check.limits.low, -1.0),
+                (Some(check), Side::Above) => (check.limits.high, 1.0),
+                _ => continue,
             };
-            let (before, after) = (check.value::<P>(&x) - limit, check.value::<P>(&at_edge) - limit);
-            let (tau_s, there) = if before.sign() == 0.0 || before.sign() == after.sign() {
+            let Some(check) = check else { continue };
+            let (before, after) = (check.value::<P>(&x) - limit, check.guard.value(at_edge) - limit.hi);
+            let (tau_s, there) = if before.sign() == 0.0 || before.sign() == sign {
                 // The value is at its limit already at the start, or only at the end.
-                let tau_s = if before.hi.abs() <= after.hi.abs() { Double::ZERO } else { edge_s.into() };
+                let tau_s = if before.hi.abs() <= after.abs() { Double::ZERO } else { edge_s.into() };
                 (tau_s, course.at::<P>(tau_s))
             } else {
-                let guess_s = edge_s * before.hi / (before.hi - after.hi);
+                let guess_s = edge_s * before.hi / (before.hi - after);
                 course.crossing::<P>(check.guard, limit, before, guess_s)
             };
             if first.is_none_or(|(soonest_s, ..)| (tau_s - soonest_s).sign() < 0.0) {
@@ -76,7 +79,7 @@ impl<'a> Device<'a> {
         }
         let (tau_s, mut there, cause, side) = first.expect("a mode ended");
         let done = course.integrals(tau_s.hi, &there.hi);
-        self.tally(tau_s.hi, &x, &there, &done);
+        self.tally(edges as f64 * edge_s + tau_s.hi, &from, &there, &whole.and(&done));
         let mut passed = self.is_measured().then_some(Whole::NOTHING);
         if let Some(passed) = &mut passed {
             passed.add(&self.motion, tau_s.hi, [&x.hi, &there.hi], &done.states);
