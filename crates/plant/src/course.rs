@@ -4,7 +4,7 @@ use crate::double::{Double, Doubles, Product};
 use crate::guard::Guard;
 use crate::leap::{Integrals, Leap, Quadrature};
 use crate::linear::Trajectory;
-use crate::matrix::{State, dot};
+use crate::matrix::{INTENT, State, dot};
 
 /// A course shorter than this share of an edge counts as straight. With (rate τ) at most 1e-3 it bends by less than
 /// 1e-31 of the change over an edge, and the rounding of its slope moves it by about 1e-30, as much as the terms in
@@ -22,8 +22,11 @@ impl<const WIDE: usize, const REST: usize> Series<WIDE, REST> {
     fn new<P: Product>(motion: &Trajectory) -> Self {
         let system = motion.system;
         let mut wide = [motion.w; WIDE];
-        for k in 1..WIDE {
-            wide[k] = system.derived::<P>(&wide[k - 1]).scaled::<P>(SHARES[k]);
+        wide[1] = system.derived::<P>(&wide[0]).scaled::<P>(SHARES[1]);
+        debug_assert!(wide[1].hi[INTENT] == 0.0);
+        for k in 2..WIDE {
+            // The hand's intention moves at a constant speed: its second derivative is 0.
+            wide[k] = system.wide.times_three::<P>(&wide[k - 1]).scaled::<P>(SHARES[k]);
         }
         let (mut last, mut rest) = (wide[WIDE - 1].hi, [[0.0; 4]; REST]);
         for (k, term) in rest.iter_mut().enumerate() {

@@ -351,6 +351,30 @@ impl Wide {
         Doubles::joined(&sum, &rest)
     }
 
+    /// Returns `M v` where the last lane of `v` is zero.
+    #[inline(always)]
+    pub fn times_three<P: Product>(&self, v: &Doubles) -> Doubles {
+        let (m, l) = (&self.hi.0, &self.lo.0);
+        let mut high = [[0.0; 4]; 3];
+        let mut low = [[0.0; 4]; 3];
+        for c in 0..3 {
+            for r in 0..4 {
+                let (product, error) = P::two(m[c][r], v.hi[c]);
+                high[c][r] = product;
+                low[c][r] = error + (m[c][r] * v.lo[c] + l[c][r] * v.hi[c]);
+            }
+        }
+        let mut sum = [0.0; 4];
+        let mut rest = [0.0; 4];
+        for r in 0..4 {
+            let (first, a) = two_sum(high[0][r], high[1][r]);
+            let (all, b) = two_sum(first, high[2][r]);
+            sum[r] = all;
+            rest[r] = ((low[0][r] + low[1][r]) + low[2][r]) + (a + b);
+        }
+        Doubles::joined(&sum, &rest)
+    }
+
     /// Returns the product of two matrices.
     #[inline(always)]
     pub fn after<P: Product>(&self, first: &Self) -> Self {

@@ -257,7 +257,8 @@ impl Guard {
         let (value, blur) = (self.value(x), 8.0 * UNIT * dot(&sizes(&self.row), &sizes(x)));
         let margin = |limit: f64| blur + 4.0 * UNIT * limit.abs();
         let (low, high) = (limits.low.hi, limits.high.hi);
-        (low == f64::NEG_INFINITY || value - low > margin(low)) && (high == f64::INFINITY || high - value > margin(high))
+        (low == f64::NEG_INFINITY || value - low > margin(low))
+            && (high == f64::INFINITY || high - value > margin(high))
     }
 
     /// Returns the side on which the function lies at an edge where its `f64` value is `value`.
