@@ -37,10 +37,11 @@ STAGES = [
     ("hpu-plant", "all", ["--skip", "arm_"]),
     ("hpu-cosim", "all", QUICK),
     ("hpu-cosim", "high_precision", ["--skip", "twice_the_places"]),
-    ("hpu-cosim", "all", ["cruise::", "drivers::", "energy::", "faults::"]),
+    ("hpu-cosim", "all", ["cruise::so_", "cruise::a_run", "drivers::they_agree", "drivers::watching", "faults::"]),
+    ("hpu-cosim", "all", ["cruise::every_register", "drivers::leaping", "drivers::a_hundred", "energy::"]),
 ]
-# Seconds of processor time after which a stage counts as endless; without a mutant none takes a third of this.
-PATIENCE_S = 200
+# Seconds of processor time after which a stage counts as endless; without a mutant none takes half of this.
+PATIENCE_S = 100
 
 # The function that a mutant asks, in hpu-signal.
 SWITCH = """

@@ -2,6 +2,8 @@
 
 use hpu_plant::{Axis, Bridge, Device, Energy, Gates, Hand, Motor, Pulses, Push};
 
+use crate::random::Random;
+
 const EDGE_S: f64 = 20e-9;
 const BRIDGE: Bridge = Bridge { supply_v: 24.0, on_resistance_ohm: 0.3, diode_drop_v: 0.7 };
 const FORWARD: Gates = Gates { a_high: false, a_low: true, b_high: true, b_low: false };
@@ -22,22 +24,6 @@ fn motor(coulomb_nm: f64) -> Motor {
 }
 
 const SPRING: Hand = Hand::Spring(Push { stiffness_nm_per_rad: 0.3, damping_nm_s_per_rad: 1e-4 });
-
-/// The generator of Steele, Lea and Flood 2014 (SplitMix64), with numbers from 0 to 1.
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let z = (self.0 ^ self.0 >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        let z = (z ^ z >> 27).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((z ^ z >> 31) >> 11) as f64 * 2f64.powi(-53)
-    }
-
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.next()
-    }
-}
 
 /// A device in motion, with the pulses of its gates.
 #[derive(Clone)]

@@ -18,5 +18,7 @@ mod decisions;
 mod held_device;
 mod less_model;
 mod motor;
+mod random;
+mod searches;
 mod shaper;
 mod stepper;
