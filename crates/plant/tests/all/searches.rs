@@ -1,7 +1,7 @@
-//! The search for the first exit against every edge, on motions that graze their limits. The motions are polynomials
-//! of the edge with integer coefficients, so that each edge is decided in integers.
+//! The searches for the next event against every edge. A single function moves as a polynomial of the edge that grazes
+//! its limits, and is decided in integers; a device is stepped edge by edge.
 
-use hpu_plant::{Band, Guard, Linear, MotionPoint, Trajectory};
+use hpu_plant::{Axis, Band, Bridge, Device, Drive, Gates, Guard, Hand, Linear, MotionPoint, Motor, Push, Trajectory};
 
 use crate::random::Random;
 
@@ -117,4 +117,175 @@ fn no_edge_is_missed_by_a_motion_that_grazes_its_limits() {
         others += u64::from(expected.is_none());
     }
     assert!(exits > 5000 && others > 2000, "{exits} exits, {others} others");
+}
+
+/// A clock period in seconds.
+const CLOCK_S: f64 = 20e-9;
+
+fn motor(inductance_h: f64, coulomb_nm: f64) -> Motor {
+    Motor {
+        resistance_ohm: 2.35,
+        inductance_h,
+        torque_constant_nm_per_a: 25.9e-3,
+        inertia_kg_m2: 1.37e-6,
+        viscous_nm_s_per_rad: 1.3e-6,
+        coulomb_nm,
+    }
+}
+
+/// A device with an encoder, at an edge.
+struct Walker<'a> {
+    device: Device<'a>,
+    edge: u64,
+    count: i64,
+    count_rad: f64,
+    /// Edges at which a count or a mode changed, with both.
+    log: Vec<(u64, i64, u64)>,
+}
+
+impl<'a> Walker<'a> {
+    fn new(device: Device<'a>, count_rad: f64) -> Self {
+        let log = vec![(0, 0, device.mode_changes())];
+        Self { device, edge: 0, count: 0, count_rad, log }
+    }
+
+    fn band_rad(&self) -> (f64, f64) {
+        (self.count as f64 * self.count_rad, (self.count + 1) as f64 * self.count_rad)
+    }
+
+    /// Reads the encoder.
+    fn look(&mut self, angle_rad: f64) {
+        let band_rad = self.band_rad();
+        if !self.device.is_surely_within(self.edge, angle_rad, band_rad) {
+            loop {
+                match self.device.side_of_band(self.edge, angle_rad, self.band_rad()) {
+                    0 => break,
+                    side => self.count += i64::from(side),
+                }
+            }
+        }
+        self.note();
+    }
+
+    fn note(&mut self) {
+        let now = (self.count, self.device.mode_changes());
+        if self.log.last().is_none_or(|&(_, count, modes)| (count, modes) != now) {
+            self.log.push((self.edge, now.0, now.1));
+        }
+    }
+
+    fn drive(&mut self, drive: Drive) {
+        match drive {
+            Drive::Current(current_a) => self.device.drive_current(self.edge, current_a),
+            Drive::Gates(gates) => self.device.drive(self.edge, gates),
+            Drive::Average(duty) => self.device.drive_average(self.edge, duty),
+        }
+        self.note();
+    }
+
+    /// Goes to an edge one by one.
+    fn step_to(&mut self, end: u64) {
+        while self.edge < end {
+            self.edge += 1;
+            let x = self.device.step(self.edge);
+            self.look(x[2]);
+        }
+    }
+
+    /// Goes to an edge by searches of these lengths, and without a search where an earlier one tells that nothing
+    /// happens.
+    fn leap_to(&mut self, end: u64, mut length: impl FnMut() -> u64) {
+        while self.edge < end {
+            if self.device.coasts(self.edge, self.band_rad()) {
+                self.edge += 1;
+                continue;
+            }
+            let to = end.min(self.edge + length());
+            let event = self.device.next_event(self.edge, to, self.band_rad());
+            self.edge = event.map_or(to, |event| event.0);
+            if let Some(event) = event {
+                let x = self.device.arrive(event);
+                self.look(x[2]);
+            }
+        }
+    }
+}
+
+#[test]
+fn searches_of_any_length_stop_where_steps_of_an_edge_find_something() {
+    let bridge = Bridge { supply_v: 24.0, on_resistance_ohm: 0.3, diode_drop_v: 0.7 };
+    let (spring, torque) = (Push { stiffness_nm_per_rad: 3.0, damping_nm_s_per_rad: 1e-4 }, Hand::Torque(0.02));
+    let axes = [
+        Axis::amplified(motor(1e-3, 0.0), torque, CLOCK_S, 1 << 24).unwrap(),
+        Axis::amplified(motor(1e-3, 20e-3), Hand::Spring(spring), CLOCK_S, 1 << 24).unwrap(),
+        Axis::new(motor(2e-6, 5e-3), bridge, torque, CLOCK_S, 1 << 24).unwrap(),
+        Axis::new(motor(2e-6, 30e-3), bridge, Hand::Spring(spring), CLOCK_S, 1 << 24).unwrap(),
+    ];
+    let gates = [
+        Gates { a_high: false, a_low: true, b_high: true, b_low: false },
+        Gates { a_high: true, a_low: false, b_high: false, b_low: true },
+        Gates { a_high: false, a_low: true, b_high: false, b_low: true },
+        Gates::default(),
+    ];
+    let mut random = Random(3);
+    let (mut counts, mut modes) = (0, 0);
+    for trial in 0..1600 {
+        let axis = &axes[trial % 4];
+        // A count takes from some tens of edges on at the speeds that come about.
+        let count_rad = 10f64.powf(random.between(-6.5, -4.5));
+        let start = Device::new(axis, random.between(-1.5, 1.5), random.between(-0.3, 0.3), 0.4 * count_rad);
+        let (mut stepped, mut leapt) = (Walker::new(start.clone(), count_rad), Walker::new(start, count_rad));
+        while stepped.edge < 6000 {
+            let end = stepped.edge + [1, 2, 64, 65, 400, 5000][random.below(6) as usize];
+            stepped.step_to(end);
+            leapt.leap_to(end, || [1, 1, 2, 64, 65, 81, 161, 5000][random.below(8) as usize]);
+            assert_eq!(leapt.log, stepped.log, "trial {trial}, edge {end}");
+            assert_eq!(leapt.device.state(end), stepped.device.state(end), "trial {trial}, edge {end}");
+            let drive = match trial % 4 {
+                0 | 1 => Drive::Current(random.between(-1.5, 1.5)),
+                _ => Drive::Gates(gates[random.below(4) as usize]),
+            };
+            stepped.drive(drive);
+            leapt.drive(drive);
+        }
+        counts += stepped.log.len() as u64 - stepped.device.mode_changes().min(stepped.log.len() as u64);
+        modes += stepped.device.mode_changes();
+    }
+    assert!(counts > 10_000 && modes > 3000, "{counts} counts, {modes} ends of modes");
+}
+
+#[test]
+fn friction_that_stops_a_shaft_around_the_end_of_a_quick_look_is_met() {
+    // Without other forces the speed falls by the same amount in each edge.
+    let free = Motor { viscous_nm_s_per_rad: 0.0, ..motor(1e-3, 10e-3) };
+    let axis = Axis::amplified(free, Hand::Torque(0.0), CLOCK_S, 1 << 24).unwrap();
+    let fall = free.coulomb_nm / free.inertia_kg_m2 * CLOCK_S;
+    for stop in (60..70).chain(4090..4104).chain(4200..4204).chain([5000, 5119, 5120, 5121]) {
+        // It stops in the middle of an edge; the next count is far away.
+        let mut walker = Walker::new(Device::new(&axis, 0.0, fall * (stop as f64 - 0.5), 0.5), 1.0);
+        walker.leap_to(stop - 1, || 1);
+        assert!(!walker.device.is_stuck() && walker.log.len() == 1, "{stop}");
+        walker.leap_to(stop, || 1);
+        assert!(walker.device.is_stuck(), "{stop}");
+    }
+}
+
+#[test]
+fn a_band_other_than_that_of_the_search_before_is_searched_by_itself() {
+    let axis = Axis::amplified(motor(1e-3, 0.0), Hand::Torque(0.0), CLOCK_S, 1 << 24).unwrap();
+    let passes =
+        |device: &Device, limit_rad: f64| (1..).find(|&edge| device.state(edge)[2] >= limit_rad).expect("it moves");
+    for begin in [0, 5, 30, 64] {
+        let mut device = Device::new(&axis, 0.0, 100.0, 0.0);
+        let wide = (-1.0, 1.0);
+        assert_eq!(device.next_event(0, 1, wide), None);
+        assert!(device.coasts(begin, wide));
+        // At edge `begin` the angle is in the middle of this band, which it was not before.
+        let middle_rad = device.state(begin)[2];
+        let narrow = (middle_rad - 3e-6, middle_rad + 41e-6);
+        let expected = passes(&device, narrow.1);
+        assert!(!device.coasts(begin, narrow));
+        assert_eq!(device.next_event(begin, begin + 50, narrow).map(|event| event.0), Some(expected), "{begin}");
+        assert_eq!(device.next_event(begin, 9000, wide), None);
+    }
 }
