@@ -15,6 +15,7 @@ mod arm_stepper;
 mod arms;
 mod cruise;
 mod decisions;
+mod ends;
 mod held_device;
 mod less_model;
 mod motor;

@@ -91,8 +91,18 @@ fn search(
     exact: bool,
 ) -> Option<bool> {
     let values: Vec<i128> = (0..=EDGES).map(|edge| polynomial.at(edge)).collect();
-    let from = if random.below(2) == 0 { 0 } else { random.below(EDGES - 1) };
-    let to = if random.below(2) == 0 { EDGES } else { from + 1 + random.below(EDGES - from) };
+    // Half of the searches begin, and half of them end, where the motion is near to a limit.
+    let near = |edge: &u64| values[*edge as usize].abs() < 64 * unit;
+    let mut chosen = |first: u64, usual: u64| {
+        let edges: Vec<u64> = (first..=EDGES).filter(near).collect();
+        match random.below(4) {
+            0 => usual,
+            1 => first + random.below(EDGES + 1 - first),
+            _ => *edges.get(random.below(edges.len().max(1) as u64) as usize).unwrap_or(&usual),
+        }
+    };
+    let from = chosen(0, 0).min(EDGES - 1);
+    let to = chosen(from + 1, EDGES);
     // One limit is zero, the other is none or just about where the motion comes.
     let now = values[from as usize];
     let most = values[from as usize..=to as usize].iter().map(|value| value * now.signum()).max().expect("edges");
@@ -306,24 +316,32 @@ fn friction_that_stops_a_shaft_around_the_end_of_a_quick_look_is_met() {
         walker.leap_to(stop, || 1);
         assert!(walker.device.is_stuck(), "{stop}");
     }
+    // A long search goes part by part, and the last part may be a single edge.
+    for stop in (81_915..81_925).chain([163_841]) {
+        let mut device = Device::new(&axis, 0.0, fall * (stop as f64 - 0.5), 0.5);
+        assert_eq!(device.next_event(0, stop, (0.0, 1.0)).map(|event| event.0), Some(stop));
+    }
 }
 
 #[test]
 fn a_band_other_than_that_of_the_search_before_is_searched_by_itself() {
     let axis = Axis::amplified(motor(1e-3, 0.0), Hand::Torque(0.0), CLOCK_S, 1 << 24).unwrap();
-    let passes =
-        |device: &Device, limit_rad: f64| (1..).find(|&edge| device.state(edge)[2] >= limit_rad).expect("it moves");
-    for begin in [0, 5, 30, 64] {
-        let mut device = Device::new(&axis, 0.0, 100.0, 0.0);
-        let wide = (-1.0, 1.0);
-        assert_eq!(device.next_event(0, 1, wide), None);
-        assert!(device.coasts(begin, wide));
-        // At edge `begin` the angle is in the middle of this band, which it was not before.
-        let middle_rad = device.state(begin)[2];
-        let narrow = (middle_rad - 3e-6, middle_rad + 41e-6);
-        let expected = passes(&device, narrow.1);
-        assert!(!device.coasts(begin, narrow));
-        assert_eq!(device.next_event(begin, begin + 50, narrow).map(|event| event.0), Some(expected), "{begin}");
-        assert_eq!(device.next_event(begin, 9000, wide), None);
+    // One motion goes on; the other turns after some 26 edges and is back after twice as many.
+    for (speed, current_a) in [(100.0, 0.0), (30.0, -3e3)] {
+        for begin in [0, 5, 30, 40, 64] {
+            let mut device = Device::new(&axis, 0.0, speed, 0.0);
+            device.drive_current(0, current_a);
+            let wide = (-1.0, 1.0);
+            assert_eq!(device.next_event(0, 1, wide), None);
+            // At edge `begin` the angle is in this band; before and behind it is not.
+            let now_rad = device.state(begin)[2];
+            let narrow = (now_rad - 3e-6, now_rad + 1e-6);
+            let is_outside = |edge: &u64| !(narrow.0..narrow.1).contains(&device.state(*edge)[2]);
+            let expected = (begin + 1..begin + 50).find(is_outside);
+            assert!(device.coasts(begin, wide) && !device.coasts(begin, narrow), "{begin}");
+            let found = device.next_event(begin, begin + 50, narrow).map(|event| event.0);
+            assert_eq!(found, expected, "from {begin} at {speed} rad/s");
+            assert_eq!(device.next_event(begin, 9000, wide), None);
+        }
     }
 }
