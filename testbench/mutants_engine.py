@@ -44,7 +44,7 @@ STAGES = [
     ("hpu-cosim", "all", WHOLE, 200),
 ]
 # Stages for mutants that are equivalent by a reason.
-FEW = 3
+FEW = 1
 
 # The function that a mutant asks, in hpu-signal.
 SWITCH = """
@@ -65,6 +65,14 @@ pub fn mutant(number: u32) -> bool {
 """
 
 SPEED = "a longer or shorter look: "
+ABOVE = (
+    "the start is inside and the parabola's end is inside by a noise; a parabola that bends toward the limit lies "
+    "above its chord, so each edge between them is inside"
+)
+ONCE = (
+    "each edge is decided exactly, and a function that bends one way only passes a limit once between an edge inside "
+    "and an edge outside"
+)
 # File, the text behind which the place is, the place, and its mutants: what is wrong, what is put, and for equivalent
 # ones the reason. A place is an expression, or a statement with its semicolon.
 PLACES = [
@@ -73,7 +81,8 @@ PLACES = [
         ("stays: derivatives bounded over half of the length", "dyadic(edges / 2)"),
     ]),
     (GUARD, "fn stays(", "dot(&bounds.noise_bulge, &sizes(&motion.w.hi)) + 3.0 * noise", [
-        ("stays: error halved", "0.5 * (dot(&bounds.noise_bulge, &sizes(&motion.w.hi)) + 3.0 * noise)"),
+        ("stays: error halved", "0.5 * (dot(&bounds.noise_bulge, &sizes(&motion.w.hi)) + 3.0 * noise)",
+         "both parts are bounds of twice the errors, and a value and a slope times the length err by a noise each"),
         ("stays: no error", "0.0 * noise"),
     ]),
     (GUARD, "fn stays(", "0.5 * (1.0 + 1e-9) * second", [
@@ -84,14 +93,14 @@ PLACES = [
         ("stays: bulge halved", "0.5 * (length_s * length_s * bend + error)"),
     ]),
     (GUARD, "fn stays(", "edge_s * edge_s * bend + error + noise", [
-        ("stays: least slope of the first edge halved", "0.5 * (edge_s * edge_s * bend + error + noise)"),
-        ("stays: no least slope of the first edge", "0.0 * noise"),
+        ("stays: least slope of the first edge halved", "0.5 * (edge_s * edge_s * bend + error + noise)", ABOVE),
+        ("stays: no least slope of the first edge", "0.0 * noise", ABOVE),
     ]),
     (GUARD, "fn stays(", "(value - error > low || step > least)", [
-        ("stays: start at the low limit not looked at", "true"),
+        ("stays: start at the low limit not looked at", "true", ABOVE),
     ]),
     (GUARD, "fn stays(", "(value + error < high || -step > least)", [
-        ("stays: start at the high limit not looked at", "true"),
+        ("stays: start at the high limit not looked at", "true", ABOVE),
     ]),
     (GUARD, "fn stays(", "end + bulge < high", [
         ("stays: high limit relaxed", "end + bulge <= high",
@@ -110,7 +119,9 @@ PLACES = [
             + 4.0 * UNIT * limits.size())"""),
         ("noise: none", "0.0 * limits.size()"),
         ("noise: limits' rounding left out", """dot(&bounds.noise_x, &sizes(&motion.x.hi))
-            + dot(&bounds.noise_w, &sizes(&motion.w.hi))"""),
+            + dot(&bounds.noise_w, &sizes(&motion.w.hi))""",
+         "near a limit the other parts are at least 12 units of roundoff of the limit, and twice the errors: the half "
+         "that is too much covers the limit's own unit"),
         ("noise: state's error left out", "dot(&bounds.noise_w, &sizes(&motion.w.hi)) + 4.0 * UNIT * limits.size()"),
         ("noise: slope's error left out", "dot(&bounds.noise_x, &sizes(&motion.x.hi)) + 4.0 * UNIT * limits.size()"),
     ]),
@@ -141,14 +152,17 @@ PLACES = [
     (GUARD, "fn judge(", "sag * fourth + dot(&sizes(&self.bend), &error)", [
         ("judge: spread halved", "0.5 * (sag * fourth + dot(&sizes(&self.bend), &error))"),
         ("judge: fourth derivative left out", "dot(&sizes(&self.bend), &error)"),
-        ("judge: slope's error left out of the spread", "sag * fourth"),
+        ("judge: slope's error left out of the spread", "sag * fourth",
+         "times the sag it is less than the noise where the motion is slow over the length, and a millionth of the "
+         "fourth derivative's part where it is fast"),
     ]),
     (GUARD, "fn judge(", "(ca.min(cb) - spread, ca.max(cb) + spread)", [
         ("judge: bend at the start taken for all", "(ca - spread, ca + spread)"),
         ("judge: bend at the end taken for all", "(cb - spread, cb + spread)"),
     ]),
     (GUARD, "fn judge(", "4.0 * noise", [
-        ("judge: step of an edge halved", "2.0 * noise"),
+        ("judge: step of an edge halved", "2.0 * noise",
+         "the noise is twice the sum of the errors: two of it are still twice the errors of two values"),
         ("judge: no step of an edge", "0.0 * noise"),
     ]),
     (GUARD, "let clear =", "end > noise", [
@@ -173,12 +187,12 @@ PLACES = [
     ]),
     (GUARD, "fn judge(", "most <= 0.0 && start - end > fall", [
         ("judge: concave by the least bend", "least <= 0.0 && start - end > fall"),
-        ("judge: concave without the fall", "most <= 0.0"),
+        ("judge: concave without the fall", "most <= 0.0", ONCE),
     ]),
     (GUARD, "fn judge(", "least >= 0.0 && start > noise && end < -fall", [
         ("judge: convex by the greatest bend", "most >= 0.0 && start > noise && end < -fall"),
-        ("judge: convex from a limit", "least >= 0.0 && end < -fall"),
-        ("judge: convex without the fall", "least >= 0.0 && start > noise"),
+        ("judge: convex from a limit", "least >= 0.0 && end < -fall", ONCE),
+        ("judge: convex without the fall", "least >= 0.0 && start > noise", ONCE),
     ]),
     (GUARD, "fn judge(", "((rising * sa).min(rising * sb) - sag * third) * edge_s > step", [
         ("judge: approach without the third derivative", "(rising * sa).min(rising * sb) * edge_s > step"),
@@ -194,7 +208,8 @@ PLACES = [
         ("unique: no distance from the line", "0.0 * second"),
     ]),
     (GUARD, "fn unique(", "tries < 12", [
-        ("unique: never halves", "true"),
+        ("unique: never halves", "true",
+         SPEED + "each guess lies inside the bracket and narrows it by an edge or more"),
     ]),
     (GUARD, "fn unique(", "self.side(watch, guess, value) == Side::Inside", [
         ("unique: decided on the f64 value", "rising * (value - limit) < 0.0"),
@@ -228,15 +243,19 @@ PLACES = [
         ("coasts: event not looked at", "event.0 > 0"),
     ]),
     (DEVICE, "pub fn coasts(", "self.cruise.is_none()", [
-        ("coasts: in a cruise too", "true"),
+        ("coasts: in a cruise too", "true",
+         "a cruise forgets what was known and searches only to its end: nothing is known"),
     ]),
     (DEVICE, "fn look_for_with<", "to >= end", [
         ("look_for: end of a cruise at the last edge left out", "to > end"),
     ]),
     (DEVICE, "fn look_for_with<", "*known >= from && *known_rad == band_rad && event.is_none()", [
         ("look_for: start from before, whatever the band", "*known >= from && event.is_none()"),
-        ("look_for: start from before, whatever was found", "*known >= from && *known_rad == band_rad"),
-        ("look_for: start from before, whatever is known", "*known_rad == band_rad && event.is_none()"),
+        ("look_for: start from before, whatever was found", "*known >= from && *known_rad == band_rad",
+         "the point found is then the event's: before the event it counts as far (a debug build panics), and behind it "
+         "the band is another"),
+        ("look_for: start from before, whatever is known", "*known_rad == band_rad && event.is_none()",
+         "a search that found nothing covers NEAR edges or more from its point, so that `from` is known"),
     ]),
     (DEVICE, "fn look_for_with<", "(0.75 * self.way(&encoder, &a)).min(FAR)", [
         ("look_for: quick look twice as far", "(1.5 * self.way(&encoder, &a)).min(4.0 * FAR)",
@@ -283,7 +302,8 @@ PLACES = [
     # ends of modes
     (MODES, "fn change_with<", "before.sign() == 0.0 || before.sign() == after.sign()", [
         ("change: value at its limit at the start not looked at", "before.sign() == after.sign()"),
-        ("change: value on one side not looked at", "before.sign() == 0.0"),
+        ("change: value on one side not looked at", "before.sign() == 0.0",
+         "the mode lasted to the edge before, so that the value there is inside or at its limit"),
     ]),
     (MODES, "fn change_with<", "if before.hi.abs() <= after.hi.abs() { Double::ZERO } else { edge_s.into() }", [
         ("change: such a value always ends the mode late", "edge_s.into()"),
@@ -320,9 +340,6 @@ PLACES = [
         ("anchor_at: point of the motion before kept", "(self.heard, self.ahead.0) = (0, 0);"),
     ]),
     # cruises
-    (CRUISE, "fn bounds(", "0.125 * step_s * step_s * guard.bend(dyadic(edges), &w)", [
-        ("cruise: bulge halved", "0.0625 * step_s * step_s * guard.bend(dyadic(edges), &w)"),
-    ]),
     (CRUISE, "fn bounds(", "1.01 * (most[k] + bulge[k])", [
         ("cruise: margins halved", "0.505 * (most[k] + bulge[k])"),
         ("cruise: margins without the bulge", "1.01 * most[k] + 0.0 * bulge[k]"),
@@ -344,7 +361,8 @@ PLACES = [
           "the search decides; a look at the speed only spares searches that would find no room"),
      ]),
     (CRUISE, "fn cruise_with<", "known.edges == period && switches == others", [
-        ("cruise: pause through other switches", "known.edges == period && (switches == others || switches != others)"),
+        ("cruise: pause through other switches", "known.edges == period && (switches == others || switches != others)",
+         "both circuits are without diodes, and such a path always leads through two switches"),
         ("cruise: period not looked at", "switches == others"),
     ]),
     (CRUISE, "fn cruise_with<",
@@ -453,7 +471,8 @@ def choice(place, options):
     # A place may end behind the expression, where this tells it from others.
     tail = ")" if place.count(")") > place.count("(") else ""
     text = "".join(
-        f"if hpu_signal::mutant({number}) {{ {put.removesuffix(tail) if tail else put} }} else " for number, put in options
+        f"if hpu_signal::mutant({number}) {{ {put.removesuffix(tail) if tail else put} }} else "
+        for number, put in options
     )
     own = place.removesuffix(tail) if tail else place
     chosen = f"{text}{{ {own} }}"
@@ -489,7 +508,9 @@ def built(sources):
     """Builds a copy of the tracked tree with the changed sources. Returns the test binaries by package and target."""
     target = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")).resolve() / "mutants-engine"
     tree = target / "tree"
-    listed = subprocess.run(["git", "ls-files", "-co", "--exclude-standard"], cwd=ROOT, capture_output=True, text=True, check=True)
+    listed = subprocess.run(
+        ["git", "ls-files", "-co", "--exclude-standard"], cwd=ROOT, capture_output=True, text=True, check=True
+    )
     for name in listed.stdout.splitlines():
         if not (ROOT / name).is_file():
             continue
@@ -563,7 +584,8 @@ def main():
         if killer:
             row += f"    {killer}\n"
         else:
-            row += "".join(f"    {sign} {' '.join(text.split())}\n" for sign, text in (("-", mutant.place), ("+", mutant.put)))
+            for sign, text in (("-", mutant.place), ("+", mutant.put)):
+                row += f"    {sign} {' '.join(text.split())}".rstrip() + "\n"
             row += f"    {mutant.reason}\n" if mutant.reason else ""
         rows.append(row)
         print(row, end="", file=sys.stderr, flush=True)

@@ -1,4 +1,4 @@
-//! Ends of modes within an edge, against a clock that is a thousand times as fast: there each end has an edge of its own.
+//! Ends of modes within an edge, against a clock that is a thousand times as fast: there each end has its own edge.
 
 use hpu_plant::{Axis, Bridge, Device, Gates, Hand, Motor};
 

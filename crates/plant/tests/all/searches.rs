@@ -54,8 +54,8 @@ fn integrators() -> Linear {
     Linear::new(a, EDGE_S, 1 << 20)
 }
 
-/// Returns a polynomial of at most this degree whose values at edges are odd: a product of roots between two edges, and of parabolas that come
-/// near to zero and turn.
+/// Returns a polynomial of at most this degree whose values at edges are odd: a product of roots between two edges, and
+/// of parabolas that come near to zero and turn.
 fn grazing(random: &mut Random, degree: u64) -> Polynomial {
     let odd = |random: &mut Random| 2 * random.below(EDGES + 200) as i128 - 199;
     let mut polynomial = Polynomial(vec![if random.below(2) == 0 { 1 } else { -1 }]);
@@ -79,7 +79,7 @@ fn grazing(random: &mut Random, degree: u64) -> Polynomial {
     polynomial
 }
 
-/// Searches a motion that follows a polynomial plus `base` for its first exit from a band, from any edge to another, and
+/// Searches a motion that follows a polynomial plus `base` for its first exit from a band, from one edge on, and
 /// compares it with every edge. Limits are multiples of `unit`. Returns whether there is an exit; `None` without a
 /// search, if the motion does not begin inside or a value is a limit's and the engine's values are not `exact`.
 #[track_caller]
