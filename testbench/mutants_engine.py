@@ -6,20 +6,26 @@ looked at, a period too many. All mutants are built at once, each behind a test 
 STAGES then run once for each mutant, until one fails. A mutant that fails no test survives, unless it has a reason why
 it changes no result: then it is equivalent. A mutant with such a reason that a test kills is an error of the list.
 
-Usage: testbench/mutants_engine.py [--only WORD] [--update]
+A run that was stopped goes on where it was, as long as it builds the same tests and mutants.
+
+Usage: testbench/mutants_engine.py [--only WORD] [--jobs J] [--update]
   --only WORD  mutants whose file or description contains the word
+  --jobs J     mutants tested at a time [1]
   --update     write testbench/record/mutants-engine.txt
 Exit codes: 0 each mutant is killed or equivalent, 1 one survives or is wrongly called equivalent, 2 wrong usage,
 3 the mutants do not build or the tests fail without a mutant.
 """
 
 import argparse
+import hashlib
+import json
 import os
 import re
-import resource
 import signal
 import subprocess
 import sys
+import threading
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -546,8 +552,8 @@ def killed_by(binaries, number, stages):
         binary, folder = binaries[package, name]
         environment = {**os.environ, "HPU_MUTANT": str(number), "RUST_BACKTRACE": "0"}
         done = subprocess.run(
-            [binary, *filters], cwd=folder, env=environment, capture_output=True, text=True, check=False,
-            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (patience_s, patience_s)),
+            ["prlimit", f"--cpu={patience_s}", binary, *filters],
+            cwd=folder, env=environment, capture_output=True, text=True, check=False,
         )
         if done.returncode in (-signal.SIGXCPU, -signal.SIGKILL):
             return f"{package} {name}: does not end"
@@ -560,26 +566,49 @@ def killed_by(binaries, number, stages):
     return None
 
 
+class Known:
+    """What is known of the mutants in these binaries: kept in the target folder."""
+
+    def __init__(self, binaries):
+        self.place = next(iter(binaries.values()))[0].parents[2] / "results.json"
+        digest = hashlib.sha256(repr(STAGES).encode())
+        for binary, _ in (binaries[key] for key in sorted(binaries)):
+            digest.update(binary.read_bytes())
+        self.found = {"binaries": digest.hexdigest()}
+        self.lock = threading.Lock()
+        if self.place.exists():
+            kept = json.loads(self.place.read_text())
+            self.found = kept if kept["binaries"] == self.found["binaries"] else self.found
+
+    def killer(self, binaries, number, stages):
+        """The test that a mutant fails in the first stages; asked once."""
+        key = f"{number} of {stages}"
+        if key not in self.found:
+            killer = killed_by(binaries, number, STAGES[:stages])
+            with self.lock:
+                self.found[key] = killer
+                aside = self.place.with_suffix(".tmp")
+                aside.write_text(json.dumps(self.found))
+                os.replace(aside, self.place)
+        return self.found[key]
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--only", metavar="WORD", default="")
+    parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--update", action="store_true")
     options = parser.parse_args()
     if options.only and options.update:
         parser.error("--update needs all mutants")
     mutants, sources = sown()
     binaries = built(sources)
-    broken = killed_by(binaries, 0, STAGES)
-    if broken:
-        print(f"without a mutant: {broken}", file=sys.stderr)
-        sys.exit(3)
-    rows, count = [], {"killed": 0, "equivalent": 0, "survives": 0, "wrong": 0}
-    for mutant in mutants:
-        if options.only not in f"{mutant.file} {mutant.what}":
-            continue
-        killer = killed_by(binaries, mutant.number, STAGES[:FEW] if mutant.reason else STAGES)
+    known = Known(binaries)
+    chosen = [mutant for mutant in mutants if options.only in f"{mutant.file} {mutant.what}"]
+
+    def judged(mutant):
+        killer = known.killer(binaries, mutant.number, FEW if mutant.reason else len(STAGES))
         verdict = ("wrong" if mutant.reason else "killed") if killer else "equivalent" if mutant.reason else "survives"
-        count[verdict] += 1
         row = f"{mutant.file}:{mutant.line:<5} {verdict:<10} {mutant.what}\n"
         if killer:
             row += f"    {killer}\n"
@@ -587,13 +616,23 @@ def main():
             for sign, text in (("-", mutant.place), ("+", mutant.put)):
                 row += f"    {sign} {' '.join(text.split())}".rstrip() + "\n"
             row += f"    {mutant.reason}\n" if mutant.reason else ""
-        rows.append(row)
         print(row, end="", file=sys.stderr, flush=True)
+        return verdict, row
+
+    with ThreadPoolExecutor(options.jobs) as pool:
+        sound = pool.submit(known.killer, binaries, 0, len(STAGES))
+        rows = list(pool.map(judged, chosen))
+    if sound.result():
+        print(f"without a mutant: {sound.result()}", file=sys.stderr)
+        sys.exit(3)
+    count = {verdict: 0 for verdict in ("killed", "equivalent", "survives", "wrong")}
+    for verdict, _ in rows:
+        count[verdict] += 1
     counts = ", ".join(f"{n} {what}" for what, n in count.items())
     text = "# testbench/mutants_engine.py\n"
     text += f"# {len(rows)} mutants of the searches for the next event: {counts}\n"
     text += "# killed: the first test that fails; equivalent: no result changes, by the reason given\n"
-    text += "".join(rows)
+    text += "".join(row for _, row in rows)
     print(text, end="")
     if options.update:
         RECORD.write_text(text)
