@@ -148,6 +148,23 @@ fn no_edge_is_missed_by_a_motion_that_grazes_its_limits() {
 }
 
 #[test]
+fn a_power_of_the_edge_passes_a_limit_just_below_its_value_at_the_last_edge() {
+    let system = integrators();
+    let guard = Guard::new([0.0, 0.0, 1.0, 0.0], &system);
+    for degree in 1..=4 {
+        let mut power = Polynomial(vec![0; degree + 1]);
+        power.0[degree] = 2;
+        let (x, f) = power.integrated(0.0);
+        let motion = Trajectory::new(&system, x, f);
+        for last in 1..300 {
+            let band = Band { low: -1.0, high: (power.at(last) - 1) as f64, open: false };
+            let ends = [0, last].map(|edge| MotionPoint::of(&motion, edge));
+            assert_eq!(guard.first(&motion, &band, &ends[0], &ends[1]), Some(last), "degree {degree}");
+        }
+    }
+}
+
+#[test]
 fn no_edge_is_missed_by_a_sum_of_states_that_are_much_larger_or_much_faster() {
     // An f64 does not hold the last digits of the states, or of their slopes, of which the sum is what is left.
     let system = Linear::new([[0.0; 4], [1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0; 4]], EDGE_S, 1 << 20);
