@@ -362,3 +362,36 @@ fn a_band_other_than_that_of_the_search_before_is_searched_by_itself() {
         }
     }
 }
+
+#[test]
+fn an_edge_beyond_a_limit_right_behind_a_start_near_the_limit_is_not_missed() {
+    // A parabola that begins above its limit by about the noise of its f64 values, is below it an edge later, and then
+    // rises far above.
+    let system = integrators();
+    let guard = Guard::new([0.0, 0.0, 1.0, 0.0], &system);
+    let mut random = Random(16);
+    for trial in 0..200_000 {
+        let (base, unit) = (2f64.powi(60), 256);
+        let from = i128::from(1 + random.below(900));
+        let (now, below) = (random.below(6000) as i128, 1 + random.below(600) as i128);
+        let bend = 1 + now + below + random.below(100_000) as i128;
+        // Around the start: `now - a j + bend j²` with `now - a + bend = -below`.
+        let a = now + bend + below;
+        let mut polynomial = Polynomial(vec![now + a * from + bend * from * from, -a - 2 * bend * from, bend]);
+        // The value at edge 0 is a multiple of `unit`.
+        let rest = polynomial.0[0].rem_euclid(unit);
+        polynomial.0[0] -= rest;
+        let (x, f) = polynomial.integrated(base);
+        let motion = Trajectory::new(&system, x, f);
+        let from = from as u64;
+        if polynomial.at(from) < 0 {
+            continue;
+        }
+        let to = from + 1 + random.below(EDGES - from);
+        let expected = (from + 1..=to).find(|&edge| polynomial.at(edge) < 0);
+        let band = Band { low: base, high: f64::INFINITY, open: false };
+        let ends = [from, to].map(|edge| MotionPoint::of(&motion, edge));
+        let found = guard.first(&motion, &band, &ends[0], &ends[1]);
+        assert_eq!(found, expected, "trial {trial}: {polynomial:?} from {from} to {to}");
+    }
+}
