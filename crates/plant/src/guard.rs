@@ -432,11 +432,12 @@ impl Guard {
         // More than the error of values in an edge, and more than the error of slopes times an edge.
         let step = 4.0 * noise;
         // `start` is the distance to a limit and grows by `inward` per second there, to `end`; `pull` bends it toward
-        // the limit.
+        // the limit. The roots are those of the least distances: the root of a short one errs by much more than itself.
         let clear = |start: f64, inward: f64, end: f64, pull: f64| {
             end > noise
                 && (start > noise || inward * edge_s > step)
-                && (pull <= 0.0 || start.max(0.0).sqrt() + end.sqrt() > (4.0 * sag * pull + noise).sqrt())
+                && (pull <= 0.0
+                    || (start - noise).max(0.0).sqrt() + (end - noise).sqrt() > (4.0 * sag * pull + noise).sqrt())
         };
         // For each limit: distance and its slope at the start, distance at the end, bounds of its second derivative.
         let low = (va - watch.limits.low.hi, sa, vb - watch.limits.low.hi, least, most);

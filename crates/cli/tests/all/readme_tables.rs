@@ -400,8 +400,9 @@ pub const FIGURES: &[(&str, From, &str)] = &[
         From::File("testbench/record/fit.txt"),
         "30 of 70 at least 5 times as fast as written",
     ),
-    ("over 1.8·10¹⁰ edges", PRECISION, "all 9087980505"),
-    ("over 1.8·10¹⁰ edges", PRECISION, "all 9271278912"),
+    ("over 2.2·10¹⁰ edges", PRECISION, "all 9087980505"),
+    ("over 2.2·10¹⁰ edges", PRECISION, "all 13702471412"),
+    ("more than 1.5 million ends of slip", PRECISION, "all 13702471412 9223919 772752 1537968"),
     ("an integration of 58 decimal places", PRECISION, "plant against 58 decimal places"),
 ];
 

@@ -60,10 +60,21 @@ fn a_steady_motion_passes_counts_at_the_edges_that_exact_integers_say() {
             assert_eq!(found, expected, "count {k} at {speed} rad/s");
             // A caller that comes edge by edge gets the same decisions.
             let x = device.state(expected);
+            assert!(!device.is_surely_within(expected, x[2], (low, high)), "count {k} at {speed} rad/s");
             assert_eq!(device.side_of_band(expected, x[2], (low, high)), 1);
             let x = device.state(expected - 1);
             assert_eq!(device.side_of_band(expected - 1, x[2], (low, high)), 0);
             now = found;
+            // So does a search that is the first of its motion.
+            let mut fresh = Device::new(&axis, 0.0, speed, 0.0);
+            fresh.intend(0, 0.0, speed);
+            assert_eq!(fresh.next_event(0, guess + 50, (-1.0, high)).map(|event| event.0), Some(expected));
+            // So does a search after one of a motion whose values were exact.
+            let mut rested = Device::new(&axis, 0.0, 0.0, 0.0);
+            rested.intend(0, 0.0, 0.0);
+            assert_eq!(rested.next_event(0, 1 << 20, (-1.0, high)), None);
+            rested.intend(1, 0.0, speed);
+            assert_eq!(rested.next_event(1, guess + 51, (-1.0, high)).map(|event| event.0), Some(expected + 1));
         }
         again += device.redecided();
     }

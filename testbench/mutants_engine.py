@@ -1,0 +1,646 @@
+#!/usr/bin/env python3
+"""Mutants of the engine's searches, chosen by hand: one error each, held against the tests.
+
+The errors are in the searches that let the driver `events` leap: a bound halved, a comparison relaxed, an order not
+looked at, a period too many. All mutants are built at once, each behind a test of the variable HPU_MUTANT. The tests of
+STAGES then run once for each mutant, until one fails. A mutant that fails no test survives, unless it has a reason why
+it changes no result: then it is equivalent. A mutant with such a reason that a test kills is an error of the list.
+
+A run that was stopped goes on where it was; what is known is in results.json in the target folder.
+
+Usage: testbench/mutants_engine.py [--only WORD] [--jobs J] [--update]
+  --only WORD  mutants whose file or description contains the word
+  --jobs J     mutants tested at a time [1]
+  --update     write testbench/record/mutants-engine.txt
+Exit codes: 0 each mutant is killed or equivalent, 1 one survives or is wrongly called equivalent, 2 wrong usage,
+3 the mutants do not build or the tests fail without a mutant.
+"""
+
+import argparse
+import hashlib
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import threading
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+RECORD = ROOT / "testbench" / "record" / "mutants-engine.txt"
+GUARD = "crates/plant/src/guard.rs"
+DEVICE = "crates/plant/src/device/mod.rs"
+MODES = "crates/plant/src/device/modes.rs"
+CRUISE = "crates/plant/src/device/cruise.rs"
+WORLD = "crates/cosim/src/axis_world.rs"
+ENGINE = "crates/cosim/src/engine.rs"
+
+# Test binaries, filters, and seconds of processor time after which a mutant counts as endless, a multiple of what the
+# tests take; in the order in which they are asked: those that cost least first.
+QUICK = ["between_rows::", "bounded::", "contact::", "known_answers::", "law_scenes::", "less_model::", "rail::"]
+LEAPS = ["cruise::so_", "cruise::a_run", "drivers::they_agree", "drivers::watching", "faults::"]
+WHOLE = ["cruise::every_register", "drivers::leaping", "drivers::a_hundred", "energy::"]
+STAGES = [
+    ("hpu-plant", "all", ["--skip", "arm_", "--skip", "shaper::", "--skip", "stepper::"], 20),
+    ("hpu-cosim", "all", QUICK, 60),
+    ("hpu-cosim", "high_precision", ["--skip", "twice_the_places"], 100),
+    ("hpu-cosim", "all", LEAPS, 100),
+    ("hpu-cosim", "all", WHOLE, 200),
+]
+# Stages for mutants that are equivalent by a reason.
+FEW = 1
+
+# The function that a mutant asks, in hpu-signal.
+SWITCH = """
+/// Returns whether this mutant was chosen.
+#[inline]
+pub fn mutant(number: u32) -> bool {
+    use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
+    static CHOSEN: AtomicU32 = AtomicU32::new(u32::MAX);
+    #[cold]
+    fn read() -> u32 {
+        let chosen = std::env::var("HPU_MUTANT").map_or(0, |text| text.parse().expect("a number"));
+        CHOSEN.store(chosen, Relaxed);
+        chosen
+    }
+    let chosen = CHOSEN.load(Relaxed);
+    number == if chosen == u32::MAX { read() } else { chosen }
+}
+"""
+
+SPEED = "a longer or shorter look: "
+ABOVE = (
+    "the start is inside and the parabola's end is inside by a noise; a parabola that bends toward the limit lies "
+    "above its chord, so each edge between them is inside"
+)
+ONCE = (
+    "each edge is decided exactly, and a function that bends one way only passes a limit once between an edge inside "
+    "and an edge outside"
+)
+# File, the text behind which the place is, the place, and its mutants: what is wrong, what is put, and for equivalent
+# ones the reason. A place is an expression, or a statement with its semicolon.
+PLACES = [
+    # stays
+    (GUARD, "fn stays(", "dyadic(edges)", [
+        ("stays: derivatives bounded over half of the length", "dyadic(edges / 2)"),
+    ]),
+    (GUARD, "fn stays(", "dot(&bounds.noise_bulge, &sizes(&motion.w.hi)) + 3.0 * noise", [
+        ("stays: error halved", "0.5 * (dot(&bounds.noise_bulge, &sizes(&motion.w.hi)) + 3.0 * noise)",
+         "both parts are bounds of twice the errors, and a value and a slope times the length err by a noise each"),
+        ("stays: no error", "0.0 * noise"),
+    ]),
+    (GUARD, "fn stays(", "0.5 * (1.0 + 1e-9) * second", [
+        ("stays: bend halved", "0.25 * (1.0 + 1e-9) * second"),
+        ("stays: no bend", "0.0 * second"),
+    ]),
+    (GUARD, "fn stays(", "length_s * length_s * bend + error", [
+        ("stays: bulge halved", "0.5 * (length_s * length_s * bend + error)"),
+    ]),
+    (GUARD, "fn stays(", "edge_s * edge_s * bend + error + noise", [
+        ("stays: least slope of the first edge halved", "0.5 * (edge_s * edge_s * bend + error + noise)", ABOVE),
+        ("stays: no least slope of the first edge", "0.0 * noise", ABOVE),
+    ]),
+    (GUARD, "fn stays(", "(value - error > low || step > least)", [
+        ("stays: start at the low limit not looked at", "true", ABOVE),
+    ]),
+    (GUARD, "fn stays(", "(value + error < high || -step > least)", [
+        ("stays: start at the high limit not looked at", "true", ABOVE),
+    ]),
+    (GUARD, "fn stays(", "end + bulge < high", [
+        ("stays: high limit relaxed", "end + bulge <= high",
+         "at equality the value is below the limit by the part of `bulge` that the errors do not reach"),
+        ("stays: high limit not looked at", "true"),
+    ]),
+    (GUARD, "fn stays(", "first == 0.0", [
+        ("stays: a function without a bend taken for constant", "second == 0.0"),
+    ]),
+    # noise and side
+    (GUARD, "fn noise(", """dot(&bounds.noise_x, &sizes(&motion.x.hi))
+            + dot(&bounds.noise_w, &sizes(&motion.w.hi))
+            + 4.0 * UNIT * limits.size()""", [
+        ("noise: an eighth", """0.125 * (dot(&bounds.noise_x, &sizes(&motion.x.hi))
+            + dot(&bounds.noise_w, &sizes(&motion.w.hi))
+            + 4.0 * UNIT * limits.size())"""),
+        ("noise: none", "0.0 * limits.size()"),
+        ("noise: limits' rounding left out", """dot(&bounds.noise_x, &sizes(&motion.x.hi))
+            + dot(&bounds.noise_w, &sizes(&motion.w.hi))""",
+         "near a limit the other parts are at least 12 units of roundoff of the limit, and twice the errors: the half "
+         "that is too much covers the limit's own unit"),
+        ("noise: state's error left out", "dot(&bounds.noise_w, &sizes(&motion.w.hi)) + 4.0 * UNIT * limits.size()"),
+        ("noise: slope's error left out", "dot(&bounds.noise_x, &sizes(&motion.x.hi)) + 4.0 * UNIT * limits.size()"),
+    ]),
+    (GUARD, "fn side(&self, value", "if self.open { Ordering::Less } else { Ordering::Equal }", [
+        ("side: an open limit taken for a closed one", "Ordering::Equal"),
+        ("side: a closed limit taken for an open one", "Ordering::Less"),
+    ]),
+    (GUARD, "fn side_again(", "watch.limits.side(self.exact(watch.motion, edge))", [
+        ("side: doubtful values taken as inside", "{ let _ = edge; Side::Inside }"),
+    ]),
+    # exit and seek
+    (GUARD, "fn exit_with<", "to.edge - from.edge > 1", [
+        ("exit: quick look over one edge too", "to.edge - from.edge >= 1",
+         "`stays` is right for any number of edges; one edge is decided sooner by its end alone"),
+    ]),
+    (GUARD, "fn seek_with<", "to.edge - from.edge == 1", [
+        ("seek: two edges decided by the end", "to.edge - from.edge <= 2"),
+    ]),
+    (GUARD, "fn divide(", "self.exit(watch, from, &middle).or_else(|| self.exit(watch, &middle, to))", [
+        ("divide: second half first", "self.exit(watch, &middle, to).or_else(|| self.exit(watch, from, &middle))"),
+        ("divide: second half left out", "self.exit(watch, from, &middle)"),
+    ]),
+    # judge
+    (GUARD, "fn judge(", "length_s * length_s * 0.125", [
+        ("judge: sag halved", "length_s * length_s * 0.0625"),
+        ("judge: no sag", "length_s * 0.0"),
+    ]),
+    (GUARD, "fn judge(", "sag * fourth + dot(&sizes(&self.bend), &error)", [
+        ("judge: spread halved", "0.5 * (sag * fourth + dot(&sizes(&self.bend), &error))"),
+        ("judge: fourth derivative left out", "dot(&sizes(&self.bend), &error)"),
+        ("judge: slope's error left out of the spread", "sag * fourth",
+         "times the sag it is less than the noise where the motion is slow over the length, and a millionth of the "
+         "fourth derivative's part where it is fast"),
+    ]),
+    (GUARD, "fn judge(", "(ca.min(cb) - spread, ca.max(cb) + spread)", [
+        ("judge: bend at the start taken for all", "(ca - spread, ca + spread)"),
+        ("judge: bend at the end taken for all", "(cb - spread, cb + spread)"),
+    ]),
+    (GUARD, "fn judge(", "4.0 * noise", [
+        ("judge: step of an edge halved", "2.0 * noise",
+         "the noise is twice the sum of the errors: two of it are still twice the errors of two values"),
+        ("judge: no step of an edge", "0.0 * noise"),
+    ]),
+    (GUARD, "let clear =", "end > noise", [
+        ("judge: noise at the end not looked at", "end > 0.0"),
+    ]),
+    (GUARD, "let clear =", "(start > noise || inward * edge_s > step)", [
+        ("judge: start at a limit not looked at", "true"),
+    ]),
+    (GUARD, "let clear =", "(4.0 * sag * pull + noise).sqrt()", [
+        ("judge: pull halved", "(2.0 * sag * pull + noise).sqrt()"),
+        ("judge: noise left out beside the pull", "(4.0 * sag * pull).sqrt()"),
+    ]),
+    (GUARD, "let clear =", "pull <= 0.0", [
+        ("judge: pull not looked at", "true"),
+    ]),
+    (GUARD, "fn judge(", "Side::Inside if is_clear(low) && is_clear(high) => return Verdict::Clear,", [
+        ("judge: high limit not looked at", "Side::Inside if is_clear(low) => return Verdict::Clear,"),
+        ("judge: low limit not looked at", "Side::Inside if is_clear(high) => return Verdict::Clear,"),
+    ]),
+    (GUARD, "fn judge(", "!is_clear(behind)", [
+        ("judge: the other limit not looked at", "false"),
+    ]),
+    (GUARD, "fn judge(", "most <= 0.0 && start - end > fall", [
+        ("judge: concave by the least bend", "least <= 0.0 && start - end > fall"),
+        ("judge: concave without the fall", "most <= 0.0", ONCE),
+    ]),
+    (GUARD, "fn judge(", "least >= 0.0 && start > noise && end < -fall", [
+        ("judge: convex by the greatest bend", "most >= 0.0 && start > noise && end < -fall"),
+        ("judge: convex from a limit", "least >= 0.0 && end < -fall", ONCE),
+        ("judge: convex without the fall", "least >= 0.0 && start > noise", ONCE),
+    ]),
+    (GUARD, "fn judge(", "((rising * sa).min(rising * sb) - sag * third) * edge_s > step", [
+        ("judge: approach without the third derivative", "(rising * sa).min(rising * sb) * edge_s > step"),
+        ("judge: approach with half of the third derivative",
+         "((rising * sa).min(rising * sb) - 0.5 * sag * third) * edge_s > step"),
+        ("judge: approach by the slope at the end", "(rising * sb - sag * third) * edge_s > step"),
+        ("judge: every exit taken for the only one", "true"),
+    ]),
+    # unique
+    (GUARD, "fn unique(", "3.0 * watch.noise + 0.5 * (edge_s * edge_s) * (1.0 + 1e-9) * second", [
+        ("unique: distance from the line halved",
+         "0.5 * (3.0 * watch.noise + 0.5 * (edge_s * edge_s) * (1.0 + 1e-9) * second)"),
+        ("unique: no distance from the line", "0.0 * second"),
+    ]),
+    (GUARD, "fn unique(", "tries < 12", [
+        ("unique: never halves", "true",
+         SPEED + "each guess lies inside the bracket and narrows it by an edge or more"),
+    ]),
+    (GUARD, "fn unique(", "self.side(watch, guess, value) == Side::Inside", [
+        ("unique: decided on the f64 value", "rising * (value - limit) < 0.0"),
+    ]),
+    # the device's searches
+    (DEVICE, "fn listen(", "dyadic(edges).min(self.motion.system().dyadic() - 1)", [
+        ("listen: noise of a 64th of the length",
+         "dyadic(edges).saturating_sub(6).min(self.motion.system().dyadic() - 1)"),
+    ]),
+    (DEVICE, "fn is_surely_within(", "angle_rad - low_rad > self.noise[0] && high_rad - angle_rad > self.noise[0]", [
+        ("is_surely_within: decided on the f64 value", "angle_rad - low_rad > 0.0 && high_rad - angle_rad > 0.0"),
+    ]),
+    (DEVICE, "pub fn next_event(", "to <= *known", [
+        ("next_event: known one edge further", "to <= *known + 1"),
+    ]),
+    (DEVICE, "pub fn next_event(", "band_rad == *known_rad", [
+        ("next_event: band not looked at", "true"),
+    ]),
+    (DEVICE, "pub fn next_event(", "event.0 > from)", [
+        ("next_event: event at the start kept", "event.0 >= from)",
+         "at an event the angle is outside of the band or the mode has ended: no search begins there with the band"),
+    ]),
+    (DEVICE, "pub fn coasts(", "edge < *known", [
+        ("coasts: one edge further than known", "edge <= *known"),
+    ]),
+    (DEVICE, "pub fn coasts(", "band_rad == *known_rad", [
+        ("coasts: band not looked at", "true"),
+    ]),
+    (DEVICE, "pub fn coasts(", "event.0 > edge + 1", [
+        ("coasts: onto the event", "event.0 > edge"),
+        ("coasts: event not looked at", "event.0 > 0"),
+    ]),
+    (DEVICE, "pub fn coasts(", "self.cruise.is_none()", [
+        ("coasts: in a cruise too", "true",
+         "a cruise forgets what was known and searches only to its end: nothing is known"),
+    ]),
+    (DEVICE, "fn look_for_with<", "to >= end", [
+        ("look_for: end of a cruise at the last edge left out", "to > end"),
+    ]),
+    (DEVICE, "fn look_for_with<", "*known >= from && *known_rad == band_rad && event.is_none()", [
+        ("look_for: start from before, whatever the band", "*known >= from && event.is_none()"),
+        ("look_for: start from before, whatever was found", "*known >= from && *known_rad == band_rad",
+         "the point found is then the event's: before the event it counts as far (a debug build panics), and behind it "
+         "the band is another"),
+        ("look_for: start from before, whatever is known", "*known_rad == band_rad && event.is_none()",
+         "a search that found nothing covers NEAR edges or more from its point, so that `from` is known"),
+    ]),
+    (DEVICE, "fn look_for_with<", "(0.75 * self.way(&encoder, &a)).min(FAR)", [
+        ("look_for: quick look twice as far", "(1.5 * self.way(&encoder, &a)).min(4.0 * FAR)",
+         SPEED + "it is believed only where all functions stay"),
+    ]),
+    (DEVICE, "fn look_for_with<", "(self.ahead, self.found) = ((self.anchor + far, band_rad, None), Some(a));", [
+        ("look_for: known one edge beyond the quick look",
+         "(self.ahead, self.found) = ((self.anchor + far + 1, band_rad, None), Some(a));"),
+        ("look_for: known a quarter beyond the quick look",
+         "(self.ahead, self.found) = ((self.anchor + far + far / 4, band_rad, None), Some(a));"),
+    ]),
+    (DEVICE, "last = first + NEAR;", "self.hear(last);", [
+        ("look_for: noise of the last search kept", ""),
+    ]),
+    (DEVICE, "last = first + NEAR;", "self.ahead = (self.anchor + last, band_rad, event);", [
+        ("look_for: known one edge beyond the search", "self.ahead = (self.anchor + last + 1, band_rad, event);"),
+        ("look_for: event found not kept", "self.ahead = (self.anchor + last, band_rad, None);"),
+    ]),
+    (DEVICE, "self.ahead = (self.anchor + last, band_rad, event);", "event.filter(|event| event.0 <= to)", [
+        ("look_for: an event after the last edge returned", "event"),
+    ]),
+    (DEVICE, "fn doubtful(", "!guard.stays(&self.motion, limits, self.noise[index + 1], from, edges)", [
+        ("doubtful: second check not looked at",
+         "index == 0 && !guard.stays(&self.motion, limits, self.noise[index + 1], from, edges)"),
+        ("doubtful: first check not looked at",
+         "index == 1 && !guard.stays(&self.motion, limits, self.noise[index + 1], from, edges)"),
+    ]),
+    (DEVICE, "fn search(", "a.edge < last", [
+        ("search: last edge left out", "a.edge + 1 < last"),
+    ]),
+    (DEVICE, "fn search(", "1.25 * self.way(encoder, &a)", [
+        ("search: parts twice as long", "2.5 * self.way(encoder, &a)", SPEED + "every part is searched to its end"),
+    ]),
+    (DEVICE, "fn search(", "found.as_ref().unwrap_or(&b)", [
+        ("search: order of the ends not looked at", "&b"),
+    ]),
+    (DEVICE, "fn search(", "a.edge == first && to.edge == last", [
+        ("search: no quick look at parts", "a.edge == first || to.edge == last",
+         "`exit` is `seek` after a quick look, which only spares it work"),
+    ]),
+    (DEVICE, "pub fn arrive(", "edge < end", [
+        ("arrive: beyond the end of a cruise", "edge <= end"),
+    ]),
+    # ends of modes
+    (MODES, "fn change_with<", "before.sign() == 0.0 || before.sign() == after.sign()", [
+        ("change: value at its limit at the start not looked at", "before.sign() == after.sign()"),
+        ("change: value on one side not looked at", "before.sign() == 0.0",
+         "the mode lasted to the edge before, so that the value there is inside or at its limit"),
+    ]),
+    (MODES, "fn change_with<", "if before.hi.abs() <= after.hi.abs() { Double::ZERO } else { edge_s.into() }", [
+        ("change: such a value always ends the mode late", "edge_s.into()"),
+    ]),
+    (MODES, "fn change_with<", "(tau_s - soonest_s).sign() < 0.0", [
+        ("change: the later end taken", "(tau_s - soonest_s).sign() > 0.0"),
+        ("change: the first check's end taken", "tau_s.hi.is_nan() && soonest_s.hi.is_nan()"),
+        ("change: the second check's end taken", "tau_s.hi >= 0.0 || soonest_s.hi >= 0.0"),
+    ]),
+    (MODES, "fn change_with<", "Double::from(edge_s) - tau_s", [
+        ("change: rest of the edge not flowed", "Double::ZERO + (tau_s - tau_s)"),
+        ("change: whole edge flowed", "Double::from(edge_s)"),
+    ]),
+    (MODES, "fn change_with<", "0..self.checks.len()", [
+        ("change: no other end within the edge", "0..0"),
+        ("change: one other end within the edge", "0..1"),
+    ]),
+    (MODES, "fn turn<", "self.shaft = self.shaft_at::<P>(x);", [
+        ("turn: friction never holds", "self.shaft = Shaft::Slip(if above { 1 } else { -1 });"),
+        ("turn: friction always holds", "self.shaft = Shaft::Stuck;"),
+    ]),
+    (MODES, "fn turn<", "x.set(CURRENT, Double::ZERO);", [
+        ("turn: rest of a diode's current kept", ""),
+    ]),
+    (MODES, "(Cause::Shaft, ..) => {", "x.set(SPEED, Double::ZERO);", [
+        ("turn: rest of the speed kept", ""),
+    ]),
+    (MODES, "fn shaft_at<", "low: -friction_nm, high: friction_nm, open: false", [
+        ("shaft_at: torque equal to friction moves", "low: -friction_nm, high: friction_nm, open: true"),
+    ]),
+    (MODES, "fn anchor_at<", "(self.heard, self.ahead.0, self.found) = (0, 0, None);", [
+        ("anchor_at: noise of the motion before kept", "(self.ahead.0, self.found) = (0, None);"),
+        ("anchor_at: events of the motion before kept", "(self.heard, self.found) = (0, None);"),
+        ("anchor_at: point of the motion before kept", "(self.heard, self.ahead.0) = (0, 0);"),
+    ]),
+    # cruises
+    (CRUISE, "fn bounds(", "1.01 * (most[k] + bulge[k])", [
+        ("cruise: margins halved", "0.505 * (most[k] + bulge[k])"),
+        ("cruise: margins without the bulge", "1.01 * most[k] + 0.0 * bulge[k]"),
+        ("cruise: margins of the bulge alone", "0.0 * most[k] + 1.01 * bulge[k]"),
+    ]),
+    (CRUISE, "fn cruise_with<", "(last - edge).min((1 << (self.motion.system().dyadic() - 1).min(62)) - 1)", [
+        ("cruise: a period further than the repetition",
+         "(last - edge + period).min((1 << (self.motion.system().dyadic() - 1).min(62)) - 1)"),
+        ("cruise: an edge further than the repetition",
+         "(last - edge + 1).min((1 << (self.motion.system().dyadic() - 1).min(62)) - 1)"),
+    ]),
+    (CRUISE, "fn cruise_with<", "edge < self.leaves", [
+        ("cruise: tried before the last one's end", "edge > u64::MAX - 1",
+         "the search decides; the edge kept only spares searches that would find the same end"),
+    ]),
+    (CRUISE, "fn cruise_with<",
+     "self.shaft != Shaft::Stuck && !(band_rad.0..band_rad.1).contains(&ahead_rad)", [
+         ("cruise: tried however near the count is", "ahead_rad.is_nan()",
+          "the search decides; a look at the speed only spares searches that would find no room"),
+     ]),
+    (CRUISE, "fn cruise_with<", "known.edges == period && switches == others", [
+        ("cruise: pause through other switches", "known.edges == period && (switches == others || switches != others)",
+         "both circuits are without diodes, and such a path always leads through two switches"),
+        ("cruise: period not looked at", "switches == others"),
+    ]),
+    (CRUISE, "fn cruise_with<",
+     "std::ptr::eq(ripple.period, known) && ripple.duty == duty && ripple.fall == fall", [
+         ("cruise: ripple of another mode", "ripple.duty == duty && ripple.fall == fall"),
+         ("cruise: ripple of another duty", "std::ptr::eq(ripple.period, known) && ripple.fall == fall"),
+         ("cruise: ripple of another voltage", "std::ptr::eq(ripple.period, known) && ripple.duty == duty"),
+     ]),
+    (CRUISE, "fn cruise_with<", "left.map_or(edge + reach, |event| event.0 - 1)", [
+        ("cruise: onto the event", "left.map_or(edge + reach, |event| event.0)"),
+        ("cruise: a period beyond the event", "left.map_or(edge + reach, |event| event.0 - 1 + period)"),
+    ]),
+    (CRUISE, "fn cruise_with<", "last - edge >= LEAST * period", [
+        ("cruise: for one period", "last - edge >= period",
+         "a cruise is right over any number of whole periods; one period costs more than it spares"),
+    ]),
+    (CRUISE, "fn cruise_with<", "(self.checks, self.redecided) = (before.1, before.2);", [
+        ("cruise: limits stay narrowed", "self.redecided = before.2;"),
+    ]),
+    (CRUISE, "fn cruise_with<", "(self.heard, self.ahead.0, self.found, self.prefix.0) = (0, 0, None, u64::MAX);", [
+        ("cruise: events of the smooth motion kept", "(self.heard, self.found, self.prefix.0) = (0, None, u64::MAX);"),
+        ("cruise: point of the smooth motion kept", "(self.heard, self.ahead.0, self.prefix.0) = (0, 0, u64::MAX);"),
+    ]),
+    (CRUISE, "fn narrowed(", "check.limits.narrowed(*margin)", [
+        ("cruise: limits of modes not narrowed", "check.limits.narrowed(0.0 * *margin)"),
+        ("cruise: limits of modes narrowed by half", "check.limits.narrowed(0.5 * *margin)"),
+    ]),
+    (CRUISE, "fn narrowed(", "value <= check.limits.low.hi || value >= check.limits.high.hi", [
+        ("cruise: start beyond the narrowed limits", "value.is_nan()"),
+    ]),
+    (CRUISE, "fn narrowed(", "(low_rad + margins[0], high_rad - margins[0])", [
+        ("cruise: band not narrowed", "(low_rad, high_rad)"),
+        ("cruise: band narrowed by half", "(low_rad + 0.5 * margins[0], high_rad - 0.5 * margins[0])"),
+        ("cruise: low end of the band not narrowed", "(low_rad, high_rad - margins[0])"),
+    ]),
+    (CRUISE, "fn is_pulse(", "edges % self.period.edges < self.duty", [
+        ("cruise: pulse one edge longer", "edges % self.period.edges <= self.duty"),
+    ]),
+    (CRUISE, "fn foresees(", "edge < cruise.end", [
+        ("cruise: gates foreseen at its end", "edge <= cruise.end"),
+    ]),
+    # the axis's world
+    (WORLD, "fn advance(", "self.next_due.max(self.edge + 1).min(limit)", [
+        ("advance: what is due not looked at", "limit"),
+        ("advance: one edge beyond what is due", "(self.next_due.max(self.edge).saturating_add(1)).min(limit)"),
+    ]),
+    (WORLD, "fn advance(", "edge >= self.next_due", [
+        ("advance: what is due at the edge is late", "edge > self.next_due"),
+    ]),
+    (WORLD, "fn coast(", "self.edge + 1 < self.next_due", [
+        ("coast: what is due not looked at", "true"),
+        ("coast: onto what is due", "self.edge + 1 <= self.next_due"),
+    ]),
+    (WORLD, "fn foresee(", "self.edge.saturating_add(repeat.edges).saturating_add(1).min(self.next_due)", [
+        ("foresee: what is due not looked at", "self.edge.saturating_add(repeat.edges).saturating_add(1)"),
+        ("foresee: an edge beyond the repetition",
+         "self.edge.saturating_add(repeat.edges).saturating_add(2).min(self.next_due)"),
+        ("foresee: a period beyond the repetition",
+         "self.edge.saturating_add(repeat.edges + repeat.period).saturating_add(1).min(self.next_due)"),
+    ]),
+    (WORLD, "fn foresee(", "self.told = None;", [
+        ("foresee: outputs before the cruise taken for told", ""),
+    ]),
+    # the driver
+    (ENGINE, "fn leap_over<", "quiet == 0 && ahead.is_none() && self.world.coast()", [
+        ("leap: coasts after a cruise too", "quiet == 0 && self.world.coast()"),
+        ("leap: coasts while the datapath is quiet", "quiet <= 1 && ahead.is_none() && self.world.coast()"),
+    ]),
+    (ENGINE, "fn leap_over<", "edge <= end", [
+        ("leap: a cruise beyond the end of the run", "edge <= u64::MAX"),
+    ]),
+    (ENGINE, "fn leap_over<", "!observer.follows(outputs(&self.input, &self.out))", [
+        ("leap: a cruise although the outputs are watched", "true"),
+    ]),
+    (ENGINE, "fn leap_over<", "self.rows.log(&self.world, self.edge, observer);", [
+        ("leap: rows not shown while it coasts", ""),
+    ]),
+    (ENGINE, "fn leap_over<", "self.edge.saturating_add(quiet).saturating_add(1)", [
+        ("leap: an edge beyond the quiet ones", "self.edge.saturating_add(quiet).saturating_add(2)"),
+    ]),
+    (ENGINE, "fn pass(", "edges % period >= first", [
+        ("pass: a pulse one edge longer", "edges % period > first"),
+    ]),
+]
+
+
+class Mutant:
+    """An error at a place, with its number from 1 on."""
+
+    def __init__(self, number, file, line, place, what, put, reason=None):
+        self.number, self.file, self.line = number, file, line
+        self.place, self.what, self.put, self.reason = place, what, put, reason
+
+
+def choice(place, options):
+    """The text that stands for a place: its mutants, each behind its number, and the place itself."""
+    # A part of a pattern or of a structure's fields cannot be chosen alone.
+    arm = re.fullmatch(r"(Side::\w+) if (.*) (=> return Verdict::Clear,)", place)
+    if arm:
+        rest = [(number, re.fullmatch(r"Side::\w+ if (.*) => .*", put)[1]) for number, put in options]
+        return f"{arm[1]} if {choice(arm[2], rest)} {arm[3]}"
+    fields = re.fullmatch(r"(.*open: )(true|false)", place)
+    if fields:
+        rest = [(number, put.rsplit(" ", 1)[1]) for number, put in options]
+        return fields[1] + choice(fields[2], rest)
+    # A place may end behind the expression, where this tells it from others.
+    tail = ")" if place.count(")") > place.count("(") else ""
+    text = "".join(
+        f"if hpu_signal::mutant({number}) {{ {put.removesuffix(tail) if tail else put} }} else "
+        for number, put in options
+    )
+    own = place.removesuffix(tail) if tail else place
+    chosen = f"{text}{{ {own} }}"
+    return chosen if place.endswith(";") else f"({chosen}){tail}"
+
+
+def sown():
+    """All mutants, and the changed sources by their names."""
+    mutants, cuts = [], {}
+    for file, behind, place, options in PLACES:
+        text = (ROOT / file).read_text()
+        at = text.find(place, text.find(behind)) if behind in text else -1
+        if at < 0:
+            sys.exit(f"{file}: no place {place!r} behind {behind!r}")
+        made = []
+        for option in options:
+            line = text.count("\n", 0, at) + 1
+            mutants.append(Mutant(len(mutants) + 1, file, line, place, *option))
+            made.append((mutants[-1].number, option[1]))
+        cuts.setdefault(file, []).append((at, place, choice(place, made)))
+    sources = {}
+    for file, places in cuts.items():
+        text = (ROOT / file).read_text()
+        for at, place, put in sorted(places, reverse=True):
+            text = text[:at] + put + text[at + len(place) :]
+        sources[file] = text
+    name = "crates/signal/src/lib.rs"
+    sources[name] = (ROOT / name).read_text() + SWITCH
+    return mutants, sources
+
+
+def built(sources):
+    """Builds a copy of the tracked tree with the changed sources. Returns the test binaries by package and target."""
+    target = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")).resolve() / "mutants-engine"
+    tree = target / "tree"
+    listed = subprocess.run(
+        ["git", "ls-files", "-co", "--exclude-standard"], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    for name in listed.stdout.splitlines():
+        if not (ROOT / name).is_file():
+            continue
+        content = sources[name].encode() if name in sources else (ROOT / name).read_bytes()
+        place = tree / name
+        # What is the same keeps its time, so that it is not built again.
+        if not place.exists() or place.read_bytes() != content:
+            place.parent.mkdir(parents=True, exist_ok=True)
+            place.write_bytes(content)
+    packages = sorted({stage[0] for stage in STAGES})
+    chosen = [word for package in packages for word in ("-p", package)]
+    chosen += [word for name in sorted({stage[1] for stage in STAGES}) for word in ("--test", name)]
+    done = subprocess.run(
+        ["cargo", "test", "--release", "--locked", *chosen, "--no-run"],
+        cwd=tree, env={**os.environ, "CARGO_TARGET_DIR": str(target)}, capture_output=True, text=True, check=False,
+    )
+    if done.returncode != 0:
+        print(done.stderr, file=sys.stderr)
+        sys.exit(3)
+    # The binaries in the order of packages, as cargo tells them.
+    found = {}
+    for name, path in re.findall(r"Executable tests/(\w+)/main\.rs \((\S+)\)", done.stderr):
+        binary = Path(path) if Path(path).is_absolute() else tree / path
+        listing = subprocess.run([binary, "--list"], capture_output=True, text=True, check=True).stdout
+        package = "hpu-plant" if "decisions::" in listing else "hpu-cosim"
+        found[package, name] = (binary, tree / "crates" / package.removeprefix("hpu-"))
+    return found
+
+
+def killed_by(binaries, number, stages):
+    """The test that a mutant fails, with the number of others that fail beside it; None if it passes all."""
+    for package, name, filters, patience_s in stages:
+        binary, folder = binaries[package, name]
+        environment = {**os.environ, "HPU_MUTANT": str(number), "RUST_BACKTRACE": "0"}
+        done = subprocess.run(
+            ["prlimit", f"--cpu={patience_s}", binary, *filters],
+            cwd=folder, env=environment, capture_output=True, text=True, check=False,
+        )
+        if done.returncode in (-signal.SIGXCPU, -signal.SIGKILL):
+            return f"{package} {name}: does not end"
+        failed = sorted(set(re.findall(r"^test (\S+) \.\.\. FAILED", done.stdout, re.M)))
+        if failed:
+            others = f" and {len(failed) - 1} more" if len(failed) > 1 else ""
+            return f"{package} {name}: {failed[0]}{others}"
+        if done.returncode != 0:
+            return f"{package} {name}: ends with {done.returncode}"
+    return None
+
+
+class Known:
+    """What is known of these mutants, kept in the target folder. A kill stays known while tests are added; a mutant that
+    has passed all tests is asked again by other tests."""
+
+    def __init__(self, sources, binaries):
+        self.place = next(iter(binaries.values()))[0].parents[2] / "results.json"
+        self.mutants = hashlib.sha256(repr(sorted(sources.items())).encode()).hexdigest()
+        tests = hashlib.sha256(repr(STAGES).encode())
+        for key in sorted(binaries):
+            tests.update(binaries[key][0].read_bytes())
+        self.tests = tests.hexdigest()
+        self.lock = threading.Lock()
+        kept = json.loads(self.place.read_text()) if self.place.exists() else {}
+        self.found = kept if kept.get("mutants") == self.mutants else {"mutants": self.mutants}
+
+    def killer(self, binaries, number, stages):
+        """The test that a mutant fails in the first stages; asked once."""
+        killer, passed = self.found.get(str(number), (None, []))
+        if killer or [self.tests, stages] in passed:
+            return killer
+        killer = killed_by(binaries, number, STAGES[:stages])
+        with self.lock:
+            self.found[str(number)] = (killer, [] if killer else [[self.tests, stages]])
+            aside = self.place.with_suffix(".tmp")
+            aside.write_text(json.dumps(self.found))
+            os.replace(aside, self.place)
+        return killer
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--only", metavar="WORD", default="")
+    parser.add_argument("--jobs", type=int, default=1)
+    parser.add_argument("--update", action="store_true")
+    options = parser.parse_args()
+    if options.only and options.update:
+        parser.error("--update needs all mutants")
+    mutants, sources = sown()
+    binaries = built(sources)
+    known = Known(sources, binaries)
+    chosen = [mutant for mutant in mutants if options.only in f"{mutant.file} {mutant.what}"]
+
+    def judged(mutant):
+        killer = known.killer(binaries, mutant.number, FEW if mutant.reason else len(STAGES))
+        verdict = ("wrong" if mutant.reason else "killed") if killer else "equivalent" if mutant.reason else "survives"
+        row = f"{mutant.file}:{mutant.line:<5} {verdict:<10} {mutant.what}\n"
+        if killer:
+            row += f"    {killer}\n"
+        else:
+            for sign, text in (("-", mutant.place), ("+", mutant.put)):
+                row += f"    {sign} {' '.join(text.split())}".rstrip() + "\n"
+            row += f"    {mutant.reason}\n" if mutant.reason else ""
+        print(row, end="", file=sys.stderr, flush=True)
+        return verdict, row
+
+    with ThreadPoolExecutor(options.jobs) as pool:
+        rows = pool.map(judged, chosen)
+        sound = pool.submit(known.killer, binaries, 0, len(STAGES))
+        rows = list(rows)
+    if sound.result():
+        print(f"without a mutant: {sound.result()}", file=sys.stderr)
+        sys.exit(3)
+    count = {verdict: 0 for verdict in ("killed", "equivalent", "survives", "wrong")}
+    for verdict, _ in rows:
+        count[verdict] += 1
+    counts = ", ".join(f"{n} {what}" for what, n in count.items())
+    text = "# testbench/mutants_engine.py\n"
+    text += f"# {len(rows)} mutants of the searches for the next event: {counts}\n"
+    text += "# killed: the first test that fails; equivalent: no result changes, by the reason given\n"
+    text += "".join(row for _, row in rows)
+    print(text, end="")
+    if options.update:
+        RECORD.write_text(text)
+    sys.exit(1 if count["survives"] or count["wrong"] else 0)
+
+
+if __name__ == "__main__":
+    main()
