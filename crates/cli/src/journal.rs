@@ -3,7 +3,6 @@
 //! No other place writes one.
 
 use std::collections::BTreeMap;
-use std::env;
 use std::fs::{self, File};
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
@@ -12,6 +11,7 @@ use std::process;
 use hpu_study::units::{self, JournalError, UnitResult};
 
 use crate::exit::Failure;
+use crate::sha256;
 use crate::terminal;
 
 /// A journal that only this process writes to; without a folder, rows are not kept.
@@ -32,9 +32,8 @@ pub fn resume<'a>(
     parts: impl IntoIterator<Item = &'a [u8]>,
 ) -> Result<(Journal, BTreeMap<usize, UnitResult>), Failure> {
     let Some(dir) = dir else { return Ok((Journal(None), BTreeMap::new())) };
-    let program = env::current_exe().and_then(fs::read);
-    let program = program.map_err(|error| Failure::file(format!("this program cannot read itself: {error}")))?;
-    let mut all = vec![program.as_slice()];
+    let program = sha256::this_program()?;
+    let mut all = vec![program.as_bytes()];
     for part in parts {
         all.push(part);
     }

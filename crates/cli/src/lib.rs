@@ -34,6 +34,7 @@ mod report;
 mod reproduce;
 mod run;
 mod scene;
+mod sha256;
 mod show;
 mod study;
 mod sweep;

@@ -6,7 +6,6 @@ use hpu_cosim::{AnySimulation, SceneFile, Simulation, Wired, judged_window_s};
 use hpu_signal::Notation;
 use hpu_study::page::{Cell, Column, Page, Table, escaped};
 use serde_json::Value;
-use sha2::{Digest, Sha256};
 
 use super::Part;
 use super::document::{Content, Document, Section, data};
@@ -18,6 +17,7 @@ use crate::parameters::as_json;
 use crate::progress::Watch;
 use crate::run::{Finished, finished, unseen};
 use crate::scene::{Named, quoted, set_options};
+use crate::sha256;
 
 /// A scene that was run, with all that the report tells of it.
 pub struct Told {
@@ -98,7 +98,7 @@ impl Told {
     }
 
     fn sha256(&self) -> String {
-        Sha256::digest(self.source.text.as_bytes()).iter().map(|byte| format!("{byte:02x}")).collect()
+        sha256::of(&self.source.text)
     }
 }
 

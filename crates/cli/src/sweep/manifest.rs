@@ -13,6 +13,7 @@ use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 
 use crate::exit::Failure;
+use crate::sha256::{self, hex};
 
 /// The version of the manifest's format.
 const FORMAT: u64 = 1;
@@ -64,18 +65,6 @@ fn hashed<'a>(parts: impl IntoIterator<Item = &'a [u8]>) -> String {
         hash.update(part);
     }
     hex(&hash.finalize())
-}
-
-/// Returns bytes in hexadecimal digits.
-pub fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
-}
-
-/// Returns the SHA-256 of this program.
-pub fn program() -> Result<String, Failure> {
-    let bytes = std::env::current_exe().and_then(fs::read);
-    let bytes = bytes.map_err(|error| Failure::file(format!("this program cannot read itself: {error}")))?;
-    Ok(hex(&Sha256::digest(bytes)))
 }
 
 impl Manifest {
@@ -174,7 +163,7 @@ impl Manifest {
         let mut file = temporary.open().map_err(at)?;
         file.write_all(text.as_bytes()).and_then(|()| file.sync_all()).map_err(|error| Failure::at(&place, error))?;
         put(temporary, &place)?;
-        Ok(Planned { sum: hex(&Sha256::digest(&text)), bytes: text.len(), manifest: self, dir: dir.to_path_buf() })
+        Ok(Planned { sum: sha256::of(&text), bytes: text.len(), manifest: self, dir: dir.to_path_buf() })
     }
 }
 
@@ -205,7 +194,7 @@ impl Planned {
         };
         let damaged = || Failure::at(&place, "is no manifest of a sweep, or is damaged; plan the sweep again");
         let manifest = Manifest::parse(&text).filter(|manifest| manifest.wave == wave).ok_or_else(damaged)?;
-        Ok(Some(Self { manifest, dir: dir.to_path_buf(), sum: hex(&Sha256::digest(&text)), bytes: text.len() }))
+        Ok(Some(Self { manifest, dir: dir.to_path_buf(), sum: sha256::of(&text), bytes: text.len() }))
     }
 
     /// Reads the manifests of all waves, which are at least one.
@@ -247,7 +236,7 @@ impl Planned {
     /// Refuses to go on under another program than the one that planned the sweep, unless it is asked for. Returns the
     /// SHA-256 of this program.
     pub fn accepts(&self, any_version: bool) -> Result<String, Failure> {
-        let own = program()?;
+        let own = sha256::this_program()?;
         if own != self.manifest.program && !any_version {
             return Err(Failure::usage(format!(
                 "this is another build of hpu than the one that planned the sweep ({}); --any-version goes on with it",

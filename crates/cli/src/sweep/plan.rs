@@ -11,12 +11,12 @@ use hpu_study::studies::Section;
 use hpu_study::sweep::Points;
 
 use super::files::gathered;
-use super::manifest::{Manifest, Planned, program};
+use super::manifest::{Manifest, Planned};
 use super::work::{self, LINES, SECTIONS, splittable};
 use crate::exit::{Exit, Failure};
 use crate::page::show;
 use crate::work::{Rows, Work, on_disk};
-use crate::{interrupt, study};
+use crate::{interrupt, sha256, study};
 
 /// Most points that are run to measure what a point costs, and the share of all points that they are at most.
 const SAMPLE: u64 = 16;
@@ -125,7 +125,7 @@ pub fn first(asked: &Asked, dir: &Path, command: &Command, workers: Option<usize
     let mut manifest = Manifest {
         wave: 1,
         version: env!("HPU_VERSION").to_string(),
-        program: program()?,
+        program: sha256::this_program()?,
         study: (name, text),
         verb,
         words,

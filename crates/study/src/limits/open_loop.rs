@@ -1,6 +1,7 @@
 //! Linear loops whose stiffness is left open: the plant's change from sample to sample, over a range of stiffnesses.
 
 use std::array;
+use std::sync::OnceLock;
 
 use hpu_cosim::scene::{Device, Scene};
 
@@ -23,7 +24,12 @@ pub(super) struct OpenLoop {
     whole: u32,
     num: Vec<Term>,
     den: Vec<Term>,
+    /// The changes of a loop without a live spring: they do not depend on the stiffness.
+    changes: OnceLock<Changes>,
 }
+
+/// The plant's changes over the times of [`OpenLoop`]; `None` for a time of zero.
+type Changes = [Option<Vec<Vec<Jet>>>; 2];
 
 impl OpenLoop {
     /// Greatest delay, in whole samples, for which limits are worked out.
@@ -48,12 +54,12 @@ impl OpenLoop {
 
         let plant = Plants::one(plant(scene, scene));
         let live = scene.method.kind.is_live();
-        Ok(Self { plant, live, times_s, whole: whole as u32, num, den })
+        Ok(Self { plant, live, times_s, whole: whole as u32, num, den, changes: OnceLock::new() })
     }
 
     /// Returns the same loop around other plants.
     pub fn around(&self, plant: Plants) -> Self {
-        Self { plant, num: self.num.clone(), den: self.den.clone(), ..*self }
+        Self { plant, num: self.num.clone(), den: self.den.clone(), changes: OnceLock::new(), ..*self }
     }
 
     /// Returns the plant's degree. The number of poles outside the unit circle is this degree minus the number of turns
@@ -166,7 +172,8 @@ impl OpenLoop {
     /// Returns the characteristic function over a range of stiffnesses.
     pub fn over(&self, range: [f64; 2]) -> Characteristic {
         let states = self.plant.over.len() - 1;
-        let [late, rest] = self.times_s.map(|time_s| (time_s != Interval::ZERO).then(|| self.change(time_s, range)));
+        let changes = || self.times_s.map(|time_s| (time_s != Interval::ZERO).then(|| self.change(time_s, range)));
+        let [late, rest] = if self.live { changes() } else { self.changes.get_or_init(changes).clone() };
         let rest = rest.expect("a period ends after its effort begins");
         let column = |change: &[Vec<Jet>]| -> Vec<Jet> { (0..states).map(|row| change[row][states]).collect() };
         let now = column(&rest);
