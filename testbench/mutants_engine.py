@@ -125,9 +125,7 @@ PLACES = [
             + 4.0 * UNIT * limits.size())"""),
         ("noise: none", "0.0 * limits.size()"),
         ("noise: limits' rounding left out", """dot(&bounds.noise_x, &sizes(&motion.x.hi))
-            + dot(&bounds.noise_w, &sizes(&motion.w.hi))""",
-         "near a limit the other parts are at least 12 units of roundoff of the limit, and twice the errors: the half "
-         "that is too much covers the limit's own unit"),
+            + dot(&bounds.noise_w, &sizes(&motion.w.hi))"""),
         ("noise: state's error left out", "dot(&bounds.noise_w, &sizes(&motion.w.hi)) + 4.0 * UNIT * limits.size()"),
         ("noise: slope's error left out", "dot(&bounds.noise_x, &sizes(&motion.x.hi)) + 4.0 * UNIT * limits.size()"),
     ]),
@@ -180,6 +178,9 @@ PLACES = [
     (GUARD, "let clear =", "(4.0 * sag * pull + noise).sqrt()", [
         ("judge: pull halved", "(2.0 * sag * pull + noise).sqrt()"),
         ("judge: noise left out beside the pull", "(4.0 * sag * pull).sqrt()"),
+    ]),
+    (GUARD, "let clear =", "(start - noise).max(0.0).sqrt() + (end - noise).sqrt()", [
+        ("judge: roots of the distances", "start.max(0.0).sqrt() + end.sqrt()"),
     ]),
     (GUARD, "let clear =", "pull <= 0.0", [
         ("judge: pull not looked at", "true"),
