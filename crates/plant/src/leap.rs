@@ -1,7 +1,7 @@
 //! Leaps of a linear system: the change of the state over a stretch of time, and the integrals on the way.
 
 use crate::double::{Product, versions};
-use crate::matrix::{CURRENT, Columns, Matrix, SPEED, State, map2, norm, outer, plus, product, transposed};
+use crate::matrix::{CURRENT, Columns, Matrix, SPEED, State, map2, norm, outer, product, transposed};
 
 /// Integrals over a leap, in SI units.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
@@ -10,14 +10,6 @@ pub struct Integrals {
     pub states: State,
     /// `∫ i² dt` and `∫ ω² dt`; the other two lanes are unused.
     pub squares: State,
-}
-
-impl Integrals {
-    /// Returns the integrals over this leap and the next one.
-    #[inline(always)]
-    pub(crate) fn and(&self, next: &Self) -> Self {
-        Self { states: plus(&self.states, &next.states), squares: plus(&self.squares, &next.squares) }
-    }
 }
 
 /// A leap of a fixed length: the matrix from `w` to the change of state, and the quadratures.

@@ -54,7 +54,8 @@ impl<'a> Device<'a> {
     #[inline(always)]
     fn change_with<P: Product>(&mut self, edge: u64, sides: [Side; 2], at_edge: &State) {
         let (from, edges, edge_s) = (self.motion.x, edge - 1 - self.anchor, self.motion.system().edge_s());
-        let (whole, x) = self.motion.integrals::<P>(edges);
+        let (done, x) = self.motion.integrals::<P>(edges);
+        self.tally(edges as f64 * edge_s, &from, &x, &done);
         let course = Course::new::<P>(Trajectory::exact_with::<P>(self.motion.system(), x, self.motion.f));
         let mut first: Option<(Double, Doubles, Cause, Side)> = None;
         for (check, side) in self.checks.into_iter().zip(sides) {
@@ -79,7 +80,7 @@ impl<'a> Device<'a> {
         }
         let (tau_s, mut there, cause, side) = first.expect("a mode ended");
         let done = course.integrals(tau_s.hi, &there.hi);
-        self.tally(edges as f64 * edge_s + tau_s.hi, &from, &there, &whole.and(&done));
+        self.tally(tau_s.hi, &x, &there, &done);
         let mut passed = self.is_measured().then_some(Whole::NOTHING);
         if let Some(passed) = &mut passed {
             passed.add(&self.motion, tau_s.hi, [&x.hi, &there.hi], &done.states);
