@@ -666,4 +666,37 @@ mod tests {
         }
         assert!(straight > 20_000 && turned > 5000 && refused > 10_000, "{straight} {turned} {refused}");
     }
+
+    /// Sums of four products that cancel, in exact integers: a state that rounding has moved across its limit, or whose
+    /// value errs across it, is not called surely inside.
+    #[test]
+    fn a_state_that_is_surely_inside_lies_inside_in_exact_integers() {
+        let system = Linear::new([[0.0; 4]; 4], 2e-8, 1);
+        let mut state = 1u64;
+        let mut next = |bits: u32| {
+            state ^= state << 13;
+            state ^= state >> 7;
+            state ^= state << 17;
+            i128::from(state as i64 >> (64 - bits))
+        };
+        let (mut sure, mut close) = (0, 0);
+        for case in 0..20_000 {
+            // Coefficients are `f64`; the states have three bits more than one.
+            let row: [i128; 4] = std::array::from_fn(|_| next(53) | 1);
+            let mut x: [i128; 4] = std::array::from_fn(|_| next(56));
+            let others: i128 = (0..3).map(|k| row[k] * x[k]).sum();
+            // The value lies within the last coefficient's size of zero, and farther away in every other case.
+            x[3] = -others / row[3] + if case % 2 == 0 { 0 } else { next(16) };
+            let value = others + row[3] * x[3];
+            let guard = Guard::new(row.map(|r| r as f64), &system);
+            let rounded = x.map(|x| x as f64);
+            for (limits, is_inside) in [(Limits::POSITIVE, value >= 0), (Limits::NEGATIVE, value <= 0)] {
+                let is_sure = guard.is_surely_inside(&rounded, &limits);
+                assert!(is_inside || !is_sure, "case {case}: {value}");
+                sure += u32::from(is_sure);
+                close += u32::from(is_inside && !is_sure);
+            }
+        }
+        assert!(sure > 5000 && close > 5000, "{sure} {close}");
+    }
 }
