@@ -699,4 +699,47 @@ mod tests {
         }
         assert!(sure > 5000 && close > 5000, "{sure} {close}");
     }
+
+    /// Quartics, whose derivatives reach their bounds, toward a limit that they pass up to four times: only the first
+    /// passage is confirmed, wherever the forecast lies.
+    #[test]
+    fn of_several_passages_of_a_quartic_only_the_first_is_confirmed() {
+        const CHAIN: Matrix = [[0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0], [0.0, 0.0, 0.0, 0.0]];
+        let system = Linear::new(CHAIN, 1.0 / 128.0, 1 << 12);
+        let guard = Guard::new([1.0, 0.0, 0.0, 0.0], &system);
+        let mut state = 1u64;
+        let mut next = || {
+            state ^= state << 13;
+            state ^= state >> 7;
+            state ^= state << 17;
+            (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5
+        };
+        let (mut confirmed, mut several) = (0, 0);
+        for case in 0..40_000 {
+            // The slope's roots, in seconds; the search is over 128 edges, one second.
+            let [a, b, c] = std::array::from_fn(|_| 1.6 * next() + 0.5);
+            let f = if case % 2 == 0 {
+                [-a * b * c, a * b + b * c + c * a, -2.0 * (a + b + c), 6.0]
+            } else {
+                [a * b, -a - b, 2.0, 0.0]
+            };
+            let motion = Trajectory::new(&system, [0.0; 4], f);
+            let values: Vec<f64> = (0..=128).map(|edge| guard.value(&motion.at(edge))).collect();
+            // The limit lies just below an extreme, or anywhere.
+            let extreme = (1..128).find(|&k| values[k] > values[k - 1].max(0.0) && values[k] >= values[k + 1]);
+            let high = extreme.map_or(0.1 * (next() + 0.5), |k| values[k] * (1.0 - 0.5 * (next() + 0.5).powi(3)));
+            let limits = Limits::from(&Band { low: f64::NEG_INFINITY, high, open: true });
+            let passages: Vec<usize> = (1..=128).filter(|&k| values[k - 1] < high && values[k] >= high).collect();
+            let (Some(&first), Some(&last)) = (passages.first(), passages.last()) else { continue };
+            several += usize::from(first != last);
+            let noise = guard.noise(&motion, dyadic(1 << 8), &limits);
+            let mut watch = Watch { motion: &motion, limits, noise, again: &mut 0 };
+            let forecast = Forecast { edges: last as f64 - 0.5, rising: 1.0 };
+            if let Some(point) = guard.confirm(&mut watch, &MotionPoint::of(&motion, 0), forecast) {
+                assert_eq!(point.edge, first as u64, "case {case}");
+                confirmed += 1;
+            }
+        }
+        assert!(confirmed > 1000 && several > 1000, "{confirmed} {several}");
+    }
 }
