@@ -9,7 +9,7 @@ it changes no result: then it is equivalent. A mutant with such a reason that a 
 A run that was stopped goes on where it was; what is known is in results.json in the target folder.
 
 Usage: testbench/mutants_engine.py [--only WORD] [--jobs J] [--update]
-  --only WORD  mutants whose file or description contains the word
+  --only WORD  mutants whose file or description contains the word; may be repeated
   --jobs J     mutants tested at a time [1]
   --update     write testbench/record/mutants-engine.txt
 Exit codes: 0 each mutant is killed or equivalent, 1 one survives or is wrongly called equivalent, 2 wrong usage,
@@ -43,6 +43,7 @@ QUICK = ["between_rows::", "bounded::", "contact::", "known_answers::", "law_sce
 LEAPS = ["cruise::so_", "cruise::a_run", "drivers::they_agree", "drivers::watching", "faults::"]
 WHOLE = ["cruise::every_register", "drivers::leaping", "drivers::a_hundred", "energy::"]
 STAGES = [
+    ("hpu-plant", "lib", ["guard::"], 30),
     ("hpu-plant", "all", ["--skip", "arm_", "--skip", "shaper::", "--skip", "stepper::"], 20),
     ("hpu-cosim", "all", QUICK, 60),
     ("hpu-cosim", "high_precision", ["--skip", "twice_the_places"], 100),
@@ -50,7 +51,7 @@ STAGES = [
     ("hpu-cosim", "all", WHOLE, 200),
 ]
 # Stages for mutants that are equivalent by a reason.
-FEW = 1
+FEW = 2
 
 # The function that a mutant asks, in hpu-signal.
 SWITCH = """
@@ -208,18 +209,65 @@ PLACES = [
         ("judge: approach by the slope at the end", "(rising * sb - sag * third) * edge_s > step"),
         ("judge: every exit taken for the only one", "true"),
     ]),
-    # unique
-    (GUARD, "fn unique(", "3.0 * watch.noise + 0.5 * (edge_s * edge_s) * (1.0 + 1e-9) * second", [
-        ("unique: distance from the line halved",
-         "0.5 * (3.0 * watch.noise + 0.5 * (edge_s * edge_s) * (1.0 + 1e-9) * second)"),
-        ("unique: no distance from the line", "0.0 * second"),
+    # is_surely_inside
+    (GUARD, "fn is_surely_inside(", "8.0 * UNIT * dot(&sizes(&self.row), &sizes(x))", [
+        ("is_surely_inside: no blur", "0.0 * x[0]"),
     ]),
-    (GUARD, "fn unique(", "tries < 12", [
-        ("unique: never halves", "true",
+    (GUARD, "fn is_surely_inside(", "value - low > margin(low)", [
+        ("is_surely_inside: low limit without a margin", "value - low > 0.0"),
+        ("is_surely_inside: low limit not looked at", "true"),
+    ]),
+    (GUARD, "fn is_surely_inside(", "high - value > margin(high)", [
+        ("is_surely_inside: high limit not looked at", "true"),
+    ]),
+    # confirm
+    (GUARD, "fn confirm_with<", "self.bounds.get(dyadic(most))", [
+        ("confirm: derivatives bounded over a quarter of the length", "self.bounds.get(dyadic(most / 4))"),
+    ]),
+    (GUARD, "fn confirm_with<", "(edges * edge_s) * (edges * edge_s) * 0.125", [
+        ("confirm: no sag", "0.0 * edges"),
+    ]),
+    (GUARD, "fn confirm_with<", "(slopes[0].min(slopes[1]) - sag * third) * edge_s > step", [
+        ("confirm: approach without the third derivative", "slopes[0].min(slopes[1]) * edge_s > step"),
+        ("confirm: approach with half of the third derivative",
+         "(slopes[0].min(slopes[1]) - 0.5 * sag * third) * edge_s > step"),
+        ("confirm: approach by the slope at the start", "(slopes[0] - sag * third) * edge_s > step"),
+        ("confirm: approach by the slope at the end", "(slopes[1] - sag * third) * edge_s > step"),
+        ("confirm: every exit taken for the only one", "true"),
+    ]),
+    (GUARD, "fn confirm_with<", "bends[0].min(bends[1])", [
+        ("confirm: bend at the start taken for all", "bends[0]"),
+        ("confirm: bend at the end taken for all", "bends[1]"),
+    ]),
+    (GUARD, "fn confirm_with<", "(sag * fourth + dot(&sizes(&self.bend), &error))", [
+        ("confirm: bend's spread left out", "0.0 * fourth"),
+        ("confirm: bend's spread halved", "0.5 * (sag * fourth + dot(&sizes(&self.bend), &error))"),
+    ]),
+    (GUARD, "fn confirm_with<", "(step / edge_s - slopes[0]).max(0.0)", [
+        ("confirm: way back halved", "0.5 * (step / edge_s - slopes[0]).max(0.0)"),
+        ("confirm: way back without the noise", "(-slopes[0]).max(0.0)"),
+    ]),
+    (GUARD, "fn confirm_with<", "way > step * edges", [
+        ("confirm: way without the noise", "way > 0.0"),
+    ]),
+    (GUARD, "fn confirm_with<", "(behind - step) * (2.0 * bend) > back * back", [
+        ("confirm: limit behind not looked at", "true"),
+        ("confirm: limit behind without the noise", "behind * (2.0 * bend) > back * back"),
+    ]),
+    # close
+    (GUARD, "fn close(", "3.0 * watch.noise + 0.5 * (edge_s * edge_s) * (1.0 + 1e-9) * second", [
+        ("close: distance from the line halved",
+         "0.5 * (3.0 * watch.noise + 0.5 * (edge_s * edge_s) * (1.0 + 1e-9) * second)"),
+        ("close: no distance from the line", "0.0 * second"),
+        ("close: errors left out of the distance", "0.5 * (edge_s * edge_s) * (1.0 + 1e-9) * second"),
+        ("close: bend left out of the distance", "3.0 * watch.noise"),
+    ]),
+    (GUARD, "fn close(", "tries < 12", [
+        ("close: never halves", "true",
          SPEED + "each guess lies inside the bracket and narrows it by an edge or more"),
     ]),
-    (GUARD, "fn unique(", "self.side(watch, guess, value) == Side::Inside", [
-        ("unique: decided on the f64 value", "rising * (value - limit) < 0.0"),
+    (GUARD, "fn close(", "self.side(watch, guess, value) == Side::Inside", [
+        ("close: decided on the f64 value", "rising * (value - limit) < 0.0"),
     ]),
     # the device's searches
     (DEVICE, "fn listen(", "dyadic(edges).min(self.motion.system().dyadic() - 1)", [
@@ -238,6 +286,10 @@ PLACES = [
     (DEVICE, "pub fn next_event(", "event.0 > from)", [
         ("next_event: event at the start kept", "event.0 >= from)",
          "at an event the angle is outside of the band or the mode has ended: no search begins there with the band"),
+        ("next_event: event kept behind itself", "true)"),
+    ]),
+    (DEVICE, "pub fn next_event(", "*known != 0", [
+        ("next_event: event of a motion that has ended kept", "true"),
     ]),
     (DEVICE, "pub fn coasts(", "edge < *known", [
         ("coasts: one edge further than known", "edge <= *known"),
@@ -264,8 +316,20 @@ PLACES = [
         ("look_for: start from before, whatever is known", "*known_rad == band_rad && event.is_none()",
          "a search that found nothing covers NEAR edges or more from its point, so that `from` is known"),
     ]),
-    (DEVICE, "fn look_for_with<", "(0.75 * self.way(&encoder, &a)).min(FAR)", [
-        ("look_for: quick look twice as far", "(1.5 * self.way(&encoder, &a)).min(4.0 * FAR)",
+    (DEVICE, "if forecast.edges < reach && far < most {", "self.hear(far);", [
+        ("look_for: noise up to a forecast not asked for", ""),
+    ]),
+    (DEVICE, "fn look_for_with<", "self.ends_of_modes(&a, far - a.edge) == [false; 2]", [
+        ("look_for: ends of modes before a forecast not looked at", "true"),
+        ("look_for: ends of modes over half of a forecast",
+         "self.ends_of_modes(&a, (far - a.edge) / 2) == [false; 2]"),
+        ("look_for: one end of a mode before a forecast looked at", "!self.ends_of_modes(&a, far - a.edge)[0]"),
+    ]),
+    (DEVICE, "fn look_for_with<", "Some(event).filter(|event| event.0 <= to)", [
+        ("look_for: a confirmed event after the last edge returned", "Some(event)"),
+    ]),
+    (DEVICE, "fn look_for_with<", "(0.75 * way).min(FAR)", [
+        ("look_for: quick look twice as far", "(1.5 * way).min(4.0 * FAR)",
          SPEED + "it is believed only where all functions stay"),
     ]),
     (DEVICE, "fn look_for_with<", "(self.ahead, self.found) = ((self.anchor + far, band_rad, None), Some(a));", [
@@ -284,11 +348,20 @@ PLACES = [
     (DEVICE, "self.ahead = (self.anchor + last, band_rad, event);", "event.filter(|event| event.0 <= to)", [
         ("look_for: an event after the last edge returned", "event"),
     ]),
-    (DEVICE, "fn doubtful(", "!guard.stays(&self.motion, limits, self.noise[index + 1], from, edges)", [
-        ("doubtful: second check not looked at",
+    (DEVICE, "fn ends_of_modes(", "!guard.stays(&self.motion, limits, self.noise[index + 1], from, edges)", [
+        ("ends_of_modes: second check not looked at",
          "index == 0 && !guard.stays(&self.motion, limits, self.noise[index + 1], from, edges)"),
-        ("doubtful: first check not looked at",
+        ("ends_of_modes: first check not looked at",
          "index == 1 && !guard.stays(&self.motion, limits, self.noise[index + 1], from, edges)"),
+    ]),
+    (DEVICE, "fn watched(", "(check.guard, check.limits, self.noise[index + 1])", [
+        ("watched: noise of another function", "(check.guard, check.limits, self.noise[index])"),
+    ]),
+    (DEVICE, "fn search(", "soonest = guard.exit(&mut watch, &a, &soonest).unwrap_or(soonest);", [
+        ("search: other functions before an expected exit not looked at", "let _ = (guard, &mut watch);"),
+    ]),
+    (DEVICE, "fn expect(", "forecast.late() <= last - from.edge", [
+        ("expect: beyond the last edge", "forecast.late() > 0"),
     ]),
     (DEVICE, "fn search(", "a.edge < last", [
         ("search: last edge left out", "a.edge + 1 < last"),
@@ -306,13 +379,21 @@ PLACES = [
     (DEVICE, "pub fn arrive(", "edge < end", [
         ("arrive: beyond the end of a cruise", "edge <= end"),
     ]),
+    (DEVICE, "pub fn arrive(", "sides == [Side::Inside; 2]", [
+        ("arrive: second check not looked at", "sides[0] == Side::Inside"),
+        ("arrive: first check not looked at", "sides[1] == Side::Inside"),
+    ]),
     # ends of modes
-    (MODES, "fn change_with<", "before.sign() == 0.0 || before.sign() == after.sign()", [
-        ("change: value at its limit at the start not looked at", "before.sign() == after.sign()"),
+    (MODES, "fn change_with<", "self.checks.into_iter().zip(sides)", [
+        ("change: side of the second check not looked at",
+         "self.checks.into_iter().zip([sides[0], if sides[0] == Side::Inside { sides[1] } else { Side::Inside }])"),
+    ]),
+    (MODES, "fn change_with<", "before.sign() == 0.0 || before.sign() == sign", [
+        ("change: value at its limit at the start not looked at", "before.sign() == sign"),
         ("change: value on one side not looked at", "before.sign() == 0.0",
          "the mode lasted to the edge before, so that the value there is inside or at its limit"),
     ]),
-    (MODES, "fn change_with<", "if before.hi.abs() <= after.hi.abs() { Double::ZERO } else { edge_s.into() }", [
+    (MODES, "fn change_with<", "if before.hi.abs() <= after.abs() { Double::ZERO } else { edge_s.into() }", [
         ("change: such a value always ends the mode late", "edge_s.into()"),
     ]),
     (MODES, "fn change_with<", "(tau_s - soonest_s).sign() < 0.0", [
@@ -529,18 +610,24 @@ def built(sources):
             place.write_bytes(content)
     packages = sorted({stage[0] for stage in STAGES})
     chosen = [word for package in packages for word in ("-p", package)]
-    chosen += [word for name in sorted({stage[1] for stage in STAGES}) for word in ("--test", name)]
-    done = subprocess.run(
-        ["cargo", "test", "--release", "--locked", *chosen, "--no-run"],
-        cwd=tree, env={**os.environ, "CARGO_TARGET_DIR": str(target)}, capture_output=True, text=True, check=False,
-    )
-    if done.returncode != 0:
-        print(done.stderr, file=sys.stderr)
-        sys.exit(3)
+    chosen += [word for name in sorted({stage[1] for stage in STAGES} - {"lib"}) for word in ("--test", name)]
+    told = ""
+    for targets in (chosen, ["-p", "hpu-plant", "--lib"]):
+        done = subprocess.run(
+            ["cargo", "test", "--release", "--locked", *targets, "--no-run"],
+            cwd=tree, env={**os.environ, "CARGO_TARGET_DIR": str(target)}, capture_output=True, text=True, check=False,
+        )
+        if done.returncode != 0:
+            print(done.stderr, file=sys.stderr)
+            sys.exit(3)
+        told += done.stderr
     # The binaries in the order of packages, as cargo tells them.
     found = {}
-    for name, path in re.findall(r"Executable tests/(\w+)/main\.rs \((\S+)\)", done.stderr):
+    for name, path in re.findall(r"Executable (?:tests|unittests src)/(\w+)(?:/main)?\.rs \((\S+)\)", told):
         binary = Path(path) if Path(path).is_absolute() else tree / path
+        if name == "lib":
+            found["hpu-plant", name] = (binary, tree / "crates" / "plant")
+            continue
         listing = subprocess.run([binary, "--list"], capture_output=True, text=True, check=True).stdout
         package = "hpu-plant" if "decisions::" in listing else "hpu-cosim"
         found[package, name] = (binary, tree / "crates" / package.removeprefix("hpu-"))
@@ -598,7 +685,7 @@ class Known:
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--only", metavar="WORD", default="")
+    parser.add_argument("--only", metavar="WORD", action="append")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--update", action="store_true")
     options = parser.parse_args()
@@ -607,7 +694,8 @@ def main():
     mutants, sources = sown()
     binaries = built(sources)
     known = Known(sources, binaries)
-    chosen = [mutant for mutant in mutants if options.only in f"{mutant.file} {mutant.what}"]
+    words = options.only or [""]
+    chosen = [mutant for mutant in mutants if any(word in f"{mutant.file} {mutant.what}" for word in words)]
 
     def judged(mutant):
         killer = known.killer(binaries, mutant.number, FEW if mutant.reason else len(STAGES))

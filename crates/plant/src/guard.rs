@@ -666,4 +666,80 @@ mod tests {
         }
         assert!(straight > 20_000 && turned > 5000 && refused > 10_000, "{straight} {turned} {refused}");
     }
+
+    /// Sums of four products that cancel, in exact integers: a state that rounding has moved across its limit, or whose
+    /// value errs across it, is not called surely inside.
+    #[test]
+    fn a_state_that_is_surely_inside_lies_inside_in_exact_integers() {
+        let system = Linear::new([[0.0; 4]; 4], 2e-8, 1);
+        let mut state = 1u64;
+        let mut next = |bits: u32| {
+            state ^= state << 13;
+            state ^= state >> 7;
+            state ^= state << 17;
+            i128::from(state as i64 >> (64 - bits))
+        };
+        let (mut sure, mut close) = (0, 0);
+        for case in 0..20_000 {
+            // Coefficients are `f64`; the states have three bits more than one.
+            let row: [i128; 4] = std::array::from_fn(|_| next(53) | 1);
+            let mut x: [i128; 4] = std::array::from_fn(|_| next(56));
+            let others: i128 = (0..3).map(|k| row[k] * x[k]).sum();
+            // The value lies within the last coefficient's size of zero, and farther away in every other case.
+            x[3] = -others / row[3] + if case % 2 == 0 { 0 } else { next(16) };
+            let value = others + row[3] * x[3];
+            let guard = Guard::new(row.map(|r| r as f64), &system);
+            let rounded = x.map(|x| x as f64);
+            for (limits, is_inside) in [(Limits::POSITIVE, value >= 0), (Limits::NEGATIVE, value <= 0)] {
+                let is_sure = guard.is_surely_inside(&rounded, &limits);
+                assert!(is_inside || !is_sure, "case {case}: {value}");
+                sure += u32::from(is_sure);
+                close += u32::from(is_inside && !is_sure);
+            }
+        }
+        assert!(sure > 5000 && close > 5000, "{sure} {close}");
+    }
+
+    /// Quartics, whose derivatives reach their bounds, toward a limit that they pass up to four times: only the first
+    /// passage is confirmed, wherever the forecast lies.
+    #[test]
+    fn of_several_passages_of_a_quartic_only_the_first_is_confirmed() {
+        const CHAIN: Matrix = [[0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0], [0.0, 0.0, 0.0, 0.0]];
+        let system = Linear::new(CHAIN, 1.0 / 128.0, 1 << 12);
+        let guard = Guard::new([1.0, 0.0, 0.0, 0.0], &system);
+        let mut state = 1u64;
+        let mut next = || {
+            state ^= state << 13;
+            state ^= state >> 7;
+            state ^= state << 17;
+            (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5
+        };
+        let (mut confirmed, mut several) = (0, 0);
+        for case in 0..40_000 {
+            // The slope's roots, in seconds; the search is over 128 edges, one second.
+            let [a, b, c] = std::array::from_fn(|_| 1.6 * next() + 0.5);
+            let f = if case % 2 == 0 {
+                [-a * b * c, a * b + b * c + c * a, -2.0 * (a + b + c), 6.0]
+            } else {
+                [a * b, -a - b, 2.0, 0.0]
+            };
+            let motion = Trajectory::new(&system, [0.0; 4], f);
+            let values: Vec<f64> = (0..=128).map(|edge| guard.value(&motion.at(edge))).collect();
+            // The limit lies just below an extreme, or anywhere.
+            let extreme = (1..128).find(|&k| values[k] > values[k - 1].max(0.0) && values[k] >= values[k + 1]);
+            let high = extreme.map_or(0.1 * (next() + 0.5), |k| values[k] * (1.0 - 0.5 * (next() + 0.5).powi(3)));
+            let limits = Limits::from(&Band { low: f64::NEG_INFINITY, high, open: true });
+            let passages: Vec<usize> = (1..=128).filter(|&k| values[k - 1] < high && values[k] >= high).collect();
+            let (Some(&first), Some(&last)) = (passages.first(), passages.last()) else { continue };
+            several += usize::from(first != last);
+            let noise = guard.noise(&motion, dyadic(1 << 8), &limits);
+            let mut watch = Watch { motion: &motion, limits, noise, again: &mut 0 };
+            let forecast = Forecast { edges: last as f64 - 0.5, rising: 1.0 };
+            if let Some(point) = guard.confirm(&mut watch, &MotionPoint::of(&motion, 0), forecast) {
+                assert_eq!(point.edge, first as u64, "case {case}");
+                confirmed += 1;
+            }
+        }
+        assert!(confirmed > 1000 && several > 1000, "{confirmed} {several}");
+    }
 }
