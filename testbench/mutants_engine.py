@@ -248,11 +248,14 @@ PLACES = [
         ("confirm: way back without the noise", "(-slopes[0]).max(0.0)"),
     ]),
     (GUARD, "fn confirm_with<", "way > step * edges", [
-        ("confirm: way without the noise", "way > 0.0"),
+        ("confirm: way without the noise", "way > 0.0",
+         ONCE + "; an end beyond the limit behind lies behind a start that is farther from it than the noise"),
     ]),
     (GUARD, "fn confirm_with<", "(behind - step) * (2.0 * bend) > back * back", [
         ("confirm: limit behind not looked at", "true"),
-        ("confirm: limit behind without the noise", "behind * (2.0 * bend) > back * back"),
+        ("confirm: limit behind without the noise", "behind * (2.0 * bend) > back * back",
+         "the noise in `back` leaves twice the noise of a value where the turn is half an edge away or more; where it "
+         "is nearer, no later edge is nearer to the limit behind than the start"),
     ]),
     # close
     (GUARD, "fn close(", "3.0 * watch.noise + 0.5 * (edge_s * edge_s) * (1.0 + 1e-9) * second", [

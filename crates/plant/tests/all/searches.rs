@@ -364,6 +364,21 @@ fn a_band_other_than_that_of_the_search_before_is_searched_by_itself() {
 }
 
 #[test]
+fn an_event_found_does_not_answer_for_a_motion_that_has_come_back_into_the_band() {
+    let axis = Axis::amplified(motor(1e-3, 0.0), Hand::Torque(0.0), CLOCK_S, 1 << 24).unwrap();
+    // The motion turns after some 26 edges, is back after twice as many, and goes on.
+    let mut device = Device::new(&axis, 0.0, 30.0, 0.0);
+    device.drive_current(0, -3e3);
+    let band = (0.5 * (device.state(69)[2] + device.state(70)[2]), 0.5 * device.state(26)[2]);
+    let is_outside = |edge: &u64| !(band.0..band.1).contains(&device.state(*edge)[2]);
+    let out = (1..26).find(is_outside).unwrap();
+    let back = (26..52).find(|edge| !is_outside(edge)).unwrap();
+    let out_again = (back..100).find(is_outside);
+    assert_eq!(device.next_event(0, out, band).map(|event| event.0), Some(out));
+    assert_eq!(device.next_event(back, 100, band).map(|event| event.0), out_again);
+}
+
+#[test]
 fn an_edge_beyond_a_limit_right_behind_a_start_near_the_limit_is_not_missed() {
     // A parabola that begins above its limit by about the noise of its f64 values, is below it an edge later, and then
     // rises far above.
