@@ -118,8 +118,8 @@ impl Canvas {
         let mut png = Vec::new();
         let mut encoder = png::Encoder::new(&mut png, size.0, size.1);
         encoder.set_color(png::ColorType::Rgb);
-        // Most rows of a page are those above them. At the default level, packing takes a quarter of the time of a run with
-        // its pictures, and the file is two thirds as large.
+        // Most rows of a page are those above them. At the default level, packing takes a quarter of the time of a run
+        // with its pictures, and the file is two thirds as large.
         encoder.set_filter(png::Filter::Up);
         encoder.set_deflate_compression(png::DeflateCompression::Level(1));
         let mut writer = encoder.write_header().expect("memory takes all");

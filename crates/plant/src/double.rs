@@ -328,16 +328,7 @@ impl Wide {
     /// are summed in `f64`, so that the error of the result is about 2⁻¹⁰⁴ of the greatest term.
     #[inline(always)]
     pub fn times<P: Product>(&self, v: &Doubles, before: &Doubles) -> Doubles {
-        let (m, l) = (&self.hi.0, &self.lo.0);
-        let mut high = [[0.0; 4]; 4];
-        let mut low = [[0.0; 4]; 4];
-        for c in 0..4 {
-            for r in 0..4 {
-                let (product, error) = P::two(m[c][r], v.hi[c]);
-                high[c][r] = product;
-                low[c][r] = error + (m[c][r] * v.lo[c] + l[c][r] * v.hi[c]);
-            }
-        }
+        let (high, low) = self.products::<P, 4>(v);
         let mut sum = [0.0; 4];
         let mut rest = [0.0; 4];
         for r in 0..4 {
@@ -354,16 +345,7 @@ impl Wide {
     /// Returns `M v` where the last lane of `v` is zero.
     #[inline(always)]
     pub fn times_three<P: Product>(&self, v: &Doubles) -> Doubles {
-        let (m, l) = (&self.hi.0, &self.lo.0);
-        let mut high = [[0.0; 4]; 3];
-        let mut low = [[0.0; 4]; 3];
-        for c in 0..3 {
-            for r in 0..4 {
-                let (product, error) = P::two(m[c][r], v.hi[c]);
-                high[c][r] = product;
-                low[c][r] = error + (m[c][r] * v.lo[c] + l[c][r] * v.hi[c]);
-            }
-        }
+        let (high, low) = self.products::<P, 3>(v);
         let mut sum = [0.0; 4];
         let mut rest = [0.0; 4];
         for r in 0..4 {
@@ -373,6 +355,21 @@ impl Wide {
             rest[r] = ((low[0][r] + low[1][r]) + low[2][r]) + (a + b);
         }
         Doubles::joined(&sum, &rest)
+    }
+
+    /// Returns the first columns, each times its lane of `v`: the highs of the products, and the rest of each.
+    #[inline(always)]
+    fn products<P: Product, const COLUMNS: usize>(&self, v: &Doubles) -> ([State; COLUMNS], [State; COLUMNS]) {
+        let (m, l) = (&self.hi.0, &self.lo.0);
+        let (mut high, mut low) = ([[0.0; 4]; COLUMNS], [[0.0; 4]; COLUMNS]);
+        for c in 0..COLUMNS {
+            for r in 0..4 {
+                let (product, error) = P::two(m[c][r], v.hi[c]);
+                high[c][r] = product;
+                low[c][r] = error + (m[c][r] * v.lo[c] + l[c][r] * v.hi[c]);
+            }
+        }
+        (high, low)
     }
 
     /// Returns the product of two matrices.

@@ -469,8 +469,8 @@ impl Guard {
         }
     }
 
-    /// Returns the exit that value and three derivatives at a point inside let expect: through the limit toward which the
-    /// function moves, or else the one toward which it bends. An estimate: [`confirm`](Self::confirm) proves it.
+    /// Returns the exit that value and three derivatives at a point inside let expect: through the limit toward which
+    /// the function moves, or else the one toward which it bends. An estimate: [`confirm`](Self::confirm) proves it.
     #[inline(always)]
     pub(crate) fn forecast(&self, motion: &Trajectory, limits: &Limits, from: &MotionPoint) -> Forecast {
         let (value, slope) = (self.value(&from.x), self.slope(&from.w));
@@ -514,8 +514,8 @@ impl Guard {
         let edges = (end.edge - from.edge) as f64;
         let sag = (edges * edge_s) * (edges * edge_s) * 0.125;
         let step = 4.0 * watch.noise;
-        // A function that approaches its limit throughout passes it once, and so does one that bends toward it. Each must
-        // move by more than the noise per edge.
+        // A function that approaches its limit throughout passes it once, and so does one that bends toward it. Each
+        // must move by more than the noise per edge.
         let slopes = [from, &end].map(|point| rising * self.slope(&point.w));
         if (slopes[0].min(slopes[1]) - sag * third) * edge_s > step {
             return Some(end);
@@ -615,8 +615,8 @@ mod tests {
         [[-1e4, -60.0, 0.0, 0.0], [2e3, -5.0, -1e10, 1e10], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0]],
     ];
 
-    /// Motions of all kinds in bands of all widths: a confirmed forecast is the first edge at which the value, looked at
-    /// edge by edge, lies outside. Half of the forecasts are made at random, since a proof must not depend on them.
+    /// Motions of all kinds in bands of all widths: a confirmed forecast is the first edge at which the value, looked
+    /// at edge by edge, lies outside. Half of the forecasts are made at random, since a proof must not depend on them.
     #[test]
     fn a_confirmed_forecast_is_the_first_exit_edge_by_edge() {
         let systems = SYSTEMS.map(|a| Linear::new(a, 2e-8, 1 << 16));
