@@ -71,7 +71,8 @@ pub struct Device<'a> {
     pub(crate) prefix: (u64, (State, State)),
     /// The state of a cruise over repeated gates; the motion is then the smooth one.
     pub(crate) cruise: Option<Cruise<'a>>,
-    /// The edge up to which the next event is known while the angle is in this band, and that event.
+    /// The edge up to which the next event is known while the angle is in this band, and that event; edge 0 if nothing
+    /// is known.
     pub(crate) ahead: (u64, (f64, f64), Option<Event>),
     /// The point of the last event found on this motion.
     pub(crate) found: Option<MotionPoint>,
@@ -449,6 +450,7 @@ impl<'a> Device<'a> {
     #[inline]
     pub fn next_event(&mut self, from: u64, to: u64, band_rad: (f64, f64)) -> Option<Event> {
         let (known, known_rad, event) = &self.ahead;
+        // An event that was found is the next one, however far the question reaches.
         let is_known = event.as_ref().map_or(to <= *known, |event| event.0 > from);
         if is_known && *known != 0 && band_rad == *known_rad {
             return event.filter(|event| event.0 <= to);
@@ -551,8 +553,8 @@ impl<'a> Device<'a> {
         [first, second, angle]
     }
 
-    /// Returns of each check whether a quick look leaves open that it ends the mode within this number of edges after a
-    /// point.
+    /// Returns for each check whether a quick look leaves open that it ends the mode within this number of edges after
+    /// a point.
     #[inline(always)]
     fn ends_of_modes(&self, from: &MotionPoint, edges: u64) -> [bool; 2] {
         let mut doubtful = [false; 2];
@@ -612,7 +614,7 @@ impl<'a> Device<'a> {
         None
     }
 
-    /// Returns the exit of one function up to the edge `last`, if it is where the course at a point lets expect it.
+    /// Returns the first exit of one function after a point, if its forecast there can be proved up to the edge `last`.
     #[inline(always)]
     fn expect(&mut self, index: usize, encoder: &Limits, from: &MotionPoint, last: u64) -> Option<MotionPoint> {
         let (guard, mut watch) = self.watched(index, encoder);

@@ -59,12 +59,12 @@ impl<'a> Device<'a> {
         let course = Course::new::<P>(Trajectory::exact_with::<P>(self.motion.system(), x, self.motion.f));
         let mut first: Option<(Double, Doubles, Cause, Side)> = None;
         for (check, side) in self.checks.into_iter().zip(sides) {
-            let (limit, sign) = match (&check, side) {
-                (Some(check), Side::Below) => (check.limits.low, -1.0),
-                (Some(check), Side::Above) => (check.limits.high, 1.0),
-                _ => continue,
-            };
             let Some(check) = check else { continue };
+            let (limit, sign) = match side {
+                Side::Inside => continue,
+                Side::Below => (check.limits.low, -1.0),
+                Side::Above => (check.limits.high, 1.0),
+            };
             let (before, after) = (check.value::<P>(&x) - limit, check.guard.value(at_edge) - limit.hi);
             let (tau_s, there) = if before.sign() == 0.0 || before.sign() == sign {
                 // The value is at its limit already at the start, or only at the end.
