@@ -117,44 +117,54 @@ impl<'a> Course<'a> {
         }
     }
 
-    /// Returns the time at which a value that is `before` now passes zero within an edge, by Newton's steps in a
+    /// Returns whether a function that is at its limit at the start moves outward there: up if `outward` is 1, down if
+    /// it is -1.
+    #[inline(always)]
+    pub(crate) fn leaves(&self, guard: &Guard, outward: f64) -> bool {
+        outward * guard.value(&self.motion.w.hi) >= 0.0
+    }
+
+    /// Returns the time within `left_s` at which a value passes zero to the side of `outward`, by Newton's steps in a
     /// shrinking bracket.
     #[inline(always)]
-    fn newton(&self, before: Double, guess_s: f64, value_and_slope: impl Fn(f64) -> (f64, f64)) -> f64 {
+    fn newton(&self, outward: f64, (guess_s, left_s): (f64, f64), value_and_slope: impl Fn(f64) -> (f64, f64)) -> f64 {
         let edge_s = self.motion.system.edge_s;
-        let (mut low_s, mut high_s, mut t) = (0.0, edge_s, guess_s);
+        let (mut low_s, mut high_s, mut t) = (0.0, left_s, guess_s);
         for _ in 0..60 {
             let (value, slope) = value_and_slope(t);
-            if value.signum() == before.sign() {
+            if value.signum() == -outward {
                 low_s = t;
             } else {
                 high_s = t;
             }
             let step = t - value / slope;
             if (step - t).abs() <= 1e-12 * edge_s {
-                return step.clamp(0.0, edge_s);
+                return step.clamp(0.0, left_s);
             }
             t = if step > low_s && step < high_s { step } else { 0.5 * (low_s + high_s) };
         }
         t
     }
 
-    /// Returns the time at which `row · x` passes `limit`, and the state there. At the start it is `before` away from
-    /// the limit, and after an edge beyond it. Found by Newton's steps in a shrinking bracket, then on the
-    /// double-double course.
+    /// Returns the time at which a function passes `limit` to the side of `outward`, and the state there. At the start
+    /// it is `before` away from the limit, inside or at it, and after `left_s` it is beyond it by `after`. Found by
+    /// Newton's steps in a shrinking bracket, then on the double-double course.
     #[inline(always)]
     pub(crate) fn crossing<P: Product>(
         &self,
         guard: &Guard,
         limit: Double,
-        before: Double,
-        guess_s: f64,
+        (before, after, outward): (f64, f64, f64),
+        left_s: f64,
     ) -> (Double, Doubles) {
         let row = guard.row();
+        // From its limit a function moves inward first: the step to begin with is from the end.
+        let guess_s = if before == 0.0 { left_s } else { left_s * before / (before - after) };
+        let times = (guess_s, left_s);
         let t = match &self.terms {
-            Terms::Short(series) => self.newton(before, guess_s, series.along(row, before.hi)),
-            Terms::Long(series) => self.newton(before, guess_s, series.along(row, before.hi)),
-            Terms::None => self.newton(before, guess_s, |t| {
+            Terms::Short(series) => self.newton(outward, times, series.along(row, before)),
+            Terms::Long(series) => self.newton(outward, times, series.along(row, before)),
+            Terms::None => self.newton(outward, times, |t| {
                 let x = self.at::<P>(t.into());
                 ((guard.exact_value::<P>(&x) - limit).hi, dot(row, &self.motion.slope(&x.hi)))
             }),
@@ -167,7 +177,7 @@ impl<'a> Course<'a> {
             let slope = self.motion.slope(&x.hi);
             let step = (guard.exact_value::<P>(&x) - limit).hi / dot(row, &slope);
             let next = exact - step.into();
-            if step.is_nan() || next.sign() < 0.0 || next.hi >= edge_s {
+            if step.is_nan() || next.sign() < 0.0 || next.hi >= left_s {
                 break;
             }
             exact = next;

@@ -115,8 +115,8 @@ impl<const N: usize> Flow<N> {
         })
     }
 
-    /// Returns the time, within at most an edge, at which the rest of a margin is used up, by Newton's iteration. A
-    /// margin is affine in the state at its end.
+    /// Returns the time, within at most an edge, at which the rest of a margin is used up, by Newton's iteration. The
+    /// time is halved where that leaves the bracket. A margin is affine in the state at its end.
     pub fn end(
         &self,
         x: &Vector<N>,
@@ -126,18 +126,26 @@ impl<const N: usize> Flow<N> {
     ) -> Fixed<N> {
         let (start, end) = (margin(x), margin(&self.part(within, x, g)));
         let share = start.float() / (start - end).float();
+        // A time that is too short to bend the course.
+        let little = Fixed::of(2f64.powi(-60));
         let mut time = Fixed::ZERO;
-        if share > 1e-9 {
+        if start == Fixed::ZERO && !margin(&sum(x, &self.rate(x, g).map(|rate| rate * little))).is_negative() {
+            // A margin that grows from zero is used up later: sought from the end.
+            time = within;
+        } else if share > 1e-9 {
             time = within * Fixed::of((share * 2f64.powi(40)).floor() / 2f64.powi(40));
         }
-        for _ in 0..24 {
+        // Far more than rounding, far less than any time that matters.
+        let slack = Fixed::of(1e-40);
+        let (mut low, mut high) = (Fixed::ZERO, within);
+        for _ in 0..60 {
             let there = self.part(time, x, g);
-            // The change in a time that is too short to bend it.
-            let little = Fixed::of(2f64.powi(-60));
+            *(if margin(&there).is_negative() { &mut high } else { &mut low }) = time;
             let step = self.rate(&there, g).map(|rate| rate * little);
             let slope = (margin(&sum(&there, &step)) - margin(&there)).float() * 2f64.powi(60);
             let next = time + margin(&there) * Fixed::of(f64::from((-1.0 / slope) as f32));
-            let next = next.max(Fixed::ZERO).min(within);
+            let half = low + (high - low) * Fixed::of(0.5);
+            let next = if next < low - slack || next > high + slack { half } else { next.max(Fixed::ZERO).min(within) };
             if (next - time).abs().float() < 1e-48 {
                 return next;
             }

@@ -16,6 +16,7 @@ mod laws;
 mod mean;
 mod near;
 mod shaft;
+mod slow;
 mod winding;
 mod world;
 

@@ -43,10 +43,14 @@ impl Check<'_> {
     }
 }
 
+/// The most ends of modes within one edge that are followed each to its instant.
+const MOST_ENDS: u32 = 8;
+
 impl<'a> Device<'a> {
     versions! {
         /// Handles modes that ended between `edge - 1` and `edge`, by the sides of their bands on which their checks
-        /// and the rounded state lie at `edge`: finds the first instant, changes the mode there, and anchors at `edge`.
+        /// and the rounded state lie at `edge`. Finds the first instant, changes the mode there, then looks in the same
+        /// way at the rest of the edge in the new mode. Anchors at `edge`.
         #[cold]
         pub(crate) fn change[change_fused, change_native, change_with](self: &mut Self, edge: u64, sides: [Side; 2], at_edge: &State)
     }
@@ -54,61 +58,82 @@ impl<'a> Device<'a> {
     #[inline(always)]
     fn change_with<P: Product>(&mut self, edge: u64, sides: [Side; 2], at_edge: &State) {
         let (from, edges, edge_s) = (self.motion.x, edge - 1 - self.anchor, self.motion.system().edge_s());
-        let (done, x) = self.motion.integrals::<P>(edges);
+        let (done, mut x) = self.motion.integrals::<P>(edges);
         self.tally(edges as f64 * edge_s, &from, &x, &done);
-        let course = Course::new::<P>(Trajectory::exact_with::<P>(self.motion.system(), x, self.motion.f));
+        let mut passed = self.is_measured().then_some(Whole::NOTHING);
+        let mut course = Course::new::<P>(Trajectory::exact_with::<P>(self.motion.system(), x, self.motion.f));
+        let mut left_s = Double::from(edge_s);
+        let (mut sides, mut at_end) = (sides, *at_edge);
+        let mut ends = 0;
+        let end = loop {
+            let (tau_s, mut there, cause, side) = self.soonest::<P>(&course, &x, left_s, sides, &at_end);
+            self.pass_part(&course, tau_s.hi, &x, &there, &mut passed);
+            self.turn::<P>(cause, side, &mut there);
+            self.enter_with::<P>(edge - 1, there);
+            (x, left_s) = (there, left_s - tau_s);
+            course = Course::new::<P>(self.motion);
+            let end = course.at::<P>(left_s);
+            ends += 1;
+            sides = self.checks.map(|check| check.map_or(Side::Inside, |check| check.side::<P>(&end)));
+            if sides == [Side::Inside; 2] || ends == MOST_ENDS {
+                break end;
+            }
+            at_end = end.hi;
+        };
+        self.pass_part(&course, left_s.hi, &x, &end, &mut passed);
+        if let Some(passed) = passed {
+            self.pass_course(edge, &passed);
+        }
+        if self.axis.is_resistive() {
+            self.redrive::<P>(edge, end);
+        } else {
+            let f = self.motion.f;
+            self.anchor_at::<P>(edge, end, f);
+        }
+    }
+
+    /// Returns the first instant of a course at which a check leaves its band, after state `x` and within `left_s`, at
+    /// whose end the checks lie on these sides: the time, the state there, the check's cause and its side.
+    #[inline(always)]
+    fn soonest<P: Product>(
+        &self,
+        course: &Course,
+        x: &Doubles,
+        left_s: Double,
+        sides: [Side; 2],
+        at_end: &State,
+    ) -> (Double, Doubles, Cause, Side) {
         let mut first: Option<(Double, Doubles, Cause, Side)> = None;
-        for (check, side) in self.checks.into_iter().zip(sides) {
+        for (check, side) in self.checks.iter().zip(sides) {
             let Some(check) = check else { continue };
-            let (limit, sign) = match side {
+            let (limit, outward) = match side {
                 Side::Inside => continue,
                 Side::Below => (check.limits.low, -1.0),
                 Side::Above => (check.limits.high, 1.0),
             };
-            let (before, after) = (check.value::<P>(&x) - limit, check.guard.value(at_edge) - limit.hi);
-            let (tau_s, there) = if before.sign() == 0.0 || before.sign() == sign {
-                // The value is at its limit already at the start, or only at the end.
-                let tau_s = if before.hi.abs() <= after.abs() { Double::ZERO } else { edge_s.into() };
-                (tau_s, course.at::<P>(tau_s))
-            } else {
-                let guess_s = edge_s * before.hi / (before.hi - after);
-                course.crossing::<P>(check.guard, limit, before, guess_s)
-            };
+            let (before, after) = (check.value::<P>(x) - limit, check.guard.value(at_end) - limit.hi);
+            let (tau_s, there) =
+                if before.sign() == outward || before.sign() == 0.0 && course.leaves(check.guard, outward) {
+                    // The value is beyond its limit already at the start, or only at the end.
+                    let tau_s = if before.hi.abs() <= after.abs() { Double::ZERO } else { left_s };
+                    (tau_s, course.at::<P>(tau_s))
+                } else {
+                    course.crossing::<P>(check.guard, limit, (before.hi, after, outward), left_s.hi)
+                };
             if first.is_none_or(|(soonest_s, ..)| (tau_s - soonest_s).sign() < 0.0) {
                 first = Some((tau_s, there, check.cause, side));
             }
         }
-        let (tau_s, mut there, cause, side) = first.expect("a mode ended");
-        let done = course.integrals(tau_s.hi, &there.hi);
-        self.tally(tau_s.hi, &x, &there, &done);
-        let mut passed = self.is_measured().then_some(Whole::NOTHING);
-        if let Some(passed) = &mut passed {
-            passed.add(&self.motion, tau_s.hi, [&x.hi, &there.hi], &done.states);
-        }
-        self.turn::<P>(cause, side, &mut there);
-        self.enter_with::<P>(edge - 1, there);
-        // The rest of the edge in the new mode, then any other end of a mode within it.
-        let rest_s = Double::from(edge_s) - tau_s;
-        let course = Course::new::<P>(self.motion);
-        let mut x = course.at::<P>(rest_s);
-        let done = course.integrals(rest_s.hi, &x.hi);
-        self.tally(rest_s.hi, &there, &x, &done);
-        if let Some(mut passed) = passed {
-            passed.add(&self.motion, rest_s.hi, [&there.hi, &x.hi], &done.states);
-            self.pass_course(edge, &passed);
-        }
-        if self.axis.is_resistive() {
-            self.redrive::<P>(edge, x);
-        } else {
-            let f = self.motion.f;
-            self.anchor_at::<P>(edge, x, f);
-        }
-        for _ in 0..self.checks.len() {
-            let ended =
-                |check: &Check| (check.side::<P>(&x) != Side::Inside).then(|| (check.cause, check.side::<P>(&x)));
-            let Some((cause, side)) = self.checks.iter().flatten().find_map(ended) else { break };
-            self.turn::<P>(cause, side, &mut x);
-            self.enter_with::<P>(edge, x);
+        first.expect("a mode ended")
+    }
+
+    /// Accounts for a part of a course within an edge.
+    #[inline(always)]
+    fn pass_part(&mut self, course: &Course, tau_s: f64, from: &Doubles, to: &Doubles, passed: &mut Option<Whole<2>>) {
+        let done = course.integrals(tau_s, &to.hi);
+        self.tally(tau_s, from, to, &done);
+        if let Some(passed) = passed {
+            passed.add(&self.motion, tau_s, [&from.hi, &to.hi], &done.states);
         }
     }
 
