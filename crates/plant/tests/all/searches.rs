@@ -341,6 +341,35 @@ fn friction_that_stops_a_shaft_around_the_end_of_a_quick_look_is_met() {
 }
 
 #[test]
+fn a_diode_s_current_that_ends_within_rounding_of_an_edge_ends_where_steps_find_it() {
+    // Without friction the current alone decides when the mode ends.
+    let bridge = Bridge { supply_v: 24.0, on_resistance_ohm: 0.3, diode_drop_v: 0.7 };
+    let axis = Axis::new(motor(1e-3, 0.0), bridge, Hand::Torque(0.0), CLOCK_S, 1 << 24).unwrap();
+    let end = |current_a: f64| {
+        let mut device = Device::new(&axis, current_a, 3.0, 0.5);
+        (1..).find(|&edge| device.step(edge)[0] == 0.0 && device.mode_changes() > 0).expect("the diodes' current ends")
+    };
+    let mut ends = 0;
+    for last in (2..200).step_by(3) {
+        // The greatest current that has ended by this edge, to the last bit.
+        let [mut ended, mut flows] = [1e-6f64, 1.0].map(f64::to_bits);
+        while flows - ended > 1 {
+            let middle = ended.midpoint(flows);
+            *(if end(f64::from_bits(middle)) <= last { &mut ended } else { &mut flows }) = middle;
+        }
+        assert_eq!([ended, flows].map(|bits| end(f64::from_bits(bits))), [last, last + 1]);
+        for bits in ended - 4..=flows + 4 {
+            let current_a = f64::from_bits(bits);
+            let mut device = Device::new(&axis, current_a, 3.0, 0.5);
+            let found = device.next_event(0, 4000, (-1.0, 2.0)).map(|event| event.0);
+            assert_eq!(found, Some(end(current_a)), "{current_a:e} A");
+            ends += 1;
+        }
+    }
+    assert_eq!(ends, 660);
+}
+
+#[test]
 fn a_band_other_than_that_of_the_search_before_is_searched_by_itself() {
     let axis = Axis::amplified(motor(1e-3, 0.0), Hand::Torque(0.0), CLOCK_S, 1 << 24).unwrap();
     // One motion goes on; the other turns after some 26 edges and is back after twice as many.
