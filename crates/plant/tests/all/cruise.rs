@@ -151,6 +151,59 @@ fn gates_that_change_where_it_ends_are_set() {
 }
 
 #[test]
+fn gates_as_foreseen_that_are_set_where_it_ends_end_it() {
+    for (name, axis, start) in axes() {
+        for last in [3 * PERIOD + 300, 4 * PERIOD, 5 * PERIOD + 2000] {
+            let mut case = Case::new(&axis, start, 900, FORWARD, BRAKE);
+            let mut plain = case.clone();
+            assert_eq!(case.device.cruise(0, last, ANYWHERE, &case.pulses), Some(last), "{name}");
+            let mut at = 0;
+            for edge in plain.changes(last) {
+                plain.device.flow(at, edge);
+                plain.device.drive(edge, plain.gates(edge));
+                at = edge;
+            }
+            plain.device.flow(at, last);
+            case.device.drive(last, plain.gates(last));
+            // From here on the device is driven otherwise than the cruise repeats: the gates stay.
+            let angle_rad = plain.device.state(last)[2];
+            let band_rad = (angle_rad - 1e-6, angle_rad + 1e-6);
+            let expected = plain.device.next_event(last, last + 9000, band_rad).map(|event| event.0);
+            let found = case.device.next_event(last, last + 9000, band_rad).map(|event| event.0);
+            assert_eq!(found, expected, "{name}, {last}");
+            near(&case.device.state(last + 9000), &plain.device.state(last + 9000), name);
+        }
+    }
+}
+
+#[test]
+fn a_cruise_that_was_refused_leaves_no_trace_in_a_search_from_any_edge() {
+    let axis = Axis::new(motor(0.0), BRIDGE, Hand::Torque(0.0), EDGE_S, 1 << 24).unwrap();
+    let mut refused = 0;
+    for (pulse, speed) in [(FORWARD, -0.02), (BACKWARD, 0.02), (FORWARD, 0.0), (BACKWARD, 0.0)] {
+        for reach in [1e-6, 3e-6, 1e-5] {
+            let mut case = Case::new(&axis, [0.0, speed, 0.0], 900, pulse, BRAKE);
+            let plain = case.device.clone();
+            if case.device.cruise(0, 40 * PERIOD, (-reach, reach), &case.pulses).is_some() {
+                continue;
+            }
+            refused += 1;
+            // The pulse goes on. From each edge on, the angle leaves a band around it where the states do.
+            let angles: Vec<f64> = (0..2 * PERIOD + 2000).map(|edge| plain.state(edge)[2]).collect();
+            for begin in 1..2 * PERIOD {
+                let now_rad = angles[begin as usize];
+                let band_rad = (now_rad - 1e-7, now_rad + 1e-7);
+                let is_outside = |edge: &u64| !(band_rad.0..band_rad.1).contains(&angles[*edge as usize]);
+                let expected = (begin + 1..begin + 2000).find(is_outside);
+                let found = case.device.clone().next_event(begin, begin + 1999, band_rad);
+                assert_eq!(found.map(|event| event.0), expected, "{pulse:?}, {speed} rad/s, {reach} rad from {begin}");
+            }
+        }
+    }
+    assert!(refused > 5, "{refused}");
+}
+
+#[test]
 fn each_of_many_cruises_has_the_ripple_of_its_own_pulses() {
     let patterns = [(FORWARD, BRAKE), (BACKWARD, BRAKE), (FORWARD, BACKWARD), (FORWARD, BRAKE)];
     for (name, axis, [current_a, speed, angle_rad]) in axes() {
