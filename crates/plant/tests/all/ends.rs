@@ -33,7 +33,7 @@ fn an_end_of_a_mode_takes_effect_at_its_instant_and_the_first_of_two_comes_first
     let axes = [axes(5e-3, Hand::Torque(2e-3)), axes(20e-3, Hand::Torque(-3e-3))];
     let mut random = Random(21);
     // Edges with no end, one end, and more.
-    let (mut edges, mut rests) = ([0; 3], 0);
+    let (mut edges, mut rests, mut stops) = ([0; 3], 0, 0);
     for trial in 0..4000 {
         let [slow, fast] = &axes[trial % 2];
         let start = [random.between(-0.5, 0.5), random.between(-0.1, 0.1)];
@@ -47,7 +47,9 @@ fn an_end_of_a_mode_takes_effect_at_its_instant_and_the_first_of_two_comes_first
             }
         }
         for edge in 1..20 {
-            let before = slow.mode_changes();
+            let (before, mut begun) = (slow.mode_changes(), fast.clone());
+            // The speed if no mode ended: one that changes its sign twice in an edge is not seen to end a mode.
+            let turns = slow.state(edge - 1)[1] * slow.state(edge)[1] < 0.0;
             let (x, y) = (slow.step(edge), fast.flow((edge - 1) * FINE, edge * FINE));
             let ends = fast.mode_changes() - before;
             edges[ends.min(2) as usize] += 1;
@@ -57,6 +59,14 @@ fn an_end_of_a_mode_takes_effect_at_its_instant_and_the_first_of_two_comes_first
                 if ends == 2 && fast.is_stuck() && y[0] == 0.0 {
                     rests += 1;
                     assert!(x[..2] == [0.0; 2], "{what}: {x:?}");
+                    let slips = turns && !begun.is_stuck();
+                    let event = begun.next_event((edge - 1) * FINE, edge * FINE, (-1.0, 1.0)).expect("an end");
+                    begun.arrive(event);
+                    if slips && begun.is_stuck() {
+                        // The shaft has stopped first: it stays there, whatever the current does.
+                        stops += 1;
+                        assert!((x[2] - y[2]).abs() <= 1e-12 * (1e-8 + y[2].abs()), "{what}: {} is not {}", x[2], y[2]);
+                    }
                 }
                 break;
             }
@@ -75,7 +85,7 @@ fn an_end_of_a_mode_takes_effect_at_its_instant_and_the_first_of_two_comes_first
             }
         }
     }
-    assert!(edges[1] > 4000 && edges[2] > 200 && rests > 50, "{edges:?}, {rests}");
+    assert!(edges[1] > 4000 && edges[2] > 200 && rests > 50 && stops > 20, "{edges:?}, {rests}, {stops}");
 }
 
 #[test]

@@ -184,6 +184,33 @@ fn no_edge_is_missed_by_a_sum_of_states_that_are_much_larger_or_much_faster() {
     assert!(outcomes[0] > 500 && outcomes[1] > 1500, "{outcomes:?}");
 }
 
+#[test]
+fn no_edge_is_missed_by_a_cubic_whose_slope_is_lost_in_the_slopes_of_a_sum() {
+    // Both states are so fast that an f64 of their slopes does not hold whether the sum rises or falls.
+    let system = Linear::new([[0.0; 4], [1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0; 4]], EDGE_S, 1 << 20);
+    let guard = Guard::new([0.0, 0.0, 1.0, 1.0], &system);
+    let mut random = Random(17);
+    let mut outcomes = [0; 2];
+    for _ in 0..20_000 {
+        // Three passages between edges.
+        let mut root = 1 + 2 * random.below(200) as i128;
+        let mut polynomial = Polynomial(vec![if random.below(2) == 0 { 1 } else { -1 }]);
+        let mut gaps = 1.0;
+        for _ in 0..3 {
+            polynomial = polynomial.times(&[-root, 2]);
+            let gap = 2 * [1, 2, 5, 10, 30, 100][random.below(6) as usize];
+            root += gap;
+            gaps *= gap as f64;
+        }
+        let (x, _) = polynomial.integrated(0.0);
+        let speed = 2f64.powi(50 + random.below(8) as i32) * gaps.cbrt().powi(2).round() / EDGE_S;
+        let motion = Trajectory::new(&system, [x[0], x[1], x[2], 0.0], [x[3], 0.0, speed, -speed]);
+        let outcome = search(&mut random, (&guard, &motion), &polynomial, (0.0, 1), false);
+        outcome.into_iter().for_each(|exits| outcomes[usize::from(exits)] += 1);
+    }
+    assert!(outcomes[0] > 500 && outcomes[1] > 5000, "{outcomes:?}");
+}
+
 /// A clock period in seconds.
 const CLOCK_S: f64 = 20e-9;
 
