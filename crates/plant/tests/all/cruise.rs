@@ -180,30 +180,34 @@ fn gates_as_foreseen_that_are_set_where_it_ends_end_it() {
 fn a_cruise_that_was_refused_leaves_no_trace_in_a_search_from_any_edge() {
     let axis = Axis::new(motor(0.0), BRIDGE, Hand::Torque(0.0), EDGE_S, 1 << 24).unwrap();
     let mut refused = 0;
-    for (pulse, speed) in [(FORWARD, -0.02), (BACKWARD, 0.02), (FORWARD, 0.0), (BACKWARD, 0.0)] {
-        for reach in [1e-6, 3e-6, 1e-5] {
-            let mut case = Case::new(&axis, [0.0, speed, 0.0], 900, pulse, BRAKE);
-            let plain = case.device.clone();
-            if case.device.cruise(0, 40 * PERIOD, (-reach, reach), &case.pulses).is_some() {
+    for (pulse, speed) in [(FORWARD, -0.03), (BACKWARD, 0.03)] {
+        let mut plain = Device::new(&axis, 0.0, speed, 0.0);
+        plain.drive(0, pulse);
+        let angles: Vec<f64> = (0..800).map(|edge| plain.state(edge)[2]).collect();
+        // In some of these bands the angle begins inside, but the smooth motion soon leaves the narrowed one.
+        for step in 0..70 {
+            let reach = 5e-6 * 1.02f64.powi(step);
+            let mut device = plain.clone();
+            let pulses = Pulses { period: PERIOD, duty: 900, pause: BRAKE };
+            if device.cruise(0, 40 * PERIOD, (-reach, reach), &pulses).is_some() {
                 continue;
             }
             refused += 1;
             // The pulse goes on. From each edge on, the angle leaves bands around it where the states do.
-            let angles: Vec<f64> = (0..2 * PERIOD + 200).map(|edge| plain.state(edge)[2]).collect();
-            for begin in 1..2 * PERIOD {
-                for (below, above) in [(1e-7, 1e-7), (5e-6, 5e-7), (5e-7, 5e-6)] {
+            for begin in 1..600 {
+                for (below, above) in [(1e-7, 1e-7), (5e-6, 1e-8), (1e-8, 5e-6)] {
                     let now_rad = angles[begin as usize];
                     let band_rad = (now_rad - below, now_rad + above);
                     let is_outside = |edge: &u64| !(band_rad.0..band_rad.1).contains(&angles[*edge as usize]);
                     let expected = (begin + 1..=begin + 150).find(is_outside);
-                    let found = case.device.clone().next_event(begin, begin + 150, band_rad);
-                    let what = format!("{pulse:?}, {speed} rad/s, {reach} rad, from {begin} in {band_rad:?}");
+                    let found = device.clone().next_event(begin, begin + 150, band_rad);
+                    let what = format!("{pulse:?}, {reach} rad, from {begin} in {band_rad:?}");
                     assert_eq!(found.map(|event| event.0), expected, "{what}");
                 }
             }
         }
     }
-    assert!(refused > 5, "{refused}");
+    assert!(refused > 20, "{refused}");
 }
 
 #[test]
@@ -397,7 +401,8 @@ fn settled(axis: &Axis, duty: u64) -> [f64; 3] {
 #[test]
 fn a_count_that_only_the_ripple_passes_is_passed() {
     let axis = Axis::new(motor(0.0), BRIDGE, SPRING, EDGE_S, 1 << 29).unwrap();
-    for duty in [1000, PERIOD / 2] {
+    // With the longer pulse the shaft nearly rests where it begins: its speed does not show what is to come.
+    for duty in [1000, 2150] {
         let start = settled(&axis, duty);
         let mut device = Device::new(&axis, start[0], start[1], start[2]);
         // The hand stays where the settled motion has it.
@@ -419,7 +424,7 @@ fn a_count_that_only_the_ripple_passes_is_passed() {
             let event = first_event(case.clone(), 10 * PERIOD, band_rad);
             (event, case.device.cruise(0, 10 * PERIOD, band_rad, &case.pulses))
         };
-        for share in [0.01, 0.2, 0.4, 0.5, 0.6, 0.8, 0.99] {
+        for share in [0.01, 0.2, 0.4, 0.5, 0.6, 0.8, 0.9, 0.99] {
             let (event, cruise) = tries(share * ripple);
             assert!(
                 event.is_some_and(|event| event < PERIOD) && cruise.is_none(),
