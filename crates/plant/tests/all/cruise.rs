@@ -273,6 +273,36 @@ fn it_repeats_pulses_of_the_period_asked_for_whatever_was_asked_before() {
 }
 
 #[test]
+fn a_cruise_of_a_shaft_that_slips_does_not_have_the_ripple_of_the_shaft_that_was_stuck() {
+    let axis = Axis::new(motor(20e-3), BRIDGE, SPRING, EDGE_S, 1 << 24).unwrap();
+    let mut device = Device::new(&axis, 0.0, 0.0, 0.1);
+    device.intend(0, 0.1, 0.0);
+    let mut plain = device.clone();
+    let pulses = Pulses { period: PERIOD, duty: 100, pause: BRAKE };
+    // The same pulses twice; in between the hand moves on and pulls the shaft away.
+    for (begin, is_stuck) in [(0, true), (6 * PERIOD, false)] {
+        for device in [&mut device, &mut plain] {
+            device.drive(begin, FORWARD);
+            assert_eq!(device.is_stuck(), is_stuck);
+        }
+        let end = begin + 5 * PERIOD;
+        assert_eq!(device.cruise(begin, end, ANYWHERE, &pulses), Some(end));
+        for edge in (begin..end).step_by(PERIOD as usize) {
+            for (from, to, gates) in [(edge, edge + 100, BRAKE), (edge + 100, edge + PERIOD, FORWARD)] {
+                near(&device.flow(from, to), &plain.flow(from, to), &format!("stuck {is_stuck}, edge {to}"));
+                if to < end {
+                    plain.drive(to, gates);
+                }
+            }
+        }
+        for device in [&mut device, &mut plain] {
+            device.intend(end, 1.1, 0.0);
+            device.flow(end, end + PERIOD);
+        }
+    }
+}
+
+#[test]
 fn a_hand_that_moves_on_in_mid_period_ends_it_where_it_is() {
     let (_, axis, start) = axes().swap_remove(1);
     for edge in [1, 899, 900, 901, 4095, 4096, 4097, 3 * 4096 + 900, 3 * 4096 + 2000] {
