@@ -376,7 +376,6 @@ fn a_diode_s_current_that_ends_within_rounding_of_an_edge_ends_where_steps_find_
         let mut device = Device::new(&axis, current_a, 3.0, 0.5);
         (1..).find(|&edge| device.step(edge)[0] == 0.0 && device.mode_changes() > 0).expect("the diodes' current ends")
     };
-    let mut ends = 0;
     for last in (2..200).step_by(3) {
         // The greatest current that has ended by this edge, to the last bit.
         let [mut ended, mut flows] = [1e-6f64, 1.0].map(f64::to_bits);
@@ -390,10 +389,8 @@ fn a_diode_s_current_that_ends_within_rounding_of_an_edge_ends_where_steps_find_
             let mut device = Device::new(&axis, current_a, 3.0, 0.5);
             let found = device.next_event(0, 4000, (-1.0, 2.0)).map(|event| event.0);
             assert_eq!(found, Some(end(current_a)), "{current_a:e} A");
-            ends += 1;
         }
     }
-    assert_eq!(ends, 660);
 }
 
 #[test]
