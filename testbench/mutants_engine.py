@@ -126,7 +126,9 @@ PLACES = [
             + 4.0 * UNIT * limits.size())"""),
         ("noise: none", "0.0 * limits.size()"),
         ("noise: limits' rounding left out", """dot(&bounds.noise_x, &sizes(&motion.x.hi))
-            + dot(&bounds.noise_w, &sizes(&motion.w.hi))"""),
+            + dot(&bounds.noise_w, &sizes(&motion.w.hi))""",
+         "half of the other terms is more than six roundings of the most that the function gets to: enough for the "
+         "rounding of a limit up to five times that, and the function comes nowhere near a limit beyond"),
         ("noise: state's error left out", "dot(&bounds.noise_w, &sizes(&motion.w.hi)) + 4.0 * UNIT * limits.size()"),
         ("noise: slope's error left out", "dot(&bounds.noise_x, &sizes(&motion.x.hi)) + 4.0 * UNIT * limits.size()"),
     ]),
@@ -171,14 +173,20 @@ PLACES = [
         ("judge: no step of an edge", "0.0 * noise"),
     ]),
     (GUARD, "let clear =", "end > noise", [
-        ("judge: noise at the end not looked at", "end > 0.0"),
+        ("judge: noise at the end not looked at", "end > 0.0",
+         "within the noise the root of `end - noise` is NaN, so that only a function that bends away from the limit is "
+         "clear: it lies above its chord, and both ends are inside, as was decided exactly"),
     ]),
     (GUARD, "let clear =", "(start > noise || inward * edge_s > step)", [
-        ("judge: start at a limit not looked at", "true"),
+        ("judge: start at a limit not looked at", "true",
+         "the start is inside, as was decided exactly. Within the noise it counts as at the limit, and the end must be "
+         "farther than the pull can bend a function that begins there"),
     ]),
     (GUARD, "let clear =", "(4.0 * sag * pull + noise).sqrt()", [
         ("judge: pull halved", "(2.0 * sag * pull + noise).sqrt()"),
-        ("judge: noise left out beside the pull", "(4.0 * sag * pull).sqrt()"),
+        ("judge: noise left out beside the pull", "(4.0 * sag * pull).sqrt()",
+         "the distances are less by twice their errors, and the spread in the pull is twice the bend's error: more "
+         "than the rounding of roots and products, which is twelve units of roundoff of the squares"),
     ]),
     (GUARD, "let clear =", "(start - noise).max(0.0).sqrt() + (end - noise).sqrt()", [
         ("judge: roots of the distances", "start.max(0.0).sqrt() + end.sqrt()"),
@@ -245,7 +253,9 @@ PLACES = [
     ]),
     (GUARD, "fn confirm_with<", "(step / edge_s - slopes[0]).max(0.0)", [
         ("confirm: way back halved", "0.5 * (step / edge_s - slopes[0]).max(0.0)"),
-        ("confirm: way back without the noise", "(-slopes[0]).max(0.0)"),
+        ("confirm: way back without the noise", "(-slopes[0]).max(0.0)",
+         "the noise is more than the slope's error times all of the time, and so more than the way back can be longer; "
+         "the limit behind is farther by four of it"),
     ]),
     (GUARD, "fn confirm_with<", "way > step * edges", [
         ("confirm: way without the noise", "way > 0.0",
@@ -519,7 +529,8 @@ PLACES = [
     ]),
     # the driver
     (ENGINE, "fn leap_over<", "quiet == 0 && ahead.is_none() && self.world.coast()", [
-        ("leap: coasts after a cruise too", "quiet == 0 && self.world.coast()"),
+        ("leap: coasts after a cruise too", "quiet == 0 && self.world.coast()",
+         "a cruise ends at an edge at which the motion is anchored anew: nothing is known of its next event"),
         ("leap: coasts while the datapath is quiet", "quiet <= 1 && ahead.is_none() && self.world.coast()"),
     ]),
     (ENGINE, "fn leap_over<", "edge <= end", [

@@ -1,4 +1,5 @@
-//! Leaps over whole periods of the modulator give the same registers as gates switched one by one.
+//! Leaps over whole periods of the modulator give the same registers as gates switched one by one, and so do edges at
+//! which the world coasts.
 
 use hpu_cosim::scene::{Experiment, shipped};
 use hpu_cosim::{
@@ -10,7 +11,7 @@ use hpu_signal::{Cycle, Observe, Real, SignalUse};
 /// The most edges of a scene that are compared.
 const EDGES: u64 = 40_000_000;
 
-/// A world that cruises over repeated outputs only if it may, and counts how often it does.
+/// A world that coasts, and cruises over repeated outputs, only if it may, and counts how often it cruises.
 #[derive(Clone)]
 struct Permitted<E> {
     world: E,
@@ -37,12 +38,20 @@ impl<E: World> World for Permitted<E> {
         let this = self.clone();
         self.world.advance(limit, |world, edge| before(&Self { world: world.clone(), ..this }, edge));
     }
+    fn coast(&mut self) -> bool {
+        self.may && self.world.coast()
+    }
     fn drive(&mut self, out: E::Out, words: &[i64]) {
         self.world.drive(out, words);
     }
     fn foresee(&mut self, repeat: &Repeat<E::Out>) -> Option<u64> {
         let end = if self.may { self.world.foresee(repeat) } else { None };
-        self.cruises += u64::from(end.is_some());
+        if let Some(end) = end {
+            self.cruises += 1;
+            let mut ahead = self.world.clone();
+            ahead.advance(end - 1, |_, _| {});
+            assert_eq!(ahead.edge(), end - 1, "nothing is due before a cruise ends");
+        }
         end
     }
     fn reals(&self, edge: u64) -> E::Row {

@@ -75,6 +75,14 @@ fn a_steady_motion_passes_counts_at_the_edges_that_exact_integers_say() {
             assert_eq!(rested.next_event(0, 1 << 20, (-1.0, high)), None);
             rested.intend(1, 0.0, speed);
             assert_eq!(rested.next_event(1, guess + 51, (-1.0, high)).map(|event| event.0), Some(expected + 1));
+            // So does a search for one edge, which looks for the next count too.
+            let mut rested = Device::new(&axis, 0.0, 0.0, 0.0);
+            rested.intend(0, 0.0, 0.0);
+            rested.drive_average(0, 0.0);
+            assert_eq!(rested.next_event(0, 1 << 20, (0.0, high)), None);
+            rested.intend(1, 0.0, speed);
+            assert_eq!(rested.next_event(1, 2, (0.0, high)), None);
+            assert_eq!(rested.next_event(1, guess + 51, (0.0, high)).map(|event| event.0), Some(expected + 1));
         }
         again += device.redecided();
     }

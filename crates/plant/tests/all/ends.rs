@@ -1,6 +1,6 @@
 //! Ends of modes within an edge, against a clock that is a thousand times as fast: there each end has its own edge.
 
-use hpu_plant::{Axis, Bridge, Device, Gates, Hand, Motor};
+use hpu_plant::{Axis, Bridge, Device, Gates, Hand, Motor, Push};
 
 use crate::random::Random;
 
@@ -33,7 +33,7 @@ fn an_end_of_a_mode_takes_effect_at_its_instant_and_the_first_of_two_comes_first
     let axes = [axes(5e-3, Hand::Torque(2e-3)), axes(20e-3, Hand::Torque(-3e-3))];
     let mut random = Random(21);
     // Edges with no end, one end, and more.
-    let (mut edges, mut rests) = ([0; 3], 0);
+    let (mut edges, mut rests, mut stops) = ([0; 3], 0, 0);
     for trial in 0..4000 {
         let [slow, fast] = &axes[trial % 2];
         let start = [random.between(-0.5, 0.5), random.between(-0.1, 0.1)];
@@ -47,7 +47,9 @@ fn an_end_of_a_mode_takes_effect_at_its_instant_and_the_first_of_two_comes_first
             }
         }
         for edge in 1..20 {
-            let before = slow.mode_changes();
+            let (before, mut begun) = (slow.mode_changes(), fast.clone());
+            // The speed if no mode ended: one that changes its sign twice in an edge is not seen to end a mode.
+            let turns = slow.state(edge - 1)[1] * slow.state(edge)[1] < 0.0;
             let (x, y) = (slow.step(edge), fast.flow((edge - 1) * FINE, edge * FINE));
             let ends = fast.mode_changes() - before;
             edges[ends.min(2) as usize] += 1;
@@ -57,6 +59,14 @@ fn an_end_of_a_mode_takes_effect_at_its_instant_and_the_first_of_two_comes_first
                 if ends == 2 && fast.is_stuck() && y[0] == 0.0 {
                     rests += 1;
                     assert!(x[..2] == [0.0; 2], "{what}: {x:?}");
+                    let slips = turns && !begun.is_stuck();
+                    let event = begun.next_event((edge - 1) * FINE, edge * FINE, (-1.0, 1.0)).expect("an end");
+                    begun.arrive(event);
+                    if slips && begun.is_stuck() {
+                        // The shaft has stopped first: it stays there, whatever the current does.
+                        stops += 1;
+                        assert!((x[2] - y[2]).abs() <= 1e-12 * (1e-8 + y[2].abs()), "{what}: {} is not {}", x[2], y[2]);
+                    }
                 }
                 break;
             }
@@ -75,5 +85,36 @@ fn an_end_of_a_mode_takes_effect_at_its_instant_and_the_first_of_two_comes_first
             }
         }
     }
-    assert!(edges[1] > 4000 && edges[2] > 200 && rests > 50, "{edges:?}, {rests}");
+    assert!(edges[1] > 4000 && edges[2] > 200 && rests > 50 && stops > 20, "{edges:?}, {rests}, {stops}");
+}
+
+#[test]
+fn friction_that_holds_a_torque_exactly_equal_to_it_lets_go_as_soon_as_the_torque_grows() {
+    // Torque constant times current is the friction, to the bit; the hand's spring then pulls by `k v t`.
+    let motor = Motor {
+        resistance_ohm: 1.0,
+        inductance_h: 1e-3,
+        torque_constant_nm_per_a: 2f64.powi(-5),
+        inertia_kg_m2: 1.37e-6,
+        viscous_nm_s_per_rad: 0.0,
+        coulomb_nm: 2f64.powi(-6),
+    };
+    let push = Push { stiffness_nm_per_rad: 3.0, damping_nm_s_per_rad: 0.0 };
+    let axis = Axis::amplified(motor, Hand::Spring(push), 20e-9, 1 << 24).unwrap();
+    // In an edge the torque grows by less than its last place, by about that much, or by far more.
+    for speed in [1e-12, 1e-11, 1e-10, 1e-3, 1.0] {
+        for sign in [1.0, -1.0] {
+            let mut device = Device::new(&axis, sign * 0.5, 0.0, 0.0);
+            device.intend(0, 0.0, sign * speed);
+            assert!(device.is_stuck(), "{speed} rad/s");
+            for edge in 1..=5 {
+                let x = device.step(edge);
+                // The shaft has moved by far less than the hand: its speed is `k v t² / 2 J`.
+                let time_s = edge as f64 * 20e-9;
+                let expected = sign * 3.0 * speed * time_s * time_s / (2.0 * motor.inertia_kg_m2);
+                assert!((x[1] - expected).abs() <= 1e-6 * expected.abs(), "{speed} rad/s: {} is not {expected}", x[1]);
+                assert!(!device.is_stuck() && device.mode_changes() == 1, "{speed} rad/s, edge {edge}");
+            }
+        }
+    }
 }

@@ -184,6 +184,33 @@ fn no_edge_is_missed_by_a_sum_of_states_that_are_much_larger_or_much_faster() {
     assert!(outcomes[0] > 500 && outcomes[1] > 1500, "{outcomes:?}");
 }
 
+#[test]
+fn no_edge_is_missed_by_a_cubic_whose_slope_is_lost_in_the_slopes_of_a_sum() {
+    // Both states are so fast that an f64 of their slopes does not hold whether the sum rises or falls.
+    let system = Linear::new([[0.0; 4], [1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0; 4]], EDGE_S, 1 << 20);
+    let guard = Guard::new([0.0, 0.0, 1.0, 1.0], &system);
+    let mut random = Random(17);
+    let mut outcomes = [0; 2];
+    for _ in 0..20_000 {
+        // Three passages between edges.
+        let mut root = 1 + 2 * random.below(200) as i128;
+        let mut polynomial = Polynomial(vec![if random.below(2) == 0 { 1 } else { -1 }]);
+        let mut gaps = 1.0;
+        for _ in 0..3 {
+            polynomial = polynomial.times(&[-root, 2]);
+            let gap = 2 * [1, 2, 5, 10, 30, 100][random.below(6) as usize];
+            root += gap;
+            gaps *= gap as f64;
+        }
+        let (x, _) = polynomial.integrated(0.0);
+        let speed = 2f64.powi(50 + random.below(8) as i32) * gaps.cbrt().powi(2).round() / EDGE_S;
+        let motion = Trajectory::new(&system, [x[0], x[1], x[2], 0.0], [x[3], 0.0, speed, -speed]);
+        let outcome = search(&mut random, (&guard, &motion), &polynomial, (0.0, 1), false);
+        outcome.into_iter().for_each(|exits| outcomes[usize::from(exits)] += 1);
+    }
+    assert!(outcomes[0] > 500 && outcomes[1] > 5000, "{outcomes:?}");
+}
+
 /// A clock period in seconds.
 const CLOCK_S: f64 = 20e-9;
 
@@ -337,6 +364,32 @@ fn friction_that_stops_a_shaft_around_the_end_of_a_quick_look_is_met() {
     for stop in (81_915..81_925).chain([163_841]) {
         let mut device = Device::new(&axis, 0.0, fall * (stop as f64 - 0.5), 0.5);
         assert_eq!(device.next_event(0, stop, (0.0, 1.0)).map(|event| event.0), Some(stop));
+    }
+}
+
+#[test]
+fn a_diode_s_current_that_ends_within_rounding_of_an_edge_ends_where_steps_find_it() {
+    // Without friction the current alone decides when the mode ends.
+    let bridge = Bridge { supply_v: 24.0, on_resistance_ohm: 0.3, diode_drop_v: 0.7 };
+    let axis = Axis::new(motor(1e-3, 0.0), bridge, Hand::Torque(0.0), CLOCK_S, 1 << 24).unwrap();
+    let end = |current_a: f64| {
+        let mut device = Device::new(&axis, current_a, 3.0, 0.5);
+        (1..).find(|&edge| device.step(edge)[0] == 0.0 && device.mode_changes() > 0).expect("the diodes' current ends")
+    };
+    for last in (2..200).step_by(3) {
+        // The greatest current that has ended by this edge, to the last bit.
+        let [mut ended, mut flows] = [1e-6f64, 1.0].map(f64::to_bits);
+        while flows - ended > 1 {
+            let middle = ended.midpoint(flows);
+            *(if end(f64::from_bits(middle)) <= last { &mut ended } else { &mut flows }) = middle;
+        }
+        assert_eq!([ended, flows].map(|bits| end(f64::from_bits(bits))), [last, last + 1]);
+        for bits in ended - 4..=flows + 4 {
+            let current_a = f64::from_bits(bits);
+            let mut device = Device::new(&axis, current_a, 3.0, 0.5);
+            let found = device.next_event(0, 4000, (-1.0, 2.0)).map(|event| event.0);
+            assert_eq!(found, Some(end(current_a)), "{current_a:e} A");
+        }
     }
 }
 

@@ -1,0 +1,187 @@
+//! The searches of a guard against every edge, and its bounds in exact integers.
+
+use super::{Band, Forecast, Guard, Limits, MotionPoint, Side, Watch, dyadic};
+use crate::double::{Double, Doubles};
+use crate::linear::{Linear, Trajectory};
+use crate::matrix::Matrix;
+
+/// A motor held by a hand, whose current decays in 0.1 ms; and one that swings within 63 us.
+const SYSTEMS: [Matrix; 2] = [
+    [[-1e4, -60.0, 0.0, 0.0], [2e3, -5.0, -3e5, 3e5], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0]],
+    [[-1e4, -60.0, 0.0, 0.0], [2e3, -5.0, -1e10, 1e10], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0]],
+];
+
+/// Motions of all kinds in bands of all widths: a confirmed forecast is the first edge at which the value, looked
+/// at edge by edge, lies outside. Half of the forecasts are made at random, since a proof must not depend on them.
+#[test]
+fn a_confirmed_forecast_is_the_first_exit_edge_by_edge() {
+    let systems = SYSTEMS.map(|a| Linear::new(a, 2e-8, 1 << 16));
+    let mut state = 1u64;
+    let mut next = || {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5
+    };
+    // Confirmed while moving toward the limit, after a turn, and forecasts that were not confirmed.
+    let (mut straight, mut turned, mut refused) = (0, 0, 0);
+    for case in 0..60_000 {
+        let system = &systems[usize::from(case % 10 != 0)];
+        let x = [2.0 * next(), 0.4 * next(), 0.5, 0.5 + 0.01 * next()];
+        let f = [2e4 * next(), 600.0 * next(), 0.0, 0.0];
+        let motion = Trajectory::new(system, x, f);
+        let row = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]][case % 3];
+        let guard = Guard::new(row, system);
+        let start = guard.value(&x);
+        let width = [1.0, 20.0, 1e-4][case % 3] * 10f64.powf(-3.0 * (next() + 0.5));
+        let share = next() + 0.5;
+        let band = Band { low: start - share * width, high: start + (1.0 - share) * width, open: true };
+        let limits = Limits::from(&band);
+        let from = MotionPoint::of(&motion, 0);
+        let forecast = if case % 2 == 0 {
+            guard.forecast(&motion, &limits, &from)
+        } else {
+            Forecast { edges: 6000.0 * (next() + 0.5), rising: next().signum() }
+        };
+        if !(0.0..=6000.0).contains(&forecast.edges) {
+            continue;
+        }
+        let noise = guard.noise(&motion, dyadic(forecast.late()), &limits);
+        let mut watch = Watch { motion: &motion, limits, noise, again: &mut 0 };
+        let mut is_outside = |edge| guard.side(&mut watch, edge, guard.value(&motion.at(edge))) != Side::Inside;
+        let first = (1..=forecast.late()).find(|&edge| is_outside(edge));
+        match guard.confirm(&mut watch, &from, forecast) {
+            None => refused += 1,
+            Some(point) => {
+                assert_eq!(Some(point.edge), first, "case {case}");
+                assert_eq!(point.x, motion.at(point.edge));
+                let moves_away = forecast.rising * guard.value(&from.w) < 0.0;
+                *(if moves_away { &mut turned } else { &mut straight }) += 1;
+            }
+        }
+    }
+    assert!(straight > 20_000 && turned > 5000 && refused > 10_000, "{straight} {turned} {refused}");
+}
+
+/// Sums of four products that cancel, in exact integers: a state that rounding has moved across its limit, or whose
+/// value errs across it, is not called surely inside.
+#[test]
+fn a_state_that_is_surely_inside_lies_inside_in_exact_integers() {
+    let system = Linear::new([[0.0; 4]; 4], 2e-8, 1);
+    let mut state = 1u64;
+    let mut next = |bits: u32| {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        i128::from(state as i64 >> (64 - bits))
+    };
+    let (mut sure, mut close) = (0, 0);
+    for case in 0..20_000 {
+        // Coefficients are `f64`; the states have three bits more than one.
+        let row: [i128; 4] = std::array::from_fn(|_| next(53) | 1);
+        let mut x: [i128; 4] = std::array::from_fn(|_| next(56));
+        let others: i128 = (0..3).map(|k| row[k] * x[k]).sum();
+        // The value lies within the last coefficient's size of zero, and farther away in every other case.
+        x[3] = -others / row[3] + if case % 2 == 0 { 0 } else { next(16) };
+        let value = others + row[3] * x[3];
+        let guard = Guard::new(row.map(|r| r as f64), &system);
+        let rounded = x.map(|x| x as f64);
+        for (limits, is_inside) in [(Limits::POSITIVE, value >= 0), (Limits::NEGATIVE, value <= 0)] {
+            let is_sure = guard.is_surely_inside(&rounded, &limits);
+            assert!(is_inside || !is_sure, "case {case}: {value}");
+            sure += u32::from(is_sure);
+            close += u32::from(is_inside && !is_sure);
+        }
+    }
+    assert!(sure > 5000 && close > 5000, "{sure} {close}");
+}
+
+/// Quartics, whose derivatives reach their bounds, toward a limit that they pass up to four times: only the first
+/// passage is confirmed, wherever the forecast lies.
+#[test]
+fn of_several_passages_of_a_quartic_only_the_first_is_confirmed() {
+    const CHAIN: Matrix = [[0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0], [0.0, 0.0, 0.0, 0.0]];
+    let system = Linear::new(CHAIN, 1.0 / 128.0, 1 << 12);
+    let guard = Guard::new([1.0, 0.0, 0.0, 0.0], &system);
+    let mut state = 1u64;
+    let mut next = || {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5
+    };
+    let (mut confirmed, mut several) = (0, 0);
+    for case in 0..40_000 {
+        // The slope's roots, in seconds; the search is over 128 edges, one second.
+        let [a, b, c] = std::array::from_fn(|_| 1.6 * next() + 0.5);
+        let f = if case % 2 == 0 {
+            [-a * b * c, a * b + b * c + c * a, -2.0 * (a + b + c), 6.0]
+        } else {
+            [a * b, -a - b, 2.0, 0.0]
+        };
+        let motion = Trajectory::new(&system, [0.0; 4], f);
+        let values: Vec<f64> = (0..=128).map(|edge| guard.value(&motion.at(edge))).collect();
+        // The limit lies just below an extreme, or anywhere.
+        let extreme = (1..128).find(|&k| values[k] > values[k - 1].max(0.0) && values[k] >= values[k + 1]);
+        let high = extreme.map_or(0.1 * (next() + 0.5), |k| values[k] * (1.0 - 0.5 * (next() + 0.5).powi(3)));
+        let limits = Limits::from(&Band { low: f64::NEG_INFINITY, high, open: true });
+        let passages: Vec<usize> = (1..=128).filter(|&k| values[k - 1] < high && values[k] >= high).collect();
+        let (Some(&first), Some(&last)) = (passages.first(), passages.last()) else { continue };
+        several += usize::from(first != last);
+        let noise = guard.noise(&motion, dyadic(1 << 8), &limits);
+        let mut watch = Watch { motion: &motion, limits, noise, again: &mut 0 };
+        let forecast = Forecast { edges: last as f64 - 0.5, rising: 1.0 };
+        if let Some(point) = guard.confirm(&mut watch, &MotionPoint::of(&motion, 0), forecast) {
+            assert_eq!(point.edge, first as u64, "case {case}");
+            confirmed += 1;
+        }
+    }
+    assert!(confirmed > 1000 && several > 1000, "{confirmed} {several}");
+}
+
+/// Sums of four states that cancel, each rounded to `f64` by up to a half of its last place: the side on which a value
+/// lies is that of exact integers, though rounding has moved the value across its limit.
+#[test]
+fn a_value_lies_on_the_side_of_its_limit_that_exact_integers_say() {
+    /// States are integers of 2^-40.
+    const PLACES: u32 = 40;
+    const ROW: [i128; 4] = [1, 1, -1, -1];
+    let system = Linear::new([[0.0; 4]; 4], 2e-8, 1);
+    let guard = Guard::new(ROW.map(|r| r as f64), &system);
+    let mut state = 1u64;
+    let mut below = |count: i128| {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        i128::from(state >> 1) % count
+    };
+    let unit = 0.5f64.powi(PLACES as i32);
+    let (mut moved, mut equal) = (0, 0);
+    for case in 0..40_000 {
+        // An `f64` just above 2^52 holds integers; two of their sums are rounded to even ones.
+        let high: [i128; 4] = std::array::from_fn(|_| (1 << 52) + below(16));
+        let rest: [i128; 4] = std::array::from_fn(|_| below(1 << PLACES) - (1 << (PLACES - 1)));
+        let value: i128 = (0..4).map(|k| ROW[k] * ((high[k] << PLACES) + rest[k])).sum();
+        let mut x = Doubles::ZERO;
+        for k in 0..4 {
+            x.set(k, Double { hi: high[k] as f64, lo: rest[k] as f64 * unit });
+        }
+        let motion = Trajectory::exact(&system, x, Doubles::ZERO);
+        let rounded = guard.value(&motion.x.hi);
+        let limit = if case % 2 == 0 { value + below(3) - 1 } else { value + below(8 << PLACES) - (4 << PLACES) };
+        let at = Double::from(limit as f64 * unit);
+        moved += u32::from((rounded < at.hi) != (value < limit));
+        equal += u32::from(value == limit);
+        for open in [false, true] {
+            let low = (Limits { low: at, open, ..Limits::ANY }, value < limit, Side::Below);
+            let high = (Limits { high: at, open, ..Limits::ANY }, value > limit || open && value == limit, Side::Above);
+            for (limits, is_outside, outside) in [low, high] {
+                let noise = guard.noise(&motion, 0, &limits);
+                let mut watch = Watch { motion: &motion, limits, noise, again: &mut 0 };
+                let expected = if is_outside { outside } else { Side::Inside };
+                assert_eq!(guard.side(&mut watch, 0, rounded), expected, "case {case}: {value} at {limit}");
+            }
+        }
+    }
+    assert!(moved > 10_000 && equal > 5000, "{moved} {equal}");
+}
