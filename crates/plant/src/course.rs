@@ -331,7 +331,9 @@ mod tests {
             let (begun, ended) = (value(&X.into()), value(&course.at::<Halves>(system.edge_s.into())));
             // The value after a third of the way.
             let limit = Double::from(begun.hi + (ended.hi - begun.hi) / 3.0);
-            let (tau_s, there) = course.crossing::<Halves>(&guard, limit, begun - limit, 0.5 * system.edge_s);
+            let [before, after] = [begun, ended].map(|value| (value - limit).hi);
+            let sides = (before, after, after.signum());
+            let (tau_s, there) = course.crossing::<Halves>(&guard, limit, sides, system.edge_s);
             assert!(tau_s.hi > 0.0 && tau_s.hi < system.edge_s);
             let off = (value(&there) - limit).hi.abs();
             assert!(off <= 1e-29 * (ended.hi - begun.hi).abs().max(begun.hi.abs()), "{size}: {off:e}");
