@@ -103,6 +103,26 @@ impl<'a> Device<'a> {
         sides: [Side; 2],
         at_end: &State,
     ) -> (Double, Doubles, Cause, Side) {
+        let first = self.first_of::<P>(course, x, left_s, sides, at_end);
+        let (tau_s, there, cause, _) = &first;
+        // A check that is outside by then has left before, even if it would be inside again at the end.
+        let sides = self.checks.map(|check| match check {
+            Some(check) if check.cause != *cause => check.side::<P>(there),
+            _ => Side::Inside,
+        });
+        if sides == [Side::Inside; 2] { first } else { self.first_of::<P>(course, x, *tau_s, sides, &there.hi) }
+    }
+
+    /// Returns the same of the checks that lie outside at the end.
+    #[inline(always)]
+    fn first_of<P: Product>(
+        &self,
+        course: &Course,
+        x: &Doubles,
+        left_s: Double,
+        sides: [Side; 2],
+        at_end: &State,
+    ) -> (Double, Doubles, Cause, Side) {
         let mut first: Option<(Double, Doubles, Cause, Side)> = None;
         for (check, side) in self.checks.iter().zip(sides) {
             let Some(check) = check else { continue };

@@ -23,7 +23,7 @@ fn axes(coulomb_nm: f64, hand: Hand) -> [Axis; 2] {
 }
 
 #[test]
-fn an_end_of_a_mode_takes_effect_at_its_instant_and_the_first_of_two_comes_first() {
+fn each_of_several_ends_of_modes_within_an_edge_takes_effect_at_its_instant() {
     let gates = [
         Gates { a_high: false, a_low: true, b_high: true, b_low: false },
         Gates { a_high: true, a_low: false, b_high: false, b_low: true },
@@ -33,7 +33,7 @@ fn an_end_of_a_mode_takes_effect_at_its_instant_and_the_first_of_two_comes_first
     let axes = [axes(5e-3, Hand::Torque(2e-3)), axes(20e-3, Hand::Torque(-3e-3))];
     let mut random = Random(21);
     // Edges with no end, one end, and more.
-    let (mut edges, mut rests, mut stops) = ([0; 3], 0, 0);
+    let (mut edges, mut rests, mut grazes) = ([0; 3], 0, 0);
     for trial in 0..4000 {
         let [slow, fast] = &axes[trial % 2];
         let start = [random.between(-0.5, 0.5), random.between(-0.1, 0.1)];
@@ -47,29 +47,17 @@ fn an_end_of_a_mode_takes_effect_at_its_instant_and_the_first_of_two_comes_first
             }
         }
         for edge in 1..20 {
-            let (before, mut begun) = (slow.mode_changes(), fast.clone());
-            // The speed if no mode ended: one that changes its sign twice in an edge is not seen to end a mode.
-            let turns = slow.state(edge - 1)[1] * slow.state(edge)[1] < 0.0;
+            let (before, begun) = (fast.mode_changes(), slow.state(edge - 1)[1]);
             let (x, y) = (slow.step(edge), fast.flow((edge - 1) * FINE, edge * FINE));
             let ends = fast.mode_changes() - before;
             edges[ends.min(2) as usize] += 1;
             let what = format!("trial {trial}, edge {edge}");
-            if ends > 1 {
-                // The first of them takes effect at its instant, the other at the end of the edge.
-                if ends == 2 && fast.is_stuck() && y[0] == 0.0 {
-                    rests += 1;
-                    assert!(x[..2] == [0.0; 2], "{what}: {x:?}");
-                    let slips = turns && !begun.is_stuck();
-                    let event = begun.next_event((edge - 1) * FINE, edge * FINE, (-1.0, 1.0)).expect("an end");
-                    begun.arrive(event);
-                    if slips && begun.is_stuck() {
-                        // The shaft has stopped first: it stays there, whatever the current does.
-                        stops += 1;
-                        assert!((x[2] - y[2]).abs() <= 1e-12 * (1e-8 + y[2].abs()), "{what}: {} is not {}", x[2], y[2]);
-                    }
-                }
+            if slow.mode_changes() < fast.mode_changes() && begun * x[1] > 0.0 {
+                // The speed passes zero and comes back within the edge, which ends no mode.
+                grazes += 1;
                 break;
             }
+            rests += u32::from(ends > 1 && fast.is_stuck() && y[0] == 0.0);
             assert_eq!(slow.mode_changes(), fast.mode_changes(), "{what}");
             assert_eq!(slow.is_stuck(), fast.is_stuck(), "{what}");
             // Current, speed and angle that come about in a few edges.
@@ -85,7 +73,8 @@ fn an_end_of_a_mode_takes_effect_at_its_instant_and_the_first_of_two_comes_first
             }
         }
     }
-    assert!(edges[1] > 4000 && edges[2] > 200 && rests > 50 && stops > 20, "{edges:?}, {rests}, {stops}");
+    assert!(edges[1] > 4000 && edges[2] > 1000 && rests > 200, "{edges:?}, {rests}");
+    assert!(10 * grazes < edges[2], "{grazes} of {edges:?}");
 }
 
 #[test]
