@@ -397,30 +397,36 @@ PLACES = [
         ("arrive: first check not looked at", "sides[1] == Side::Inside"),
     ]),
     # ends of modes
-    (MODES, "fn change_with<", "self.checks.into_iter().zip(sides)", [
-        ("change: side of the second check not looked at",
-         "self.checks.into_iter().zip([sides[0], if sides[0] == Side::Inside { sides[1] } else { Side::Inside }])"),
-    ]),
-    (MODES, "fn change_with<", "before.sign() == 0.0 || before.sign() == sign", [
-        ("change: value at its limit at the start not looked at", "before.sign() == sign"),
-        ("change: value on one side not looked at", "before.sign() == 0.0",
-         "the mode lasted to the edge before, so that the value there is inside or at its limit"),
-    ]),
-    (MODES, "fn change_with<", "if before.hi.abs() <= after.abs() { Double::ZERO } else { edge_s.into() }", [
-        ("change: such a value always ends the mode late", "edge_s.into()"),
-    ]),
-    (MODES, "fn change_with<", "(tau_s - soonest_s).sign() < 0.0", [
-        ("change: the later end taken", "(tau_s - soonest_s).sign() > 0.0"),
-        ("change: the first check's end taken", "tau_s.hi.is_nan() && soonest_s.hi.is_nan()"),
-        ("change: the second check's end taken", "tau_s.hi >= 0.0 || soonest_s.hi >= 0.0"),
-    ]),
-    (MODES, "fn change_with<", "Double::from(edge_s) - tau_s", [
+    (MODES, "fn change_with<", "left_s - tau_s", [
         ("change: rest of the edge not flowed", "Double::ZERO + (tau_s - tau_s)"),
         ("change: whole edge flowed", "Double::from(edge_s)"),
     ]),
-    (MODES, "fn change_with<", "0..self.checks.len()", [
-        ("change: no other end within the edge", "0..0"),
-        ("change: one other end within the edge", "0..1"),
+    (MODES, "fn change_with<", "ends == MOST_ENDS", [
+        ("change: no other end within the edge", "ends == 1"),
+        ("change: one other end within the edge", "ends == 2"),
+    ]),
+    (MODES, "fn soonest<", "sides == [Side::Inside; 2]", [
+        ("change: an end that does not last to the end not looked at", "sides.len() == 2"),
+    ]),
+    (MODES, "fn first_of<", "self.checks.iter().zip(sides)", [
+        ("change: side of the second check not looked at",
+         "self.checks.iter().zip([sides[0], if sides[0] == Side::Inside { sides[1] } else { Side::Inside }])"),
+    ]),
+    (MODES, "fn first_of<", "before.sign() == outward", [
+        ("change: value beyond its limit at the start not looked at", "before.hi.is_nan()",
+         "each part of the edge begins where every value is inside or at its limit"),
+    ]),
+    (MODES, "fn first_of<", "before.sign() == 0.0 && course.leaves(check.guard, outward)", [
+        ("change: value at its limit at the start not looked at", "before.hi.is_nan()"),
+        ("change: direction at the limit not looked at", "before.sign() == 0.0"),
+    ]),
+    (MODES, "fn first_of<", "if before.hi.abs() <= after.abs() { Double::ZERO } else { left_s }", [
+        ("change: such a value always ends the mode late", "left_s"),
+    ]),
+    (MODES, "fn first_of<", "(tau_s - soonest_s).sign() < 0.0", [
+        ("change: the later end taken", "(tau_s - soonest_s).sign() > 0.0"),
+        ("change: the first check's end taken", "tau_s.hi.is_nan() && soonest_s.hi.is_nan()"),
+        ("change: the second check's end taken", "tau_s.hi >= 0.0 || soonest_s.hi >= 0.0"),
     ]),
     (MODES, "fn turn<", "self.shaft = self.shaft_at::<P>(x);", [
         ("turn: friction never holds", "self.shaft = Shaft::Slip(if above { 1 } else { -1 });"),
