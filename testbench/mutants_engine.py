@@ -410,14 +410,16 @@ PLACES = [
     ]),
     (MODES, "fn first_of<", "self.checks.iter().zip(sides)", [
         ("change: side of the second check not looked at",
-         "self.checks.iter().zip([sides[0], if sides[0] == Side::Inside { sides[1] } else { Side::Inside }])"),
+         "self.checks.iter().zip([sides[0], if sides[0] == Side::Inside { sides[1] } else { Side::Inside }])",
+         "`soonest` then finds the second check outside at the first one's end, or the rest of the edge does"),
     ]),
     (MODES, "fn first_of<", "before.sign() == outward", [
         ("change: value beyond its limit at the start not looked at", "before.hi.is_nan()",
          "each part of the edge begins where every value is inside or at its limit"),
     ]),
     (MODES, "fn first_of<", "before.sign() == 0.0 && course.leaves(check.guard, outward)", [
-        ("change: value at its limit at the start not looked at", "before.hi.is_nan()"),
+        ("change: value at its limit at the start not looked at", "before.hi.is_nan()",
+         "the search then comes back to the start, within 1e-12 of an edge"),
         ("change: direction at the limit not looked at", "before.sign() == 0.0"),
     ]),
     (MODES, "fn first_of<", "if before.hi.abs() <= after.abs() { Double::ZERO } else { left_s }", [
