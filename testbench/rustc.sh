@@ -1,9 +1,10 @@
 #!/bin/sh
-# The compiler of the test command, cargo's RUSTC_WRAPPER in tests.py: rustc as cargo calls it, except for test binaries.
+# The compiler of the test command, cargo's RUSTC_WRAPPER in tests.py: rustc as cargo calls it, except for the binaries
+# of tests.
 #
 # Tests spend their time in libraries and tools, and those stay as they are released. The tests' own code is compiled
-# once and run once: optimised in full, it took 220 s of a core to compile. Two binaries compute much themselves and stay
-# as they are; for the tests of hpu-datapath, which compile its generic circuits, level 1 costs least in all.
+# once and run once; optimised in full, it took 220 s of a core to compile. Two binaries compute much themselves and
+# stay as they are. The tests of hpu-datapath compile its generic circuits, and at level 1 they cost least in all.
 case "${CARGO_PKG_NAME-}: $* " in
 *" --crate-name high_precision "* | hpu-plant:*) exec "$@" ;;
 hpu-datapath:*" --test "*) exec "$@" -C opt-level=1 ;;

@@ -98,8 +98,8 @@ mod tests {
             least_s..=most_s
         });
         assert!(profile.wall_s() >= 0.1 && profile.looks.len() > 2, "{profile:?}");
-        // On a busy machine pauses are longer, and looks come late: the time of the half is known within the longest time
-        // between two looks.
+        // On a busy machine pauses are longer, and looks come late: the time of the half is known within the longest
+        // time between two looks.
         let apart_s = profile.looks.windows(2).map(|pair| pair[1].0 - pair[0].0).fold(0.0, f64::max);
         let found_s = profile.share(1000) * profile.wall_s();
         let bounds = half_s.start() - apart_s..=half_s.end() + apart_s;
