@@ -38,7 +38,8 @@ def built():
     """Every test binary: its package, its name, its path."""
     command = ["cargo", "test", "--locked", "--release", "--workspace", "--tests", "--no-run"]
     command.append("--message-format=json-render-diagnostics")
-    build = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE)
+    wrapped = {"RUSTC_WRAPPER": (ROOT / "testbench" / "rustc.sh").as_posix(), **os.environ}
+    build = subprocess.run(command, cwd=ROOT, env=wrapped, stdout=subprocess.PIPE)
     if build.returncode != 0:
         sys.exit(build.returncode)
     for line in build.stdout.splitlines():

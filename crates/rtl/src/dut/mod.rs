@@ -16,7 +16,7 @@ use std::fmt;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use hpu_cosim::dut::{Design, Designs, Fault};
+use hpu_cosim::dut::{Design, Designs, Fault, Port};
 use hpu_cosim::scene::{DutScene, Engine, SourceFile};
 
 use crate::hdl::Setup;
@@ -123,6 +123,14 @@ impl Simulators {
             return Ok(Box::new(self.ghdl(model, "", false)?));
         }
         Ok(Box::new(self.verilator(model, false)?))
+    }
+
+    /// Returns the ports of such a design, of which no program is made.
+    pub(crate) fn ports_of_model(&self, model: &Model) -> Result<Vec<Port>, DutError> {
+        if is_vhdl(&model.dut.files) {
+            return Ok(self.ghdl(model, "", false)?.ports().to_vec());
+        }
+        self.ports_of_verilog(model)
     }
 }
 

@@ -16,10 +16,13 @@ use super::process::{ANSWER, Process};
 use super::{DutError, Simulators};
 use crate::cost::verilog::{UNTOLD, repaired};
 use crate::entry::key;
+use crate::temporary::Temporary;
 use crate::tool::{Said, Tool, run};
 
 /// The file that lists the ports of a built model.
 const PORTS: &str = "ports";
+/// The C++ of the whole design's state.
+const ROOT: &str = "obj/Vdut___024root.h";
 /// The program into which a model is compiled.
 const MODEL: &str = "obj/model";
 /// The parts of Verilator that every model has, compiled.
@@ -58,7 +61,7 @@ impl Simulators {
             } else {
                 (sources(dut), dut.top.clone())
             };
-            self.verilate(model, folder, &sources, &top, (!is_vhdl, inside))
+            self.verilate(model, (folder, &sources, &top), (!is_vhdl, inside))
         })?;
         let path = folder.join(PORTS);
         let text = fs::read_to_string(&path).map_err(|error| DutError::Io(path, error))?;
@@ -94,16 +97,24 @@ impl Simulators {
         Ok(vec!["synthesised.v".to_string()])
     }
 
-    /// Compiles Verilog to a program.
-    fn verilate(
+    /// Returns the ports of a design in Verilog, of which no program is made.
+    pub(super) fn ports_of_verilog(&self, model: &Model) -> Result<Vec<Port>, DutError> {
+        Tool::Verilator.version().map_err(DutError::Tool)?;
+        let folder = Temporary::folder().map_err(|error| DutError::Io(std::env::temp_dir(), error))?;
+        write_files(model.dut, folder.path())?;
+        let design = (folder.path(), &sources(model.dut)[..], model.dut.top.as_str());
+        let (_, lines) = self.translated(model.dut, design, (true, false))?;
+        Ok(lines.lines().filter_map(port).collect())
+    }
+
+    /// Translates Verilog to C++ in a folder. Returns the fields of the C++ that are shown, and a line about each as in
+    /// the file [`PORTS`].
+    fn translated(
         &self,
-        model: &Model,
-        folder: &Path,
-        sources: &[String],
-        top: &str,
+        dut: &Dut,
+        (folder, sources, top): (&Path, &[String], &str),
         (generics, inside): (bool, bool),
-    ) -> Result<(), DutError> {
-        let dut = model.dut;
+    ) -> Result<(Vec<Field>, String), DutError> {
         let say = |error| DutError::of(&dut.top, error);
         let mut command = Command::new(Tool::Verilator.name());
         command.current_dir(folder);
@@ -122,10 +133,9 @@ impl Simulators {
         command.args(sources).arg("main.cpp");
         run(Tool::Verilator, "read a design", command, self.limit()).map_err(say)?;
         let header = read(&folder.join("obj/Vdut.h"))?;
-        let root = read(&folder.join("obj/Vdut___024root.h"))?;
         let mut found = fields(&header);
         if inside {
-            let inner = inner(&root, top, &found);
+            let inner = inner(&read(&folder.join(ROOT))?, top, &found);
             // Signals that synthesis has added are not shown.
             let is_shown = |field: &Field| (generics || !is_made_up(&field.name)) && !carries_clock(dut, &field.name);
             found.extend(inner.into_iter().filter(is_shown));
@@ -138,7 +148,31 @@ impl Simulators {
                 return Err(DutError::Refused { tool: Tool::Verilator, top: dut.top.clone(), said });
             }
         }
-        let mut state = state(&root);
+        let lines = found.iter().map(|field| {
+            let way = match field {
+                Field { is_inside: true, .. } => "inside",
+                Field { is_input: true, .. } => "in",
+                _ => "out",
+            };
+            let leaf = field.name.rsplit('.').next().unwrap_or_default();
+            let sign = if signed.iter().any(|name| name == leaf) { "signed" } else { "unsigned" };
+            format!("{} {way} {} {sign}\n", field.name, field.width)
+        });
+        let lines = lines.collect();
+        Ok((found, lines))
+    }
+
+    /// Compiles Verilog to a program.
+    fn verilate(
+        &self,
+        model: &Model,
+        (folder, sources, top): (&Path, &[String], &str),
+        made: (bool, bool),
+    ) -> Result<(), DutError> {
+        let dut = model.dut;
+        let say = |error| DutError::of(&dut.top, error);
+        let (found, lines) = self.translated(dut, (folder, sources, top), made)?;
+        let mut state = state(&read(&folder.join(ROOT))?);
         // Models whose state is not in one structure cannot be compared, so they are clocked side by side to the end.
         state.makes_up |= !is_flat(&folder.join("obj"));
         write(folder, "main.cpp", main_cpp(model, &found, &state).as_bytes())?;
@@ -157,17 +191,7 @@ impl Simulators {
             make()?;
             keep(&objects, &kept);
         }
-        let lines = found.iter().map(|field| {
-            let way = match field {
-                Field { is_inside: true, .. } => "inside",
-                Field { is_input: true, .. } => "in",
-                _ => "out",
-            };
-            let leaf = field.name.rsplit('.').next().unwrap_or_default();
-            let sign = if signed.iter().any(|name| name == leaf) { "signed" } else { "unsigned" };
-            format!("{} {way} {} {sign}\n", field.name, field.width)
-        });
-        write(folder, PORTS, lines.collect::<String>().as_bytes())
+        write(folder, PORTS, lines.as_bytes())
     }
 
     /// Returns the folder in the cache that keeps the parts of Verilator that every model has. Compiling them takes as

@@ -11,7 +11,7 @@ mod wires;
 
 use std::time::Instant;
 
-use hpu_cosim::dut::{Design, Fault};
+use hpu_cosim::dut::{Design, Fault, Port};
 use hpu_cosim::scene::{self, Dut, DutClock, Engine, SourceFile, Standard};
 use hpu_datapath::{AnyBlock, ConfigError, Generic, configured, variants};
 use hpu_signal::Clock;
@@ -121,11 +121,15 @@ impl std::fmt::Display for EntityError {
 
 impl std::error::Error for EntityError {}
 
-/// A design in a simulator, with its ports connected to those of a block of ours.
+/// The ports of a design, connected to those of a block of ours.
 struct Connected {
-    design: Box<dyn Design>,
     wires: Vec<Wire>,
     has_clock: bool,
+}
+
+/// Returns theirs as a model to be simulated.
+fn model(dut: &Dut) -> Model<'_> {
+    Model { dut, clock: Clock::new(CLOCK_HZ).expect("a clock"), settle: SETTLE }
 }
 
 fn refused<T>(why: String) -> Result<T, EntityError> {
@@ -192,7 +196,8 @@ impl Entity {
     pub fn compare(&self, (label, block): &mut Labelled, simulators: &Simulators) -> Result<Compared, EntityError> {
         let began = Instant::now();
         let dut = self.dut(&**block);
-        let Connected { design, wires, has_clock } = self.connected(&**block, &dut, simulators)?;
+        let design = simulators.of_model(&model(&dut))?;
+        let Connected { wires, has_clock } = self.connected(&**block, &dut, design.ports())?;
         let shift = self.shift(&**block, has_clock)?;
 
         let has_reset = wires.iter().any(|wire| matches!(wire.what, What::Reset { .. }));
@@ -208,17 +213,15 @@ impl Entity {
         Ok(Compared { row: found, not_taken: not_taken(&**block, &wires), engine, has_reset })
     }
 
-    /// Puts the design into a simulator, and connects its ports to a configuration of ours.
-    fn connected(&self, block: &dyn AnyBlock, dut: &Dut, simulators: &Simulators) -> Result<Connected, EntityError> {
-        let clock = Clock::new(CLOCK_HZ).expect("a clock");
-        let design = simulators.of_model(&Model { dut, clock, settle: SETTLE })?;
+    /// Connects the ports of the design to those of a configuration of ours.
+    fn connected(&self, block: &dyn AnyBlock, dut: &Dut, ports: &[Port]) -> Result<Connected, EntityError> {
         let is_clock = |name: &str| dut.clocks.iter().any(|clock| same(&clock.port, name));
-        let (clocks, ports): (Vec<_>, Vec<_>) = design.ports().iter().cloned().partition(|port| is_clock(&port.name));
+        let (clocks, ports): (Vec<_>, Vec<_>) = ports.iter().cloned().partition(|port| is_clock(&port.name));
         if let (Some(clock), []) = (&self.clock, &clocks[..]) {
             return refused(format!("`{}` has no clock `{clock}`; {}", self.top, there_are(&ports)));
         }
         let wires = self.wires(block, &ports)?;
-        Ok(Connected { design, wires, has_clock: !clocks.is_empty() })
+        Ok(Connected { wires, has_clock: !clocks.is_empty() })
     }
 
     /// Simulates theirs on the rows that ours was given, and compares the answers.

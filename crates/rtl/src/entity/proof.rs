@@ -12,7 +12,7 @@ use std::time::Duration;
 use hpu_datapath::{AnyStep, Register, variants};
 
 use super::wires::{What, Wire};
-use super::{Connected, Entity, EntityError, Labelled, refused};
+use super::{Connected, Entity, EntityError, Labelled, model, refused};
 use crate::dut::{INVARIANT, Simulators, Transition};
 use crate::formal::{Edge, Links, NOT_STRAIGHT, Netlist, ProofError, Verdict, decided};
 
@@ -33,7 +33,8 @@ impl Entity {
     ) -> Result<Verdict, ProofError> {
         let Some(equations) = block.equations() else { return Ok(Verdict::Open(NOT_STRAIGHT.to_string())) };
         let dut = self.dut(&**block);
-        let Connected { wires, has_clock, .. } = self.connected(&**block, &dut, simulators)?;
+        let ports = simulators.ports_of_model(&model(&dut))?;
+        let Connected { wires, has_clock } = self.connected(&**block, &dut, &ports)?;
         self.shift(&**block, has_clock)?;
         let latency = match (block.clocked(), usize::try_from(self.latency)) {
             (false, Ok(latency)) => latency,

@@ -68,14 +68,14 @@ fn a_page_of_tables_is_at_most_120_columns_wide_and_says_how_it_knows() {
 
 /// A mass pressed against a spring: `m x'' + (b - k t) x' + k x = F`, where `t` is the delay of the spring. Four clock
 /// cycles of `t` are the encoder's way through the FPGA. A swing of 100 counts decays with the time constant `2 m / (b
-/// - k t)`, a third of a second at the least damping here; five of these pass before a verdict looks.
+/// - k t)`, a twelfth of a second at the least damping here; five of these pass before a verdict looks.
 fn pressed(damping_n_s_per_m: f64) -> Scene {
     let text = format!(
         r#"
 about = "A mass pressed against a wall, 2 mm deep at rest."
 [device]
 kind = "mass"
-mass = 0.05
+mass = 0.0125
 damping = {damping_n_s_per_m}
 initial_position = 0.0019
 [encoder]
@@ -98,7 +98,7 @@ stiffness = "10 kN/m"
 kind = "constant_torque"
 torque = 20
 [run]
-duration = "2.5 s"
+duration = "0.625 s"
 "#
     );
     Scene::parse("pressed", &text, &[], &mut |_| unreachable!()).unwrap_or_else(|error| panic!("{error}"))

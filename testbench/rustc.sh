@@ -1,0 +1,13 @@
+#!/bin/sh
+# The compiler of the test command, cargo's RUSTC_WRAPPER in tests.py: rustc as cargo calls it, except for the binaries
+# of tests.
+#
+# Tests spend their time in libraries and tools, and those stay as they are released. The tests' own code is compiled
+# once and run once; optimised in full, it takes many times as long to compile. Two binaries compute much themselves and
+# stay as they are. The tests of hpu-datapath compile its generic circuits, and at level 1 they cost least in all.
+case "${CARGO_PKG_NAME-}: $* " in
+*" --crate-name high_precision "* | hpu-plant:*) exec "$@" ;;
+hpu-datapath:*" --test "*) exec "$@" -C opt-level=1 ;;
+*" --test "*) exec "$@" -C opt-level=0 ;;
+*) exec "$@" ;;
+esac
