@@ -61,6 +61,17 @@ impl Control {
     }
 }
 
+/// Outputs that repeat.
+struct Repeated<O> {
+    repeat: Repeat<O>,
+    /// The outputs that begin a period.
+    begin: O,
+    /// The edge up to which the world goes on by itself.
+    cruise: Option<u64>,
+    /// The next edge at which the outputs change.
+    next: u64,
+}
+
 /// A datapath closed around a world.
 pub struct ClosedLoop<W, E: World> {
     /// The datapath.
@@ -73,8 +84,8 @@ pub struct ClosedLoop<W, E: World> {
     ticks: u64,
     output_changes: u64,
     rows: Rows,
-    /// The repetition of the outputs, and the edge up to which the world goes on by itself under it.
-    repeated: Option<(Repeat<E::Out>, u64)>,
+    /// The repetition of the outputs from the edge on at which the datapath stands.
+    repeated: Option<Repeated<E::Out>>,
     /// Whether the observer of a run is told of overflows.
     tells_overflows: bool,
 }
@@ -165,6 +176,7 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
             since += 1;
             if since == TURN {
                 (since, events) = (0, events + u64::from(TURN));
+                self.meet();
                 if !control.goes_on(self.edge, events) {
                     return false;
                 }
@@ -196,29 +208,36 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
         self.leap_over::<false, O>(end, observer);
     }
 
-    /// Leaps as [`leap`](Self::leap) does. With `GLIDE` it passes ends of steps on the way; an observer cannot see the
-    /// loop between them.
+    /// Leaps as [`leap`](Self::leap) does. With `GLIDE` it passes ends of steps on the way, and the datapath may lag
+    /// behind while its outputs repeat; an observer cannot see the loop between.
     #[inline(always)]
     fn leap_over<const GLIDE: bool, O: Observe>(&mut self, end: u64, observer: &mut O) {
-        let ahead = self.repeated.take().filter(|&(_, edge)| edge <= end);
-        let ahead = ahead.filter(|_| !observer.follows(outputs(&self.input, &self.out)));
-        if let Some((repeat, edge)) = &ahead {
-            self.advance(*edge, observer);
-            self.pass(repeat);
+        let mut passed = false;
+        if let Some(repeated) = &self.repeated {
+            let cruise = repeated.cruise.filter(|&edge| edge <= end);
+            let is_watched = observer.follows(outputs(&self.input, &self.out));
+            if GLIDE && cruise.is_none() && !is_watched {
+                return self.switch(end, observer);
+            }
+            if let Some(edge) = cruise.filter(|_| !is_watched) {
+                self.advance(edge, observer);
+                self.pass();
+                passed = true;
+            }
+            self.repeated = None;
         }
         // Until a pin changes, the first edge that must be ticked is the edge after the quiet ones.
         let quiet = self.wiring.quiet_again(&self.input);
-        if quiet == 0 && ahead.is_none() && self.world.coast() {
+        if quiet == 0 && !passed && self.world.coast() {
             self.rows.log(&self.world, self.edge, observer);
             self.edge += 1;
             let out = self.wiring.tick_again(self.input);
             return self.ticked(out, observer);
         }
         let due = self.edge.saturating_add(quiet).saturating_add(1);
-        if ahead.is_none() {
+        if !passed {
             if GLIDE {
-                let rows = &mut self.rows;
-                self.world.glide(due.min(end), |world, edge| rows.log(world, edge - 1, observer));
+                self.glide(due.min(end), observer);
             }
             self.advance(due.min(end), observer);
         }
@@ -238,6 +257,13 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
         }
     }
 
+    /// Passes ends of steps of the world before `limit`.
+    #[inline(always)]
+    fn glide<O: Observe>(&mut self, limit: u64, observer: &mut O) {
+        let rows = &mut self.rows;
+        self.world.glide(limit, |world, edge| rows.log(world, edge - 1, observer));
+    }
+
     /// Moves the world to its next change, or to `limit`.
     #[inline(always)]
     fn advance<O: Observe>(&mut self, limit: u64, observer: &mut O) {
@@ -246,7 +272,8 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
     }
 
     /// Moves the datapath, over repeated outputs, to the edge before the world's.
-    fn pass(&mut self, repeat: &Repeat<E::Out>) {
+    fn pass(&mut self) {
+        let Some(Repeated { repeat, .. }) = &self.repeated else { return };
         let edges = self.world.edge() - 1 - self.edge;
         self.wiring.skip_repeats(edges, &self.input);
         let Repeat { period, first, others, .. } = *repeat;
@@ -256,6 +283,69 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
         if edges % period >= first {
             self.out = others;
         }
+    }
+
+    /// Moves the world to its next change, or to the next edge at which the repeated outputs change, and drives it with
+    /// them. The datapath waits at the edge that began the repetition, until an input or another net changes or the
+    /// world cruises.
+    #[inline(never)]
+    fn switch<O: Observe>(&mut self, end: u64, observer: &mut O) {
+        let Some(Repeated { repeat, next, .. }) = &self.repeated else { return };
+        let due = self.edge.saturating_add(repeat.edges).saturating_add(1);
+        let limit = due.min(*next).min(end);
+        self.glide(limit, observer);
+        self.advance(limit, observer);
+        let edge = self.world.edge();
+        let mut input = self.input;
+        self.world.place(&mut input);
+        let changes = input != self.input;
+        if changes || edge == due {
+            self.come(edge - 1);
+            self.input = input;
+            self.edge = edge;
+            let out = if changes { self.wiring.tick(input) } else { self.wiring.tick_again(input) };
+            return self.ticked(out, observer);
+        }
+        let Some(Repeated { repeat, begin, next, .. }) = &mut self.repeated else { return };
+        if edge == *next {
+            let begins = self.out == repeat.others;
+            let (out, edges) =
+                if begins { (*begin, repeat.first) } else { (repeat.others, repeat.period - repeat.first) };
+            *next = edge.saturating_add(edges);
+            (self.ticks, self.output_changes) = (self.ticks + 1, self.output_changes + 1);
+            self.out = out;
+            self.world.drive(out, self.wiring.words());
+            if begins {
+                let left = Repeat { edges: if due == u64::MAX { due } else { due - 1 - edge }, ..*repeat };
+                if let Some(cruise) = self.world.foresee(&left) {
+                    let next = *next;
+                    self.come(edge);
+                    self.repeated = Some(Repeated { repeat: left, begin: out, cruise: Some(cruise), next });
+                }
+            }
+        }
+        if edge == end || self.world.over().is_some() {
+            self.meet();
+        }
+    }
+
+    /// Moves the datapath to the world's edge, if it waits while its outputs repeat.
+    fn meet(&mut self) {
+        if self.repeated.is_some() && self.edge < self.world.edge() {
+            self.come(self.world.edge());
+        }
+    }
+
+    /// Moves the datapath to an edge up to which its outputs repeat.
+    fn come(&mut self, edge: u64) {
+        let Some(Repeated { repeat, .. }) = self.repeated.take() else { return };
+        let edges = edge - self.edge;
+        if edges < repeat.first {
+            self.wiring.skip(edges, &self.input);
+        } else {
+            self.wiring.skip_repeats(edges, &self.input);
+        }
+        self.edge = edge;
     }
 
     /// Takes the outputs of an edge that was ticked.
@@ -280,7 +370,8 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
     #[inline(never)]
     fn look_ahead(&mut self) {
         if let Some(repeat) = self.wiring.repeats(&self.input) {
-            self.repeated = self.world.foresee(&repeat).map(|edge| (repeat, edge));
+            let cruise = self.world.foresee(&repeat);
+            self.repeated = Some(Repeated { begin: self.out, cruise, next: self.edge + repeat.first, repeat });
         }
     }
 }

@@ -47,7 +47,8 @@ pub trait World: Clone {
     /// Passes ends of steps before `limit` at which nothing changes that anything but `before` could see, as
     /// [`advance`](World::advance) would one by one. Passes only so many that the run can still be stopped.
     fn glide(&mut self, _limit: u64, _before: impl FnMut(&Self, u64)) {}
-    /// Sets the outputs of the wiring, and the words of all its nets, from the present edge on.
+    /// Sets the outputs of the wiring, and the words of all its nets, from the present edge on. While outputs repeat as
+    /// [`foresee`](World::foresee) was told, the words of their nets may still be those that began the repetition.
     fn drive(&mut self, out: Self::Out, words: &[i64]);
     /// Announces that the outputs just driven repeat periodically while the inputs do not change. Returns the first
     /// edge at which an input changes, if the world can cruise until then: go on by itself for some periods under the
