@@ -92,13 +92,20 @@ impl AnyDevice<'_> {
         forward!(self, body => body.next_event(from, to, band))
     }
 
-    /// Returns whether it is known that nothing happens from an edge to the next while the angle is in this band.
+    /// Returns whether nothing happens from an edge to the next while the angle is in this band. A body in steps does
+    /// not tell and returns `false`.
     #[inline(always)]
-    pub(crate) fn coasts(&self, edge: u64, band: (f64, f64)) -> bool {
+    pub(crate) fn coasts(&mut self, edge: u64, band: (f64, f64)) -> bool {
         match self {
-            Self::Exact(body) => body.coasts(edge, band),
+            Self::Exact(body) => body.coasts(edge, band) || Self::stays(body, edge, band),
             Self::Stepped(_) => false,
         }
+    }
+
+    /// Searches for an event at the edge after `edge`; returns whether there is none.
+    #[inline(never)]
+    fn stays(body: &mut Device, edge: u64, band: (f64, f64)) -> bool {
+        body.next_event(edge, edge + 1, band).is_none()
     }
 
     /// Moves to the edge of an event and returns the angle there.

@@ -141,8 +141,12 @@ impl<'p> AxisWorld<'p> {
     fn recount(&mut self, angle_rad: f64) {
         let (edge, before) = (self.edge, self.encoder.count());
         let Some(device) = &mut self.device else { return };
-        if !self.encoder.sense_by(angle_rad, |band| device.side_of_band(edge, angle_rad, band)) {
-            return;
+        // In most cases the angle is the next count's, so far from its ends that `f64` can tell.
+        let beside = self.encoder.beside(angle_rad);
+        match beside.filter(|(_, band)| device.is_surely_within(edge, angle_rad, (band.low, band.high))) {
+            Some(beside) => self.encoder.step(beside),
+            None if self.encoder.sense_by(angle_rad, |band| device.side_of_band(edge, angle_rad, band)) => {}
+            None => return,
         }
         self.over = self.encoder.over();
         self.pins = match &mut self.faults {
@@ -253,6 +257,22 @@ impl<'p> AxisWorld<'p> {
         }
     }
 
+    /// Passes ends of steps before `limit`, as [`glide`](World::glide) does.
+    #[inline(never)]
+    fn pass_steps(&mut self, limit: u64, mut before: impl FnMut(&Self, u64)) {
+        let last = self.next_due.max(self.edge + 1).min(limit);
+        let Band { low, high, .. } = self.encoder.band();
+        for _ in 0..GLIDES {
+            let Some(AnyDevice::Stepped(body)) = &mut self.device else { return };
+            let Some(event) = body.passes(last - 1, (low, high)) else { return };
+            before(self, event.0);
+            self.edge = event.0;
+            if let Some(AnyDevice::Stepped(body)) = &mut self.device {
+                body.arrive(event);
+            }
+        }
+    }
+
     /// Finds the next edge at which something is due.
     fn plan(&mut self) {
         let outside = match &self.plant.kind {
@@ -306,6 +326,14 @@ impl World for AxisWorld<'_> {
     }
 
     #[inline]
+    fn shows(&self, input: &LoopIn<i64>) -> bool {
+        let Pins { a, b } = self.pins;
+        (input.a_pin, input.b_pin) == (a, b)
+            && self.stiffness.is_none_or(|stiffness| stiffness == input.stiffness)
+            && self.scale.is_none_or(|scale| scale == input.scale)
+    }
+
+    #[inline]
     fn sense(&mut self) {
         self.edge += 1;
         if let Some(device) = &mut self.device {
@@ -346,23 +374,15 @@ impl World for AxisWorld<'_> {
     fn coast(&mut self) -> bool {
         let Band { low, high, .. } = self.encoder.band();
         let coasts = self.edge + 1 < self.next_due
-            && self.device.as_ref().is_some_and(|device| device.coasts(self.edge, (low, high)));
+            && self.device.as_mut().is_some_and(|device| device.coasts(self.edge, (low, high)));
         self.edge += u64::from(coasts);
         coasts
     }
 
-    #[inline]
-    fn glide(&mut self, limit: u64, mut before: impl FnMut(&Self, u64)) {
-        let last = self.next_due.max(self.edge + 1).min(limit);
-        let Band { low, high, .. } = self.encoder.band();
-        for _ in 0..GLIDES {
-            let Some(AnyDevice::Stepped(body)) = &mut self.device else { return };
-            let Some(event) = body.passes(last - 1, (low, high)) else { return };
-            before(self, event.0);
-            self.edge = event.0;
-            if let Some(AnyDevice::Stepped(body)) = &mut self.device {
-                body.arrive(event);
-            }
+    #[inline(always)]
+    fn glide(&mut self, limit: u64, before: impl FnMut(&Self, u64)) {
+        if let Some(AnyDevice::Stepped(_)) = self.device {
+            self.pass_steps(limit, before);
         }
     }
 

@@ -169,11 +169,13 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
         }
         let (mut since, mut events) = (0u32, 0u64);
         while self.edge < end && self.world.over().is_none() {
-            match driver {
-                Driver::Events => self.leap_over::<true, O>(end, observer),
-                Driver::Clock => self.step(observer),
-            }
-            since += 1;
+            since += match driver {
+                Driver::Events => self.leap_over::<true, O>(end, TURN - since, observer),
+                Driver::Clock => {
+                    self.step(observer);
+                    1
+                }
+            };
             if since == TURN {
                 (since, events) = (0, events + u64::from(TURN));
                 self.meet();
@@ -205,19 +207,21 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
     /// world that no pin shows leaves the datapath where it is.
     #[inline]
     pub fn leap<O: Observe>(&mut self, end: u64, observer: &mut O) {
-        self.leap_over::<false, O>(end, observer);
+        self.leap_over::<false, O>(end, 1, observer);
     }
 
-    /// Leaps as [`leap`](Self::leap) does. With `GLIDE` it passes ends of steps on the way, and the datapath may lag
-    /// behind while its outputs repeat; an observer cannot see the loop between.
+    /// Leaps as [`leap`](Self::leap) does, once or, while the datapath changes edge by edge, up to `most` times. Returns
+    /// the number of events. With `GLIDE` it passes ends of steps on the way, and the datapath may lag behind while its
+    /// outputs repeat; an observer cannot see the loop between.
     #[inline(always)]
-    fn leap_over<const GLIDE: bool, O: Observe>(&mut self, end: u64, observer: &mut O) {
+    fn leap_over<const GLIDE: bool, O: Observe>(&mut self, end: u64, most: u32, observer: &mut O) -> u32 {
         let mut passed = false;
         if let Some(repeated) = &self.repeated {
             let cruise = repeated.cruise.filter(|&edge| edge <= end);
             let is_watched = observer.follows(outputs(&self.input, &self.out));
             if GLIDE && cruise.is_none() && !is_watched {
-                return self.switch(end, observer);
+                self.switch(end, observer);
+                return 1;
             }
             if let Some(edge) = cruise.filter(|_| !is_watched) {
                 self.advance(edge, observer);
@@ -227,12 +231,17 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
             self.repeated = None;
         }
         // Until a pin changes, the first edge that must be ticked is the edge after the quiet ones.
-        let quiet = self.wiring.quiet_again(&self.input);
-        if quiet == 0 && !passed && self.world.coast() {
+        let mut quiet = self.wiring.quiet_again(&self.input);
+        let mut events = 1;
+        while quiet == 0 && !passed && self.world.coast() {
             self.rows.log(&self.world, self.edge, observer);
             self.edge += 1;
             let out = self.wiring.tick_again(self.input);
-            return self.ticked(out, observer);
+            if self.ticked(out, observer) || events == most || self.edge == end {
+                return events;
+            }
+            quiet = self.wiring.quiet_again(&self.input);
+            events += 1;
         }
         let due = self.edge.saturating_add(quiet).saturating_add(1);
         if !passed {
@@ -242,19 +251,28 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
             self.advance(due.min(end), observer);
         }
         let edge = self.world.edge();
-        let mut input = self.input;
-        self.world.place(&mut input);
-        let changes = input != self.input;
+        let changes = !self.world.shows(&self.input);
         if changes || edge == due {
             self.wiring.skip(edge - 1 - self.edge, &self.input);
-            self.input = input;
-            self.edge = edge;
-            let out = if changes { self.wiring.tick(input) } else { self.wiring.tick_again(input) };
-            self.ticked(out, observer);
+            self.tick(edge, changes, observer);
         } else if edge == end || self.world.over().is_some() {
             self.wiring.skip(edge - self.edge, &self.input);
             self.edge = edge;
         }
+        events
+    }
+
+    /// Ticks the datapath at the world's edge, with changed inputs or with those of the tick before.
+    #[inline(always)]
+    fn tick<O: Observe>(&mut self, edge: u64, changes: bool, observer: &mut O) {
+        self.edge = edge;
+        let out = if changes {
+            self.world.place(&mut self.input);
+            self.wiring.tick(self.input)
+        } else {
+            self.wiring.tick_again(self.input)
+        };
+        self.ticked(out, observer);
     }
 
     /// Passes ends of steps of the world before `limit`.
@@ -296,15 +314,10 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
         self.glide(limit, observer);
         self.advance(limit, observer);
         let edge = self.world.edge();
-        let mut input = self.input;
-        self.world.place(&mut input);
-        let changes = input != self.input;
+        let changes = !self.world.shows(&self.input);
         if changes || edge == due {
             self.come(edge - 1);
-            self.input = input;
-            self.edge = edge;
-            let out = if changes { self.wiring.tick(input) } else { self.wiring.tick_again(input) };
-            return self.ticked(out, observer);
+            return self.tick(edge, changes, observer);
         }
         let Some(Repeated { repeat, begin, next, .. }) = &mut self.repeated else { return };
         if edge == *next {
@@ -348,9 +361,9 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
         self.edge = edge;
     }
 
-    /// Takes the outputs of an edge that was ticked.
+    /// Takes the outputs of an edge that was ticked. Returns whether they have changed.
     #[inline(always)]
-    fn ticked<O: Observe>(&mut self, out: E::Out, observer: &mut O) {
+    fn ticked<O: Observe>(&mut self, out: E::Out, observer: &mut O) -> bool {
         let words = self.wiring.words();
         self.ticks += 1;
         let changed = out != self.out;
@@ -364,6 +377,7 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
         if changed {
             self.look_ahead();
         }
+        changed
     }
 
     /// Asks the wiring whether its outputs repeat and, if so, the world how far it can cruise on the repetition.

@@ -29,6 +29,13 @@ pub trait World: Clone {
     fn edge(&self) -> u64;
     /// Writes the inputs that the world drives, with their present values, into a wiring's inputs.
     fn place(&self, input: &mut Self::In);
+    /// Returns whether [`place`](World::place) would leave these inputs as they are.
+    #[inline]
+    fn shows(&self, input: &Self::In) -> bool {
+        let mut placed = *input;
+        self.place(&mut placed);
+        placed == *input
+    }
     /// Flows by one clock edge.
     fn sense(&mut self);
     /// Flows to the first edge after the present one, up to `limit`, at which the world changes by itself, or to
@@ -39,8 +46,8 @@ pub trait World: Clone {
     fn next_change(&mut self, limit: u64) -> u64 {
         limit.min(self.edge() + 1)
     }
-    /// Moves to the next edge if it is known that nothing changes by itself there, and returns whether it has moved. It
-    /// spares the engine most of [`advance`](World::advance) where the datapath changes edge by edge.
+    /// Moves to the next edge if nothing changes by itself there, and returns whether it has moved. It spares the engine
+    /// most of [`advance`](World::advance) where the datapath changes edge by edge.
     fn coast(&mut self) -> bool {
         false
     }
