@@ -393,6 +393,11 @@ impl World for AxisWorld<'_> {
         }
     }
 
+    #[inline(always)]
+    fn holds_outputs(&self) -> bool {
+        self.told.is_some()
+    }
+
     fn foresee(&mut self, repeat: &Repeat<LoopOut<i64>>) -> Option<u64> {
         if self.plant.actuator != Actuator::Switching || self.faults.as_ref().is_some_and(|faults| faults.may_stick()) {
             return None;

@@ -200,7 +200,7 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
         self.world.place(&mut self.input);
         self.edge = edge;
         let out = self.wiring.tick(self.input);
-        self.ticked(out, observer);
+        self.ticked(Some(out), observer);
     }
 
     /// Leaps to the next edge at which anything happens, in the world or in the datapath, or to `end`. A change of the
@@ -266,12 +266,11 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
     #[inline(always)]
     fn tick<O: Observe>(&mut self, edge: u64, changes: bool, observer: &mut O) {
         self.edge = edge;
-        let out = if changes {
+        if changes {
             self.world.place(&mut self.input);
-            self.wiring.tick(self.input)
-        } else {
-            self.wiring.tick_again(self.input)
-        };
+            self.wiring.take(&self.input);
+        }
+        let out = self.wiring.tick_again(self.input);
         self.ticked(out, observer);
     }
 
@@ -361,15 +360,21 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
         self.edge = edge;
     }
 
-    /// Takes the outputs of an edge that was ticked. Returns whether they have changed.
+    /// Takes the outputs of an edge that was ticked; `None` if they are those of the tick before. Returns whether they
+    /// have changed.
     #[inline(always)]
-    fn ticked<O: Observe>(&mut self, out: E::Out, observer: &mut O) -> bool {
+    fn ticked<O: Observe>(&mut self, out: Option<E::Out>, observer: &mut O) -> bool {
         let words = self.wiring.words();
         self.ticks += 1;
-        let changed = out != self.out;
-        self.output_changes += u64::from(changed);
-        self.out = out;
-        self.world.drive(out, words);
+        let out = out.filter(|out| *out != self.out);
+        let changed = out.is_some();
+        if let Some(out) = out {
+            self.output_changes += 1;
+            self.out = out;
+        }
+        if changed || !self.world.holds_outputs() {
+            self.world.drive(self.out, words);
+        }
         observer.nets(Cycle(self.edge), words);
         if self.tells_overflows {
             observer.overflows(Cycle(self.edge), self.wiring.overflowing());

@@ -57,6 +57,10 @@ pub trait World: Clone {
     /// Sets the outputs of the wiring, and the words of all its nets, from the present edge on. While outputs repeat as
     /// [`foresee`](World::foresee) was told, the words of their nets may still be those that began the repetition.
     fn drive(&mut self, out: Self::Out, words: &[i64]);
+    /// Returns whether outputs that stay as they were last [driven](World::drive) need not be driven again.
+    fn holds_outputs(&self) -> bool {
+        false
+    }
     /// Announces that the outputs just driven repeat periodically while the inputs do not change. Returns the first
     /// edge at which an input changes, if the world can cruise until then: go on by itself for some periods under the
     /// repeated outputs. The result must not depend on the driver.

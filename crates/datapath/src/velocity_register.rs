@@ -20,6 +20,7 @@ use hpu_signal::{Format, Machine, Narrowed, Narrowing, Overflow, Rounding, Signa
 use crate::config::{COUNTER, WORD, within};
 use crate::countdown::{Countdown, edges};
 use crate::listed::{Given, Listed};
+use crate::part::exact;
 use crate::step::counted_down;
 use crate::{Block, ConfigError, Generic, Register, Step};
 
@@ -56,13 +57,15 @@ pub struct VelocityRegister {
     difference: Format,
     narrowing: Narrowing,
     fits_64: bool,
+    /// Whether the velocity is the difference itself, which always fits it.
+    is_plain: bool,
     countdown: Countdown,
     previous: i64,
     latest: Narrowed,
 }
 
 /// The velocity at standstill and after reset.
-const ZERO: Narrowed = Narrowed { word: 0, rounded: false, overflowed: false };
+const ZERO: Narrowed = exact(0);
 
 impl VelocityRegister {
     /// Returns a velocity register with these widths.
@@ -88,7 +91,9 @@ impl VelocityRegister {
         };
         let difference = Format::signed(config.width);
         let countdown = Countdown::default();
-        let mut block = Self { config, difference, narrowing, fits_64: false, countdown, previous: 0, latest: ZERO };
+        let is_plain = !config.rescaled && config.out_width >= config.width;
+        let (previous, latest) = (0, ZERO);
+        let mut block = Self { config, difference, narrowing, fits_64: false, is_plain, countdown, previous, latest };
         block.fits_64 = Step::fits_64(&block);
         Ok(block)
     }
@@ -104,6 +109,9 @@ impl VelocityRegister {
     fn sample(&self, input: &In<i64>) -> Narrowed {
         if input.position == self.previous {
             return ZERO;
+        }
+        if self.is_plain {
+            return exact(self.difference.wrap((input.position - self.previous).into()));
         }
         if self.fits_64 {
             self.moved(Machine::<i64>::of(self.previous), input.map(Machine::of)).narrowed()
