@@ -236,7 +236,7 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
         while quiet == 0 && !passed && self.world.coast() {
             self.rows.log(&self.world, self.edge, observer);
             self.edge += 1;
-            let out = self.wiring.tick_again(self.input);
+            let out = self.wiring.tick_again(&self.input);
             if self.ticked(out, observer) || events == most || self.edge == end {
                 return events;
             }
@@ -270,7 +270,7 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
             self.world.place(&mut self.input);
             self.wiring.take(&self.input);
         }
-        let out = self.wiring.tick_again(self.input);
+        let out = self.wiring.tick_again(&self.input);
         self.ticked(out, observer);
     }
 

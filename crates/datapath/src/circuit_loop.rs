@@ -381,11 +381,14 @@ impl<C: LoopCircuit<N>, const N: usize> Wiring for CircuitLoop<C, N> {
     }
 
     #[inline(always)]
-    fn tick_again(&mut self, input: C::In<i64>) -> Option<C::Out<i64>> {
+    fn tick_again(&mut self, input: &C::In<i64>) -> Option<C::Out<i64>>
+    where
+        C::In<i64>: Copy,
+    {
         if !self.settled {
-            self.take_in(&input, 0);
+            self.take_in(input, 0);
         }
-        debug_assert!(self.has_settled(&input));
+        debug_assert!(self.has_settled(input));
         let changed = self.go_on();
         (changed & Self::outputs_set() != 0).then(|| self.shown())
     }

@@ -88,8 +88,11 @@ pub trait Wiring: Block {
     /// Computes [`tick`](Block::tick) with the input of the latest tick, if there has been one, or with the input just
     /// [taken](Wiring::take). Returns the outputs; `None` if they certainly are those of the tick before. A wiring that
     /// keeps its inputs need not compare them.
-    fn tick_again(&mut self, input: Self::In<i64>) -> Option<Self::Out<i64>> {
-        Some(self.tick(input))
+    fn tick_again(&mut self, input: &Self::In<i64>) -> Option<Self::Out<i64>>
+    where
+        Self::In<i64>: Copy,
+    {
+        Some(self.tick(*input))
     }
     /// Returns how the outputs repeat from the edge just ticked on while this input stays, or `None` if they do not.
     fn repeats(&self, _: &Self::In<i64>) -> Option<Repeat<Self::Out<i64>>> {
