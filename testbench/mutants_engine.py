@@ -514,19 +514,22 @@ PLACES = [
         ("foresee: a period beyond the repetition",
          "self.edge.saturating_add(repeat.edges + repeat.period).saturating_add(1).min(self.next_due)"),
     ]),
+    (WORLD, "fn recount(", "device.is_surely_within(edge, angle_rad, (band.low, band.high))", [
+        ("recount: the next count taken unproved", "true"),
+    ]),
     (WORLD, "fn foresee(", "self.told = None;", [
         ("foresee: outputs before the cruise taken for told", ""),
     ]),
     # the driver
-    (ENGINE, "fn leap_over<", "quiet == 0 && ahead.is_none() && self.world.coast()", [
+    (ENGINE, "fn leap_over<", "quiet == 0 && !passed && self.world.coast()", [
         ("leap: coasts after a cruise too", "quiet == 0 && self.world.coast()"),
-        ("leap: coasts while the datapath is quiet", "quiet <= 1 && ahead.is_none() && self.world.coast()"),
+        ("leap: coasts while the datapath is quiet", "quiet <= 1 && !passed && self.world.coast()"),
     ]),
     (ENGINE, "fn leap_over<", "edge <= end", [
         ("leap: a cruise beyond the end of the run", "edge <= u64::MAX"),
     ]),
-    (ENGINE, "fn leap_over<", "!observer.follows(outputs(&self.input, &self.out))", [
-        ("leap: a cruise although the outputs are watched", "true"),
+    (ENGINE, "fn leap_over<", "observer.follows(outputs(&self.input, &self.out))", [
+        ("leap: a cruise although the outputs are watched", "false"),
     ]),
     (ENGINE, "fn leap_over<", "self.rows.log(&self.world, self.edge, observer);", [
         ("leap: rows not shown while it coasts", ""),
@@ -536,6 +539,17 @@ PLACES = [
     ]),
     (ENGINE, "fn pass(", "edges % period >= first", [
         ("pass: a pulse one edge longer", "edges % period > first"),
+    ]),
+    (ENGINE, "fn switch<", "self.edge.saturating_add(repeat.edges).saturating_add(1)", [
+        ("switch: a period beyond the promise",
+         "self.edge.saturating_add(repeat.edges).saturating_add(1 + repeat.period)"),
+    ]),
+    (ENGINE, "fn switch<", "if begins { (*begin, repeat.first) } else { (repeat.others, repeat.period - repeat.first) }", [
+        ("switch: outputs of pulse and pause exchanged",
+         "if begins { (repeat.others, repeat.first) } else { (*begin, repeat.period - repeat.first) }"),
+    ]),
+    (ENGINE, "fn switch<", "if due == u64::MAX { due } else { due - 1 - edge }", [
+        ("switch: edges of the promise not counted down", "repeat.edges"),
     ]),
 ]
 

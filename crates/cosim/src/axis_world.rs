@@ -33,6 +33,8 @@ pub struct AxisWorld<'p> {
     device: Option<AnyDevice<'p>>,
     /// The outputs that the device was last told; `None` if it has cruised since, without being told every change.
     told: Option<LoopOut<i64>>,
+    /// The word of the command that an averaged bridge or an amplifier was last told.
+    commanded: Option<i64>,
     encoder: Encoder,
     /// Faults between device and logic, if the scene asks for any.
     faults: Option<Box<FaultState<'p>>>,
@@ -64,6 +66,7 @@ impl<'p> AxisWorld<'p> {
             latch: None,
             device: None,
             told: None,
+            commanded: None,
             encoder: Encoder::new(plant.count_rad, 0.0),
             faults: plant.faults.as_ref().map(|plan| Box::new(FaultState::new(plan))),
             over: None,
@@ -206,7 +209,7 @@ impl<'p> AxisWorld<'p> {
         self.plan();
     }
 
-    /// Tells the device outputs that it has not been told last, or a command.
+    /// Tells the device outputs or a command that it was not told last.
     #[inline(never)]
     fn drive_anew(&mut self, out: LoopOut<i64>, words: &[i64]) {
         let edge = self.edge;
@@ -227,7 +230,9 @@ impl<'p> AxisWorld<'p> {
                 device.driven(edge, Drive::Gates(gates(switches)));
             }
             Actuator::Averaged { full_scale, .. } => {
-                let duty = words[self.command] as f64 / full_scale;
+                let word = words[self.command];
+                self.commanded = Some(word);
+                let duty = word as f64 / full_scale;
                 match &mut self.latch {
                     None => device.driven(edge, Drive::Average(duty)),
                     Some(latch) => {
@@ -243,7 +248,9 @@ impl<'p> AxisWorld<'p> {
             }
             // As with a bridge, a positive command pushes against the positive direction.
             Actuator::Amplified { quantum_n, .. } => {
-                let force_n = words[self.command] as f64 * quantum_n;
+                let word = words[self.command];
+                self.commanded = Some(word);
+                let force_n = word as f64 * quantum_n;
                 match &mut self.shaping {
                     None => device.driven(edge, Drive::Current(-force_n)),
                     Some(shaping) => {
@@ -270,6 +277,23 @@ impl<'p> AxisWorld<'p> {
             if let Some(AnyDevice::Stepped(body)) = &mut self.device {
                 body.arrive(event);
             }
+        }
+    }
+
+    /// Shows rows as [`rows`](World::rows) does, up to `N` at a time.
+    #[inline(always)]
+    fn show_rows<const N: usize, O: Observe + ?Sized>(&self, first: u64, stride: u64, count: u64, observer: &mut O) {
+        let mut rows = [[0.0; REALS.len()]; N];
+        let mut from = first;
+        let mut left = count;
+        while left != 0 {
+            let some = &mut rows[..left.min(N as u64) as usize];
+            if let Some(device) = &self.device {
+                device.rows(from, stride, some);
+            }
+            observer.block(Cycle(from), stride, REALS.len(), some.as_flattened());
+            from += stride * some.len() as u64;
+            left -= some.len() as u64;
         }
     }
 
@@ -388,7 +412,7 @@ impl World for AxisWorld<'_> {
 
     #[inline(always)]
     fn drive(&mut self, out: LoopOut<i64>, words: &[i64]) {
-        if self.told != Some(out) {
+        if self.told != Some(out) && self.commanded.is_none_or(|word| word != words[self.command]) {
             self.drive_anew(out, words);
         }
     }
@@ -419,17 +443,10 @@ impl World for AxisWorld<'_> {
         if count == 1 {
             return observer.reals(Cycle(first), &self.reals(first));
         }
-        let mut rows = [[0.0; REALS.len()]; 32];
-        let mut from = first;
-        let mut left = count;
-        while left != 0 {
-            let some = &mut rows[..left.min(32) as usize];
-            if let Some(device) = &self.device {
-                device.rows(from, stride, some);
-            }
-            observer.block(Cycle(from), stride, REALS.len(), some.as_flattened());
-            from += stride * some.len() as u64;
-            left -= some.len() as u64;
+        if count <= 8 {
+            self.show_rows::<8, O>(first, stride, count, observer);
+        } else {
+            self.show_rows::<32, O>(first, stride, count, observer);
         }
     }
 
