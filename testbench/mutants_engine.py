@@ -503,9 +503,9 @@ PLACES = [
     (WORLD, "fn advance(", "edge >= self.next_due", [
         ("advance: what is due at the edge is late", "edge > self.next_due"),
     ]),
-    (WORLD, "fn coast(", "self.edge + 1 < self.next_due", [
-        ("coast: what is due not looked at", "true"),
-        ("coast: onto what is due", "self.edge + 1 <= self.next_due"),
+    (WORLD, "fn idles(", "self.next_due.saturating_sub(self.edge + 1).min(edges)", [
+        ("idles: what is due not looked at", "edges"),
+        ("idles: onto what is due", "self.next_due.saturating_sub(self.edge).min(edges)"),
     ]),
     (WORLD, "fn foresee(", "self.edge.saturating_add(repeat.edges).saturating_add(1).min(self.next_due)", [
         ("foresee: what is due not looked at", "self.edge.saturating_add(repeat.edges).saturating_add(1)"),
@@ -521,9 +521,9 @@ PLACES = [
         ("foresee: outputs before the cruise taken for told", ""),
     ]),
     # the driver
-    (ENGINE, "fn leap_over<", "quiet == 0 && !passed && self.world.coast()", [
-        ("leap: coasts after a cruise too", "quiet == 0 && self.world.coast()"),
-        ("leap: coasts while the datapath is quiet", "quiet <= 1 && !passed && self.world.coast()"),
+    (ENGINE, "fn leap_over<", "quiet == 0 && !passed", [
+        ("leap: coasts after a cruise too", "quiet == 0"),
+        ("leap: coasts while the datapath is quiet", "quiet <= 1 && !passed"),
     ]),
     (ENGINE, "fn leap_over<", "edge <= end", [
         ("leap: a cruise beyond the end of the run", "edge <= u64::MAX"),
@@ -531,7 +531,7 @@ PLACES = [
     (ENGINE, "fn leap_over<", "observer.follows(outputs(&self.input, &self.out))", [
         ("leap: a cruise although the outputs are watched", "false"),
     ]),
-    (ENGINE, "fn leap_over<", "self.rows.log(&self.world, self.edge, observer);", [
+    (ENGINE, "fn leap_over<", "self.rows.log(&self.world, self.edge + edges - 1, observer);", [
         ("leap: rows not shown while it coasts", ""),
     ]),
     (ENGINE, "fn leap_over<", "self.edge.saturating_add(quiet).saturating_add(1)", [

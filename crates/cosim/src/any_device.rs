@@ -92,20 +92,14 @@ impl AnyDevice<'_> {
         forward!(self, body => body.next_event(from, to, band))
     }
 
-    /// Returns whether nothing happens from an edge to the next while the angle is in this band. A body in steps does
-    /// not tell and returns `false`.
-    #[inline(always)]
-    pub(crate) fn coasts(&mut self, edge: u64, band: (f64, f64)) -> bool {
+    /// Returns for how many edges after this one, up to `edges`, nothing happens while the angle is in this band. A body
+    /// in steps does not tell and returns 0.
+    #[inline]
+    pub(crate) fn idles(&mut self, edge: u64, edges: u64, band: (f64, f64)) -> u64 {
         match self {
-            Self::Exact(body) => body.coasts(edge, band) || Self::stays(body, edge, band),
-            Self::Stepped(_) => false,
+            Self::Exact(body) => body.next_event(edge, edge + edges, band).map_or(edges, |event| event.0 - edge - 1),
+            Self::Stepped(_) => 0,
         }
-    }
-
-    /// Searches for an event at the edge after `edge`; returns whether there is none.
-    #[inline(never)]
-    fn stays(body: &mut Device, edge: u64, band: (f64, f64)) -> bool {
-        body.next_event(edge, edge + 1, band).is_none()
     }
 
     /// Moves to the edge of an event and returns the angle there.

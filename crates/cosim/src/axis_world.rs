@@ -394,13 +394,19 @@ impl World for AxisWorld<'_> {
         event.map_or(last, |event| event.0)
     }
 
-    #[inline(always)]
-    fn coast(&mut self) -> bool {
+    #[inline]
+    fn idles(&mut self, edges: u64) -> u64 {
+        let edges = self.next_due.saturating_sub(self.edge + 1).min(edges);
         let Band { low, high, .. } = self.encoder.band();
-        let coasts = self.edge + 1 < self.next_due
-            && self.device.as_mut().is_some_and(|device| device.coasts(self.edge, (low, high)));
-        self.edge += u64::from(coasts);
-        coasts
+        match &mut self.device {
+            Some(device) if edges > 0 => device.idles(self.edge, edges, (low, high)),
+            _ => 0,
+        }
+    }
+
+    #[inline]
+    fn coast(&mut self, edges: u64) {
+        self.edge += edges;
     }
 
     #[inline(always)]

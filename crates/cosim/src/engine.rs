@@ -34,6 +34,10 @@ impl From<Solver> for Driver {
 /// edge of a count, each clock edge is decided in double-double.
 pub(crate) const TURN: u32 = 256;
 
+/// The most edges at which a datapath is ticked before the world is asked again: a change of an encoder's line takes
+/// three edges to the position.
+const PIPELINE: u64 = 4;
+
 /// Handles by which other threads stop a run or watch its progress.
 #[derive(Debug, Default)]
 pub struct Control {
@@ -88,6 +92,8 @@ pub struct ClosedLoop<W, E: World> {
     repeated: Option<Repeated<E::Out>>,
     /// Whether the observer of a run is told of overflows.
     tells_overflows: bool,
+    /// The nets whose changes the observer of a run is shown, a bit each; all bits if it is shown every tick.
+    watched: u64,
 }
 
 impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
@@ -107,6 +113,7 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
             rows: Rows::new(stride),
             repeated: None,
             tells_overflows: false,
+            watched: u64::MAX,
         }
     }
 
@@ -160,6 +167,7 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
         W: Clone,
     {
         self.tells_overflows = observer.watches_overflows();
+        self.watched = watched(self.wiring.words().len(), observer);
         if self.edge == 0 {
             // A copy is settled: words that settle between reset and the first edge do not count as used.
             let mut settled = self.wiring.clone();
@@ -233,15 +241,22 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
         // Until a pin changes, the first edge that must be ticked is the edge after the quiet ones.
         let mut quiet = self.wiring.quiet_again(&self.input);
         let mut events = 1;
-        while quiet == 0 && !passed && self.world.coast() {
-            self.rows.log(&self.world, self.edge, observer);
-            self.edge += 1;
-            let out = self.wiring.tick_again(&self.input);
-            if self.ticked(out, observer) || events == most || self.edge == end {
-                return events;
+        while quiet == 0 && !passed {
+            let left = u64::from(most + 1 - events).min(end - self.edge);
+            let idle = self.world.idles(if GLIDE && self.watched != u64::MAX { left.min(PIPELINE) } else { 1 });
+            if idle == 0 {
+                break;
+            }
+            let (edges, out) = self.wiring.tick_on(idle, self.watched, &self.input);
+            self.rows.log(&self.world, self.edge + edges - 1, observer);
+            self.world.coast(edges);
+            self.edge += edges;
+            self.ticks += edges - 1;
+            events += edges as u32;
+            if self.ticked(out, observer) || events > most || self.edge == end {
+                return events - 1;
             }
             quiet = self.wiring.quiet_again(&self.input);
-            events += 1;
         }
         let due = self.edge.saturating_add(quiet).saturating_add(1);
         if !passed {
@@ -393,6 +408,14 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
             self.repeated = Some(Repeated { begin: self.out, cruise, next: self.edge + repeat.first, repeat });
         }
     }
+}
+
+/// Returns the set of the nets that an observer of a run follows, a bit each; all bits if it must be shown every tick.
+fn watched(nets: usize, observer: &impl Observe) -> u64 {
+    if observer.watches_overflows() || nets > 64 || (0..nets).all(|net| observer.follows(net..net + 1)) {
+        return u64::MAX;
+    }
+    (0..nets).filter(|&net| observer.follows(net..net + 1)).fold(0, |set, net| set | 1 << net)
 }
 
 /// Returns the indices of the nets that are outputs: they come after the inputs.

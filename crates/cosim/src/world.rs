@@ -46,10 +46,14 @@ pub trait World: Clone {
     fn next_change(&mut self, limit: u64) -> u64 {
         limit.min(self.edge() + 1)
     }
-    /// Moves to the next edge if nothing changes by itself there, and returns whether it has moved. It spares the engine
-    /// most of [`advance`](World::advance) where the datapath changes edge by edge.
-    fn coast(&mut self) -> bool {
-        false
+    /// Returns for how many edges, up to `edges`, nothing changes by itself; 0 promises nothing. The world does not move.
+    /// It spares the engine most of [`advance`](World::advance) where the datapath changes edge by edge.
+    fn idles(&mut self, _edges: u64) -> u64 {
+        0
+    }
+    /// Moves on by a number of edges for which the world [idles](World::idles).
+    fn coast(&mut self, _edges: u64) {
+        unreachable!("no world coasts that does not idle")
     }
     /// Passes ends of steps before `limit` at which nothing changes that anything but `before` could see, as
     /// [`advance`](World::advance) would one by one. Passes only so many that the run can still be stopped.

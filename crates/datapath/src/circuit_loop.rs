@@ -393,6 +393,24 @@ impl<C: LoopCircuit<N>, const N: usize> Wiring for CircuitLoop<C, N> {
         (changed & Self::outputs_set() != 0).then(|| self.shown())
     }
 
+    #[inline(always)]
+    fn tick_on(&mut self, edges: u64, watched: Set, input: &C::In<i64>) -> (u64, Option<C::Out<i64>>)
+    where
+        C::In<i64>: Copy,
+    {
+        if !self.settled {
+            return (1, self.tick_again(input));
+        }
+        debug_assert!(self.has_settled(input));
+        let (watched, mut done) = (watched | Self::outputs_set(), 1);
+        let mut changed = self.go_on();
+        while done < edges && changed & watched == 0 && self.next <= self.edge + 1 {
+            changed = self.go_on();
+            done += 1;
+        }
+        (done, (changed & Self::outputs_set() != 0).then(|| self.shown()))
+    }
+
     #[inline]
     fn repeats(&self, input: &C::In<i64>) -> Option<Repeat<C::Out<i64>>> {
         let modulator = self.circuit.modulator().filter(|_| self.modulation.is_at(self.edge))?;

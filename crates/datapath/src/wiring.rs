@@ -94,6 +94,15 @@ pub trait Wiring: Block {
     {
         Some(self.tick(*input))
     }
+    /// Computes [`tick_again`](Wiring::tick_again) at up to `edges` edges one after the other, as long as nothing but nets
+    /// that are neither outputs nor `watched` (bit `n` is net `n`) changes and the next edge changes a net. Returns the
+    /// number of edges, at least one, and the outputs; `None` if they certainly are those of the tick before.
+    fn tick_on(&mut self, _edges: u64, _watched: u64, input: &Self::In<i64>) -> (u64, Option<Self::Out<i64>>)
+    where
+        Self::In<i64>: Copy,
+    {
+        (1, self.tick_again(input))
+    }
     /// Returns how the outputs repeat from the edge just ticked on while this input stays, or `None` if they do not.
     fn repeats(&self, _: &Self::In<i64>) -> Option<Repeat<Self::Out<i64>>> {
         None
