@@ -517,6 +517,9 @@ PLACES = [
     (WORLD, "fn recount(", "device.is_surely_within(edge, angle_rad, (band.low, band.high))", [
         ("recount: the next count taken unproved", "true"),
     ]),
+    (WORLD, "fn driven_by(", "1 << self.command", [
+        ("driven_by: the command not looked at", "0"),
+    ]),
     (WORLD, "fn foresee(", "self.told = None;", [
         ("foresee: outputs before the cruise taken for told", ""),
     ]),
@@ -544,7 +547,8 @@ PLACES = [
         ("switch: a period beyond the promise",
          "self.edge.saturating_add(repeat.edges).saturating_add(1 + repeat.period)"),
     ]),
-    (ENGINE, "fn switch<", "if begins { (*begin, repeat.first) } else { (repeat.others, repeat.period - repeat.first) }", [
+    (ENGINE, "fn switch<",
+     "if begins { (*begin, repeat.first) } else { (repeat.others, repeat.period - repeat.first) }", [
         ("switch: outputs of pulse and pause exchanged",
          "if begins { (repeat.others, repeat.first) } else { (*begin, repeat.period - repeat.first) }"),
     ]),

@@ -92,8 +92,8 @@ impl AnyDevice<'_> {
         forward!(self, body => body.next_event(from, to, band))
     }
 
-    /// Returns for how many edges after this one, up to `edges`, nothing happens while the angle is in this band. A body
-    /// in steps does not tell and returns 0.
+    /// Returns for how many edges after this one, up to `edges`, nothing happens while the angle is in this band. For a
+    /// body in steps it returns 0, which promises nothing.
     #[inline]
     pub(crate) fn idles(&mut self, edge: u64, edges: u64, band: (f64, f64)) -> u64 {
         match self {

@@ -423,6 +423,10 @@ impl World for AxisWorld<'_> {
         }
     }
 
+    fn driven_by(&self) -> u64 {
+        if self.plant.actuator == Actuator::Switching { 0 } else { 1 << self.command }
+    }
+
     #[inline(always)]
     fn holds_outputs(&self) -> bool {
         self.told.is_some()

@@ -69,8 +69,8 @@ impl Encoder {
         self.band
     }
 
-    /// Returns the count beside the present one on the side of its band on which this angle lies, and the angles of that
-    /// count; `None` for an angle within the band, and NaN.
+    /// Returns the count beside the present one, on the side of its band on which this angle lies, and the angles of
+    /// that count; `None` for an angle within the band, and for NaN.
     #[inline(always)]
     pub(crate) fn beside(&self, angle_rad: f64) -> Option<(i64, Band)> {
         let Band { low, high, .. } = self.band;

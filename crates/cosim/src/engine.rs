@@ -92,7 +92,8 @@ pub struct ClosedLoop<W, E: World> {
     repeated: Option<Repeated<E::Out>>,
     /// Whether the observer of a run is told of overflows.
     tells_overflows: bool,
-    /// The nets whose changes the observer of a run is shown, a bit each; all bits if it is shown every tick.
+    /// The nets whose changes are shown to the observer of a run and to the world, a bit each; all bits if every tick is
+    /// shown.
     watched: u64,
 }
 
@@ -167,7 +168,7 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
         W: Clone,
     {
         self.tells_overflows = observer.watches_overflows();
-        self.watched = watched(self.wiring.words().len(), observer);
+        self.watched = watched(self.wiring.words().len(), observer) | self.world.driven_by();
         if self.edge == 0 {
             // A copy is settled: words that settle between reset and the first edge do not count as used.
             let mut settled = self.wiring.clone();
@@ -218,9 +219,9 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
         self.leap_over::<false, O>(end, 1, observer);
     }
 
-    /// Leaps as [`leap`](Self::leap) does, once or, while the datapath changes edge by edge, up to `most` times. Returns
-    /// the number of events. With `GLIDE` it passes ends of steps on the way, and the datapath may lag behind while its
-    /// outputs repeat; an observer cannot see the loop between.
+    /// Leaps as [`leap`](Self::leap) does, once or, while the datapath changes edge by edge, up to `most` times, and
+    /// returns how often. With `GLIDE` it passes ends of steps on the way, ticks more than once before it shows the
+    /// nets, and lets the datapath wait while its outputs repeat; an observer cannot see the loop between.
     #[inline(always)]
     fn leap_over<const GLIDE: bool, O: Observe>(&mut self, end: u64, most: u32, observer: &mut O) -> u32 {
         let mut passed = false;

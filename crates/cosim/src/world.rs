@@ -46,8 +46,8 @@ pub trait World: Clone {
     fn next_change(&mut self, limit: u64) -> u64 {
         limit.min(self.edge() + 1)
     }
-    /// Returns for how many edges, up to `edges`, nothing changes by itself; 0 promises nothing. The world does not move.
-    /// It spares the engine most of [`advance`](World::advance) where the datapath changes edge by edge.
+    /// Returns for how many edges, up to `edges`, nothing changes by itself; 0 promises nothing. The world stays where it
+    /// is. It spares the engine most of [`advance`](World::advance) where the datapath changes edge by edge.
     fn idles(&mut self, _edges: u64) -> u64 {
         0
     }
@@ -61,6 +61,11 @@ pub trait World: Clone {
     /// Sets the outputs of the wiring, and the words of all its nets, from the present edge on. While outputs repeat as
     /// [`foresee`](World::foresee) was told, the words of their nets may still be those that began the repetition.
     fn drive(&mut self, out: Self::Out, words: &[i64]);
+    /// Returns the nets beside the outputs whose words drive the world: bit `n` is net `n`. The engine drives the world
+    /// at each edge at which one of them changes.
+    fn driven_by(&self) -> u64 {
+        u64::MAX
+    }
     /// Returns whether outputs that stay as they were last [driven](World::drive) need not be driven again.
     fn holds_outputs(&self) -> bool {
         false

@@ -199,8 +199,8 @@ fn a_run_may_end_anywhere_in_a_leap() {
     assert!(ended > 20, "{ended}");
 }
 
-/// A visitor that runs a loop to an edge with many stops, `apart` edges from each other or, with 0, wherever the control
-/// stops it. At each stop it compares the loop with one that ticks every edge. Returns the number of stops.
+/// A visitor that runs a loop to an edge with many stops: every `apart` edges or, with 0, wherever the control stops
+/// it. At each stop it compares the loop with one that ticks every edge. Returns the number of stops.
 struct Stops {
     end: u64,
     apart: u64,
@@ -249,11 +249,15 @@ fn a_run_may_stop_anywhere_between_changes_of_the_gates_and_go_on() {
     let leaning = [("device.initial_angle", "1.58 rad"), ("hand.path", "[[\"0 s\", 1.9]]")];
     let stepped = [("model.solver", "rk4"), ("model.step", "1 us")];
     let antiphase = [("method.pwm.mode", "locked_antiphase")];
+    let averaged = [("model.bridge", "averaged")];
+    let settling = [("method.settling", "2")];
     for (name, changed, end) in [
         ("friction-wall", &resting[..], 5_000_000),
         ("friction-wall", &[&resting[..], &antiphase].concat(), 1_000_000),
         ("friction-wall", &[&resting[..], &stepped].concat(), 1_000_000),
         ("hybrid-wall", &leaning, 1_000_000),
+        ("hybrid-wall", &[&leaning[..], &averaged, &settling].concat(), 1_000_000),
+        ("energy-level-wall", &[&leaning[..], &averaged].concat(), 1_000_000),
     ] {
         let scene = parsed(name, changed);
         let simulation = WiredSimulation::new(&scene).unwrap_or_else(|error| panic!("{error}"));
