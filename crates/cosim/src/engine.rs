@@ -92,8 +92,8 @@ pub struct ClosedLoop<W, E: World> {
     repeated: Option<Repeated<E::Out>>,
     /// Whether the observer of a run is told of overflows.
     tells_overflows: bool,
-    /// The nets whose changes are shown to the observer of a run and to the world, a bit each; all bits if every tick is
-    /// shown.
+    /// The nets whose changes are shown to the observer of a run and to the world, a bit each; all bits if every tick
+    /// is shown.
     watched: u64,
 }
 

@@ -46,8 +46,8 @@ pub trait World: Clone {
     fn next_change(&mut self, limit: u64) -> u64 {
         limit.min(self.edge() + 1)
     }
-    /// Returns for how many edges, up to `edges`, nothing changes by itself; 0 promises nothing. The world stays where it
-    /// is. It spares the engine most of [`advance`](World::advance) where the datapath changes edge by edge.
+    /// Returns for how many edges, up to `edges`, nothing changes by itself; 0 promises nothing. The world stays where
+    /// it is. This spares the engine most of [`advance`](World::advance) where the datapath changes edge by edge.
     fn idles(&mut self, _edges: u64) -> u64 {
         0
     }

@@ -94,9 +94,9 @@ pub trait Wiring: Block {
     {
         Some(self.tick(*input))
     }
-    /// Computes [`tick_again`](Wiring::tick_again) once or more, at up to `edges` edges. It stops at an edge at which an
-    /// output or a `watched` net (bit `n` is net `n`) changes, and where the next edge may change nothing. Returns the
-    /// number of edges, and the outputs; `None` if they certainly are those of the tick before.
+    /// Computes [`tick_again`](Wiring::tick_again) once or more, at up to `edges` edges. It stops at an edge at which
+    /// an output or a `watched` net (bit `n` is net `n`) changes, and where the next edge may change nothing. Returns
+    /// the number of edges, and the outputs; `None` if they certainly are those of the tick before.
     fn tick_on(&mut self, _edges: u64, _watched: u64, input: &Self::In<i64>) -> (u64, Option<Self::Out<i64>>)
     where
         Self::In<i64>: Copy,
