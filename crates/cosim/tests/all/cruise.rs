@@ -216,6 +216,7 @@ impl<'s> LoopVisitor<'s> for Stops {
     {
         let Self { end, apart } = self;
         let mut clock = ClosedLoop::new(wiring.clone(), world.clone(), input, u64::MAX);
+        let mut watched = ClosedLoop::new(wiring.clone(), world.clone(), input, u64::MAX);
         let mut leaping = ClosedLoop::new(wiring.clone(), world, input, u64::MAX);
         let control = Control { most_events: (apart == 0).then_some(1), ..Control::default() };
         let mut stops = 0;
@@ -236,6 +237,8 @@ impl<'s> LoopVisitor<'s> for Stops {
                 stops += 1;
             }
         }
+        assert!(watched.run(Driver::Events, end, &mut Dense::default(), &Control::default()));
+        assert_eq!(leaping.ticks(), watched.ticks(), "stops are no ticks");
         let [one, other] = [&leaping, &clock].map(|run| run.world.summary());
         assert_eq!((one.encoder_edges, one.mode_changes), (other.encoder_edges, other.mode_changes));
         assert_eq!(format!("{:?}", one.energy), format!("{:?}", other.energy));
