@@ -543,16 +543,16 @@ PLACES = [
     (ENGINE, "fn pass(", "edges % period >= first", [
         ("pass: a pulse one edge longer", "edges % period > first"),
     ]),
-    (ENGINE, "fn switch<", "self.edge.saturating_add(repeat.edges).saturating_add(1)", [
+    (ENGINE, "fn switch_on<", "self.edge.saturating_add(repeat.edges).saturating_add(1)", [
         ("switch: a period beyond the promise",
          "self.edge.saturating_add(repeat.edges).saturating_add(1 + repeat.period)"),
     ]),
-    (ENGINE, "fn switch<",
+    (ENGINE, "fn switch_on<",
      "if begins { (*begin, repeat.first) } else { (repeat.others, repeat.period - repeat.first) }", [
         ("switch: outputs of pulse and pause exchanged",
          "if begins { (repeat.others, repeat.first) } else { (*begin, repeat.period - repeat.first) }"),
     ]),
-    (ENGINE, "fn switch<", "if due == u64::MAX { due } else { due - 1 - edge }", [
+    (ENGINE, "fn switch_on<", "if due == u64::MAX { due } else { due - 1 - edge }", [
         ("switch: edges of the promise not counted down", "repeat.edges"),
     ]),
 ]

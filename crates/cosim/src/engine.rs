@@ -229,8 +229,7 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
             let cruise = repeated.cruise.filter(|&edge| edge <= end);
             let is_watched = observer.follows(outputs(&self.input, &self.out));
             if GLIDE && cruise.is_none() && !is_watched {
-                self.switch(end, observer);
-                return 1;
+                return self.switch(end, most, observer);
             }
             if let Some(edge) = cruise.filter(|_| !is_watched) {
                 self.advance(edge, observer);
@@ -318,12 +317,22 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
         }
     }
 
-    /// Moves the world to its next change, or to the next edge at which the repeated outputs change, and drives it with
-    /// them. The datapath waits at the edge that began the repetition, until an input or another net changes or the
-    /// world cruises.
+    /// Moves the world on under repeated outputs, up to `most` changes of either, and drives it with them. The datapath
+    /// waits at the edge that began the repetition, until an input or another net changes or the world cruises. Returns
+    /// the number of changes.
     #[inline(never)]
-    fn switch<O: Observe>(&mut self, end: u64, observer: &mut O) {
-        let Some(Repeated { repeat, next, .. }) = &self.repeated else { return };
+    fn switch<O: Observe>(&mut self, end: u64, most: u32, observer: &mut O) -> u32 {
+        let mut events = 1;
+        while self.switch_on(end, observer) && events < most {
+            events += 1;
+        }
+        events
+    }
+
+    /// Moves the world to its next change or to that of the outputs. Returns whether the datapath waits on.
+    #[inline(always)]
+    fn switch_on<O: Observe>(&mut self, end: u64, observer: &mut O) -> bool {
+        let Some(Repeated { repeat, next, .. }) = &self.repeated else { return false };
         let due = self.edge.saturating_add(repeat.edges).saturating_add(1);
         let limit = due.min(*next).min(end);
         self.glide(limit, observer);
@@ -332,9 +341,10 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
         let changes = !self.world.shows(&self.input);
         if changes || edge == due {
             self.come(edge - 1);
-            return self.tick(edge, changes, observer);
+            self.tick(edge, changes, observer);
+            return false;
         }
-        let Some(Repeated { repeat, begin, next, .. }) = &mut self.repeated else { return };
+        let Some(Repeated { repeat, begin, next, .. }) = &mut self.repeated else { return false };
         if edge == *next {
             let begins = self.out == repeat.others;
             let (out, edges) =
@@ -349,12 +359,15 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
                     let next = *next;
                     self.come(edge);
                     self.repeated = Some(Repeated { repeat: left, begin: out, cruise: Some(cruise), next });
+                    return false;
                 }
             }
         }
-        if edge == end || self.world.over().is_some() {
+        let ends = edge == end || self.world.over().is_some();
+        if ends {
             self.meet();
         }
+        !ends
     }
 
     /// Moves the datapath to the world's edge, if it waits while its outputs repeat.
