@@ -20,7 +20,6 @@ use hpu_signal::{Format, Machine, Narrowed, Narrowing, Overflow, Rounding, Signa
 use crate::config::{COUNTER, WORD, within};
 use crate::countdown::{Countdown, edges};
 use crate::listed::{Given, Listed};
-use crate::part::exact;
 use crate::step::counted_down;
 use crate::{Block, ConfigError, Generic, Register, Step};
 
@@ -65,7 +64,7 @@ pub struct VelocityRegister {
 }
 
 /// The velocity at standstill and after reset.
-const ZERO: Narrowed = exact(0);
+const ZERO: Narrowed = Narrowed { word: 0, rounded: false, overflowed: false };
 
 impl VelocityRegister {
     /// Returns a velocity register with these widths.
@@ -111,7 +110,7 @@ impl VelocityRegister {
             return ZERO;
         }
         if self.is_plain {
-            return exact(self.difference.wrap((input.position - self.previous).into()));
+            return Narrowed { word: self.difference.wrap((input.position - self.previous).into()), ..ZERO };
         }
         if self.fits_64 {
             self.moved(Machine::<i64>::of(self.previous), input.map(Machine::of)).narrowed()
