@@ -521,9 +521,9 @@ PLACES = [
     (WORLD, "fn advance(", "edge >= self.next_due", [
         ("advance: what is due at the edge is late", "edge > self.next_due"),
     ]),
-    (WORLD, "fn coast(", "self.edge + 1 < self.next_due", [
-        ("coast: what is due not looked at", "true"),
-        ("coast: onto what is due", "self.edge + 1 <= self.next_due"),
+    (WORLD, "fn idles(", "self.next_due.saturating_sub(self.edge + 1).min(edges)", [
+        ("idles: what is due not looked at", "edges"),
+        ("idles: onto what is due", "self.next_due.saturating_sub(self.edge).min(edges)"),
     ]),
     (WORLD, "fn foresee(", "self.edge.saturating_add(repeat.edges).saturating_add(1).min(self.next_due)", [
         ("foresee: what is due not looked at", "self.edge.saturating_add(repeat.edges).saturating_add(1)"),
@@ -532,22 +532,28 @@ PLACES = [
         ("foresee: a period beyond the repetition",
          "self.edge.saturating_add(repeat.edges + repeat.period).saturating_add(1).min(self.next_due)"),
     ]),
+    (WORLD, "fn recount(", "device.is_surely_within(edge, angle_rad, (band.low, band.high))", [
+        ("recount: the next count taken unproved", "true"),
+    ]),
+    (WORLD, "fn driven_by(", "1 << self.command", [
+        ("driven_by: the command not looked at", "0"),
+    ]),
     (WORLD, "fn foresee(", "self.told = None;", [
         ("foresee: outputs before the cruise taken for told", ""),
     ]),
     # the driver
-    (ENGINE, "fn leap_over<", "quiet == 0 && ahead.is_none() && self.world.coast()", [
-        ("leap: coasts after a cruise too", "quiet == 0 && self.world.coast()",
+    (ENGINE, "fn leap_over<", "quiet == 0 && !passed", [
+        ("leap: coasts after a cruise too", "quiet == 0",
          "a cruise ends at an edge at which the motion is anchored anew: nothing is known of its next event"),
-        ("leap: coasts while the datapath is quiet", "quiet <= 1 && ahead.is_none() && self.world.coast()"),
+        ("leap: coasts while the datapath is quiet", "quiet <= 1 && !passed"),
     ]),
     (ENGINE, "fn leap_over<", "edge <= end", [
         ("leap: a cruise beyond the end of the run", "edge <= u64::MAX"),
     ]),
-    (ENGINE, "fn leap_over<", "!observer.follows(outputs(&self.input, &self.out))", [
-        ("leap: a cruise although the outputs are watched", "true"),
+    (ENGINE, "fn leap_over<", "observer.follows(outputs(&self.input, &self.out))", [
+        ("leap: a cruise although the outputs are watched", "false"),
     ]),
-    (ENGINE, "fn leap_over<", "self.rows.log(&self.world, self.edge, observer);", [
+    (ENGINE, "fn leap_over<", "self.rows.log(&self.world, self.edge + edges - 1, observer);", [
         ("leap: rows not shown while it coasts", ""),
     ]),
     (ENGINE, "fn leap_over<", "self.edge.saturating_add(quiet).saturating_add(1)", [
@@ -555,6 +561,18 @@ PLACES = [
     ]),
     (ENGINE, "fn pass(", "edges % period >= first", [
         ("pass: a pulse one edge longer", "edges % period > first"),
+    ]),
+    (ENGINE, "fn switch_on<", "self.edge.saturating_add(repeat.edges).saturating_add(1)", [
+        ("switch: a period beyond the promise",
+         "self.edge.saturating_add(repeat.edges).saturating_add(1 + repeat.period)"),
+    ]),
+    (ENGINE, "fn switch_on<",
+     "if begins { (*begin, repeat.first) } else { (repeat.others, repeat.period - repeat.first) }", [
+        ("switch: outputs of pulse and pause exchanged",
+         "if begins { (repeat.others, repeat.first) } else { (*begin, repeat.period - repeat.first) }"),
+    ]),
+    (ENGINE, "fn switch_on<", "if due == u64::MAX { due } else { due - 1 - edge }", [
+        ("switch: edges of the promise not counted down", "repeat.edges"),
     ]),
 ]
 

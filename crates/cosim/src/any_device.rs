@@ -92,12 +92,13 @@ impl AnyDevice<'_> {
         forward!(self, body => body.next_event(from, to, band))
     }
 
-    /// Returns whether it is known that nothing happens from an edge to the next while the angle is in this band.
-    #[inline(always)]
-    pub(crate) fn coasts(&self, edge: u64, band: (f64, f64)) -> bool {
+    /// Returns for how many edges after this one, up to `edges`, nothing happens while the angle is in this band. For a
+    /// body in steps it returns 0, which promises nothing.
+    #[inline]
+    pub(crate) fn idles(&mut self, edge: u64, edges: u64, band: (f64, f64)) -> u64 {
         match self {
-            Self::Exact(body) => body.coasts(edge, band),
-            Self::Stepped(_) => false,
+            Self::Exact(body) => body.next_event(edge, edge + edges, band).map_or(edges, |event| event.0 - edge - 1),
+            Self::Stepped(_) => 0,
         }
     }
 

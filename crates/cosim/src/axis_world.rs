@@ -33,6 +33,8 @@ pub struct AxisWorld<'p> {
     device: Option<AnyDevice<'p>>,
     /// The outputs that the device was last told; `None` if it has cruised since, without being told every change.
     told: Option<LoopOut<i64>>,
+    /// The word of the command that an averaged bridge or an amplifier was last told.
+    commanded: Option<i64>,
     encoder: Encoder,
     /// Faults between device and logic, if the scene asks for any.
     faults: Option<Box<FaultState<'p>>>,
@@ -64,6 +66,7 @@ impl<'p> AxisWorld<'p> {
             latch: None,
             device: None,
             told: None,
+            commanded: None,
             encoder: Encoder::new(plant.count_rad, 0.0),
             faults: plant.faults.as_ref().map(|plan| Box::new(FaultState::new(plan))),
             over: None,
@@ -141,8 +144,12 @@ impl<'p> AxisWorld<'p> {
     fn recount(&mut self, angle_rad: f64) {
         let (edge, before) = (self.edge, self.encoder.count());
         let Some(device) = &mut self.device else { return };
-        if !self.encoder.sense_by(angle_rad, |band| device.side_of_band(edge, angle_rad, band)) {
-            return;
+        // In most cases the angle is the next count's, so far from its ends that `f64` can tell.
+        let beside = self.encoder.beside(angle_rad);
+        match beside.filter(|(_, band)| device.is_surely_within(edge, angle_rad, (band.low, band.high))) {
+            Some(beside) => self.encoder.step(beside),
+            None if self.encoder.sense_by(angle_rad, |band| device.side_of_band(edge, angle_rad, band)) => {}
+            None => return,
         }
         self.over = self.encoder.over();
         self.pins = match &mut self.faults {
@@ -202,7 +209,7 @@ impl<'p> AxisWorld<'p> {
         self.plan();
     }
 
-    /// Tells the device outputs that it has not been told last, or a command.
+    /// Tells the device outputs or a command that it was not told last.
     #[inline(never)]
     fn drive_anew(&mut self, out: LoopOut<i64>, words: &[i64]) {
         let edge = self.edge;
@@ -223,7 +230,9 @@ impl<'p> AxisWorld<'p> {
                 device.driven(edge, Drive::Gates(gates(switches)));
             }
             Actuator::Averaged { full_scale, .. } => {
-                let duty = words[self.command] as f64 / full_scale;
+                let word = words[self.command];
+                self.commanded = Some(word);
+                let duty = word as f64 / full_scale;
                 match &mut self.latch {
                     None => device.driven(edge, Drive::Average(duty)),
                     Some(latch) => {
@@ -239,7 +248,9 @@ impl<'p> AxisWorld<'p> {
             }
             // As with a bridge, a positive command pushes against the positive direction.
             Actuator::Amplified { quantum_n, .. } => {
-                let force_n = words[self.command] as f64 * quantum_n;
+                let word = words[self.command];
+                self.commanded = Some(word);
+                let force_n = word as f64 * quantum_n;
                 match &mut self.shaping {
                     None => device.driven(edge, Drive::Current(-force_n)),
                     Some(shaping) => {
@@ -250,6 +261,39 @@ impl<'p> AxisWorld<'p> {
                     }
                 }
             }
+        }
+    }
+
+    /// Passes ends of steps before `limit`, as [`glide`](World::glide) does.
+    #[inline(never)]
+    fn pass_steps(&mut self, limit: u64, mut before: impl FnMut(&Self, u64)) {
+        let last = self.next_due.max(self.edge + 1).min(limit);
+        let Band { low, high, .. } = self.encoder.band();
+        for _ in 0..GLIDES {
+            let Some(AnyDevice::Stepped(body)) = &mut self.device else { return };
+            let Some(event) = body.passes(last - 1, (low, high)) else { return };
+            before(self, event.0);
+            self.edge = event.0;
+            if let Some(AnyDevice::Stepped(body)) = &mut self.device {
+                body.arrive(event);
+            }
+        }
+    }
+
+    /// Shows rows as [`rows`](World::rows) does, up to `N` at a time.
+    #[inline(always)]
+    fn show_rows<const N: usize, O: Observe + ?Sized>(&self, first: u64, stride: u64, count: u64, observer: &mut O) {
+        let mut rows = [[0.0; REALS.len()]; N];
+        let mut from = first;
+        let mut left = count;
+        while left != 0 {
+            let some = &mut rows[..left.min(N as u64) as usize];
+            if let Some(device) = &self.device {
+                device.rows(from, stride, some);
+            }
+            observer.block(Cycle(from), stride, REALS.len(), some.as_flattened());
+            from += stride * some.len() as u64;
+            left -= some.len() as u64;
         }
     }
 
@@ -306,6 +350,14 @@ impl World for AxisWorld<'_> {
     }
 
     #[inline]
+    fn shows(&self, input: &LoopIn<i64>) -> bool {
+        let Pins { a, b } = self.pins;
+        (input.a_pin, input.b_pin) == (a, b)
+            && self.stiffness.is_none_or(|stiffness| stiffness == input.stiffness)
+            && self.scale.is_none_or(|scale| scale == input.scale)
+    }
+
+    #[inline]
     fn sense(&mut self) {
         self.edge += 1;
         if let Some(device) = &mut self.device {
@@ -342,35 +394,42 @@ impl World for AxisWorld<'_> {
         event.map_or(last, |event| event.0)
     }
 
-    #[inline(always)]
-    fn coast(&mut self) -> bool {
+    #[inline]
+    fn idles(&mut self, edges: u64) -> u64 {
+        let edges = self.next_due.saturating_sub(self.edge + 1).min(edges);
         let Band { low, high, .. } = self.encoder.band();
-        let coasts = self.edge + 1 < self.next_due
-            && self.device.as_ref().is_some_and(|device| device.coasts(self.edge, (low, high)));
-        self.edge += u64::from(coasts);
-        coasts
+        match &mut self.device {
+            Some(device) if edges > 0 => device.idles(self.edge, edges, (low, high)),
+            _ => 0,
+        }
     }
 
     #[inline]
-    fn glide(&mut self, limit: u64, mut before: impl FnMut(&Self, u64)) {
-        let last = self.next_due.max(self.edge + 1).min(limit);
-        let Band { low, high, .. } = self.encoder.band();
-        for _ in 0..GLIDES {
-            let Some(AnyDevice::Stepped(body)) = &mut self.device else { return };
-            let Some(event) = body.passes(last - 1, (low, high)) else { return };
-            before(self, event.0);
-            self.edge = event.0;
-            if let Some(AnyDevice::Stepped(body)) = &mut self.device {
-                body.arrive(event);
-            }
+    fn coast(&mut self, edges: u64) {
+        self.edge += edges;
+    }
+
+    #[inline(always)]
+    fn glide(&mut self, limit: u64, before: impl FnMut(&Self, u64)) {
+        if let Some(AnyDevice::Stepped(_)) = self.device {
+            self.pass_steps(limit, before);
         }
     }
 
     #[inline(always)]
     fn drive(&mut self, out: LoopOut<i64>, words: &[i64]) {
-        if self.told != Some(out) {
+        if self.told != Some(out) && self.commanded.is_none_or(|word| word != words[self.command]) {
             self.drive_anew(out, words);
         }
+    }
+
+    fn driven_by(&self) -> u64 {
+        if self.plant.actuator == Actuator::Switching { 0 } else { 1 << self.command }
+    }
+
+    #[inline(always)]
+    fn holds_outputs(&self) -> bool {
+        self.told.is_some()
     }
 
     fn foresee(&mut self, repeat: &Repeat<LoopOut<i64>>) -> Option<u64> {
@@ -394,17 +453,10 @@ impl World for AxisWorld<'_> {
         if count == 1 {
             return observer.reals(Cycle(first), &self.reals(first));
         }
-        let mut rows = [[0.0; REALS.len()]; 32];
-        let mut from = first;
-        let mut left = count;
-        while left != 0 {
-            let some = &mut rows[..left.min(32) as usize];
-            if let Some(device) = &self.device {
-                device.rows(from, stride, some);
-            }
-            observer.block(Cycle(from), stride, REALS.len(), some.as_flattened());
-            from += stride * some.len() as u64;
-            left -= some.len() as u64;
+        if count <= 8 {
+            self.show_rows::<8, O>(first, stride, count, observer);
+        } else {
+            self.show_rows::<32, O>(first, stride, count, observer);
         }
     }
 

@@ -51,6 +51,11 @@ impl Contact {
         Self { net, word: 0, since: 0, from, edges: 0 }
     }
 
+    /// Returns the index of the net that shows contact.
+    pub(crate) fn net(&self) -> usize {
+        self.net
+    }
+
     /// Takes note of the words that stand from `edge` on.
     #[inline(always)]
     pub(crate) fn see(&mut self, edge: u64, words: &[i64]) {

@@ -69,6 +69,28 @@ impl Encoder {
         self.band
     }
 
+    /// Returns the count beside the present one, on the side of its band on which this angle lies, and the angles of
+    /// that count; `None` for an angle within the band, and for NaN.
+    #[inline(always)]
+    pub(crate) fn beside(&self, angle_rad: f64) -> Option<(i64, Band)> {
+        let Band { low, high, .. } = self.band;
+        let count = self.count + i64::from(side_of((low, high), angle_rad));
+        // Farther out, `f64` does not tell all angles of counts apart.
+        (count != self.count && count.unsigned_abs() < MOST_COUNT as u64 / 2).then(|| (count, self.band_of(count)))
+    }
+
+    /// Sets the count to the one [`beside`](Self::beside) the present one.
+    #[inline(always)]
+    pub(crate) fn step(&mut self, (count, band): (i64, Band)) {
+        (self.count, self.band) = (count, band);
+        self.edges += 1;
+    }
+
+    #[inline(always)]
+    fn band_of(&self, count: i64) -> Band {
+        Band { low: count as f64 * self.step_rad, high: (count + 1) as f64 * self.step_rad, open: true }
+    }
+
     /// Takes the shaft's present angle. Returns whether the count has changed.
     #[inline(always)]
     pub(crate) fn sense(&mut self, angle_rad: f64) -> bool {
@@ -92,25 +114,23 @@ impl Encoder {
     /// Sets the count of an angle: the integer `c` with `c·δ <= angle < (c+1)·δ`, with the products as computed, so
     /// that it does not depend on how the angle was reached.
     fn recount(&mut self, angle_rad: f64, mut side: impl FnMut((f64, f64)) -> i8) {
-        let step = self.step_rad;
-        let band = |count: i64| (count as f64 * step, (count + 1) as f64 * step);
-        let near = angle_rad / step;
+        let near = angle_rad / self.step_rad;
         // NaN is not within the range either.
         self.lost = near.is_nan() || near.abs() >= MOST_COUNT;
         if self.lost {
             return;
         }
         let mut count = near as i64;
+        let mut band = self.band_of(count);
         loop {
-            match side(band(count)) {
+            match side((band.low, band.high)) {
                 0 => break,
                 way => count += i64::from(way),
             }
+            band = self.band_of(count);
         }
         self.edges += count.abs_diff(self.count);
-        self.count = count;
-        let (low, high) = band(count);
-        self.band = Band { low, high, open: true };
+        (self.count, self.band) = (count, band);
     }
 }
 

@@ -34,6 +34,10 @@ impl From<Solver> for Driver {
 /// edge of a count, each clock edge is decided in double-double.
 pub(crate) const TURN: u32 = 256;
 
+/// The most edges at which a datapath is ticked before the world is asked again: a change of an encoder's line takes
+/// three edges to the position.
+const PIPELINE: u64 = 4;
+
 /// Handles by which other threads stop a run or watch its progress.
 #[derive(Debug, Default)]
 pub struct Control {
@@ -61,6 +65,17 @@ impl Control {
     }
 }
 
+/// Outputs that repeat.
+struct Repeated<O> {
+    repeat: Repeat<O>,
+    /// The outputs that begin a period.
+    begin: O,
+    /// The edge up to which the world goes on by itself.
+    cruise: Option<u64>,
+    /// The next edge at which the outputs change.
+    next: u64,
+}
+
 /// A datapath closed around a world.
 pub struct ClosedLoop<W, E: World> {
     /// The datapath.
@@ -73,10 +88,13 @@ pub struct ClosedLoop<W, E: World> {
     ticks: u64,
     output_changes: u64,
     rows: Rows,
-    /// The repetition of the outputs, and the edge up to which the world goes on by itself under it.
-    repeated: Option<(Repeat<E::Out>, u64)>,
+    /// The repetition of the outputs from the edge on at which the datapath stands.
+    repeated: Option<Repeated<E::Out>>,
     /// Whether the observer of a run is told of overflows.
     tells_overflows: bool,
+    /// The nets whose changes are shown to the observer of a run and to the world, a bit each; all bits if every tick
+    /// is shown.
+    watched: u64,
 }
 
 impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
@@ -96,6 +114,7 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
             rows: Rows::new(stride),
             repeated: None,
             tells_overflows: false,
+            watched: u64::MAX,
         }
     }
 
@@ -149,6 +168,7 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
         W: Clone,
     {
         self.tells_overflows = observer.watches_overflows();
+        self.watched = watched(self.wiring.words().len(), observer) | self.world.driven_by();
         if self.edge == 0 {
             // A copy is settled: words that settle between reset and the first edge do not count as used.
             let mut settled = self.wiring.clone();
@@ -158,13 +178,16 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
         }
         let (mut since, mut events) = (0u32, 0u64);
         while self.edge < end && self.world.over().is_none() {
-            match driver {
-                Driver::Events => self.leap_over::<true, O>(end, observer),
-                Driver::Clock => self.step(observer),
-            }
-            since += 1;
+            since += match driver {
+                Driver::Events => self.leap_over::<true, O>(end, TURN - since, observer),
+                Driver::Clock => {
+                    self.step(observer);
+                    1
+                }
+            };
             if since == TURN {
                 (since, events) = (0, events + u64::from(TURN));
+                self.meet();
                 if !control.goes_on(self.edge, events) {
                     return false;
                 }
@@ -186,56 +209,91 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
         self.world.place(&mut self.input);
         self.edge = edge;
         let out = self.wiring.tick(self.input);
-        self.ticked(out, observer);
+        self.ticked(Some(out), observer);
     }
 
     /// Leaps to the next edge at which anything happens, in the world or in the datapath, or to `end`. A change of the
     /// world that no pin shows leaves the datapath where it is.
     #[inline]
     pub fn leap<O: Observe>(&mut self, end: u64, observer: &mut O) {
-        self.leap_over::<false, O>(end, observer);
+        self.leap_over::<false, O>(end, 1, observer);
     }
 
-    /// Leaps as [`leap`](Self::leap) does. With `GLIDE` it passes ends of steps on the way; an observer cannot see the
-    /// loop between them.
+    /// Leaps as [`leap`](Self::leap) does, once or, while the datapath changes edge by edge, up to `most` times, and
+    /// returns how often. With `GLIDE` it passes ends of steps on the way, ticks more than once before it shows the
+    /// nets, and lets the datapath wait while its outputs repeat; an observer cannot see the loop between.
     #[inline(always)]
-    fn leap_over<const GLIDE: bool, O: Observe>(&mut self, end: u64, observer: &mut O) {
-        let ahead = self.repeated.take().filter(|&(_, edge)| edge <= end);
-        let ahead = ahead.filter(|_| !observer.follows(outputs(&self.input, &self.out)));
-        if let Some((repeat, edge)) = &ahead {
-            self.advance(*edge, observer);
-            self.pass(repeat);
+    fn leap_over<const GLIDE: bool, O: Observe>(&mut self, end: u64, most: u32, observer: &mut O) -> u32 {
+        let mut passed = false;
+        if let Some(repeated) = &self.repeated {
+            let cruise = repeated.cruise.filter(|&edge| edge <= end);
+            let is_watched = observer.follows(outputs(&self.input, &self.out));
+            if GLIDE && cruise.is_none() && !is_watched {
+                return self.switch(end, most, observer);
+            }
+            if let Some(edge) = cruise.filter(|_| !is_watched) {
+                self.advance(edge, observer);
+                self.pass();
+                passed = true;
+            }
+            self.repeated = None;
         }
         // Until a pin changes, the first edge that must be ticked is the edge after the quiet ones.
-        let quiet = self.wiring.quiet_again(&self.input);
-        if quiet == 0 && ahead.is_none() && self.world.coast() {
-            self.rows.log(&self.world, self.edge, observer);
-            self.edge += 1;
-            let out = self.wiring.tick_again(self.input);
-            return self.ticked(out, observer);
+        let mut quiet = self.wiring.quiet_again(&self.input);
+        let mut events = 1;
+        while quiet == 0 && !passed {
+            let left = u64::from(most + 1 - events).min(end - self.edge);
+            let idle = self.world.idles(if GLIDE && self.watched != u64::MAX { left.min(PIPELINE) } else { 1 });
+            if idle == 0 {
+                break;
+            }
+            let (edges, out) = self.wiring.tick_on(idle, self.watched, &self.input);
+            self.rows.log(&self.world, self.edge + edges - 1, observer);
+            self.world.coast(edges);
+            self.edge += edges;
+            self.ticks += edges - 1;
+            events += edges as u32;
+            if self.ticked(out, observer) || events > most || self.edge == end {
+                return events - 1;
+            }
+            quiet = self.wiring.quiet_again(&self.input);
         }
         let due = self.edge.saturating_add(quiet).saturating_add(1);
-        if ahead.is_none() {
+        if !passed {
             if GLIDE {
-                let rows = &mut self.rows;
-                self.world.glide(due.min(end), |world, edge| rows.log(world, edge - 1, observer));
+                self.glide(due.min(end), observer);
             }
             self.advance(due.min(end), observer);
         }
         let edge = self.world.edge();
-        let mut input = self.input;
-        self.world.place(&mut input);
-        let changes = input != self.input;
+        let changes = !self.world.shows(&self.input);
         if changes || edge == due {
             self.wiring.skip(edge - 1 - self.edge, &self.input);
-            self.input = input;
-            self.edge = edge;
-            let out = if changes { self.wiring.tick(input) } else { self.wiring.tick_again(input) };
-            self.ticked(out, observer);
+            self.tick(edge, changes, observer);
         } else if edge == end || self.world.over().is_some() {
             self.wiring.skip(edge - self.edge, &self.input);
             self.edge = edge;
         }
+        events
+    }
+
+    /// Ticks the datapath at the world's edge, with changed inputs or with those of the tick before.
+    #[inline(always)]
+    fn tick<O: Observe>(&mut self, edge: u64, changes: bool, observer: &mut O) {
+        self.edge = edge;
+        if changes {
+            self.world.place(&mut self.input);
+            self.wiring.take(&self.input);
+        }
+        let out = self.wiring.tick_again(&self.input);
+        self.ticked(out, observer);
+    }
+
+    /// Passes ends of steps of the world before `limit`.
+    #[inline(always)]
+    fn glide<O: Observe>(&mut self, limit: u64, observer: &mut O) {
+        let rows = &mut self.rows;
+        self.world.glide(limit, |world, edge| rows.log(world, edge - 1, observer));
     }
 
     /// Moves the world to its next change, or to `limit`.
@@ -246,7 +304,8 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
     }
 
     /// Moves the datapath, over repeated outputs, to the edge before the world's.
-    fn pass(&mut self, repeat: &Repeat<E::Out>) {
+    fn pass(&mut self) {
+        let Some(Repeated { repeat, .. }) = &self.repeated else { return };
         let edges = self.world.edge() - 1 - self.edge;
         self.wiring.skip_repeats(edges, &self.input);
         let Repeat { period, first, others, .. } = *repeat;
@@ -258,15 +317,93 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
         }
     }
 
-    /// Takes the outputs of an edge that was ticked.
+    /// Moves the world on under repeated outputs, up to `most` changes of either, and drives it with them. The datapath
+    /// waits at the edge that began the repetition, until an input or another net changes or the world cruises. Returns
+    /// the number of changes.
+    #[inline(never)]
+    fn switch<O: Observe>(&mut self, end: u64, most: u32, observer: &mut O) -> u32 {
+        let mut events = 1;
+        while self.switch_on(end, observer) && events < most {
+            events += 1;
+        }
+        events
+    }
+
+    /// Moves the world to its next change or to that of the outputs. Returns whether the datapath waits on.
     #[inline(always)]
-    fn ticked<O: Observe>(&mut self, out: E::Out, observer: &mut O) {
+    fn switch_on<O: Observe>(&mut self, end: u64, observer: &mut O) -> bool {
+        let Some(Repeated { repeat, next, .. }) = &self.repeated else { return false };
+        let due = self.edge.saturating_add(repeat.edges).saturating_add(1);
+        let limit = due.min(*next).min(end);
+        self.glide(limit, observer);
+        self.advance(limit, observer);
+        let edge = self.world.edge();
+        let changes = !self.world.shows(&self.input);
+        if changes || edge == due {
+            self.come(edge - 1);
+            self.tick(edge, changes, observer);
+            return false;
+        }
+        let Some(Repeated { repeat, begin, next, .. }) = &mut self.repeated else { return false };
+        if edge == *next {
+            let begins = self.out == repeat.others;
+            let (out, edges) =
+                if begins { (*begin, repeat.first) } else { (repeat.others, repeat.period - repeat.first) };
+            *next = edge.saturating_add(edges);
+            (self.ticks, self.output_changes) = (self.ticks + 1, self.output_changes + 1);
+            self.out = out;
+            self.world.drive(out, self.wiring.words());
+            if begins {
+                let left = Repeat { edges: if due == u64::MAX { due } else { due - 1 - edge }, ..*repeat };
+                if let Some(cruise) = self.world.foresee(&left) {
+                    let next = *next;
+                    self.come(edge);
+                    self.repeated = Some(Repeated { repeat: left, begin: out, cruise: Some(cruise), next });
+                    return false;
+                }
+            }
+        }
+        let ends = edge == end || self.world.over().is_some();
+        if ends {
+            self.meet();
+        }
+        !ends
+    }
+
+    /// Moves the datapath to the world's edge, if it waits while its outputs repeat.
+    fn meet(&mut self) {
+        if self.repeated.is_some() && self.edge < self.world.edge() {
+            self.come(self.world.edge());
+        }
+    }
+
+    /// Moves the datapath to an edge up to which its outputs repeat.
+    fn come(&mut self, edge: u64) {
+        let Some(Repeated { repeat, .. }) = self.repeated.take() else { return };
+        let edges = edge - self.edge;
+        if edges < repeat.first {
+            self.wiring.skip(edges, &self.input);
+        } else {
+            self.wiring.skip_repeats(edges, &self.input);
+        }
+        self.edge = edge;
+    }
+
+    /// Takes the outputs of an edge that was ticked; `None` if they are those of the tick before. Returns whether they
+    /// have changed.
+    #[inline(always)]
+    fn ticked<O: Observe>(&mut self, out: Option<E::Out>, observer: &mut O) -> bool {
         let words = self.wiring.words();
         self.ticks += 1;
-        let changed = out != self.out;
-        self.output_changes += u64::from(changed);
-        self.out = out;
-        self.world.drive(out, words);
+        let out = out.filter(|out| *out != self.out);
+        let changed = out.is_some();
+        if let Some(out) = out {
+            self.output_changes += 1;
+            self.out = out;
+        }
+        if changed || !self.world.holds_outputs() {
+            self.world.drive(self.out, words);
+        }
         observer.nets(Cycle(self.edge), words);
         if self.tells_overflows {
             observer.overflows(Cycle(self.edge), self.wiring.overflowing());
@@ -274,15 +411,25 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
         if changed {
             self.look_ahead();
         }
+        changed
     }
 
     /// Asks the wiring whether its outputs repeat and, if so, the world how far it can cruise on the repetition.
     #[inline(never)]
     fn look_ahead(&mut self) {
         if let Some(repeat) = self.wiring.repeats(&self.input) {
-            self.repeated = self.world.foresee(&repeat).map(|edge| (repeat, edge));
+            let cruise = self.world.foresee(&repeat);
+            self.repeated = Some(Repeated { begin: self.out, cruise, next: self.edge + repeat.first, repeat });
         }
     }
+}
+
+/// Returns the set of the nets that an observer of a run follows, a bit each; all bits if it must be shown every tick.
+fn watched(nets: usize, observer: &impl Observe) -> u64 {
+    if observer.watches_overflows() || nets > 64 || (0..nets).all(|net| observer.follows(net..net + 1)) {
+        return u64::MAX;
+    }
+    (0..nets).filter(|&net| observer.follows(net..net + 1)).fold(0, |set, net| set | 1 << net)
 }
 
 /// Returns the indices of the nets that are outputs: they come after the inputs.

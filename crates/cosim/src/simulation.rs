@@ -367,7 +367,8 @@ pub(crate) struct Recorder<'a> {
 impl Observe for Recorder<'_> {
     #[inline]
     fn follows(&self, nets: Range<usize>) -> bool {
-        self.trace.follows(nets.clone()) || self.observer.as_ref().is_some_and(|observer| observer.follows(nets))
+        let of_run = nets.contains(&self.contact.net()) || self.trace.follows(nets.clone());
+        of_run || self.observer.as_ref().is_some_and(|observer| observer.follows(nets))
     }
     fn measures(&self) -> bool {
         self.trace.keeps_beyond(self.reals) || self.observer.as_ref().is_some_and(|observer| observer.measures())

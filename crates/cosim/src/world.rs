@@ -29,6 +29,13 @@ pub trait World: Clone {
     fn edge(&self) -> u64;
     /// Writes the inputs that the world drives, with their present values, into a wiring's inputs.
     fn place(&self, input: &mut Self::In);
+    /// Returns whether [`place`](World::place) would leave these inputs as they are.
+    #[inline]
+    fn shows(&self, input: &Self::In) -> bool {
+        let mut placed = *input;
+        self.place(&mut placed);
+        placed == *input
+    }
     /// Flows by one clock edge.
     fn sense(&mut self);
     /// Flows to the first edge after the present one, up to `limit`, at which the world changes by itself, or to
@@ -39,16 +46,30 @@ pub trait World: Clone {
     fn next_change(&mut self, limit: u64) -> u64 {
         limit.min(self.edge() + 1)
     }
-    /// Moves to the next edge if it is known that nothing changes by itself there, and returns whether it has moved. It
-    /// spares the engine most of [`advance`](World::advance) where the datapath changes edge by edge.
-    fn coast(&mut self) -> bool {
-        false
+    /// Returns for how many edges, up to `edges`, nothing changes by itself; 0 promises nothing. The world stays where
+    /// it is. This spares the engine most of [`advance`](World::advance) where the datapath changes edge by edge.
+    fn idles(&mut self, _edges: u64) -> u64 {
+        0
+    }
+    /// Moves on by a number of edges for which the world [idles](World::idles).
+    fn coast(&mut self, _edges: u64) {
+        unreachable!("no world coasts that does not idle")
     }
     /// Passes ends of steps before `limit` at which nothing changes that anything but `before` could see, as
     /// [`advance`](World::advance) would one by one. Passes only so many that the run can still be stopped.
     fn glide(&mut self, _limit: u64, _before: impl FnMut(&Self, u64)) {}
-    /// Sets the outputs of the wiring, and the words of all its nets, from the present edge on.
+    /// Sets the outputs of the wiring, and the words of all its nets, from the present edge on. While outputs repeat as
+    /// [`foresee`](World::foresee) was told, the words of their nets may still be those that began the repetition.
     fn drive(&mut self, out: Self::Out, words: &[i64]);
+    /// Returns the nets beside the outputs whose words drive the world: bit `n` is net `n`. The engine drives the world
+    /// at each edge at which one of them changes.
+    fn driven_by(&self) -> u64 {
+        u64::MAX
+    }
+    /// Returns whether outputs that stay as they were last [driven](World::drive) need not be driven again.
+    fn holds_outputs(&self) -> bool {
+        false
+    }
     /// Announces that the outputs just driven repeat periodically while the inputs do not change. Returns the first
     /// edge at which an input changes, if the world can cruise until then: go on by itself for some periods under the
     /// repeated outputs. The result must not depend on the driver.

@@ -252,7 +252,7 @@ macro_rules! circuit {
                 changed
             }
 
-            #[inline]
+            #[inline(always)]
             fn look(&mut self, edge: u64, changed: $crate::circuit::Set, words: &[i64; $most]) -> u64 {
                 let due = $crate::circuit::NEVER;
                 $(let due = if <$type as $crate::Block>::CLOCKED $(&& $present)? $(&& !$absent)? {

@@ -65,6 +65,8 @@ pub struct CircuitLoop<C, const N: usize> {
     due: u64,
     /// The pace of the modulator, if there is one.
     modulation: Pace<pwm::In<i64>>,
+    /// The next edge at which a block or the modulator is due; 0 unless the nets have settled.
+    next: u64,
 }
 
 impl<C: LoopCircuit<N>, const N: usize> CircuitLoop<C, N> {
@@ -81,6 +83,7 @@ impl<C: LoopCircuit<N>, const N: usize> CircuitLoop<C, N> {
             edge: 0,
             due: NEVER,
             modulation: Pace::default(),
+            next: 0,
         };
         wiring.reset();
         wiring
@@ -102,18 +105,35 @@ impl<C: LoopCircuit<N>, const N: usize> CircuitLoop<C, N> {
         pwm::In { command: self.words[C::COUNT - 1] }
     }
 
-    /// Lets the nets follow these changed ones after an edge, and the clocked blocks see them. With `ticks`, it first
-    /// ticks the blocks that are due at the edge.
+    /// The nets of the outputs.
+    #[inline(always)]
+    fn outputs_set() -> Set {
+        let (mut set, mut net) = (0, C::INPUTS);
+        C::Out::<()>::build(|| {
+            set |= 1 << net;
+            net += 1;
+        });
+        set
+    }
+
+    /// Finds the next edge at which anything is due.
+    #[inline]
+    fn plan(&mut self) {
+        self.next = if self.settled { self.due.min(self.modulation.due()) } else { 0 };
+    }
+
+    /// Lets the nets follow these changed ones after an edge, and the clocked blocks see them. With `TICKS`, it first
+    /// ticks the blocks that are due at the edge. Returns all nets that have changed.
     #[inline(never)]
-    fn work(&mut self, edge: u64, mut changed: Set, ticks: bool) {
+    fn work<const TICKS: bool>(&mut self, edge: u64, mut changed: Set) -> Set {
         let mut lost = self.lost;
-        if ticks {
+        if TICKS {
             // The modulator first: it must not see a new command before the edge after it.
             if self.modulation.due() <= edge
                 && let Some(modulator) = self.circuit.modulator_mut()
             {
                 let gates = self.modulation.tick(modulator, edge);
-                self.switch(&gates);
+                changed |= self.switch(&gates);
             }
             changed |= self.circuit.tick(edge, &mut self.words, &mut lost);
         }
@@ -132,9 +152,11 @@ impl<C: LoopCircuit<N>, const N: usize> CircuitLoop<C, N> {
         {
             self.modulation.look(modulator, edge, command);
         }
-        if ticks {
+        self.plan();
+        if TICKS {
             self.range();
         }
+        changed
     }
 
     /// Lets the nets follow these inputs, and whatever else has changed.
@@ -146,7 +168,7 @@ impl<C: LoopCircuit<N>, const N: usize> CircuitLoop<C, N> {
             changed |= put(&mut self.words, net, word);
             net += 1;
         });
-        self.work(self.edge, changed, false);
+        self.work::<false>(self.edge, changed);
     }
 
     /// Brings the meter of lost bits up to date.
@@ -162,32 +184,42 @@ impl<C: LoopCircuit<N>, const N: usize> CircuitLoop<C, N> {
     /// Returns the number of edges that come before a due one; `u64::MAX` before [`NEVER`].
     #[inline]
     fn before(&self, due: u64) -> u64 {
-        if due == NEVER { u64::MAX } else { due - self.edge - 1 }
+        if due == NEVER { u64::MAX } else { due.saturating_sub(self.edge + 1) }
     }
 
-    /// Puts words of the modulator on the outputs' nets.
+    /// Puts words of the modulator on the outputs' nets. Returns the nets that have changed.
     #[inline]
-    fn switch(&mut self, gates: &pwm::Out<i64>) {
+    fn switch(&mut self, gates: &pwm::Out<i64>) -> Set {
         let pwm::Out { a_high, a_low, b_high, b_low } = *gates;
         let gates = [a_high, a_low, b_high, b_low];
         let differs = (C::INPUTS..).zip(gates).fold(0, |differs, (net, gate)| differs | self.words[net] ^ gate);
+        let mut changed = 0;
         if differs != 0 {
             for (net, gate) in (C::INPUTS..).zip(gates) {
-                self.changed |= put(&mut self.words, net, gate);
+                changed |= put(&mut self.words, net, gate);
             }
         }
+        self.changed |= changed;
+        changed
     }
 
-    /// Computes an edge with the inputs that the nets show. At most edges there is nothing to do.
+    /// Computes an edge with the inputs that the nets show. At most edges there is nothing to do. Returns the nets that
+    /// have changed.
     #[inline(always)]
-    fn go_on(&mut self) -> C::Out<i64> {
+    fn go_on(&mut self) -> Set {
         let edge = self.edge + 1;
-        if self.due <= edge || self.modulation.due() <= edge {
-            self.work(edge, 0, true);
+        let mut changed = 0;
+        if self.next <= edge {
+            changed = self.work::<true>(edge, 0);
         } else if self.changed != 0 {
             self.range();
         }
         self.edge = edge;
+        changed
+    }
+
+    #[inline]
+    fn shown(&self) -> C::Out<i64> {
         bundle(&self.words[C::INPUTS..])
     }
 
@@ -255,9 +287,9 @@ impl<C: LoopCircuit<N>, const N: usize> Block for CircuitLoop<C, N> {
         (self.edge, self.counted) = (0, 0);
         self.words = [0; N];
         self.lost = Lost::default();
-        self.work(0, Set::MAX, false);
-        self.changed = Set::MAX >> (64 - C::COUNT);
         self.settled = false;
+        self.work::<false>(0, Set::MAX);
+        self.changed = Set::MAX >> (64 - C::COUNT);
         self.meter = Meter::default();
         C::Out::build(|| 0)
     }
@@ -268,7 +300,8 @@ impl<C: LoopCircuit<N>, const N: usize> Block for CircuitLoop<C, N> {
             // As in VHDL, the registers see the combinational nets that result from the new inputs.
             self.take_in(&input, 0);
         }
-        self.go_on()
+        self.go_on();
+        self.shown()
     }
 
     #[inline]
@@ -317,6 +350,7 @@ impl<C: LoopCircuit<N>, const N: usize> Wiring for CircuitLoop<C, N> {
         self.take_in(input, 0);
         // The first edge treats its inputs as new ones.
         self.settled = false;
+        self.plan();
     }
 
     fn words(&self) -> &[i64] {
@@ -331,19 +365,50 @@ impl<C: LoopCircuit<N>, const N: usize> Wiring for CircuitLoop<C, N> {
         if let Some(modulator) = self.circuit.modulator_mut() {
             modulator.rest();
             self.modulation.wake(self.edge + 1);
+            self.plan();
         }
     }
 
     #[inline]
     fn quiet_again(&self, input: &C::In<i64>) -> u64 {
         debug_assert!(!self.settled || self.has_settled(input));
-        if self.settled { self.before(self.due.min(self.modulation.due())) } else { 0 }
+        self.before(self.next)
+    }
+
+    #[inline]
+    fn take(&mut self, input: &C::In<i64>) {
+        self.take_in(input, 0);
     }
 
     #[inline(always)]
-    fn tick_again(&mut self, input: C::In<i64>) -> C::Out<i64> {
-        debug_assert!(!self.settled || self.has_settled(&input));
-        if self.settled { self.go_on() } else { self.tick(input) }
+    fn tick_again(&mut self, input: &C::In<i64>) -> Option<C::Out<i64>>
+    where
+        C::In<i64>: Copy,
+    {
+        if !self.settled {
+            self.take_in(input, 0);
+        }
+        debug_assert!(self.has_settled(input));
+        let changed = self.go_on();
+        (changed & Self::outputs_set() != 0).then(|| self.shown())
+    }
+
+    #[inline(always)]
+    fn tick_on(&mut self, edges: u64, watched: Set, input: &C::In<i64>) -> (u64, Option<C::Out<i64>>)
+    where
+        C::In<i64>: Copy,
+    {
+        if !self.settled {
+            return (1, self.tick_again(input));
+        }
+        debug_assert!(self.has_settled(input));
+        let (watched, mut done) = (watched | Self::outputs_set(), 1);
+        let mut changed = self.go_on();
+        while done < edges && changed & watched == 0 && self.next <= self.edge + 1 {
+            changed = self.go_on();
+            done += 1;
+        }
+        (done, (changed & Self::outputs_set() != 0).then(|| self.shown()))
     }
 
     #[inline]
@@ -366,6 +431,7 @@ impl<C: LoopCircuit<N>, const N: usize> Wiring for CircuitLoop<C, N> {
         self.switch(&last);
         // The range contains these words: a period has begun with them.
         self.changed = 0;
+        self.plan();
     }
 
     fn uses(&self) -> Vec<SignalUse> {

@@ -56,6 +56,8 @@ pub struct VelocityRegister {
     difference: Format,
     narrowing: Narrowing,
     fits_64: bool,
+    /// Whether the velocity is the difference itself, which always fits it.
+    is_plain: bool,
     countdown: Countdown,
     previous: i64,
     latest: Narrowed,
@@ -88,7 +90,9 @@ impl VelocityRegister {
         };
         let difference = Format::signed(config.width);
         let countdown = Countdown::default();
-        let mut block = Self { config, difference, narrowing, fits_64: false, countdown, previous: 0, latest: ZERO };
+        let is_plain = !config.rescaled && config.out_width >= config.width;
+        let (previous, latest) = (0, ZERO);
+        let mut block = Self { config, difference, narrowing, fits_64: false, is_plain, countdown, previous, latest };
         block.fits_64 = Step::fits_64(&block);
         Ok(block)
     }
@@ -104,6 +108,9 @@ impl VelocityRegister {
     fn sample(&self, input: &In<i64>) -> Narrowed {
         if input.position == self.previous {
             return ZERO;
+        }
+        if self.is_plain {
+            return Narrowed { word: self.difference.wrap((input.position - self.previous).into()), ..ZERO };
         }
         if self.fits_64 {
             self.moved(Machine::<i64>::of(self.previous), input.map(Machine::of)).narrowed()

@@ -82,10 +82,26 @@ pub trait Wiring: Block {
     fn quiet_again(&self, input: &Self::In<i64>) -> u64 {
         self.quiet(input)
     }
-    /// Computes [`tick`](Block::tick) with the input of the latest tick, if there has been one.
-    /// A wiring that keeps its inputs need not compare them.
-    fn tick_again(&mut self, input: Self::In<i64>) -> Self::Out<i64> {
-        self.tick(input)
+    /// Tells inputs that differ from those of the latest tick. The next tick is then a
+    /// [`tick_again`](Wiring::tick_again) with them.
+    fn take(&mut self, _input: &Self::In<i64>) {}
+    /// Computes [`tick`](Block::tick) with the input of the latest tick, if there has been one, or with the input just
+    /// [taken](Wiring::take). Returns the outputs; `None` if they certainly are those of the tick before. A wiring that
+    /// keeps its inputs need not compare them.
+    fn tick_again(&mut self, input: &Self::In<i64>) -> Option<Self::Out<i64>>
+    where
+        Self::In<i64>: Copy,
+    {
+        Some(self.tick(*input))
+    }
+    /// Computes [`tick_again`](Wiring::tick_again) once or more, at up to `edges` edges. It stops at an edge at which
+    /// an output or a `watched` net (bit `n` is net `n`) changes, and where the next edge may change nothing. Returns
+    /// the number of edges, and the outputs; `None` if they certainly are those of the tick before.
+    fn tick_on(&mut self, _edges: u64, _watched: u64, input: &Self::In<i64>) -> (u64, Option<Self::Out<i64>>)
+    where
+        Self::In<i64>: Copy,
+    {
+        (1, self.tick_again(input))
     }
     /// Returns how the outputs repeat from the edge just ticked on while this input stays, or `None` if they do not.
     fn repeats(&self, _: &Self::In<i64>) -> Option<Repeat<Self::Out<i64>>> {

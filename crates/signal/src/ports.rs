@@ -193,8 +193,13 @@ impl<const N: usize> Meter<N> {
     #[inline]
     pub fn range_of(&mut self, index: usize, word: i64) {
         let seen = &mut self.uses[index];
-        seen.min = seen.min.min(word);
-        seen.max = seen.max.max(word);
+        // In most cases the range stays, and nothing is written.
+        if word < seen.min {
+            seen.min = word;
+        }
+        if word > seen.max {
+            seen.max = word;
+        }
     }
 
     /// Adds lost bits of one signal for a number of edges.

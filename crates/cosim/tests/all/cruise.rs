@@ -1,6 +1,8 @@
 //! Leaps over whole periods of the modulator give the same registers as gates switched one by one, and so do edges at
 //! which the world coasts.
 
+use std::sync::atomic::Ordering;
+
 use hpu_cosim::scene::{Experiment, shipped};
 use hpu_cosim::{
     ClosedLoop, Control, Driver, EnergyAudit, LoopVisitor, Simulation, Summary, Wired, WiredSimulation, World,
@@ -38,8 +40,11 @@ impl<E: World> World for Permitted<E> {
         let this = self.clone();
         self.world.advance(limit, |world, edge| before(&Self { world: world.clone(), ..this }, edge));
     }
-    fn coast(&mut self) -> bool {
-        self.may && self.world.coast()
+    fn idles(&mut self, edges: u64) -> u64 {
+        if self.may { self.world.idles(edges) } else { 0 }
+    }
+    fn coast(&mut self, edges: u64) {
+        self.world.coast(edges);
     }
     fn drive(&mut self, out: E::Out, words: &[i64]) {
         self.world.drive(out, words);
@@ -204,4 +209,76 @@ fn a_run_may_end_anywhere_in_a_leap() {
         ended += u64::from(cruises > 0);
     }
     assert!(ended > 20, "{ended}");
+}
+
+/// A visitor that runs a loop to an edge with many stops: every `apart` edges or, with 0, wherever the control stops
+/// it. At each stop it compares the loop with one that ticks every edge. Returns the number of stops.
+struct Stops {
+    end: u64,
+    apart: u64,
+}
+
+impl<'s> LoopVisitor<'s> for Stops {
+    type Out = u64;
+
+    fn visit<E, W>(self, wiring: &W, world: E, input: E::In) -> u64
+    where
+        E: World + 's,
+        W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone + 'static,
+    {
+        let Self { end, apart } = self;
+        let mut clock = ClosedLoop::new(wiring.clone(), world.clone(), input, u64::MAX);
+        let mut watched = ClosedLoop::new(wiring.clone(), world.clone(), input, u64::MAX);
+        let mut leaping = ClosedLoop::new(wiring.clone(), world, input, u64::MAX);
+        let control = Control { most_events: (apart == 0).then_some(1), ..Control::default() };
+        let mut stops = 0;
+        while leaping.edge() < end {
+            let next = if apart == 0 { end } else { (leaping.edge() + apart).min(end) };
+            let complete = leaping.run(Driver::Events, next, &mut (), &control);
+            assert_eq!(complete, leaping.edge() == next);
+            let edge = leaping.edge();
+            assert_eq!(control.progress.load(Ordering::Relaxed), edge);
+            assert!(clock.run(Driver::Clock, edge, &mut (), &Control::default()));
+            assert_eq!(leaping.wiring.words(), clock.wiring.words(), "at {edge}");
+            assert_eq!(leaping.wiring.uses(), clock.wiring.uses(), "at {edge}");
+            assert_eq!(leaping.output_changes(), clock.output_changes(), "at {edge}");
+            // A change of the world that no input shows leaves the datapath behind.
+            if leaping.world.edge() == edge {
+                let bits = |world: &E| world.reals(edge).as_ref().iter().map(|real| real.to_bits()).collect::<Vec<_>>();
+                assert_eq!(bits(&leaping.world), bits(&clock.world), "at {edge}");
+                stops += 1;
+            }
+        }
+        assert!(watched.run(Driver::Events, end, &mut Dense::default(), &Control::default()));
+        assert_eq!(leaping.ticks(), watched.ticks(), "stops are no ticks");
+        let [one, other] = [&leaping, &clock].map(|run| run.world.summary());
+        assert_eq!((one.encoder_edges, one.mode_changes), (other.encoder_edges, other.mode_changes));
+        assert_eq!(format!("{:?}", one.energy), format!("{:?}", other.energy));
+        stops
+    }
+}
+
+#[test]
+fn a_run_may_stop_anywhere_between_changes_of_the_gates_and_go_on() {
+    let resting = [("device.initial_angle", "1.55 rad"), ("hand.path", "[[0, 1.8]]")];
+    let leaning = [("device.initial_angle", "1.58 rad"), ("hand.path", "[[\"0 s\", 1.9]]")];
+    let stepped = [("model.solver", "rk4"), ("model.step", "1 us")];
+    let antiphase = [("method.pwm.mode", "locked_antiphase")];
+    let averaged = [("model.bridge", "averaged")];
+    let settling = [("method.settling", "2")];
+    for (name, changed, end) in [
+        ("friction-wall", &resting[..], 5_000_000),
+        ("friction-wall", &[&resting[..], &antiphase].concat(), 1_000_000),
+        ("friction-wall", &[&resting[..], &stepped].concat(), 1_000_000),
+        ("hybrid-wall", &leaning, 1_000_000),
+        ("hybrid-wall", &[&leaning[..], &averaged, &settling].concat(), 1_000_000),
+        ("energy-level-wall", &[&leaning[..], &averaged].concat(), 1_000_000),
+    ] {
+        let scene = parsed(name, changed);
+        let simulation = WiredSimulation::new(&scene).unwrap_or_else(|error| panic!("{error}"));
+        for (apart, least) in [(7919, end / 7919), (1231, end / 1231), (0, end / 500_000)] {
+            let stops = simulation.visit(Stops { end, apart });
+            assert!(stops >= least, "{name} {changed:?}, {apart} apart: {stops}");
+        }
+    }
 }

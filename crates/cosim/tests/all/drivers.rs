@@ -138,3 +138,18 @@ fn recorded_pins_drive_every_net_as_the_device_did() {
         assert_eq!(closed.changes.len(), replayed.changes.len(), "{name}");
     }
 }
+
+#[test]
+fn a_motion_of_four_counts_an_edge_is_counted_whole() {
+    // At 3e5 rad/s the angle passes 3.9 of 4096 counts a revolution at each edge of 50 MHz, and is 3 rad after 10 us.
+    let counts = 3.0 * 4096.0 / std::f64::consts::TAU;
+    for (path, passed) in [("[[0, 0], [\"20 us\", 6]]", counts.floor()), ("[[0, 0], [\"20 us\", -6]]", counts.ceil())] {
+        let fast = [("hand.path", path), ("run.duration", "10 us"), ("record.plant_rate", "1 MHz")];
+        let scene = parsed("prescribed-sweep", &fast);
+        let simulation = WiredSimulation::new(&scene).unwrap();
+        for driver in [Driver::Events, Driver::Clock] {
+            let summary = simulation.run(driver, &mut simulation.brief_trace(), &mut (), &Control::default());
+            assert_eq!(summary.encoder_edges, passed as u64, "{path}");
+        }
+    }
+}
