@@ -304,20 +304,6 @@ PLACES = [
     (DEVICE, "pub fn next_event(", "*known != 0", [
         ("next_event: event of a motion that has ended kept", "true"),
     ]),
-    (DEVICE, "pub fn coasts(", "edge < *known", [
-        ("coasts: one edge further than known", "edge <= *known"),
-    ]),
-    (DEVICE, "pub fn coasts(", "band_rad == *known_rad", [
-        ("coasts: band not looked at", "true"),
-    ]),
-    (DEVICE, "pub fn coasts(", "event.0 > edge + 1", [
-        ("coasts: onto the event", "event.0 > edge"),
-        ("coasts: event not looked at", "event.0 > 0"),
-    ]),
-    (DEVICE, "pub fn coasts(", "self.cruise.is_none()", [
-        ("coasts: in a cruise too", "true",
-         "a cruise forgets what was known and searches only to its end: nothing is known"),
-    ]),
     (DEVICE, "fn look_for_with<", "to >= end", [
         ("look_for: end of a cruise at the last edge left out", "to > end"),
     ]),

@@ -21,6 +21,7 @@
 use std::array::from_fn;
 use std::sync::OnceLock;
 
+use super::modes::Check;
 use super::{Device, Drive};
 use crate::axis::Shaft;
 use crate::double::{Double, Doubles, Product, versions};
@@ -49,6 +50,9 @@ const PARTS: u64 = 4;
 
 /// The least number of periods worth a leap: it costs as much as setting gates about four times.
 const LEAST: u64 = 2;
+
+/// Checks with narrowed limits, and a narrowed band of the angle.
+type Narrowed<'a> = ([Option<Check<'a>>; 2], (f64, f64));
 
 /// The difference between the switched motion and the smooth one: it depends on mode and pulses alone.
 #[derive(Clone, Copy)]
@@ -346,16 +350,15 @@ impl<'a> Device<'a> {
         };
         self.ripple = Some(ripple);
 
+        let (checks, band_rad) = self.narrowed(&ripple.margins, band_rad)?;
         let before = (self.motion, self.checks, self.redecided);
-        let mut end = None;
-        if let Some(band_rad) = self.narrowed(&ripple.margins, band_rad) {
-            let smooth = Trajectory::exact_with::<P>(system, x, pulse.plus(&ripple.rise.negated()));
-            (self.motion, self.heard, self.ahead.0, self.found) = (smooth, 0, 0, None);
-            let left = self.next_event(edge, edge + reach, band_rad);
-            self.leaves = left.map_or(0, |event| event.0);
-            let last = left.map_or(edge + reach, |event| event.0 - 1);
-            end = (last - edge >= LEAST * period).then_some(last);
-        }
+        let smooth = Trajectory::exact_with::<P>(system, x, pulse.plus(&ripple.rise.negated()));
+        (self.motion, self.heard, self.ahead.0, self.found) = (smooth, 0, 0, None);
+        self.checks = checks;
+        let left = self.next_event(edge, edge + reach, band_rad);
+        self.leaves = left.map_or(0, |event| event.0);
+        let last = left.map_or(edge + reach, |event| event.0 - 1);
+        let end = (last - edge >= LEAST * period).then_some(last);
         (self.checks, self.redecided) = (before.1, before.2);
         (self.heard, self.ahead.0, self.found, self.prefix.0) = (0, 0, None, u64::MAX);
         match end {
@@ -378,11 +381,13 @@ impl<'a> Device<'a> {
         end
     }
 
-    /// Narrows the limits of the checks, and a band of the angle, by the bounds of the ripple. Returns the band if the
-    /// state is within it and within the limits.
-    fn narrowed(&mut self, margins: &[f64; 3], (low_rad, high_rad): (f64, f64)) -> Option<(f64, f64)> {
+    /// Returns the checks, with their limits narrowed by the bounds of the ripple, and the band of the angle narrowed in
+    /// the same way, if the state is within all of them.
+    #[inline(always)]
+    fn narrowed(&self, margins: &[f64; 3], (low_rad, high_rad): (f64, f64)) -> Option<Narrowed<'a>> {
         let x = self.motion.x.hi;
-        for (check, margin) in self.checks.iter_mut().zip(&margins[1..]) {
+        let mut checks = self.checks;
+        for (check, margin) in checks.iter_mut().zip(&margins[1..]) {
             let Some(check) = check else { continue };
             check.limits = check.limits.narrowed(*margin);
             let value = check.guard.value(&x);
@@ -391,7 +396,8 @@ impl<'a> Device<'a> {
             }
         }
         let (low_rad, high_rad) = (low_rad + margins[0], high_rad - margins[0]);
-        (self.shaft == Shaft::Stuck || x[ANGLE] > low_rad && x[ANGLE] < high_rad).then_some((low_rad, high_rad))
+        let is_within = self.shaft == Shaft::Stuck || x[ANGLE] > low_rad && x[ANGLE] < high_rad;
+        is_within.then_some((checks, (low_rad, high_rad)))
     }
 
     /// Returns the edge at which the present cruise ends; `None` without a cruise.

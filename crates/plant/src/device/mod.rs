@@ -458,18 +458,6 @@ impl<'a> Device<'a> {
         self.look_for(from, to, band_rad)
     }
 
-    /// Returns whether an earlier search has shown that nothing happens from an edge to the next, while the angle is in
-    /// this band.
-    #[must_use]
-    #[inline(always)]
-    pub fn coasts(&self, edge: u64, band_rad: (f64, f64)) -> bool {
-        let (known, known_rad, event) = &self.ahead;
-        self.cruise.is_none()
-            && edge < *known
-            && band_rad == *known_rad
-            && event.as_ref().is_none_or(|event| event.0 > edge + 1)
-    }
-
     versions! {
         /// Searches for the [`next_event`](Self::next_event).
         fn look_for[look_for_fused, look_for_native, look_for_with](self: &mut Self, from: u64, to: u64, band_rad: (f64, f64)) -> Option<Event>
