@@ -74,7 +74,7 @@ impl<'a> Device<'a> {
             course = Course::new::<P>(self.motion);
             let end = course.at::<P>(left_s);
             ends += 1;
-            sides = self.checks.map(|check| check.map_or(Side::Inside, |check| check.side::<P>(&end)));
+            sides = self.sides::<P>(&end, None);
             if sides == [Side::Inside; 2] || ends == MOST_ENDS {
                 break end;
             }
@@ -106,14 +106,23 @@ impl<'a> Device<'a> {
         let first = self.first_of::<P>(course, x, left_s, sides, at_end);
         let (tau_s, there, cause, _) = &first;
         // A check that is outside by then has left before, even if it would be inside again at the end.
-        let sides = self.checks.map(|check| match check {
-            Some(check) if check.cause != *cause => check.side::<P>(there),
-            _ => Side::Inside,
-        });
+        let sides = self.sides::<P>(there, Some(*cause));
         if sides == [Side::Inside; 2] { first } else { self.first_of::<P>(course, x, *tau_s, sides, &there.hi) }
     }
 
-    /// Returns the same of the checks that lie outside at the end.
+    /// Returns the sides on which the checks lie in a state; `but` names a cause that is not looked at.
+    #[inline(always)]
+    fn sides<P: Product>(&self, x: &Doubles, but: Option<Cause>) -> [Side; 2] {
+        let mut sides = [Side::Inside; 2];
+        for (side, check) in sides.iter_mut().zip(&self.checks) {
+            if let Some(check) = check.as_ref().filter(|check| Some(check.cause) != but) {
+                *side = check.side::<P>(x);
+            }
+        }
+        sides
+    }
+
+    /// Returns the first instant as [`soonest`](Self::soonest) does, of the checks that lie outside at the end.
     #[inline(always)]
     fn first_of<P: Product>(
         &self,
