@@ -391,30 +391,24 @@ PLACES = [
         ("change: no other end within the edge", "ends == 1"),
         ("change: one other end within the edge", "ends == 2"),
     ]),
-    (MODES, "fn soonest<", "sides == [Side::Inside; 2]", [
-        ("change: an end that does not last to the end not looked at", "sides.len() == 2"),
+    (MODES, "fn soonest<", "usize::from(sides[0] == Side::Inside)", [
+        ("change: the second check looked at before the first", "usize::from(sides[1] != Side::Inside)",
+         "the other check is looked at where the first one ends, so that their order does not matter"),
     ]),
-    (MODES, "fn first_of<", "self.checks.iter().zip(sides)", [
-        ("change: side of the second check not looked at",
-         "self.checks.iter().zip([sides[0], if sides[0] == Side::Inside { sides[1] } else { Side::Inside }])",
-         "`soonest` then finds the second check outside at the first one's end, or the rest of the edge does"),
+    (MODES, "fn soonest<", "check.side::<P>(&end.there)", [
+        ("change: the other check not looked at where one ends", "Side::Inside"),
     ]),
-    (MODES, "fn first_of<", "before.sign() == outward", [
+    (MODES, "fn end_of<", "before.sign() == outward", [
         ("change: value beyond its limit at the start not looked at", "before.hi.is_nan()",
          "each part of the edge begins where every value is inside or at its limit"),
     ]),
-    (MODES, "fn first_of<", "before.sign() == 0.0 && course.leaves(check.guard, outward)", [
+    (MODES, "fn end_of<", "before.sign() == 0.0 && course.leaves(check.guard, outward)", [
         ("change: value at its limit at the start not looked at", "before.hi.is_nan()",
          "the search then comes back to the start, within 1e-12 of an edge"),
         ("change: direction at the limit not looked at", "before.sign() == 0.0"),
     ]),
-    (MODES, "fn first_of<", "if before.hi.abs() <= after.abs() { Double::ZERO } else { left_s }", [
+    (MODES, "fn end_of<", "if before.hi.abs() <= after.abs() { Double::ZERO } else { left_s }", [
         ("change: such a value always ends the mode late", "left_s"),
-    ]),
-    (MODES, "fn first_of<", "(tau_s - soonest_s).sign() < 0.0", [
-        ("change: the later end taken", "(tau_s - soonest_s).sign() > 0.0"),
-        ("change: the first check's end taken", "tau_s.hi.is_nan() && soonest_s.hi.is_nan()"),
-        ("change: the second check's end taken", "tau_s.hi >= 0.0 || soonest_s.hi >= 0.0"),
     ]),
     (MODES, "fn turn<", "self.shaft = self.shaft_at::<P>(x);", [
         ("turn: friction never holds", "self.shaft = Shaft::Slip(if above { 1 } else { -1 });"),

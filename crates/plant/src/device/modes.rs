@@ -27,6 +27,17 @@ pub(crate) struct Check<'a> {
     cause: Cause,
 }
 
+/// The end of a mode within an edge.
+struct End {
+    /// Time since the start of the course.
+    tau_s: Double,
+    /// The state there.
+    there: Doubles,
+    /// The check that has left its band, and the side on which it has.
+    cause: Cause,
+    side: Side,
+}
+
 impl Check<'_> {
     #[inline(always)]
     fn value<P: Product>(&self, x: &Doubles) -> Double {
@@ -66,7 +77,7 @@ impl<'a> Device<'a> {
         let (mut sides, mut at_end) = (sides, *at_edge);
         let mut ends = 0;
         let end = loop {
-            let (tau_s, mut there, cause, side) = self.soonest::<P>(&course, &x, left_s, sides, &at_end);
+            let End { tau_s, mut there, cause, side } = self.soonest::<P>(&course, &x, left_s, sides, &at_end);
             self.pass_part(&course, tau_s.hi, &x, &there, &mut passed);
             self.turn::<P>(cause, side, &mut there);
             self.enter_with::<P>(edge - 1, there);
@@ -74,7 +85,7 @@ impl<'a> Device<'a> {
             course = Course::new::<P>(self.motion);
             let end = course.at::<P>(left_s);
             ends += 1;
-            sides = self.sides::<P>(&end, None);
+            sides = self.sides::<P>(&end);
             if sides == [Side::Inside; 2] || ends == MOST_ENDS {
                 break end;
             }
@@ -92,8 +103,20 @@ impl<'a> Device<'a> {
         }
     }
 
-    /// Returns the first instant of a course at which a check leaves its band, after state `x` and within `left_s`, at
-    /// whose end the checks lie on these sides: the time, the state there, the check's cause and its side.
+    /// Returns the sides on which the checks lie in a state.
+    #[inline(always)]
+    fn sides<P: Product>(&self, x: &Doubles) -> [Side; 2] {
+        let mut sides = [Side::Inside; 2];
+        for (side, check) in sides.iter_mut().zip(&self.checks) {
+            if let Some(check) = check {
+                *side = check.side::<P>(x);
+            }
+        }
+        sides
+    }
+
+    /// Returns the first end of a mode on a course from state `x`, within `left_s`, at whose end the checks lie on these
+    /// sides.
     #[inline(always)]
     fn soonest<P: Product>(
         &self,
@@ -102,58 +125,40 @@ impl<'a> Device<'a> {
         left_s: Double,
         sides: [Side; 2],
         at_end: &State,
-    ) -> (Double, Doubles, Cause, Side) {
-        let first = self.first_of::<P>(course, x, left_s, sides, at_end);
-        let (tau_s, there, cause, _) = &first;
-        // A check that is outside by then has left before, even if it would be inside again at the end.
-        let sides = self.sides::<P>(there, Some(*cause));
-        if sides == [Side::Inside; 2] { first } else { self.first_of::<P>(course, x, *tau_s, sides, &there.hi) }
-    }
-
-    /// Returns the sides on which the checks lie in a state; `but` names a cause that is not looked at.
-    #[inline(always)]
-    fn sides<P: Product>(&self, x: &Doubles, but: Option<Cause>) -> [Side; 2] {
-        let mut sides = [Side::Inside; 2];
-        for (side, check) in sides.iter_mut().zip(&self.checks) {
-            if let Some(check) = check.as_ref().filter(|check| Some(check.cause) != but) {
-                *side = check.side::<P>(x);
-            }
+    ) -> End {
+        let index = usize::from(sides[0] == Side::Inside);
+        let end = self.end_of::<P>(index, sides[index], course, x, left_s, at_end);
+        // The other check is outside by then if it has left before, even if it would be inside again later.
+        let other = 1 - index;
+        match self.checks[other].as_ref().map(|check| check.side::<P>(&end.there)) {
+            None | Some(Side::Inside) => end,
+            Some(side) => self.end_of::<P>(other, side, course, x, end.tau_s, &end.there.hi),
         }
-        sides
     }
 
-    /// Returns the first instant as [`soonest`](Self::soonest) does, of the checks that lie outside at the end.
+    /// Returns the end of a mode by one check, which lies on this side at the end of the time.
     #[inline(always)]
-    fn first_of<P: Product>(
+    fn end_of<P: Product>(
         &self,
+        index: usize,
+        side: Side,
         course: &Course,
         x: &Doubles,
         left_s: Double,
-        sides: [Side; 2],
         at_end: &State,
-    ) -> (Double, Doubles, Cause, Side) {
-        let mut first: Option<(Double, Doubles, Cause, Side)> = None;
-        for (check, side) in self.checks.iter().zip(sides) {
-            let Some(check) = check else { continue };
-            let (limit, outward) = match side {
-                Side::Inside => continue,
-                Side::Below => (check.limits.low, -1.0),
-                Side::Above => (check.limits.high, 1.0),
-            };
-            let (before, after) = (check.value::<P>(x) - limit, check.guard.value(at_end) - limit.hi);
-            let (tau_s, there) =
-                if before.sign() == outward || before.sign() == 0.0 && course.leaves(check.guard, outward) {
-                    // The value is beyond its limit already at the start, or only at the end.
-                    let tau_s = if before.hi.abs() <= after.abs() { Double::ZERO } else { left_s };
-                    (tau_s, course.at::<P>(tau_s))
-                } else {
-                    course.crossing::<P>(check.guard, limit, (before.hi, after, outward), left_s.hi)
-                };
-            if first.is_none_or(|(soonest_s, ..)| (tau_s - soonest_s).sign() < 0.0) {
-                first = Some((tau_s, there, check.cause, side));
-            }
-        }
-        first.expect("a mode ended")
+    ) -> End {
+        let check = self.checks[index].as_ref().expect("a check that is outside");
+        let (limit, outward) = if side == Side::Below { (check.limits.low, -1.0) } else { (check.limits.high, 1.0) };
+        let (before, after) = (check.value::<P>(x) - limit, check.guard.value(at_end) - limit.hi);
+        let (tau_s, there) = if before.sign() == outward || before.sign() == 0.0 && course.leaves(check.guard, outward)
+        {
+            // The value is beyond its limit already at the start, or only at the end.
+            let tau_s = if before.hi.abs() <= after.abs() { Double::ZERO } else { left_s };
+            (tau_s, course.at::<P>(tau_s))
+        } else {
+            course.crossing::<P>(check.guard, limit, (before.hi, after, outward), left_s.hi)
+        };
+        End { tau_s, there, cause: check.cause, side }
     }
 
     /// Accounts for a part of a course within an edge.
