@@ -115,8 +115,8 @@ impl<'a> Device<'a> {
         sides
     }
 
-    /// Returns the first end of a mode on a course from state `x`, within `left_s`, at whose end the checks lie on these
-    /// sides.
+    /// Returns the first end of a mode on a course from state `x` to `at_end`, `left_s` later, where the checks lie on
+    /// these sides.
     #[inline(always)]
     fn soonest<P: Product>(
         &self,
