@@ -33,8 +33,6 @@ mod width_proofs;
 mod width_proofs_device;
 mod width_proofs_gappa;
 mod width_proofs_gimbal;
-mod width_proofs_phantom;
-mod width_proofs_postures;
 mod width_proofs_wraps;
 mod width_search;
 mod width_search_phantom;
