@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use hpu_datapath::{AnyBlock, registry, variants};
+use hpu_datapath::{AnyBlock, registry, variants_of};
 use hpu_rtl::{Hdl, literal};
 use hpu_signal::Signal;
 use mdbook_driver::errors::{Error, Result};
@@ -81,8 +81,7 @@ fn generics(block: &dyn AnyBlock, header: &Header) -> String {
     let defaults: Vec<_> = generics.iter().map(set).collect();
     let mut page = format!("\n## Generics\n\nDefaults: {}.\n", defaults.join(", "));
     page += &format!("\n```text\n{}\n```\n", unindented(&header.generics));
-    let labels: Vec<_> =
-        variants().into_iter().filter(|(_, other)| other.name() == block.name()).map(|(label, _)| label).collect();
+    let labels: Vec<_> = variants_of(|name| name == block.name()).into_iter().map(|(label, _)| label).collect();
     page + &format!(
         "\nTested as: {}.\n",
         labels.iter().map(|label| format!("`{label}`")).collect::<Vec<_>>().join(", ")

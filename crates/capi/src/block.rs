@@ -1,7 +1,7 @@
 //! A block of the datapath as a golden model.
 
 use hpu_cosim::did_you_mean;
-use hpu_datapath::{AnyBlock, Generic, configured, registry};
+use hpu_datapath::{AnyBlock, Generic, block_names, configured};
 use hpu_signal::Signal;
 
 use crate::error::{Error, Status};
@@ -35,8 +35,8 @@ impl Block {
             set.push((generic.as_str(), value));
         }
         let made = configured(name, &set).ok_or_else(|| {
-            let all: Vec<_> = registry().iter().map(|block| block.name()).collect();
-            refused(format!("no block `{name}`; there are {}{}", all.join(", "), did_you_mean(name, &all)))
+            let all = block_names();
+            refused(format!("no block `{name}`; there are {}{}", all.join(", "), did_you_mean(name, all)))
         })?;
         let mut block = made.map_err(|error| refused(error.to_string()))?;
         block.reset();

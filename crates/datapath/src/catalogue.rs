@@ -23,10 +23,28 @@ macro_rules! blocks {
             vec![$(Box::<$block>::default()),*]
         }
 
-        fn others() -> Result<Vec<(String, Box<dyn AnyBlock>)>, ConfigError> {
+        /// Returns the names of all blocks and wirings, in the order of [`registry`].
+        pub fn block_names() -> &'static [&'static str] {
+            &[$(<$block>::NAME),*]
+        }
+
+        /// Returns the block of that name in its default configuration.
+        pub fn block_by_name(name: &str) -> Option<Box<dyn AnyBlock>> {
+            $(if name == <$block>::NAME {
+                return Some(Box::<$block>::default());
+            })*
+            None
+        }
+
+        fn configurations(is_wanted: &dyn Fn(&str) -> bool) -> Result<Vec<(String, Box<dyn AnyBlock>)>, ConfigError> {
             let mut all: Vec<(String, Box<dyn AnyBlock>)> = Vec::new();
-            $(for (label, block) in <$block>::variants()? {
-                all.push((label.to_string(), Box::new(block)));
+            $(if is_wanted(<$block>::NAME) {
+                all.push(("default".to_string(), Box::<$block>::default()));
+            })*
+            $(if is_wanted(<$block>::NAME) {
+                for (label, block) in <$block>::variants()? {
+                    all.push((label.to_string(), Box::new(block)));
+                }
             })*
             Ok(all)
         }
@@ -65,14 +83,17 @@ laws!(around_laws);
 ///
 /// It never panics, because the configurations are constants.
 pub fn variants() -> Vec<(String, Box<dyn AnyBlock>)> {
-    let mut all: Vec<_> = registry().into_iter().map(|block| ("default".to_string(), block)).collect();
-    all.extend(others().expect("constant configurations"));
-    all
+    variants_of(|_| true)
 }
 
-/// Returns the block of that name in its default configuration.
-pub fn block_by_name(name: &str) -> Option<Box<dyn AnyBlock>> {
-    registry().into_iter().find(|block| block.name() == name)
+/// Returns the [`variants`] of the blocks whose names are wanted, in the same order. The others, some of which have
+/// large tables, are not made.
+///
+/// # Panics
+///
+/// It never panics, because the configurations are constants.
+pub fn variants_of(is_wanted: impl Fn(&str) -> bool) -> Vec<(String, Box<dyn AnyBlock>)> {
+    configurations(&is_wanted).expect("constant configurations")
 }
 
 /// Returns the block of that name with these generics; its other generics are those of its default configuration.

@@ -76,7 +76,7 @@ pub use biquad::{Biquad, BiquadConfig};
 use block::step;
 pub use block::step::{AnyStep, Combinational, Holds, Lemma, Register, Step};
 pub use block::{AnyBlock, Block, Connection, Generic, Instance, Parts, Rom, bundle, flatten};
-pub use catalogue::{block_by_name, configured, registry, variants};
+pub use catalogue::{block_by_name, block_names, configured, registry, variants, variants_of};
 pub use circuit_loop::{AxisCircuit, CircuitLoop, LoopCircuit};
 pub use command_limiter::CommandLimiter;
 pub use config::ConfigError;

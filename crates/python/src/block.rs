@@ -1,6 +1,6 @@
 //! `hpu.Block`: a block as a golden model.
 
-use hpu_datapath::registry;
+use hpu_datapath::block_names;
 use hpu_signal::Signal;
 use pyo3::buffer::PyBuffer;
 use pyo3::prelude::*;
@@ -186,5 +186,5 @@ fn words_of(py: Python, name: &str, value: &Bound<PyAny>) -> PyResult<Given> {
 /// Returns the names of all blocks.
 #[pyfunction]
 pub fn blocks(py: Python) -> PyResult<Bound<PyTuple>> {
-    PyTuple::new(py, registry().iter().map(|block| block.name()).collect::<Vec<_>>())
+    PyTuple::new(py, block_names())
 }

@@ -8,7 +8,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use hpu_cosim::Control;
-use hpu_datapath::{AnyBlock, block_by_name, registry, variants};
+use hpu_datapath::{AnyBlock, block_by_name, block_names, variants_of};
 
 use crate::around;
 use crate::closed_loop::{LoopJob, LoopScene, Loops};
@@ -51,18 +51,16 @@ impl CheckOptions {
     /// Returns the settings for every block with 2000 random rows each, on every core, and no scene.
     pub fn new(setup: impl Into<Setup>) -> Self {
         let jobs = thread::available_parallelism().map_or(1, usize::from);
-        let blocks = registry().iter().map(|block| block.name().to_string()).collect();
+        let blocks = block_names().iter().map(|name| (*name).to_string()).collect();
         let (variants, scenes) = (Vec::new(), Vec::new());
         Self { setup: setup.into(), blocks, variants, scenes, rows: 2000, seed: 1, exhaustive: false, jobs }
     }
 
     /// Returns the configurations to check, in the order of the report.
     fn wanted(&self) -> Vec<(String, Box<dyn AnyBlock>)> {
-        let is_wanted = |label: &String, block: &dyn AnyBlock| {
-            self.blocks.iter().any(|name| name == block.name())
-                && (self.variants.is_empty() || self.variants.contains(label))
-        };
-        variants().into_iter().filter(|(label, block)| is_wanted(label, &**block)).collect()
+        let mut all = variants_of(|name| self.blocks.iter().any(|block| block == name));
+        all.retain(|(label, _)| self.variants.is_empty() || self.variants.contains(label));
+        all
     }
 }
 
@@ -302,7 +300,8 @@ fn times_us(block: &str) -> [u64; 2] {
 /// Analyses blocks, the blocks that they instantiate, and their testbenches.
 pub(crate) fn benches<'n>(names: impl IntoIterator<Item = &'n str>, setup: &Setup) -> Result<Library, GhdlError> {
     let names: Vec<_> = names.into_iter().collect();
-    let blocks: Vec<_> = registry().into_iter().filter(|block| names.contains(&block.name())).collect();
+    let blocks: Vec<_> =
+        block_names().iter().filter(|name| names.contains(name)).filter_map(|name| block_by_name(name)).collect();
     let sources = sources(blocks.iter().map(|block| block.name()), &setup.hdl)?;
     let mut packages = vec![("vector_reader.vhd".to_string(), VECTOR_READER.to_string())];
     let parts = sources.iter().filter_map(|name| block_by_name(name));

@@ -61,7 +61,7 @@ impl Found<'_> {
 
 /// Returns whether this is the package of constants that is generated from a block's ports.
 fn is_generated(name: &str) -> bool {
-    name.strip_suffix("_pkg").is_some_and(|block| hpu_datapath::block_by_name(block).is_some())
+    name.strip_suffix("_pkg").is_some_and(|block| hpu_datapath::block_names().contains(&block))
 }
 
 /// Returns the names of units from the library `work`, and those of components, each with whether it is instantiated as

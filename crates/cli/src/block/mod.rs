@@ -5,7 +5,7 @@ mod csv;
 use std::path::Path;
 
 use hpu_cosim::did_you_mean;
-use hpu_datapath::{AnyBlock, Generic, registry, variants};
+use hpu_datapath::{AnyBlock, Generic, block_names, registry, variants_of};
 use hpu_rtl::{Hdl, differs_from_the_hardware, literal};
 use hpu_signal::{Notation, Signal};
 use hpu_study::page::{Cell, Column, Page, Table};
@@ -56,7 +56,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
 /// Returns the block of that name in the configuration with that label.
 pub fn find(name: &str, variant: &str) -> Result<Box<dyn AnyBlock>, Failure> {
     known(name)?;
-    let found = variants().into_iter().find(|(label, block)| block.name() == name && label == variant);
+    let found = variants_of(|block| block == name).into_iter().find(|(label, _)| label == variant);
     found.map(|(_, block)| block).ok_or_else(|| {
         Failure::usage(format!("{name} has no variant `{variant}`; there are {}", labels(name).join(", ")))
     })
@@ -64,17 +64,17 @@ pub fn find(name: &str, variant: &str) -> Result<Box<dyn AnyBlock>, Failure> {
 
 /// Returns an error when no block has this name.
 pub fn known(name: &str) -> Result<(), Failure> {
-    let names: Vec<_> = registry().iter().map(|block| block.name()).collect();
+    let names = block_names();
     if names.contains(&name) {
         return Ok(());
     }
-    let near = did_you_mean(name, &names);
+    let near = did_you_mean(name, names);
     Err(Failure::usage(format!("no block `{name}`; there are {}{near}", names.join(", "))))
 }
 
 /// Returns the labels of a block's variants.
 pub fn labels(name: &str) -> Vec<String> {
-    variants().into_iter().filter(|(_, block)| block.name() == name).map(|(label, _)| label).collect()
+    variants_of(|block| block == name).into_iter().map(|(label, _)| label).collect()
 }
 
 fn list(as_json: bool) -> Result<Exit, Failure> {

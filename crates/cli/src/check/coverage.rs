@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use hpu_datapath::variants;
+use hpu_datapath::variants_of;
 use hpu_rtl::formal::Proofs;
 use hpu_rtl::{CheckReport, CheckRow, Moved, Setup};
 use hpu_study::page::{Cell, Column, Field, Page, Table, escaped};
@@ -21,7 +21,7 @@ pub fn proved(report: &CheckReport, setup: &Setup) -> Proved {
     let folder = cache_folder("proofs").ok_or("no HOME, in which proofs are remembered")?;
     let proofs = Proofs::open(folder).map_err(|error| error.to_string())?;
     let mut proved = BTreeMap::new();
-    for (label, block) in variants() {
+    for (label, block) in variants_of(|name| report.rows.iter().any(|row| row.block == name)) {
         let name = (block.name().to_string(), label);
         if report.rows.iter().any(|row| (&row.block, &row.variant) == (&name.0, &name.1)) {
             let by = proofs.find(&*block, setup).map_err(|error| error.to_string())?;

@@ -7,7 +7,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use hpu_cosim::{Wired, WiredSimulation};
-use hpu_datapath::{AnyBlock, Generic, Instance, configured, variants};
+use hpu_datapath::{AnyBlock, Generic, Instance, configured, variants_of};
 use hpu_rtl::Around;
 use hpu_rtl::formal::{Part, ProofError, Proofs, Prover, Verdict};
 use hpu_study::page::{Cell, Column, Field, Page, Table};
@@ -70,11 +70,9 @@ fn prove<T>(
 ) -> Result<T, Failure> {
     let setup = args.hdl.setup();
     let limit = setup.timeout.unwrap_or(QUESTION);
-    let is_wanted = |label: &String, block: &dyn AnyBlock| {
-        (args.blocks.is_empty() || args.blocks.iter().any(|name| name == block.name()))
-            && (args.variants.is_empty() || args.variants.contains(label))
-    };
-    let listed = variants().into_iter().filter(|(label, block)| is_wanted(label, &**block));
+    let listed =
+        variants_of(|name| args.blocks.is_empty() || args.blocks.iter().any(|block| block == name)).into_iter();
+    let listed = listed.filter(|(label, _)| args.variants.is_empty() || args.variants.contains(label));
     let listed = listed.map(|(label, block)| (block.name().to_string(), label, None));
     let mut wanted: Vec<Wanted> =
         if args.blocks.is_empty() && !args.scenes.is_empty() { Vec::new() } else { listed.collect() };

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use clap::ValueEnum;
 use hpu_cosim::{Wired, WiredSimulation};
-use hpu_datapath::{AnyBlock, registry, variants};
+use hpu_datapath::{AnyBlock, block_names, registry, variants_of};
 use hpu_rtl::{Memory, Origin, Source, Vectors, scene_vectors, stimuli, write_committed};
 
 use crate::block::known;
@@ -186,11 +186,8 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
 
 fn of_blocks(args: &Args) -> Result<Vec<Named>, Failure> {
     let variant = args.variant.as_deref().or(args.out.is_none().then_some("default"));
-    let wanted = |label: &str, block: &dyn AnyBlock| {
-        (args.blocks.is_empty() || args.blocks.iter().any(|name| name == block.name()))
-            && variant.is_none_or(|variant| variant == label)
-    };
-    let found: Vec<_> = variants().into_iter().filter(|(label, block)| wanted(label, &**block)).collect();
+    let mut found = variants_of(|name| args.blocks.is_empty() || args.blocks.iter().any(|block| block == name));
+    found.retain(|(label, _)| variant.is_none_or(|variant| variant == label));
     if found.is_empty() {
         return Err(Failure::usage(format!("no such variant `{}`; see hpu block NAME", variant.unwrap_or_default())));
     }
@@ -267,7 +264,7 @@ fn of_scene(args: &Args, scene: &str) -> Result<Vec<Named>, Failure> {
 
 fn update() -> Result<Exit, Failure> {
     let root = PathBuf::from(".");
-    let block = registry().first().map_or("", |block| block.name());
+    let block = block_names()[0];
     if !root.join("hdl").join(format!("{block}.vhd")).exists() {
         return Err(Failure::usage("this folder is no hpu project: it has no hdl/"));
     }

@@ -2,7 +2,7 @@
 
 use std::cell::RefCell;
 
-use hpu_datapath::{AnyBlock, block_by_name, registry, variants};
+use hpu_datapath::{AnyBlock, block_by_name, block_names, registry, variants, variants_of};
 use hpu_signal::Signal;
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
@@ -155,6 +155,20 @@ fn every_block_is_found_by_its_name_alone() {
         assert_eq!(found.generics(), block.generics());
     }
     assert!(block_by_name("no_such_block").is_none());
+    assert!(registry().iter().map(|block| block.name()).eq(block_names().iter().copied()));
+}
+
+#[test]
+fn the_variants_of_some_blocks_are_those_of_all_without_the_others() {
+    let named = |all: Vec<(String, Box<dyn AnyBlock>)>| {
+        let named = all.into_iter().map(|(label, block)| (label, block.name(), block.generics()));
+        named.collect::<Vec<_>>()
+    };
+    let all = named(variants());
+    for wanted in [&["pwm"][..], &["trig_table", "synchronizer"], &["no_such_block"], block_names()] {
+        let expected: Vec<_> = all.iter().filter(|(_, name, _)| wanted.contains(name)).cloned().collect();
+        assert_eq!(named(variants_of(|name| wanted.contains(&name))), expected, "{wanted:?}");
+    }
 }
 
 #[test]

@@ -13,7 +13,7 @@ use std::time::Instant;
 
 use hpu_cosim::dut::{Design, Fault, Port};
 use hpu_cosim::scene::{self, Dut, DutClock, Engine, SourceFile, Standard};
-use hpu_datapath::{AnyBlock, ConfigError, Generic, configured, variants};
+use hpu_datapath::{AnyBlock, ConfigError, Generic, block_names, configured, variants_of};
 use hpu_signal::Clock;
 
 use crate::check::all_stimuli;
@@ -160,12 +160,10 @@ impl Entity {
     /// An error when the block, a configuration or a generic does not exist.
     pub fn configurations(&self) -> Result<Vec<Labelled>, EntityError> {
         let name = &self.block;
-        let known = hpu_datapath::registry();
-        if !known.iter().any(|block| block.name() == name) {
-            let names: Vec<_> = known.iter().map(|block| block.name()).collect();
-            return refused(format!("no block `{name}`; there are {}", names.join(", ")));
+        if !block_names().contains(&name.as_str()) {
+            return refused(format!("no block `{name}`; there are {}", block_names().join(", ")));
         }
-        let listed = || variants().into_iter().filter(|(_, block)| block.name() == name);
+        let listed = || variants_of(|block| block == name).into_iter();
         if !self.set.is_empty() {
             let set: Vec<_> = self.set.iter().map(|(name, value)| (name.as_str(), *value)).collect();
             let block = configured(name, &set).expect("it is known")?;

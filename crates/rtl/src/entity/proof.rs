@@ -9,7 +9,7 @@
 use std::collections::BTreeSet;
 use std::time::Duration;
 
-use hpu_datapath::{AnyStep, Register, variants};
+use hpu_datapath::{AnyStep, Register, variants_of};
 
 use super::wires::{What, Wire};
 use super::{Connected, Entity, EntityError, Labelled, model, refused};
@@ -124,7 +124,7 @@ impl Entity {
     fn known(&self, netlist: &Netlist, registers: &[Register]) -> Result<(), EntityError> {
         // A configuration may lack some registers of the block.
         let mut all = registers.to_vec();
-        for (_, block) in variants().into_iter().filter(|(_, block)| block.name() == self.block) {
+        for (_, block) in variants_of(|name| name == self.block) {
             all.extend(block.equations().map(AnyStep::registers).unwrap_or_default());
         }
         for (ours, theirs) in self.of_state(&all) {

@@ -4,7 +4,7 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use hpu_datapath::{AnyBlock, variants};
+use hpu_datapath::{AnyBlock, variants_of};
 use hpu_rtl::{Cost, Counts, Fault, HX8K_BRAM, HX8K_CELLS, cost, counts};
 
 fn hdl() -> PathBuf {
@@ -12,7 +12,7 @@ fn hdl() -> PathBuf {
 }
 
 fn block(name: &str, label: &str) -> Box<dyn AnyBlock> {
-    let found = variants().into_iter().find(|(of, block)| block.name() == name && of == label);
+    let found = variants_of(|block| block == name).into_iter().find(|(of, _)| of == label);
     found.unwrap_or_else(|| panic!("no {name} {label}")).1
 }
 

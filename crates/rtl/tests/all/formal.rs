@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 use std::time::Duration;
 
-use hpu_datapath::{AnyBlock, Generic, variants};
+use hpu_datapath::{AnyBlock, Generic, variants, variants_of};
 use hpu_rtl::formal::{NOT_STRAIGHT, Prover, Verdict, prove};
 
 const HDL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../hdl");
@@ -45,7 +45,7 @@ fn is_long(name: &str, label: &str) -> bool {
 }
 
 fn find(name: &str, label: &str) -> Box<dyn AnyBlock> {
-    let found = variants().into_iter().find(|(found, block)| found == label && block.name() == name);
+    let found = variants_of(|block| block == name).into_iter().find(|(found, _)| found == label);
     found.map(|(_, block)| block).unwrap_or_else(|| panic!("no {name} {label}"))
 }
 
