@@ -33,6 +33,27 @@ pub trait LoopCircuit<const N: usize>: Circuit<N> {
     fn modulator_mut(&mut self) -> Option<&mut Pwm> {
         None
     }
+    /// The nets that a step of the encoder changes before it comes to the position; none if
+    /// [`pass_step`](Self::pass_step) computes nothing.
+    const PASSED: Set = 0;
+    /// Computes the [`WAY`] edges after this one at once, if at the first of them the synchronizer shows a step of the
+    /// encoder, which then comes to the position, and no other block is due at them. `None` means that it has computed
+    /// nothing.
+    #[inline]
+    fn pass_step(&mut self, _edge: u64, _words: &mut [i64; N]) -> Option<Passed> {
+        None
+    }
+}
+
+/// The number of edges in which a step of the encoder comes from the synchronizer's first register to the position.
+pub const WAY: u64 = 3;
+
+/// The nets after a step of the encoder has come to the position.
+pub struct Passed {
+    /// The nets that have changed.
+    pub changed: Set,
+    /// The net of the step, and its word before it became 0 again.
+    pub step: (usize, i64),
 }
 
 /// The circuit of an axis, up to the command of its modulator.
@@ -201,6 +222,26 @@ impl<C: LoopCircuit<N>, const N: usize> CircuitLoop<C, N> {
         }
         self.changed |= changed;
         changed
+    }
+
+    /// Computes the next [`WAY`] edges at once, if a step of the encoder comes to the position at the last of them and
+    /// nothing else is due. Returns the nets that have changed; `None` if nothing was computed.
+    #[inline(always)]
+    fn pass_step(&mut self) -> Option<Set> {
+        let last = self.edge + WAY;
+        if self.modulation.due() <= last {
+            return None;
+        }
+        let Passed { changed, step: (net, word) } = self.circuit.pass_step(self.edge, &mut self.words)?;
+        self.meter.range_of(net, word);
+        self.changed |= changed;
+        // Lost bits change at the last edge: those before are counted up to the edge before it. Only the position is
+        // seen by other blocks.
+        self.edge = last - 1;
+        let changed = self.work::<false>(last, changed & !C::PASSED);
+        self.range();
+        self.edge = last;
+        Some(changed)
     }
 
     /// Computes an edge with the inputs that the nets show. At most edges there is nothing to do. Returns the nets that
@@ -402,8 +443,11 @@ impl<C: LoopCircuit<N>, const N: usize> Wiring for CircuitLoop<C, N> {
             return (1, self.tick_again(input));
         }
         debug_assert!(self.has_settled(input));
-        let (watched, mut done) = (watched | Self::outputs_set(), 1);
-        let mut changed = self.go_on();
+        let watched = watched | Self::outputs_set();
+        let is_passable = edges >= WAY && watched & C::PASSED == 0;
+        let passed = if is_passable { self.pass_step() } else { None };
+        let mut done = if passed.is_some() { WAY } else { 1 };
+        let mut changed = passed.unwrap_or_else(|| self.go_on());
         while done < edges && changed & watched == 0 && self.next <= self.edge + 1 {
             changed = self.go_on();
             done += 1;

@@ -48,6 +48,13 @@ impl QuadratureDecoder {
         Ok(Self { settle, settling: settle, previous: In { a: 0, b: 0 }, out: Out { step: 0, error: 0 } })
     }
 
+    /// Returns the step that these lines are from the previous ones; `None` if there is none, or if it does not count.
+    #[inline]
+    pub(crate) fn step_to(&self, lines: &In<i64>) -> Option<i64> {
+        let Out { step, .. } = self.next(lines);
+        (step != 0).then_some(step)
+    }
+
     /// Computes the outputs after the next edge.
     #[inline]
     fn next(&self, input: &In<i64>) -> Out<i64> {

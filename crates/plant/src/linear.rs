@@ -30,11 +30,17 @@ struct Digit {
     turn: Wide,
 }
 
-/// A value for each digit of a level, computed when first needed: a run needs only few of them.
-type Level<T> = Vec<OnceLock<Box<T>>>;
+/// A value for each digit of each level, computed when first needed: a run needs only few of them.
+type Table<T> = Vec<OnceLock<Box<T>>>;
 
-fn levels<T>(count: usize) -> Vec<Level<T>> {
-    (0..count).map(|_| (0..RADIX).map(|_| OnceLock::new()).collect()).collect()
+fn table<T>(levels: usize) -> Table<T> {
+    (0..levels * RADIX).map(|_| OnceLock::new()).collect()
+}
+
+/// Returns the index of a digit of a level in a [`Table`].
+#[inline(always)]
+fn place(level: u32, digit: usize) -> usize {
+    (level as usize) << BITS | digit
 }
 
 /// A linear system, with its leaps tabulated for one clock period.
@@ -46,11 +52,11 @@ pub struct Linear {
     pub(crate) edge_s: f64,
     /// `P` of one unit of each level, and the leaps of the digits.
     units: Vec<Wide>,
-    levels: Vec<Level<Digit>>,
+    digits: Table<Digit>,
     /// `P` of the lowest level again, rounded and stored contiguously, for callers that ask edge by edge.
     high: OnceLock<Vec<Columns>>,
     /// Quadratures of the digits.
-    quadratures: Vec<Level<(Leap, Quadrature)>>,
+    quadratures: Table<(Leap, Quadrature)>,
     /// `bounds[j]` ≥ |e^{At}| element by element, for 0 ≤ t ≤ 2^j edges.
     bounds: Vec<Matrix>,
     /// For the same lengths: twice the greatest error of the slope's `f64` value, for a slope of one at the anchor.
@@ -88,16 +94,16 @@ impl Linear {
                 unit = joined::<P>(&wide, &unit, &unit);
             }
         }
-        let (levels, high, quadratures) = (levels(count), OnceLock::new(), levels(count));
+        let (digits, high, quadratures) = (table(count), OnceLock::new(), table(count));
         let errors = bounds.iter().enumerate().map(|(dyadic, m)| {
             let sum = |x: &Matrix, y: &Matrix| map2(x, y, |x, y| x + y);
             let turns = product(&sum(m, &identity), m);
-            let digits = 5.2 * Self::digits(dyadic) as f64;
-            let all = sum(&identity, &map2(&turns, &turns, |x, _| x * digits));
+            let most = 5.2 * Self::digits(dyadic) as f64;
+            let all = sum(&identity, &map2(&turns, &turns, |x, _| x * most));
             Columns::of(&map2(&product(m, &all), m, |x, _| x * f64::EPSILON))
         });
         let errors = errors.collect();
-        Self { a, wide, rate: rate(&a), edge_s, units, levels, high, quadratures, bounds, errors }
+        Self { a, wide, rate: rate(&a), edge_s, units, digits, high, quadratures, bounds, errors }
     }
 
     /// Returns the matrix `A`, rounded.
@@ -242,7 +248,7 @@ impl Linear {
     /// Returns the leap of a digit (at least 1) of a level.
     #[inline(always)]
     fn digit(&self, level: u32, digit: usize) -> &Digit {
-        match self.levels[level as usize][digit].get() {
+        match self.digits[place(level, digit)].get() {
             Some(digit) => digit,
             None => self.tabulate(level, digit),
         }
@@ -251,7 +257,7 @@ impl Linear {
     #[cold]
     fn tabulate(&self, level: u32, digit: usize) -> &Digit {
         let unit = &self.units[level as usize];
-        self.levels[level as usize][digit].get_or_init(|| {
+        self.digits[place(level, digit)].get_or_init(|| {
             // By doubling, so that rounding grows only with the number of bits.
             let pair = match digit {
                 1 => None,
@@ -290,7 +296,7 @@ impl Linear {
 
     #[inline(always)]
     fn quadrature(&self, level: u32, digit: usize) -> &(Leap, Quadrature) {
-        match self.quadratures[level as usize][digit].get() {
+        match self.quadratures[place(level, digit)].get() {
             Some(quadrature) => quadrature,
             None => self.integrate(level, digit),
         }
@@ -298,7 +304,7 @@ impl Linear {
 
     #[cold]
     fn integrate(&self, level: u32, digit: usize) -> &(Leap, Quadrature) {
-        self.quadratures[level as usize][digit].get_or_init(|| {
+        self.quadratures[place(level, digit)].get_or_init(|| {
             let twice = |leap: &Leap| leap.then(&self.a, leap);
             let leap = match (digit, level) {
                 (1, 0) => Leap::of(&self.a, self.edge_s),
@@ -486,7 +492,7 @@ impl<'a> Trajectory<'a> {
     }
 
     #[inline(always)]
-    fn slope_with<P: Product>(&self, edges: u64) -> (State, State) {
+    pub(crate) fn slope_with<P: Product>(&self, edges: u64) -> (State, State) {
         self.system.after(self.x.hi, self.w.hi, edges)
     }
 

@@ -14,7 +14,7 @@ use crate::axis::{Hand, Mode, Shaft};
 use crate::double::{Double, Doubles, Native, Product, versions};
 use crate::energy::{Energy, Powers, stored_j};
 use crate::gauge::{Flow, Gauge, Measured, Pace, Whole};
-use crate::guard::{Band, Guard, Limits, MotionPoint, Side, Watch, dyadic};
+use crate::guard::{Band, Forecast, Guard, Limits, MotionPoint, Side, Steady, Watch, dyadic};
 use crate::leap::Integrals;
 use crate::linear::Trajectory;
 use crate::matrix::{ANGLE, CURRENT, INTENT, SPEED, State};
@@ -76,6 +76,8 @@ pub struct Device<'a> {
     pub(crate) ahead: (u64, (f64, f64), Option<Event>),
     /// The point of the last event found on this motion.
     pub(crate) found: Option<MotionPoint>,
+    /// How long the angle certainly moves in one direction on this motion.
+    pub(crate) steady: Steady,
     /// The edge at which the last smooth motion tried leaves its limits.
     pub(crate) leaves: u64,
     /// The ripple of the pulses under which a cruise was last tried.
@@ -126,6 +128,7 @@ impl<'a> Device<'a> {
             cruise: None,
             ahead: (0, (0.0, 0.0), None),
             found: None,
+            steady: Steady::UNKNOWN,
             leaves: 0,
             ripple: None,
             heard: 0,
@@ -478,7 +481,7 @@ impl<'a> Device<'a> {
             // A search often begins where the one before has found a count, or a few edges after one that has found
             // nothing.
             Some(point) if point.edge == first || is_clear && first - point.edge <= NEAR => point,
-            _ => MotionPoint::of(&self.motion, first),
+            _ => MotionPoint::of_with::<P>(&self.motion, first),
         };
         let encoder = Limits::from(&Band { low: band_rad.0, high: band_rad.1, open: true });
         let most = 1 << (self.motion.system().dyadic() - 1).min(62);
@@ -496,8 +499,7 @@ impl<'a> Device<'a> {
                 if forecast.edges < reach && far < most {
                     self.hear(far);
                     if self.ends_of_modes(&a, far - a.edge) == [false; 2]
-                        && let (angle, mut watch) = self.watched(2, &encoder)
-                        && let Some(point) = angle.confirm(&mut watch, &a, forecast)
+                        && let Some(point) = self.pursue::<P>(&encoder, &a, forecast)
                     {
                         let event = (self.anchor + point.edge, point.x);
                         (self.ahead, self.found) = ((event.0, band_rad, Some(event)), Some(point));
@@ -519,9 +521,17 @@ impl<'a> Device<'a> {
         self.hear(last);
         let doubtful = self.doubtful(&encoder, &a, last - a.edge);
         self.found = Some(a);
-        let event = if doubtful == [false; 3] { None } else { self.search(&encoder, a, last, doubtful) };
+        let event = if doubtful == [false; 3] { None } else { self.search::<P>(&encoder, a, last, doubtful) };
         self.ahead = (self.anchor + last, band_rad, event);
         event.filter(|event| event.0 <= to)
+    }
+
+    /// Returns the point after `from` at which the angle leaves its band, if its forecast there can be proved.
+    #[inline(always)]
+    fn pursue<P: Product>(&mut self, encoder: &Limits, from: &MotionPoint, forecast: Forecast) -> Option<MotionPoint> {
+        let (motion, noise) = (&self.motion, self.noise[0]);
+        let mut watch = Watch { motion, limits: *encoder, noise, again: &mut self.redecided };
+        self.mode.angle.pursue::<P>(&mut watch, from, forecast, &mut self.steady)
     }
 
     /// Returns the edges that the angle takes for a count at the speed of a point, between [`NEAR`] and [`FARTHEST`].
@@ -567,7 +577,13 @@ impl<'a> Device<'a> {
     /// Returns the first event from a point to the edge `last`, both counted from the anchor, of the functions that a
     /// quick look over all of this time leaves [`doubtful`](Self::doubtful).
     #[inline(always)]
-    fn search(&mut self, encoder: &Limits, mut a: MotionPoint, last: u64, doubtful: [bool; 3]) -> Option<Event> {
+    fn search<P: Product>(
+        &mut self,
+        encoder: &Limits,
+        mut a: MotionPoint,
+        last: u64,
+        doubtful: [bool; 3],
+    ) -> Option<Event> {
         let first = a.edge;
         let mut events = (0..3).filter(|&index| doubtful[index]);
         let foremost = events.next().expect("a function in doubt");
@@ -581,7 +597,8 @@ impl<'a> Device<'a> {
         }
         while a.edge < last {
             // Searches a little farther than the next encoder edge is away at this speed.
-            let b = MotionPoint::of(&self.motion, last.min(a.edge + (1.25 * self.way(encoder, &a)) as u64));
+            let end = last.min(a.edge + (1.25 * self.way(encoder, &a)) as u64);
+            let b = MotionPoint::of_with::<P>(&self.motion, end);
             let mut found: Option<MotionPoint> = None;
             for (index, _) in doubtful.iter().enumerate().filter(|(_, doubtful)| **doubtful) {
                 let (guard, mut watch) = self.watched(index, encoder);
