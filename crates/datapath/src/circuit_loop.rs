@@ -143,21 +143,29 @@ impl<C: LoopCircuit<N>, const N: usize> CircuitLoop<C, N> {
         self.next = if self.settled { self.due.min(self.modulation.due()) } else { 0 };
     }
 
-    /// Lets the nets follow these changed ones after an edge, and the clocked blocks see them. With `TICKS`, it first
-    /// ticks the blocks that are due at the edge. Returns all nets that have changed.
+    /// Ticks the blocks that are due at an edge, then lets the nets follow and the clocked blocks see them. Returns the
+    /// nets that have changed.
     #[inline(never)]
-    fn work<const TICKS: bool>(&mut self, edge: u64, mut changed: Set) -> Set {
+    fn work(&mut self, edge: u64) -> Set {
         let mut lost = self.lost;
-        if TICKS {
-            // The modulator first: it must not see a new command before the edge after it.
-            if self.modulation.due() <= edge
-                && let Some(modulator) = self.circuit.modulator_mut()
-            {
-                let gates = self.modulation.tick(modulator, edge);
-                changed |= self.switch(&gates);
-            }
-            changed |= self.circuit.tick(edge, &mut self.words, &mut lost);
+        let mut changed = 0;
+        // The modulator first: it must not see a new command before the edge after it.
+        if self.modulation.due() <= edge
+            && let Some(modulator) = self.circuit.modulator_mut()
+        {
+            let gates = self.modulation.tick(modulator, edge);
+            changed |= self.switch(&gates);
         }
+        changed |= self.circuit.tick(edge, &mut self.words, &mut lost);
+        let changed = self.spread(edge, changed, lost);
+        self.range();
+        changed
+    }
+
+    /// Lets the nets follow these changed ones after an edge, and the clocked blocks see them. `lost` are the losses of
+    /// the blocks that were ticked. Returns all nets that have changed.
+    #[inline(always)]
+    fn spread(&mut self, edge: u64, mut changed: Set, mut lost: Lost) -> Set {
         if changed & C::FOLLOWED != 0 {
             changed = self.circuit.follow(edge, changed, &mut self.words, &mut lost);
         }
@@ -174,9 +182,6 @@ impl<C: LoopCircuit<N>, const N: usize> CircuitLoop<C, N> {
             self.modulation.look(modulator, edge, command);
         }
         self.plan();
-        if TICKS {
-            self.range();
-        }
         changed
     }
 
@@ -189,7 +194,7 @@ impl<C: LoopCircuit<N>, const N: usize> CircuitLoop<C, N> {
             changed |= put(&mut self.words, net, word);
             net += 1;
         });
-        self.work::<false>(self.edge, changed);
+        self.spread(self.edge, changed, self.lost);
     }
 
     /// Brings the meter of lost bits up to date.
@@ -238,10 +243,17 @@ impl<C: LoopCircuit<N>, const N: usize> CircuitLoop<C, N> {
         // Lost bits change at the last edge: those before are counted up to the edge before it. Only the position is
         // seen by other blocks.
         self.edge = last - 1;
-        let changed = self.work::<false>(last, changed & !C::PASSED);
-        self.range();
+        let changed = self.pass_on(last, changed & !C::PASSED);
         self.edge = last;
         Some(changed)
+    }
+
+    /// Lets the other nets follow those that a step of the encoder has changed. Returns all nets that have changed.
+    #[inline(never)]
+    fn pass_on(&mut self, edge: u64, changed: Set) -> Set {
+        let changed = self.spread(edge, changed, self.lost);
+        self.range();
+        changed
     }
 
     /// Computes an edge with the inputs that the nets show. At most edges there is nothing to do. Returns the nets that
@@ -251,7 +263,7 @@ impl<C: LoopCircuit<N>, const N: usize> CircuitLoop<C, N> {
         let edge = self.edge + 1;
         let mut changed = 0;
         if self.next <= edge {
-            changed = self.work::<true>(edge, 0);
+            changed = self.work(edge);
         } else if self.changed != 0 {
             self.range();
         }
@@ -329,7 +341,7 @@ impl<C: LoopCircuit<N>, const N: usize> Block for CircuitLoop<C, N> {
         self.words = [0; N];
         self.lost = Lost::default();
         self.settled = false;
-        self.work::<false>(0, Set::MAX);
+        self.spread(0, Set::MAX, self.lost);
         self.changed = Set::MAX >> (64 - C::COUNT);
         self.meter = Meter::default();
         C::Out::build(|| 0)

@@ -160,14 +160,11 @@ impl<const HELD: bool> LoopCircuit<25> for HapticCircuit<HELD> {
         sync.catch_up(&mut self.sync, edge);
         let synchronizer::Out { a, b } = self.sync.coming();
         let lines = quadrature_decoder::In { a, b };
-        let step = self.decoder.step_to(&lines)?;
+        let step = self.decoder.pass(lines)?;
+        decoder.rest(edge + WAY, lines);
         sync.tick(&mut self.sync, edge + 1);
-        decoder.look(&mut self.decoder, edge + 1, lines);
-        decoder.tick(&mut self.decoder, edge + 2);
-        decoder.tick(&mut self.decoder, edge + 3);
-        counter.look(&mut self.counter, edge + 2, position_counter::In { step });
-        let position_counter::Out { position } = counter.tick(&mut self.counter, edge + 3);
-        counter.look(&mut self.counter, edge + 3, position_counter::In { step: 0 });
+        // The counter has no step to count before and after this one.
+        let position_counter::Out { position } = self.counter.tick(position_counter::In { step });
         let nets = [(Self::NET.a, a), (Self::NET.b, b), (Self::NET.position, position)];
         let changed = nets.into_iter().fold(0, |changed, (net, word)| changed | put(words, net, word));
         Some(Passed { changed, step: (Self::NET.step, step) })

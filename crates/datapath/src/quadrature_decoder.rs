@@ -48,11 +48,16 @@ impl QuadratureDecoder {
         Ok(Self { settle, settling: settle, previous: In { a: 0, b: 0 }, out: Out { step: 0, error: 0 } })
     }
 
-    /// Returns the step that these lines are from the previous ones; `None` if there is none, or if it does not count.
+    /// Does two ticks with these lines, if they are a step from the previous ones, which the second tick ends. Returns
+    /// the step; `None` if there is none, or none that counts, and nothing was ticked.
     #[inline]
-    pub(crate) fn step_to(&self, lines: &In<i64>) -> Option<i64> {
-        let Out { step, .. } = self.next(lines);
-        (step != 0).then_some(step)
+    pub(crate) fn pass(&mut self, lines: In<i64>) -> Option<i64> {
+        let Out { step, .. } = self.next(&lines);
+        if step == 0 {
+            return None;
+        }
+        (self.previous, self.out.step) = (lines, 0);
+        Some(step)
     }
 
     /// Computes the outputs after the next edge.

@@ -210,8 +210,9 @@ impl Steady {
     pub const UNKNOWN: Self = Self { until: 0, rising: 1.0, second: 0.0 };
 }
 
-/// The length over which a direction is proved, in times of the way to the exit that is looked for: others follow it.
-const STEADY: u64 = 8;
+/// The length over which a direction, or a mode, is proved to last, in times of the way to the exit that is looked for:
+/// others follow it.
+pub(crate) const STEADY: u64 = 8;
 
 enum Verdict {
     Clear,

@@ -88,10 +88,11 @@ impl Linear {
             units.push(unit);
             for _ in 0..BITS {
                 // e^{A(t + 2^j)} = e^{At} e^{A 2^j}: the bound doubles with the leap.
-                let phi = map2(&identity, &wide.after::<P>(&unit).rows(), |x, y| (x + y).abs());
+                let turn = wide.after::<P>(&unit);
+                let phi = map2(&identity, &turn.rows(), |x, y| (x + y).abs());
                 let last = bounds[bounds.len() - 1];
                 bounds.push(map2(&last, &product(&last, &phi), f64::max));
-                unit = joined::<P>(&wide, &unit, &unit);
+                unit = joined::<P>(&unit, &turn, &unit);
             }
         }
         let (digits, high, quadratures) = (table(count), OnceLock::new(), table(count));
@@ -261,8 +262,8 @@ impl Linear {
             // By doubling, so that rounding grows only with the number of bits.
             let pair = match digit {
                 1 => None,
-                _ if digit.is_multiple_of(2) => Some(self.digit(level, digit / 2)).map(|half| (&half.p, &half.p)),
-                _ => Some((&self.digit(level, digit - 1).p, unit)),
+                _ if digit.is_multiple_of(2) => Some(self.digit(level, digit / 2)).map(|half| (half, &half.p)),
+                _ => Some((self.digit(level, digit - 1), unit)),
             };
             Box::new(Self::follow(&self.wide, unit, pair))
         })
@@ -270,12 +271,15 @@ impl Linear {
 
     versions! {
         /// Returns the leap of one unit, or of two leaps one after the other.
-        fn follow[follow_fused, follow_native, follow_with](a: &Wide, unit: &Wide, pair: Option<(&Wide, &Wide)>) -> Digit
+        fn follow[follow_fused, follow_native, follow_with](a: &Wide, unit: &Wide, pair: Option<(&Digit, &Wide)>) -> Digit
     }
 
     #[inline(always)]
-    fn follow_with<P: Product>(a: &Wide, unit: &Wide, pair: Option<(&Wide, &Wide)>) -> Digit {
-        let p = pair.map_or(*unit, |(first, second)| joined::<P>(a, first, second));
+    fn follow_with<P: Product>(a: &Wide, unit: &Wide, pair: Option<(&Digit, &Wide)>) -> Digit {
+        let p = match pair {
+            None => *unit,
+            Some((Digit { p, turn }, second)) => joined::<P>(p, turn, second),
+        };
         Digit { p, turn: a.after::<P>(&p) }
     }
 
@@ -317,13 +321,12 @@ impl Linear {
     }
 }
 
-/// Returns `P(a+b) = P(a) + P(b) Φ(a)` with `Φ(a) = I + A P(a)`.
+/// Returns `P(a+b) = P(a) + P(b) Φ(a)` with `Φ(a) = I + A P(a)`, where `turn` is `A P(a)`.
 #[inline(always)]
-fn joined<P: Product>(a: &Wide, first: &Wide, second: &Wide) -> Wide {
+fn joined<P: Product>(first: &Wide, turn: &Wide, second: &Wide) -> Wide {
     let mut columns = [Doubles::ZERO; 4];
     for (c, column) in columns.iter_mut().enumerate() {
-        let moved = a.times::<P>(&first.column(c), &Doubles::ZERO);
-        *column = first.column(c).plus(&second.times::<P>(&moved, &second.column(c)));
+        *column = first.column(c).plus(&second.times::<P>(&turn.column(c), &second.column(c)));
     }
     Wide::from_columns(&columns)
 }
@@ -354,7 +357,7 @@ fn spread<P: Product>(a: &Wide, rows: &Matrix, time_s: Double) -> Wide {
     }
     let mut p = Wide::from_columns(&columns);
     for _ in 0..halvings {
-        p = joined::<P>(a, &p, &p);
+        p = joined::<P>(&p, &a.after::<P>(&p), &p);
     }
     p
 }

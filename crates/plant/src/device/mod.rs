@@ -14,7 +14,7 @@ use crate::axis::{Hand, Mode, Shaft};
 use crate::double::{Double, Doubles, Native, Product, versions};
 use crate::energy::{Energy, Powers, stored_j};
 use crate::gauge::{Flow, Gauge, Measured, Pace, Whole};
-use crate::guard::{Band, Forecast, Guard, Limits, MotionPoint, Side, Steady, Watch, dyadic};
+use crate::guard::{Band, Forecast, Guard, Limits, MotionPoint, STEADY, Side, Steady, Watch, dyadic};
 use crate::leap::Integrals;
 use crate::linear::Trajectory;
 use crate::matrix::{ANGLE, CURRENT, INTENT, SPEED, State};
@@ -82,6 +82,8 @@ pub struct Device<'a> {
     pub(crate) leaves: u64,
     /// The ripple of the pulses under which a cruise was last tried.
     pub(crate) ripple: Option<Ripple<'a>>,
+    /// The number of edges after the anchor up to which no check ends the mode, as far as that is known.
+    kept: u64,
     /// The number of edges after the anchor below which the error bounds in `noise` (angle, checked functions) hold.
     pub(crate) heard: u64,
     noise: [f64; 3],
@@ -131,6 +133,7 @@ impl<'a> Device<'a> {
             steady: Steady::UNKNOWN,
             leaves: 0,
             ripple: None,
+            kept: 0,
             heard: 0,
             noise: [0.0; 3],
             redecided: 0,
@@ -411,7 +414,8 @@ impl<'a> Device<'a> {
     fn listen(&mut self, edges: u64) {
         // An end beyond the tables is not reached in one leap.
         let dyadic = dyadic(edges).min(self.motion.system().dyadic() - 1);
-        self.heard = (1 << dyadic) + 1;
+        // Of a motion that is new, nothing else is known either.
+        (self.heard, self.kept) = ((1 << dyadic) + 1, 0);
         let check = |index: usize| {
             self.checks[index].as_ref().map_or(0.0, |check| check.guard.noise(&self.motion, dyadic, &check.limits))
         };
@@ -498,7 +502,7 @@ impl<'a> Device<'a> {
                 let far = a.edge + forecast.late();
                 if forecast.edges < reach && far < most {
                     self.hear(far);
-                    if self.ends_of_modes(&a, far - a.edge) == [false; 2]
+                    if self.keeps_mode(&a, far)
                         && let Some(point) = self.pursue::<P>(&encoder, &a, forecast)
                     {
                         let event = (self.anchor + point.edge, point.x);
@@ -549,6 +553,25 @@ impl<'a> Device<'a> {
         let angle =
             self.shaft != Shaft::Stuck && !self.mode.angle.stays(&self.motion, encoder, self.noise[0], from, edges);
         [first, second, angle]
+    }
+
+    /// Returns whether quick looks show that the mode lasts from a point to an edge. They look farther than that, for the
+    /// searches that follow.
+    #[inline(always)]
+    fn keeps_mode(&mut self, from: &MotionPoint, last: u64) -> bool {
+        if last <= self.kept || self.checks.iter().all(Option::is_none) {
+            return true;
+        }
+        let edges = last - from.edge;
+        let beyond = from.edge + STEADY * edges;
+        if dyadic(beyond) < self.motion.system().dyadic() {
+            self.hear(beyond);
+            if self.ends_of_modes(from, beyond - from.edge) == [false; 2] {
+                self.kept = beyond;
+                return true;
+            }
+        }
+        self.ends_of_modes(from, edges) == [false; 2]
     }
 
     /// Returns for each check whether a quick look leaves open that it ends the mode within this number of edges after
