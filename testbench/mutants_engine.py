@@ -336,11 +336,24 @@ PLACES = [
     (DEVICE, "if forecast.edges < reach && far < most {", "self.hear(far);", [
         ("look_for: noise up to a forecast not asked for", ""),
     ]),
-    (DEVICE, "fn look_for_with<", "self.ends_of_modes(&a, far - a.edge) == [false; 2]", [
+    (DEVICE, "fn look_for_with<", "self.keeps_mode(&a, far)", [
         ("look_for: ends of modes before a forecast not looked at", "true"),
-        ("look_for: ends of modes over half of a forecast",
-         "self.ends_of_modes(&a, (far - a.edge) / 2) == [false; 2]"),
-        ("look_for: one end of a mode before a forecast looked at", "!self.ends_of_modes(&a, far - a.edge)[0]"),
+        ("look_for: ends of modes over half of a forecast", "self.keeps_mode(&a, (a.edge + far) / 2)"),
+    ]),
+    (DEVICE, "fn keeps_mode(", "last <= self.kept || self.checks.iter().all(Option::is_none)", [
+        ("keeps_mode: known to last for ever", "self.kept != 0 || self.checks.iter().all(Option::is_none)"),
+        ("keeps_mode: first check alone looked at", "last <= self.kept || self.checks[0].is_none()"),
+        ("keeps_mode: second check alone looked at", "last <= self.kept || self.checks[1].is_none()"),
+    ]),
+    (DEVICE, "fn keeps_mode(", "self.hear(beyond);", [
+        ("keeps_mode: noise up to the farther edge not asked for", ""),
+    ]),
+    (DEVICE, "fn keeps_mode(", "self.ends_of_modes(from, beyond - from.edge) == [false; 2]", [
+        ("keeps_mode: farther look over the way to the forecast alone",
+         "self.ends_of_modes(from, edges) == [false; 2]"),
+    ]),
+    (DEVICE, "fn listen(", "(self.heard, self.kept) = ((1 << dyadic) + 1, 0);", [
+        ("listen: mode of the motion before known to last", "self.heard = (1 << dyadic) + 1;"),
     ]),
     (DEVICE, "fn look_for_with<", "Some(event).filter(|event| event.0 <= to)", [
         ("look_for: a confirmed event after the last edge returned", "Some(event)"),

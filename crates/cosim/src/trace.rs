@@ -400,20 +400,20 @@ impl Observe for Trace {
 
     #[inline]
     fn block(&mut self, first: Cycle, stride: u64, width: usize, values: &[f64]) {
+        let rows = || values.chunks_exact(width);
         if self.beyond.is_some() {
-            for (row, index) in values.chunks_exact(width).zip(0..) {
+            for (row, index) in rows().zip(0..) {
                 self.reals(Cycle(first.0 + index * stride), row);
             }
             return;
         }
         debug_assert_eq!((self.came() * self.stride, self.stride), (first.0, stride));
-        let rows = values.len() / width;
-        self.rows += rows;
+        self.rows += rows().len();
         for (column, &at) in self.reals.iter_mut().zip(&self.kept) {
-            column.extend((0..rows).map(|row| values[row * width + at]));
+            column.extend(rows().map(|row| row[at]));
         }
         for (column, &word) in self.words.iter_mut().zip(&self.now) {
-            column.extend((0..rows).map(|_| word));
+            column.extend(rows().map(|_| word));
         }
     }
 }

@@ -11,12 +11,11 @@ const DIODES: usize = 3;
 const VISCOUS: usize = 4;
 const COULOMB: usize = 5;
 
-/// Energy flows since the start, in J: six sums, each with the rest dropped by rounding (two-sum of Knuth). Two more
-/// lanes fill a register.
+/// Energy flows since the start, in J: six sums, each with the rest dropped by rounding (two-sum of Knuth).
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct Energy {
-    totals: [f64; 8],
-    rests: [f64; 8],
+    totals: [f64; 6],
+    rests: [f64; 6],
     exchanged: f64,
     /// `∫ x dt`.
     states: State,
@@ -112,9 +111,7 @@ impl Energy {
 
     #[inline(always)]
     pub(crate) fn take(&mut self, flows: [f64; 6]) {
-        let [source, hand, copper, diodes, viscous, coulomb] = flows;
-        let lanes = [source, hand, copper, diodes, viscous, coulomb, 0.0, 0.0];
-        for ((total, rest), flow) in self.totals.iter_mut().zip(&mut self.rests).zip(lanes) {
+        for ((total, rest), flow) in self.totals.iter_mut().zip(&mut self.rests).zip(flows) {
             let sum = *total + flow;
             let kept = sum - *total;
             *rest += (*total - (sum - kept)) + (flow - kept);
