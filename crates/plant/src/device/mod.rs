@@ -30,6 +30,8 @@ pub use cruise::Pulses;
 const NEAR: u64 = 64;
 /// The greatest number of edges over which a quick look is tried where `NEAR` would do.
 const FAR: f64 = 4096.0;
+/// The least number of edges for which the bounds of the errors are made.
+const HEARD: u64 = 4096;
 /// The greatest number of edges that a search looks ahead at a time.
 const FARTHEST: f64 = 65536.0;
 
@@ -412,7 +414,9 @@ impl<'a> Device<'a> {
 
     #[inline(always)]
     fn listen(&mut self, edges: u64) {
+        // Farther than asked, because the searches that follow ask for more, and a longer time hardly adds to the bounds.
         // An end beyond the tables is not reached in one leap.
+        let edges = edges.max(HEARD);
         let dyadic = dyadic(edges).min(self.motion.system().dyadic() - 1);
         // Of a motion that is new, nothing else is known either.
         (self.heard, self.kept) = ((1 << dyadic) + 1, 0);
