@@ -160,6 +160,8 @@ impl<const HELD: bool> LoopCircuit<25> for HapticCircuit<HELD> {
         sync.catch_up(&mut self.sync, edge);
         let synchronizer::Out { a, b } = self.sync.coming();
         let lines = quadrature_decoder::In { a, b };
+        // Up to the edge at which the synchronizer shows the step, the decoder sees the lines before it.
+        decoder.catch_up(&mut self.decoder, edge + 1);
         let step = self.decoder.pass(lines)?;
         decoder.rest(edge + WAY, lines);
         sync.tick(&mut self.sync, edge + 1);
