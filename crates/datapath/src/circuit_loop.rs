@@ -36,9 +36,9 @@ pub trait LoopCircuit<const N: usize>: Circuit<N> {
     /// The nets that a step of the encoder changes before it comes to the position; none if
     /// [`pass_step`](Self::pass_step) computes nothing.
     const PASSED: Set = 0;
-    /// Computes the [`WAY`] edges after this one at once, if at the first of them the synchronizer shows a step of the
-    /// encoder, which then comes to the position, and no other block is due at them. `None` means that it has computed
-    /// nothing.
+    /// Computes the three edges after this one (`WAY`) at once, if the synchronizer shows a step of the encoder at the
+    /// first of them, which then comes to the position, and no other block is due at them. `None` means that it has
+    /// computed nothing.
     #[inline]
     fn pass_step(&mut self, _edge: u64, _words: &mut [i64; N]) -> Option<Passed> {
         None

@@ -159,8 +159,8 @@ fn leaping_equals_ticking<const HELD: bool>(config: LoopConfig, constants: LoopI
     assert!(leaping == ticking, "states differ");
 }
 
-/// Runs the same motion in stretches of ticks and edge by edge. Asserts that a stretch leaves the nets and uses that its
-/// ticks leave, and that no output and no watched net changes before its last edge.
+/// Runs the same motion in stretches of ticks and edge by edge. Asserts that a stretch leaves the nets and uses that
+/// its ticks leave, and that no output and no watched net changes before its last edge.
 fn stretches_equal_ticks<const HELD: bool>(
     config: LoopConfig,
     constants: LoopIn<i64>,

@@ -414,7 +414,7 @@ impl<'a> Device<'a> {
 
     #[inline(always)]
     fn listen(&mut self, edges: u64) {
-        // Farther than asked, because the searches that follow ask for more, and a longer time hardly adds to the bounds.
+        // Farther than asked: the searches that follow ask for more, and a longer time hardly adds to the bounds.
         // An end beyond the tables is not reached in one leap.
         let edges = edges.max(HEARD);
         let dyadic = dyadic(edges).min(self.motion.system().dyadic() - 1);
@@ -559,8 +559,8 @@ impl<'a> Device<'a> {
         [first, second, angle]
     }
 
-    /// Returns whether quick looks show that the mode lasts from a point to an edge. They look farther than that, for the
-    /// searches that follow.
+    /// Returns whether quick looks show that the mode lasts from a point to an edge. They look farther than that, for
+    /// the searches that follow.
     #[inline(always)]
     fn keeps_mode(&mut self, from: &MotionPoint, last: u64) -> bool {
         if last <= self.kept || self.checks.iter().all(Option::is_none) {
