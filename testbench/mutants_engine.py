@@ -269,8 +269,10 @@ PLACES = [
     ]),
     # pursue
     (GUARD, "fn pursue<", "last > steady.until || forecast.rising != steady.rising", [
-        ("pursue: direction of the exit not looked at", "last > steady.until"),
-        ("pursue: direction kept beyond its end", "steady.until == 0 || forecast.rising != steady.rising"),
+        ("pursue: direction of the forecast not looked at", "last > steady.until",
+         "the exit is looked for in the direction that is known"),
+        ("pursue: direction kept beyond its end", "steady.until == 0 || forecast.rising != steady.rising",
+         SPEED + "beyond the end, `confirm` proves what it can"),
     ]),
     (GUARD, "*steady = self.steady(watch, from, forecast);", "last > steady.until", [
         ("pursue: direction taken for proved up to the exit", "steady.until == 0"),
@@ -282,7 +284,6 @@ PLACES = [
         ("steady: slope's size taken for its direction", "(self.slope(&from.w) * edge_s).abs() - 4.0 * watch.noise"),
     ]),
     (GUARD, "fn steady(", "(spare / (second * edge_s * edge_s)) as u64", [
-        ("steady: bend halved", "(spare / (0.5 * second * edge_s * edge_s)) as u64"),
         ("steady: no bend", "u64::MAX"),
     ]),
     # close

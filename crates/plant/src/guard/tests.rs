@@ -65,7 +65,7 @@ fn a_confirmed_forecast_is_the_first_exit_edge_by_edge() {
 
 /// Counts of an encoder, one after the other: each exit that is pursued is the first edge at which the value, looked at
 /// edge by edge, lies outside of its count, whether the direction is known from the count before or found anew. The
-/// motions turn, so that a direction must end in time.
+/// motions turn, so that a direction must end in time. Half of the forecasts are made at random, as above.
 #[test]
 fn pursued_exits_are_those_edge_by_edge_count_after_count() {
     let systems = SYSTEMS.map(|a| Linear::new(a, 2e-8, 1 << 16));
@@ -76,8 +76,8 @@ fn pursued_exits_are_those_edge_by_edge_count_after_count() {
         state ^= state << 17;
         (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5
     };
-    // Exits with a direction known from before, with one just found, and after a turn.
-    let (mut known, mut new, mut turned) = (0, 0, 0);
+    // Exits with a direction known from before, with one just found, after a turn, and forecasts that were refused.
+    let (mut known, mut new, mut turned, mut refused) = (0, 0, 0, 0);
     for case in 0..20_000 {
         let system = &systems[usize::from(case % 10 != 0)];
         let x = [2.0 * next(), 0.4 * next(), 0.5, 0.5 + 0.01 * next()];
@@ -90,7 +90,11 @@ fn pursued_exits_are_those_edge_by_edge_count_after_count() {
         let (mut from, mut steady, mut before) = (MotionPoint::of(&motion, 0), Steady::UNKNOWN, 0.0);
         for _ in 0..8 {
             let limits = Limits::from(&Band { low, high: low + width, open: true });
-            let forecast = guard.forecast(&motion, &limits, &from);
+            let forecast = if case % 2 == 0 {
+                guard.forecast(&motion, &limits, &from)
+            } else {
+                Forecast { edges: 2000.0 * (next() + 0.5), rising: next().signum() }
+            };
             if !(0.0..=2000.0).contains(&forecast.edges) {
                 break;
             }
@@ -103,17 +107,21 @@ fn pursued_exits_are_those_edge_by_edge_count_after_count() {
             }
             let first = (from.edge + 1..=far).find(|&edge| side(edge) != Side::Inside);
             let is_known = far <= steady.until && forecast.rising == before;
-            let Some(point) = guard.pursue::<Native>(&mut watch, &from, forecast, &mut steady) else { break };
+            let Some(point) = guard.pursue::<Native>(&mut watch, &from, forecast, &mut steady) else {
+                refused += 1;
+                continue;
+            };
             assert_eq!(Some(point.edge), first, "case {case}");
             assert_eq!((point.x, point.w), motion.at_with_slope(point.edge));
             *(if is_known { &mut known } else { &mut new }) += 1;
-            turned += u32::from(forecast.rising == -before);
-            before = forecast.rising;
+            let rising = if guard.value(&point.x) < low { -1.0 } else { 1.0 };
+            turned += u32::from(rising == -before);
+            before = rising;
             low += before * width;
             from = point;
         }
     }
-    assert!(known > 10_000 && new > 10_000 && turned > 100, "{known} {new} {turned}");
+    assert!(known > 10_000 && new > 10_000 && turned > 100 && refused > 10_000, "{known} {new} {turned} {refused}");
 }
 
 /// Sums of four products that cancel, in exact integers: a state that rounding has moved across its limit, or whose
