@@ -152,22 +152,22 @@ PLACES = [
         ("divide: second half left out", "self.exit(watch, from, &middle)"),
     ]),
     # judge
-    (GUARD, "fn judge(", "length_s * length_s * 0.125", [
+    (GUARD, "fn judge<", "length_s * length_s * 0.125", [
         ("judge: sag halved", "length_s * length_s * 0.0625"),
         ("judge: no sag", "length_s * 0.0"),
     ]),
-    (GUARD, "fn judge(", "sag * fourth + dot(&sizes(&self.bend), &error)", [
+    (GUARD, "fn judge<", "sag * fourth + dot(&sizes(&self.bend), &error)", [
         ("judge: spread halved", "0.5 * (sag * fourth + dot(&sizes(&self.bend), &error))"),
         ("judge: fourth derivative left out", "dot(&sizes(&self.bend), &error)"),
         ("judge: slope's error left out of the spread", "sag * fourth",
          "times the sag it is less than the noise where the motion is slow over the length, and a millionth of the "
          "fourth derivative's part where it is fast"),
     ]),
-    (GUARD, "fn judge(", "(ca.min(cb) - spread, ca.max(cb) + spread)", [
+    (GUARD, "fn judge<", "(ca.min(cb) - spread, ca.max(cb) + spread)", [
         ("judge: bend at the start taken for all", "(ca - spread, ca + spread)"),
         ("judge: bend at the end taken for all", "(cb - spread, cb + spread)"),
     ]),
-    (GUARD, "fn judge(", "4.0 * noise", [
+    (GUARD, "fn judge<", "4.0 * noise", [
         ("judge: step of an edge halved", "2.0 * noise",
          "the noise is twice the sum of the errors: two of it are still twice the errors of two values"),
         ("judge: no step of an edge", "0.0 * noise"),
@@ -194,23 +194,23 @@ PLACES = [
     (GUARD, "let clear =", "pull <= 0.0", [
         ("judge: pull not looked at", "true"),
     ]),
-    (GUARD, "fn judge(", "Side::Inside if is_clear(low) && is_clear(high) => return Verdict::Clear,", [
+    (GUARD, "fn judge<", "Side::Inside if is_clear(low) && is_clear(high) => return Verdict::Clear,", [
         ("judge: high limit not looked at", "Side::Inside if is_clear(low) => return Verdict::Clear,"),
         ("judge: low limit not looked at", "Side::Inside if is_clear(high) => return Verdict::Clear,"),
     ]),
-    (GUARD, "fn judge(", "!is_clear(behind)", [
+    (GUARD, "fn judge<", "!is_clear(behind)", [
         ("judge: the other limit not looked at", "false"),
     ]),
-    (GUARD, "fn judge(", "most <= 0.0 && start - end > fall", [
+    (GUARD, "fn judge<", "most <= 0.0 && start - end > fall", [
         ("judge: concave by the least bend", "least <= 0.0 && start - end > fall"),
         ("judge: concave without the fall", "most <= 0.0", ONCE),
     ]),
-    (GUARD, "fn judge(", "least >= 0.0 && start > noise && end < -fall", [
+    (GUARD, "fn judge<", "least >= 0.0 && start > noise && end < -fall", [
         ("judge: convex by the greatest bend", "most >= 0.0 && start > noise && end < -fall"),
         ("judge: convex from a limit", "least >= 0.0 && end < -fall", ONCE),
         ("judge: convex without the fall", "least >= 0.0 && start > noise", ONCE),
     ]),
-    (GUARD, "fn judge(", "((rising * sa).min(rising * sb) - sag * third) * edge_s > step", [
+    (GUARD, "fn judge<", "((rising * sa).min(rising * sb) - sag * third) * edge_s > step", [
         ("judge: approach without the third derivative", "(rising * sa).min(rising * sb) * edge_s > step"),
         ("judge: approach with half of the third derivative",
          "((rising * sa).min(rising * sb) - 0.5 * sag * third) * edge_s > step"),
@@ -267,19 +267,38 @@ PLACES = [
          "the noise in `back` leaves twice the noise of a value where the turn is half an edge away or more; where it "
          "is nearer, no later edge is nearer to the limit behind than the start"),
     ]),
+    # pursue
+    (GUARD, "fn pursue<", "last > steady.until || forecast.rising != steady.rising", [
+        ("pursue: direction of the forecast not looked at", "last > steady.until",
+         "the exit is looked for in the direction that is known"),
+        ("pursue: direction kept beyond its end", "steady.until == 0 || forecast.rising != steady.rising",
+         SPEED + "beyond the end, `confirm` proves what it can"),
+    ]),
+    (GUARD, "*steady = self.steady(watch, from, forecast);", "last > steady.until", [
+        ("pursue: direction taken for proved up to the exit", "steady.until == 0"),
+    ]),
+    (GUARD, "fn steady(", "self.bounds.get(dyadic(most))", [
+        ("steady: derivatives bounded over a quarter of the length", "self.bounds.get(dyadic(most / 4))"),
+    ]),
+    (GUARD, "fn steady(", "rising * self.slope(&from.w) * edge_s - 4.0 * watch.noise", [
+        ("steady: slope's size taken for its direction", "(self.slope(&from.w) * edge_s).abs() - 4.0 * watch.noise"),
+    ]),
+    (GUARD, "fn steady(", "(spare / (second * edge_s * edge_s)) as u64", [
+        ("steady: no bend", "u64::MAX"),
+    ]),
     # close
-    (GUARD, "fn close(", "3.0 * watch.noise + 0.5 * (edge_s * edge_s) * (1.0 + 1e-9) * second", [
+    (GUARD, "fn close<", "3.0 * watch.noise + 0.5 * (edge_s * edge_s) * (1.0 + 1e-9) * second", [
         ("close: distance from the line halved",
          "0.5 * (3.0 * watch.noise + 0.5 * (edge_s * edge_s) * (1.0 + 1e-9) * second)"),
         ("close: no distance from the line", "0.0 * second"),
         ("close: errors left out of the distance", "0.5 * (edge_s * edge_s) * (1.0 + 1e-9) * second"),
         ("close: bend left out of the distance", "3.0 * watch.noise"),
     ]),
-    (GUARD, "fn close(", "tries < 12", [
+    (GUARD, "fn close<", "tries < 12", [
         ("close: never halves", "true",
          SPEED + "each guess lies inside the bracket and narrows it by an edge or more"),
     ]),
-    (GUARD, "fn close(", "self.side(watch, guess, value) == Side::Inside", [
+    (GUARD, "fn close<", "self.side(watch, guess, value) == Side::Inside", [
         ("close: decided on the f64 value", "rising * (value - limit) < 0.0"),
     ]),
     # the device's searches
@@ -318,11 +337,24 @@ PLACES = [
     (DEVICE, "if forecast.edges < reach && far < most {", "self.hear(far);", [
         ("look_for: noise up to a forecast not asked for", ""),
     ]),
-    (DEVICE, "fn look_for_with<", "self.ends_of_modes(&a, far - a.edge) == [false; 2]", [
+    (DEVICE, "fn look_for_with<", "self.keeps_mode(&a, far)", [
         ("look_for: ends of modes before a forecast not looked at", "true"),
-        ("look_for: ends of modes over half of a forecast",
-         "self.ends_of_modes(&a, (far - a.edge) / 2) == [false; 2]"),
-        ("look_for: one end of a mode before a forecast looked at", "!self.ends_of_modes(&a, far - a.edge)[0]"),
+        ("look_for: ends of modes over half of a forecast", "self.keeps_mode(&a, (a.edge + far) / 2)"),
+    ]),
+    (DEVICE, "fn keeps_mode(", "last <= self.kept || self.checks.iter().all(Option::is_none)", [
+        ("keeps_mode: known to last for ever", "self.kept != 0 || self.checks.iter().all(Option::is_none)"),
+        ("keeps_mode: first check alone looked at", "last <= self.kept || self.checks[0].is_none()"),
+        ("keeps_mode: second check alone looked at", "last <= self.kept || self.checks[1].is_none()"),
+    ]),
+    (DEVICE, "fn keeps_mode(", "self.hear(beyond);", [
+        ("keeps_mode: noise up to the farther edge not asked for", ""),
+    ]),
+    (DEVICE, "fn keeps_mode(", "self.ends_of_modes(from, beyond - from.edge) == [false; 2]", [
+        ("keeps_mode: farther look over the way to the forecast alone",
+         "self.ends_of_modes(from, edges) == [false; 2]"),
+    ]),
+    (DEVICE, "fn listen(", "(self.heard, self.kept) = ((1 << dyadic) + 1, 0);", [
+        ("listen: mode of the motion before known to last", "self.heard = (1 << dyadic) + 1;"),
     ]),
     (DEVICE, "fn look_for_with<", "Some(event).filter(|event| event.0 <= to)", [
         ("look_for: a confirmed event after the last edge returned", "Some(event)"),
@@ -356,22 +388,22 @@ PLACES = [
     (DEVICE, "fn watched(", "(check.guard, check.limits, self.noise[index + 1])", [
         ("watched: noise of another function", "(check.guard, check.limits, self.noise[index])"),
     ]),
-    (DEVICE, "fn search(", "soonest = guard.exit(&mut watch, &a, &soonest).unwrap_or(soonest);", [
+    (DEVICE, "fn search<", "soonest = guard.exit(&mut watch, &a, &soonest).unwrap_or(soonest);", [
         ("search: other functions before an expected exit not looked at", "let _ = (guard, &mut watch);"),
     ]),
     (DEVICE, "fn expect(", "forecast.late() <= last - from.edge", [
         ("expect: beyond the last edge", "forecast.late() > 0"),
     ]),
-    (DEVICE, "fn search(", "a.edge < last", [
+    (DEVICE, "fn search<", "a.edge < last", [
         ("search: last edge left out", "a.edge + 1 < last"),
     ]),
-    (DEVICE, "fn search(", "1.25 * self.way(encoder, &a)", [
+    (DEVICE, "fn search<", "1.25 * self.way(encoder, &a)", [
         ("search: parts twice as long", "2.5 * self.way(encoder, &a)", SPEED + "every part is searched to its end"),
     ]),
-    (DEVICE, "fn search(", "found.as_ref().unwrap_or(&b)", [
+    (DEVICE, "fn search<", "found.as_ref().unwrap_or(&b)", [
         ("search: order of the ends not looked at", "&b"),
     ]),
-    (DEVICE, "fn search(", "a.edge == first && to.edge == last", [
+    (DEVICE, "fn search<", "a.edge == first && to.edge == last", [
         ("search: no quick look at parts", "a.edge == first || to.edge == last",
          "`exit` is `seek` after a quick look, which only spares it work"),
     ]),
@@ -423,10 +455,12 @@ PLACES = [
     (MODES, "fn shaft_at<", "low: -friction_nm, high: friction_nm, open: false", [
         ("shaft_at: torque equal to friction moves", "low: -friction_nm, high: friction_nm, open: true"),
     ]),
-    (MODES, "fn anchor_at<", "(self.heard, self.ahead.0, self.found) = (0, 0, None);", [
-        ("anchor_at: noise of the motion before kept", "(self.ahead.0, self.found) = (0, None);"),
-        ("anchor_at: events of the motion before kept", "(self.heard, self.found) = (0, None);"),
-        ("anchor_at: point of the motion before kept", "(self.heard, self.ahead.0) = (0, 0);"),
+    (MODES, "fn anchor_at<", "(self.heard, self.ahead.0, self.found, self.steady.until) = (0, 0, None, 0);", [
+        ("anchor_at: noise of the motion before kept", "(self.ahead.0, self.found, self.steady.until) = (0, None, 0);"),
+        ("anchor_at: events of the motion before kept", "(self.heard, self.found, self.steady.until) = (0, None, 0);"),
+        ("anchor_at: point of the motion before kept",
+         "(self.heard, self.ahead.0, self.steady.until) = (0, 0, 0);"),
+        ("anchor_at: direction of the motion before kept", "(self.heard, self.ahead.0, self.found) = (0, 0, None);"),
     ]),
     # cruises
     (CRUISE, "fn bounds(", "1.01 * (most[k] + bulge[k])", [
@@ -471,10 +505,12 @@ PLACES = [
     (CRUISE, "fn cruise_with<", "(self.checks, self.redecided) = (before.1, before.2);", [
         ("cruise: limits stay narrowed", "self.redecided = before.2;"),
     ]),
-    (CRUISE, "fn cruise_with<", "(self.heard, self.ahead.0, self.found, self.prefix.0) = (0, 0, None, u64::MAX);", [
-        ("cruise: events of the smooth motion kept", "(self.heard, self.found, self.prefix.0) = (0, None, u64::MAX);"),
-        ("cruise: point of the smooth motion kept", "(self.heard, self.ahead.0, self.prefix.0) = (0, 0, u64::MAX);"),
-    ]),
+    (CRUISE, "(self.checks, self.redecided) = (before.1, before.2);",
+     "(self.heard, self.ahead.0, self.found, self.steady.until) = (0, 0, None, 0);", [
+         ("cruise: events of the smooth motion kept", "(self.heard, self.found, self.steady.until) = (0, None, 0);"),
+         ("cruise: point of the smooth motion kept", "(self.heard, self.ahead.0, self.steady.until) = (0, 0, 0);"),
+         ("cruise: direction of the smooth motion kept", "(self.heard, self.ahead.0, self.found) = (0, 0, None);"),
+     ]),
     (CRUISE, "fn narrowed(", "check.limits.narrowed(*margin)", [
         ("cruise: limits of modes not narrowed", "check.limits.narrowed(0.0 * *margin)"),
         ("cruise: limits of modes narrowed by half", "check.limits.narrowed(0.5 * *margin)"),

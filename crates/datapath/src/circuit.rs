@@ -111,6 +111,12 @@ impl<I: Copy> Pace<I> {
         self.come(block, edge);
     }
 
+    /// Notes that a block sees these inputs, and that its outputs stay as they are after this edge while the inputs do.
+    #[inline]
+    pub(crate) fn rest(&mut self, edge: u64, input: I) {
+        *self = Self { input, reached: edge, due: NEVER };
+    }
+
     /// Notes that a block has been ticked up to an edge, and finds when it is due.
     #[inline]
     pub(crate) fn come<B: Block<In<i64> = I>>(&mut self, block: &B, edge: u64) {

@@ -33,6 +33,27 @@ pub trait LoopCircuit<const N: usize>: Circuit<N> {
     fn modulator_mut(&mut self) -> Option<&mut Pwm> {
         None
     }
+    /// The nets that a step of the encoder changes before it comes to the position; none if
+    /// [`pass_step`](Self::pass_step) computes nothing.
+    const PASSED: Set = 0;
+    /// Computes the three edges after this one (`WAY`) at once, if the synchronizer shows a step of the encoder at the
+    /// first of them, which then comes to the position, and no other block is due at them. `None` means that it has
+    /// computed nothing.
+    #[inline]
+    fn pass_step(&mut self, _edge: u64, _words: &mut [i64; N]) -> Option<Passed> {
+        None
+    }
+}
+
+/// The number of edges in which a step of the encoder comes from the synchronizer's first register to the position.
+pub const WAY: u64 = 3;
+
+/// The nets after a step of the encoder has come to the position.
+pub struct Passed {
+    /// The nets that have changed.
+    pub changed: Set,
+    /// The net of the step, and its word before it became 0 again.
+    pub step: (usize, i64),
 }
 
 /// The circuit of an axis, up to the command of its modulator.
@@ -122,21 +143,29 @@ impl<C: LoopCircuit<N>, const N: usize> CircuitLoop<C, N> {
         self.next = if self.settled { self.due.min(self.modulation.due()) } else { 0 };
     }
 
-    /// Lets the nets follow these changed ones after an edge, and the clocked blocks see them. With `TICKS`, it first
-    /// ticks the blocks that are due at the edge. Returns all nets that have changed.
+    /// Ticks the blocks that are due at an edge, then lets the nets follow and the clocked blocks see them. Returns the
+    /// nets that have changed.
     #[inline(never)]
-    fn work<const TICKS: bool>(&mut self, edge: u64, mut changed: Set) -> Set {
+    fn work(&mut self, edge: u64) -> Set {
         let mut lost = self.lost;
-        if TICKS {
-            // The modulator first: it must not see a new command before the edge after it.
-            if self.modulation.due() <= edge
-                && let Some(modulator) = self.circuit.modulator_mut()
-            {
-                let gates = self.modulation.tick(modulator, edge);
-                changed |= self.switch(&gates);
-            }
-            changed |= self.circuit.tick(edge, &mut self.words, &mut lost);
+        let mut changed = 0;
+        // The modulator first: it must not see a new command before the edge after it.
+        if self.modulation.due() <= edge
+            && let Some(modulator) = self.circuit.modulator_mut()
+        {
+            let gates = self.modulation.tick(modulator, edge);
+            changed |= self.switch(&gates);
         }
+        changed |= self.circuit.tick(edge, &mut self.words, &mut lost);
+        let changed = self.spread(edge, changed, lost);
+        self.range();
+        changed
+    }
+
+    /// Lets the nets follow these changed ones after an edge, and the clocked blocks see them. `lost` are the losses of
+    /// the blocks that were ticked. Returns all nets that have changed.
+    #[inline(always)]
+    fn spread(&mut self, edge: u64, mut changed: Set, mut lost: Lost) -> Set {
         if changed & C::FOLLOWED != 0 {
             changed = self.circuit.follow(edge, changed, &mut self.words, &mut lost);
         }
@@ -153,9 +182,6 @@ impl<C: LoopCircuit<N>, const N: usize> CircuitLoop<C, N> {
             self.modulation.look(modulator, edge, command);
         }
         self.plan();
-        if TICKS {
-            self.range();
-        }
         changed
     }
 
@@ -168,7 +194,7 @@ impl<C: LoopCircuit<N>, const N: usize> CircuitLoop<C, N> {
             changed |= put(&mut self.words, net, word);
             net += 1;
         });
-        self.work::<false>(self.edge, changed);
+        self.spread(self.edge, changed, self.lost);
     }
 
     /// Brings the meter of lost bits up to date.
@@ -203,6 +229,33 @@ impl<C: LoopCircuit<N>, const N: usize> CircuitLoop<C, N> {
         changed
     }
 
+    /// Computes the next [`WAY`] edges at once, if a step of the encoder comes to the position at the last of them and
+    /// nothing else is due. Returns the nets that have changed; `None` if nothing was computed.
+    #[inline(always)]
+    fn pass_step(&mut self) -> Option<Set> {
+        let last = self.edge + WAY;
+        if self.modulation.due() <= last {
+            return None;
+        }
+        let Passed { changed, step: (net, word) } = self.circuit.pass_step(self.edge, &mut self.words)?;
+        self.meter.range_of(net, word);
+        self.changed |= changed;
+        // Lost bits change at the last edge: those before are counted up to the edge before it. Only the position is
+        // seen by other blocks.
+        self.edge = last - 1;
+        let changed = self.pass_on(last, changed & !C::PASSED);
+        self.edge = last;
+        Some(changed)
+    }
+
+    /// Lets the other nets follow those that a step of the encoder has changed. Returns all nets that have changed.
+    #[inline(never)]
+    fn pass_on(&mut self, edge: u64, changed: Set) -> Set {
+        let changed = self.spread(edge, changed, self.lost);
+        self.range();
+        changed
+    }
+
     /// Computes an edge with the inputs that the nets show. At most edges there is nothing to do. Returns the nets that
     /// have changed.
     #[inline(always)]
@@ -210,7 +263,7 @@ impl<C: LoopCircuit<N>, const N: usize> CircuitLoop<C, N> {
         let edge = self.edge + 1;
         let mut changed = 0;
         if self.next <= edge {
-            changed = self.work::<true>(edge, 0);
+            changed = self.work(edge);
         } else if self.changed != 0 {
             self.range();
         }
@@ -288,7 +341,7 @@ impl<C: LoopCircuit<N>, const N: usize> Block for CircuitLoop<C, N> {
         self.words = [0; N];
         self.lost = Lost::default();
         self.settled = false;
-        self.work::<false>(0, Set::MAX);
+        self.spread(0, Set::MAX, self.lost);
         self.changed = Set::MAX >> (64 - C::COUNT);
         self.meter = Meter::default();
         C::Out::build(|| 0)
@@ -402,8 +455,11 @@ impl<C: LoopCircuit<N>, const N: usize> Wiring for CircuitLoop<C, N> {
             return (1, self.tick_again(input));
         }
         debug_assert!(self.has_settled(input));
-        let (watched, mut done) = (watched | Self::outputs_set(), 1);
-        let mut changed = self.go_on();
+        let watched = watched | Self::outputs_set();
+        let is_passable = edges >= WAY && watched & C::PASSED == 0;
+        let passed = if is_passable { self.pass_step() } else { None };
+        let mut done = if passed.is_some() { WAY } else { 1 };
+        let mut changed = passed.unwrap_or_else(|| self.go_on());
         while done < edges && changed & watched == 0 && self.next <= self.edge + 1 {
             changed = self.go_on();
             done += 1;

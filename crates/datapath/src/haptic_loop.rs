@@ -4,7 +4,7 @@
 use hpu_signal::{Format, Overflow, Signal};
 
 use crate::circuit::{Set, circuit, put};
-use crate::circuit_loop::{AxisCircuit, CircuitLoop, LoopCircuit};
+use crate::circuit_loop::{AxisCircuit, CircuitLoop, LoopCircuit, Passed, WAY};
 use crate::config::{COUNTER, within};
 use crate::listed::{Given, Listed};
 use crate::{
@@ -146,6 +146,30 @@ impl<const HELD: bool> LoopCircuit<25> for HapticCircuit<HELD> {
     #[inline]
     fn modulator_mut(&mut self) -> Option<&mut Pwm> {
         Some(&mut self.modulator)
+    }
+
+    const PASSED: Set = 1 << Self::NET.a | 1 << Self::NET.b | 1 << Self::NET.step | 1 << Self::NET.error;
+
+    #[inline(always)]
+    fn pass_step(&mut self, edge: u64, words: &mut [i64; 25]) -> Option<Passed> {
+        let Paces { sync, decoder, counter, hold, velocity_reg, limiter, .. } = &mut self.paces;
+        let mut others = [decoder.due(), counter.due(), hold.due(), velocity_reg.due(), limiter.due()].into_iter();
+        if sync.due() != edge + 1 || others.any(|due| due <= edge + WAY) {
+            return None;
+        }
+        sync.catch_up(&mut self.sync, edge);
+        let synchronizer::Out { a, b } = self.sync.coming();
+        let lines = quadrature_decoder::In { a, b };
+        // Up to the edge at which the synchronizer shows the step, the decoder sees the lines before it.
+        decoder.catch_up(&mut self.decoder, edge + 1);
+        let step = self.decoder.pass(lines)?;
+        decoder.rest(edge + WAY, lines);
+        sync.tick(&mut self.sync, edge + 1);
+        // The counter has no step to count before and after this one.
+        let position_counter::Out { position } = self.counter.tick(position_counter::In { step });
+        let nets = [(Self::NET.a, a), (Self::NET.b, b), (Self::NET.position, position)];
+        let changed = nets.into_iter().fold(0, |changed, (net, word)| changed | put(words, net, word));
+        Some(Passed { changed, step: (Self::NET.step, step) })
     }
 }
 

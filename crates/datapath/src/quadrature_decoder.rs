@@ -48,6 +48,18 @@ impl QuadratureDecoder {
         Ok(Self { settle, settling: settle, previous: In { a: 0, b: 0 }, out: Out { step: 0, error: 0 } })
     }
 
+    /// Does two ticks with these lines, if they are a step from the previous ones, which the second tick ends. Returns
+    /// the step; `None` if there is none, or none that counts, and nothing was ticked.
+    #[inline]
+    pub(crate) fn pass(&mut self, lines: In<i64>) -> Option<i64> {
+        let Out { step, .. } = self.next(&lines);
+        if step == 0 {
+            return None;
+        }
+        (self.previous, self.out.step) = (lines, 0);
+        Some(step)
+    }
+
     /// Computes the outputs after the next edge.
     #[inline]
     fn next(&self, input: &In<i64>) -> Out<i64> {

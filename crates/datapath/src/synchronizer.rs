@@ -37,6 +37,12 @@ impl Synchronizer {
     pub fn new() -> Self {
         Self { stage: In { a_pin: 0, b_pin: 0 }, out: Out { a: 0, b: 0 } }
     }
+
+    /// Returns the outputs after the next edge.
+    #[inline]
+    pub(crate) fn coming(&self) -> Out<i64> {
+        Out { a: self.stage.a_pin, b: self.stage.b_pin }
+    }
 }
 
 impl Step for Synchronizer {
@@ -82,7 +88,7 @@ impl Block for Synchronizer {
 
     #[inline]
     fn tick(&mut self, input: In<i64>) -> Out<i64> {
-        self.out = Out { a: self.stage.a_pin, b: self.stage.b_pin };
+        self.out = self.coming();
         self.stage = input;
         self.out
     }

@@ -161,7 +161,8 @@ pub struct Axis {
     /// The speed in rad/s up to which friction is proportional to it; 0 if friction sticks.
     pub(crate) creep_rad_per_s: f64,
     pub(crate) constants: Constants,
-    pub(crate) modes: [OnceLock<Mode>; 16],
+    /// Boxed, because laws are moved while they are made, and few modes are entered.
+    pub(crate) modes: [OnceLock<Box<Mode>>; 16],
 }
 
 /// Inputs of a mode, per unit of their causes.
@@ -256,7 +257,7 @@ impl Axis {
             Shaft::Creep => 3,
         };
         let column = switches.map_or(3, usize::from);
-        self.modes[row * 4 + column].get_or_init(|| self.make(shaft, switches))
+        self.modes[row * 4 + column].get_or_init(|| Box::new(self.make(shaft, switches)))
     }
 
     fn make(&self, shaft: Shaft, switches: Option<u8>) -> Mode {

@@ -10,6 +10,8 @@
 
 use std::cmp::Ordering;
 use std::ops::{Add, Mul, Neg, Sub};
+#[cfg(target_arch = "x86_64")]
+use std::sync::atomic::{AtomicU8, Ordering::Relaxed};
 
 use crate::matrix::{Columns, Matrix, State};
 
@@ -60,11 +62,20 @@ pub(crate) type Native = Fused;
 #[cfg(not(any(target_arch = "aarch64", target_feature = "fma")))]
 pub(crate) type Native = Halves;
 
-/// Returns whether the present processor has more instructions than the one that the program is compiled for.
+/// Returns whether the present processor has more instructions than the one that the program is compiled for. It is
+/// asked at each call of a function with [`versions!`], so the answer is remembered: 1 no, 2 yes.
 #[cfg(target_arch = "x86_64")]
 #[inline(always)]
 pub(crate) fn has_fused() -> bool {
-    std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma")
+    static KNOWN: AtomicU8 = AtomicU8::new(0);
+    #[cold]
+    fn ask() -> bool {
+        let has = std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma");
+        KNOWN.store(1 + u8::from(has), Relaxed);
+        has
+    }
+    let known = KNOWN.load(Relaxed);
+    known == 2 || known == 0 && ask()
 }
 
 /// Defines a function from `inner::<P: Product>`, which must be always inlined, that uses the fastest two-product of

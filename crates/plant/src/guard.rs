@@ -131,6 +131,13 @@ impl MotionPoint {
         let (x, w) = if edge == 0 { (motion.x.hi, motion.w.hi) } else { motion.at_with_slope(edge) };
         Self { edge, x, w }
     }
+
+    /// Returns the point of a motion at an edge, for a function that is compiled for a two-product.
+    #[inline(always)]
+    pub(crate) fn of_with<P: Product>(motion: &Trajectory, edge: u64) -> Self {
+        let (x, w) = motion.slope_with::<P>(edge);
+        Self { edge, x, w }
+    }
 }
 
 /// The parameters of a decision: the motion, the band, and the error of the values.
@@ -186,6 +193,26 @@ impl Forecast {
         (1.25 * self.edges.max(0.0)) as u64 + 2
     }
 }
+
+/// How long a function certainly moves in one direction, by more than the noise per edge.
+#[derive(Clone, Copy)]
+pub(crate) struct Steady {
+    /// The last edge after the anchor; 0 if nothing is known.
+    pub until: u64,
+    /// The direction: 1 up, -1 down.
+    rising: f64,
+    /// A bound of the second derivative until then.
+    second: f64,
+}
+
+impl Steady {
+    /// Nothing is known.
+    pub const UNKNOWN: Self = Self { until: 0, rising: 1.0, second: 0.0 };
+}
+
+/// The length over which a direction, or a mode, is proved to last, in times of the way to the exit that is looked for:
+/// others follow it.
+pub(crate) const STEADY: u64 = 8;
 
 enum Verdict {
     Clear,
@@ -400,7 +427,7 @@ impl Guard {
         if to.edge - from.edge == 1 {
             return (side != Side::Inside).then_some(*to);
         }
-        match self.judge(watch, from, to, side) {
+        match self.judge::<P>(watch, from, to, side) {
             Verdict::Clear => None,
             Verdict::At(point) => Some(point),
             Verdict::Split(middle) => self.divide(watch, from, middle, to),
@@ -414,7 +441,7 @@ impl Guard {
     }
 
     #[inline(always)]
-    fn judge(&self, watch: &mut Watch, from: &MotionPoint, to: &MotionPoint, side: Side) -> Verdict {
+    fn judge<P: Product>(&self, watch: &mut Watch, from: &MotionPoint, to: &MotionPoint, side: Side) -> Verdict {
         let edges = to.edge - from.edge;
         let bounds = &self.bounds[dyadic(edges)];
         let (va, vb) = (self.value(&from.x), self.value(&to.x));
@@ -463,7 +490,7 @@ impl Guard {
         let convex = least >= 0.0 && start > noise && end < -fall;
         let approaches = || ((rising * sa).min(rising * sb) - sag * third) * edge_s > step;
         if concave || convex || approaches() {
-            Verdict::At(self.unique(watch, from, to, rising, second))
+            Verdict::At(self.unique::<P>(watch, from, to, rising, second))
         } else {
             split
         }
@@ -488,6 +515,44 @@ impl Guard {
         Forecast { edges: time_s / motion.system().edge_s(), rising }
     }
 
+    /// Returns the point of the first exit after a point inside, if it is at the edge that was forecast or near it, as
+    /// [`confirm`](Self::confirm) does. `steady` tells what is known of this motion from the point on; it is found anew
+    /// if it does not reach the exit, so that it spares the exits that follow most of their proof.
+    #[inline(always)]
+    pub(crate) fn pursue<P: Product>(
+        &self,
+        watch: &mut Watch,
+        from: &MotionPoint,
+        forecast: Forecast,
+        steady: &mut Steady,
+    ) -> Option<MotionPoint> {
+        let last = from.edge + forecast.late();
+        if last > steady.until || forecast.rising != steady.rising {
+            *steady = self.steady(watch, from, forecast);
+        }
+        if last > steady.until {
+            return self.confirm(watch, from, forecast);
+        }
+        // A function that approaches its limit throughout passes it once.
+        let aim = from.edge as f64 + forecast.edges.max(0.5);
+        self.close::<P>(watch, (from.edge, last), None, aim, steady.rising, steady.second)
+    }
+
+    /// Returns how long the function certainly moves in the direction of its forecast, up to [`STEADY`] times as far as
+    /// that: until the greatest second derivative has taken its slope.
+    #[inline(always)]
+    fn steady(&self, watch: &Watch, from: &MotionPoint, Forecast { edges, rising }: Forecast) -> Steady {
+        let most = Forecast { edges: STEADY as f64 * edges, rising }.late();
+        let Some(bounds) = self.bounds.get(dyadic(most)) else { return Steady::UNKNOWN };
+        let edge_s = watch.motion.system().edge_s();
+        let error = watch.motion.slope_error(dyadic(from.edge));
+        let [_, second, ..] = bounds.derivatives.times(&plus(&sizes(&from.w), &error));
+        // More than the error of slopes times an edge.
+        let spare = rising * self.slope(&from.w) * edge_s - 4.0 * watch.noise;
+        let until = from.edge + most.min((spare / (second * edge_s * edge_s)) as u64);
+        Steady { until, rising, second }
+    }
+
     versions! {
         /// Returns the point of the first exit after a point inside, if it is at the edge that was forecast or near it,
         /// and the function moves, or bends, toward its limit all the way. The watch's noise holds up to
@@ -510,7 +575,7 @@ impl Guard {
         let error = motion.slope_error(dyadic(from.edge + most));
         let [_, second, third, fourth] = bounds.derivatives.times(&plus(&sizes(&from.w), &error));
         let aim = first + edges.max(0.5);
-        let end = self.close(watch, (from.edge, from.edge + most), None, aim, rising, second)?;
+        let end = self.close::<P>(watch, (from.edge, from.edge + most), None, aim, rising, second)?;
         let edges = (end.edge - from.edge) as f64;
         let sag = (edges * edge_s) * (edges * edge_s) * 0.125;
         let step = 4.0 * watch.noise;
@@ -533,7 +598,14 @@ impl Guard {
     /// Returns the only exit between `from` (inside) and `to` (outside) of a function that keeps its direction.
     /// `second` bounds its second derivative.
     #[inline(always)]
-    fn unique(&self, watch: &mut Watch, from: &MotionPoint, to: &MotionPoint, rising: f64, second: f64) -> MotionPoint {
+    fn unique<P: Product>(
+        &self,
+        watch: &mut Watch,
+        from: &MotionPoint,
+        to: &MotionPoint,
+        rising: f64,
+        second: f64,
+    ) -> MotionPoint {
         let limit = if rising > 0.0 { watch.limits.high.hi } else { watch.limits.low.hi };
         let edge_s = watch.motion.system().edge_s();
         let (a, b) = (from.edge, to.edge);
@@ -551,14 +623,14 @@ impl Guard {
             share -= value / slope;
         }
         let aim = a as f64 + span * share;
-        self.close(watch, (a, b), Some(*to), aim, rising, second).unwrap_or(*to)
+        self.close::<P>(watch, (a, b), Some(*to), aim, rising, second).unwrap_or(*to)
     }
 
     /// Closes in on the only exit of a function that keeps its direction, by Newton's steps from `aim`, in edges. It is
     /// inside at the first edge of the bracket. If `end` is given, it is outside there, at the last edge; otherwise the
     /// bracket is only a limit of the search, and `None` means that it gave up. `second` bounds the second derivative.
     #[inline(always)]
-    fn close(
+    fn close<P: Product>(
         &self,
         watch: &mut Watch,
         (mut a, mut b): (u64, u64),
@@ -582,7 +654,7 @@ impl Guard {
             }
             let at = aim.ceil() as u64;
             let guess = if at == b { b - 1 } else { at };
-            let point = MotionPoint::of(motion, guess);
+            let point = MotionPoint::of_with::<P>(motion, guess);
             let value = self.value(&point.x);
             if self.side(watch, guess, value) == Side::Inside {
                 a = guess;

@@ -65,8 +65,13 @@ impl Leap {
         leap
     }
 
-    /// Returns this leap followed by `next`.
-    pub(crate) fn then(&self, a: &Matrix, next: &Self) -> Self {
+    versions! {
+        /// Returns this leap followed by `next`.
+        pub(crate) fn then[then_fused, then_native, then_with](self: &Self, a: &Matrix, next: &Self) -> Self
+    }
+
+    #[inline(always)]
+    fn then_with<P: Product>(&self, a: &Matrix, next: &Self) -> Self {
         let b = next.length_s;
         let ap = product(a, &self.p);
         let after = |m: &Matrix| map2(m, &product(m, &ap), |x, y| x + y);
@@ -74,21 +79,18 @@ impl Leap {
         let held = map2(&self.p, &self.p, |x, _| x * b);
         let s_after = after(&next.s);
         let s = map2(&self.s, &map2(&held, &s_after, |x, y| x + y), |x, y| x + y);
-        let square = |row: usize, first: &Matrix, second: &Matrix| {
-            let cross = outer(&self.p[row], &s_after[row]);
+        let mut squares = [(CURRENT, self.current_squared), (SPEED, self.speed_squared)];
+        for ((row, sum), second) in squares.iter_mut().zip([&next.current_squared, &next.speed_squared]) {
+            let p = &self.p[*row];
+            let cross = outer(p, &s_after[*row]);
             let cross = map2(&cross, &transposed(&cross), |x, y| x + y);
-            let constant = map2(&outer(&self.p[row], &self.p[row]), &cross, |x, y| x * b + y);
+            let constant = map2(&outer(p, p), &cross, |x, y| x * b + y);
             let moved = after(second);
             let moved = transposed(&after(&transposed(&moved)));
-            map2(&map2(first, &constant, |x, y| x + y), &moved, |x, y| x + y)
-        };
-        Self {
-            length_s: self.length_s + b,
-            p,
-            s,
-            current_squared: square(CURRENT, &self.current_squared, &next.current_squared),
-            speed_squared: square(SPEED, &self.speed_squared, &next.speed_squared),
+            *sum = map2(&map2(sum, &constant, |x, y| x + y), &moved, |x, y| x + y);
         }
+        let [(_, current_squared), (_, speed_squared)] = squares;
+        Self { length_s: self.length_s + b, p, s, current_squared, speed_squared }
     }
 
     /// Returns a leap of any length, by halving until the series converges and doubling back.
@@ -161,6 +163,7 @@ impl Quadrature {
 }
 
 /// Returns `P(a+b) = P(a) + P(b) Φ(a)` with `Φ(a) = I + A P(a)`.
+#[inline(always)]
 fn joined(a: &Matrix, first: &Matrix, second: &Matrix) -> Matrix {
     let after = map2(second, &product(second, &product(a, first)), |x, y| x + y);
     map2(first, &after, |x, y| x + y)

@@ -30,11 +30,17 @@ struct Digit {
     turn: Wide,
 }
 
-/// A value for each digit of a level, computed when first needed: a run needs only few of them.
-type Level<T> = Vec<OnceLock<Box<T>>>;
+/// A value for each digit of each level, computed when first needed: a run needs only few of them.
+type Table<T> = Vec<OnceLock<Box<T>>>;
 
-fn levels<T>(count: usize) -> Vec<Level<T>> {
-    (0..count).map(|_| (0..RADIX).map(|_| OnceLock::new()).collect()).collect()
+fn table<T>(levels: usize) -> Table<T> {
+    (0..levels * RADIX).map(|_| OnceLock::new()).collect()
+}
+
+/// Returns the index of a digit of a level in a [`Table`].
+#[inline(always)]
+fn place(level: u32, digit: usize) -> usize {
+    (level as usize) << BITS | digit
 }
 
 /// A linear system, with its leaps tabulated for one clock period.
@@ -46,11 +52,11 @@ pub struct Linear {
     pub(crate) edge_s: f64,
     /// `P` of one unit of each level, and the leaps of the digits.
     units: Vec<Wide>,
-    levels: Vec<Level<Digit>>,
+    digits: Table<Digit>,
     /// `P` of the lowest level again, rounded and stored contiguously, for callers that ask edge by edge.
     high: OnceLock<Vec<Columns>>,
     /// Quadratures of the digits.
-    quadratures: Vec<Level<(Leap, Quadrature)>>,
+    quadratures: Table<(Leap, Quadrature)>,
     /// `bounds[j]` ≥ |e^{At}| element by element, for 0 ≤ t ≤ 2^j edges.
     bounds: Vec<Matrix>,
     /// For the same lengths: twice the greatest error of the slope's `f64` value, for a slope of one at the anchor.
@@ -82,22 +88,23 @@ impl Linear {
             units.push(unit);
             for _ in 0..BITS {
                 // e^{A(t + 2^j)} = e^{At} e^{A 2^j}: the bound doubles with the leap.
-                let phi = map2(&identity, &wide.after::<P>(&unit).rows(), |x, y| (x + y).abs());
+                let turn = wide.after::<P>(&unit);
+                let phi = map2(&identity, &turn.rows(), |x, y| (x + y).abs());
                 let last = bounds[bounds.len() - 1];
                 bounds.push(map2(&last, &product(&last, &phi), f64::max));
-                unit = joined::<P>(&wide, &unit, &unit);
+                unit = joined::<P>(&unit, &turn, &unit);
             }
         }
-        let (levels, high, quadratures) = (levels(count), OnceLock::new(), levels(count));
+        let (digits, high, quadratures) = (table(count), OnceLock::new(), table(count));
         let errors = bounds.iter().enumerate().map(|(dyadic, m)| {
             let sum = |x: &Matrix, y: &Matrix| map2(x, y, |x, y| x + y);
             let turns = product(&sum(m, &identity), m);
-            let digits = 5.2 * Self::digits(dyadic) as f64;
-            let all = sum(&identity, &map2(&turns, &turns, |x, _| x * digits));
+            let most = 5.2 * Self::digits(dyadic) as f64;
+            let all = sum(&identity, &map2(&turns, &turns, |x, _| x * most));
             Columns::of(&map2(&product(m, &all), m, |x, _| x * f64::EPSILON))
         });
         let errors = errors.collect();
-        Self { a, wide, rate: rate(&a), edge_s, units, levels, high, quadratures, bounds, errors }
+        Self { a, wide, rate: rate(&a), edge_s, units, digits, high, quadratures, bounds, errors }
     }
 
     /// Returns the matrix `A`, rounded.
@@ -242,7 +249,7 @@ impl Linear {
     /// Returns the leap of a digit (at least 1) of a level.
     #[inline(always)]
     fn digit(&self, level: u32, digit: usize) -> &Digit {
-        match self.levels[level as usize][digit].get() {
+        match self.digits[place(level, digit)].get() {
             Some(digit) => digit,
             None => self.tabulate(level, digit),
         }
@@ -251,12 +258,12 @@ impl Linear {
     #[cold]
     fn tabulate(&self, level: u32, digit: usize) -> &Digit {
         let unit = &self.units[level as usize];
-        self.levels[level as usize][digit].get_or_init(|| {
+        self.digits[place(level, digit)].get_or_init(|| {
             // By doubling, so that rounding grows only with the number of bits.
             let pair = match digit {
                 1 => None,
-                _ if digit.is_multiple_of(2) => Some(self.digit(level, digit / 2)).map(|half| (&half.p, &half.p)),
-                _ => Some((&self.digit(level, digit - 1).p, unit)),
+                _ if digit.is_multiple_of(2) => Some(self.digit(level, digit / 2)).map(|half| (half, &half.p)),
+                _ => Some((self.digit(level, digit - 1), unit)),
             };
             Box::new(Self::follow(&self.wide, unit, pair))
         })
@@ -264,12 +271,15 @@ impl Linear {
 
     versions! {
         /// Returns the leap of one unit, or of two leaps one after the other.
-        fn follow[follow_fused, follow_native, follow_with](a: &Wide, unit: &Wide, pair: Option<(&Wide, &Wide)>) -> Digit
+        fn follow[follow_fused, follow_native, follow_with](a: &Wide, unit: &Wide, pair: Option<(&Digit, &Wide)>) -> Digit
     }
 
     #[inline(always)]
-    fn follow_with<P: Product>(a: &Wide, unit: &Wide, pair: Option<(&Wide, &Wide)>) -> Digit {
-        let p = pair.map_or(*unit, |(first, second)| joined::<P>(a, first, second));
+    fn follow_with<P: Product>(a: &Wide, unit: &Wide, pair: Option<(&Digit, &Wide)>) -> Digit {
+        let p = match pair {
+            None => *unit,
+            Some((Digit { p, turn }, second)) => joined::<P>(p, turn, second),
+        };
         Digit { p, turn: a.after::<P>(&p) }
     }
 
@@ -290,7 +300,7 @@ impl Linear {
 
     #[inline(always)]
     fn quadrature(&self, level: u32, digit: usize) -> &(Leap, Quadrature) {
-        match self.quadratures[level as usize][digit].get() {
+        match self.quadratures[place(level, digit)].get() {
             Some(quadrature) => quadrature,
             None => self.integrate(level, digit),
         }
@@ -298,7 +308,7 @@ impl Linear {
 
     #[cold]
     fn integrate(&self, level: u32, digit: usize) -> &(Leap, Quadrature) {
-        self.quadratures[level as usize][digit].get_or_init(|| {
+        self.quadratures[place(level, digit)].get_or_init(|| {
             let twice = |leap: &Leap| leap.then(&self.a, leap);
             let leap = match (digit, level) {
                 (1, 0) => Leap::of(&self.a, self.edge_s),
@@ -311,13 +321,12 @@ impl Linear {
     }
 }
 
-/// Returns `P(a+b) = P(a) + P(b) Φ(a)` with `Φ(a) = I + A P(a)`.
+/// Returns `P(a+b) = P(a) + P(b) Φ(a)` with `Φ(a) = I + A P(a)`, where `turn` is `A P(a)`.
 #[inline(always)]
-fn joined<P: Product>(a: &Wide, first: &Wide, second: &Wide) -> Wide {
+fn joined<P: Product>(first: &Wide, turn: &Wide, second: &Wide) -> Wide {
     let mut columns = [Doubles::ZERO; 4];
     for (c, column) in columns.iter_mut().enumerate() {
-        let moved = a.times::<P>(&first.column(c), &Doubles::ZERO);
-        *column = first.column(c).plus(&second.times::<P>(&moved, &second.column(c)));
+        *column = first.column(c).plus(&second.times::<P>(&turn.column(c), &second.column(c)));
     }
     Wide::from_columns(&columns)
 }
@@ -348,7 +357,7 @@ fn spread<P: Product>(a: &Wide, rows: &Matrix, time_s: Double) -> Wide {
     }
     let mut p = Wide::from_columns(&columns);
     for _ in 0..halvings {
-        p = joined::<P>(a, &p, &p);
+        p = joined::<P>(&p, &a.after::<P>(&p), &p);
     }
     p
 }
@@ -486,7 +495,7 @@ impl<'a> Trajectory<'a> {
     }
 
     #[inline(always)]
-    fn slope_with<P: Product>(&self, edges: u64) -> (State, State) {
+    pub(crate) fn slope_with<P: Product>(&self, edges: u64) -> (State, State) {
         self.system.after(self.x.hi, self.w.hi, edges)
     }
 

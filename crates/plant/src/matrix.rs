@@ -14,6 +14,7 @@ pub(crate) const ANGLE: usize = 2;
 /// Index of the hand's intended angle in a [`State`].
 pub(crate) const INTENT: usize = 3;
 
+#[inline(always)]
 pub(crate) fn product(a: &Matrix, b: &Matrix) -> Matrix {
     let mut c = [[0.0; 4]; 4];
     for (row, out) in a.iter().zip(&mut c) {
@@ -26,6 +27,7 @@ pub(crate) fn product(a: &Matrix, b: &Matrix) -> Matrix {
     c
 }
 
+#[inline(always)]
 pub(crate) fn map2(a: &Matrix, b: &Matrix, op: impl Fn(f64, f64) -> f64) -> Matrix {
     let mut c = *a;
     for (row, other) in c.iter_mut().zip(b) {
@@ -36,10 +38,12 @@ pub(crate) fn map2(a: &Matrix, b: &Matrix, op: impl Fn(f64, f64) -> f64) -> Matr
     c
 }
 
+#[inline(always)]
 pub(crate) fn transposed(a: &Matrix) -> Matrix {
     std::array::from_fn(|r| std::array::from_fn(|c| a[c][r]))
 }
 
+#[inline(always)]
 pub(crate) fn outer(u: &State, v: &State) -> Matrix {
     std::array::from_fn(|r| std::array::from_fn(|c| u[r] * v[c]))
 }
@@ -76,7 +80,12 @@ impl Columns {
     #[inline(always)]
     pub(crate) fn times(&self, v: &State) -> State {
         let [a, b, c, d] = &self.0;
-        std::array::from_fn(|r| (a[r] * v[0] + b[r] * v[1]) + (c[r] * v[2] + d[r] * v[3]))
+        // A loop is always compiled in place, and so for the processor that the caller is compiled for.
+        let mut product = [0.0; 4];
+        for (r, sum) in product.iter_mut().enumerate() {
+            *sum = (a[r] * v[0] + b[r] * v[1]) + (c[r] * v[2] + d[r] * v[3]);
+        }
+        product
     }
 }
 

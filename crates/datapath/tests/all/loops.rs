@@ -159,8 +159,74 @@ fn leaping_equals_ticking<const HELD: bool>(config: LoopConfig, constants: LoopI
     assert!(leaping == ticking, "states differ");
 }
 
+/// Runs the same motion in stretches of ticks and edge by edge. Asserts that a stretch leaves the nets and uses that
+/// its ticks leave, and that no output and no watched net changes before its last edge.
+fn stretches_equal_ticks<const HELD: bool>(
+    config: LoopConfig,
+    constants: LoopIn<i64>,
+    motion: &[(i64, u64)],
+    watched: u64,
+) {
+    let mut going = HapticLoop::<HELD>::new(config).unwrap();
+    let mut ticking = going.clone();
+    let shown: Vec<_> =
+        (0..going.words().len()).filter(|net| (7..11).contains(net) || watched >> net & 1 == 1).collect();
+    let mut place = 0;
+    for (step, stay) in motion {
+        place += step;
+        let input = at(place, constants);
+        going.take(&input);
+        going.tick_again(&input);
+        ticking.tick(input);
+        let mut left = *stay;
+        while left > 0 {
+            let quiet = going.quiet_again(&input).min(left);
+            going.skip(quiet, &input);
+            for _ in 0..quiet {
+                ticking.tick(input);
+            }
+            assert_eq!(going.words(), ticking.words());
+            left -= quiet;
+            if left == 0 {
+                break;
+            }
+            let (edges, out) = going.tick_on(left.min(4), watched, &input);
+            for edge in 1..=edges {
+                let before = ticking.words().to_vec();
+                ticking.tick(input);
+                let stays = |net: &usize| before[*net] == ticking.words()[*net];
+                assert!(edge == edges || shown.iter().all(stays), "a net changes within a stretch");
+            }
+            assert_eq!(going.words(), ticking.words());
+            if let Some(out) = out {
+                assert_eq!(flatten(&out), ticking.words()[7..11]);
+            }
+            left -= edges;
+        }
+    }
+    assert_eq!(going.uses(), ticking.uses());
+}
+
 proptest! {
     #![proptest_config(cases(256))]
+
+    #[test]
+    fn stretches_of_ticks_equal_single_ones_whatever_is_watched(
+        motion in motion(),
+        reference in 0i64..64,
+        stiffness in 0i64..64,
+        damping in 0i64..32,
+        period in 0i64..300,
+        watched in prop::sample::select(vec![0, 1 << 11, 1 << 13, 1 << 15, 1 << 17, u64::MAX]),
+    ) {
+        let constants = LoopIn { reference, stiffness, damping, period, scale: 5, ..QUIET };
+        for config in [small(), LoopConfig { settling: 3, ..small() }] {
+            stretches_equal_ticks::<false>(config, constants, &motion, watched);
+            stretches_equal_ticks::<true>(config, constants, &motion, watched);
+        }
+        stretches_equal_ticks::<false>(LoopConfig::default(), QUIET, &motion, watched);
+        stretches_equal_ticks::<true>(LoopConfig::default(), QUIET, &motion, watched);
+    }
 
     #[test]
     fn the_hybrid_loop_is_its_data_sheet(

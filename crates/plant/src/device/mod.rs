@@ -14,7 +14,7 @@ use crate::axis::{Hand, Mode, Shaft};
 use crate::double::{Double, Doubles, Native, Product, versions};
 use crate::energy::{Energy, Powers, stored_j};
 use crate::gauge::{Flow, Gauge, Measured, Pace, Whole};
-use crate::guard::{Band, Guard, Limits, MotionPoint, Side, Watch, dyadic};
+use crate::guard::{Band, Forecast, Guard, Limits, MotionPoint, STEADY, Side, Steady, Watch, dyadic};
 use crate::leap::Integrals;
 use crate::linear::Trajectory;
 use crate::matrix::{ANGLE, CURRENT, INTENT, SPEED, State};
@@ -30,6 +30,8 @@ pub use cruise::Pulses;
 const NEAR: u64 = 64;
 /// The greatest number of edges over which a quick look is tried where `NEAR` would do.
 const FAR: f64 = 4096.0;
+/// The least number of edges for which the bounds of the errors are made.
+const HEARD: u64 = 4096;
 /// The greatest number of edges that a search looks ahead at a time.
 const FARTHEST: f64 = 65536.0;
 
@@ -76,10 +78,14 @@ pub struct Device<'a> {
     pub(crate) ahead: (u64, (f64, f64), Option<Event>),
     /// The point of the last event found on this motion.
     pub(crate) found: Option<MotionPoint>,
+    /// How long the angle certainly moves in one direction on this motion.
+    pub(crate) steady: Steady,
     /// The edge at which the last smooth motion tried leaves its limits.
     pub(crate) leaves: u64,
     /// The ripple of the pulses under which a cruise was last tried.
     pub(crate) ripple: Option<Ripple<'a>>,
+    /// The number of edges after the anchor up to which no check ends the mode, as far as that is known.
+    kept: u64,
     /// The number of edges after the anchor below which the error bounds in `noise` (angle, checked functions) hold.
     pub(crate) heard: u64,
     noise: [f64; 3],
@@ -126,8 +132,10 @@ impl<'a> Device<'a> {
             cruise: None,
             ahead: (0, (0.0, 0.0), None),
             found: None,
+            steady: Steady::UNKNOWN,
             leaves: 0,
             ripple: None,
+            kept: 0,
             heard: 0,
             noise: [0.0; 3],
             redecided: 0,
@@ -406,9 +414,12 @@ impl<'a> Device<'a> {
 
     #[inline(always)]
     fn listen(&mut self, edges: u64) {
+        // Farther than asked: the searches that follow ask for more, and a longer time hardly adds to the bounds.
         // An end beyond the tables is not reached in one leap.
+        let edges = edges.max(HEARD);
         let dyadic = dyadic(edges).min(self.motion.system().dyadic() - 1);
-        self.heard = (1 << dyadic) + 1;
+        // Of a motion that is new, nothing else is known either.
+        (self.heard, self.kept) = ((1 << dyadic) + 1, 0);
         let check = |index: usize| {
             self.checks[index].as_ref().map_or(0.0, |check| check.guard.noise(&self.motion, dyadic, &check.limits))
         };
@@ -478,7 +489,7 @@ impl<'a> Device<'a> {
             // A search often begins where the one before has found a count, or a few edges after one that has found
             // nothing.
             Some(point) if point.edge == first || is_clear && first - point.edge <= NEAR => point,
-            _ => MotionPoint::of(&self.motion, first),
+            _ => MotionPoint::of_with::<P>(&self.motion, first),
         };
         let encoder = Limits::from(&Band { low: band_rad.0, high: band_rad.1, open: true });
         let most = 1 << (self.motion.system().dyadic() - 1).min(62);
@@ -495,9 +506,8 @@ impl<'a> Device<'a> {
                 let far = a.edge + forecast.late();
                 if forecast.edges < reach && far < most {
                     self.hear(far);
-                    if self.ends_of_modes(&a, far - a.edge) == [false; 2]
-                        && let (angle, mut watch) = self.watched(2, &encoder)
-                        && let Some(point) = angle.confirm(&mut watch, &a, forecast)
+                    if self.keeps_mode(&a, far)
+                        && let Some(point) = self.pursue::<P>(&encoder, &a, forecast)
                     {
                         let event = (self.anchor + point.edge, point.x);
                         (self.ahead, self.found) = ((event.0, band_rad, Some(event)), Some(point));
@@ -519,9 +529,17 @@ impl<'a> Device<'a> {
         self.hear(last);
         let doubtful = self.doubtful(&encoder, &a, last - a.edge);
         self.found = Some(a);
-        let event = if doubtful == [false; 3] { None } else { self.search(&encoder, a, last, doubtful) };
+        let event = if doubtful == [false; 3] { None } else { self.search::<P>(&encoder, a, last, doubtful) };
         self.ahead = (self.anchor + last, band_rad, event);
         event.filter(|event| event.0 <= to)
+    }
+
+    /// Returns the point after `from` at which the angle leaves its band, if its forecast there can be proved.
+    #[inline(always)]
+    fn pursue<P: Product>(&mut self, encoder: &Limits, from: &MotionPoint, forecast: Forecast) -> Option<MotionPoint> {
+        let (motion, noise) = (&self.motion, self.noise[0]);
+        let mut watch = Watch { motion, limits: *encoder, noise, again: &mut self.redecided };
+        self.mode.angle.pursue::<P>(&mut watch, from, forecast, &mut self.steady)
     }
 
     /// Returns the edges that the angle takes for a count at the speed of a point, between [`NEAR`] and [`FARTHEST`].
@@ -539,6 +557,25 @@ impl<'a> Device<'a> {
         let angle =
             self.shaft != Shaft::Stuck && !self.mode.angle.stays(&self.motion, encoder, self.noise[0], from, edges);
         [first, second, angle]
+    }
+
+    /// Returns whether quick looks show that the mode lasts from a point to an edge. They look farther than that, for
+    /// the searches that follow.
+    #[inline(always)]
+    fn keeps_mode(&mut self, from: &MotionPoint, last: u64) -> bool {
+        if last <= self.kept || self.checks.iter().all(Option::is_none) {
+            return true;
+        }
+        let edges = last - from.edge;
+        let beyond = from.edge + STEADY * edges;
+        if dyadic(beyond) < self.motion.system().dyadic() {
+            self.hear(beyond);
+            if self.ends_of_modes(from, beyond - from.edge) == [false; 2] {
+                self.kept = beyond;
+                return true;
+            }
+        }
+        self.ends_of_modes(from, edges) == [false; 2]
     }
 
     /// Returns for each check whether a quick look leaves open that it ends the mode within this number of edges after
@@ -567,7 +604,13 @@ impl<'a> Device<'a> {
     /// Returns the first event from a point to the edge `last`, both counted from the anchor, of the functions that a
     /// quick look over all of this time leaves [`doubtful`](Self::doubtful).
     #[inline(always)]
-    fn search(&mut self, encoder: &Limits, mut a: MotionPoint, last: u64, doubtful: [bool; 3]) -> Option<Event> {
+    fn search<P: Product>(
+        &mut self,
+        encoder: &Limits,
+        mut a: MotionPoint,
+        last: u64,
+        doubtful: [bool; 3],
+    ) -> Option<Event> {
         let first = a.edge;
         let mut events = (0..3).filter(|&index| doubtful[index]);
         let foremost = events.next().expect("a function in doubt");
@@ -581,7 +624,8 @@ impl<'a> Device<'a> {
         }
         while a.edge < last {
             // Searches a little farther than the next encoder edge is away at this speed.
-            let b = MotionPoint::of(&self.motion, last.min(a.edge + (1.25 * self.way(encoder, &a)) as u64));
+            let end = last.min(a.edge + (1.25 * self.way(encoder, &a)) as u64);
+            let b = MotionPoint::of_with::<P>(&self.motion, end);
             let mut found: Option<MotionPoint> = None;
             for (index, _) in doubtful.iter().enumerate().filter(|(_, doubtful)| **doubtful) {
                 let (guard, mut watch) = self.watched(index, encoder);

@@ -351,7 +351,7 @@ impl<'a> Device<'a> {
         self.anchor = edge;
         self.motion = Trajectory::exact_with::<P>(&self.mode.system, x, f);
         self.prefix.0 = u64::MAX;
-        (self.heard, self.ahead.0, self.found) = (0, 0, None);
+        (self.heard, self.ahead.0, self.found, self.steady.until) = (0, 0, None, 0);
     }
 
     #[inline(always)]

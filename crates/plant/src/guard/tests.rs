@@ -1,7 +1,7 @@
 //! The searches of a guard against every edge, and its bounds in exact integers.
 
-use super::{Band, Forecast, Guard, Limits, MotionPoint, Side, Watch, dyadic};
-use crate::double::{Double, Doubles};
+use super::{Band, Forecast, Guard, Limits, MotionPoint, Side, Steady, Watch, dyadic};
+use crate::double::{Double, Doubles, Native};
 use crate::linear::{Linear, Trajectory};
 use crate::matrix::Matrix;
 
@@ -61,6 +61,67 @@ fn a_confirmed_forecast_is_the_first_exit_edge_by_edge() {
         }
     }
     assert!(straight > 20_000 && turned > 5000 && refused > 10_000, "{straight} {turned} {refused}");
+}
+
+/// Counts of an encoder, one after the other: each exit that is pursued is the first edge at which the value, looked at
+/// edge by edge, lies outside of its count, whether the direction is known from the count before or found anew. The
+/// motions turn, so that a direction must end in time. Half of the forecasts are made at random, as above.
+#[test]
+fn pursued_exits_are_those_edge_by_edge_count_after_count() {
+    let systems = SYSTEMS.map(|a| Linear::new(a, 2e-8, 1 << 16));
+    let mut state = 7u64;
+    let mut next = || {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5
+    };
+    // Exits with a direction known from before, with one just found, after a turn, and forecasts that were refused.
+    let (mut known, mut new, mut turned, mut refused) = (0, 0, 0, 0);
+    for case in 0..20_000 {
+        let system = &systems[usize::from(case % 10 != 0)];
+        let x = [2.0 * next(), 0.4 * next(), 0.5, 0.5 + 0.01 * next()];
+        let f = [2e4 * next(), 600.0 * next(), 0.0, 0.0];
+        let motion = Trajectory::new(system, x, f);
+        let row = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]][case % 3];
+        let guard = Guard::new(row, system);
+        let width = [0.1, 2.0, 1e-5][case % 3] * 10f64.powf(-3.0 * (next() + 0.5));
+        let mut low = guard.value(&x) - (next() + 0.5) * width;
+        let (mut from, mut steady, mut before) = (MotionPoint::of(&motion, 0), Steady::UNKNOWN, 0.0);
+        for _ in 0..8 {
+            let limits = Limits::from(&Band { low, high: low + width, open: true });
+            let forecast = if case % 2 == 0 {
+                guard.forecast(&motion, &limits, &from)
+            } else {
+                Forecast { edges: 2000.0 * (next() + 0.5), rising: next().signum() }
+            };
+            if !(0.0..=2000.0).contains(&forecast.edges) {
+                break;
+            }
+            let far = from.edge + forecast.late();
+            let noise = guard.noise(&motion, dyadic(far), &limits);
+            let mut watch = Watch { motion: &motion, limits, noise, again: &mut 0 };
+            let mut side = |edge| guard.side(&mut watch, edge, guard.value(&motion.at(edge)));
+            if side(from.edge) != Side::Inside {
+                break;
+            }
+            let first = (from.edge + 1..=far).find(|&edge| side(edge) != Side::Inside);
+            let is_known = far <= steady.until && forecast.rising == before;
+            let Some(point) = guard.pursue::<Native>(&mut watch, &from, forecast, &mut steady) else {
+                refused += 1;
+                continue;
+            };
+            assert_eq!(Some(point.edge), first, "case {case}");
+            assert_eq!((point.x, point.w), motion.at_with_slope(point.edge));
+            *(if is_known { &mut known } else { &mut new }) += 1;
+            let rising = if guard.value(&point.x) < low { -1.0 } else { 1.0 };
+            turned += u32::from(rising == -before);
+            before = rising;
+            low += before * width;
+            from = point;
+        }
+    }
+    assert!(known > 10_000 && new > 10_000 && turned > 100 && refused > 10_000, "{known} {new} {turned} {refused}");
 }
 
 /// Sums of four products that cancel, in exact integers: a state that rounding has moved across its limit, or whose
