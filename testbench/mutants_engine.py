@@ -284,6 +284,7 @@ PLACES = [
         ("steady: slope's size taken for its direction", "(self.slope(&from.w) * edge_s).abs() - 4.0 * watch.noise"),
     ]),
     (GUARD, "fn steady(", "(spare / (second * edge_s * edge_s)) as u64", [
+        ("steady: bend halved", "(spare / (0.5 * second * edge_s * edge_s)) as u64"),
         ("steady: no bend", "u64::MAX"),
     ]),
     # close

@@ -1,6 +1,6 @@
 //! The searches of a guard against every edge, and its bounds in exact integers.
 
-use super::{Band, Forecast, Guard, Limits, MotionPoint, Side, Steady, Watch, dyadic};
+use super::{Band, Forecast, Guard, Limits, MotionPoint, STEADY, Side, Steady, Watch, dyadic};
 use crate::double::{Double, Doubles, Native};
 use crate::linear::{Linear, Trajectory};
 use crate::matrix::Matrix;
@@ -122,6 +122,35 @@ fn pursued_exits_are_those_edge_by_edge_count_after_count() {
         }
     }
     assert!(known > 10_000 && new > 10_000 && turned > 100 && refused > 10_000, "{known} {new} {turned} {refused}");
+}
+
+/// A free body under a constant force turns when its speed is used up: its direction is known up to that edge, and no
+/// further, or as far as is asked.
+#[test]
+fn a_direction_is_known_until_a_constant_force_turns_the_body() {
+    let edge_s = 2e-8;
+    let system = Linear::new([[0.0; 4], [0.0; 4], [0.0, 1.0, 0.0, 0.0], [0.0; 4]], edge_s, 1 << 16);
+    let guard = Guard::new([0.0, 0.0, 1.0, 0.0], &system);
+    let limits = Limits::from(&Band { low: -1.0, high: 2.0, open: true });
+    for rising in [1.0, -1.0] {
+        for turn in [1.5, 2.5, 100.5, 1000.5, 30_000.5] {
+            let speed = 0.25;
+            let x = [0.0, rising * speed, 0.5, 0.5];
+            let motion = Trajectory::new(&system, x, [0.0, -rising * speed / (turn * edge_s), 0.0, 0.0]);
+            let from = MotionPoint::of(&motion, 0);
+            for edges in [1.0, 10.0, 4000.0] {
+                let forecast = Forecast { edges, rising };
+                let noise = guard.noise(&motion, 16, &limits);
+                let watch = Watch { motion: &motion, limits, noise, again: &mut 0 };
+                let asked = Forecast { edges: STEADY as f64 * edges, rising }.late();
+                let steady = guard.steady(&watch, &from, forecast);
+                assert_eq!(steady.until, asked.min(turn as u64), "{rising} {turn} {edges}");
+                // Against the motion nothing is known.
+                let against = Forecast { edges, rising: -rising };
+                assert_eq!(guard.steady(&watch, &from, against).until, 0, "{rising} {turn} {edges}");
+            }
+        }
+    }
 }
 
 /// Sums of four products that cancel, in exact integers: a state that rounding has moved across its limit, or whose
