@@ -153,6 +153,33 @@ fn a_direction_is_known_until_a_constant_force_turns_the_body() {
     }
 }
 
+/// A body on a spring begins in the middle of its swing, where nothing bends its motion, and turns after a quarter of
+/// the swing: its direction is known for some time, but not beyond the turn.
+#[test]
+fn a_direction_in_the_middle_of_a_swing_ends_before_the_turn() {
+    let edge_s = 2e-8;
+    // As many edges as the bounds of derivatives are made for.
+    let edges = 1638.0;
+    let most = Forecast { edges: STEADY as f64 * edges, rising: 1.0 }.late();
+    assert_eq!((most, dyadic(most)), (16_382, 14));
+    for quarters in [0.2, 0.5, 0.9, 1.1, 1.15, 1.2, 2.0, 7.0] {
+        let turn = most as f64 / quarters;
+        let radian_per_s = std::f64::consts::FRAC_PI_2 / (turn * edge_s);
+        let stiffness = radian_per_s * radian_per_s;
+        let spring = [0.0, 0.0, -stiffness, stiffness];
+        let system = Linear::new([[0.0; 4], spring, [0.0, 1.0, 0.0, 0.0], [0.0; 4]], edge_s, 1 << 16);
+        let guard = Guard::new([0.0, 0.0, 1.0, 0.0], &system);
+        let limits = Limits::from(&Band { low: -1.0, high: 2.0, open: true });
+        for rising in [1.0, -1.0] {
+            let motion = Trajectory::new(&system, [0.0, 0.25 * rising, 0.5, 0.5], [0.0; 4]);
+            let noise = guard.noise(&motion, 16, &limits);
+            let watch = Watch { motion: &motion, limits, noise, again: &mut 0 };
+            let steady = guard.steady(&watch, &MotionPoint::of(&motion, 0), Forecast { edges, rising });
+            assert!((1..=turn as u64).contains(&steady.until), "{quarters}: {} of {turn}", steady.until);
+        }
+    }
+}
+
 /// Sums of four products that cancel, in exact integers: a state that rounding has moved across its limit, or whose
 /// value errs across it, is not called surely inside.
 #[test]
