@@ -733,3 +733,6 @@ impl<'a> Device<'a> {
         self.energy.add(&self.powers, length_s, before, after, done);
     }
 }
+
+#[cfg(test)]
+mod tests;
