@@ -1,4 +1,4 @@
-//! What a device knows ahead of the edges that it is asked for.
+//! How far ahead a device knows its mode.
 
 use super::{Device, HEARD};
 use crate::{Axis, Hand, Motor};
