@@ -271,7 +271,9 @@ impl Linear {
 
     versions! {
         /// Returns the leap of one unit, or of two leaps one after the other.
-        fn follow[follow_fused, follow_native, follow_with](a: &Wide, unit: &Wide, pair: Option<(&Digit, &Wide)>) -> Digit
+        fn follow[follow_fused, follow_native, follow_with](
+            a: &Wide, unit: &Wide, pair: Option<(&Digit, &Wide)>
+        ) -> Digit
     }
 
     #[inline(always)]
