@@ -43,7 +43,7 @@ QUICK = ["between_rows::", "bounded::", "contact::", "known_answers::", "law_sce
 LEAPS = ["cruise::so_", "cruise::a_run", "drivers::they_agree", "drivers::watching", "faults::"]
 WHOLE = ["cruise::every_register", "drivers::leaping", "drivers::a_hundred", "energy::"]
 STAGES = [
-    ("hpu-plant", "lib", ["guard::"], 30),
+    ("hpu-plant", "lib", ["guard::", "device::"], 30),
     ("hpu-plant", "all", ["--skip", "arm_", "--skip", "shaper::", "--skip", "stepper::"], 20),
     ("hpu-cosim", "all", QUICK, 60),
     ("hpu-cosim", "high_precision", ["--skip", "twice_the_places"], 100),
