@@ -34,6 +34,10 @@ fn a_mode_is_known_to_last_only_as_far_as_errors_are_bounded() {
             far += u32::from(device.kept > HEARD);
         }
         assert!(count > 10 && device.mode_changes() == 0, "{count} counts");
+        // Of a motion that is new, no direction is known.
+        assert!(device.steady.until > 0);
+        device.drive_current(at, 0.01);
+        assert_eq!(device.steady.until, 0);
     }
     assert!(far > 100, "{far} looks farther than errors are bounded without being asked");
 }
