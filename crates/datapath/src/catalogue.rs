@@ -36,6 +36,7 @@ macro_rules! blocks {
             None
         }
 
+        /// Returns the wanted blocks: all in their default configuration, then in the others, each with its label.
         fn configurations(is_wanted: &dyn Fn(&str) -> bool) -> Result<Vec<(String, Box<dyn AnyBlock>)>, ConfigError> {
             let mut all: Vec<(String, Box<dyn AnyBlock>)> = Vec::new();
             $(if is_wanted(<$block>::NAME) {

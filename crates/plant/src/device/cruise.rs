@@ -382,8 +382,8 @@ impl<'a> Device<'a> {
         end
     }
 
-    /// Returns the checks, with their limits narrowed by the bounds of the ripple, and the band of the angle narrowed in
-    /// the same way, if the state is within all of them.
+    /// Returns the checks and the band of the angle, with their limits narrowed by the bounds of the ripple, if the
+    /// state is within all of them.
     #[inline(always)]
     fn narrowed(&self, margins: &[f64; 3], (low_rad, high_rad): (f64, f64)) -> Option<Narrowed<'a>> {
         let x = self.motion.x.hi;
