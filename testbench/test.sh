@@ -8,8 +8,11 @@ cd "$(dirname "$0")/.."
 
 # GHDL simulates; Yosys and nextpnr (with the tables of IceStorm) tell what a block costs; Valgrind counts instructions;
 # Icarus Verilog simulates what is costed, Verilator designs of others; Gappa checks proofs; groff renders the manual pages.
-packages="ghdl-mcode yosys nextpnr-ice40 fpga-icestorm valgrind gappa groff-base iverilog verilator make g++"
-for tool in ghdl yosys nextpnr-ice40 icetime valgrind gappa groff iverilog verilator make g++; do
+# Debian has GHDL's back ends side by side, and a test has each: mcode is what `ghdl` starts, LLVM's simulates much.
+packages="ghdl-mcode ghdl-llvm yosys nextpnr-ice40 fpga-icestorm valgrind gappa groff-base iverilog verilator make g++"
+tools="ghdl yosys nextpnr-ice40 icetime valgrind gappa groff iverilog verilator make g++"
+if command -v apt-get >/dev/null 2>&1; then tools="$tools ghdl-mcode ghdl-llvm"; fi
+for tool in $tools; do
     command -v "$tool" >/dev/null 2>&1 && continue
     if command -v apt-get >/dev/null 2>&1 && [ "$(id -u)" = 0 ]; then
         apt-get update -qq

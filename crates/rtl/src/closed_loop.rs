@@ -178,6 +178,7 @@ impl LoopJob {
     /// Runs the bench in GHDL and closes the loop through `lockstep`.
     fn close(&self, loops: &Loops, lockstep: &mut Lockstep, control: &Control) -> Result<Tally, GhdlError> {
         let Bench { unit, ports, .. } = loops.benches.iter().find(|bench| bench.of(self)).expect("every job has one");
+        loops.library.elaborate(unit)?;
         let mut command = simulate(self.dut.standard, loops.library.dir(), unit);
         // Words are unknown before the first edge. The comparison sees that; a warning for each row would not help.
         command.arg("--ieee-asserts=disable");

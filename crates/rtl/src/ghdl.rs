@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 use std::process::Command;
+use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 pub use crate::ghdl_error::GhdlError;
@@ -15,6 +16,8 @@ use crate::tool::{Fault, TIMEOUT, Tool, ToolError, run};
 pub struct Library {
     dir: Temporary,
     timeout: Option<Duration>,
+    /// The units that are elaborated.
+    elaborated: Mutex<Vec<String>>,
 }
 
 /// Arguments of every GHDL command. `-Wno-hide`: wirings have, for example, a net `step` beside an instance with a port
@@ -35,7 +38,7 @@ impl Library {
         testbenches: &[(String, String)],
     ) -> Result<Self, GhdlError> {
         let dir = Temporary::folder().map_err(|error| GhdlError::Io(std::env::temp_dir(), error))?;
-        let library = Self { dir, timeout: setup.timeout };
+        let library = Self { dir, timeout: setup.timeout, elaborated: Mutex::default() };
         let mut command = library.command("-a");
         for (name, text) in packages {
             library.write(name, text)?;
@@ -91,6 +94,23 @@ impl Library {
         fs::remove_file(&path).map_err(|error| GhdlError::Io(path, error))
     }
 
+    /// Elaborates a unit, unless that is done. GHDL's LLVM and GCC back ends write a program for each unit, which then
+    /// runs as often, and as often at a time, as it is wanted; the mcode back end compiles anew for each run.
+    ///
+    /// # Errors
+    ///
+    /// [`GhdlError`] with GHDL's message.
+    pub(crate) fn elaborate(&self, unit: &str) -> Result<(), GhdlError> {
+        let mut elaborated = self.elaborated.lock().unwrap_or_else(PoisonError::into_inner);
+        if !elaborated.iter().any(|other| other == unit) {
+            let mut command = self.command("-e");
+            command.arg(unit);
+            run(Tool::Ghdl, &format!("elaborate {unit}"), command, self.limit(Duration::ZERO))?;
+            elaborated.push(unit.to_string());
+        }
+        Ok(())
+    }
+
     /// Elaborates and runs a unit whose run takes `work` at the most. Returns its standard output.
     ///
     /// # Errors
@@ -103,7 +123,8 @@ impl Library {
         environment: &[(&str, String)],
         work: Duration,
     ) -> Result<String, GhdlError> {
-        let mut command = self.command("--elab-run");
+        self.elaborate(unit)?;
+        let mut command = self.command("-r");
         command.arg(unit);
         // Words are unknown before the first edge. The comparison sees that; a warning for each row would not help.
         command.arg("--ieee-asserts=disable");

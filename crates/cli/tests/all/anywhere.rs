@@ -70,16 +70,25 @@ fn without_seconds(mut report: Value) -> Value {
     report
 }
 
-#[test]
-fn a_check_is_the_same_however_many_runs_are_at_a_time() {
+/// Returns the report of a check of a few blocks and scenes, with this number of runs at a time on a back end of GHDL.
+fn checked(jobs: &str, back_end: &str) -> Value {
     let arguments =
         ["check", "input_shaper", "saturator", "displacement", "--rows", "300", "--edges", "5000", "--json"];
-    let scenes = ["--scene", "one-tick", "--scene", "short-contact", "--jobs"];
-    let with = |jobs| {
-        let output = hpu().args(arguments).args(scenes).arg(jobs).output().expect("starts");
-        assert_eq!(code(&output), 0, "{}", stderr(&output));
-        assert!(stderr(&output).contains(&format!("s by their rows and edges (an estimate), {jobs} at a time\n")));
-        without_seconds(json(&output))
-    };
-    assert_eq!(with("1"), with("4"));
+    let scenes = ["--scene", "one-tick", "--scene", "short-contact", "--jobs", jobs];
+    let output = hpu().args(arguments).args(scenes).env("GHDL_BACKEND", back_end).output().expect("starts");
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    assert!(stderr(&output).contains(&format!("s by their rows and edges (an estimate), {jobs} at a time\n")));
+    without_seconds(json(&output))
+}
+
+#[test]
+fn a_check_is_the_same_however_many_runs_are_at_a_time() {
+    assert_eq!(checked("1", "mcode"), checked("4", "mcode"));
+}
+
+#[test]
+fn a_check_is_the_same_where_ghdl_writes_a_program_for_each_bench() {
+    let version = Command::new("ghdl").arg("--version").env("GHDL_BACKEND", "llvm").output().expect("GHDL");
+    assert!(stdout(&version).contains("llvm code generator"), "no ghdl-llvm: {}", stdout(&version));
+    assert_eq!(checked("1", "mcode"), checked("4", "llvm"));
 }

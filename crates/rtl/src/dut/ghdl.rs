@@ -77,6 +77,9 @@ impl Simulators {
         let say = |error| DutError::of(&dut.top, error);
         run(Tool::Ghdl, "connect a design", command, self.limit()).map_err(say)?;
         place_library(&self.setup, folder.path()).map_err(|error| DutError::Ended(error.to_string()))?;
+        let mut command = self.ghdl_command("-e", dut, folder.path());
+        command.arg(BENCH);
+        run(Tool::Ghdl, "elaborate a design", command, self.limit()).map_err(say)?;
         let mut command = simulate(dut.standard, folder.path(), BENCH);
         command.env(ASK, "");
         if inside {
@@ -137,10 +140,10 @@ fn standard(standard: Standard) -> &'static str {
     }
 }
 
-/// Returns the command that runs a bench.
+/// Returns the command that runs a bench, which is elaborated.
 pub(crate) fn simulate(of: Standard, folder: &Path, bench: &str) -> Command {
     let mut command = Command::new(Tool::Ghdl.name());
-    command.args(["--elab-run", standard(of), "-fsynopsys", "-Wno-hide", bench]).current_dir(folder);
+    command.args(["-r", standard(of), "-fsynopsys", "-Wno-hide", bench]).current_dir(folder);
     command
 }
 
