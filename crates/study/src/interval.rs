@@ -2,6 +2,8 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
+use crate::series::Series;
+
 /// All numbers from `lo` to `hi`.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct Interval {
@@ -204,7 +206,7 @@ impl Matrix {
     }
 
     pub fn times(&self, other: &Self) -> Self {
-        // Zeros add nothing, not even rounding, and most cells of block triangles are zero on the left.
+        // Zeros add nothing, not even rounding.
         let product = |row: &Vec<Interval>| {
             let mut sums = vec![Interval::ZERO; other.columns()];
             for (left, right) in row.iter().zip(&other.0).filter(|(left, _)| **left != Interval::ZERO) {
@@ -215,6 +217,12 @@ impl Matrix {
             sums
         };
         Self(self.0.iter().map(product).collect())
+    }
+
+    /// Returns the numbers that two enclosures of the same matrix have in common.
+    pub fn common(&self, other: &Self) -> Self {
+        let both = |(a, b): (&Interval, &Interval)| a.common(*b).expect("two enclosures of the same number");
+        Self(self.0.iter().zip(&other.0).map(|(a, b)| a.iter().zip(b).map(both).collect()).collect())
     }
 
     /// Returns the greatest absolute value of each cell, as a matrix.
@@ -230,38 +238,7 @@ impl Matrix {
 
     /// Returns `e^(self)`.
     pub fn exponential(&self) -> Self {
-        Self::identity(self.rows()).plus(&self.exponential_change())
-    }
-
-    /// Returns `e^(self) - 1`, precise where that is small. The matrix is scaled down, a Taylor series with its
-    /// remainder gives the change `c`, and `c` is then doubled repeatedly by two formulas, whose results are
-    /// intersected: `c (2 + c)`, which is precise where the change is small, and `(1 + c)² - 1`, which widens the
-    /// enclosure of a decaying part least.
-    pub fn exponential_change(&self) -> Self {
-        let size = self.rows();
-        // Below an eighth, the alternating terms of the series do not widen the enclosure by much.
-        let halvings = (self.norm().log2().ceil() as i32 + 3).max(0);
-        let small = self.map(|cell| cell.scaled(2f64.powi(-halvings)));
-        let (mut term, mut sum) = (small.clone(), small.clone());
-        let order = 13;
-        for index in 2..=order {
-            term = term.times(&small).map(|cell| cell.over(f64::from(index)));
-            sum = sum.plus(&term);
-        }
-        // The norm is at most an eighth, so each remaining term is less than a twentieth of the one before it.
-        let rest = term.norm() / 19.0;
-        let one = Self::identity(size);
-        let (two, minus_one) = (one.map(|cell| cell.scaled(2.0)), one.map(|cell| Interval::ZERO.minus(cell)));
-        let mut change = sum.plus(&Self(vec![vec![Interval { lo: -rest, hi: rest }; size]; size]));
-        for _ in 0..halvings {
-            let flow = one.plus(&change);
-            let squared = flow.times(&flow).plus(&minus_one);
-            let precise = change.times(&two.plus(&change));
-            let common = |(a, b): (&Interval, &Interval)| a.common(*b).expect("two enclosures of the same number");
-            let rows = precise.0.iter().zip(&squared.0);
-            change = Self(rows.map(|(a, b)| a.iter().zip(b).map(common).collect()).collect());
-        }
-        change
+        Self::identity(self.rows()).plus(&Series::new(&[&self.0]).exponential_change().into_parts()[0])
     }
 }
 

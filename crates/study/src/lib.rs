@@ -26,6 +26,7 @@ mod device;
 mod devices;
 mod interval;
 mod sampled;
+mod series;
 mod watch;
 
 pub use device::{Device, Reach, SwitchWatch, Switching, ToldLimits, ToldTables};

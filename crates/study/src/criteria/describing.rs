@@ -16,7 +16,7 @@ use hpu_cosim::figure;
 use hpu_cosim::scene::{Hand, Scene};
 
 use super::{Assumption, Criterion, Figure, Silent, critical, frictionless, law};
-use crate::limits::{Damping, StableSet};
+use crate::limits::{Damping, Stretch};
 
 /// Returns `N(A)` of a mid-tread quantiser, with `A` in quantiser steps.
 pub fn describing_function(amplitude_counts: f64) -> f64 {
@@ -51,8 +51,8 @@ pub(super) fn criterion(scene: &Scene) -> Result<Criterion, Silent> {
     if stiffness >= limit {
         // The quantiser's gain is at most `most`; the loop settles with every gain below the softest crossing.
         let range = [1e-3 * stiffness, most * stiffness];
-        let set = StableSet::new(scene, Damping::PerStiffness(damping / stiffness), range);
-        let gain = set.ok().and_then(|set| set.softest()).map(|stretch| stretch.to.middle() / stiffness);
+        let settling = Stretch::softest(scene, Damping::PerStiffness(damping / stiffness), range);
+        let gain = settling.ok().flatten().map(|stretch| stretch.to.middle() / stiffness);
         let amplitude = gain.and_then(stable_amplitude);
         figures.extend(amplitude.map(|counts| Figure { name: "amplitude", value: counts, unit: "count" }));
     }

@@ -128,10 +128,10 @@ pub fn named(name: &str, scene: &Scene) -> Option<Result<Criterion, Silent>> {
 
 /// Returns the greatest stiffness up to which the linear loop with this damping settles.
 fn critical(scene: &Scene, damping: f64) -> Result<f64, String> {
-    let set = StableSet::new(scene, Damping::Fixed(damping), usual_range(scene))?;
-    match set.softest() {
+    let (damping, range) = (Damping::Fixed(damping), usual_range(scene));
+    match Stretch::softest(scene, damping, range)? {
         Some(Stretch { to, .. }) if to.beyond.is_some() => Ok(to.middle()),
-        _ => Err(set.said()),
+        _ => Err(StableSet::new(scene, damping, range)?.said()),
     }
 }
 

@@ -63,10 +63,23 @@ enum Found {
 
 /// Returns all crossings over a range of stiffnesses.
 pub(super) fn crossings(open: &OpenLoop, range: [f64; 2]) -> Crossings {
+    searched(open, range, false)
+}
+
+/// Returns the crossings up to the end of the softest range in which there is one, or in which some pole is outside the
+/// circle at every stiffness. There may be others beyond this end.
+pub(super) fn first_crossings(open: &OpenLoop, range: [f64; 2]) -> Crossings {
+    searched(open, range, true)
+}
+
+fn searched(open: &OpenLoop, range: [f64; 2], only_first: bool) -> Crossings {
     let (mut at, mut unstable): (Vec<[f64; 2]>, Vec<[f64; 2]>) = (Vec::new(), Vec::new());
     let mut boxes = 0;
     let mut left = vec![(range, Place::all())];
     while let Some((stiffness, mut places)) = left.pop() {
+        if only_first && at.iter().chain(&unstable).any(|[_, high]| *high < stiffness[0]) {
+            continue;
+        }
         if boxes > MOST_BOXES {
             at.push(stiffness);
             continue;
@@ -111,8 +124,9 @@ pub(super) fn crossings(open: &OpenLoop, range: [f64; 2]) -> Crossings {
         if !perhaps.is_empty() {
             let [low, high] = stiffness;
             let middle = if high > 4.0 * low { (low * high).sqrt() } else { 0.5 * (low + high) };
-            left.push(([low, middle], perhaps.clone()));
-            left.push(([middle, high], perhaps));
+            // The softer half is next.
+            left.push(([middle, high], perhaps.clone()));
+            left.push(([low, middle], perhaps));
         }
     }
     at.retain(|[low, high]| *high >= range[0] && *low <= range[1]);

@@ -76,6 +76,6 @@ impl Jet {
 }
 
 /// Returns the numbers that two enclosures of the same number have in common.
-pub(super) fn within(a: Interval, b: Interval) -> Interval {
+fn within(a: Interval, b: Interval) -> Interval {
     a.common(b).expect("two enclosures of the same number")
 }

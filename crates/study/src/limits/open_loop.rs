@@ -7,8 +7,9 @@ use hpu_cosim::scene::{Device, Scene};
 
 use super::characteristic::{Characteristic, minors};
 use super::controller::{Damping, Term, controller};
-use super::jet::{ALONG, Jet, within};
+use super::jet::{ALONG, Jet};
 use crate::interval::{Interval, Matrix};
+use crate::series::Series;
 use crate::widths::System;
 
 /// A linear loop whose stiffness is left open.
@@ -92,35 +93,25 @@ impl OpenLoop {
             }
             a
         };
-        let flow = |a: Vec<Vec<Interval>>| Matrix(a).map(|cell| cell.times(time_s)).exponential_change().0;
+        let flow = |parts: &[&[Vec<Interval>]]| -> Vec<Matrix> {
+            Series::new(parts).map(|cell| cell.times(time_s)).exponential_change().into_parts()
+        };
         let middle = Interval::exact(0.5 * (low + high));
         let range = Interval { lo: low, hi: high };
-        // With A's derivative beside A on the diagonal, the second block of the exponential's first row is the
-        // exponential's derivative. With both blocks once more, the third block is half of the second derivative. Each
-        // derivative is scaled to A's size.
-        let beside = |a: Vec<Vec<Interval>>, slope: &[Vec<Interval>], unit: f64, blocks: usize| {
-            let mut all = vec![vec![Interval::ZERO; blocks * size]; blocks * size];
-            for at in 0..blocks {
-                for row in 0..size {
-                    all[at * size + row][at * size..(at + 1) * size].copy_from_slice(&a[row]);
-                    if at + 1 < blocks {
-                        let next = (at + 1) * size;
-                        let scaled = slope[row].iter().map(|cell| cell.scaled(unit));
-                        all[at * size + row][next..next + size]
-                            .iter_mut()
-                            .zip(scaled)
-                            .for_each(|(to, cell)| *to = cell);
-                    }
-                }
-            }
-            flow(all)
+        // A and its derivative, scaled to A's size: the series of the exponential has its derivative, and half of its
+        // second one where a third part is asked for.
+        let none = vec![vec![Interval::ZERO; size]; size];
+        let along = |a: &[Vec<Interval>], slope: &[Vec<Interval>], unit: f64, parts: usize| {
+            let slope: Vec<Vec<_>> =
+                slope.iter().map(|row| row.iter().map(|cell| cell.scaled(unit)).collect()).collect();
+            flow(&[a, &slope, &none][..parts])
         };
         let own = own.as_deref().map_or_else(|| plant.clone(), balanced);
         let mut known = vec![vec![Jet::ZERO; size]; size];
-        let mut put = |flow: &[Vec<Interval>], to: &dyn Fn(&mut Jet) -> &mut Interval, block: usize, unit: f64| {
-            for (row, jets) in known.iter_mut().enumerate() {
-                for (column, jet) in jets.iter_mut().enumerate() {
-                    *to(jet) = flow[row][block * size + column].scaled(1.0 / unit);
+        let mut put = |Matrix(flow): &Matrix, to: &dyn Fn(&mut Jet) -> &mut Interval, unit: f64| {
+            for (jets, row) in known.iter_mut().zip(flow) {
+                for (jet, cell) in jets.iter_mut().zip(row) {
+                    *to(jet) = cell.scaled(1.0 / unit);
                 }
             }
         };
@@ -129,41 +120,37 @@ impl OpenLoop {
             away[0] = range.minus(middle);
             let unit = 2f64.powi(high.log2().floor() as i32);
             let by = |matrix: &[Vec<Interval>]| -> Vec<Vec<Interval>> {
-                let mut slope = vec![vec![Interval::ZERO; size]; size];
+                let mut slope = none.clone();
                 for (row, by) in slope.iter_mut().zip(springs(matrix)) {
                     row[position] = Interval::ZERO.minus(by);
                 }
                 slope
             };
-            let mut over = beside(at(&plant, range), &by(&plant), unit, 3);
+            let mut over = along(&at(&plant, range), &by(&plant), unit, 3);
             // A single plant also has its slope at the middle. Over the range the slope departs from that by no more
             // than the second derivative allows.
             if sides.is_empty() {
-                let here = beside(at(&own, middle), &by(&own), unit, 2);
-                for (row, here) in over.iter_mut().zip(&here) {
-                    for column in 0..size {
-                        let bend = row[2 * size + column].scaled(2.0).times(away[0].scaled(1.0 / unit));
-                        row[size + column] = within(row[size + column], here[size + column].plus(bend));
-                    }
-                }
-                put(&here, &|jet| &mut jet.middle, 0, 1.0);
+                let here = along(&at(&own, middle), &by(&own), unit, 2);
+                let bend = over[2].map(|cell| cell.scaled(2.0).times(away[0].scaled(1.0 / unit)));
+                over[1] = over[1].common(&here[1].plus(&bend));
+                put(&here[0], &|jet| &mut jet.middle, 1.0);
             }
-            put(&over, &|jet| &mut jet.over, 0, 1.0);
-            put(&over, &|jet| &mut jet.slopes[0], 1, unit);
+            put(&over[0], &|jet| &mut jet.over, 1.0);
+            put(&over[1], &|jet| &mut jet.slopes[0], unit);
         }
         if !self.live || !sides.is_empty() {
-            let here = flow(at(&own, middle));
-            put(&here, &|jet| &mut jet.middle, 0, 1.0);
-            put(&here, &|jet| &mut jet.over, 0, 1.0);
+            let here = flow(&[&at(&own, middle)]);
+            put(&here[0], &|jet| &mut jet.middle, 1.0);
+            put(&here[0], &|jet| &mut jet.over, 1.0);
         }
         for (of, Side { slope, half }) in (1..).zip(sides) {
             away[of] = *half;
             let slope = at(&balanced(slope), range);
             // The ratio of the plant's size to the side's.
             let unit = 2f64.powi(half.hi.log2().floor() as i32);
-            let over = beside(at(&plant, range), &slope, unit, 2);
-            put(&over, &|jet| &mut jet.over, 0, 1.0);
-            put(&over, &|jet| &mut jet.slopes[of], 1, unit);
+            let over = along(&at(&plant, range), &slope, unit, 2);
+            put(&over[0], &|jet| &mut jet.over, 1.0);
+            put(&over[1], &|jet| &mut jet.slopes[of], unit);
         }
         let jet = |row: usize, column: usize| known[row][column].tight(&away).scaled(back(row, column));
         (0..size).map(|row| (0..size).map(|column| jet(row, column)).collect()).collect()
@@ -206,8 +193,9 @@ impl OpenLoop {
         let (late_s, rest_s) = (self.times_s[0], self.times_s[1]);
         let trace =
             |plant: &[Vec<Interval>]| (0..states).fold(Interval::ZERO, |sum, state| sum.plus(plant[state][state]));
-        let flowed =
-            |trace: Interval| Matrix(vec![vec![trace.times(late_s.plus(rest_s))]]).exponential_change().0[0][0];
+        let flowed = |trace: Interval| {
+            Series::new(&[&[vec![trace.times(late_s.plus(rest_s))]]]).exponential_change().into_parts()[0].0[0][0]
+        };
         let Plants { over, middle: own, sides } = &self.plant;
         let of_all = flowed(trace(over));
         let whole_s = late_s.plus(rest_s);

@@ -4,7 +4,7 @@ use hpu_cosim::figure;
 use hpu_cosim::scene::Scene;
 
 use super::controller::Damping;
-use super::crossings::{crossings, settles};
+use super::crossings::{Crossings, crossings, first_crossings, settles};
 use super::open_loop::OpenLoop;
 
 /// The stiffnesses of a range at which all poles of the linear loop are within the unit circle.
@@ -42,6 +42,23 @@ pub struct End {
     pub beyond: Option<f64>,
 }
 
+impl Stretch {
+    /// Computes the stretch that begins with the softest wall of a range, if that wall settles: the first one of
+    /// [`StableSet::new`]. Stiffer walls than the first one beyond its end are not examined.
+    ///
+    /// # Errors
+    ///
+    /// Returns the reason why the scene has no linear loop.
+    pub fn softest(scene: &Scene, damping: Damping, range: [f64; 2]) -> Result<Option<Self>, String> {
+        let open_loop = OpenLoop::new(scene, damping)?;
+        let found = first_crossings(&open_loop, range);
+        let ends = found.at.iter().chain(&found.unstable).map(|[_, high]| *high);
+        let range = [range[0], ends.fold(range[1], f64::min)];
+        let set = StableSet::between(&found, &open_loop, scene, range);
+        Ok(set.stable.first().copied().filter(|stretch| stretch.from.beyond.is_none()))
+    }
+}
+
 impl End {
     /// Returns the middle between [`at`](Self::at) and [`beyond`](Self::beyond).
     pub fn middle(self) -> f64 {
@@ -66,7 +83,11 @@ impl StableSet {
 
     /// Computes the stable set of a loop whose stiffness has the scene's unit.
     pub(super) fn of(open_loop: &OpenLoop, scene: &Scene, range: [f64; 2]) -> Self {
-        let found = crossings(open_loop, range);
+        Self::between(&crossings(open_loop, range), open_loop, scene, range)
+    }
+
+    /// Returns the set with these crossings.
+    fn between(found: &Crossings, open_loop: &OpenLoop, scene: &Scene, range: [f64; 2]) -> Self {
         let (mut stable, mut open) = (Vec::new(), Vec::new());
         // A cut narrower than this is an end of a stretch; a wider one is a range that cannot be told.
         let is_end = |[low, high]: [f64; 2]| high - low <= 1e-6 * high;
@@ -95,11 +116,6 @@ impl StableSet {
         }
         open.sort_by(|a, b| a[0].total_cmp(&b[0]));
         Self { range, unit: super::unit(scene), stable, open }
-    }
-
-    /// Returns the stretch that begins with the softest wall of the range, if that wall settles.
-    pub fn softest(&self) -> Option<Stretch> {
-        self.stable.first().copied().filter(|stretch| stretch.from.beyond.is_none())
     }
 
     /// Returns the set as text, as in `0.01 to 0.7589 and 1.0955 to 4.0685 N.m/rad`.

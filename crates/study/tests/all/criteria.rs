@@ -4,7 +4,7 @@ use hpu_cosim::LinearLoop;
 use hpu_cosim::scene::Scene;
 use hpu_study::SampledLoop;
 use hpu_study::criteria::{self, Criterion, Region, Rigid, describing_function, stable_amplitude};
-use hpu_study::limits::{Damping, StableSet, usual_range};
+use hpu_study::limits::{Damping, Stretch, usual_range};
 
 /// Table 1 of the PHANToM's paper: b 0.005 N·s/m, f_c 0.038 N, a count of 29.1 µm, T 1 ms.
 const PHANTOM: Rigid = Rigid {
@@ -235,8 +235,8 @@ fn routh_s_limit_counts_a_hand_that_holds_the_shaft() {
     let hand = "{ kind = \"spring_damper\", stiffness = 0.4, damping = 2e-4, path = [[0, 0]] }";
     let hybrid = [("method.kind", "hybrid".to_string()), ("wall.stiffness", "1".into())];
     let scene = linear("{ kind = \"motor\", motor = \"vasudevan_2007\" }", hand, &hybrid);
-    let set = StableSet::new(&scene, Damping::Fixed(0.0), usual_range(&scene)).expect("a linear loop");
-    near(set.softest().expect("a stretch").to.middle(), told(&scene, "routh").limit, 1e-9);
+    let settling = Stretch::softest(&scene, Damping::Fixed(0.0), usual_range(&scene)).expect("a linear loop");
+    near(settling.expect("a stretch").to.middle(), told(&scene, "routh").limit, 1e-9);
     assert!(told(&scene, "routh").assumptions_met());
 }
 

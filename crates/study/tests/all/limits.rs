@@ -7,7 +7,7 @@ use hpu_cosim::scene::{Experiment, OutcomeKind, Scene, shipped};
 use hpu_cosim::{Control, LinearLoop};
 use hpu_study::SampledLoop;
 use hpu_study::criteria::Criterion;
-use hpu_study::limits::{Damping, Group, Limits, Looks, StableSet, WordsSet, limits, usual_range};
+use hpu_study::limits::{Damping, End, Group, Limits, Looks, StableSet, Stretch, WordsSet, limits, usual_range};
 use hpu_study::map::{Cell, CellLimits};
 
 const MOTOR: &str = r#"
@@ -81,7 +81,9 @@ fn limit(limits: &Limits) -> f64 {
 }
 
 fn end(limits: &Limits) -> hpu_study::limits::End {
-    limits.linear.as_ref().expect("a linear loop").softest().expect("a stretch").to
+    let first = limits.linear.as_ref().expect("a linear loop").stable[0];
+    assert_eq!(first.from.beyond, None);
+    first.to
 }
 
 fn criterion<'a>(limits: &'a Limits, name: &str) -> &'a Criterion {
@@ -390,6 +392,42 @@ fn a_coupling_and_estimators_have_linear_loops_of_their_own_and_nonlinear_laws_h
 fn of_linear(scene: &Scene) -> StableSet {
     let damping = Damping::Fixed(scene.wall.damping_nm_s_per_rad);
     StableSet::new(scene, damping, usual_range(scene)).unwrap_or_else(|why| panic!("{why}"))
+}
+
+/// The search for the first end takes ranges in another order and leaves others out.
+#[test]
+fn the_softest_stretch_is_the_first_of_the_whole_set() {
+    let (mut settle, mut none) = (0, 0);
+    for name in ["hybrid-wall", "conventional-wall-1khz", "shaped-wall", "coupled-wall-1khz", "rail-drop", "slow-pwm"] {
+        let scene = known(name, &[]);
+        let own = scene.wall.damping_nm_s_per_rad;
+        let range = usual_range(&scene);
+        // One range begins beyond the first end.
+        let ranges = [range, [0.3 * range[1], range[1]]];
+        for damping in
+            [Damping::Fixed(0.0), Damping::Fixed(own), Damping::Fixed(8.0 * own), Damping::PerStiffness(2e-4)]
+        {
+            for range in ranges {
+                match (Stretch::softest(&scene, damping, range), StableSet::new(&scene, damping, range)) {
+                    (Ok(found), Ok(set)) => {
+                        let first = set.stable.first().filter(|stretch| stretch.from.beyond.is_none());
+                        // Each encloses the same pole's crossing, from ranges of its own.
+                        let alike = match (found.map(|found| found.to), first.map(|first| first.to)) {
+                            (Some(End { at, beyond: Some(beyond) }), Some(End { at: to, beyond: Some(than) })) => {
+                                at < than && to < beyond
+                            }
+                            (found, first) => found == first,
+                        };
+                        assert!(alike, "{name} {damping:?} {range:?}: {found:?}, not {first:?}");
+                        *(if found.is_some() { &mut settle } else { &mut none }) += 1;
+                    }
+                    (Err(why), Err(other)) => assert_eq!(why, other),
+                    differ => panic!("{name} {damping:?}: {differ:?}"),
+                }
+            }
+        }
+    }
+    assert!(settle > 12 && none > 8, "{settle} {none}");
 }
 
 #[test]

@@ -9,7 +9,7 @@ use super::super::template::{Value, Values};
 use super::{Asked, Taken, numbers, text};
 use crate::SampledLoop;
 use crate::criteria;
-use crate::limits::{self, Damping, Looks, Seen, StableSet, WordsSet, linear_settles, usual_range};
+use crate::limits::{self, Damping, Looks, Seen, StableSet, Stretch, WordsSet, linear_settles, usual_range};
 use crate::map::{Cell, CellLimits};
 
 /// The values of a scene: of its words, then of its device.
@@ -51,9 +51,11 @@ pub(super) fn linear(asked: &Asked, _: &Control) -> Result<Values, String> {
     if let Some(every) = asked.number("every") {
         return Ok(numbers([("limit", dual_rate(&scene, every as u32)?)]));
     }
-    let set = StableSet::new(&scene, Damping::Fixed(scene.wall.damping_nm_s_per_rad), usual_range(&scene))?;
-    let limit = set.softest().map(|stretch| stretch.to.middle());
-    Ok(numbers([("limit", limit.ok_or_else(|| set.said())?)]))
+    let (damping, range) = (Damping::Fixed(scene.wall.damping_nm_s_per_rad), usual_range(&scene));
+    match Stretch::softest(&scene, damping, range)? {
+        Some(stretch) => Ok(numbers([("limit", stretch.to.middle())])),
+        None => Err(StableSet::new(&scene, damping, range)?.said()),
+    }
 }
 
 /// Returns a stiffness at which the linear loop of two rates ceases to settle, by bisection from 1.
