@@ -39,6 +39,14 @@ impl AnyDevice<'_> {
         forward!(self, body => body.reals(edge))
     }
 
+    /// Returns the outputs at this edge and at all later ones, if the body is known to move no more as it is driven.
+    pub(crate) fn still(&self, edge: u64) -> Option<[f64; REALS.len()]> {
+        match self {
+            Self::Exact(body) => body.still(edge),
+            Self::Stepped(_) => None,
+        }
+    }
+
     /// Writes the outputs at the edges `first`, `first + stride` and so on; the body has not left them yet.
     pub(crate) fn rows(&self, first: u64, stride: u64, rows: &mut [[f64; REALS.len()]]) {
         match self {

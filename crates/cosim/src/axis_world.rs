@@ -453,6 +453,9 @@ impl World for AxisWorld<'_> {
         if count == 1 {
             return observer.reals(Cycle(first), &self.reals(first));
         }
+        if let Some(row) = self.device.as_ref().and_then(|device| device.still(first)) {
+            return observer.still(Cycle(first), stride, count, &row);
+        }
         if count <= 8 {
             self.show_rows::<8, O>(first, stride, count, observer);
         } else {

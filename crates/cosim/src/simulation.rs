@@ -408,6 +408,13 @@ impl Observe for Recorder<'_> {
             observer.block(first, stride, width, values);
         }
     }
+    #[inline]
+    fn still(&mut self, first: Cycle, stride: u64, count: u64, values: &[f64]) {
+        self.trace.still(first, stride, count, values);
+        if let Some(observer) = &mut self.observer {
+            observer.still(first, stride, count, values);
+        }
+    }
 }
 
 /// Implements [`Wired::closed_loop`] for any simulation.

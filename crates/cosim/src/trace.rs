@@ -416,4 +416,21 @@ impl Observe for Trace {
             column.extend(rows().map(|_| word));
         }
     }
+
+    #[inline]
+    fn still(&mut self, first: Cycle, stride: u64, count: u64, values: &[f64]) {
+        if self.beyond.is_some() {
+            (0..count).for_each(|index| self.reals(Cycle(first.0 + index * stride), values));
+            return;
+        }
+        debug_assert_eq!((self.came() * self.stride, self.stride), (first.0, stride));
+        let rows = self.rows + count as usize;
+        self.rows = rows;
+        for (column, &at) in self.reals.iter_mut().zip(&self.kept) {
+            column.resize(rows, values[at]);
+        }
+        for (column, &word) in self.words.iter_mut().zip(&self.now) {
+            column.resize(rows, word);
+        }
+    }
 }

@@ -462,6 +462,12 @@ impl<'a> Trajectory<'a> {
         self.within(&self.prefix(edges >> BITS), edges & MASK)
     }
 
+    /// Returns the state at every edge after the anchor, if nothing moves.
+    pub(crate) fn still(&self) -> Option<State> {
+        // The sum makes the zero below zero the one above, as leaps do.
+        (self.w == Doubles::ZERO).then(|| plus(&self.x.hi, &self.w.hi))
+    }
+
     versions! {
         /// Writes the states after `first` edges, `first + stride` edges and so on: each equals [`at`](Self::at) to the
         /// bit.
@@ -470,10 +476,6 @@ impl<'a> Trajectory<'a> {
 
     #[inline(always)]
     fn rows_with<P: Product>(&self, first: u64, stride: u64, rows: &mut [State]) {
-        if self.w == Doubles::ZERO && first != 0 {
-            // Nothing moves.
-            return rows.fill(plus(&self.x.hi, &self.w.hi));
-        }
         // Neighbours share all digits but their two lowest.
         let (mut blocks, mut shared) = (0, (self.x.hi, self.w.hi));
         for (row, index) in rows.iter_mut().zip(0..) {

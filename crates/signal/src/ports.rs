@@ -112,6 +112,13 @@ pub trait Observe {
             self.reals(Cycle(first.0 + index * stride), row);
         }
     }
+    /// Receives `count` successive rows of [`reals`](Self::reals) that are all alike.
+    #[inline]
+    fn still(&mut self, first: Cycle, stride: u64, count: u64, values: &[f64]) {
+        for index in 0..count {
+            self.reals(Cycle(first.0 + index * stride), values);
+        }
+    }
     /// Whether the observer looks at anything at all. If not, a run does not call it.
     fn watches(&self) -> bool {
         true

@@ -216,3 +216,37 @@ fn a_count_of_force_and_of_length_make_the_words() {
     let damped = parsed("rail-drop", &[("wall.damping", "0.2 N.s/m")]).words().unwrap();
     assert_eq!(damped.damping, 38);
 }
+
+/// `events` shows a body at rest as many rows at once, `clock` row by row.
+#[test]
+fn both_drivers_show_the_same_rows_of_a_body_at_rest() {
+    // Friction stops it after 24 ms: 0.01 m/s by 0.038 N on 0.09 kg.
+    let thrown = [("device.initial_speed", "0.01 m/s"), ("hand.torque", "0 N"), ("run.duration", "60 ms")];
+    let scene = parsed("rail-drop", &thrown);
+    let simulation = AxisSimulation::new(&scene).expect("a simulation");
+    for bound in [1 << 20, 400] {
+        let rows = [Driver::Events, Driver::Clock].map(|driver| {
+            let mut trace = simulation.trace(&["command"]).bounded(bound, &simulation.judged());
+            let mut seen = Seen::default();
+            simulation.run(driver, &mut trace, &mut seen, &Control::default());
+            (trace, seen.0)
+        });
+        let [(events, all), (clock, others)] = rows;
+        assert_eq!(events, clock);
+        assert_eq!(all, others);
+        assert_eq!(events.came(), 601);
+        let alike = all.windows(2).filter(|pair| pair[0].1 == pair[1].1).count();
+        assert!((360..=364).contains(&alike), "{alike} rows like the one before");
+    }
+}
+
+/// The rows that an observer is shown: the edge, and the bits of each output.
+#[derive(Default)]
+struct Seen(Vec<(u64, Vec<u64>)>);
+
+impl Observe for Seen {
+    fn nets(&mut self, _: Cycle, _: &[i64]) {}
+    fn reals(&mut self, cycle: Cycle, values: &[f64]) {
+        self.0.push((cycle.0, values.iter().map(|value| value.to_bits()).collect()));
+    }
+}

@@ -187,6 +187,12 @@ impl<'a> Device<'a> {
         }
     }
 
+    /// Returns the outputs at this edge and at all later ones, if nothing moves in the present mode: each equals
+    /// [`reals`](Self::reals) to the bit.
+    pub fn still(&self, edge: u64) -> Option<[f64; REALS.len()]> {
+        (self.cruise.is_none() && edge > self.anchor).then(|| self.motion.still())?.map(|x| self.shown(&x))
+    }
+
     #[inline(always)]
     fn shown(&self, x: &State) -> [f64; REALS.len()] {
         [x[CURRENT], x[SPEED], x[ANGLE], self.axis.motor.torque_constant_nm_per_a * x[CURRENT]]

@@ -87,6 +87,25 @@ fn a_held_force_moves_a_mass_with_friction_as_the_closed_form_says() {
 }
 
 #[test]
+fn a_body_is_still_where_all_its_later_outputs_are_alike() {
+    let axis = rail(Hand::Torque(0.0));
+    let mut device = Device::new(&axis, 0.0, 0.1, -0.0);
+    assert_eq!(device.still(5), None);
+    device.drive_current(10, 0.5 * COULOMB_N);
+    go(&mut device, 10, 50_000_000);
+    assert!(device.is_stuck());
+    let anchor = device.next_event(50_000_000, 60_000_000, ANYWHERE);
+    assert_eq!(anchor, None);
+    let still = device.still(50_000_001).expect("friction holds it");
+    for edge in [50_000_001, 50_000_002, 50_000_127, 50_000_128, 60_000_000, 1 << 40] {
+        assert_eq!(device.reals(edge).map(f64::to_bits), still.map(f64::to_bits), "{edge}");
+    }
+    // A force beyond friction, from its first edge on.
+    device.drive_current(60_000_000, 2.0 * COULOMB_N);
+    assert_eq!((device.still(60_000_000), device.still(60_000_001)), (None, None));
+}
+
+#[test]
 fn a_force_that_friction_holds_moves_nothing_and_one_beyond_it_moves_at_once() {
     let axis = rail(Hand::Torque(0.0));
     let mut device = Device::new(&axis, 0.0, 0.0, 0.0);
