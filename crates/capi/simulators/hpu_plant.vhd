@@ -1,7 +1,8 @@
 -- hpu_plant : the plant of a scene in a testbench of one's own, in GHDL
 --
 -- The functions of hpu_sim.c, called through VHPIDIRECT. GHDL looks for the shared
--- library where the system does (LD_LIBRARY_PATH):
+-- library where the system does (LD_LIBRARY_PATH); its LLVM back end links it, from
+-- the folder where it elaborates:
 --
 --   cc -shared -fPIC -I<include> -o libhpu_sim.so hpu_sim.c -L<library> -lhpu
 --
