@@ -2,8 +2,6 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use crate::series::Series;
-
 /// All numbers from `lo` to `hi`.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct Interval {
@@ -234,11 +232,6 @@ impl Matrix {
     pub fn norm(&self) -> f64 {
         let sum = |row: &Vec<Interval>| row.iter().fold(0.0, |sum: f64, cell| (sum + cell.size()).next_up());
         self.0.iter().map(sum).fold(0.0, f64::max)
-    }
-
-    /// Returns `e^(self)`.
-    pub fn exponential(&self) -> Self {
-        Self::identity(self.rows()).plus(&Series::new(&[&self.0]).exponential_change().into_parts()[0])
     }
 }
 

@@ -2,6 +2,11 @@
 
 use crate::interval::{Interval, Matrix};
 
+/// Returns `e^a` of a square matrix.
+pub(crate) fn exponential(a: &Matrix) -> Matrix {
+    Matrix::identity(a.rows()).plus(&Series::new(&[&a.0]).exponential_change().into_parts()[0])
+}
+
 /// A square matrix as a power series in a number `h`: its value at `h = 0`, its derivative there, half of its second
 /// derivative and so on. Every power of `h` beyond the last is left out.
 ///
@@ -111,7 +116,7 @@ mod tests {
     use crate::interval::Interval;
 
     /// Returns the exponential of a series of numbers: `e^(...)` itself, not its change.
-    fn exponential<const N: usize>(parts: &[[[f64; N]; N]]) -> Vec<[[Interval; N]; N]> {
+    fn raised<const N: usize>(parts: &[[[f64; N]; N]]) -> Vec<[[Interval; N]; N]> {
         let parts: Vec<Vec<Vec<Interval>>> =
             parts.iter().map(|part| part.iter().map(|row| row.map(Interval::exact).to_vec()).collect()).collect();
         let parts: Vec<&[Vec<Interval>]> = parts.iter().map(Vec::as_slice).collect();
@@ -132,7 +137,7 @@ mod tests {
         // Two rates: the derivatives by the second do not commute with the matrix.
         for (a, b) in [(-3.0f64, -0.25f64), (1.5, -40.0), (-1e-3, 2e-3)] {
             let slope = [[0.0, 0.0], [0.0, 1.0]];
-            let found = exponential(&[[[a, 1.0], [0.0, b]], slope, [[0.0; 2]; 2]]);
+            let found = raised(&[[[a, 1.0], [0.0, b]], slope, [[0.0; 2]; 2]]);
             let (apart, falls) = (a - b, b.exp());
             let rest = a.exp() - falls - falls * apart;
             let corner = [
@@ -158,7 +163,7 @@ mod tests {
     fn so_has_a_rotation_by_its_angle() {
         for angle in [0.01f64, 2.0, 11.0] {
             let turn = |by: f64| [[0.0, by], [-by, 0.0]];
-            let found = exponential(&[turn(angle), turn(1.0), turn(0.0)]);
+            let found = raised(&[turn(angle), turn(1.0), turn(0.0)]);
             let (sine, cosine) = angle.sin_cos();
             for (found, [along, across]) in
                 found.iter().zip([[cosine, sine], [-sine, cosine], [-0.5 * cosine, -0.5 * sine]])
@@ -172,7 +177,7 @@ mod tests {
 
     #[test]
     fn higher_parts_of_a_number_join_its_exponential() {
-        let found = exponential(&[[[0.7]], [[-2.0]], [[5.0]]]);
+        let found = raised(&[[[0.7]], [[-2.0]], [[5.0]]]);
         let whole = 0.7f64.exp();
         for (found, exact) in found.iter().zip([whole, -2.0 * whole, (0.5 * 4.0 + 5.0) * whole]) {
             encloses(found[0][0], exact);

@@ -29,7 +29,7 @@ fn assert_blamed(output: &Output, expected: i32, words: &[&str]) {
 
 /// Returns a script for a GHDL that runs `running` instead of a simulation.
 fn ghdl(running: &str) -> String {
-    format!("case \"$1\" in --version) echo 'GHDL 2.0.0'; exit;; -a) exit;; esac\n{running}")
+    format!("case \"$1\" in --version) echo 'GHDL 2.0.0'; exit;; -a | -e) exit;; esac\n{running}")
 }
 
 const LOOP: [&str; 4] = ["run", "short-contact", "--driver", "rtl"];

@@ -97,7 +97,7 @@ fn a_body_is_still_where_all_its_later_outputs_are_alike() {
     let anchor = device.next_event(50_000_000, 60_000_000, ANYWHERE);
     assert_eq!(anchor, None);
     let still = device.still(50_000_001).expect("friction holds it");
-    for edge in [50_000_001, 50_000_002, 50_000_127, 50_000_128, 60_000_000, 1 << 40] {
+    for edge in [50_000_001, 50_000_002, 50_000_127, 50_000_128, 60_000_000, 1 << 29] {
         assert_eq!(device.reals(edge).map(f64::to_bits), still.map(f64::to_bits), "{edge}");
     }
     // A force beyond friction, from its first edge on.

@@ -7,6 +7,7 @@
 //! rest is a geometric series. All sums are intervals rounded outwards.
 
 use crate::interval::{Interval, Matrix};
+use crate::series::exponential;
 
 /// The longest step, in units of the system's shortest time.
 const FINE: f64 = 0.1;
@@ -65,7 +66,7 @@ impl Flow {
         }
         let mut end_s = FINE / a.norm();
         for doublings in 0..40 {
-            let last = a.map(|cell| cell.times(Interval::exact(end_s))).exponential();
+            let last = exponential(&a.map(|cell| cell.times(Interval::exact(end_s))));
             let q = last.norm();
             if q < 1.0 / f64::from(1 << 20) {
                 return Some(Self::tabulated(a, units, end_s, 1 << doublings.clamp(9, 18), Some((last, q))));
@@ -88,10 +89,10 @@ impl Flow {
 
     fn tabulated(a: Matrix, units: Vec<f64>, end_s: f64, steps: usize, last: Option<(Matrix, f64)>) -> Self {
         let step_s = if last.is_some() { end_s / steps as f64 } else { (end_s / steps as f64).next_up() };
-        let one = a.map(|cell| cell.times(Interval::exact(step_s))).exponential();
+        let one = exponential(&a.map(|cell| cell.times(Interval::exact(step_s))));
         let fine = powers(&one, ROW);
         let coarse = powers(&fine[ROW - 1].times(&one), steps / ROW + 1);
-        let growth = a.sizes().map(|cell| cell.times(Interval::exact(step_s))).exponential().sizes();
+        let growth = exponential(&a.sizes().map(|cell| cell.times(Interval::exact(step_s)))).sizes();
         Self { a, units, step_s, fine, coarse, last, growth }
     }
 
