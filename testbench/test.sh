@@ -8,7 +8,8 @@ cd "$(dirname "$0")/.."
 
 # GHDL simulates; Yosys and nextpnr (with the tables of IceStorm) tell what a block costs; Valgrind counts instructions;
 # Icarus Verilog simulates what is costed, Verilator designs of others; Gappa checks proofs; groff renders the manual pages.
-# Debian has GHDL's back ends side by side, and a test has each: mcode is what `ghdl` starts, LLVM's simulates much.
+# Tests need two of GHDL's back ends, which Debian has side by side: `ghdl` starts mcode's, and the check of the VHDL asks
+# for LLVM's, which is quicker.
 packages="ghdl-mcode ghdl-llvm yosys nextpnr-ice40 fpga-icestorm valgrind gappa groff-base iverilog verilator make g++"
 tools="ghdl yosys nextpnr-ice40 icetime valgrind gappa groff iverilog verilator make g++"
 if command -v apt-get >/dev/null 2>&1; then tools="$tools ghdl-mcode ghdl-llvm"; fi

@@ -92,6 +92,11 @@ impl Interval {
         (both.lo <= both.hi).then_some(both)
     }
 
+    /// Returns the numbers that two enclosures of the same number have in common.
+    pub fn within(self, other: Self) -> Self {
+        self.common(other).expect("two enclosures of the same number")
+    }
+
     /// Whether the interval lies inside the other and touches neither of its ends.
     pub fn is_inside(self, other: Self) -> bool {
         other.lo < self.lo && self.hi < other.hi
@@ -218,9 +223,9 @@ impl Matrix {
     }
 
     /// Returns the numbers that two enclosures of the same matrix have in common.
-    pub fn common(&self, other: &Self) -> Self {
-        let both = |(a, b): (&Interval, &Interval)| a.common(*b).expect("two enclosures of the same number");
-        Self(self.0.iter().zip(&other.0).map(|(a, b)| a.iter().zip(b).map(both).collect()).collect())
+    pub fn within(&self, other: &Self) -> Self {
+        let both = |(a, b): (&Vec<Interval>, &Vec<Interval>)| a.iter().zip(b).map(|(a, b)| a.within(*b)).collect();
+        Self(self.0.iter().zip(&other.0).map(both).collect())
     }
 
     /// Returns the greatest absolute value of each cell, as a matrix.

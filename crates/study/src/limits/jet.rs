@@ -44,9 +44,9 @@ impl Jet {
     /// Returns the intersection of two enclosures of the same number.
     pub fn within(self, other: Self) -> Self {
         Self {
-            middle: within(self.middle, other.middle),
-            over: within(self.over, other.over),
-            slopes: array::from_fn(|of| within(self.slopes[of], other.slopes[of])),
+            middle: self.middle.within(other.middle),
+            over: self.over.within(other.over),
+            slopes: array::from_fn(|of| self.slopes[of].within(other.slopes[of])),
         }
     }
 
@@ -54,7 +54,7 @@ impl Jet {
     /// distance `away` from the middle to the ends.
     pub fn tight(self, away: &[Interval; ALONG]) -> Self {
         let meant = self.slopes.iter().zip(away).fold(self.middle, |sum, (slope, away)| sum.plus(slope.times(*away)));
-        Self { over: within(self.over, meant), ..self }
+        Self { over: self.over.within(meant), ..self }
     }
 
     pub fn times(self, other: Self) -> Self {
@@ -73,9 +73,4 @@ impl Jet {
             slopes: self.slopes.map(|slope| slope.scaled(by)),
         }
     }
-}
-
-/// Returns the numbers that two enclosures of the same number have in common.
-fn within(a: Interval, b: Interval) -> Interval {
-    a.common(b).expect("two enclosures of the same number")
 }

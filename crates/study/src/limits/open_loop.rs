@@ -132,7 +132,7 @@ impl OpenLoop {
             if sides.is_empty() {
                 let here = along(&at(&own, middle), &by(&own), unit, 2);
                 let bend = over[2].map(|cell| cell.scaled(2.0).times(away[0].scaled(1.0 / unit)));
-                over[1] = over[1].common(&here[1].plus(&bend));
+                over[1] = over[1].within(&here[1].plus(&bend));
                 put(&here[0], &|jet| &mut jet.middle, 1.0);
             }
             put(&over[0], &|jet| &mut jet.over, 1.0);
