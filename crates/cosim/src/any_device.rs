@@ -47,6 +47,16 @@ impl AnyDevice<'_> {
         }
     }
 
+    /// Returns whether the outputs at all edges before this one can certainly still be asked at it, unless the body is
+    /// driven anew before.
+    #[inline(always)]
+    pub(crate) fn keeps(&self, edge: u64) -> bool {
+        match self {
+            Self::Exact(body) => body.keeps(edge),
+            Self::Stepped(_) => false,
+        }
+    }
+
     /// Writes the outputs at the edges `first`, `first + stride` and so on; the body has not left them yet.
     pub(crate) fn rows(&self, first: u64, stride: u64, rows: &mut [[f64; REALS.len()]]) {
         match self {

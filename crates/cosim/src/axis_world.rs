@@ -387,6 +387,11 @@ impl World for AxisWorld<'_> {
         }
     }
 
+    #[inline(always)]
+    fn keeps(&self, edge: u64) -> bool {
+        edge < self.next_due && self.faults.is_none() && self.device.as_ref().is_some_and(|device| device.keeps(edge))
+    }
+
     fn next_change(&mut self, limit: u64) -> u64 {
         let last = self.next_due.max(self.edge + 1).min(limit);
         let Band { low, high, .. } = self.encoder.band();
@@ -418,9 +423,14 @@ impl World for AxisWorld<'_> {
 
     #[inline(always)]
     fn drive(&mut self, out: LoopOut<i64>, words: &[i64]) {
-        if self.told != Some(out) && self.commanded.is_none_or(|word| word != words[self.command]) {
+        if !self.is_driven_by(&out, words) {
             self.drive_anew(out, words);
         }
+    }
+
+    #[inline(always)]
+    fn is_driven_by(&self, out: &LoopOut<i64>, words: &[i64]) -> bool {
+        self.told == Some(*out) || self.commanded.is_some_and(|word| word == words[self.command])
     }
 
     fn driven_by(&self) -> u64 {

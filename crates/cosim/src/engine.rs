@@ -168,6 +168,7 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
         W: Clone,
     {
         self.tells_overflows = observer.watches_overflows();
+        self.rows.wait = !observer.relates() && self.rows.row.is_none();
         self.watched = watched(self.wiring.words().len(), observer) | self.world.driven_by();
         if self.edge == 0 {
             // A copy is settled: words that settle between reset and the first edge do not count as used.
@@ -189,6 +190,7 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
                 (since, events) = (0, events + u64::from(TURN));
                 self.meet();
                 if !control.goes_on(self.edge, events) {
+                    self.rows.log(&self.world, self.world.edge() - 1, observer);
                     return false;
                 }
             }
@@ -248,7 +250,7 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
                 break;
             }
             let (edges, out) = self.wiring.tick_on(idle, self.watched, &self.input);
-            self.rows.log(&self.world, self.edge + edges - 1, observer);
+            self.rows.leave(&self.world, self.edge + edges, observer);
             self.world.coast(edges);
             self.edge += edges;
             self.ticks += edges - 1;
@@ -293,14 +295,14 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
     #[inline(always)]
     fn glide<O: Observe>(&mut self, limit: u64, observer: &mut O) {
         let rows = &mut self.rows;
-        self.world.glide(limit, |world, edge| rows.log(world, edge - 1, observer));
+        self.world.glide(limit, |world, edge| rows.leave(world, edge, observer));
     }
 
     /// Moves the world to its next change, or to `limit`.
     #[inline(always)]
     fn advance<O: Observe>(&mut self, limit: u64, observer: &mut O) {
         let rows = &mut self.rows;
-        self.world.advance(limit, |world, edge| rows.log(world, edge - 1, observer));
+        self.world.advance(limit, |world, edge| rows.leave(world, edge, observer));
     }
 
     /// Moves the datapath, over repeated outputs, to the edge before the world's.
@@ -352,7 +354,7 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
             *next = edge.saturating_add(edges);
             (self.ticks, self.output_changes) = (self.ticks + 1, self.output_changes + 1);
             self.out = out;
-            self.world.drive(out, self.wiring.words());
+            self.rows.drive(&mut self.world, out, self.wiring.words(), observer);
             if begins {
                 let left = Repeat { edges: if due == u64::MAX { due } else { due - 1 - edge }, ..*repeat };
                 if let Some(cruise) = self.world.foresee(&left) {
@@ -402,7 +404,7 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
             self.out = out;
         }
         if changed || !self.world.holds_outputs() {
-            self.world.drive(self.out, words);
+            self.rows.drive(&mut self.world, self.out, words, observer);
         }
         observer.nets(Cycle(self.edge), words);
         if self.tells_overflows {
@@ -456,6 +458,8 @@ pub(crate) struct Rows {
     /// The edge of the row from which torque and position are averaged, and their integrals at it.
     window: u64,
     before: Option<[f64; 2]>,
+    /// Whether rows may be shown later than nets of later edges.
+    wait: bool,
     /// The present row, if rows have means and extremes.
     row: Option<Vec<f64>>,
 }
@@ -463,7 +467,7 @@ pub(crate) struct Rows {
 impl Rows {
     /// Creates rows from edge 0 on.
     pub(crate) fn new(stride: u64) -> Self {
-        Self { next: 0, stride: stride.max(1), window: u64::MAX, before: None, row: None }
+        Self { next: 0, stride: stride.max(1), window: u64::MAX, before: None, wait: false, row: None }
     }
 
     /// Returns the rows with means of the actuator's torque and of the position from the row at this edge on. If
@@ -487,6 +491,23 @@ impl Rows {
     pub(crate) fn log<O: Observe + ?Sized>(&mut self, world: &impl World, edge: u64, observer: &mut O) {
         if self.next <= edge {
             self.show(world, edge, observer);
+        }
+    }
+
+    /// Shows the rows before `edge`, to which the world is about to go, unless they can wait.
+    #[inline(always)]
+    fn leave<O: Observe + ?Sized>(&mut self, world: &impl World, edge: u64, observer: &mut O) {
+        if self.next < edge && !(self.wait && world.keeps(edge)) {
+            self.show(world, edge - 1, observer);
+        }
+    }
+
+    /// Drives the world from its edge on. Rows that wait are shown before.
+    #[inline(always)]
+    fn drive<E: World, O: Observe>(&mut self, world: &mut E, out: E::Out, words: &[i64], observer: &mut O) {
+        if !world.is_driven_by(&out, words) {
+            self.log(world, world.edge() - 1, observer);
+            world.drive(out, words);
         }
     }
 

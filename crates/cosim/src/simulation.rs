@@ -377,6 +377,9 @@ impl Observe for Recorder<'_> {
         let is_read = |observer: &&mut dyn Observe| observer.measures() && observer.reads(columns.clone());
         self.trace.keeps_any(columns.clone()) || self.observer.as_ref().is_some_and(is_read)
     }
+    fn relates(&self) -> bool {
+        self.trace.relates() || self.observer.as_ref().is_some_and(|observer| observer.relates())
+    }
     #[inline]
     fn nets(&mut self, cycle: Cycle, words: &[i64]) {
         self.trace.nets(cycle, words);

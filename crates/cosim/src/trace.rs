@@ -372,6 +372,9 @@ impl<const N: usize> Lines<N> {
 }
 
 impl Observe for Trace {
+    fn relates(&self) -> bool {
+        !self.picks.is_empty()
+    }
     fn follows(&self, nets: Range<usize>) -> bool {
         self.picks.iter().any(|pick| nets.contains(pick))
     }

@@ -41,6 +41,11 @@ pub trait World: Clone {
     /// Flows to the first edge after the present one, up to `limit`, at which the world changes by itself, or to
     /// `limit`. Calls `before` with that edge before it leaves the present one.
     fn advance(&mut self, limit: u64, before: impl FnOnce(&Self, u64));
+    /// Returns whether the outputs at all edges before this one, to which the world may go now, can still be asked when
+    /// it has come there, until it is [driven](World::drive) anew. An unsure world returns `false`.
+    fn keeps(&self, _edge: u64) -> bool {
+        false
+    }
     /// Returns an edge after the present one, up to `limit`, before which nothing changes by itself if the outputs stay
     /// as they are. The world does not move. A caller that drives edge by edge need not ask the world until then.
     fn next_change(&mut self, limit: u64) -> u64 {
@@ -61,6 +66,10 @@ pub trait World: Clone {
     /// Sets the outputs of the wiring, and the words of all its nets, from the present edge on. While outputs repeat as
     /// [`foresee`](World::foresee) was told, the words of their nets may still be those that began the repetition.
     fn drive(&mut self, out: Self::Out, words: &[i64]);
+    /// Returns whether [`drive`](World::drive) would leave the world as it is.
+    fn is_driven_by(&self, _out: &Self::Out, _words: &[i64]) -> bool {
+        false
+    }
     /// Returns the nets beside the outputs whose words drive the world: bit `n` is net `n`. The engine drives the world
     /// at each edge at which one of them changes.
     fn driven_by(&self) -> u64 {

@@ -476,20 +476,33 @@ impl<'a> Trajectory<'a> {
 
     #[inline(always)]
     fn rows_with<P: Product>(&self, first: u64, stride: u64, rows: &mut [State]) {
+        // Digits of two levels are looked up in tables of a fixed size, where no index needs to be checked.
+        let levels = self.system.digits.as_chunks::<RADIX>().0;
+        let leap = |level: usize, digit: u64| -> &Digit {
+            let digit = (digit & MASK) as usize;
+            match levels[level][digit].get() {
+                Some(digit) => digit,
+                None => self.system.tabulate(level as u32, digit),
+            }
+        };
         // Neighbours share all digits but their two lowest.
         let (mut blocks, mut shared) = (0, (self.x.hi, self.w.hi));
-        for (row, index) in rows.iter_mut().zip(0..) {
-            let edges = first + index * stride;
+        let mut edges = first;
+        for row in rows {
             if edges >> (2 * BITS) != blocks {
                 blocks = edges >> (2 * BITS);
                 shared = self.system.coarse::<2>(self.x.hi, self.w.hi, blocks);
             }
             let (mut x, mut w) = shared;
-            let digit = (edges >> BITS & MASK) as usize;
-            if digit != 0 {
-                (x, w) = self.system.turned(1, digit, &x, &w);
+            if edges >> BITS & MASK != 0 {
+                let Digit { p, turn } = leap(1, edges >> BITS);
+                (x, w) = (plus(&x, &p.hi.times(&w)), plus(&w, &turn.hi.times(&w)));
             }
-            *row = self.within(&(x, w), edges & MASK);
+            if edges & MASK != 0 {
+                x = plus(&x, &leap(0, edges).p.hi.times(&w));
+            }
+            *row = x;
+            edges += stride;
         }
     }
 

@@ -137,6 +137,11 @@ pub trait Observe {
     fn follows(&self, _nets: Range<usize>) -> bool {
         true
     }
+    /// Whether the observer must be shown rows and nets in the order of their edges. If not, a run may show rows later
+    /// than nets of later edges, many rows at once; rows among themselves always come in order.
+    fn relates(&self) -> bool {
+        true
+    }
     /// Whether the observer looks at overflows. If not, a run does not call [`overflows`](Self::overflows).
     fn watches_overflows(&self) -> bool {
         false
@@ -149,6 +154,9 @@ pub trait Observe {
 /// The observer that looks at nothing.
 impl Observe for () {
     fn watches(&self) -> bool {
+        false
+    }
+    fn relates(&self) -> bool {
         false
     }
     #[inline]

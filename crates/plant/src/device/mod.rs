@@ -193,6 +193,16 @@ impl<'a> Device<'a> {
         (self.cruise.is_none() && edge > self.anchor).then(|| self.motion.still())?.map(|x| self.shown(&x))
     }
 
+    /// Returns whether the motion certainly goes on as it is up to an edge and beyond it, unless something changes the
+    /// drive or the hand's intention.
+    #[inline]
+    pub fn keeps(&self, edge: u64) -> bool {
+        let (known, _, event) = &self.ahead;
+        let is_before_event = *known != 0 && edge < event.as_ref().map_or(known + 1, |event| event.0);
+        let is_kept = self.heard != 0 && edge - self.anchor <= self.kept;
+        self.cruise.is_none() && (is_before_event || is_kept || self.checks.iter().all(Option::is_none))
+    }
+
     #[inline(always)]
     fn shown(&self, x: &State) -> [f64; REALS.len()] {
         [x[CURRENT], x[SPEED], x[ANGLE], self.axis.motor.torque_constant_nm_per_a * x[CURRENT]]
