@@ -80,7 +80,7 @@ pub use schedule::{Schedule, WordRamp};
 pub use simulation::{Direct, LoopVisitor, Simulation, TheLoop, Wired, follow};
 pub use simulation_error::SimulationError;
 pub use summary::{EnergyAudit, NetUse, Summary, metric};
-pub use trace::Trace;
+pub use trace::{ANGLE, Trace};
 pub use untyped::{AnyClosedLoop, AnyWorld};
 pub use verdict::{Abort, PASSIVE_RMS_M, Verdict, judge, judge_drop, unseen_growth_per_s};
 pub use wired_simulation::WiredSimulation;

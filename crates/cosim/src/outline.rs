@@ -28,6 +28,8 @@ pub struct Outline {
     pub(crate) drawn: Vec<[usize; 3]>,
     pub(crate) has_device: bool,
     pub(crate) judged: Vec<usize>,
+    /// Whether figures beside verdict and metrics are computed from all rows of these outputs.
+    pub(crate) reads_rows: bool,
     /// Whether the device can touch anything: a wall, or a finger that presses on a segment.
     pub(crate) has_contact: bool,
     /// The net that shows contact; `None` of a design of the user's own.
@@ -80,6 +82,7 @@ impl Outline {
             drawn: Vec::new(),
             has_device: true,
             judged: Vec::new(),
+            reads_rows: false,
             has_contact: true,
             contact: None,
             wall: None,

@@ -189,6 +189,13 @@ pub trait Simulation {
     fn brief_trace(&self) -> Trace {
         Trace::new(self.clock(), self.stride(), self.judged(), Vec::new())
     }
+
+    /// Returns an empty trace as [`brief_trace`](Self::brief_trace) does. It holds only the rows of the judged window,
+    /// unless the device's page reads all rows.
+    fn verdict_trace(&self) -> Trace {
+        let trace = self.brief_trace();
+        if self.outline().reads_rows { trace } else { trace.of_window() }
+    }
 }
 
 /// A `Wired` simulation is a scene made ready whose loop blocks of this project close. Implemented for axes

@@ -5,10 +5,10 @@ use std::ops::Range;
 
 use hpu_signal::{Clock, Cycle, Observe};
 
-use crate::window::Streamed;
+use crate::window::{Streamed, range, window};
 
 /// Index of an axis's angle among its outputs.
-pub(crate) const ANGLE: usize = 2;
+pub const ANGLE: usize = 2;
 /// Index of the torque or force of an axis's actuator among its outputs.
 pub(crate) const TORQUE: usize = 3;
 
@@ -16,7 +16,7 @@ pub(crate) const TORQUE: usize = 3;
 ///
 /// All rows are held, unless the trace is [`bounded`](Self::bounded) and the run has more. Then it holds every second
 /// row, later every fourth, and so on, and gathers from all rows, as they come, the figures that verdicts and metrics
-/// need.
+/// need. A trace [of the window](Self::of_window) holds no other rows, and gathers the extremes of the rows before it.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Trace {
     clock: Clock,
@@ -33,7 +33,27 @@ pub struct Trace {
     bound: Option<(usize, Vec<usize>)>,
     /// The figures gathered in a run with more rows than may be held.
     beyond: Option<Box<Beyond>>,
+    /// Whether only the judged window is wanted.
+    is_of_window: bool,
+    /// The rows before the window, if only the window is held.
+    before: Option<Box<Before>>,
+    /// The number of held rows at which those before the window are let go.
+    full: usize,
 }
+
+/// Rows that are held no more, because they come before the judged window.
+#[derive(Clone, PartialEq, Debug)]
+struct Before {
+    /// Number of these rows so far.
+    gone: u64,
+    /// The first row of the window.
+    window: u64,
+    /// Least, greatest and last value of each kept output.
+    extremes: Vec<[f64; 3]>,
+}
+
+/// Rows before the window that are held until they are let go together.
+const TOGETHER: usize = 1 << 10;
 
 /// Figures gathered from all rows of a run that holds only some of them.
 #[derive(Clone, PartialEq, Debug)]
@@ -70,7 +90,18 @@ impl Trace {
             picks,
             bound: None,
             beyond: None,
+            is_of_window: false,
+            before: None,
+            full: usize::MAX,
         }
+    }
+
+    /// Returns the trace for verdicts and metrics alone: it holds the rows of the judged window, and few others. Least
+    /// and greatest values are still those of all rows. A run with [too many rows](Self::bounded) is held as before.
+    #[must_use]
+    pub fn of_window(mut self) -> Self {
+        self.is_of_window = true;
+        self
     }
 
     /// Returns the trace with mean, least and greatest value of an output, which are these columns of a row. If not all
@@ -108,7 +139,7 @@ impl Trace {
     /// again.
     pub(crate) fn begin(&mut self, rows: u64) {
         let mut room = usize::try_from(rows).unwrap_or(0).min(1 << 20);
-        self.beyond = None;
+        (self.beyond, self.before, self.full) = (None, None, usize::MAX);
         if let Some((most, judged)) = self.bound.as_ref().filter(|(most, _)| rows > *most as u64) {
             room = *most;
             self.beyond = Some(Box::new(Beyond {
@@ -118,6 +149,11 @@ impl Trace {
                 judged: judged.iter().map(|index| Streamed::new(*index, rows)).collect(),
                 waiting: vec![NOTHING; self.between.len()],
             }));
+        } else if self.is_of_window {
+            let Range { start, end } = window(rows);
+            let extremes = vec![[f64::INFINITY, f64::NEG_INFINITY, f64::NAN]; self.kept.len()];
+            (room, self.full) = (room.min((end - start) as usize + 2 * TOGETHER), TOGETHER);
+            self.before = Some(Box::new(Before { gone: 0, window: start, extremes }));
         }
         self.rows = 0;
         self.now.fill(0);
@@ -174,6 +210,45 @@ impl Trace {
         beyond.came += 1;
     }
 
+    /// Lets go of the held rows before the window, once they are many.
+    #[inline(always)]
+    fn let_go(&mut self) {
+        if self.rows >= self.full {
+            self.let_go_all();
+        }
+    }
+
+    #[inline(never)]
+    fn let_go_all(&mut self) {
+        let Some(before) = &mut self.before else { return };
+        let gone = usize::try_from(before.window - before.gone).map_or(self.rows, |left| left.min(self.rows));
+        for (extremes, column) in before.extremes.iter_mut().zip(&mut self.reals) {
+            widen(extremes, &column[..gone]);
+            column.drain(..gone);
+        }
+        self.words.iter_mut().for_each(|column| drop(column.drain(..gone)));
+        self.rows -= gone;
+        before.gone += gone as u64;
+        if before.gone == before.window {
+            self.full = usize::MAX;
+        }
+    }
+
+    /// Takes those of `count` rows that are all alike which come before the window, and are let go. Returns how many
+    /// rows remain.
+    fn pass_still(&mut self, count: u64, values: &[f64]) -> u64 {
+        self.let_go_all();
+        let Some(before) = self.before.as_mut().filter(|_| self.rows == 0) else { return count };
+        let gone = count.min(before.window - before.gone);
+        if gone != 0 {
+            for (extremes, &at) in before.extremes.iter_mut().zip(&self.kept) {
+                widen(extremes, &[values[at]]);
+            }
+            before.gone += gone;
+        }
+        count - gone
+    }
+
     /// Appends rows of outputs that move on straight lines. For a net, `all` returns the word of all rows, or `None`;
     /// then `each` is asked for the word of each row.
     #[inline]
@@ -203,6 +278,7 @@ impl Trace {
                 None => column.extend((0..lines.rows).map(|row| each(pick, &lines.at(row)))),
             }
         }
+        self.let_go();
     }
 
     /// Returns the number of rows from one held row to the next: 1 if all are held.
@@ -212,7 +288,12 @@ impl Trace {
 
     /// Returns the number of rows of the run, held or not.
     pub fn came(&self) -> u64 {
-        self.beyond.as_ref().map_or(self.rows as u64, |beyond| beyond.came)
+        self.beyond.as_ref().map_or(self.gone() + self.rows as u64, |beyond| beyond.came)
+    }
+
+    /// Returns the number of rows before the first held row.
+    fn gone(&self) -> u64 {
+        self.before.as_ref().map_or(0, |before| before.gone)
     }
 
     /// Returns the clock edges between held rows.
@@ -232,7 +313,7 @@ impl Trace {
 
     /// Returns the time in seconds of a held row.
     pub fn time_s(&self, row: usize) -> f64 {
-        self.clock.seconds(Cycle(row as u64 * self.every() * self.stride))
+        self.clock.seconds(Cycle((self.gone() + row as u64 * self.every()) * self.stride))
     }
 
     /// Returns the times in seconds of the held rows.
@@ -249,6 +330,31 @@ impl Trace {
         &self.reals[self.column(index)]
     }
 
+    /// Returns one output of the plant in the held rows of the judged window, after the end of a run.
+    ///
+    /// # Panics
+    ///
+    /// When the trace does not keep it.
+    pub fn judged_rows(&self, index: usize) -> &[f64] {
+        let rows = self.real(index);
+        match &self.before {
+            Some(before) => &rows[rows.len().min((before.window - before.gone) as usize)..],
+            None => &rows[window(rows.len() as u64).start as usize..],
+        }
+    }
+
+    /// Returns least, greatest and last value of an output in all rows; the last is NaN if there are none.
+    fn extremes(&self, index: usize) -> [f64; 3] {
+        let column = self.column(index);
+        if let Some(beyond) = &self.beyond {
+            return beyond.extremes[column];
+        }
+        let none = [f64::INFINITY, f64::NEG_INFINITY, f64::NAN];
+        let mut extremes = self.before.as_ref().map_or(none, |before| before.extremes[column]);
+        widen(&mut extremes, self.real(index));
+        extremes
+    }
+
     fn column(&self, index: usize) -> usize {
         self.kept.iter().position(|&kept| kept == index).expect("an output that the trace keeps")
     }
@@ -259,10 +365,7 @@ impl Trace {
     ///
     /// When the trace does not keep it.
     pub fn least(&self, index: usize) -> f64 {
-        match &self.beyond {
-            Some(beyond) => beyond.extremes[self.column(index)][0],
-            None => self.real(index).iter().copied().fold(f64::INFINITY, f64::min),
-        }
+        self.extremes(index)[0]
     }
 
     /// Returns the greatest value of an output in all rows, held or not; minus infinity if there are none.
@@ -271,10 +374,7 @@ impl Trace {
     ///
     /// When the trace does not keep it.
     pub fn greatest(&self, index: usize) -> f64 {
-        match &self.beyond {
-            Some(beyond) => beyond.extremes[self.column(index)][1],
-            None => self.real(index).iter().copied().fold(f64::NEG_INFINITY, f64::max),
-        }
+        self.extremes(index)[1]
     }
 
     /// Returns the greatest absolute value of an output in all rows; 0 if there are none.
@@ -292,10 +392,7 @@ impl Trace {
     ///
     /// When the trace does not keep it.
     pub fn last(&self, index: usize) -> Option<f64> {
-        match &self.beyond {
-            Some(beyond) if beyond.came > 0 => Some(beyond.extremes[self.column(index)][2]),
-            _ => self.real(index).last().copied(),
-        }
+        (self.came() > 0).then(|| self.extremes(index)[2])
     }
 
     /// Returns the figures of a verdict's window over an output; `None` if all rows are held.
@@ -327,6 +424,13 @@ impl Trace {
     pub fn words(&self, index: usize) -> &[i64] {
         &self.words[index]
     }
+}
+
+/// Adds values to their least, greatest and last value so far.
+fn widen([least, greatest, last]: &mut [f64; 3], values: &[f64]) {
+    let [low, high] = range(values);
+    (*least, *greatest) = (least.min(low), greatest.max(high));
+    *last = values.last().copied().unwrap_or(*last);
 }
 
 /// Merges every second row of mean, least and greatest value with the row before it; the last row, of `every` rows,
@@ -399,6 +503,7 @@ impl Observe for Trace {
         for (column, &word) in self.words.iter_mut().zip(&self.now) {
             column.push(word);
         }
+        self.let_go();
     }
 
     #[inline]
@@ -418,6 +523,7 @@ impl Observe for Trace {
         for (column, &word) in self.words.iter_mut().zip(&self.now) {
             column.extend(rows().map(|_| word));
         }
+        self.let_go();
     }
 
     #[inline]
@@ -427,6 +533,7 @@ impl Observe for Trace {
             return;
         }
         debug_assert_eq!((self.came() * self.stride, self.stride), (first.0, stride));
+        let count = if self.full == usize::MAX { count } else { self.pass_still(count, values) };
         let rows = self.rows + count as usize;
         self.rows = rows;
         for (column, &at) in self.reals.iter_mut().zip(&self.kept) {

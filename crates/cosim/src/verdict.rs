@@ -34,7 +34,7 @@
 //! tip and target.
 
 use crate::trace::Trace;
-use crate::window::{Streamed, passage, quarter, window};
+use crate::window::{Streamed, passage, quarter, range};
 
 /// The verdict on a motion, with the numbers it was decided on.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -93,12 +93,6 @@ pub struct Abort {
     pub why: &'static str,
 }
 
-/// Returns the least and the greatest of numbers, all of which are finite.
-fn range(angles: &[f64]) -> [f64; 2] {
-    let widen = |[l, h]: [f64; 2], &x: &f64| [if x < l { x } else { l }, if x > h { x } else { h }];
-    angles.iter().fold([f64::INFINITY, f64::NEG_INFINITY], widen)
-}
-
 /// Returns half of the span of several ranges together.
 fn half_range(ranges: &[[f64; 2]]) -> f64 {
     let low = ranges.iter().fold(f64::INFINITY, |low, range| low.min(range[0]));
@@ -137,7 +131,7 @@ impl<'a> Window<'a> {
     fn of(trace: &'a Trace, index: usize) -> Self {
         match trace.streamed(index) {
             Some(streamed) => Self::Streamed(streamed, trace.real(index), trace.every()),
-            None => Self::Held(last_three_tenths(trace.real(index))),
+            None => Self::Held(trace.judged_rows(index)),
         }
     }
 
@@ -264,8 +258,4 @@ pub(crate) fn judge_following(trace: &Trace, column: usize) -> Verdict {
     let (spread_m, mean_m) = window.rms_about_mean();
     let greatest_m = window.quarters().into_iter().fold(0.0, |most: f64, quarter| most.max(quarter[1]));
     Verdict::Tracking { rms_m: libm::hypot(spread_m, mean_m), greatest_m }
-}
-
-fn last_three_tenths(values: &[f64]) -> &[f64] {
-    &values[window(values.len() as u64).start as usize..]
 }

@@ -13,6 +13,22 @@ pub(crate) fn quarter(rows: usize, of: usize) -> usize {
     (rows as u128 * of as u128 / 4) as usize
 }
 
+/// Returns the least and the greatest of numbers; infinity and minus infinity of none. NaN is ignored. Eight of each are
+/// sought side by side, because a single one would wait for each comparison.
+pub(crate) fn range(values: &[f64]) -> [f64; 2] {
+    let (mut low, mut high) = ([f64::INFINITY; 8], [f64::NEG_INFINITY; 8]);
+    let (eights, rest) = values.as_chunks::<8>();
+    let mut widen = |lane: usize, x: f64| {
+        low[lane] = if x < low[lane] { x } else { low[lane] };
+        high[lane] = if x > high[lane] { x } else { high[lane] };
+    };
+    for eight in eights {
+        (0..8).for_each(|lane| widen(lane, eight[lane]));
+    }
+    rest.iter().for_each(|&x| widen(0, x));
+    [low.into_iter().fold(f64::INFINITY, f64::min), high.into_iter().fold(f64::NEG_INFINITY, f64::max)]
+}
+
 /// Mean, spread and range of numbers, by Welford's recurrence, which needs no small difference of large sums.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct Spread {

@@ -478,11 +478,12 @@ impl<'a> Trajectory<'a> {
     fn rows_with<P: Product>(&self, first: u64, stride: u64, rows: &mut [State]) {
         // Digits of two levels are looked up in tables of a fixed size, where no index needs to be checked.
         let levels = self.system.digits.as_chunks::<RADIX>().0;
-        let leap = |level: usize, digit: u64| -> &Digit {
+        let (fine, coarse) = (&levels[0], levels.get(1).unwrap_or(&levels[0]));
+        let leap = |level: u32, digit: u64| -> &Digit {
             let digit = (digit & MASK) as usize;
-            match levels[level][digit].get() {
+            match if level == 0 { fine } else { coarse }[digit].get() {
                 Some(digit) => digit,
-                None => self.system.tabulate(level as u32, digit),
+                None => self.system.tabulate(level, digit),
             }
         };
         // Neighbours share all digits but their two lowest.
@@ -491,7 +492,10 @@ impl<'a> Trajectory<'a> {
         for row in rows {
             if edges >> (2 * BITS) != blocks {
                 blocks = edges >> (2 * BITS);
-                shared = self.system.coarse::<2>(self.x.hi, self.w.hi, blocks);
+                shared = match blocks {
+                    1..=MASK => self.system.turned(2, blocks as usize, &self.x.hi, &self.w.hi),
+                    _ => self.system.coarse::<2>(self.x.hi, self.w.hi, blocks),
+                };
             }
             let (mut x, mut w) = shared;
             if edges >> BITS & MASK != 0 {

@@ -139,7 +139,7 @@ fn recorded(duration: &str) -> (Experiment, Clock) {
 }
 
 fn observed(simulation: &WiredSimulation, driver: Driver, observer: &mut impl Observe) -> Summary {
-    let mut trace = simulation.brief_trace();
+    let mut trace = simulation.verdict_trace();
     simulation.run(driver, &mut trace, observer, &Control::default())
 }
 

@@ -557,14 +557,14 @@ fn simulate<'s>(
         },
     };
     let control = watch.control();
-    // Without pictures the trace needs only the columns for the verdict. The length of the run does not change the
+    // Without pictures the trace needs only what the verdict and the metrics are made of. The length of the run does not change the
     // memory.
     let drawn: Vec<&str> = shown(simulation).nets().iter().map(|net| net.name).collect();
     let is_drawn = match &recorder {
         Recorder::Other(observer) => observer.watches(),
         _ => args.out.is_some() && !args.no_plot,
     };
-    let trace = if is_drawn { simulation.drawn_trace(&drawn) } else { simulation.brief_trace() };
+    let trace = if is_drawn { simulation.drawn_trace(&drawn) } else { simulation.verdict_trace() };
     let mut trace = trace.bounded(Trace::USUAL, &simulation.judged());
     let mut advance = |trace: &mut Trace, observer: &mut dyn Observe| -> Result<_, Failure> {
         watch.counted(simulation.edges(), "edges", || match (simulation, vhdl) {

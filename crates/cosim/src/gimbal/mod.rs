@@ -95,6 +95,7 @@ fn outline(scene: &GimbalScene, wiring: &SegmentLoop, commands: Vec<Command>) ->
         columns: (0..GIMBAL_ROW.len()).filter(|column| has_shear || !STRESSES.contains(column)).collect(),
         commands,
         judged: [RADIUS, ERROR, FORCE].into_iter().chain(STRESSES.into_iter().filter(|_| has_shear)).collect(),
+        reads_rows: has_shear,
         has_contact: scene.probe.is_some(),
         contact,
         waves: WAVES,

@@ -193,14 +193,26 @@ impl<'a> Device<'a> {
         (self.cruise.is_none() && edge > self.anchor).then(|| self.motion.still())?.map(|x| self.shown(&x))
     }
 
-    /// Returns whether the motion certainly goes on as it is up to an edge and beyond it, unless something changes the
-    /// drive or the hand's intention.
-    #[inline]
+    /// Returns whether the motion certainly goes on as it is when the device [arrives](Self::arrive) at an edge up to
+    /// the next known event.
+    #[inline(always)]
     pub fn keeps(&self, edge: u64) -> bool {
         let (known, _, event) = &self.ahead;
-        let is_before_event = *known != 0 && edge < event.as_ref().map_or(known + 1, |event| event.0);
-        let is_kept = self.heard != 0 && edge - self.anchor <= self.kept;
-        self.cruise.is_none() && (is_before_event || is_kept || self.checks.iter().all(Option::is_none))
+        if self.cruise.is_some() || edge > *known {
+            return false;
+        }
+        if edge - self.anchor <= self.kept {
+            return true;
+        }
+        let Some((_, x)) = event.as_ref().filter(|event| event.0 <= edge) else { return true };
+        for (check, noise) in self.checks.iter().zip(&self.noise[1..]) {
+            let Some(Check { guard, limits, .. }) = check else { continue };
+            let value = guard.value(x);
+            if value - limits.low.hi <= *noise || limits.high.hi - value <= *noise {
+                return false;
+            }
+        }
+        true
     }
 
     #[inline(always)]

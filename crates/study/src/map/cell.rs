@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use hpu_cosim::dut::{self, Fault};
 use hpu_cosim::scene::{Experiment, Loop, OutcomeKind, Realised, Scene};
-use hpu_cosim::{AnySimulation, Control, Driver, Simulation, Summary, Trace, Verdict, Wired, WiredSimulation};
+use hpu_cosim::{ANGLE, AnySimulation, Control, Driver, Simulation, Summary, Trace, Verdict, Wired, WiredSimulation};
 
 use hpu_signal::Observe;
 
@@ -290,7 +290,7 @@ pub fn product_wraps(scene: &Scene, realised: &Realised, trace: &Trace, summary:
         return None;
     }
     displayed_stiffness((scene.wall.position_rad, scene.wall.stiffness_nm_per_rad), trace, summary.averages)?;
-    let depth = trace.angles_rad().last()? - scene.wall.position_rad;
+    let depth = trace.judged_rows(ANGLE).last()? - scene.wall.position_rad;
     let full = realised.torque_quantum_nm * f64::from(scene.method.pwm.bits).exp2();
     let wraps = (realised.stiffness_nm_per_rad * depth / full) as u64;
     (wraps > 0).then_some(wraps)
@@ -304,9 +304,7 @@ pub fn displayed_stiffness(
     trace: &Trace,
     averages: Option<[f64; 2]>,
 ) -> Option<(f64, Option<f64>)> {
-    let angles_rad = trace.angles_rad();
-    let rows = (angles_rad.len() * 3 / 10).max(2).min(angles_rad.len());
-    if angles_rad[angles_rad.len() - rows..].iter().any(|angle_rad| *angle_rad <= wall_rad) {
+    if trace.judged_rows(ANGLE).iter().any(|angle_rad| *angle_rad <= wall_rad) {
         return None;
     }
     let [torque_nm, angle_rad] = averages?;

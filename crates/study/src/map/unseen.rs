@@ -1,7 +1,7 @@
 //! A device past its wall whose datapath saw no contact.
 
 use hpu_cosim::scene::{Realised, Scene};
-use hpu_cosim::{Summary, Trace};
+use hpu_cosim::{ANGLE, Summary, Trace};
 
 /// How far a device was past the wall while the datapath saw no contact.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -22,9 +22,7 @@ pub fn unseen_contact(scene: &Scene, realised: &Realised, trace: &Trace, summary
     if summary.contact_share != Some(0.0) {
         return None;
     }
-    let angles_rad = trace.angles_rad();
-    let judged = &angles_rad[angles_rad.len() - angles_rad.len() * 3 / 10..];
-    let farthest_rad = judged.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let farthest_rad = trace.judged_rows(ANGLE).iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let depth = farthest_rad - realised.wall_position_rad;
     let half_range = realised.count_rad * f64::from(scene.method.position_bits - 1).exp2();
     let is_past = depth > HIDDEN_COUNTS * realised.count_rad;
