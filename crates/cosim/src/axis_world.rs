@@ -469,7 +469,7 @@ impl World for AxisWorld<'_> {
         if count <= 8 {
             self.show_rows::<8, O>(first, stride, count, observer);
         } else {
-            self.show_rows::<32, O>(first, stride, count, observer);
+            self.show_rows::<64, O>(first, stride, count, observer);
         }
     }
 

@@ -250,7 +250,9 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
                 break;
             }
             let (edges, out) = self.wiring.tick_on(idle, self.watched, &self.input);
-            self.rows.leave(&self.world, self.edge + edges, observer);
+            if !self.rows.wait {
+                self.rows.log(&self.world, self.edge + edges - 1, observer);
+            }
             self.world.coast(edges);
             self.edge += edges;
             self.ticks += edges - 1;

@@ -226,7 +226,7 @@ impl Turns {
 mod tests {
     use std::f64::consts::TAU;
 
-    use super::{Streamed, Turns, passage, window};
+    use super::{Streamed, Turns, passage, range, window};
 
     /// Counts passages as a verdict does in held rows.
     fn counted(rows: &[f64], mean: f64, amplitude: f64) -> (u64, f64) {
@@ -245,6 +245,22 @@ mod tests {
     /// Returns pseudo-random numbers between -1 and 1.
     fn noise(row: u64) -> f64 {
         (row.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
+
+    #[test]
+    fn least_and_greatest_of_any_number_of_values_stand_at_any_place() {
+        assert_eq!(range(&[]), [f64::INFINITY, f64::NEG_INFINITY]);
+        assert_eq!(range(&[f64::NAN; 11]), [f64::INFINITY, f64::NEG_INFINITY]);
+        for length in 1..40usize {
+            for (low, high) in (0..length).flat_map(|low| (0..length).map(move |high| (low, high))) {
+                let mut values: Vec<f64> = (0..length as u64).map(noise).collect();
+                values[length / 2] = f64::NAN;
+                values[low] = -3.0;
+                values[high] = 2.0;
+                let least = if low == high { values.iter().copied().fold(2.0, f64::min) } else { -3.0 };
+                assert_eq!(range(&values), [least, 2.0], "{length}: {low}, {high}");
+            }
+        }
     }
 
     fn turns(rows: &[f64], most: usize) -> Turns {

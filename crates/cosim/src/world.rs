@@ -56,7 +56,8 @@ pub trait World: Clone {
     fn idles(&mut self, _edges: u64) -> u64 {
         0
     }
-    /// Moves on by a number of edges for which the world [idles](World::idles).
+    /// Moves on by a number of edges for which the world [idles](World::idles). The outputs at these edges can still be
+    /// asked until the world moves on by itself or is driven anew.
     fn coast(&mut self, _edges: u64) {
         unreachable!("no world coasts that does not idle")
     }

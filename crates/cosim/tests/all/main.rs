@@ -36,3 +36,4 @@ mod scene_shipped;
 mod scene_words;
 mod solvers;
 mod verdict;
+mod waiting_rows;
