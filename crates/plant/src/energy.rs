@@ -91,7 +91,7 @@ impl Energy {
     /// Accounts for a stretch within which the shaft may turn back. `turned` is the angle between its ends, and `way`
     /// the angle that the shaft turns through.
     #[inline(always)]
-    pub(crate) fn to_and_fro(
+    pub(crate) fn reversed(
         &mut self,
         powers: &Powers,
         length_s: f64,

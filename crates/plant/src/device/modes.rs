@@ -148,7 +148,7 @@ impl<'a> Device<'a> {
         let back = rest.turn_rad + change.hi[ANGLE];
         let way = (turned - back).abs() + back.abs();
         let length_s = (edge - self.anchor) as f64 * system.edge_s;
-        self.energy.to_and_fro(&self.powers, length_s, (turned, way), &from.hi, &end.hi, &done);
+        self.energy.reversed(&self.powers, length_s, (turned, way), &from.hi, &end.hi, &done);
 
         self.mode_changes += 1;
         self.shaft = Shaft::Slip(-before);

@@ -143,10 +143,9 @@ fn a_reversal_is_what_the_general_search_finds() {
                 let past = general.clone();
                 general.change_at_instants::<Native>(at, [side, Side::Inside], &event.1);
                 assert_eq!((general.shaft, general.anchor), (device.shaft, device.anchor));
-                for lane in 0..4 {
+                for (lane, scale) in scale.iter().enumerate() {
                     let off = (general.motion.x.lane(lane) - device.motion.x.lane(lane)).hi.abs();
-                    let most =
-                        4e-30 * (scale[lane] + past.motion.w.hi[lane].abs() * 20e-9 + past.motion.x.hi[lane].abs());
+                    let most = 4e-30 * (scale + past.motion.w.hi[lane].abs() * 20e-9 + past.motion.x.hi[lane].abs());
                     assert!(off <= most, "lane {lane}: off by {off:e} of {most:e}");
                 }
                 let [one, other] = [&device, &general].map(|device| device.energy(at));
