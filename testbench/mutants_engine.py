@@ -33,6 +33,7 @@ RECORD = ROOT / "testbench" / "record" / "mutants-engine.txt"
 GUARD = "crates/plant/src/guard.rs"
 DEVICE = "crates/plant/src/device/mod.rs"
 MODES = "crates/plant/src/device/modes.rs"
+REVERSAL = "crates/plant/src/reversal.rs"
 CRUISE = "crates/plant/src/device/cruise.rs"
 WORLD = "crates/cosim/src/axis_world.rs"
 ENGINE = "crates/cosim/src/engine.rs"
@@ -462,6 +463,28 @@ PLACES = [
         ("anchor_at: point of the motion before kept",
          "(self.heard, self.ahead.0, self.steady.until) = (0, 0, 0);"),
         ("anchor_at: direction of the motion before kept", "(self.heard, self.ahead.0, self.found) = (0, 0, None);"),
+    ]),
+    # reversals
+    (MODES, "fn reverse<", "-sign * rest.slope < kick * (1.0 + 1e-9)", [
+        ("reverse: friction never holds", "rest.slope.is_nan()"),
+    ]),
+    (MODES, "fn reverse<", "if before > 0 { change } else { change.negated() }", [
+        ("reverse: a negative speed as a positive one", "change"),
+    ]),
+    (MODES, "fn reverse<", "(turned - back).abs() + back.abs()", [
+        ("reverse: way back not rubbed", "turned.abs()"),
+    ]),
+    (MODES, "fn reverse<", "constants.coulomb.times::<P>(-sign)", [
+        ("reverse: friction on the side before", "constants.coulomb.times::<P>(sign)"),
+    ]),
+    (REVERSAL, "fn rest<", "(sum.0 + sum.1) / descent(s)", [
+        ("reversal: instant in f64", "0.0 * sum.1"),
+    ]),
+    (REVERSAL, "fn rest<", "orders.lo[2] + small", [
+        ("reversal: orders beyond the fourth left out of the instant", "orders.lo[2]"),
+    ]),
+    (REVERSAL, "fn change<", "fourth.lo[r] + small[r]", [
+        ("reversal: orders beyond the fourth left out of the state", "fourth.lo[r]"),
     ]),
     # cruises
     (CRUISE, "fn bounds(", "1.01 * (most[k] + bulge[k])", [

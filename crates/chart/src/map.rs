@@ -4,8 +4,8 @@ use hpu_cosim::scene::{Experiment, OutcomeKind};
 use plotters::style::{RGBColor, WHITE};
 
 use hpu_study::map::{
-    Cell, Class, Curves, Displayed, Edge, Found, Map, class, class_name, classes, is_unseen, nearest, predicted,
-    unseen, wrapped,
+    Cell, Class, Curves, Displayed, Edge, Found, Map, class, class_name, classes, is_predicted, is_unseen, nearest,
+    predicted, unseen, wrapped,
 };
 
 use crate::canvas::{Anchor, Canvas, INK, QUIET, WIDTH, text_width};
@@ -132,8 +132,9 @@ fn outcomes(map: &Map, found: &[Found], curves: &[Result<Curves, String>], comma
         count => format!("; product wrapped in {count} settled cells"),
     };
     let hatched = if unseen(found, 0..found.len()) > 0 { "; hatched: past the wall, contact not seen" } else { "" };
+    let speaks: Vec<bool> = (0..map.methods.len()).map(|method| is_predicted(map, method)).collect();
     let fails = |index: usize| predicted(map, index).is_ok_and(|fails| fails.last().is_some_and(|(_, fails)| *fails));
-    let fails: Vec<bool> = (0..found.len()).map(fails).collect();
+    let fails: Vec<bool> = (0..found.len()).map(|index| speaks[index / map.layer()] && fails(index)).collect();
     let failing = if fails.contains(&true) { "; hatched: predicted to fail by the linear loop" } else { "" };
     let mut canvas = page(&title, &(said(found) + &wraps + hatched + failing), command);
     let mut key: Vec<(String, Look)> = Vec::new();

@@ -23,6 +23,7 @@ use crate::guard::Guard;
 use crate::linear::Linear;
 use crate::matrix::{CURRENT, Matrix, SPEED};
 use crate::period::Period;
+use crate::reversal::Reversal;
 
 /// A brushed DC motor with everything that turns with it.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -147,6 +148,17 @@ pub(crate) struct Mode {
     pub net: Guard,
     /// The period of the modulator that drives it; set at the first cruise.
     pub period: OnceLock<Option<Period>>,
+    /// Constants of the reversals of a sliding shaft; set at the first.
+    reversal: OnceLock<Option<Box<Reversal>>>,
+}
+
+impl Mode {
+    /// Returns the constants of reversals in this mode against this Coulomb friction over the inertia; `None` if an
+    /// edge is too long for them.
+    #[inline(always)]
+    pub(crate) fn reversal(&self, coulomb: Double) -> Option<&Reversal> {
+        self.reversal.get_or_init(|| Reversal::new(&self.system, coulomb)).as_deref()
+    }
 }
 
 /// The immutable laws of an axis on a clock; each mode is tabulated when it is first entered.
@@ -299,6 +311,6 @@ impl Axis {
         };
         let (current, speed, angle) = (pick(CURRENT), pick(SPEED), pick(2));
         let net = Guard::new(net, &system);
-        Mode { system, current, speed, angle, net, period: OnceLock::new() }
+        Mode { system, current, speed, angle, net, period: OnceLock::new(), reversal: OnceLock::new() }
     }
 }

@@ -109,8 +109,9 @@ macro_rules! versions {
 }
 pub(crate) use versions;
 
+/// Returns the rounded sum, and the error of its rounding.
 #[inline(always)]
-fn two_sum(a: f64, b: f64) -> (f64, f64) {
+pub(crate) fn two_sum(a: f64, b: f64) -> (f64, f64) {
     let sum = a + b;
     let kept = sum - a;
     (sum, (a - (sum - kept)) + (b - kept))
@@ -349,6 +350,22 @@ impl Wide {
             let (all, d) = two_sum(before.hi[r], both);
             sum[r] = all;
             rest[r] = (((low[0][r] + low[1][r]) + (low[2][r] + low[3][r])) + ((a + b) + (c + before.lo[r]))) + d;
+        }
+        Doubles::joined(&sum, &rest)
+    }
+
+    /// Returns `M v`.
+    #[inline(always)]
+    pub fn image<P: Product>(&self, v: &Doubles) -> Doubles {
+        let (high, low) = self.products::<P, 4>(v);
+        let mut sum = [0.0; 4];
+        let mut rest = [0.0; 4];
+        for r in 0..4 {
+            let (first, a) = two_sum(high[0][r], high[1][r]);
+            let (second, b) = two_sum(high[2][r], high[3][r]);
+            let (both, c) = two_sum(first, second);
+            sum[r] = both;
+            rest[r] = ((low[0][r] + low[1][r]) + (low[2][r] + low[3][r])) + ((a + b) + c);
         }
         Doubles::joined(&sum, &rest)
     }

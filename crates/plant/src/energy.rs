@@ -85,13 +85,45 @@ impl Energy {
         after: &State,
         done: &Integrals,
     ) {
+        self.rubbed(powers, source_j, length_s, (turned, turned.abs()), before, after, done);
+    }
+
+    /// Accounts for a stretch within which the shaft may turn back. `turned` is the angle between its ends, and `way`
+    /// the angle that the shaft turns through.
+    #[inline(always)]
+    pub(crate) fn reversed(
+        &mut self,
+        powers: &Powers,
+        length_s: f64,
+        (turned, way): (f64, f64),
+        before: &State,
+        after: &State,
+        done: &Integrals,
+    ) {
+        let source_j = powers.source_v * done.states[CURRENT] + powers.source_nm * turned;
+        self.rubbed(powers, source_j, length_s, (turned, way), before, after, done);
+    }
+
+    /// Accounts for a stretch in which the work of the source and the way of the shaft are known.
+    #[inline(always)]
+    #[allow(clippy::too_many_arguments, reason = "a stretch has these")]
+    fn rubbed(
+        &mut self,
+        powers: &Powers,
+        source_j: f64,
+        length_s: f64,
+        (turned, way): (f64, f64),
+        before: &State,
+        after: &State,
+        done: &Integrals,
+    ) {
         self.states = plus(&self.states, &done.states);
         let (charge, current_squared) = (done.states[CURRENT], done.squares[CURRENT]);
         let speed_squared = done.squares[SPEED];
         let copper = powers.resistance_ohm * current_squared;
         let diodes = powers.diode_v * charge.abs();
         let viscous = powers.viscous_nm_s_per_rad * speed_squared;
-        let coulomb = powers.coulomb_nm * turned.abs() + powers.creep_nm_s_per_rad * speed_squared;
+        let coulomb = powers.coulomb_nm * way + powers.creep_nm_s_per_rad * speed_squared;
         let mut hand = powers.torque_nm * turned;
         if powers.hand_nm_per_rad != 0.0 || powers.hand_nm_s_per_rad != 0.0 {
             // With y = intent - angle and y' = v - ω: ∫ yω = v ∫ y - Δ(y²)/2.

@@ -20,6 +20,7 @@ mod linear;
 mod matrix;
 mod period;
 mod reduced;
+mod reversal;
 mod shaper;
 mod stepper;
 

@@ -126,7 +126,7 @@ impl Linear {
     /// Returns `A w`, for derivatives.
     #[inline(always)]
     pub(crate) fn derived<P: Product>(&self, w: &Doubles) -> Doubles {
-        self.wide.times::<P>(w, &Doubles::ZERO)
+        self.wide.image::<P>(w)
     }
 
     /// Returns `P` for any time.

@@ -141,6 +141,12 @@ pub trait Device: Setup {
         None
     }
 
+    /// Returns whether criteria speak of a touch of the device, whatever the values of its keys; if not,
+    /// [`predictions`](Self::predictions) has none.
+    fn predicts(&self) -> bool {
+        false
+    }
+
     /// Returns of each criterion its name and whether it predicts, without a run, that a touch fails.
     fn predictions(&self) -> Result<Vec<(&'static str, bool)>, String> {
         Err("no criterion speaks of a touch of this device".into())

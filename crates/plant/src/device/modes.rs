@@ -68,6 +68,14 @@ impl<'a> Device<'a> {
 
     #[inline(always)]
     fn change_with<P: Product>(&mut self, edge: u64, sides: [Side; 2], at_edge: &State) {
+        if !self.reverse::<P>(edge, sides) {
+            self.change_at_instants::<P>(edge, sides, at_edge);
+        }
+    }
+
+    /// Handles ends of modes as [`change`](Self::change) does, of any kind.
+    #[inline(always)]
+    pub(super) fn change_at_instants<P: Product>(&mut self, edge: u64, sides: [Side; 2], at_edge: &State) {
         let (from, edges, edge_s) = (self.motion.x, edge - 1 - self.anchor, self.motion.system().edge_s());
         let (done, mut x) = self.motion.integrals::<P>(edges);
         self.tally(edges as f64 * edge_s, &from, &x, &done);
@@ -101,6 +109,57 @@ impl<'a> Device<'a> {
             let f = self.motion.f;
             self.anchor_at::<P>(edge, end, f);
         }
+    }
+
+    /// Reverses the shaft between `edge - 1` and `edge`, where the checks lie on these sides, and anchors at `edge`.
+    /// Returns `false` and changes nothing if this end of a mode is none, or is not certain to be one.
+    #[inline(always)]
+    pub(super) fn reverse<P: Product>(&mut self, edge: u64, sides: [Side; 2]) -> bool {
+        let (Shaft::Slip(before @ (1 | -1)), [Some(check), None]) = (self.shaft, &self.checks) else { return false };
+        let outward = if before > 0 { Side::Below } else { Side::Above };
+        let is_plain = self.axis.creep_rad_per_s == 0.0
+            && self.powers.diode_v == 0.0
+            && !self.axis.is_resistive()
+            && !self.is_measured()
+            && sides[0] == outward;
+        if !is_plain {
+            return false;
+        }
+        let constants = &self.axis.constants;
+        let Some(reversal) = self.mode.reversal(constants.coulomb) else { return false };
+        let (sign, system, from) = (f64::from(before), self.motion.system, self.motion.x);
+        let (mut done, x) = self.motion.integrals::<P>(edge - self.anchor);
+        let w = system.slope::<P>(&x, &self.motion.f);
+        let Some(rest) = reversal.rest::<P>(&x, &w, system.edge_s) else { return false };
+        // The torque that turned the shaft about must also move it against friction.
+        let kick = reversal.kick();
+        if -sign * rest.slope < kick * (1.0 + 1e-9) {
+            return false;
+        }
+        let change = reversal.change::<P>(rest.left_s);
+        let change = if before > 0 { change } else { change.negated() };
+        let end = x.plus(&change);
+        let held = if before > 0 { Limits::NEGATIVE } else { Limits::POSITIVE };
+        if !check.guard.is_surely_inside(&end.hi, &held) {
+            return false;
+        }
+        reversal.include(&rest, sign, &x.hi, &w.hi, &mut done);
+        let turned = end.since(&from)[ANGLE];
+        let back = rest.turn_rad + change.hi[ANGLE];
+        let way = (turned - back).abs() + back.abs();
+        let length_s = (edge - self.anchor) as f64 * system.edge_s;
+        self.energy.reversed(&self.powers, length_s, (turned, way), &from.hi, &end.hi, &done);
+
+        self.mode_changes += 1;
+        self.shaft = Shaft::Slip(-before);
+        self.held = held;
+        if let Some(check) = &mut self.checks[0] {
+            check.limits = held;
+        }
+        let mut f = self.motion.f;
+        f.set(SPEED, constants.torque.by::<P>(self.torque_nm::<P>()) - constants.coulomb.times::<P>(-sign));
+        self.anchor_at::<P>(edge, end, f);
+        true
     }
 
     /// Returns the sides on which the checks lie in a state.

@@ -1,7 +1,11 @@
-//! How far ahead a device knows its mode.
+//! How far ahead a device knows its mode, and the reversals of its shaft.
 
 use super::{Device, HEARD, Pulses};
-use crate::{Axis, Bridge, Gates, Hand, Motor};
+use crate::axis::Shaft;
+use crate::double::{Double, Native};
+use crate::guard::Side;
+use crate::matrix::{ANGLE, SPEED};
+use crate::{Axis, Bridge, Gates, Hand, Motor, Push};
 
 fn motor(coulomb_nm: f64) -> Motor {
     Motor {
@@ -62,4 +66,102 @@ fn a_cruise_leaves_no_direction_behind() {
         assert!(end.is_some(), "{counts_in}");
         assert_eq!(device.steady.until, 0, "{counts_in}");
     }
+}
+
+/// Under a constant torque the speed is straight on both sides of the reversal. With accelerations that are powers of
+/// two, double-double holds the closed form to its last places.
+#[test]
+fn a_reversal_under_a_constant_torque_has_its_closed_form_to_thirty_digits() {
+    let (inertia_kg_m2, coulomb_nm, torque_nm) = (2f64.powi(-20), 3.0 * 2f64.powi(-10), 5.0 * 2f64.powi(-10));
+    let motor = Motor { inertia_kg_m2, ..motor(coulomb_nm) };
+    for (sign, speed_rad_per_s) in [(1.0, 1.0 / 3.0), (-1.0, 0.7), (1.0, 1e-3), (-1.0, 1.234_567)] {
+        let axis = Axis::amplified(motor, Hand::Torque(-sign * torque_nm), 20e-9, 1 << 24).expect("a motor");
+        let mut device = Device::new(&axis, 0.0, sign * speed_rad_per_s, 0.0);
+        let end = (speed_rad_per_s / 8192.0 / 20e-9) as u64 + 1;
+        for edge in 1..end {
+            device.step(edge);
+        }
+        assert_eq!((device.mode_changes(), device.anchor), (0, 0));
+        assert!(
+            device.clone().reverse::<Native>(end, [if sign > 0.0 { Side::Below } else { Side::Above }, Side::Inside])
+        );
+        device.step(end);
+        assert_eq!((device.mode_changes(), device.anchor), (1, end));
+        // It slows by 8192 rad/s², then turns back by 2048 rad/s².
+        let speed = Double::from(speed_rad_per_s);
+        let left_s = Double::product(end as f64, 20e-9) - speed * (1.0 / 8192.0).into();
+        let expected =
+            [-(left_s * 2048.0.into()), speed * speed * (1.0 / 16384.0).into() - left_s * left_s * 1024.0.into()];
+        for (lane, expected) in [SPEED, ANGLE].into_iter().zip(expected) {
+            let off = (device.motion.x.lane(lane) - expected * sign.into()).hi.abs();
+            // A clock period of the speed that the shaft had.
+            assert!(off <= 4e-30 * (expected.hi.abs() + speed_rad_per_s), "lane {lane}: off by {off:e}");
+        }
+        // Friction on the way to and fro.
+        let energy = device.energy(end);
+        let back_rad = (left_s * left_s * 1024.0.into()).hi;
+        let heat_j = coulomb_nm * (speed_rad_per_s * speed_rad_per_s / 16384.0 + back_rad);
+        assert!((energy.coulomb_j() - heat_j).abs() <= 1e-14 * heat_j, "{} is not {heat_j}", energy.coulomb_j());
+    }
+}
+
+/// The general search for ends of modes flows to the instant and on from there.
+#[test]
+fn a_reversal_is_what_the_general_search_finds() {
+    let bridge = Bridge { supply_v: 24.0, on_resistance_ohm: 0.01, diode_drop_v: 0.7 };
+    let motor = Motor {
+        resistance_ohm: 2.35,
+        inductance_h: 2.3e-4,
+        torque_constant_nm_per_a: 0.026,
+        inertia_kg_m2: 1.1e-5,
+        viscous_nm_s_per_rad: 1.3e-6,
+        coulomb_nm: 1.2e-3,
+    };
+    let push = Push { stiffness_nm_per_rad: 0.3, damping_nm_s_per_rad: 1e-4 };
+    let gates = [true, false].map(|up| Gates { a_high: up, a_low: !up, b_high: !up, b_low: up });
+    let mut reversals = 0;
+    for hand in [Hand::Spring(push), Hand::Torque(2e-4), Hand::Torque(0.0)] {
+        let axis = Axis::new(motor, bridge, hand, 20e-9, 1 << 24).expect("a motor");
+        let mut device = Device::new(&axis, 0.01, 0.02, 0.1);
+        device.intend(0, 0.1, 0.3);
+        let mut at = 0;
+        for turn in 0..60 {
+            device.drive(at, gates[turn % 2]);
+            let until = at + 1500 + 37 * turn as u64;
+            while let Some(event) = device.next_event(at, until, (-1e3, 1e3)) {
+                let (mut general, before) = (device.clone(), device.mode_changes());
+                at = event.0;
+                let side = if device.shaft == Shaft::Slip(1) { Side::Below } else { Side::Above };
+                let reverses = device.clone().reverse::<Native>(at, [side, Side::Inside]);
+                device.arrive(event);
+                if !reverses {
+                    continue;
+                }
+                assert_eq!(device.mode_changes(), before + 1);
+                reversals += 1;
+                let scale = device.motion.x.hi.map(f64::abs);
+                let past = general.clone();
+                general.change_at_instants::<Native>(at, [side, Side::Inside], &event.1);
+                assert_eq!((general.shaft, general.anchor), (device.shaft, device.anchor));
+                for (lane, scale) in scale.iter().enumerate() {
+                    let off = (general.motion.x.lane(lane) - device.motion.x.lane(lane)).hi.abs();
+                    let most = 4e-30 * (scale + past.motion.w.hi[lane].abs() * 20e-9 + past.motion.x.hi[lane].abs());
+                    assert!(off <= most, "lane {lane}: off by {off:e} of {most:e}");
+                }
+                let [one, other] = [&device, &general].map(|device| device.energy(at));
+                for (one, other) in [
+                    (one.source_j(), other.source_j()),
+                    (one.hand_j(), other.hand_j()),
+                    (one.copper_j(), other.copper_j()),
+                    (one.viscous_j(), other.viscous_j()),
+                    (one.coulomb_j(), other.coulomb_j()),
+                ] {
+                    assert!((one - other).abs() <= 1e-14 * (other.abs() + 1e-3 * device.energy(at).exchanged_j()));
+                }
+            }
+            at = until;
+        }
+        assert!(device.energy(at).diodes_j() == 0.0);
+    }
+    assert!(reversals > 60, "{reversals} reversals");
 }

@@ -68,6 +68,10 @@ impl Device for GimbalScene {
         Some(ToldLimits { of: "a gimbal", page })
     }
 
+    fn predicts(&self) -> bool {
+        true
+    }
+
     fn predictions(&self) -> Result<Vec<(&'static str, bool)>, String> {
         Ok(NAMES.into_iter().zip(Criteria::of(self)?.fails()).collect())
     }

@@ -26,6 +26,13 @@ pub fn predicted(map: &Map, index: usize) -> Result<Vec<(&'static str, bool)>, S
     device(&map.experiment(map.point(index)).map_err(|error| error.to_string())?).predictions()
 }
 
+/// Returns whether criteria speak of the device of a layer. Cells of a layer have the same device, so that one of them
+/// tells.
+pub fn is_predicted(map: &Map, method: usize) -> bool {
+    let mut cells = (method * map.layer()..(method + 1) * map.layer()).map(|index| map.experiment(map.point(index)));
+    cells.find_map(Result::ok).is_some_and(|experiment| device(&experiment).predicts())
+}
+
 /// Returns the agreement of each criterion with a layer. Cells that failed to run, or of which the criteria say
 /// nothing, are left out.
 ///
@@ -36,6 +43,10 @@ pub fn agreements(map: &Map, found: &[Found], method: usize) -> Result<Vec<Agree
     let mut all: Vec<Agreement> = Vec::new();
     let mut refused = None;
     let mut judged = false;
+    if !is_predicted(map, method) {
+        // Every cell refuses; the first one says why.
+        return predicted(map, method * map.layer()).map(|_| all);
+    }
     for index in method * map.layer()..(method + 1) * map.layer() {
         let predictions = match predicted(map, index) {
             Ok(predictions) => predictions,

@@ -25,7 +25,7 @@ use hpu_cosim::Simulation;
 use hpu_cosim::scene::{Datapath, Experiment, OutcomeKind, SceneError};
 
 pub use crate::device::Switching;
-pub use agreement::{Agreement, agreements, predicted};
+pub use agreement::{Agreement, agreements, is_predicted, predicted};
 pub use alike::Alike;
 pub use axis::Axis;
 pub(crate) use cell::more_events;
