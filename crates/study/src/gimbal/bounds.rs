@@ -11,7 +11,7 @@ use hpu_cosim::scene::GimbalScene;
 use hpu_cosim::{GimbalSimulation, Wired};
 use hpu_datapath::gimbal::{GimbalConfig, GimbalInverse};
 use hpu_datapath::{ConfigError, Instance, Register, flatten};
-use hpu_enclosure::Interval;
+use hpu_numbers::Interval;
 use hpu_plant::arm::Gimbal;
 use hpu_signal::{Format, Narrowing, Overflow, Rounding, Signal, Word as _};
 

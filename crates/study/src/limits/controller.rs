@@ -3,7 +3,7 @@
 use hpu_cosim::method::CouplingMethod;
 use hpu_cosim::scene::{LawMethod, Loop, Scene};
 use hpu_datapath::Estimator;
-use hpu_enclosure::Term;
+use hpu_numbers::Term;
 
 /// The wall's damping, as a function of the wall's stiffness.
 #[derive(Clone, Copy, PartialEq, Debug)]

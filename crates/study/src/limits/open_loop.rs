@@ -1,7 +1,7 @@
 //! Linear loops of scenes whose stiffness is left open.
 
 use hpu_cosim::scene::{Device, Scene};
-use hpu_enclosure::{Interval, OpenLoop, Plants};
+use hpu_numbers::{Interval, OpenLoop, Plants};
 
 use super::controller::{Damping, controller};
 use crate::widths::System;

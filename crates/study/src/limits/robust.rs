@@ -10,7 +10,7 @@ use std::collections::HashMap;
 
 use hpu_cosim::figure;
 use hpu_cosim::scene::Scene;
-use hpu_enclosure::{
+use hpu_numbers::{
     BOXES_A_RANGE, Characteristic, Complex, Interval, MOST_SIDES, Of, OnArc, OpenLoop, Place, Plants, Side, joined,
 };
 

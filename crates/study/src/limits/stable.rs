@@ -2,7 +2,7 @@
 
 use hpu_cosim::figure;
 use hpu_cosim::scene::Scene;
-use hpu_enclosure::{Crossings, OpenLoop, crossings, first_crossings, settles};
+use hpu_numbers::{Crossings, OpenLoop, crossings, first_crossings, settles};
 
 use super::controller::Damping;
 use super::open_loop::open_loop;

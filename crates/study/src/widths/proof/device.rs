@@ -16,7 +16,7 @@
 
 use hpu_cosim::scene::{BridgeModel, Device, Hand, PathPoint, Scene};
 use hpu_datapath::LoopConfig;
-use hpu_enclosure::{Flow, Interval, Parts};
+use hpu_numbers::{Flow, Interval, Parts};
 
 use super::Limit;
 use super::system::{Channel, System};
