@@ -32,6 +32,7 @@ mod method_variants;
 mod part;
 mod sequence;
 mod timed_velocity;
+mod untyped_loops;
 mod wiring;
 
 pub mod axis_front;
