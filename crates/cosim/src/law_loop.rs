@@ -194,6 +194,8 @@ impl Block for LawLoop {
     }
 }
 
+hpu_datapath::untyped!(LawLoop);
+
 impl AxisWiring for LawLoop {
     const COMMAND: usize = COMMAND;
 }

@@ -1,6 +1,8 @@
 //! The wirings of an axis: a type for each method.
 
-use hpu_datapath::{AnyWiring, ConventionalLoop, HybridLoop, Law, LoopConfig, MethodLoop, MethodLoopConfig, Shaping};
+use hpu_datapath::{
+    AnyWiring, ConventionalLoop, HybridLoop, Law, LoopConfig, MethodLoop, MethodLoopConfig, Shaping, Untyped,
+};
 use hpu_signal::Format;
 
 use super::published::Published;
@@ -60,11 +62,9 @@ macro_rules! axis_loop {
 laws!(axis_loop);
 
 impl AxisLoop {
-    /// Returns the wiring without its type. Never inlined: each crate into which this went would compile every wiring
-    /// and block once more.
-    #[inline(never)]
+    /// Returns the wiring without its type.
     pub fn wiring(&self) -> &dyn AnyWiring {
-        with_axis_loop!(self, wiring => wiring)
+        with_axis_loop!(self, wiring => wiring.any())
     }
 }
 

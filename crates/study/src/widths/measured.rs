@@ -4,8 +4,7 @@ use hpu_cosim::scene::{Experiment, OutcomeKind};
 use hpu_cosim::{Control, Driver, NetUse, Simulation, Wired, WiredSimulation};
 use hpu_signal::{Cycle, Format, Signal, SignalUse};
 
-use super::noise::Beside;
-use super::{Loss, SignalRow};
+use super::{Beside, Loss, SignalRow};
 use crate::devices::device;
 
 /// Ranges and losses of every signal.

@@ -21,7 +21,6 @@ mod gappa;
 pub(crate) mod haptic;
 mod holds;
 mod laws;
-mod response;
 mod settings;
 pub(crate) mod span;
 mod system;

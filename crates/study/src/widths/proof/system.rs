@@ -1,9 +1,7 @@
 //! A device with the hand that holds it, as a linear system with three inputs.
 
 use hpu_cosim::scene::{Device, Scene, Winding};
-
-use super::response::{Flow, Output, Parts};
-use crate::interval::Interval;
+use hpu_numbers::{Flow, Interval, Output, Parts};
 
 /// The response of the speed and of the distance from the hand to one input.
 pub(crate) struct Channel {
