@@ -11,6 +11,7 @@ Exit codes: 0 all passed, 1 a test failed, 101 something does not compile.
 
 import json
 import os
+import resource
 import subprocess
 import sys
 import threading
@@ -63,6 +64,12 @@ def tests_of(package, name, binary):
     for test in listed(package, binary):
         if test not in ignored:
             yield f"{package.name} {name} {test}", package, [binary, "--exact", test, "--nocapture"]
+
+
+def processor_s():
+    """Seconds of a core that all programs have taken that have ended."""
+    taken = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return taken.ru_utime + taken.ru_stime
 
 
 def recorded():
@@ -129,7 +136,7 @@ def main():
     slow = recorded()
     begun = time.monotonic()
     binaries = list(built())
-    built_s = time.monotonic() - begun
+    built_s, building_s = time.monotonic() - begun, processor_s()
     tests = [(name, ROOT, command) for name, command in OTHERS.items()]
     tests += [test for binary in binaries for test in tests_of(*binary)]
     tests = [test for test in tests if text in test[0]]
@@ -154,7 +161,8 @@ def main():
         sums[binary] = (count + 1, total + seconds)
     for binary, (count, total) in sorted(sums.items(), key=lambda one: -one[1][1]):
         print(f"{total:8.2f} s  {binary}: {count} tests")
-    print(f"{built_s:8.2f} s  builds")
+    print(f"{built_s:8.2f} s  builds, {building_s:.0f} s of a core")
+    print(f"{time.monotonic() - begun - built_s:8.2f} s  tests, {processor_s() - building_s:.0f} s of a core")
     if update:
         slowest = [f"{seconds:.0f} {name}\n" for seconds, name in sorted(queue.took, reverse=True) if seconds > SLOW_S]
         head = "# Seconds of the slow tests, by testbench/tests.py --update; those start first.\n"

@@ -9,6 +9,7 @@ carry out of them (2^63 - 1 to the nearest multiple of 16; 420829617312/2^22 sat
 fraction). Prints the first operation that differs, and counts. Exit codes: 0 all agree, 1 one differs.
 """
 
+import itertools
 import random
 import subprocess
 import sys
@@ -75,13 +76,18 @@ def formats(random, operation):
             return a, b, to
 
 
-def operand(random, word):
-    """Ends and zeros now and then, of the widest words always, and words with zeros below: so overflows and ties are met."""
-    low, high = low_high(word)
-    if word in WIDEST or random.random() < 0.1:
-        return random.choice((low, high, 0, min(1, high), max(-1, low)))
-    keep = random.randint(0, width(word) - 1) if random.random() < 0.5 else 0
-    return random.randint(low, high) >> keep << keep
+def operands(random, word):
+    """A group's words: ends and zeros now and then, of the widest words always, and words with zeros below: so overflows and
+    ties are met."""
+    bits, (low, high) = width(word), low_high(word)
+    ends = low, high, 0, min(1, high), max(-1, low)
+    share = 1 if word in WIDEST else 0.1
+    for _ in range(ROWS):
+        if random.random() < share:
+            yield ends[int(random.random() * len(ends))]
+        else:
+            keep = int(random.random() * bits) if random.random() < 0.5 else 0
+            yield low + random.getrandbits(bits) >> keep << keep
 
 
 def signed(patterns, bits):
@@ -118,17 +124,8 @@ def expected(operation, a, b, to, rounding, overflow, rows):
     ]
 
 
-def main(narrow, seed=1):
-    source = random.Random(int(seed))
-    groups = []
-    for operation in OPERATIONS:
-        for rounding in ROUNDINGS:
-            for overflow in OVERFLOWS:
-                for group in range(GROUPS):
-                    widest = operation == "multiply" and group == 0
-                    a, b, to = WIDEST if widest else formats(source, operation)
-                    rows = [(operand(source, a), operand(source, b)) for _ in range(ROWS)]
-                    groups.append((operation, a, b, to, rounding, overflow, rows))
+def answered(narrow, groups):
+    """What hpu answers to each row of the groups."""
     text = []
     for operation, a, b, to, rounding, overflow, rows in groups:
         words = ("({},{},{})".format(*word) for word in (a, b, to))
@@ -138,24 +135,36 @@ def main(narrow, seed=1):
     run = subprocess.run([narrow], input="\n".join(text), capture_output=True, text=True)
     if run.returncode != 0:
         sys.exit(f"error: {narrow}: {run.stderr.strip()}")
-    answers = iter(run.stdout.splitlines())
+    return run.stdout.splitlines()
 
+
+def main(narrow, seed=1):
+    source = random.Random(int(seed))
     counts = Counter()
-    for operation, a, b, to, rounding, overflow, rows in groups:
-        for row, told in zip(rows, expected(operation, a, b, to, rounding, overflow, rows), strict=True):
-            answer = tuple(map(int, next(answers).split()))
-            *told, tie = told
-            if answer != tuple(told):
-                print(f"{operation} a={row[0]} {a} b={row[1]} {b} to {to} {rounding} {overflow}:")
-                print(f"  hpu {answer}, APyTypes {tuple(told)} (value, lost below, lost above)")
-                return 1
-            counts["rounded"] += told[1]
-            counts["overflowed"] += told[2]
-            counts["ties"] += tie
-        counts[operation] += ROWS
-        counts["products beyond 64 bits"] += ROWS * (operation == "multiply" and width(a) + width(b) > 64)
-        counts["clamped here"] += ROWS * (not to[0] and overflow == "Saturate")
-    assert next(answers, None) is None, "more answers than operations"
+    # What differs at the beginning is told before the rest is made.
+    for operation, rounding, overflow in itertools.product(OPERATIONS, ROUNDINGS, OVERFLOWS):
+        groups = []
+        for group in range(GROUPS):
+            widest = operation == "multiply" and group == 0
+            a, b, to = WIDEST if widest else formats(source, operation)
+            rows = list(zip(operands(source, a), operands(source, b), strict=True))
+            groups.append((operation, a, b, to, rounding, overflow, rows))
+        answers = iter(answered(narrow, groups))
+        for _, a, b, to, _, _, rows in groups:
+            for row, told in zip(rows, expected(operation, a, b, to, rounding, overflow, rows), strict=True):
+                answer = tuple(map(int, next(answers).split()))
+                *told, tie = told
+                if answer != tuple(told):
+                    print(f"{operation} a={row[0]} {a} b={row[1]} {b} to {to} {rounding} {overflow}:")
+                    print(f"  hpu {answer}, APyTypes {tuple(told)} (value, lost below, lost above)")
+                    return 1
+                counts["rounded"] += told[1]
+                counts["overflowed"] += told[2]
+                counts["ties"] += tie
+            counts[operation] += ROWS
+            counts["products beyond 64 bits"] += ROWS * (operation == "multiply" and width(a) + width(b) > 64)
+            counts["clamped here"] += ROWS * (not to[0] and overflow == "Saturate")
+        assert next(answers, None) is None, "more answers than operations"
     operations = [f"{counts[operation]} {operation}" for operation in OPERATIONS]
     others = [f"{count} {what}" for what, count in counts.items() if what not in OPERATIONS]
     total = sum(counts[operation] for operation in OPERATIONS)

@@ -1,6 +1,7 @@
 //! Leaps over whole periods of the modulator give the same registers as gates switched one by one, and so do edges at
 //! which the world coasts.
 
+use std::cell::Cell;
 use std::sync::atomic::Ordering;
 
 use hpu_cosim::scene::{Experiment, shipped};
@@ -13,12 +14,26 @@ use hpu_signal::{Cycle, Observe, Real, SignalUse};
 /// The most edges of a scene that are compared.
 const EDGES: u64 = 40_000_000;
 
-/// A world that coasts, and cruises over repeated outputs, only if it may, and counts how often it cruises.
+thread_local! {
+    /// Whether the worlds of this thread may coast and cruise.
+    static MAY: Cell<bool> = const { Cell::new(false) };
+    /// How often a world of this thread has cruised.
+    static CRUISES: Cell<u64> = const { Cell::new(0) };
+}
+
+/// A world that coasts, and cruises over repeated outputs, only if it may, and counts how often it cruises. It has the
+/// layout of the world inside: a reference to that world is a reference to this one, and nothing is copied at an edge.
 #[derive(Clone)]
+#[repr(transparent)]
 struct Permitted<E> {
     world: E,
-    may: bool,
-    cruises: u64,
+}
+
+impl<E> Permitted<E> {
+    fn around(world: &E) -> &Self {
+        // SAFETY: the layout is that of the only field.
+        unsafe { &*std::ptr::from_ref(world).cast() }
+    }
 }
 
 impl<E: World> World for Permitted<E> {
@@ -37,11 +52,10 @@ impl<E: World> World for Permitted<E> {
         self.world.sense();
     }
     fn advance(&mut self, limit: u64, before: impl FnOnce(&Self, u64)) {
-        let this = self.clone();
-        self.world.advance(limit, |world, edge| before(&Self { world: world.clone(), ..this }, edge));
+        self.world.advance(limit, |world, edge| before(Self::around(world), edge));
     }
     fn idles(&mut self, edges: u64) -> u64 {
-        if self.may { self.world.idles(edges) } else { 0 }
+        if MAY.get() { self.world.idles(edges) } else { 0 }
     }
     fn coast(&mut self, edges: u64) {
         self.world.coast(edges);
@@ -50,9 +64,9 @@ impl<E: World> World for Permitted<E> {
         self.world.drive(out, words);
     }
     fn foresee(&mut self, repeat: &Repeat<E::Out>) -> Option<u64> {
-        let end = if self.may { self.world.foresee(repeat) } else { None };
+        let end = if MAY.get() { self.world.foresee(repeat) } else { None };
         if let Some(end) = end {
-            self.cruises += 1;
+            CRUISES.set(CRUISES.get() + 1);
             let mut ahead = self.world.clone();
             ahead.advance(end - 1, |_, _| {});
             assert_eq!(ahead.edge(), end - 1, "nothing is due before a cruise ends");
@@ -117,7 +131,9 @@ impl<'s, O: Observe> LoopVisitor<'s> for Run<'_, O> {
         E: World + 's,
         W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone + 'static,
     {
-        let world = Permitted { world, may: self.may, cruises: 0 };
+        MAY.set(self.may);
+        CRUISES.set(0);
+        let world = Permitted { world };
         let mut run = ClosedLoop::new(wiring.clone(), world, input, self.stride);
         assert!(run.run(self.driver, self.end, self.observer, &Control::default()));
         let Summary { encoder_edges, mode_changes, energy, .. } = run.world.summary();
@@ -130,7 +146,7 @@ impl<'s, O: Observe> LoopVisitor<'s> for Run<'_, O> {
             mode_changes,
             energy,
         };
-        (left, run.world.cruises)
+        (left, CRUISES.get())
     }
 }
 
