@@ -13,8 +13,8 @@ pub(crate) fn quarter(rows: usize, of: usize) -> usize {
     (rows as u128 * of as u128 / 4) as usize
 }
 
-/// Returns the least and the greatest of numbers; infinity and minus infinity of none. NaN is ignored. Eight of each are
-/// sought side by side, because a single one would wait for each comparison.
+/// Returns the least and the greatest of numbers; infinity and minus infinity of none. NaN is ignored. Eight of each
+/// are sought side by side, because a single one would wait for each comparison.
 pub(crate) fn range(values: &[f64]) -> [f64; 2] {
     let (mut low, mut high) = ([f64::INFINITY; 8], [f64::NEG_INFINITY; 8]);
     let (eights, rest) = values.as_chunks::<8>();

@@ -557,8 +557,8 @@ fn simulate<'s>(
         },
     };
     let control = watch.control();
-    // Without pictures the trace needs only what the verdict and the metrics are made of. The length of the run does not change the
-    // memory.
+    // Without pictures the trace needs only what the verdict and the metrics are made of. The length of the run does
+    // not change the memory.
     let drawn: Vec<&str> = shown(simulation).nets().iter().map(|net| net.name).collect();
     let is_drawn = match &recorder {
         Recorder::Other(observer) => observer.watches(),
