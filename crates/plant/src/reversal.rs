@@ -1,13 +1,14 @@
 //! The reversal of a sliding shaft: friction changes its side where the speed passes 0, and nothing else changes.
 //!
-//! This is nearly every end of a mode where friction holds a wheel that its motor's ripple moves to and fro. Both modes
-//! have the same matrix, and their inputs differ by a constant `Δ` in the speed alone. So the motion after the reversal
-//! is the motion before it, continued, plus `K(t) Δ`, with `K(t) = t + A t²/2 + A² t³/6 + …` and `t` the time since the
-//! reversal. The continued motion is one leap from the anchor to the clock edge, and the terms of the sum are constants
-//! of the mode. The instant is a root of the speed alone: its derivatives at the edge are one product of a matrix, whose
-//! rows are those of the powers of `A`, with the slope there.
+//! This is nearly every end of a mode where friction holds a wheel that its motor's ripple moves to and fro. Both
+//! modes have the same matrix, and their inputs differ by a constant `Δ` in the speed alone. So the motion after the
+//! reversal is the motion before it, continued, plus `K(t) Δ`, with `K(t) = t + A t²/2 + A² t³/6 + …` and `t` the time
+//! since the reversal. The continued motion is one leap from the anchor to the clock edge, and the terms of the sum are
+//! constants of the mode. The instant is a root of the speed alone: its derivatives at the edge are one product of a
+//! matrix, whose rows are those of the powers of `A`, with the slope there.
 //!
-//! Any other end of a mode, or a reversal that is not certain in `f64`, is left to the general search of `device/modes.rs`.
+//! Any other end of a mode, or a reversal that is not certain in `f64`, is left to the general search of
+//! `device/modes.rs`.
 
 use crate::double::{Double, Doubles, Native, Product, Wide, two_sum};
 use crate::leap::Integrals;
