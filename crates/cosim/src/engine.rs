@@ -168,7 +168,8 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
         W: Clone,
     {
         self.tells_overflows = observer.watches_overflows();
-        self.rows.wait = !observer.relates() && self.rows.row.is_none();
+        // Gates that switch move the anchor at each pulse: waiting would gain nothing.
+        self.rows.wait = self.world.driven_by() != 0 && !observer.relates() && self.rows.row.is_none();
         self.watched = watched(self.wiring.words().len(), observer) | self.world.driven_by();
         if self.edge == 0 {
             // A copy is settled: words that settle between reset and the first edge do not count as used.
