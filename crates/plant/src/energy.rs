@@ -2,7 +2,7 @@
 
 use crate::double::Doubles;
 use crate::leap::Integrals;
-use crate::matrix::{ANGLE, CURRENT, INTENT, SPEED, State, plus};
+use crate::matrix::{ANGLE, CURRENT, INTENT, SPEED, State};
 
 const SOURCE: usize = 0;
 const HAND: usize = 1;
@@ -11,14 +11,42 @@ const DIODES: usize = 3;
 const VISCOUS: usize = 4;
 const COULOMB: usize = 5;
 
-/// Energy flows since the start, in J: six sums, each with the rest dropped by rounding (two-sum of Knuth).
+/// Sums, each with the rest dropped by rounding (two-sum of Knuth). So they hardly depend on how their terms are grouped.
+#[derive(Clone, Copy, PartialEq, Debug)]
+struct Sums<const N: usize> {
+    totals: [f64; N],
+    rests: [f64; N],
+}
+
+impl<const N: usize> Default for Sums<N> {
+    fn default() -> Self {
+        Self { totals: [0.0; N], rests: [0.0; N] }
+    }
+}
+
+impl<const N: usize> Sums<N> {
+    #[inline(always)]
+    fn add(&mut self, terms: [f64; N]) {
+        for ((total, rest), term) in self.totals.iter_mut().zip(&mut self.rests).zip(terms) {
+            let sum = *total + term;
+            let kept = sum - *total;
+            *rest += (*total - (sum - kept)) + (term - kept);
+            *total = sum;
+        }
+    }
+
+    fn at(&self, index: usize) -> f64 {
+        self.totals[index] + self.rests[index]
+    }
+}
+
+/// Energy flows since the start, in J.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct Energy {
-    totals: [f64; 6],
-    rests: [f64; 6],
+    flows: Sums<6>,
     exchanged: f64,
     /// `∫ x dt`.
-    states: State,
+    states: Sums<4>,
 }
 
 /// The constant powers of one mode.
@@ -117,7 +145,7 @@ impl Energy {
         after: &State,
         done: &Integrals,
     ) {
-        self.states = plus(&self.states, &done.states);
+        self.states.add(done.states);
         let (charge, current_squared) = (done.states[CURRENT], done.squares[CURRENT]);
         let speed_squared = done.squares[SPEED];
         let copper = powers.resistance_ohm * current_squared;
@@ -143,12 +171,7 @@ impl Energy {
 
     #[inline(always)]
     pub(crate) fn take(&mut self, flows: [f64; 6]) {
-        for ((total, rest), flow) in self.totals.iter_mut().zip(&mut self.rests).zip(flows) {
-            let sum = *total + flow;
-            let kept = sum - *total;
-            *rest += (*total - (sum - kept)) + (flow - kept);
-            *total = sum;
-        }
+        self.flows.add(flows);
         self.exchanged += flows.iter().map(|flow| flow.abs()).sum::<f64>();
     }
 
@@ -169,46 +192,42 @@ impl Energy {
 
     /// Adds the integrals of the states over a step, on which they move on straight lines.
     pub fn moved(&mut self, length_s: f64, from: &State, to: &State) {
-        self.states = std::array::from_fn(|k| self.states[k] + 0.5 * length_s * (from[k] + to[k]));
+        self.states.add(std::array::from_fn(|k| 0.5 * length_s * (from[k] + to[k])));
     }
 
     /// Returns the integrals of current and angle since the start, in A·s and rad·s.
     pub fn current_and_angle(&self) -> [f64; 2] {
-        [self.states[CURRENT], self.states[ANGLE]]
-    }
-
-    fn sum(&self, index: usize) -> f64 {
-        self.totals[index] + self.rests[index]
+        [CURRENT, ANGLE].map(|index| self.states.at(index))
     }
 
     /// Returns the work of the supply, or of the amplifier, on the circuit (negative where current flows back into it).
     pub fn source_j(&self) -> f64 {
-        self.sum(SOURCE)
+        self.flows.at(SOURCE)
     }
 
     /// Returns the work of the hand on the shaft.
     pub fn hand_j(&self) -> f64 {
-        self.sum(HAND)
+        self.flows.at(HAND)
     }
 
     /// Returns the heat in winding and switches.
     pub fn copper_j(&self) -> f64 {
-        self.sum(COPPER)
+        self.flows.at(COPPER)
     }
 
     /// Returns the heat in diodes.
     pub fn diodes_j(&self) -> f64 {
-        self.sum(DIODES)
+        self.flows.at(DIODES)
     }
 
     /// Returns the heat of viscous friction.
     pub fn viscous_j(&self) -> f64 {
-        self.sum(VISCOUS)
+        self.flows.at(VISCOUS)
     }
 
     /// Returns the heat of Coulomb friction.
     pub fn coulomb_j(&self) -> f64 {
-        self.sum(COULOMB)
+        self.flows.at(COULOMB)
     }
 
     /// Returns the energy supplied by source and hand.
@@ -230,4 +249,28 @@ impl Energy {
 /// Returns the energy stored in inductance and inertia.
 pub(crate) fn stored_j(inductance_h: f64, inertia_kg_m2: f64, x: &State) -> f64 {
     0.5 * inductance_h * x[CURRENT] * x[CURRENT] + 0.5 * inertia_kg_m2 * x[SPEED] * x[SPEED]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Sums;
+
+    /// Terms of very different sizes, summed beside them as integers: multiples of 2⁻⁷².
+    #[test]
+    fn a_sum_of_a_million_terms_is_exact_but_for_its_own_rounding() {
+        let unit = 2f64.powi(-72);
+        let (mut sums, mut exact) = (Sums::<2>::default(), [0i128; 2]);
+        for k in 0..1_000_000u64 {
+            let terms = [3u64, 7].map(|seed| {
+                let bits = (k + 1).wrapping_mul(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15));
+                (i128::from(bits >> 12) - (1 << 50)) << (bits % 20)
+            });
+            sums.add(terms.map(|term| term as f64 * unit));
+            exact = [0, 1].map(|index| exact[index] + terms[index]);
+        }
+        for (index, exact) in exact.into_iter().enumerate() {
+            let exact = exact as f64 * unit;
+            assert!((sums.at(index) - exact).abs() <= f64::EPSILON * exact.abs(), "{} is not {exact}", sums.at(index));
+        }
+    }
 }
