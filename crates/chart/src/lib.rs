@@ -3,6 +3,7 @@
 //! Texts use DejaVu Sans, which is embedded, so a picture is the same on every machine.
 
 mod bits;
+mod canvas;
 mod diagram;
 mod drop;
 mod error_by_width;
@@ -33,7 +34,6 @@ use hpu_cosim::scene::{Datapath, Loop, LoopWords, Scene};
 use hpu_cosim::{Simulation, Summary, Trace, Verdict};
 use hpu_signal::Signal;
 
-use hpu_canvas as canvas;
 use hpu_study::map::{Unseen, product_wraps, unseen_contact};
 
 use motion::Motion;
@@ -46,7 +46,6 @@ pub use error_by_width::error_by_width;
 pub use fit::fit;
 pub use formats::formats;
 pub use gimbal::{GIMBAL_NETS, gimbal_pictures};
-pub use hpu_canvas::{Key, Marker, Picture};
 pub use ladder::ladder;
 pub use limits::limits;
 pub use map::map_pictures;
@@ -83,6 +82,60 @@ pub struct Run<'a> {
     pub summary: &'a Summary,
     /// The command that makes the picture.
     pub command: &'a str,
+}
+
+/// The shape of a series' marker.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Marker {
+    /// A filled circle.
+    Disc,
+    /// A square.
+    Square,
+    /// A triangle that points up.
+    Triangle,
+    /// A square on its corner.
+    Diamond,
+    /// A triangle that points down.
+    Down,
+    /// A circle that is white inside.
+    Ring,
+    /// A diagonal cross.
+    Cross,
+    /// An upright cross.
+    Plus,
+    /// Two triangles, tip to tip.
+    Hourglass,
+}
+
+impl Marker {
+    /// Number of markers.
+    const COUNT: i32 = Self::Hourglass as i32 + 1;
+}
+
+/// The meaning of a colour and a marker in a picture.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Key {
+    /// Name of the series.
+    pub name: String,
+    /// Red, green and blue.
+    pub color: [u8; 3],
+    /// The marker of a line; an area has none.
+    pub marker: Option<Marker>,
+    /// Index of the panel that the series is in, counted over the picture.
+    pub panel: usize,
+}
+
+/// A picture in both forms.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Picture {
+    /// File name, without extension.
+    pub name: &'static str,
+    /// The picture as SVG.
+    pub svg: String,
+    /// The picture as PNG.
+    pub png: Vec<u8>,
+    /// The meaning of its colours and markers.
+    pub keys: Vec<Key>,
 }
 
 /// Returns the pictures of one run. A recording has no device, so only its bits are shown. A law without a wiring has

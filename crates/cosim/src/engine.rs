@@ -7,7 +7,7 @@
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
-use hpu_datapath::{Repeat, Untyped, Wiring};
+use hpu_datapath::{Repeat, Wiring};
 use hpu_signal::{Cycle, Observe, Ports};
 
 use crate::scene::Solver;
@@ -564,9 +564,9 @@ pub struct Comparison {
 pub fn compare<E, W>(wiring: W, world: E, input: E::In, edges: u64) -> Comparison
 where
     E: World,
-    W: Untyped<In<i64> = E::In, Out<i64> = E::Out>,
+    W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone,
 {
-    let nets = wiring.any().nets();
+    let nets = wiring.nets();
     let mut events = ClosedLoop::new(wiring.clone(), world.clone(), input, u64::MAX);
     let mut clock = ClosedLoop::new(wiring, world, input, u64::MAX);
     let mut found = Comparison { edges, mismatches: 0, first: None };

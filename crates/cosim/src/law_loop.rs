@@ -194,8 +194,6 @@ impl Block for LawLoop {
     }
 }
 
-hpu_datapath::untyped!(LawLoop);
-
 impl AxisWiring for LawLoop {
     const COMMAND: usize = COMMAND;
 }

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use hpu_datapath::{AnyBlock, AnyWiring, Instance, Untyped};
+use hpu_datapath::{AnyBlock, AnyWiring, Instance, Wiring};
 use hpu_signal::{Clock, Cycle, Observe, Real, Signal, UNKNOWN};
 
 use crate::contact::{Contact, stride, window_start};
@@ -74,7 +74,7 @@ pub trait LoopVisitor<'s> {
     fn visit<E, W>(self, wiring: &W, world: E, input: E::In) -> Self::Out
     where
         E: World + 's,
-        W: Untyped<In<i64> = E::In, Out<i64> = E::Out>;
+        W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone + 'static;
 }
 
 /// A `Simulation` is a scene made ready, whatever closes its loop. Recordings, pictures and verdicts use it.
@@ -435,7 +435,7 @@ impl<'s> LoopVisitor<'s> for Close {
     fn visit<E, W>(self, wiring: &W, world: E, input: E::In) -> Self::Out
     where
         E: World + 's,
-        W: Untyped<In<i64> = E::In, Out<i64> = E::Out>,
+        W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone + 'static,
     {
         Box::new(Closed(ClosedLoop::new(wiring.clone(), world, input, u64::MAX), input))
     }
@@ -449,7 +449,7 @@ impl<'s> LoopVisitor<'s> for Compare {
     fn visit<E, W>(self, wiring: &W, world: E, input: E::In) -> Comparison
     where
         E: World + 's,
-        W: Untyped<In<i64> = E::In, Out<i64> = E::Out>,
+        W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone + 'static,
     {
         compare(wiring.clone(), world, input, self.0)
     }
@@ -472,7 +472,7 @@ impl<'s> LoopVisitor<'s> for Run<'_> {
     fn visit<E, W>(mut self, wiring: &W, world: E, input: E::In) -> Self::Out
     where
         E: World + 's,
-        W: Untyped<In<i64> = E::In, Out<i64> = E::Out>,
+        W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone + 'static,
     {
         let start = Stopwatch::start();
         let mut wiring = wiring.clone();
@@ -483,7 +483,7 @@ impl<'s> LoopVisitor<'s> for Run<'_> {
         let run = ClosedLoop::new(wiring, world, input, self.stride).averaged_from(from);
         let mut run = if self.observer.measures() { run.measured(&self.observer) } else { run };
         let complete = run.run(self.driver, end, &mut self.observer, self.control);
-        let nets = run.wiring.any().nets().into_iter().zip(run.wiring.uses());
+        let nets = run.wiring.nets().into_iter().zip(run.wiring.uses());
         let summary = Summary {
             complete,
             edges: run.edge(),

@@ -3,7 +3,7 @@
 //! The engine's inner loop is compiled for each pair of a wiring and a world. All other code that joins the two, such as
 //! a comparison with a simulator of VHDL, uses these traits: it is compiled once, and pays a virtual call an edge.
 
-use hpu_datapath::{AnyWiring, Repeat, Untyped, bundle, flatten};
+use hpu_datapath::{AnyWiring, Repeat, Wiring, bundle, flatten};
 use hpu_signal::{Cycle, Observe, Ports};
 
 use crate::engine::ClosedLoop;
@@ -126,7 +126,7 @@ pub(crate) struct Closed<W, E: World>(pub(crate) ClosedLoop<W, E>, pub(crate) E:
 impl<'s, E, W> AnyClosedLoop<'s> for Closed<W, E>
 where
     E: World + 's,
-    W: Untyped<In<i64> = E::In, Out<i64> = E::Out>,
+    W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone + 'static,
 {
     fn edge(&self) -> u64 {
         self.0.edge()
@@ -144,13 +144,13 @@ where
         flatten(&self.1)
     }
     fn wiring(&self) -> &dyn AnyWiring {
-        self.0.wiring.any()
+        &self.0.wiring
     }
     fn wiring_mut(&mut self) -> &mut dyn AnyWiring {
-        self.0.wiring.any_mut()
+        &mut self.0.wiring
     }
     fn wiring_copy(&self) -> Box<dyn AnyWiring> {
-        self.0.wiring.any_copy()
+        Box::new(self.0.wiring.clone())
     }
     fn world(&self) -> &(dyn AnyWorld<'s> + 's) {
         &self.0.world

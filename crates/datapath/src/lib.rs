@@ -32,7 +32,6 @@ mod method_variants;
 mod part;
 mod sequence;
 mod timed_velocity;
-mod untyped_loops;
 mod wiring;
 
 pub mod axis_front;
@@ -109,7 +108,7 @@ pub use truncating_multiplier::TruncatingMultiplier;
 pub use unilateral::Unilateral;
 pub use velocity_register::{VelocityConfig, VelocityRegister};
 pub use window_difference::WindowDifference;
-pub use wiring::{AnyWiring, AxisWiring, Loaded, LoopIn, LoopOut, Repeat, Untyped, Wiring};
+pub use wiring::{AnyWiring, AxisWiring, Loaded, LoopIn, LoopOut, Repeat, Wiring};
 pub use zero_order_hold::ZeroOrderHold;
 
 macro_rules! exported {

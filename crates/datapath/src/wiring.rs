@@ -163,37 +163,3 @@ impl<W: Wiring> AnyWiring for W {
         Wiring::uses(self)
     }
 }
-
-/// A wiring that can be seen without its type.
-///
-/// These functions are compiled where the wiring is defined, and are never inlined. Any other crate that made a
-/// `dyn AnyWiring` of a wiring would compile it with all of its blocks and their equations once more.
-pub trait Untyped: Wiring + Clone + 'static {
-    /// Returns the wiring.
-    fn any(&self) -> &dyn AnyWiring;
-    /// Returns the wiring, to be changed.
-    fn any_mut(&mut self) -> &mut dyn AnyWiring;
-    /// Returns a copy.
-    fn any_copy(&self) -> Box<dyn AnyWiring>;
-}
-
-/// Implements [`Untyped`] for wirings.
-#[macro_export]
-macro_rules! untyped {
-    ($($wiring:ty),* $(,)?) => {
-        $(impl $crate::Untyped for $wiring {
-            #[inline(never)]
-            fn any(&self) -> &dyn $crate::AnyWiring {
-                self
-            }
-            #[inline(never)]
-            fn any_mut(&mut self) -> &mut dyn $crate::AnyWiring {
-                self
-            }
-            #[inline(never)]
-            fn any_copy(&self) -> Box<dyn $crate::AnyWiring> {
-                Box::new(self.clone())
-            }
-        })*
-    };
-}

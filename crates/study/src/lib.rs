@@ -24,7 +24,9 @@ pub mod widths;
 mod axis;
 mod device;
 mod devices;
+mod interval;
 mod sampled;
+mod series;
 mod watch;
 
 pub use device::{Device, Reach, SwitchWatch, Switching, ToldLimits, ToldTables};

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 /// Each crate, and our crates that it may depend on.
-const MAY_KNOW: [(&str, &[&str]); 16] = [
+const MAY_KNOW: [(&str, &[&str]); 14] = [
     ("signal", &[]),
     ("datapath", &["signal"]),
     ("plant", &["signal"]),
@@ -12,11 +12,9 @@ const MAY_KNOW: [(&str, &[&str]); 16] = [
     ("wave", &["signal", "datapath", "cosim"]),
     ("vhpi", &[]),
     ("rtl", &["signal", "datapath", "plant", "cosim", "wave", "vhpi"]),
-    ("numbers", &["signal", "datapath", "cosim"]),
-    ("study", &["signal", "datapath", "plant", "cosim", "numbers"]),
-    ("canvas", &[]),
+    ("study", &["signal", "datapath", "plant", "cosim"]),
     ("capi", &["signal", "datapath", "plant", "cosim"]),
-    ("chart", &["signal", "datapath", "plant", "cosim", "study", "canvas"]),
+    ("chart", &["signal", "datapath", "plant", "cosim", "study"]),
     ("cli", &["signal", "datapath", "plant", "cosim", "wave", "rtl", "study", "chart"]),
     ("web", &["signal", "cosim", "wave", "study"]),
     ("book", &["signal", "datapath", "cosim", "rtl", "cli"]),

@@ -1,7 +1,7 @@
 //! The wirings of a segment on a gimbal.
 
 use hpu_datapath::gimbal::{GimbalLoop, GimbalLoopConfig, GimbalShearLoop};
-use hpu_datapath::{AnyWiring, ConfigError, Untyped};
+use hpu_datapath::{AnyWiring, ConfigError};
 
 /// The wiring of a segment on a gimbal.
 #[allow(clippy::large_enum_variant, reason = "one of them exists a run")]
@@ -22,11 +22,12 @@ impl SegmentLoop {
         if has_shear { GimbalShearLoop::new(config).map(Self::Shear) } else { GimbalLoop::new(config).map(Self::Plain) }
     }
 
-    /// Returns the wiring without its type.
+    /// Returns the wiring without its type. Never inlined, as [`AxisLoop::wiring`](crate::AxisLoop::wiring).
+    #[inline(never)]
     pub(super) fn wiring(&self) -> &dyn AnyWiring {
         match self {
-            Self::Plain(wiring) => wiring.any(),
-            Self::Shear(wiring) => wiring.any(),
+            Self::Plain(wiring) => wiring,
+            Self::Shear(wiring) => wiring,
         }
     }
 }

@@ -1,8 +1,6 @@
 //! The wirings of an axis: a type for each method.
 
-use hpu_datapath::{
-    AnyWiring, ConventionalLoop, HybridLoop, Law, LoopConfig, MethodLoop, MethodLoopConfig, Shaping, Untyped,
-};
+use hpu_datapath::{AnyWiring, ConventionalLoop, HybridLoop, Law, LoopConfig, MethodLoop, MethodLoopConfig, Shaping};
 use hpu_signal::Format;
 
 use super::published::Published;
@@ -62,9 +60,11 @@ macro_rules! axis_loop {
 laws!(axis_loop);
 
 impl AxisLoop {
-    /// Returns the wiring without its type.
+    /// Returns the wiring without its type. Never inlined: each crate into which this went would compile every wiring
+    /// and block once more.
+    #[inline(never)]
     pub fn wiring(&self) -> &dyn AnyWiring {
-        with_axis_loop!(self, wiring => wiring.any())
+        with_axis_loop!(self, wiring => wiring)
     }
 }
 

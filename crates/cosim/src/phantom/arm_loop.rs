@@ -1,7 +1,7 @@
 //! The wirings of an arm.
 
+use hpu_datapath::AnyWiring;
 use hpu_datapath::phantom::{PhantomIo, PhantomLoop, PhantomSharedLoop};
-use hpu_datapath::{AnyWiring, Untyped};
 
 /// The wiring of an arm.
 #[allow(clippy::large_enum_variant, reason = "one of them exists a run")]
@@ -15,12 +15,13 @@ pub(super) enum ArmLoop {
 }
 
 impl ArmLoop {
-    /// Returns the wiring without its type.
+    /// Returns the wiring without its type. Never inlined, as [`AxisLoop::wiring`](crate::AxisLoop::wiring).
+    #[inline(never)]
     pub(super) fn wiring(&self) -> &dyn AnyWiring {
         match self {
-            Self::Phantom(wiring) => wiring.any(),
-            Self::PhantomShared(wiring) => wiring.any(),
-            Self::PhantomIo(wiring) => wiring.any(),
+            Self::Phantom(wiring) => wiring,
+            Self::PhantomShared(wiring) => wiring,
+            Self::PhantomIo(wiring) => wiring,
         }
     }
 }

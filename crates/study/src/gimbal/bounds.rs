@@ -11,10 +11,10 @@ use hpu_cosim::scene::GimbalScene;
 use hpu_cosim::{GimbalSimulation, Wired};
 use hpu_datapath::gimbal::{GimbalConfig, GimbalInverse};
 use hpu_datapath::{ConfigError, Instance, Register, flatten};
-use hpu_numbers::Interval;
 use hpu_plant::arm::Gimbal;
 use hpu_signal::{Format, Narrowing, Overflow, Rounding, Signal, Word as _};
 
+use crate::interval::Interval;
 use crate::widths::proof::affine::Affine;
 use crate::widths::proof::haptic::NetRanges;
 use crate::widths::proof::span::Span;

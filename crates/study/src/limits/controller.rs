@@ -3,7 +3,21 @@
 use hpu_cosim::method::CouplingMethod;
 use hpu_cosim::scene::{LawMethod, Loop, Scene};
 use hpu_datapath::Estimator;
-use hpu_numbers::Term;
+
+/// A term of a controller's polynomial: `(constant + by_stiffness K) δ^power z^-lag`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Term {
+    pub lag: u32,
+    pub power: usize,
+    pub constant: f64,
+    pub by_stiffness: f64,
+}
+
+impl Term {
+    const fn new(lag: u32, power: usize, constant: f64, by_stiffness: f64) -> Self {
+        Self { lag, power, constant, by_stiffness }
+    }
+}
 
 /// The wall's damping, as a function of the wall's stiffness.
 #[derive(Clone, Copy, PartialEq, Debug)]

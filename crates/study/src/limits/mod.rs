@@ -5,8 +5,11 @@
 //! The linear loop's set is proved ([`StableSet`]). The scene in fixed-point words, with its quantisation, friction,
 //! hand and contact, is run at a grid of stiffnesses and phases of its contact ([`WordsSet`]).
 
+mod characteristic;
 mod controller;
+mod crossings;
 mod hands;
+mod jet;
 mod looks;
 mod open_loop;
 mod range;

@@ -10,14 +10,15 @@ use std::collections::HashMap;
 
 use hpu_cosim::figure;
 use hpu_cosim::scene::Scene;
-use hpu_numbers::{
-    BOXES_A_RANGE, Characteristic, Complex, Interval, MOST_SIDES, Of, OnArc, OpenLoop, Place, Plants, Side, joined,
-};
 
-use super::open_loop::{open_loop, plant};
+use super::characteristic::{Characteristic, Of, OnArc};
+use super::crossings::{BOXES_A_RANGE, Place, joined};
+use super::jet::MOST_SIDES;
+use super::open_loop::{OpenLoop, Plants, Side, plant};
 use super::stable::inwards;
 use super::unknown::{Unknown, World};
 use super::{Damping, StableSet};
+use crate::interval::Interval;
 
 /// Number of stretches of equal ratio that a stable range is cut into; each stretch has its own budget of boxes.
 const STRETCHES: usize = 48;
@@ -80,7 +81,7 @@ impl BoxSet {
         }
         let nominal = world.nominal;
         let damping = Damping::Fixed(nominal.wall.damping_nm_s_per_rad);
-        let open = open_loop(nominal, damping)?;
+        let open = OpenLoop::new(nominal, damping)?;
         let mut at_points = vec![range];
         for point in points {
             let own = open.around(Plants::one(plant(point, nominal)));
@@ -313,6 +314,6 @@ fn perhaps(function: &Characteristic, place: Place, sides: usize) -> Option<(Vec
     let steps: Vec<_> = (0..=sides).map(|of| function.on(arc, Of::Slope(of)).value.scaled(function.away[of])).collect();
     let turn = over.by_angle.scaled(aside);
     let meant = steps.iter().fold(here.plus(turn), |sum, step| sum.plus(*step));
-    let size = |complex: &Complex| complex.re.size().max(complex.im.size());
+    let size = |complex: &crate::interval::Complex| complex.re.size().max(complex.im.size());
     meant.has_zero().then(|| (steps.iter().map(size).collect(), size(&turn)))
 }

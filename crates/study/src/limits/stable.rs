@@ -2,10 +2,10 @@
 
 use hpu_cosim::figure;
 use hpu_cosim::scene::Scene;
-use hpu_numbers::{Crossings, OpenLoop, crossings, first_crossings, settles};
 
 use super::controller::Damping;
-use super::open_loop::open_loop;
+use super::crossings::{Crossings, crossings, first_crossings, settles};
+use super::open_loop::OpenLoop;
 
 /// The stiffnesses of a range at which all poles of the linear loop are within the unit circle.
 ///
@@ -50,7 +50,7 @@ impl Stretch {
     ///
     /// Returns the reason why the scene has no linear loop.
     pub fn softest(scene: &Scene, damping: Damping, range: [f64; 2]) -> Result<Option<Self>, String> {
-        let open_loop = open_loop(scene, damping)?;
+        let open_loop = OpenLoop::new(scene, damping)?;
         let found = first_crossings(&open_loop, range);
         let ends = found.at.iter().chain(&found.unstable).map(|[_, high]| *high);
         let range = [range[0], ends.fold(range[1], f64::min)];
@@ -78,7 +78,7 @@ impl StableSet {
     ///
     /// Returns the reason why the scene has no linear loop.
     pub fn new(scene: &Scene, damping: Damping, range: [f64; 2]) -> Result<Self, String> {
-        Ok(Self::of(&open_loop(scene, damping)?, scene, range))
+        Ok(Self::of(&OpenLoop::new(scene, damping)?, scene, range))
     }
 
     /// Computes the stable set of a loop whose stiffness has the scene's unit.
@@ -156,7 +156,7 @@ pub(super) fn inwards(value: f64, up: bool) -> f64 {
 
 /// Whether the linear loop settles at a stiffness; `None` if there is no linear loop, or if it cannot be told.
 pub(crate) fn linear_settles(scene: &Scene, stiffness: f64) -> Option<bool> {
-    let open_loop = open_loop(scene, Damping::Fixed(scene.wall.damping_nm_s_per_rad)).ok()?;
+    let open_loop = OpenLoop::new(scene, Damping::Fixed(scene.wall.damping_nm_s_per_rad)).ok()?;
     settles(&open_loop, stiffness)
 }
 

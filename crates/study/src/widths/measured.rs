@@ -4,7 +4,8 @@ use hpu_cosim::scene::{Experiment, OutcomeKind};
 use hpu_cosim::{Control, Driver, NetUse, Simulation, Wired, WiredSimulation};
 use hpu_signal::{Cycle, Format, Signal, SignalUse};
 
-use super::{Beside, Loss, SignalRow};
+use super::noise::Beside;
+use super::{Loss, SignalRow};
 use crate::devices::device;
 
 /// Ranges and losses of every signal.

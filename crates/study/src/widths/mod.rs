@@ -6,19 +6,47 @@ pub mod proof;
 pub mod search;
 pub mod settling;
 
+mod book;
+mod exact;
 pub(crate) mod field;
 mod measured;
+mod method;
+mod noise;
+mod parts;
 mod random;
+mod real;
 mod recommend;
 
-use hpu_signal::Format;
+use hpu_datapath::AnyBlock;
+use hpu_signal::{Cycle, Format, Signal};
 
 pub use field::Field;
-pub use hpu_numbers::{Asked, Beside, Loss};
 pub use measured::{Measured, beside, idle_bits, measured, together};
+pub use noise::{Asked, Beside};
 pub(crate) use proof::System;
 pub use random::{Walk, random};
+#[cfg(test)]
+pub(crate) use real::law;
 pub use recommend::{Needed, Recommended, by_range, recommend};
+
+/// Returns whether a block lies between the counters and the modulator. Counters and modulators are told by their
+/// ports: all inputs or all outputs are single lines, or the block counts.
+fn is_on_the_way(block: &dyn AnyBlock) -> bool {
+    let is_line = |port: &Signal| port.format == Format::BIT;
+    let lines = block.inputs().iter().all(is_line) || block.outputs().iter().all(is_line);
+    !lines && block.counts().is_none()
+}
+
+/// The bits that a signal lost below its least significant bit, or above its most significant bit.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub struct Loss {
+    /// Clock edges during which bits were lost.
+    pub edges: u64,
+    /// The largest distance from the exact value, in the signal's unit; NaN where the block does not report it.
+    pub worst: f64,
+    /// The first of these edges.
+    pub first: Option<Cycle>,
+}
 
 /// One signal with its measured range and losses.
 #[derive(Clone, PartialEq, Debug)]

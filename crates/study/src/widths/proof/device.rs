@@ -16,10 +16,11 @@
 
 use hpu_cosim::scene::{BridgeModel, Device, Hand, PathPoint, Scene};
 use hpu_datapath::LoopConfig;
-use hpu_numbers::{Flow, Interval, Parts};
 
 use super::Limit;
+use super::response::{Flow, Parts};
 use super::system::{Channel, System};
+use crate::interval::Interval;
 
 /// Limits of the shaft's motion, for any command within a range.
 #[derive(Clone, Debug)]

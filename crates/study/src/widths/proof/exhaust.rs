@@ -2,11 +2,11 @@
 
 use hpu_cosim::scene::Scene;
 use hpu_cosim::{AxisSimulation, Wired};
-use hpu_datapath::{AnyStep, Connection, Instance};
-use hpu_numbers::{Tried, tried_all};
+use hpu_datapath::{AnyStep, Instance};
 
 use super::span::Span;
 use super::{Bound, How, Proof};
+use crate::widths::exact::Exact;
 
 /// The most inputs of one block that are ever tried.
 pub const MOST_INPUTS: u128 = 1 << 26;
@@ -47,9 +47,26 @@ fn tried(mut instance: Instance, bounds: &[Bound], most: u128) -> Vec<Bound> {
     // A block's own losses are known only if all of its inputs are exact.
     let are_exact = inputs.iter().all(|input| bounds[input.net].error == Some(0.0));
     let equations = instance.model.equations().filter(|_| are_exact).map(AnyStep::recorded);
-    let port = |(input, range): (&Connection, &Span)| (input.port.format, [range.min as i64, range.max as i64]);
-    let ranges: Vec<_> = inputs.iter().zip(&ranges).map(port).collect();
-    let Tried { seen, worst } = tried_all(instance.model.as_mut(), &ranges, outputs.len(), equations.as_ref());
+    let mut word: Vec<i64> = ranges.iter().map(|range| range.min as i64).collect();
+    let mut seen: Vec<Option<(i64, i64)>> = vec![None; outputs.len()];
+    let mut worst = vec![Exact::of(0).losses(); outputs.len()];
+    loop {
+        let answer = instance.model.tick(&word);
+        for (seen, &out) in seen.iter_mut().zip(&answer) {
+            *seen = Some(seen.map_or((out, out), |(least, most)| (least.min(out), most.max(out))));
+        }
+        if let Some(equations) = &equations {
+            let given = inputs.iter().zip(&word).map(|(input, &word)| Exact::of(input.port.format.value(word)));
+            let read = equations.read(&given.collect::<Vec<_>>());
+            worst.iter_mut().zip(read).for_each(|(worst, made)| *worst = worst.worse(made.losses()));
+        }
+        // Moves to the next input; the last one changes fastest.
+        let Some(at) = (0..count).rev().find(|&at| i128::from(word[at]) < ranges[at].max) else { break };
+        word[at] += 1;
+        for later in at + 1..count {
+            word[later] = ranges[later].min as i64;
+        }
+    }
     let row = |index: usize| {
         let (output, worst) = (&outputs[index], worst[index]);
         let (proved, format) = (&bounds[output.net], output.port.format);

@@ -21,6 +21,7 @@ mod gappa;
 pub(crate) mod haptic;
 mod holds;
 mod laws;
+mod response;
 mod settings;
 pub(crate) mod span;
 mod system;

@@ -1,7 +1,9 @@
 //! A device with the hand that holds it, as a linear system with three inputs.
 
 use hpu_cosim::scene::{Device, Scene, Winding};
-use hpu_numbers::{Flow, Interval, Output, Parts};
+
+use super::response::{Flow, Output, Parts};
+use crate::interval::Interval;
 
 /// The response of the speed and of the distance from the hand to one input.
 pub(crate) struct Channel {

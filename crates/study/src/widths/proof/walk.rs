@@ -1,12 +1,12 @@
 //! Walks over a wiring's blocks and reads each with what is known of its inputs.
 
 use hpu_datapath::{AnyBlock, AnyStep, Connection, Instance, Register};
-use hpu_numbers::is_on_the_way;
 use hpu_signal::{Equations, Format, Signal, Word as _};
 
 use super::affine::Affine;
 use super::span::Span;
 use super::word::Word;
+use crate::widths::is_on_the_way;
 
 /// The words of a wiring's nets, as far as they are known.
 pub(crate) struct Walk<'t> {

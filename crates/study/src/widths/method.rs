@@ -6,7 +6,7 @@ use hpu_datapath::Instance;
 
 /// A method's law in floats. It computes a torque from the position once a sample.
 #[derive(Clone, PartialEq, Debug)]
-pub struct Method {
+pub(super) struct Method {
     config: LawConfig,
     law: AnyLaw,
     /// Nets of the position, stiffness, scale and period.

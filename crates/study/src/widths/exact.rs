@@ -4,11 +4,11 @@
 
 use hpu_signal::{Format, Narrowing, Overflow, Rounding, Word};
 
-use crate::real::float;
+use super::real::float;
 
 /// A word, beside its value without losses.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Exact {
+pub(super) struct Exact {
     word: i128,
     /// The word, had no limit applied.
     whole: i128,
@@ -19,14 +19,13 @@ pub struct Exact {
 
 /// The losses of a word, in units of the least significant bit.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Losses {
+pub(super) struct Losses {
     /// The largest loss by rounding of a value within its limits.
     pub rounded: f64,
     /// The farthest that any value was beyond its limits.
     pub beyond: f64,
-    /// Whether a limit could apply at all.
+    /// Whether a limit could apply at all, and whether upper bits were dropped.
     pub narrows: bool,
-    /// Whether upper bits were dropped.
     pub wraps: bool,
 }
 

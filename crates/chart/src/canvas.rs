@@ -1,6 +1,4 @@
 //! A page of marks, which is painted both as SVG and as PNG.
-//!
-//! Pictures take their time here: this crate is optimised, and hpu-chart, which says what is drawn, is not.
 
 use std::sync::Once;
 
@@ -8,87 +6,29 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
+use crate::{Key, Marker, Picture};
+
 /// Width of a page in pixels of the marks; a browser shows the page at half of this.
-pub const WIDTH: i32 = 2400;
+pub(crate) const WIDTH: i32 = 2400;
 /// Height of a page in pixels of the marks.
-pub const HEIGHT: i32 = 1440;
+pub(crate) const HEIGHT: i32 = 1440;
 
 /// Font family, and the family that a viewer without it uses.
 const FAMILY: &str = "DejaVu Sans, sans-serif";
 
-/// Colour of lines and texts.
-pub const INK: RGBColor = RGBColor(34, 38, 46);
+pub(crate) const INK: RGBColor = RGBColor(34, 38, 46);
 /// Colour of secondary texts: ticks, conditions, the command.
-pub const QUIET: RGBColor = RGBColor(90, 97, 108);
-/// Colour of a grid.
-pub const GRID: RGBColor = RGBColor(226, 229, 234);
+pub(crate) const QUIET: RGBColor = RGBColor(90, 97, 108);
+pub(crate) const GRID: RGBColor = RGBColor(226, 229, 234);
 
 /// Position of a text relative to its given point, which is at the middle of the text's height; `Up` is centred and
 /// reads from bottom to top.
 #[derive(Clone, Copy, PartialEq)]
-pub enum Anchor {
-    /// The text is to the right of its point.
+pub(crate) enum Anchor {
     Left,
-    /// The point is in the text's middle.
     Centre,
-    /// The text is to the left of its point.
     Right,
-    /// The point is in the middle of a text that reads upwards.
     Up,
-}
-
-/// The shape of a series' marker.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Marker {
-    /// A filled circle.
-    Disc,
-    /// A square.
-    Square,
-    /// A triangle that points up.
-    Triangle,
-    /// A square on its corner.
-    Diamond,
-    /// A triangle that points down.
-    Down,
-    /// A circle that is white inside.
-    Ring,
-    /// A diagonal cross.
-    Cross,
-    /// An upright cross.
-    Plus,
-    /// Two triangles, tip to tip.
-    Hourglass,
-}
-
-impl Marker {
-    /// Number of markers.
-    pub const COUNT: i32 = Self::Hourglass as i32 + 1;
-}
-
-/// The meaning of a colour and a marker in a picture.
-#[derive(Clone, PartialEq, Debug)]
-pub struct Key {
-    /// Name of the series.
-    pub name: String,
-    /// Red, green and blue.
-    pub color: [u8; 3],
-    /// The marker of a line; an area has none.
-    pub marker: Option<Marker>,
-    /// Index of the panel that the series is in, counted over the picture.
-    pub panel: usize,
-}
-
-/// A picture in both forms.
-#[derive(Clone, PartialEq, Debug)]
-pub struct Picture {
-    /// File name, without extension.
-    pub name: &'static str,
-    /// The picture as SVG.
-    pub svg: String,
-    /// The picture as PNG.
-    pub png: Vec<u8>,
-    /// The meaning of its colours and markers.
-    pub keys: Vec<Key>,
 }
 
 enum Mark {
@@ -101,7 +41,7 @@ enum Mark {
 
 /// A page that is being drawn.
 #[derive(Default)]
-pub struct Canvas {
+pub(crate) struct Canvas {
     marks: Vec<Mark>,
     keys: Vec<Key>,
     panels: usize,
@@ -118,17 +58,15 @@ fn font(size: i32, bold: bool) -> FontDesc<'static> {
 }
 
 /// Returns the width of a text in pixels.
-pub fn text_width(text: &str, size: i32) -> i32 {
+pub(crate) fn text_width(text: &str, size: i32) -> i32 {
     font(size, false).box_size(text).map_or(0, |(width, _)| width as i32)
 }
 
 impl Canvas {
-    /// Adds a line through these points.
     pub fn line(&mut self, points: Vec<(i32, i32)>, color: RGBColor, width: u32) {
         self.marks.push(Mark::Line { points, color, width });
     }
 
-    /// Adds a filled rectangle.
     pub fn fill(&mut self, corners: [(i32, i32); 2], color: RGBColor) {
         self.marks.push(Mark::Fill { corners, color });
     }
@@ -158,7 +96,6 @@ impl Canvas {
         self.marks.push(Mark::Text { at, text: text.into(), size, bold: false, color, anchor });
     }
 
-    /// Adds a bold text whose point is at its left end, in the middle of its height.
     pub fn title(&mut self, at: (i32, i32), text: impl Into<String>, size: i32) {
         let text = text.into();
         self.marks.push(Mark::Text { at, text, size, bold: true, color: INK, anchor: Anchor::Left });

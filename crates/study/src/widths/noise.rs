@@ -1,21 +1,21 @@
 //! Computes the law in `f64` beside the words, and by how much every word differs from it.
 //!
-//! The law runs through the wiring's own blocks. It reads each block's equations in real numbers ([`crate::real`]) and
+//! The law runs through the wiring's own blocks. It reads each block's equations in real numbers ([`super::real`]) and
 //! loads their registers on the same edges. It takes the encoder counts from the words, and the gains as the scene asks
 //! for them. So the difference is what fixed-point arithmetic does, the rounding of gains included. For a method, the
 //! law is its reference law in floats.
 //!
-//! In addition, every word is compared with the exact value of the words that it was computed from ([`crate::exact`]).
+//! In addition, every word is compared with the exact value of the words that it was computed from ([`super::exact`]).
 //! This tells the losses by rounding and overflow in that block.
 
 use hpu_cosim::LawConfig;
 use hpu_datapath::Instance;
 use hpu_signal::{Cycle, Format, Observe, Signal};
 
-use crate::book::Book;
-use crate::book::Loss;
-use crate::method::Method;
-use crate::parts::{Part, Parts};
+use super::Loss;
+use super::book::Book;
+use super::method::Method;
+use super::parts::{Part, Parts};
 
 /// The number that the law uses in place of a word that the scene sets.
 #[derive(Clone, Copy, PartialEq, Debug)]

@@ -2,20 +2,11 @@
 
 use hpu_signal::{Cycle, Format};
 
-/// The bits that a signal lost below its least significant bit, or above its most significant bit.
-#[derive(Clone, Copy, PartialEq, Debug, Default)]
-pub struct Loss {
-    /// Clock edges during which bits were lost.
-    pub edges: u64,
-    /// The largest distance from the exact value, in the signal's unit; NaN where the block does not report it.
-    pub worst: f64,
-    /// The first of these edges.
-    pub first: Option<Cycle>,
-}
+use super::Loss;
 
 /// The record of one net: its current values and since which edge, and its accumulated signal, noise and losses.
 #[derive(Clone, Debug)]
-pub struct Book {
+pub(super) struct Book {
     pub format: Format,
     /// Whether the law has this net, and whether its block reports its losses.
     pub in_law: bool,

@@ -5,32 +5,26 @@ use std::array;
 use crate::interval::Interval;
 
 /// Greatest number of sides of a parameter box over which the function is enclosed.
-pub const MOST_SIDES: usize = 3;
+pub(super) const MOST_SIDES: usize = 3;
 /// Number of variables of a [`Jet`]: the stiffness, then the sides of a box.
-pub const ALONG: usize = 1 + MOST_SIDES;
+pub(super) const ALONG: usize = 1 + MOST_SIDES;
 
 /// A number that depends on the stiffness and on parameters: its enclosure at the middle of their ranges, its enclosure
 /// over all of the ranges, and its derivatives over all of the ranges.
 #[derive(Clone, Copy, Debug)]
-pub struct Jet {
-    /// The number at the middle of the ranges.
+pub(super) struct Jet {
     pub middle: Interval,
-    /// The number over all of the ranges.
     pub over: Interval,
-    /// The derivatives over all of the ranges.
     pub slopes: [Interval; ALONG],
 }
 
 impl Jet {
-    /// The number 0.
     pub const ZERO: Self = Self::constant(Interval::ZERO);
 
-    /// Returns a number that depends on nothing.
     pub const fn constant(value: Interval) -> Self {
         Self { middle: value, over: value, slopes: [Interval::ZERO; ALONG] }
     }
 
-    /// Returns the sum.
     pub fn plus(self, other: Self) -> Self {
         Self {
             middle: self.middle.plus(other.middle),
@@ -39,7 +33,6 @@ impl Jet {
         }
     }
 
-    /// Returns the difference.
     pub fn minus(self, other: Self) -> Self {
         Self {
             middle: self.middle.minus(other.middle),
@@ -64,7 +57,6 @@ impl Jet {
         Self { over: self.over.within(meant), ..self }
     }
 
-    /// Returns the product.
     pub fn times(self, other: Self) -> Self {
         Self {
             middle: self.middle.times(other.middle),

@@ -3,7 +3,7 @@
 use crate::interval::{Interval, Matrix};
 
 /// Returns `e^a` of a square matrix.
-pub fn exponential(a: &Matrix) -> Matrix {
+pub(crate) fn exponential(a: &Matrix) -> Matrix {
     Matrix::identity(a.rows()).plus(&Series::new(&[&a.0]).exponential_change().into_parts()[0])
 }
 
@@ -13,7 +13,7 @@ pub fn exponential(a: &Matrix) -> Matrix {
 /// The parts are the first row of blocks of the matrix whose diagonals of blocks are constant, the value on the main
 /// one and each part on one farther above; products of such matrices are products of the series.
 #[derive(Clone)]
-pub struct Series {
+pub(crate) struct Series {
     /// Rows of each part.
     size: usize,
     parts: usize,
@@ -34,7 +34,6 @@ impl Series {
         self.cells.chunks(self.size * self.size).map(part).collect()
     }
 
-    /// Returns the series with each number changed.
     pub fn map(&self, change: impl Fn(Interval) -> Interval) -> Self {
         Self { cells: self.cells.iter().map(|&cell| change(cell)).collect(), ..*self }
     }

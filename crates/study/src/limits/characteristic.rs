@@ -12,12 +12,11 @@
 //!
 //! Every enclosure holds for the scene's parameters as `f64` numbers, whatever is rounded during the computation.
 
+use super::jet::{ALONG, Jet};
 use crate::interval::{Complex, Interval};
-use crate::jet::{ALONG, Jet};
 
 /// The characteristic function `F`, over all stiffnesses of a range.
-pub struct Characteristic {
-    /// The range of stiffnesses.
+pub(super) struct Characteristic {
     pub range: [f64; 2],
     /// Pairs of a lag, in samples, and the coefficients of the powers of `δ` at this lag.
     pub terms: Vec<(u32, Vec<Jet>)>,
@@ -27,16 +26,14 @@ pub struct Characteristic {
 
 /// A function over an arc of the unit circle, and its derivative by the angle.
 #[derive(Clone, Copy)]
-pub struct OnArc {
-    /// The value.
+pub(super) struct OnArc {
     pub value: Complex,
-    /// The derivative by the angle.
     pub by_angle: Complex,
 }
 
 /// Selects which number of each coefficient a value is computed from.
 #[derive(Clone, Copy)]
-pub enum Of {
+pub(super) enum Of {
     /// `F` at the middle of the range of stiffnesses and of the parameter box.
     Middle,
     /// `F` over all of the range and the box.
@@ -142,7 +139,7 @@ impl Characteristic {
 /// Returns the coefficients of the powers of `δ`, the lowest first: of `det(δ - E)`, or, with a column, of
 /// `c adj(δ - E) column`, where `c` picks the last state. By Cramer's rule the second is the determinant with its last
 /// column replaced.
-pub fn minors(change: &[Vec<Jet>], states: usize, column: Option<&[Jet]>) -> Vec<Jet> {
+pub(super) fn minors(change: &[Vec<Jet>], states: usize, column: Option<&[Jet]>) -> Vec<Jet> {
     let last = states - 1;
     let entry = |row: usize, of: usize| match column {
         Some(column) if of == last => column[row],

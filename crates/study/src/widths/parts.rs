@@ -6,9 +6,10 @@ use hpu_cosim::LawConfig;
 use hpu_datapath::{AnyBlock, Connection, Instance, Register};
 use hpu_signal::{Equations, Format, Reading, Signal, Word};
 
-use crate::exact::Exact;
-use crate::method::Method;
-use crate::real::Real;
+use super::exact::Exact;
+use super::is_on_the_way;
+use super::method::Method;
+use super::real::Real;
 
 /// Where a block's input comes from.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -195,7 +196,7 @@ impl Stage {
 
 /// The edges at which registers load.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Clock {
+pub(super) struct Clock {
     /// The next edge at which they load.
     pub next: u64,
     /// Clock cycles between two loads.
@@ -216,7 +217,7 @@ impl Clock {
 
 /// A block with its equations, or with the equations of the blocks inside it.
 #[derive(Clone, Debug)]
-pub struct Part {
+pub(super) struct Part {
     stages: Vec<Stage>,
     /// `None` for a combinational block.
     pub clock: Option<Clock>,
@@ -337,7 +338,7 @@ impl Part {
 
 /// The blocks of a wiring.
 #[derive(Clone, Debug, Default)]
-pub struct Parts {
+pub(super) struct Parts {
     pub parts: Vec<Part>,
     /// Nets that count and wrap.
     pub counters: Vec<usize>,
@@ -381,12 +382,4 @@ impl Parts {
 fn within(part: &Instance, outer: &[Connection]) -> Option<Stage> {
     let connection = |inner: &Connection| Connection { port: inner.port.clone(), net: outer[inner.net].net };
     Stage::of(&*part.model, &part.connections.iter().map(connection).collect::<Vec<_>>(), &part.tied)
-}
-
-/// Returns whether a block lies between the counters and the modulator. Counters and modulators are told by their
-/// ports: all inputs or all outputs are single lines, or the block counts.
-pub fn is_on_the_way(block: &dyn AnyBlock) -> bool {
-    let is_line = |port: &Signal| port.format == Format::BIT;
-    let lines = block.inputs().iter().all(is_line) || block.outputs().iter().all(is_line);
-    !lines && block.counts().is_none()
 }

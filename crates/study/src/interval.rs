@@ -4,18 +4,14 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 /// All numbers from `lo` to `hi`.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Interval {
-    /// The least number.
+pub(crate) struct Interval {
     pub lo: f64,
-    /// The greatest number.
     pub hi: f64,
 }
 
 impl Interval {
-    /// The number 0.
     pub const ZERO: Self = Self::exact(0.0);
 
-    /// Returns a single number.
     pub const fn exact(value: f64) -> Self {
         Self { lo: value, hi: value }
     }
@@ -25,7 +21,6 @@ impl Interval {
         Self { lo: -above(-lo), hi: above(hi) }
     }
 
-    /// Returns the sum.
     pub fn plus(self, other: Self) -> Self {
         if self == Self::ZERO {
             return other;
@@ -36,12 +31,10 @@ impl Interval {
         Self::outward(self.lo + other.lo, self.hi + other.hi)
     }
 
-    /// Returns the difference.
     pub fn minus(self, other: Self) -> Self {
         self.plus(Self { lo: -other.hi, hi: -other.lo })
     }
 
-    /// Returns the product.
     pub fn times(self, other: Self) -> Self {
         if self == Self::ZERO || other == Self::ZERO {
             return Self::ZERO;
@@ -80,12 +73,10 @@ impl Interval {
         self.hi.max(-self.lo)
     }
 
-    /// Whether 0 is among the numbers.
     pub fn has_zero(self) -> bool {
         self.lo <= 0.0 && self.hi >= 0.0
     }
 
-    /// Returns the distance between the ends.
     pub fn width(self) -> f64 {
         self.hi - self.lo
     }
@@ -148,23 +139,18 @@ fn above(x: f64) -> f64 {
 
 /// All complex numbers with these real and imaginary parts.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Complex {
-    /// The real parts.
+pub(crate) struct Complex {
     pub re: Interval,
-    /// The imaginary parts.
     pub im: Interval,
 }
 
 impl Complex {
-    /// The number 0.
     pub const ZERO: Self = Self { re: Interval::ZERO, im: Interval::ZERO };
 
-    /// Returns the sum.
     pub fn plus(self, other: Self) -> Self {
         Self { re: self.re.plus(other.re), im: self.im.plus(other.im) }
     }
 
-    /// Returns the product.
     pub fn times(self, other: Self) -> Self {
         Self {
             re: self.re.times(other.re).minus(self.im.times(other.im)),
@@ -172,7 +158,6 @@ impl Complex {
         }
     }
 
-    /// Returns the product with a real number.
     pub fn scaled(self, by: Interval) -> Self {
         Self { re: self.re.times(by), im: self.im.times(by) }
     }
@@ -182,7 +167,6 @@ impl Complex {
         Self { re: Interval::ZERO.minus(self.im), im: self.re }
     }
 
-    /// Whether 0 is among the numbers.
     pub fn has_zero(self) -> bool {
         self.re.has_zero() && self.im.has_zero()
     }
@@ -190,26 +174,22 @@ impl Complex {
 
 /// Rows and columns of intervals: a small square matrix, a row or a column.
 #[derive(Clone, PartialEq, Debug)]
-pub struct Matrix(pub Vec<Vec<Interval>>);
+pub(crate) struct Matrix(pub Vec<Vec<Interval>>);
 
 impl Matrix {
-    /// Returns the identity of that many rows.
     pub fn identity(size: usize) -> Self {
         let one = |here: bool| if here { Interval::exact(1.0) } else { Interval::ZERO };
         Self((0..size).map(|row| (0..size).map(|column| one(row == column)).collect()).collect())
     }
 
-    /// Returns a column.
     pub fn column(values: &[Interval]) -> Self {
         Self(values.iter().map(|&value| vec![value]).collect())
     }
 
-    /// Returns a row.
     pub fn row(values: &[Interval]) -> Self {
         Self(vec![values.to_vec()])
     }
 
-    /// Returns the number of rows.
     pub fn rows(&self) -> usize {
         self.0.len()
     }
@@ -218,19 +198,16 @@ impl Matrix {
         self.0[0].len()
     }
 
-    /// Returns the matrix with each cell changed.
     pub fn map(&self, change: impl Fn(Interval) -> Interval) -> Self {
         Self(self.0.iter().map(|row| row.iter().map(|&cell| change(cell)).collect()).collect())
     }
 
-    /// Returns the sum.
     pub fn plus(&self, other: &Self) -> Self {
         let sum =
             |(left, right): (&Vec<Interval>, &Vec<Interval>)| left.iter().zip(right).map(|(l, r)| l.plus(*r)).collect();
         Self(self.0.iter().zip(&other.0).map(sum).collect())
     }
 
-    /// Returns the product.
     pub fn times(&self, other: &Self) -> Self {
         // Zeros add nothing, not even rounding.
         let product = |row: &Vec<Interval>| {

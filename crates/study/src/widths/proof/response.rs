@@ -19,7 +19,7 @@ const SLACK: f64 = 1.0 + 1.0 / (1u64 << 48) as f64;
 const ROW: usize = 512;
 
 /// A linear system's flow, tabulated.
-pub struct Flow {
+pub(crate) struct Flow {
     /// `A` in balanced states.
     a: Matrix,
     /// The unit of each state in terms of the balanced one; powers of two.
@@ -37,10 +37,8 @@ pub struct Flow {
 
 /// The integrals of the positive and the negative part of an impulse response.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Parts {
-    /// The integral of the positive part.
+pub(crate) struct Parts {
     pub positive: f64,
-    /// The integral of the negative part.
     pub negative: f64,
 }
 
@@ -146,7 +144,7 @@ impl Flow {
 }
 
 /// An output of a linear system.
-pub struct Output<'f> {
+pub(crate) struct Output<'f> {
     flow: &'f Flow,
     /// `c`, in balanced states.
     row: Matrix,

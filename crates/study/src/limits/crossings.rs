@@ -12,24 +12,21 @@
 
 use std::f64::consts::PI;
 
-use crate::characteristic::{Characteristic, Of};
+use super::characteristic::{Characteristic, Of};
+use super::open_loop::OpenLoop;
 use crate::interval::{Complex, Interval};
-use crate::open_loop::OpenLoop;
 
 /// A place on the upper half of the unit circle.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub enum Place {
-    /// The points at these angles.
+pub(super) enum Place {
     Arc(Interval),
-    /// The point 1.
     One,
-    /// The point -1.
     MinusOne,
 }
 
 /// Ranges of stiffnesses, ascending and disjoint, outside which no pole is on the unit circle.
 #[derive(Clone, PartialEq, Debug)]
-pub struct Crossings {
+pub(super) struct Crossings {
     /// Ranges that hold at least one crossing, or may hold some.
     pub at: Vec<[f64; 2]>,
     /// Ranges in which some pole is outside the circle at every stiffness; other poles' crossings were not searched
@@ -49,7 +46,7 @@ const END: f64 = PI.next_up();
 /// Number of boxes after which the rest of the range is left open.
 const MOST_BOXES: u32 = 100_000;
 /// Number of boxes that cost as much time as enclosing the function over one range of stiffnesses.
-pub const BOXES_A_RANGE: u32 = 10;
+pub(super) const BOXES_A_RANGE: u32 = 10;
 /// Relative width below which halving gains nothing.
 const LEAST: f64 = 1e-13;
 
@@ -65,13 +62,13 @@ enum Found {
 }
 
 /// Returns all crossings over a range of stiffnesses.
-pub fn crossings(open: &OpenLoop, range: [f64; 2]) -> Crossings {
+pub(super) fn crossings(open: &OpenLoop, range: [f64; 2]) -> Crossings {
     searched(open, range, false)
 }
 
 /// Returns the crossings up to the end of the softest range in which there is one, or in which some pole is outside the
 /// circle at every stiffness. There may be others beyond this end.
-pub fn first_crossings(open: &OpenLoop, range: [f64; 2]) -> Crossings {
+pub(super) fn first_crossings(open: &OpenLoop, range: [f64; 2]) -> Crossings {
     searched(open, range, true)
 }
 
@@ -137,7 +134,7 @@ fn searched(open: &OpenLoop, range: [f64; 2], only_first: bool) -> Crossings {
 }
 
 /// Returns the ranges in ascending order, with overlapping ranges joined.
-pub fn joined(mut ranges: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
+pub(super) fn joined(mut ranges: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
     ranges.sort_by(|a, b| a[0].total_cmp(&b[0]));
     let mut apart: Vec<[f64; 2]> = Vec::new();
     for [low, high] in ranges {
@@ -292,7 +289,7 @@ fn look(function: &Characteristic, place: Place) -> Found {
 /// `F` has no poles outside the circle and grows there like `z` to the power of the plant's degree. So along the circle
 /// it turns around zero as many times as that degree, less one turn for each root outside. The function is followed
 /// along arcs on which it is proved not to be zero: on each arc it turns by less than half a turn.
-pub fn settles(open: &OpenLoop, stiffness: f64) -> Option<bool> {
+pub(super) fn settles(open: &OpenLoop, stiffness: f64) -> Option<bool> {
     const MOST_ARCS: u32 = 100_000;
     let function = open.over([stiffness; 2]);
     let at = |angle: f64| {

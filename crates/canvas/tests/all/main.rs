@@ -1,3 +1,0 @@
-//! All tests of the crate in one binary.
-
-mod pages;
