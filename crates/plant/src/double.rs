@@ -314,6 +314,16 @@ pub(crate) struct Wide {
     pub lo: Columns,
 }
 
+/// Returns the sum of the four highs in a lane, and what is to be added to it: the lows, the errors of the sums of two
+/// highs, and that of the sum of both.
+#[inline(always)]
+fn sum_of_four((high, low): &([State; 4], [State; 4]), lane: usize) -> (f64, [f64; 3]) {
+    let (first, a) = two_sum(high[0][lane], high[1][lane]);
+    let (second, b) = two_sum(high[2][lane], high[3][lane]);
+    let (all, c) = two_sum(first, second);
+    (all, [(low[0][lane] + low[1][lane]) + (low[2][lane] + low[3][lane]), a + b, c])
+}
+
 impl Wide {
     pub fn of(rows: &[[Double; 4]; 4]) -> Self {
         let part =
@@ -340,16 +350,14 @@ impl Wide {
     /// are summed in `f64`, so that the error of the result is about 2⁻¹⁰⁴ of the greatest term.
     #[inline(always)]
     pub fn times<P: Product>(&self, v: &Doubles, before: &Doubles) -> Doubles {
-        let (high, low) = self.products::<P, 4>(v);
+        let products = self.products::<P, 4>(v);
         let mut sum = [0.0; 4];
         let mut rest = [0.0; 4];
         for r in 0..4 {
-            let (first, a) = two_sum(high[0][r], high[1][r]);
-            let (second, b) = two_sum(high[2][r], high[3][r]);
-            let (both, c) = two_sum(first, second);
-            let (all, d) = two_sum(before.hi[r], both);
-            sum[r] = all;
-            rest[r] = (((low[0][r] + low[1][r]) + (low[2][r] + low[3][r])) + ((a + b) + (c + before.lo[r]))) + d;
+            let (all, [low, halves, whole]) = sum_of_four(&products, r);
+            let (moved, error) = two_sum(before.hi[r], all);
+            sum[r] = moved;
+            rest[r] = (low + (halves + (whole + before.lo[r]))) + error;
         }
         Doubles::joined(&sum, &rest)
     }
@@ -357,15 +365,13 @@ impl Wide {
     /// Returns `M v`.
     #[inline(always)]
     pub fn image<P: Product>(&self, v: &Doubles) -> Doubles {
-        let (high, low) = self.products::<P, 4>(v);
+        let products = self.products::<P, 4>(v);
         let mut sum = [0.0; 4];
         let mut rest = [0.0; 4];
         for r in 0..4 {
-            let (first, a) = two_sum(high[0][r], high[1][r]);
-            let (second, b) = two_sum(high[2][r], high[3][r]);
-            let (both, c) = two_sum(first, second);
-            sum[r] = both;
-            rest[r] = ((low[0][r] + low[1][r]) + (low[2][r] + low[3][r])) + ((a + b) + c);
+            let (all, [low, halves, whole]) = sum_of_four(&products, r);
+            sum[r] = all;
+            rest[r] = low + (halves + whole);
         }
         Doubles::joined(&sum, &rest)
     }

@@ -11,7 +11,7 @@ const DIODES: usize = 3;
 const VISCOUS: usize = 4;
 const COULOMB: usize = 5;
 
-/// Sums, each with the rest dropped by rounding (two-sum of Knuth). So they hardly depend on how their terms are grouped.
+/// Sums, each with the rest dropped by rounding (two-sum of Knuth). How their terms are grouped hardly changes them.
 #[derive(Clone, Copy, PartialEq, Debug)]
 struct Sums<const N: usize> {
     totals: [f64; N],
@@ -96,24 +96,7 @@ impl Energy {
         after: &State,
         done: &Integrals,
     ) {
-        let source_j = powers.source_v * done.states[CURRENT] + powers.source_nm * turned;
-        self.spent(powers, source_j, length_s, turned, before, after, done);
-    }
-
-    /// Accounts for a stretch in which the work of the source is known.
-    #[inline(always)]
-    #[allow(clippy::too_many_arguments, reason = "a stretch has these")]
-    pub(crate) fn spent(
-        &mut self,
-        powers: &Powers,
-        source_j: f64,
-        length_s: f64,
-        turned: f64,
-        before: &State,
-        after: &State,
-        done: &Integrals,
-    ) {
-        self.rubbed(powers, source_j, length_s, (turned, turned.abs()), before, after, done);
+        self.reversed(powers, length_s, (turned, turned.abs()), before, after, done);
     }
 
     /// Accounts for a stretch within which the shaft may turn back. `turned` is the angle between its ends, and `way`
@@ -129,13 +112,13 @@ impl Energy {
         done: &Integrals,
     ) {
         let source_j = powers.source_v * done.states[CURRENT] + powers.source_nm * turned;
-        self.rubbed(powers, source_j, length_s, (turned, way), before, after, done);
+        self.spent(powers, source_j, length_s, (turned, way), before, after, done);
     }
 
     /// Accounts for a stretch in which the work of the source and the way of the shaft are known.
     #[inline(always)]
     #[allow(clippy::too_many_arguments, reason = "a stretch has these")]
-    fn rubbed(
+    pub(crate) fn spent(
         &mut self,
         powers: &Powers,
         source_j: f64,

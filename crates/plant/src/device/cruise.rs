@@ -274,7 +274,8 @@ impl<'a> Cruise<'a> {
             }),
         };
         let source_j = n * (self.source_v[0] * pulse.states[CURRENT] + self.source_v[1] * pause.states[CURRENT]);
-        energy.spent(&device.powers, source_j, n * period_s, change[ANGLE], &motion.x.hi, &end.hi, &done);
+        let turned = (change[ANGLE], change[ANGLE].abs());
+        energy.spent(&device.powers, source_j, n * period_s, turned, &motion.x.hi, &end.hi, &done);
         end
     }
 
