@@ -77,8 +77,8 @@ def formats(random, operation):
 
 
 def operands(random, word):
-    """A group's words: ends and zeros now and then, of the widest words always, and words with zeros below: so overflows and
-    ties are met."""
+    """A group's words: ends and zeros now and then, of the widest words always, and words with zeros below. So
+    overflows and ties are met."""
     bits, (low, high) = width(word), low_high(word)
     ends = low, high, 0, min(1, high), max(-1, low)
     share = 1 if word in WIDEST else 0.1

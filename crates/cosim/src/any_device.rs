@@ -47,8 +47,8 @@ impl AnyDevice<'_> {
         }
     }
 
-    /// Returns whether the outputs at all edges before this one can certainly still be asked at it, unless the body is
-    /// driven anew before.
+    /// Returns whether the body certainly still knows its outputs at all earlier edges when it has moved to this one,
+    /// until it is driven anew.
     #[inline(always)]
     pub(crate) fn keeps(&self, edge: u64) -> bool {
         match self {

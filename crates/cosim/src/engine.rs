@@ -461,7 +461,7 @@ pub(crate) struct Rows {
     /// The edge of the row from which torque and position are averaged, and their integrals at it.
     window: u64,
     before: Option<[f64; 2]>,
-    /// Whether rows may be shown later than nets of later edges.
+    /// Whether rows may be shown after the nets of later edges.
     wait: bool,
     /// The present row, if rows have means and extremes.
     row: Option<Vec<f64>>,

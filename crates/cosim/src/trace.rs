@@ -41,7 +41,7 @@ pub struct Trace {
     full: usize,
 }
 
-/// Rows that are held no more, because they come before the judged window.
+/// Rows that have been let go, because they come before the judged window.
 #[derive(Clone, PartialEq, Debug)]
 struct Before {
     /// Number of these rows so far.
@@ -234,8 +234,8 @@ impl Trace {
         }
     }
 
-    /// Takes those of `count` rows that are all alike which come before the window, and are let go. Returns how many
-    /// rows remain.
+    /// Lets go of the held rows before the window, and of those of `count` equal rows with these values that come
+    /// before it. Returns how many of the equal rows remain.
     fn pass_still(&mut self, count: u64, values: &[f64]) -> u64 {
         self.let_go_all();
         let Some(before) = self.before.as_mut().filter(|_| self.rows == 0) else { return count };

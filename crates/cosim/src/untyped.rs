@@ -1,7 +1,7 @@
 //! Worlds and closed loops without their types.
 //!
-//! The engine's inner loop is compiled for each pair of a wiring and a world. All other code that joins the two, such as
-//! a comparison with a simulator of VHDL, uses these traits: it is compiled once, and pays a virtual call an edge.
+//! The engine's inner loop is compiled for each pair of a wiring and a world. All other code that joins the two, such
+//! as a comparison with a simulator of VHDL, uses these traits: it is compiled once, and pays a virtual call an edge.
 
 use hpu_datapath::{AnyWiring, Repeat, Wiring, bundle, flatten};
 use hpu_signal::{Cycle, Observe, Ports};

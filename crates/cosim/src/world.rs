@@ -41,8 +41,9 @@ pub trait World: Clone {
     /// Flows to the first edge after the present one, up to `limit`, at which the world changes by itself, or to
     /// `limit`. Calls `before` with that edge before it leaves the present one.
     fn advance(&mut self, limit: u64, before: impl FnOnce(&Self, u64));
-    /// Returns whether the outputs at all edges before this one, to which the world may go now, can still be asked when
-    /// it has come there, until it is [driven](World::drive) anew. An unsure world returns `false`.
+    /// Returns whether the world still knows its outputs at all earlier edges when it has moved to this one, until it
+    /// is [driven](World::drive) anew. The engine may then show rows later, many at once. A world that is not certain
+    /// returns `false`.
     fn keeps(&self, _edge: u64) -> bool {
         false
     }
@@ -56,8 +57,8 @@ pub trait World: Clone {
     fn idles(&mut self, _edges: u64) -> u64 {
         0
     }
-    /// Moves on by a number of edges for which the world [idles](World::idles). The outputs at these edges can still be
-    /// asked until the world moves on by itself or is driven anew.
+    /// Moves on by a number of edges for which the world [idles](World::idles). The world still knows its outputs at
+    /// these edges until it moves on by itself or is driven anew.
     fn coast(&mut self, _edges: u64) {
         unreachable!("no world coasts that does not idle")
     }
@@ -110,8 +111,8 @@ pub trait World: Clone {
     fn encoder(&self) -> Option<EncoderState> {
         None
     }
-    /// Returns the world's part of a run's summary, at the present edge: encoder edges, changes of mode, steps, decisions
-    /// made again, energies and faults.
+    /// Returns the world's part of a run's summary, at the present edge: encoder edges, changes of mode, steps,
+    /// decisions made again, energies and faults.
     fn summary(&self) -> Summary;
     /// Returns why the run cannot go on, or `None` if it can: the device has left the modelled range, or the range that
     /// its test allows.

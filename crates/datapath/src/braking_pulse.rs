@@ -34,7 +34,8 @@ crate::listed::configuration! {
     pub struct PulseConfig {
         /// The widths and formats that every law has.
         widths: LawWidths = LawWidths::default(), [];
-        /// Torque that takes out a speed of one count per sample within a sample, with the fraction bits of the damping.
+        /// Torque that takes out a speed of one count per sample within a sample, with the fraction bits of the
+        /// damping.
         pulse: u32 = 1025, ["PULSE"];
     }
 }

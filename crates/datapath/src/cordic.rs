@@ -1,9 +1,9 @@
 //! Length and angle of a vector by CORDIC, one rotation an edge.
 //!
 //! - **Equation**: `radius = hypot(x, y)`, `angle = atan2(y, x)` in half turns. `x`, `y`, shifted left by `GUARD`, are
-//!   turned by half a turn where `x < 0`: `x, y, z = -x, -y, -1`, else `z = 0`. For `i = 0 .. ROTATIONS-1`, with `d = 1`
-//!   if `y >= 0` else `-1`: `x, y, z = x + d floor(y/2^i), y - d floor(x/2^i), z + d A(i)`. `z` has `GUARD` more fraction
-//!   bits than the angle and wraps; `A(i) = round(2^(ANGLE_WIDTH-1+GUARD) atan(2^-i) / pi)`. At the end
+//!   turned by half a turn where `x < 0`: `x, y, z = -x, -y, -1`, else `z = 0`. For `i = 0 .. ROTATIONS-1`, with `d =
+//!   1` if `y >= 0` else `-1`: `x, y, z = x + d floor(y/2^i), y - d floor(x/2^i), z + d A(i)`. `z` has `GUARD` more
+//!   fraction bits than the angle and wraps; `A(i) = round(2^(ANGLE_WIDTH-1+GUARD) atan(2^-i) / pi)`. At the end
 //!   `angle = floor(z/2^GUARD + 1/2)` and `radius = floor(x C / 2^(WIDTH+2+GUARD) + 1/2)` with
 //!   `C = round(2^(WIDTH+2) prod 1/sqrt(1+2^-2i))`. For `x = y = 0` both are 0.
 //! - **Ports**: `start` (0,1,0), `x` `y` (1,WIDTH-1,0) in; `radius` (0,WIDTH,0), in units of `x` and `y`, `angle`

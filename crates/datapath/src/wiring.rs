@@ -120,8 +120,8 @@ pub trait Wiring: Block {
     }
 }
 
-/// A wiring whose port bundles are slices, in port order. Every [`Wiring`] implements it. Code other than the inner loop
-/// of a run uses it, so that it is compiled once and not for each wiring.
+/// A wiring whose port bundles are slices, in port order. Every [`Wiring`] implements it. Code other than the inner
+/// loop of a run uses it, so that it is compiled once and not for each wiring.
 pub trait AnyWiring: AnyBlock {
     /// See [`Wiring::nets`].
     fn nets(&self) -> Vec<Signal>;

@@ -29,7 +29,7 @@ const CLOSE: f64 = 1e-8;
 
 /// Constants of the reversals in a mode.
 pub(crate) struct Reversal {
-    /// Row `k`: what a slope makes of the term of order `k + 2` of the speed, `SPEED` row of `Aᵏ⁺¹ / (k + 2)!`.
+    /// Row `k` times a slope is the speed's term of order `k + 2`: the row of the speed in `Aᵏ⁺¹ / (k + 2)!`.
     rows: Wide,
     /// The same for the orders 6 to 8, in `f64`; the last row is zero.
     late: Columns,
@@ -90,8 +90,8 @@ impl Reversal {
         self.kicks[0].hi[SPEED]
     }
 
-    /// Returns the part of an edge after the reversal, from state `x` and slope `w` at its end, where the speed would
-    /// be without the reversal; `None` if `f64` is not certain that the speed passes 0 once in the edge.
+    /// Returns the part of an edge after the reversal. `x` and `w` are state and slope at the end of the edge of the
+    /// motion without a reversal. `None` if `f64` is not certain that the speed passes 0 once in the edge.
     #[inline(always)]
     pub(crate) fn rest<P: Product>(&self, x: &Doubles, w: &Doubles, edge_s: f64) -> Option<Rest> {
         let orders = self.rows.image::<P>(w);
@@ -162,8 +162,8 @@ impl Reversal {
         Doubles { hi: high, lo: rest }.scaled::<P>(left_s)
     }
 
-    /// Adds to the integrals of the motion without a reversal what the reversal of a speed of this sign makes in them;
-    /// `x` and `w` are state and slope at the edge without it.
+    /// Changes the integrals of the motion without a reversal into those with the reversal of a speed of this sign. `x`
+    /// and `w` are state and slope at the end of the edge of the motion without it.
     #[inline(always)]
     pub(crate) fn include(&self, rest: &Rest, sign: f64, x: &State, w: &State, done: &mut Integrals) {
         let t = rest.left_s.hi;

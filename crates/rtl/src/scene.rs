@@ -13,8 +13,8 @@ pub fn scene_vectors(simulation: &impl Wired, edges: u64) -> Vec<(&'static str, 
     let mut run = simulation.closed_loop();
     let constants = run.constants();
     let inputs = constants.len();
-    // The words that each edge samples: of the pins as they are at that edge, and of all other nets as the edge before has
-    // left them.
+    // The words that each edge samples: of the pins as they are at that edge, and of all other nets as the edge before
+    // has left them.
     let mut sampled = Vec::new();
     let mut before = run.wiring().words().to_vec();
     for _ in 0..edges {
@@ -26,8 +26,8 @@ pub fn scene_vectors(simulation: &impl Wired, edges: u64) -> Vec<(&'static str, 
     vectors(wiring, &sampled, constants)
 }
 
-/// Returns the vectors of a wiring and of its instances from the words that each edge sampled and the wiring's inputs at
-/// the start.
+/// Returns the vectors of a wiring and of its instances from the words that each edge sampled and the wiring's inputs
+/// at the start.
 fn vectors(wiring: TheLoop, sampled: &[Vec<i64>], constants: Vec<i64>) -> Vec<(&'static str, Vectors)> {
     let (name, generics) = (wiring.name(), wiring.block().generics());
     let mut whole: Box<dyn AnyBlock> = match wiring {

@@ -79,8 +79,8 @@ impl Pair<'_> {
         input.clone_from(&self.vhdl.input);
     }
 
-    /// Drives the VHDL's world by the words of the VHDL's nets. Called once for each step of the emulator. `agrees`: the
-    /// emulator's promise about its outputs holds for the VHDL's outputs too.
+    /// Drives the VHDL's world by the words of the VHDL's nets. Called once for each step of the emulator. `agrees`:
+    /// the emulator's promise about its outputs holds for the VHDL's outputs too.
     pub(crate) fn drive(&mut self, words: &[i64], agrees: bool) {
         // VHDL promises nothing. But as long as it agrees with the emulator, the emulator's promise is about the same
         // registers.
@@ -133,8 +133,8 @@ pub(crate) struct Sides<'s> {
 }
 
 impl<'s> Sides<'s> {
-    /// Makes both sides of a simulation: from its start or, for this number of edges to compare, from shortly before the
-    /// wall is reached.
+    /// Makes both sides of a simulation: from its start or, for this number of edges to compare, from shortly before
+    /// the wall is reached.
     pub(crate) fn of(simulation: &'s impl Wired, edges: Option<u64>) -> Self {
         let nets = simulation.wiring().nets();
         let fresh = simulation.closed_loop();

@@ -1,7 +1,7 @@
 //! Enums whose variants have names.
 
-/// Makes an enum each of whose variants has a name, which stands beside it: `ALL` lists the variants, `name` returns the
-/// name in scenes, results and commands.
+/// Makes an enum each of whose variants has a name, which stands beside it: `ALL` lists the variants, `name` returns
+/// the name in scenes, results and commands.
 ///
 /// ```
 /// hpu_signal::named! {

@@ -2,10 +2,10 @@
 //!
 //! # A new device
 //!
-//! Its scene is a module of its own here, with a reader, its keys (`rows.rs`), its shipped scenes and the scene to begin
-//! with (`shipped.rs`). Its simulation is a module of the crate. It is a line in `devices!`, its value of `device.kind`
-//! below, and the two modules with what other crates see of them (`scene/mod.rs`, `lib.rs`). Kinds of scene, readers,
-//! keys, simulations and `hpu new` follow.
+//! Its scene is a module of its own here, with a reader, its keys (`rows.rs`), its shipped scenes and the scene to
+//! begin with (`shipped.rs`). Its simulation is a module of the crate. It is a line in `devices!`, its value of
+//! `device.kind` below, and the two modules with what other crates see of them (`scene/mod.rs`, `lib.rs`). Kinds of
+//! scene, readers, keys, simulations and `hpu new` follow.
 
 use super::keys::{Choice, DeviceKeys, Group, Key, Otherwise::Required, keys};
 use super::shipped::{AXIS, Begin, Shipped};

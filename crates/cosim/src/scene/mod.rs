@@ -288,7 +288,8 @@ impl Scene {
         self.model.step_s.map_or(self.period_clocks(), |step_s| self.clock.edges(step_s).max(1))
     }
 
-    /// Returns the time span over which a sampled velocity counts, in s: a velocity word of 1 is one count in this time.
+    /// Returns the time span over which a sampled velocity counts, in s: a velocity word of 1 is one count in this
+    /// time.
     pub fn velocity_span_s(&self) -> f64 {
         self.method.kind.features().velocity_samples * self.sample_period_s()
     }

@@ -3,10 +3,10 @@
 //! A count says that the position lies between two edges of the encoder, a count apart. Of all motions that lie between
 //! the recorded edges at every recorded time, [`smooth`] returns the one with the least mean square of its third
 //! derivative. This is a quadratic programme whose only constraints are a lower and an upper bound of each position. A
-//! primal-dual interior-point method solves it (Mehrotra's predictor and corrector): each step solves one banded system,
-//! so the work is proportional to the number of points. Every iterate lies strictly between the edges. Mehrotra's steps
-//! can return to where they were; the second order of a step therefore counts by the square of the part that the
-//! predictor can go (Salahi, Peng and Terlaky 2007).
+//! primal-dual interior-point method solves it (Mehrotra's predictor and corrector): each step solves one banded
+//! system, so the work is proportional to the number of points. Every iterate lies strictly between the edges.
+//! Mehrotra's steps can return to where they were; the second order of a step therefore counts by the square of the
+//! part that the predictor can go (Salahi, Peng and Terlaky 2007).
 
 /// Distance in counts that a position keeps from the edges of its count, so that rounding cannot count another one.
 const MARGIN: f64 = 1e-3;

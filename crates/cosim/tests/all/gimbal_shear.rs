@@ -47,7 +47,8 @@ fn the_displacement_is_the_fractional_derivative_to_the_second_order_of_the_step
 #[test]
 fn the_datapath_takes_the_fractional_derivative_of_the_samples_within_its_memory() {
     // 2 s have 200 samples, and all of them count. The datapath's sum is that of a/2 samples before, of targets that
-    // are up to 10 us old. A target's word is half an LSB off, the weights are together 2 max(1, a); the gain has 2^-12.
+    // are up to 10 us old. A target's word is half an LSB off, the weights are together 2 max(1, a); the gain has
+    // 2^-12.
     for (text, order) in [("0.5", 0.5), ("0.8", 0.8), ("1.2", 1.2), ("1.5", 1.5)] {
         let scene = sheared(text, &[]);
         let simulation = GimbalSimulation::new(&scene).unwrap_or_else(|error| panic!("{error}"));
@@ -96,8 +97,8 @@ fn a_short_memory_leaves_out_no_more_than_its_bound() {
 fn the_rendered_stress_is_the_asked_one_through_the_servos_lag() {
     // A sampled loop: the error of a sample, whose derivative is that of the sample before, drives the servo at w0 K1
     // from the second instant of the bus on. The position is known to half a count, 2.56 mrad; half a drive LSB is
-    // 1 / 2048 / 1.5 rad; gravity asks for 0.05 kg 9.81 m/s2 3 mm / (5.3 N.m 1.5); the servo's inertia of 4 g.m2 is a lag
-    // of 5 ms, in which the tip moves by at most 3 mm (5 mm/s).
+    // 1 / 2048 / 1.5 rad; gravity asks for 0.05 kg 9.81 m/s2 3 mm / (5.3 N.m 1.5); the servo's inertia of 4 g.m2 is a
+    // lag of 5 ms, in which the tip moves by at most 3 mm (5 mm/s).
     for order in ["0.5", "0.8", "1.2", "1.5"] {
         let scene = scene("gimbal-shear", &[("shear.order", order)]);
         let simulation = GimbalSimulation::new(&scene).unwrap_or_else(|error| panic!("{error}"));

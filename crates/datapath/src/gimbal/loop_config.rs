@@ -10,8 +10,8 @@ use crate::{ConfigError, FractionalConfig, Generic};
 /// The device and the blocks of its loop.
 ///
 /// A width that blocks share is stated once: lengths, angles and counts by `gimbal`, force and drives by `impedance`.
-/// The same fields of the other parts are not read; [`servo`](Self::servo), [`crank`](Self::crank) and the methods after
-/// them return each part with the shared widths.
+/// The same fields of the other parts are not read; [`servo`](Self::servo), [`crank`](Self::crank) and the methods
+/// after them return each part with the shared widths.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct GimbalLoopConfig {
     /// The kinematics, with the widths of lengths, angles and counts.

@@ -1,7 +1,7 @@
 //! Position control of one servo: proportional to the error, and to its change over a window of samples.
 //!
-//! - **Equation**: at sample `n`, the first after a reset being 0, `measured = round(count STEP / 2^STEP_FRAC)`, `e(n) =
-//!   desired - measured`, exact and without wrapping, `d = e(n) - e(max(n - WINDOW, 0))`, and `drive =
+//! - **Equation**: at sample `n`, the first after a reset being 0, `measured = round(count STEP / 2^STEP_FRAC)`, `e(n)
+//!   = desired - measured`, exact and without wrapping, `d = e(n) - e(max(n - WINDOW, 0))`, and `drive =
 //!   saturate(round(proportional e(n) + derivative d))`.
 //! - **Ports**: `desired` (1,0,ANGLE_WIDTH-1) in half turns, `count` (1,COUNT_WIDTH-1,0) of the servo's own sensor,
 //!   `proportional` (0,P_WIDTH-P_FRAC,P_FRAC) in drive counts per half turn, `derivative` (0,D_WIDTH-D_FRAC,D_FRAC) in

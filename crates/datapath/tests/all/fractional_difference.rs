@@ -143,8 +143,9 @@ fn orders_near_whole_ones_are_near_their_differences() {
 #[test]
 fn the_derivative_of_time_is_its_closed_form_up_to_the_first_order_of_the_step() {
     // In steps of 1, the derivative of order 1/2 of t is sqrt(t) / gamma(3/2), and that of order 3/2 is
-    // 1 / (sqrt(t) gamma(1/2)). The sum over all samples from 0 on is gamma(n+1-a) / (gamma(2-a) gamma(n)); by Gautschi's
-    // inequality its quotient by the closed form is between these bounds, which are of the first order in 1/n.
+    // 1 / (sqrt(t) gamma(1/2)). The sum over all samples from 0 on is gamma(n+1-a) / (gamma(2-a) gamma(n)); by
+    // Gautschi's inequality its quotient by the closed form is between these bounds, which are of the first order in
+    // 1/n.
     let root = PI.sqrt();
     for memory in [16u32, 64] {
         for (order, coef_frac) in [([1, 2], 24), ([3, 2], 24)] {

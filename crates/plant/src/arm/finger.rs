@@ -73,9 +73,9 @@ impl Finger {
         }
     }
 
-    /// Returns one lane of the touch, from the terms of its series, with its sign, over `[0, end_s]`. `zero` is the lane
-    /// that is 0 at the start: the sign of its first power then gives the direction. Without damping, force and depth
-    /// are 0 together.
+    /// Returns one lane of the touch, from the terms of its series, with its sign, over `[0, end_s]`. `zero` is the
+    /// lane that is 0 at the start: the sign of its first power then gives the direction. Without damping, force and
+    /// depth are 0 together.
     pub(super) fn watched(
         &self,
         terms: &[Lanes],

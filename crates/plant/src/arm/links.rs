@@ -27,8 +27,8 @@ pub trait Links: Clone {
     /// Returns the terms of the equations of motion at angles `q` and speeds `v`, without rotors. `near` has the sines
     /// of angles nearby.
     fn pose(&self, near: &Sines, q: [f64; 3], v: [f64; 3]) -> Pose;
-    /// Returns height and speed of the surface on which a finger presses, and the height's slopes by the joints' angles;
-    /// `None` without a surface.
+    /// Returns height and speed of the surface on which a finger presses, and the height's slopes by the joints'
+    /// angles; `None` without a surface.
     fn surface(&self, _q: [f64; 3], _v: [f64; 3]) -> Option<(f64, f64, [f64; 3])> {
         None
     }

@@ -107,8 +107,8 @@ fn the_stimuli_of_every_configuration_move_every_output_bit_that_can_move() {
         ["sampled_wall_loop", "immediate", "a_low" | "b_high", _] => true,
         _ => false,
     };
-    // A radius is a positive length below half of its range in the narrow words, and a crank's angle is below half a turn.
-    // Without guard bits an angle is a sum of the same constants with either sign, so its parity stays.
+    // A radius is a positive length below half of its range in the narrow words, and a crank's angle is below half a
+    // turn. Without guard bits an angle is a sum of the same constants with either sign, so its parity stays.
     let of_the_gimbal = |entry: &str| match entry.split(' ').collect::<Vec<_>>()[..] {
         ["gimbal_inverse" | "crank_table", _, "radius", bits] => ["80000", "2000", "300"].contains(&bits),
         ["gimbal_inverse", _, "crank", bits] => ["80000", "2000", "100"].contains(&bits),

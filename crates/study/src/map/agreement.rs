@@ -26,8 +26,8 @@ pub fn predicted(map: &Map, index: usize) -> Result<Vec<(&'static str, bool)>, S
     device(&map.experiment(map.point(index)).map_err(|error| error.to_string())?).predictions()
 }
 
-/// Returns whether criteria speak of the device of a layer. Cells of a layer have the same device, so that one of them
-/// tells.
+/// Returns whether criteria speak of the device of a layer. Cells of a layer have the same device, so one of them
+/// answers for all.
 pub fn is_predicted(map: &Map, method: usize) -> bool {
     let mut cells = (method * map.layer()..(method + 1) * map.layer()).map(|index| map.experiment(map.point(index)));
     cells.find_map(Result::ok).is_some_and(|experiment| device(&experiment).predicts())

@@ -1,8 +1,8 @@
 //! Pages as HTML.
 //!
 //! Facts become lists of labels and texts, tables become tables. A fact or cell that has a place in the JSON carries
-//! its key in `data-key` and its value in `data-value`, as JSON, so that a program reads from the HTML the values that it
-//! reads from the JSON. A style sheet gives the classes their looks.
+//! its key in `data-key` and its value in `data-value`, as JSON, so that a program reads from the HTML the values that
+//! it reads from the JSON. A style sheet gives the classes their looks.
 
 use std::fmt::Write as _;
 

@@ -1,5 +1,5 @@
-//! Writes the bounds of an arm as a script of Gappa: its kinematics and torques are straight-line code, from the tables'
-//! sines to the torques.
+//! Writes the bounds of an arm as a script of Gappa: its kinematics and torques are straight-line code, from the
+//! tables' sines to the torques.
 
 use std::fmt::Write;
 

@@ -152,8 +152,8 @@ impl Stage {
         !is_same
     }
 
-    /// Returns the law's registers after an edge at which the countdown is 0, and its outputs before that edge, from the
-    /// inputs that were read.
+    /// Returns the law's registers after an edge at which the countdown is 0, and its outputs before that edge, from
+    /// the inputs that were read.
     fn read_law(&mut self) -> (&[Real], &[Real]) {
         let (registers, inputs) = (self.law.iter().copied(), self.read.0.iter().copied());
         self.reads_law.step(&self.equations, self.countdown, registers, inputs)

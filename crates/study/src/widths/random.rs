@@ -126,8 +126,8 @@ impl Encoder {
     }
 }
 
-/// Drives a wiring by the walks of its encoders up to the edge `end`. Returns the use of its nets; `None` when `control`
-/// stopped it.
+/// Drives a wiring by the walks of its encoders up to the edge `end`. Returns the use of its nets; `None` when
+/// `control` stopped it.
 fn drive(
     simulation: &WiredSimulation,
     walks: Vec<Walk>,

@@ -131,8 +131,8 @@ keys! { switch: "switch" of [];
 }
 
 keys! { shear: "shear" of [];
-    /// Order of the fractional derivative that the stress is of the motion; the datapath takes the nearest fraction with
-    /// a denominator of at most 1000.
+    /// Order of the fractional derivative that the stress is of the motion; the datapath takes the nearest fraction
+    /// with a denominator of at most 1000.
     order: Quantity = Quantity::new(&q::RATIO, Within(*Shear::ORDERS.start(), *Shear::ORDERS.end()), Required);
     /// Viscosity of the object, in Pa·s to the power of the order: a motion of 1 rad/s has the stress that it has in a
     /// Newtonian fluid of as many Pa·s.
@@ -201,8 +201,8 @@ keys! { finger: "finger" of [];
 }
 
 keys! { model_gimbal: "model" of ["gimbal"];
-    /// How the device is advanced: exactly from event to event, exactly at every clock cycle, or by a textbook method in
-    /// steps.
+    /// How the device is advanced: exactly from event to event, exactly at every clock cycle, or by a textbook method
+    /// in steps.
     solver: Choice<Solver> = Choice::new(|| {
         let all = [Solver::Events, Solver::Clock, Solver::Euler, Solver::SemiImplicit, Solver::Midpoint, Solver::Rk4];
         named(&all, Solver::name)

@@ -143,8 +143,8 @@ keys! { hand_motion: "hand" of ["spring_damper", "prescribed"];
     /// `file`.
     path: Own = Own::new(|| Takes::Own(Shape::List, PATH), Said("the file's"));
     /// CSV file with the motion, beside the scene; required without `path`. Its header is `time_s,angle_rad`,
-    /// `time_s,angle_deg` or `time_s,count`. A recording of counts of the scene's encoder stands for the smoothest motion
-    /// that lies in them: that with the least mean square of its third derivative.
+    /// `time_s,angle_deg` or `time_s,count`. A recording of counts of the scene's encoder stands for the smoothest
+    /// motion that lies in them: that with the least mean square of its third derivative.
     file: Text = Text("the name of a CSV file beside the scene", Said("the path"));
 }
 

@@ -95,8 +95,8 @@ impl Velocities {
 }
 
 /// Returns the lag in rows, up to `most`, at which a mean square is least, and that mean square. It is looked for row
-/// by row, and then between rows, at the lowest point of the parabola through the least value and its neighbours. The lag
-/// is infinite if the mean square falls up to the longest lag that is looked for.
+/// by row, and then between rows, at the lowest point of the parabola through the least value and its neighbours. The
+/// lag is infinite if the mean square falls up to the longest lag that is looked for.
 pub(super) fn lag(most: usize, mean_square: impl Fn(usize) -> f64) -> (f64, f64) {
     let squares: Vec<f64> = (0..=most).map(mean_square).collect();
     let least = (0..=most).min_by(|one, other| squares[*one].total_cmp(&squares[*other])).unwrap_or(0);
