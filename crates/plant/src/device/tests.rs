@@ -165,3 +165,24 @@ fn a_reversal_is_what_the_general_search_finds() {
     }
     assert!(reversals > 60, "{reversals} reversals");
 }
+
+/// The hand's spring is let back so fast that friction holds the shaft for a quarter of an edge only, from its stop to
+/// the middle of the edge. It then slides the other way, and the spring's torque beyond friction grows with time.
+#[test]
+fn a_shaft_that_friction_holds_for_a_part_of_an_edge_is_not_turned_about_at_once() {
+    let (inertia_kg_m2, coulomb_nm, stiffness_nm_per_rad, edge_s, intent_rad_per_s) = (1e-5, 1e-3, 0.1, 20e-9, 1000.0);
+    let motor = Motor { inertia_kg_m2, viscous_nm_s_per_rad: 0.0, ..motor(coulomb_nm) };
+    let hand = Hand::Spring(Push { stiffness_nm_per_rad, damping_nm_s_per_rad: 0.0 });
+    let axis = Axis::amplified(motor, hand, edge_s, 1 << 24).expect("a motor");
+    for sign in [1.0, -1.0] {
+        let mut device = Device::new(&axis, 0.0, sign * 2.0 * coulomb_nm / inertia_kg_m2 * 0.25 * edge_s, 0.0);
+        let intent_rad = -coulomb_nm / stiffness_nm_per_rad + intent_rad_per_s * 0.5 * edge_s;
+        device.intend(0, sign * intent_rad, -sign * intent_rad_per_s);
+        device.step(1);
+        assert_eq!((device.mode_changes(), device.anchor), (2, 1));
+        let jerk = stiffness_nm_per_rad * intent_rad_per_s / inertia_kg_m2;
+        let expected = -sign * 0.5 * jerk * (0.5 * edge_s) * (0.5 * edge_s);
+        let speed = device.motion.x.hi[SPEED];
+        assert!((speed - expected).abs() <= 1e-3 * expected.abs(), "{speed:e} is not {expected:e}");
+    }
+}
