@@ -317,11 +317,11 @@ pub(crate) struct Wide {
 /// Returns the sum of the four highs in a lane, and what is to be added to it: the lows, the errors of the sums of two
 /// highs, and that of the sum of both.
 #[inline(always)]
-fn sum_of_four((high, low): &([State; 4], [State; 4]), lane: usize) -> (f64, [f64; 3]) {
+fn sum_of_four(high: &[State; 4], low: &[State; 4], lane: usize) -> (f64, f64, f64, f64) {
     let (first, a) = two_sum(high[0][lane], high[1][lane]);
     let (second, b) = two_sum(high[2][lane], high[3][lane]);
     let (all, c) = two_sum(first, second);
-    (all, [(low[0][lane] + low[1][lane]) + (low[2][lane] + low[3][lane]), a + b, c])
+    (all, (low[0][lane] + low[1][lane]) + (low[2][lane] + low[3][lane]), a + b, c)
 }
 
 impl Wide {
@@ -350,14 +350,14 @@ impl Wide {
     /// are summed in `f64`, so that the error of the result is about 2⁻¹⁰⁴ of the greatest term.
     #[inline(always)]
     pub fn times<P: Product>(&self, v: &Doubles, before: &Doubles) -> Doubles {
-        let products = self.products::<P, 4>(v);
+        let (high, low) = self.products::<P, 4>(v);
         let mut sum = [0.0; 4];
         let mut rest = [0.0; 4];
         for r in 0..4 {
-            let (all, [low, halves, whole]) = sum_of_four(&products, r);
+            let (all, lows, halves, whole) = sum_of_four(&high, &low, r);
             let (moved, error) = two_sum(before.hi[r], all);
             sum[r] = moved;
-            rest[r] = (low + (halves + (whole + before.lo[r]))) + error;
+            rest[r] = (lows + (halves + (whole + before.lo[r]))) + error;
         }
         Doubles::joined(&sum, &rest)
     }
@@ -365,13 +365,13 @@ impl Wide {
     /// Returns `M v`.
     #[inline(always)]
     pub fn image<P: Product>(&self, v: &Doubles) -> Doubles {
-        let products = self.products::<P, 4>(v);
+        let (high, low) = self.products::<P, 4>(v);
         let mut sum = [0.0; 4];
         let mut rest = [0.0; 4];
         for r in 0..4 {
-            let (all, [low, halves, whole]) = sum_of_four(&products, r);
+            let (all, lows, halves, whole) = sum_of_four(&high, &low, r);
             sum[r] = all;
-            rest[r] = low + (halves + whole);
+            rest[r] = lows + (halves + whole);
         }
         Doubles::joined(&sum, &rest)
     }
