@@ -117,6 +117,15 @@ impl<I: Copy> Pace<I> {
         *self = Self { input, reached: edge, due: NEVER };
     }
 
+    /// Brings a block up to date with an edge before the due one, and counts the edges from there.
+    pub(crate) fn rebase<B: Block<In<i64> = I>>(&mut self, block: &mut B, edge: u64) {
+        self.catch_up(block, edge);
+        self.reached = 0;
+        if self.due != NEVER {
+            self.due -= edge;
+        }
+    }
+
     /// Notes that a block has been ticked up to an edge, and finds when it is due.
     #[inline]
     pub(crate) fn come<B: Block<In<i64> = I>>(&mut self, block: &B, edge: u64) {
@@ -143,6 +152,8 @@ pub trait Circuit<const N: usize>: Clone {
     fn follow(&mut self, edge: u64, changed: Set, words: &mut [i64; N], lost: &mut Lost) -> Set;
     /// Lets the clocked blocks see the nets, of which these have changed. Returns the next edge at which one is due.
     fn look(&mut self, edge: u64, changed: Set, words: &[i64; N]) -> u64;
+    /// Brings every clocked block up to date with an edge before any is due, and counts the edges from there.
+    fn rebase(&mut self, edge: u64);
     /// Returns the names of the nets.
     fn names() -> Vec<&'static str>;
     /// Returns the instances, in the order of the description.
@@ -273,6 +284,12 @@ macro_rules! circuit {
                     due
                 };)*
                 due
+            }
+
+            fn rebase(&mut self, edge: u64) {
+                $(if <$type as $crate::Block>::CLOCKED $(&& $present)? $(&& !$absent)? {
+                    self.paces.$label.rebase(&mut self.$label, edge);
+                })*
             }
 
             fn names() -> Vec<&'static str> {

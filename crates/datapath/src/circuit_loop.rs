@@ -6,7 +6,7 @@ use crate::circuit::{Circuit, Lost, NEVER, Pace, Set, driven, instance, put};
 use crate::{AxisWiring, Block, Generic, Instance, Loaded, LoopIn, LoopOut, Parts, Pwm, Repeat, Wiring, flatten, pwm};
 
 /// The circuit of a loop. Its inputs are those of the loop, then come the loop's outputs.
-pub trait LoopCircuit<const N: usize>: Circuit<N> {
+pub trait LoopCircuit<const N: usize>: Circuit<N> + PartialEq {
     /// Name of the loop, which is that of its VHDL entity.
     const NAME: &'static str;
     /// The number of inputs.
@@ -271,6 +271,16 @@ impl<C: LoopCircuit<N>, const N: usize> CircuitLoop<C, N> {
         changed
     }
 
+    /// Returns the loop with all of its blocks brought up to date, and edges counted from the present one.
+    fn rebased(&self) -> Self {
+        let mut now = self.clone();
+        now.circuit.rebase(self.edge);
+        if let Some(modulator) = now.circuit.modulator_mut() {
+            now.modulation.rebase(modulator, self.edge);
+        }
+        now
+    }
+
     #[inline]
     fn shown(&self) -> C::Out<i64> {
         bundle(&self.words[C::INPUTS..])
@@ -494,5 +504,20 @@ impl<C: LoopCircuit<N>, const N: usize> Wiring for CircuitLoop<C, N> {
         let mut now = self.clone();
         now.count_lost();
         now.meter.uses()[..C::COUNT].to_vec()
+    }
+
+    fn recurs(&self, earlier: &Self) -> bool {
+        if (self.settled, self.words, self.lost) != (earlier.settled, earlier.words, earlier.lost) {
+            return false;
+        }
+        let (now, then) = (self.rebased(), earlier.rebased());
+        now.circuit == then.circuit && now.modulation == then.modulation
+    }
+
+    fn repeat(&mut self, earlier: &Self, times: u64) {
+        let mut earlier = earlier.clone();
+        earlier.count_lost();
+        self.count_lost();
+        self.meter.repeat(&earlier.meter, times);
     }
 }

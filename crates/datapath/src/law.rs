@@ -33,6 +33,7 @@ pub trait Law:
         Out<Signal> = LawOut<Signal>,
         Out<Narrowed> = LawOut<Narrowed>,
     > + Clone
+    + PartialEq
     + 'static
 {
     /// Name of the loop around this law, which is that of its VHDL entity.

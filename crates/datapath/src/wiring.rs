@@ -114,6 +114,22 @@ pub trait Wiring: Block {
     }
     /// Returns the range and the lost bits of every net since reset.
     fn uses(&self) -> Vec<SignalUse>;
+    /// Returns whether registers and nets are as they were in an earlier state of this wiring, so that under equal
+    /// inputs it goes on as it did from there. A wiring that is not certain returns `false`.
+    fn recurs(&self, _earlier: &Self) -> bool
+    where
+        Self: Sized,
+    {
+        false
+    }
+    /// Counts the use of the nets as if the edges since an earlier state, of which it [recurs](Wiring::recurs), had come
+    /// so many times more.
+    fn repeat(&mut self, _earlier: &Self, _times: u64)
+    where
+        Self: Sized,
+    {
+        unreachable!("a wiring that does not recur")
+    }
     /// Returns the nets that have lost upper bits as they stand after the latest edge: bit `n` is net `n`.
     fn overflowing(&self) -> u64 {
         0

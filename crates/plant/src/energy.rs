@@ -38,13 +38,37 @@ impl<const N: usize> Sums<N> {
     fn at(&self, index: usize) -> f64 {
         self.totals[index] + self.rests[index]
     }
+
+    /// Returns what was added since an earlier state.
+    fn since(&self, earlier: &Self, index: usize) -> f64 {
+        (self.totals[index] - earlier.totals[index]) + (self.rests[index] - earlier.rests[index])
+    }
+
+    /// Adds what was added between two states so many times. Like a sum of the terms one by one, it is exact but for
+    /// rounding far below that of [`at`](Self::at).
+    fn repeat(&mut self, [then, now]: [&Self; 2], times: u64) {
+        let times = times as f64;
+        for index in 0..N {
+            // The difference of the totals with its own rounding, and that of the rests.
+            let grown = now.totals[index] - then.totals[index];
+            let kept = grown - now.totals[index];
+            let rest = (now.totals[index] - (grown - kept)) - (then.totals[index] + kept);
+            let more = times * grown;
+            let (total, sum) = (self.totals[index], self.totals[index] + more);
+            let kept = sum - total;
+            self.rests[index] += (total - (sum - kept)) + (more - kept);
+            self.rests[index] += times.mul_add(grown, -more) + times * (rest + (now.rests[index] - then.rests[index]));
+            self.totals[index] = sum;
+        }
+    }
 }
 
 /// Energy flows since the start, in J.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct Energy {
     flows: Sums<6>,
-    exchanged: f64,
+    /// The sizes of all flows.
+    exchanged: Sums<1>,
     /// `∫ x dt`.
     states: Sums<4>,
 }
@@ -155,7 +179,14 @@ impl Energy {
     #[inline(always)]
     pub(crate) fn take(&mut self, flows: [f64; 6]) {
         self.flows.add(flows);
-        self.exchanged += flows.iter().map(|flow| flow.abs()).sum::<f64>();
+        self.exchanged.add([flows.iter().map(|flow| flow.abs()).sum()]);
+    }
+
+    /// Adds what was exchanged from one state to another so many times.
+    pub fn repeat(&mut self, [then, now]: [&Self; 2], times: u64) {
+        self.flows.repeat([&then.flows, &now.flows], times);
+        self.exchanged.repeat([&then.exchanged, &now.exchanged], times);
+        self.states.repeat([&then.states, &now.states], times);
     }
 
     /// Accounts for the hand's work in a jump of a prescribed speed: impulse times mean speed.
@@ -178,9 +209,9 @@ impl Energy {
         self.states.add(std::array::from_fn(|k| 0.5 * length_s * (from[k] + to[k])));
     }
 
-    /// Returns the integrals of current and angle since the start, in A·s and rad·s.
-    pub fn current_and_angle(&self) -> [f64; 2] {
-        [CURRENT, ANGLE].map(|index| self.states.at(index))
+    /// Returns the integrals of current and angle since an earlier state, in A·s and rad·s.
+    pub fn current_and_angle_since(&self, earlier: &Self) -> [f64; 2] {
+        [CURRENT, ANGLE].map(|index| self.states.since(&earlier.states, index))
     }
 
     /// Returns the work of the supply, or of the amplifier, on the circuit (negative where current flows back into it).
@@ -225,7 +256,7 @@ impl Energy {
 
     /// Returns the sum of the sizes of all flows; a residual is measured against it.
     pub fn exchanged_j(&self) -> f64 {
-        self.exchanged
+        self.exchanged.at(0)
     }
 }
 
@@ -254,6 +285,24 @@ mod tests {
         for (index, exact) in exact.into_iter().enumerate() {
             let exact = exact as f64 * unit;
             assert!((sums.at(index) - exact).abs() <= f64::EPSILON * exact.abs(), "{} is not {exact}", sums.at(index));
+        }
+    }
+
+    /// Terms that come again and again, in one go and one by one.
+    #[test]
+    fn terms_repeated_in_one_go_are_summed_as_one_by_one() {
+        let terms: Vec<f64> = (1..200u32).map(|k| (f64::from(k) * 0.7).sin() * 10f64.powi(k as i32 % 9 - 4)).collect();
+        let mut before = Sums::<1>::default();
+        terms.iter().for_each(|term| before.add([0.3 * term + 1e3]));
+        let mut one = before;
+        terms.iter().for_each(|term| one.add([*term]));
+        for times in [1u64, 2, 3, 10, 1000] {
+            let (mut in_one_go, mut one_by_one) = (one, one);
+            in_one_go.repeat([&before, &one], times);
+            for _ in 0..times {
+                terms.iter().for_each(|term| one_by_one.add([*term]));
+            }
+            assert_eq!(in_one_go.at(0).to_bits(), one_by_one.at(0).to_bits(), "{times} times");
         }
     }
 }

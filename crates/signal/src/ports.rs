@@ -224,6 +224,14 @@ impl<const N: usize> Meter<N> {
         self.uses[index].overflowed += u64::from(overflowed) * edges;
     }
 
+    /// Adds so many times the edges with lost bits that came since an earlier state of this meter.
+    pub fn repeat(&mut self, earlier: &Self, times: u64) {
+        for (now, then) in self.uses.iter_mut().zip(&earlier.uses) {
+            now.rounded += times * (now.rounded - then.rounded);
+            now.overflowed += times * (now.overflowed - then.overflowed);
+        }
+    }
+
     /// Returns the uses, in the order of the signals.
     pub fn uses(&self) -> &[SignalUse; N] {
         &self.uses

@@ -34,6 +34,7 @@ mod phantom_trig;
 mod phantom_trig_words;
 mod products;
 mod pwm;
+mod recurrence;
 mod repeats;
 mod shift_and_add;
 mod velocity_noise;

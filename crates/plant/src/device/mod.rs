@@ -32,6 +32,8 @@ const NEAR: u64 = 64;
 const FAR: f64 = 4096.0;
 /// The least number of edges for which the bounds of the errors are made.
 const HEARD: u64 = 4096;
+/// The multiplier of a [`mark`](Device::mark): the golden ratio, as a fraction of 2^64.
+const MIX: u64 = 0x9e37_79b9_7f4a_7c15;
 /// The greatest number of edges that a search looks ahead at a time.
 const FARTHEST: f64 = 65536.0;
 
@@ -684,6 +686,36 @@ impl<'a> Device<'a> {
         } else {
             None
         }
+    }
+
+    /// Returns a number that is the same at two edges of which the device [recurs](Self::recurs), and at few others.
+    #[inline]
+    pub fn mark(&self, edge: u64) -> u64 {
+        let Double { hi, lo } = self.motion.x.lane(ANGLE);
+        (hi.to_bits() ^ lo.to_bits().rotate_left(32) ^ (edge - self.anchor)).wrapping_mul(MIX).rotate_left(32)
+    }
+
+    /// Returns whether the device is at `edge`, in every bit that decides how it moves, as an earlier one was at the
+    /// edge `then`: driven alike, both move alike from there. In a cruise it promises nothing.
+    pub fn recurs(&self, edge: u64, earlier: &Self, then: u64) -> bool {
+        let state = |device: &Self, edge: u64| {
+            let bits = [device.motion.x, device.motion.f].map(|of| (of.hi.map(f64::to_bits), of.lo.map(f64::to_bits)));
+            (bits, edge - device.anchor, device.leaves.saturating_sub(edge), device.intent_rad_per_s.to_bits())
+        };
+        let mode = |device: &Self| (std::ptr::from_ref(device.mode), device.shaft, device.drive, device.circuit);
+        let is_certain = self.cruise.is_none() && earlier.cruise.is_none();
+        is_certain && state(self, edge) == state(earlier, then) && mode(self) == mode(earlier)
+    }
+
+    /// Moves on by `times` repetitions of all that has happened since `earlier`, in which `edges` pass altogether. The
+    /// device must [recur](Self::recurs).
+    pub fn repeat(&mut self, edges: u64, earlier: &Self, times: u64) {
+        let now = self.energy;
+        self.energy.repeat([&earlier.energy, &now], times);
+        self.mode_changes += times * (self.mode_changes - earlier.mode_changes);
+        self.redecided += times * (self.redecided - earlier.redecided);
+        (self.anchor, self.leaves) = (self.anchor + edges, self.leaves + edges);
+        (self.ahead.0, self.ahead.2) = (0, None);
     }
 
     /// Moves to the next edge after the last one asked, and changes the mode if it has ended.

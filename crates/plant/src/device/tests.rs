@@ -1,6 +1,6 @@
 //! How far ahead a device knows its mode, and the reversals of its shaft.
 
-use super::{Device, HEARD, Pulses};
+use super::{Device, Drive, HEARD, Pulses};
 use crate::axis::Shaft;
 use crate::double::{Double, Native};
 use crate::guard::Side;
@@ -185,4 +185,63 @@ fn a_shaft_that_friction_holds_for_a_part_of_an_edge_is_not_turned_about_at_once
         let speed = device.motion.x.hi[SPEED];
         assert!((speed - expected).abs() <= 1e-3 * expected.abs(), "{speed:e} is not {expected:e}");
     }
+}
+
+/// A device recurs if it is as it was in every bit: in states, drive, hand, and in the time since its anchor.
+#[test]
+fn the_last_bit_of_any_state_is_a_difference() {
+    let bridge = Bridge { supply_v: 24.0, on_resistance_ohm: 0.1, diode_drop_v: 0.7 };
+    let push = Push { stiffness_nm_per_rad: 0.3, damping_nm_s_per_rad: 1e-4 };
+    let axis = Axis::new(motor(1e-3), bridge, Hand::Spring(push), 2e-8, 1 << 24).expect("a motor");
+    let pulse = Gates { a_high: true, a_low: false, b_high: false, b_low: true };
+    let start = [0.3, 5.0, 0.7];
+    let made = |[current_a, speed_rad_per_s, angle_rad]: [f64; 3], at: u64, gates: Gates| {
+        let mut device = Device::new(&axis, current_a, speed_rad_per_s, angle_rad);
+        device.drive(at, gates);
+        device
+    };
+    let device = made(start, 0, pulse);
+    for edges in [0, 1, 77] {
+        // The same, a thousand edges later.
+        let mut later = device.clone();
+        later.repeat(1000, &device, 1);
+        assert!(later.recurs(1000 + edges, &device, edges));
+        assert_eq!(later.mark(1000 + edges), device.mark(edges));
+        assert_eq!(later.state(1000 + edges).map(f64::to_bits), device.state(edges).map(f64::to_bits));
+        assert!(!later.recurs(1001 + edges, &device, edges), "another time since the anchor");
+    }
+    for k in 0..3 {
+        for bits in [1u64, 1 << 20] {
+            let mut other = start;
+            other[k] = f64::from_bits(start[k].to_bits() ^ bits);
+            assert!(!made(other, 0, pulse).recurs(0, &device, 0), "state {k}");
+        }
+        let mut other = device.clone();
+        other.motion.x.lo[k] = f64::from_bits(other.motion.x.lo[k].to_bits() ^ 1);
+        assert!(!other.recurs(0, &device, 0), "rest of state {k}");
+    }
+    assert!(!made(start, 0, Gates { a_high: false, a_low: true, ..pulse }).recurs(0, &device, 0), "other gates");
+    let mut other = device.clone();
+    other.intend(0, 0.7, 0.1);
+    assert!(!other.recurs(0, &device, 0), "another hand");
+    let modes: [fn(&mut Device); 3] = [
+        |device| device.shaft = Shaft::Stuck,
+        |device| device.drive = Drive::Average(0.5),
+        |device| device.circuit = Bridge::averaged(0.5),
+    ];
+    for change in modes {
+        let mut other = device.clone();
+        change(&mut other);
+        assert!(!other.recurs(0, &device, 0), "{:?} {:?} {:?}", other.shaft, other.drive, other.circuit);
+    }
+    let mut other = device.clone();
+    other.leaves = 5;
+    assert!(!other.recurs(0, &device, 0) && other.recurs(5, &device, 5), "cruises that are not tried before edge 5");
+    let axis = Axis::new(motor(0.0), bridge, Hand::Torque(0.0), 2e-8, 1 << 24).expect("a motor");
+    let mut cruising = Device::new(&axis, 0.0, 20.0, 0.0);
+    cruising.drive(0, pulse);
+    assert!(cruising.recurs(0, &cruising.clone(), 0));
+    let pause = Gates { a_high: false, a_low: true, ..pulse };
+    cruising.cruise(0, 60, (-1e-3, 1e-3), &Pulses { period: 16, duty: 8, pause }).expect("a cruise");
+    assert!(!cruising.recurs(0, &cruising.clone(), 0), "a cruise");
 }
