@@ -4,7 +4,7 @@
 //! [`Plant`] holds the immutable laws of a scene, [`AxisWorld`] its state.
 
 use hpu_datapath::{LoopIn, LoopOut, Repeat};
-use hpu_plant::{Band, Device, Drive, Gates, Pace, Pulses, REALS};
+use hpu_plant::{Band, Device, Drive, Energy, Gates, Pace, Pulses, REALS};
 use hpu_signal::{Cycle, Observe, Real};
 
 use crate::actuator::{Actuator, Latch, Shaping};
@@ -297,6 +297,12 @@ impl<'p> AxisWorld<'p> {
         }
     }
 
+    /// Returns whether nothing is planned from here on: the device and the logic alone decide.
+    #[inline]
+    fn is_left_alone(&self) -> bool {
+        self.next_due == u64::MAX && self.shaping.is_none() && self.latch.is_none() && self.faults.is_none()
+    }
+
     /// Finds the next edge at which something is due.
     fn plan(&mut self) {
         let outside = match &self.plant.kind {
@@ -493,14 +499,47 @@ impl World for AxisWorld<'_> {
         tell(axis, &measured, device.felt(edge), row);
     }
 
-    fn torque_and_angle(&self, edge: u64) -> [f64; 2] {
-        let (Kind::Axis { axis, .. }, Some(device)) = (&self.plant.kind, &self.device) else { return [0.0; 2] };
-        let [current, angle] = device.energy(edge).current_and_angle();
-        [axis.torque_constant_nm_per_a() * current, angle]
+    fn energy(&self, edge: u64) -> Energy {
+        self.device.as_ref().map_or_else(Energy::default, |device| device.energy(edge))
+    }
+
+    fn effort_per_a(&self) -> f64 {
+        match &self.plant.kind {
+            Kind::Axis { axis, .. } => axis.torque_constant_nm_per_a(),
+            Kind::Capture { .. } => 1.0,
+        }
     }
 
     fn encoder(&self) -> Option<EncoderState> {
         Some(self.encoder_state())
+    }
+
+    #[inline]
+    fn mark(&self) -> Option<u64> {
+        match &self.device {
+            Some(AnyDevice::Exact(device)) if self.is_left_alone() => Some(device.mark(self.edge)),
+            _ => None,
+        }
+    }
+
+    fn recurs(&self, earlier: &Self) -> bool {
+        let (Some(AnyDevice::Exact(now)), Some(AnyDevice::Exact(then))) = (&self.device, &earlier.device) else {
+            return false;
+        };
+        // All else follows from these, or from the wiring.
+        self.is_left_alone()
+            && earlier.is_left_alone()
+            && self.encoder.count() == earlier.encoder.count()
+            && now.recurs(self.edge, then, earlier.edge)
+    }
+
+    fn repeat(&mut self, earlier: &Self, times: u64) {
+        let edges = times * (self.edge - earlier.edge);
+        if let (Some(AnyDevice::Exact(now)), Some(AnyDevice::Exact(then))) = (&mut self.device, &earlier.device) {
+            now.repeat(edges, then, times);
+        }
+        self.encoder.edges += times * (self.encoder.edges - earlier.encoder.edges);
+        self.edge += edges;
     }
 
     fn summary(&self) -> Summary {

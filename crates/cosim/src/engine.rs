@@ -8,9 +8,12 @@
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use hpu_datapath::{Repeat, Wiring};
+use hpu_plant::Energy;
 use hpu_signal::{Cycle, Observe, Ports};
 
+use crate::recurrence::{Search, Tape, Trial};
 use crate::scene::Solver;
+use crate::summary::Recurrence;
 use crate::world::World;
 
 /// How a run advances.
@@ -95,6 +98,9 @@ pub struct ClosedLoop<W, E: World> {
     /// The nets whose changes are shown to the observer of a run and to the world, a bit each; all bits if every tick
     /// is shown.
     watched: u64,
+    /// Whether the world has changed its inputs at the latest tick.
+    turned: bool,
+    search: Search<W, E>,
 }
 
 impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
@@ -115,6 +121,8 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
             repeated: None,
             tells_overflows: false,
             watched: u64::MAX,
+            turned: false,
+            search: Search::default(),
         }
     }
 
@@ -178,10 +186,18 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
             observer.nets(Cycle(0), settled.words());
             observer.overflows(Cycle(0), settled.overflowing());
         }
+        self.search.trial = None;
+        self.rows.tape = None;
         let (mut since, mut events) = (0u32, 0u64);
         while self.edge < end && self.world.over().is_none() {
             since += match driver {
-                Driver::Events => self.leap_over::<true, O>(end, TURN - since, observer),
+                Driver::Events => {
+                    let events = self.leap_over::<true, O>(end, TURN - since, observer);
+                    if self.turned {
+                        self.look_back(end, observer, control);
+                    }
+                    events
+                }
                 Driver::Clock => {
                     self.step(observer);
                     1
@@ -199,6 +215,96 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
         self.rows.log(&self.world, self.edge, observer);
         control.progress.store(self.edge, Ordering::Relaxed);
         true
+    }
+
+    /// Returns the recurrence that a run by events has found, if any.
+    pub fn recurrence(&self) -> Option<Recurrence> {
+        self.search.found
+    }
+
+    /// Looks for a recurrence after a tick at which a count of the encoder has arrived. Once one is found, shows and
+    /// counts the periods that are left, as far as the observer can do with that.
+    #[inline(always)]
+    fn look_back<O: Observe>(&mut self, end: u64, observer: &mut O, control: &Control)
+    where
+        W: Clone,
+    {
+        self.turned = false;
+        // Outputs that repeat change at edges of their own. The other states are enough.
+        if self.repeated.is_some() || self.search.trial.as_ref().is_some_and(|trial| self.edge < trial.due) {
+            return;
+        }
+        if let Some(trial) = self.search.trial.take() {
+            self.compare_with(trial, end, observer, control);
+        } else if self.search.found.is_none()
+            && let Some(mark) = self.world.mark()
+            && let Some(period) = self.search.seen(mark, self.edge)
+        {
+            self.expect(period, end, observer);
+        }
+    }
+
+    /// Copies the present state, which is expected to recur after a number of edges.
+    #[inline(never)]
+    fn expect<O: Observe>(&mut self, period: u64, end: u64, observer: &mut O)
+    where
+        W: Clone,
+    {
+        self.rows.log(&self.world, self.edge - 1, observer);
+        let is_shown = self.watched == u64::MAX || observer.relates() || self.rows.row.is_some();
+        let (left, words) = (end.saturating_sub(self.edge), self.wiring.words());
+        let tape = if is_shown { None } else { Tape::new::<E>(period, self.rows.stride, left, self.watched, words) };
+        if let Some(tape) = &tape {
+            self.rows.record(tape.edges);
+        }
+        self.search.trial = Some(Trial {
+            from: self.edge,
+            due: self.edge + period,
+            wiring: self.wiring.clone(),
+            world: self.world.clone(),
+            counted: [self.ticks, self.output_changes],
+            tape,
+        });
+    }
+
+    /// Compares the present state with that of a trial which is due.
+    #[inline(never)]
+    fn compare_with<O: Observe>(&mut self, mut trial: Trial<W, E>, end: u64, observer: &mut O, control: &Control) {
+        if self.search.found.is_none() {
+            let recurs = self.edge == trial.due && self.wiring.recurs(&trial.wiring) && self.world.recurs(&trial.world);
+            let (from, period) = (trial.from, trial.due - trial.from);
+            self.search.found = recurs.then_some(Recurrence { from, period });
+        }
+        let recorded = trial.tape.as_ref().filter(|_| self.search.found.is_some()).map(|tape| trial.from + tape.edges);
+        match recorded {
+            // The rows of the tape come back to their places after some more periods.
+            Some(recorded) if self.edge < recorded => {
+                trial.due = recorded;
+                self.search.trial = Some(trial);
+            }
+            Some(recorded) if self.edge == recorded => self.repeat(&trial, end, observer, control),
+            _ => self.rows.tape = None,
+        }
+    }
+
+    /// Shows and counts what a trial has recorded, as often as it happens before `end` or until the run is stopped.
+    fn repeat<O: Observe>(&mut self, trial: &Trial<W, E>, end: u64, observer: &mut O, control: &Control) {
+        let Some(tape) = &trial.tape else { return };
+        self.rows.log(&self.world, self.edge - 1, observer);
+        let mut times = 0;
+        while times < (end - self.edge) / tape.edges && control.goes_on(self.edge + times * tape.edges, 0) {
+            times += 1;
+            tape.show(times, observer);
+            self.rows.show_again(times * tape.edges, E::REALS.len(), observer);
+        }
+        let energies = [trial.world.energy(trial.from), self.world.energy(self.edge)];
+        self.rows.repeat(tape.edges, times, &energies);
+        let [ticks, output_changes] = trial.counted;
+        self.ticks += times * (self.ticks - ticks);
+        self.output_changes += times * (self.output_changes - output_changes);
+        self.wiring.repeat(&trial.wiring, times);
+        self.world.repeat(&trial.world, times);
+        self.edge += times * tape.edges;
     }
 
     /// Runs one edge.
@@ -285,7 +391,7 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
     /// Ticks the datapath at the world's edge, with changed inputs or with those of the tick before.
     #[inline(always)]
     fn tick<O: Observe>(&mut self, edge: u64, changes: bool, observer: &mut O) {
-        self.edge = edge;
+        (self.edge, self.turned) = (edge, changes);
         if changes {
             self.world.place(&mut self.input);
             self.wiring.take(&self.input);
@@ -413,6 +519,11 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
         if self.tells_overflows {
             observer.overflows(Cycle(self.edge), self.wiring.overflowing());
         }
+        if let Some(Trial { tape, .. }) = &mut self.search.trial
+            && tape.as_mut().is_some_and(|tape| !tape.note(self.edge, words))
+        {
+            *tape = None;
+        }
         if changed {
             self.look_ahead();
         }
@@ -458,19 +569,32 @@ pub(crate) struct Rows {
     /// The edge of the next row.
     next: u64,
     stride: u64,
-    /// The edge of the row from which torque and position are averaged, and their integrals at it.
+    /// The edge of the row from which torque and position are averaged, and the energies at it.
     window: u64,
-    before: Option<[f64; 2]>,
+    before: Option<Energy>,
     /// Whether rows may be shown after the nets of later edges.
     wait: bool,
     /// The present row, if rows have means and extremes.
     row: Option<Vec<f64>>,
+    /// The rows that may be shown again, if any.
+    tape: Option<Recorded>,
+}
+
+/// Rows to be shown again.
+struct Recorded {
+    /// The edge of the first.
+    first: u64,
+    values: Vec<f64>,
+    /// The edge of a row that is so many repetitions before the one from which torque and position are averaged, and
+    /// the energies at it.
+    like: u64,
+    before: Option<Energy>,
 }
 
 impl Rows {
     /// Creates rows from edge 0 on.
     pub(crate) fn new(stride: u64) -> Self {
-        Self { next: 0, stride: stride.max(1), window: u64::MAX, before: None, wait: false, row: None }
+        Self { next: 0, stride: stride.max(1), window: u64::MAX, before: None, wait: false, row: None, tape: None }
     }
 
     /// Returns the rows with means of the actuator's torque and of the position from the row at this edge on. If
@@ -485,8 +609,9 @@ impl Rows {
     pub(crate) fn averages(&self, world: &impl World, edge: u64, edge_s: f64) -> Option<[f64; 2]> {
         let before = self.before?;
         let edges = edge.checked_sub(self.window).filter(|edges| *edges > 0)?;
-        let after = world.torque_and_angle(edge);
-        Some([0, 1].map(|k| (after[k] - before[k]) / (edges as f64 * edge_s)))
+        let [current, angle] = world.energy(edge).current_and_angle_since(&before);
+        let length_s = edges as f64 * edge_s;
+        Some([world.effort_per_a() * current / length_s, angle / length_s])
     }
 
     /// Shows the rows up to `edge`, which the world must not have left yet.
@@ -514,13 +639,45 @@ impl Rows {
         }
     }
 
+    /// Holds the rows of this number of edges from the next row on.
+    fn record(&mut self, edges: u64) {
+        let like = if self.window < self.next { u64::MAX } else { self.next + (self.window - self.next) % edges };
+        self.tape = Some(Recorded { first: self.next, values: Vec::new(), like, before: None });
+    }
+
+    /// Shows the rows that were recorded again, this number of edges later.
+    fn show_again<O: Observe + ?Sized>(&self, edges: u64, width: usize, observer: &mut O) {
+        if let Some(tape) = &self.tape {
+            observer.block(Cycle(tape.first + edges), self.stride, width, &tape.values);
+        }
+    }
+
+    /// Goes on after the rows that were shown again so many times. Each time takes this number of edges. The energies
+    /// are those before and after one time.
+    fn repeat(&mut self, edges: u64, times: u64, [then, now]: &[Energy; 2]) {
+        let Some(Recorded { like, before, .. }) = self.tape.take() else { return };
+        self.next += times * edges;
+        if let Some(mut before) = before.filter(|_| (like + 1..self.next).contains(&self.window)) {
+            before.repeat([then, now], (self.window - like) / edges);
+            self.before = Some(before);
+        }
+    }
+
     #[inline(never)]
     fn show<O: Observe + ?Sized>(&mut self, world: &impl World, edge: u64, observer: &mut O) {
         if (self.next..=edge).contains(&self.window) {
-            self.before = Some(world.torque_and_angle(self.window));
+            self.before = Some(world.energy(self.window));
         }
         // In most cases it is one row.
         let count = if edge - self.next < self.stride { 1 } else { (edge - self.next) / self.stride + 1 };
+        if let Some(tape) = &mut self.tape {
+            if (self.next..=edge).contains(&tape.like) {
+                tape.before = Some(world.energy(tape.like));
+            }
+            for edge in (0..count).map(|index| self.next + index * self.stride) {
+                tape.values.extend_from_slice(world.reals(edge).as_ref());
+            }
+        }
         if let Some(row) = &mut self.row {
             for edge in (0..count).map(|index| self.next + index * self.stride) {
                 row.clear();

@@ -491,6 +491,7 @@ impl<'s> LoopVisitor<'s> for Run<'_> {
             ticks: run.ticks(),
             output_changes: run.output_changes(),
             averages: if complete { run.averages(self.edge_s) } else { None },
+            recurrence: run.recurrence(),
             nets: nets.map(|(signal, usage)| NetUse { signal, usage, losses_seen: true }).collect(),
             ..run.world.summary()
         };

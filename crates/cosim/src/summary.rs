@@ -57,6 +57,15 @@ impl EnergyAudit {
     }
 }
 
+/// A run's state at one clock edge was, to the last bit, that at an earlier one.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Recurrence {
+    /// The earlier edge. The state may have recurred before, which was not looked at.
+    pub from: u64,
+    /// The clock edges from one to the other. It may be a multiple of the least period.
+    pub period: u64,
+}
+
 /// The use of a net in a run.
 #[derive(Clone, PartialEq, Debug)]
 pub struct NetUse {
@@ -104,6 +113,8 @@ pub struct Summary {
     /// Exact means, over the judged part of the run, of the actuator's torque or force and of the position; for an axis
     /// whose run reached that part.
     pub averages: Option<[f64; 2]>,
+    /// A state that came back to the last bit, if a run by events has found one: the run then repeats for ever.
+    pub recurrence: Option<Recurrence>,
     /// The faults that have happened, among those that the scene asks for.
     pub faults: Vec<Mark>,
     /// The number of faults that still wait for an edge of the encoder.

@@ -4,6 +4,7 @@
 //! host's commands), and the outputs that hold from that edge to the next.
 
 use hpu_datapath::Repeat;
+use hpu_plant::Energy;
 use hpu_signal::{Cycle, Observe, Ports, Real};
 
 use crate::encoder::Pins;
@@ -102,14 +103,33 @@ pub trait World: Clone {
     /// Appends to the row at an edge the columns beyond [`reals`](World::reals): means and extremes since the row
     /// before, and what the hand feels.
     fn measured(&self, _edge: u64, _row: &mut Vec<f64>) {}
-    /// Returns the integrals, since the start, of the actuator's torque or force and of the position, at an edge that
-    /// the world has not left yet. Only a world with one axis has them.
-    fn torque_and_angle(&self, _edge: u64) -> [f64; 2] {
-        [0.0; 2]
+    /// Returns the energies exchanged since the start, with the integrals of current and position, at an edge that the
+    /// world has not left yet. Only a world with one axis has them.
+    fn energy(&self, _edge: u64) -> Energy {
+        Energy::default()
+    }
+    /// Returns the actuator's torque or force of a current of 1 A.
+    fn effort_per_a(&self) -> f64 {
+        1.0
     }
     /// Returns the state of the encoder; `None` for a world without one encoder of its own.
     fn encoder(&self) -> Option<EncoderState> {
         None
+    }
+    /// Returns a number that is the same in states that [recur](World::recurs) and in few others; `None` if the present
+    /// one certainly does not.
+    fn mark(&self) -> Option<u64> {
+        None
+    }
+    /// Returns whether the world is, in every bit that decides how it goes on, as an earlier one was at its edge, so
+    /// that both go on alike if they are driven alike. A world that is not certain returns `false`.
+    fn recurs(&self, _earlier: &Self) -> bool {
+        false
+    }
+    /// Moves on as if all that happened since an earlier state, which [recurs](World::recurs), had happened so many
+    /// times more.
+    fn repeat(&mut self, _earlier: &Self, _times: u64) {
+        unreachable!("a world that does not recur")
     }
     /// Returns the world's part of a run's summary, at the present edge: encoder edges, changes of mode, steps,
     /// decisions made again, energies and faults.

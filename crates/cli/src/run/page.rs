@@ -43,6 +43,7 @@ pub fn page(ran: &Ran) -> Page {
     };
     page.fact("outcome", "outcome", kind, said + &summary.verdict.map_or(String::new(), |_| contact::of(ran).beside()));
     in_contact(&mut page, ran);
+    recurrence(&mut page, ran);
     page.data("complete", summary.complete);
     page.data("aborted", summary.aborted.map(|abort| json!({ "at_s": abort.at_s, "why": abort.why })));
     if let Some(abort) = summary.aborted {
@@ -87,6 +88,21 @@ fn in_contact(page: &mut Page, ran: &Ran) {
     page.data("unseen_contact", unseen.map(|told| json!({ "depth": told.depth, "position_wrapped": told.wrapped })));
     if let Some(said) = contact.line() {
         page.line("contact", said);
+    }
+}
+
+/// Adds the state that came back, if one did.
+fn recurrence(page: &mut Page, ran: &Ran) {
+    let clock = ran.simulation.clock();
+    let found = ran.summary.recurrence.map(|found| {
+        let [from, period] = [found.from, found.period].map(|edges| clock.seconds(Cycle(edges)));
+        (from, period)
+    });
+    page.data("recurrence", found.map(|(from_s, period_s)| json!({ "from_s": from_s, "period_s": period_s })));
+    if let Some((from_s, period_s)) = found {
+        let (from, again, period) = (si(from_s, "s"), si(from_s + period_s, "s"), si(period_s, "s"));
+        let said = format!("for ever, every {period}: the state at {again} is that at {from}, to the last bit");
+        page.line("repeats", said);
     }
 }
 
