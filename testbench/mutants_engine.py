@@ -37,20 +37,26 @@ REVERSAL = "crates/plant/src/reversal.rs"
 CRUISE = "crates/plant/src/device/cruise.rs"
 WORLD = "crates/cosim/src/axis_world.rs"
 ENGINE = "crates/cosim/src/engine.rs"
+RECURRENCE = "crates/cosim/src/recurrence.rs"
+CIRCUIT = "crates/datapath/src/circuit_loop.rs"
 
 # Test binaries, filters, and seconds of processor time after which a mutant counts as endless, a multiple of what the
 # tests take; in the order in which they are asked: those that cost least first.
-QUICK = ["between_rows::", "bounded::", "contact::", "known_answers::", "law_scenes::", "less_model::", "rail::"]
+QUICK = ["between_rows::", "bounded::", "contact::", "known_answers::", "law_scenes::", "less_model::", "rail::",
+         "recurrence::"]
 LEAPS = ["cruise::so_", "cruise::a_run", "drivers::they_agree", "drivers::watching", "faults::"]
 WHOLE = ["cruise::every_register", "drivers::leaping", "drivers::a_hundred", "energy::"]
 STAGES = [
     ("hpu-plant", "lib", ["guard::", "device::"], 30),
     ("hpu-plant", "all", ["--skip", "arm_", "--skip", "shaper::", "--skip", "stepper::"], 20),
+    ("hpu-datapath", "all", ["recurrence::", "repeats::"], 30),
     ("hpu-cosim", "all", QUICK, 60),
     ("hpu-cosim", "high_precision", ["--skip", "twice_the_places"], 100),
     ("hpu-cosim", "all", LEAPS, 100),
     ("hpu-cosim", "all", WHOLE, 200),
 ]
+# A module of tests that the test binary of a package alone has; those of hpu-cosim have neither.
+MODULES = {"hpu-plant": "decisions::", "hpu-datapath": "shift_and_add::"}
 # Stages for mutants that are equivalent by a reason.
 FEW = 2
 
@@ -614,6 +620,52 @@ PLACES = [
     (ENGINE, "fn switch_on<", "if due == u64::MAX { due } else { due - 1 - edge }", [
         ("switch: edges of the promise not counted down", "repeat.edges"),
     ]),
+    # recurrence
+    (CIRCUIT, "fn recurs(", "now.circuit == then.circuit", [
+        ("recurs: registers not compared", "true"),
+    ]),
+    (CIRCUIT, "fn rebased(", "now.circuit.rebase(self.edge);", [
+        ("recurs: blocks that lag behind compared as they are", ""),
+    ]),
+    (CIRCUIT, "fn repeat(&mut self, earlier", "earlier.count_lost();", [
+        ("repeat: bits lost at the start counted again", ""),
+    ]),
+    (DEVICE, "pub fn recurs(", "edge - device.anchor", [
+        ("recurs: time since the anchor not compared", "0 * (edge - device.anchor)"),
+    ]),
+    (DEVICE, "pub fn recurs(", "device.leaves.saturating_sub(edge)", [
+        ("recurs: cruises that are not tried again not compared", "0 * device.leaves.saturating_sub(edge)"),
+    ]),
+    (DEVICE, "pub fn recurs(", "mode(self) == mode(earlier)", [
+        ("recurs: mode and drive not compared", "true"),
+    ]),
+    (DEVICE, "pub fn repeat(", "times * (self.mode_changes - earlier.mode_changes)", [
+        ("repeat: changes of mode once too few", "(times - 1) * (self.mode_changes - earlier.mode_changes)"),
+    ]),
+    (WORLD, "fn is_left_alone(", "self.next_due == u64::MAX", [
+        ("recurs: plans of the hand not looked at", "true"),
+    ]),
+    (ENGINE, "fn compare_with<", "self.wiring.recurs(&trial.wiring)", [
+        ("recurs: wiring not compared", "true"),
+    ]),
+    (ENGINE, "fn compare_with<", "self.world.recurs(&trial.world)", [
+        ("recurs: world not compared", "true"),
+    ]),
+    (ENGINE, "fn repeat<O: Observe>(&mut self, trial", "(end - self.edge) / tape.edges", [
+        ("repeat: one period too many", "((end - self.edge) / tape.edges + 1)"),
+    ]),
+    (ENGINE, "fn repeat<O: Observe>(&mut self, trial", "times * (self.ticks - ticks)", [
+        ("repeat: ticks once too often", "(times + 1) * (self.ticks - ticks)"),
+    ]),
+    (ENGINE, "fn record(&mut self", "(self.window - self.next) % edges", [
+        ("repeat: means from another row on", "self.window.saturating_sub(self.next + edges)"),
+    ]),
+    (RECURRENCE, "fn note(&mut self, edge", "words[net] != self.latest[net]", [
+        ("repeat: changes of the contact not shown", "words[net] != words[net]"),
+    ]),
+    (RECURRENCE, "fn new<E: World>", "stride / common_divisor(period, stride)", [
+        ("repeat: rows that do not come back to their places", "stride / stride"),
+    ]),
 ]
 
 
@@ -709,7 +761,7 @@ def built(sources):
             found["hpu-plant", name] = (binary, tree / "crates" / "plant")
             continue
         listing = subprocess.run([binary, "--list"], capture_output=True, text=True, check=True).stdout
-        package = "hpu-plant" if "decisions::" in listing else "hpu-cosim"
+        package = next((package for package, module in MODULES.items() if module in listing), "hpu-cosim")
         found[package, name] = (binary, tree / "crates" / package.removeprefix("hpu-"))
     return found
 

@@ -18,7 +18,8 @@ trap 'rm -rf "$scratch"' EXIT
 
 # A line a setting: its name, then what hpu run is given. PWM counters as wide as keep their period near 82 us. The first contact
 # is the same motion at every clock, but for a few counts; later on the wheel of hybrid-wall wanders between two counts, in
-# another rhythm at each. In friction-wall it rests. A row of the trace is of 10 kHz unless told.
+# another rhythm at each. In friction-wall it rests. The runs of 10 s and more that switch come back to a state before their
+# end (hpu run tells when); periods after that are not computed. A row of the trace is of 10 kHz unless told.
 cat >"$scratch/settings" <<'SETTINGS'
 first-contact,10MHz hybrid-wall --set run.duration=400ms --set clock.frequency=10MHz --set method.pwm.bits=10
 first-contact,25MHz hybrid-wall --set run.duration=400ms --set clock.frequency=25MHz --set method.pwm.bits=11
@@ -30,7 +31,9 @@ hybrid-wall,10s hybrid-wall --set run.duration=10s
 wandering,averaged hybrid-wall --set model.bridge=averaged --set run.duration=10s
 contact,averaged friction-wall --set model.bridge=averaged --set run.duration=10s
 contact,1kHz-rows friction-wall --set model.bridge=averaged --set run.duration=10s --set record.plant_rate=1kHz
-friction-wall friction-wall --set run.duration=10s
+friction-wall,2s friction-wall
+friction-wall,10s friction-wall --set run.duration=10s
+friction-wall,60s friction-wall --set run.duration=60s
 limit-cycle conventional-wall-1khz
 rail-drop rail-drop
 phantom-drop phantom-drop
@@ -107,8 +110,10 @@ done
         END {
             printf "\ncost of a second of motion, 10 to 200 MHz: dearest over cheapest %.2f\n", most / least
             printf "cost of an encoder edge, over the same: %.2f\n", dear / cheap
-            printf "events over clock, in cycles a second: hybrid-wall %.0f, friction-wall %.0f\n",
-                rate["hybrid-wall,10s"] / rate["hybrid-wall,by-clock"], rate["friction-wall"] / rate["friction,by-clock"]
+            printf "events over clock, in cycles a second: hybrid-wall %.0f (2 s), %.0f (10 s);",
+                rate["hybrid-wall,2s"] / rate["hybrid-wall,by-clock"], rate["hybrid-wall,10s"] / rate["hybrid-wall,by-clock"]
+            printf " friction-wall %.0f (2 s), %.0f (10 s), %.0f (60 s)\n", rate["friction-wall,2s"] / rate["friction,by-clock"],
+                rate["friction-wall,10s"] / rate["friction,by-clock"], rate["friction-wall,60s"] / rate["friction,by-clock"]
         }' "$scratch/rows"
     one=$(median <"$scratch/elapsed,1")
     two=$(median <"$scratch/elapsed,2")
