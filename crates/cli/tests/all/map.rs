@@ -254,6 +254,8 @@ fn what_is_no_map_is_refused_with_its_reason_before_anything_is_written() {
 #[test]
 fn a_cell_that_never_ends_is_a_row_with_its_reason_and_the_others_are_done() {
     let out = scratch("map-endless");
+    // A hand that has a plan to the end: else the motion repeats, and its eleven days end at once.
+    let path = r#"hand.path=[["0 s", 0], ["150 ms", 1.4], ["250 ms", 1.9], ["1000000 s", 1.8]]"#;
     let output = run(&[
         "map",
         "hybrid-wall",
@@ -263,6 +265,8 @@ fn a_cell_that_never_ends_is_a_row_with_its_reason_and_the_others_are_done() {
         "wall.stiffness=1..2 N.m/rad:2",
         "--set",
         "record.plant_rate=10 Hz",
+        "--set",
+        path,
         "--cell-events",
         "100000",
         "-o",

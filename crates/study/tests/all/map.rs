@@ -272,7 +272,7 @@ fn a_refined_map_does_not_depend_on_what_else_is_known() {
 #[test]
 fn a_cell_of_too_many_events_and_one_that_cannot_be_are_rows_with_their_reasons_and_sink_nothing() {
     // Durations of 20 ms and of eleven days; a stiffness that fits its word, and one that does not.
-    let set = [("record.plant_rate", "10 Hz")];
+    let set = [("record.plant_rate", "10 Hz"), PLANNED];
     let map =
         map_of("hybrid-wall", &set, "run.duration=0.02..1000000 s:2", "wall.stiffness=1..1000000 N.m/rad:2", &["a"])
             .expect("a map");
@@ -293,9 +293,16 @@ fn a_cell_of_too_many_events_and_one_that_cannot_be_are_rows_with_their_reasons_
     assert!(matches!(&found[1], Found::Run(Err(reason)) if reason.contains("record.plant_rate")), "{:?}", found[1]);
 }
 
+/// The path of a hand that has a plan for eleven days: until then no motion repeats.
+const PLANNED: (&str, &str) = (
+    "hand.path",
+    r#"[["0 s", 0], ["150 ms", 1.4], ["250 ms", 1.9], ["400 ms", 1.2], ["500 ms", 1.8], ["1000000 s", 1.8]]"#,
+);
+
 /// Returns a map whose cells have some ten thousand events, and up to ten times as many.
 fn of_many_events() -> Map {
-    map_of("hybrid-wall", &[], "run.duration=0.02..10 s:5", "wall.stiffness=1..2 N.m/rad:2", &["a"]).expect("a map")
+    let stiffness = "wall.stiffness=1..2 N.m/rad:2";
+    map_of("hybrid-wall", &[PLANNED], "run.duration=0.02..10 s:5", stiffness, &["a"]).expect("a map")
 }
 
 #[test]
