@@ -21,6 +21,7 @@ const fn short(line: &'static str, why: &'static str) -> Form {
 const SEARCH: &str = "hpu widths hybrid-wall stiff-hybrid --also wall.stiffness=2.5 --also hand.stiffness=0.6 --search --proved \
                       --against 24 --price -o out";
 const ESTIMATORS: &str = "hpu study velocity-estimators -o out";
+const RECURS_60_S: &str = "hpu run friction-wall --set run.duration=60s";
 const PAGE: &str = "hpu widths hybrid-wall -o out";
 const WRAP: &str = "hpu run wrap-product --beside wrap-saturated -o out";
 const CHART: &str = "hpu chart friction-wall -o out";
@@ -256,7 +257,8 @@ pub const COMMANDS: &[(&str, Form)] = &[
     ("hpu fit", Form::Begun("all scenes take two minutes; testbench/long.sh runs it and records it")),
     ("hpu run hybrid-wall", Form::AsIs),
     ("hpu run friction-wall", Form::AsIs),
-    ("hpu run friction-wall --set run.duration=60s", Form::AsIs),
+    (RECURS_60_S, Form::AsIs),
+    ("hpu run conventional-wall-1khz", Form::AsIs),
     ("hpu run friction-wall --set run.duration=10s --set model.bridge=averaged", Form::AsIs),
     (
         "\u{2026} --set record.plant_rate=1kHz",
@@ -361,6 +363,7 @@ pub const FIGURES: &[(&str, From, &str)] = &[
     ("swings at 25 to 29 Hz", SWITCH, "swings at full scale 67 %, 25 to 29 Hz"),
     ("189 of the 190 cells that fail", SWITCH, "sampled: predicts 189 of 190 cells that fail"),
     ("and 14 of the 290 that hold", SWITCH, "and 14 of 290 that hold"),
+    ("the motion repeats from 4 s on", From::Run(RECURS_60_S), "repeats … that at 4.0002 s"),
     ("1.08 rad/s rms beside the speed", From::Run(ESTIMATORS), "difference 1.078 rad/s 3.08 rad/s 0.466 rad/s"),
     ("off least, 0.16 rad/s", From::Run(ESTIMATORS), "edge timer 0.157 rad/s"),
     ("a lag of 5 to 8 ms", From::Run(ESTIMATORS), "filtered, 2^-3 0.280 rad/s 1.28 rad/s 0.144 rad/s 7.90 ms"),
@@ -432,7 +435,7 @@ pub const EXCEPTED: &[(&str, &str)] = &[
     ("| 9.8·10¹⁰ |", MACHINE),
     ("| 1.6·10¹¹ |", MACHINE),
     ("| 3.1·10⁷ |", MACHINE),
-    ("Medians on one core of a shared 2-core AMD EPYC", MACHINE),
+    ("Medians on one core of a shared 2-core Intel Xeon virtual machine at 2.5 GHz", MACHINE),
     ("by 0.1 to 1.0 of that", MACHINE),
     ("is 1000 times slower than events", MACHINE),
     ("GHDL more than 30 000 times slower", MACHINE),
