@@ -36,8 +36,9 @@ MODES = "crates/plant/src/device/modes.rs"
 REVERSAL = "crates/plant/src/reversal.rs"
 CRUISE = "crates/plant/src/device/cruise.rs"
 WORLD = "crates/cosim/src/axis_world.rs"
-ENGINE = "crates/cosim/src/engine.rs"
-RECURRENCE = "crates/cosim/src/recurrence.rs"
+ENGINE = "crates/cosim/src/engine/mod.rs"
+RECURRENCE = "crates/cosim/src/engine/recurrence.rs"
+ROWS = "crates/cosim/src/engine/rows.rs"
 CIRCUIT = "crates/datapath/src/circuit_loop.rs"
 
 # Test binaries, filters, and seconds of processor time after which a mutant counts as endless, a multiple of what the
@@ -645,19 +646,19 @@ PLACES = [
     (WORLD, "fn is_left_alone(", "self.next_due == u64::MAX", [
         ("recurs: plans of the hand not looked at", "true"),
     ]),
-    (ENGINE, "fn compare_with<", "self.wiring.recurs(&trial.wiring)", [
+    (RECURRENCE, "fn compare_with<", "self.wiring.recurs(&trial.wiring)", [
         ("recurs: wiring not compared", "true"),
     ]),
-    (ENGINE, "fn compare_with<", "self.world.recurs(&trial.world)", [
+    (RECURRENCE, "fn compare_with<", "self.world.recurs(&trial.world)", [
         ("recurs: world not compared", "true"),
     ]),
-    (ENGINE, "fn repeat<O: Observe>(&mut self, trial", "(end - self.edge) / tape.edges", [
+    (RECURRENCE, "fn repeat<O: Observe>(&mut self, trial", "(end - self.edge) / tape.edges", [
         ("repeat: one period too many", "((end - self.edge) / tape.edges + 1)"),
     ]),
-    (ENGINE, "fn repeat<O: Observe>(&mut self, trial", "times * (self.ticks - ticks)", [
+    (RECURRENCE, "fn repeat<O: Observe>(&mut self, trial", "times * (self.ticks - ticks)", [
         ("repeat: ticks once too often", "(times + 1) * (self.ticks - ticks)"),
     ]),
-    (ENGINE, "fn record(&mut self", "(self.window - self.next) % edges", [
+    (ROWS, "fn record(&mut self", "(self.window - self.next) % edges", [
         ("repeat: means from another row on", "self.window.saturating_sub(self.next + edges)"),
     ]),
     (RECURRENCE, "fn note(&mut self, edge", "words[net] != self.latest[net]", [

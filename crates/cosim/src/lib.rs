@@ -38,7 +38,6 @@ mod parse;
 mod phantom;
 mod plant;
 mod random;
-mod recurrence;
 mod scene_file;
 mod schedule;
 mod simulation;

@@ -138,7 +138,8 @@ pub trait Observe {
         true
     }
     /// Whether the observer must be shown rows and nets in the order of their edges. If not, a run may show rows later
-    /// than nets of later edges, many rows at once; rows among themselves always come in order.
+    /// than nets of later edges, many rows at once, also those of whole periods of a motion that repeats; rows among
+    /// themselves always come in order.
     fn relates(&self) -> bool {
         true
     }

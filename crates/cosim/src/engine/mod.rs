@@ -5,16 +5,23 @@
 //! same anchors by the same function, so their registers, pins and plant states are identical to the bit at every edge.
 //! The third driver, the VHDL itself, lives in the `rtl` crate and uses the same [`World`].
 
+mod compare;
+mod recurrence;
+mod rows;
+
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use hpu_datapath::{Repeat, Wiring};
-use hpu_plant::Energy;
 use hpu_signal::{Cycle, Observe, Ports};
 
-use crate::recurrence::{Search, Tape, Trial};
 use crate::scene::Solver;
 use crate::summary::Recurrence;
 use crate::world::World;
+
+use recurrence::{Search, Trial};
+
+pub use compare::{Comparison, Difference, compare};
+pub(crate) use rows::Rows;
 
 /// How a run advances.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -130,7 +137,8 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
     /// multiple of `stride`. To be called before the loop has run.
     pub(crate) fn show(&mut self, first: u64, stride: u64, observer: &dyn Observe) {
         self.world.measure(stride, observer);
-        self.rows = Rows { next: first, row: Some(Vec::new()), ..Rows::new(stride) };
+        self.rows = Rows::new(stride);
+        (self.rows.next, self.rows.row) = (first, Some(Vec::new()));
     }
 
     /// Returns the loop with the means and extremes in its rows that an observer reads.
@@ -187,7 +195,7 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
             observer.overflows(Cycle(0), settled.overflowing());
         }
         self.search.trial = None;
-        self.rows.tape = None;
+        self.rows.forget();
         let (mut since, mut events) = (0u32, 0u64);
         while self.edge < end && self.world.over().is_none() {
             since += match driver {
@@ -220,91 +228,6 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
     /// Returns the recurrence that a run by events has found, if any.
     pub fn recurrence(&self) -> Option<Recurrence> {
         self.search.found
-    }
-
-    /// Looks for a recurrence after a tick at which a count of the encoder has arrived. Once one is found, shows and
-    /// counts the periods that are left, as far as the observer can do with that.
-    #[inline(always)]
-    fn look_back<O: Observe>(&mut self, end: u64, observer: &mut O, control: &Control)
-    where
-        W: Clone,
-    {
-        self.turned = false;
-        // Outputs that repeat change at edges of their own. The other states are enough.
-        if self.repeated.is_some() || self.search.trial.as_ref().is_some_and(|trial| self.edge < trial.due) {
-            return;
-        }
-        if let Some(trial) = self.search.trial.take() {
-            self.compare_with(trial, end, observer, control);
-        } else if self.search.found.is_none()
-            && let Some(mark) = self.world.mark()
-            && let Some(period) = self.search.seen(mark, self.edge)
-        {
-            self.expect(period, end, observer);
-        }
-    }
-
-    /// Copies the present state, which is expected to recur after a number of edges.
-    #[inline(never)]
-    fn expect<O: Observe>(&mut self, period: u64, end: u64, observer: &mut O)
-    where
-        W: Clone,
-    {
-        self.rows.log(&self.world, self.edge - 1, observer);
-        let is_shown = self.watched == u64::MAX || observer.relates() || self.rows.row.is_some();
-        let (left, words) = (end.saturating_sub(self.edge), self.wiring.words());
-        let tape = if is_shown { None } else { Tape::new::<E>(period, self.rows.stride, left, self.watched, words) };
-        if let Some(tape) = &tape {
-            self.rows.record(tape.edges);
-        }
-        self.search.trial = Some(Trial {
-            from: self.edge,
-            due: self.edge + period,
-            wiring: self.wiring.clone(),
-            world: self.world.clone(),
-            counted: [self.ticks, self.output_changes],
-            tape,
-        });
-    }
-
-    /// Compares the present state with that of a trial which is due.
-    #[inline(never)]
-    fn compare_with<O: Observe>(&mut self, mut trial: Trial<W, E>, end: u64, observer: &mut O, control: &Control) {
-        if self.search.found.is_none() {
-            let recurs = self.edge == trial.due && self.wiring.recurs(&trial.wiring) && self.world.recurs(&trial.world);
-            let (from, period) = (trial.from, trial.due - trial.from);
-            self.search.found = recurs.then_some(Recurrence { from, period });
-        }
-        let recorded = trial.tape.as_ref().filter(|_| self.search.found.is_some()).map(|tape| trial.from + tape.edges);
-        match recorded {
-            // The rows of the tape come back to their places after some more periods.
-            Some(recorded) if self.edge < recorded => {
-                trial.due = recorded;
-                self.search.trial = Some(trial);
-            }
-            Some(recorded) if self.edge == recorded => self.repeat(&trial, end, observer, control),
-            _ => self.rows.tape = None,
-        }
-    }
-
-    /// Shows and counts what a trial has recorded, as often as it happens before `end` or until the run is stopped.
-    fn repeat<O: Observe>(&mut self, trial: &Trial<W, E>, end: u64, observer: &mut O, control: &Control) {
-        let Some(tape) = &trial.tape else { return };
-        self.rows.log(&self.world, self.edge - 1, observer);
-        let mut times = 0;
-        while times < (end - self.edge) / tape.edges && control.goes_on(self.edge + times * tape.edges, 0) {
-            times += 1;
-            tape.show(times, observer);
-            self.rows.show_again(times * tape.edges, E::REALS.len(), observer);
-        }
-        let energies = [trial.world.energy(trial.from), self.world.energy(self.edge)];
-        self.rows.repeat(tape.edges, times, &energies);
-        let [ticks, output_changes] = trial.counted;
-        self.ticks += times * (self.ticks - ticks);
-        self.output_changes += times * (self.output_changes - output_changes);
-        self.wiring.repeat(&trial.wiring, times);
-        self.world.repeat(&trial.world, times);
-        self.edge += times * tape.edges;
     }
 
     /// Runs one edge.
@@ -554,214 +477,4 @@ fn outputs(input: &impl Ports<i64>, out: &impl Ports<i64>) -> std::ops::Range<us
     input.each(|_| inputs += 1);
     out.each(|_| outputs += 1);
     inputs..inputs + outputs
-}
-
-/// An observer that asks for everything and ignores it.
-struct Everything;
-
-impl Observe for Everything {
-    fn nets(&mut self, _: Cycle, _: &[i64]) {}
-    fn reals(&mut self, _: Cycle, _: &[f64]) {}
-}
-
-/// The rows of a run: the plant's outputs every `stride` edges.
-pub(crate) struct Rows {
-    /// The edge of the next row.
-    next: u64,
-    stride: u64,
-    /// The edge of the row from which torque and position are averaged, and the energies at it.
-    window: u64,
-    before: Option<Energy>,
-    /// Whether rows may be shown after the nets of later edges.
-    wait: bool,
-    /// The present row, if rows have means and extremes.
-    row: Option<Vec<f64>>,
-    /// The rows that may be shown again, if any.
-    tape: Option<Recorded>,
-}
-
-/// Rows to be shown again.
-struct Recorded {
-    /// The edge of the first.
-    first: u64,
-    values: Vec<f64>,
-    /// The edge of a row that is so many repetitions before the one from which torque and position are averaged, and
-    /// the energies at it.
-    like: u64,
-    before: Option<Energy>,
-}
-
-impl Rows {
-    /// Creates rows from edge 0 on.
-    pub(crate) fn new(stride: u64) -> Self {
-        Self { next: 0, stride: stride.max(1), window: u64::MAX, before: None, wait: false, row: None, tape: None }
-    }
-
-    /// Returns the rows with means of the actuator's torque and of the position from the row at this edge on. If
-    /// `measured` is set, rows also have means and extremes.
-    pub(crate) fn averaged(mut self, from: u64, measured: bool) -> Self {
-        self.window = from;
-        self.row = measured.then(Vec::new);
-        self
-    }
-
-    /// Returns the means of torque and position from the requested row to an edge at which the world stands.
-    pub(crate) fn averages(&self, world: &impl World, edge: u64, edge_s: f64) -> Option<[f64; 2]> {
-        let before = self.before?;
-        let edges = edge.checked_sub(self.window).filter(|edges| *edges > 0)?;
-        let [current, angle] = world.energy(edge).current_and_angle_since(&before);
-        let length_s = edges as f64 * edge_s;
-        Some([world.effort_per_a() * current / length_s, angle / length_s])
-    }
-
-    /// Shows the rows up to `edge`, which the world must not have left yet.
-    #[inline(always)]
-    pub(crate) fn log<O: Observe + ?Sized>(&mut self, world: &impl World, edge: u64, observer: &mut O) {
-        if self.next <= edge {
-            self.show(world, edge, observer);
-        }
-    }
-
-    /// Shows the rows before `edge`, to which the world is about to go, unless they can wait.
-    #[inline(always)]
-    fn leave<O: Observe + ?Sized>(&mut self, world: &impl World, edge: u64, observer: &mut O) {
-        if self.next < edge && !(self.wait && world.keeps(edge)) {
-            self.show(world, edge - 1, observer);
-        }
-    }
-
-    /// Drives the world from its edge on. Rows that wait are shown before.
-    #[inline(always)]
-    fn drive<E: World, O: Observe>(&mut self, world: &mut E, out: E::Out, words: &[i64], observer: &mut O) {
-        if !world.is_driven_by(&out, words) {
-            self.log(world, world.edge() - 1, observer);
-            world.drive(out, words);
-        }
-    }
-
-    /// Holds the rows of this number of edges from the next row on.
-    fn record(&mut self, edges: u64) {
-        let like = if self.window < self.next { u64::MAX } else { self.next + (self.window - self.next) % edges };
-        self.tape = Some(Recorded { first: self.next, values: Vec::new(), like, before: None });
-    }
-
-    /// Shows the rows that were recorded again, this number of edges later.
-    fn show_again<O: Observe + ?Sized>(&self, edges: u64, width: usize, observer: &mut O) {
-        if let Some(tape) = &self.tape {
-            observer.block(Cycle(tape.first + edges), self.stride, width, &tape.values);
-        }
-    }
-
-    /// Goes on after the rows that were shown again so many times. Each time takes this number of edges. The energies
-    /// are those before and after one time.
-    fn repeat(&mut self, edges: u64, times: u64, [then, now]: &[Energy; 2]) {
-        let Some(Recorded { like, before, .. }) = self.tape.take() else { return };
-        self.next += times * edges;
-        if let Some(mut before) = before.filter(|_| (like + 1..self.next).contains(&self.window)) {
-            before.repeat([then, now], (self.window - like) / edges);
-            self.before = Some(before);
-        }
-    }
-
-    #[inline(never)]
-    fn show<O: Observe + ?Sized>(&mut self, world: &impl World, edge: u64, observer: &mut O) {
-        if (self.next..=edge).contains(&self.window) {
-            self.before = Some(world.energy(self.window));
-        }
-        // In most cases it is one row.
-        let count = if edge - self.next < self.stride { 1 } else { (edge - self.next) / self.stride + 1 };
-        if let Some(tape) = &mut self.tape {
-            if (self.next..=edge).contains(&tape.like) {
-                tape.before = Some(world.energy(tape.like));
-            }
-            for edge in (0..count).map(|index| self.next + index * self.stride) {
-                tape.values.extend_from_slice(world.reals(edge).as_ref());
-            }
-        }
-        if let Some(row) = &mut self.row {
-            for edge in (0..count).map(|index| self.next + index * self.stride) {
-                row.clear();
-                row.extend_from_slice(world.reals(edge).as_ref());
-                world.measured(edge, row);
-                observer.reals(Cycle(edge), row);
-            }
-        } else {
-            world.rows(self.next, self.stride, count, observer);
-        }
-        self.next += count * self.stride;
-    }
-}
-
-/// Where two drivers first differed.
-#[derive(Clone, PartialEq, Debug)]
-pub struct Difference {
-    /// The edge.
-    pub edge: u64,
-    /// The net or plant state.
-    pub name: &'static str,
-    /// Its value under `events`.
-    pub events: f64,
-    /// Its value under `clock`.
-    pub clock: f64,
-}
-
-/// The result of a comparison of drivers.
-#[derive(Clone, PartialEq, Debug)]
-pub struct Comparison {
-    /// Edges compared.
-    pub edges: u64,
-    /// Words and plant states that differed, over all edges.
-    pub mismatches: u64,
-    /// The first difference.
-    pub first: Option<Difference>,
-}
-
-/// Runs `events` and `clock` side by side and compares every net, and every state of the plant bit by bit, at every
-/// edge.
-pub fn compare<E, W>(wiring: W, world: E, input: E::In, edges: u64) -> Comparison
-where
-    E: World,
-    W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone,
-{
-    let nets = wiring.nets();
-    let mut events = ClosedLoop::new(wiring.clone(), world.clone(), input, u64::MAX);
-    let mut clock = ClosedLoop::new(wiring, world, input, u64::MAX);
-    let mut found = Comparison { edges, mismatches: 0, first: None };
-    let mut note = |edge, name, events: f64, clock: f64| {
-        found.mismatches += 1;
-        found.first.get_or_insert(Difference { edge, name, events, clock });
-    };
-    let mut before = (events.world.clone(), events.wiring.words().to_vec());
-    for edge in 1..=edges {
-        if clock.world.over().is_some() {
-            found.edges = edge - 1;
-            break;
-        }
-        clock.step(&mut ());
-        while events.world.edge() < edge {
-            before.0.clone_from(&events.world);
-            before.1.copy_from_slice(events.wiring.words());
-            events.leap(edges, &mut Everything);
-        }
-        // Between its events the leaping loop has the words of before the leap; its world is flowed on from there.
-        let words = if events.edge() <= edge { events.wiring.words() } else { &before.1 };
-        for ((net, &leapt), &stepped) in nets.iter().zip(words).zip(clock.wiring.words()) {
-            if leapt != stepped {
-                note(edge, net.name, leapt as f64, stepped as f64);
-            }
-        }
-        let leapt = if events.world.edge() == edge { events.world.reals(edge) } else { before.0.reals(edge) };
-        let clocked = clock.world.reals(edge);
-        for (real, (&x, &y)) in E::REALS.iter().zip(leapt.as_ref().iter().zip(clocked.as_ref())) {
-            if x.to_bits() != y.to_bits() {
-                note(edge, real.name, x, y);
-            }
-        }
-    }
-    let (leapt, stepped) = (events.world.summary().energy, clock.world.summary().energy);
-    // Compared as text, where NaN equals itself: an arm that passed a singular pose has no energy.
-    if format!("{leapt:?}") != format!("{stepped:?}") {
-        note(edges, "energy_j", leapt.exchanged_j, stepped.exchanged_j);
-    }
-    found
 }
