@@ -14,6 +14,8 @@ const SOON: Duration = Duration::from_secs(2);
 
 /// A scene for which GHDL needs hours.
 const ENDLESS: [&str; 3] = ["hybrid-wall", "--set", "run.duration=1000 s"];
+/// A hand that has a plan to the end: without one the motion repeats, and its 1000 s are over at once.
+const PLANNED: &str = r#"hand.path=[["0 s", 0], ["150 ms", 1.4], ["250 ms", 1.9], ["1000 s", 1.8]]"#;
 
 /// A command in the background. The processes that it starts are found by the mark in their environment, its temporary
 /// folder.
@@ -175,8 +177,8 @@ fn sigterm_ends_every_other_command() {
         &["run", "hybrid-wall", "--compare", "--set", "run.duration=1000 s"],
         &["limits", "hybrid-wall"],
         &["chart", "friction-wall"],
-        &["widths", "hybrid-wall", "--set", "run.duration=1000 s"],
-        &["fit", "hybrid-wall", "--set", "run.duration=1000 s"],
+        &["widths", "hybrid-wall", "--set", "run.duration=1000 s", "--set", PLANNED],
+        &["fit", "hybrid-wall", "--set", "run.duration=1000 s", "--set", PLANNED],
     ];
     thread::scope(|scope| {
         for (index, arguments) in commands.into_iter().enumerate() {

@@ -319,9 +319,11 @@ fn points_that_end_their_process_are_rows_with_their_reason() {
 #[test]
 fn points_that_the_guard_stops_are_not_run_and_leave_the_sweep_incomplete() {
     let dir = scratch("sweep-guard");
+    // A hand that has a plan to the end: else the motion repeats, and its 20 s may end before the guard looks.
     let content = "name = \"guard\"\ntitle = \"A cell too long\"\n\n[map]\nscene = \"hybrid-wall\"\n\
                    x = \"run.duration=0.01..20 s:2\"\ny = \"wall.stiffness=1..2 N.m/rad:2\"\n\
-                   set = [\"record.plant_rate=100 Hz\"]\nfull = true\ncell_timeout = \"1ms\"\n";
+                   set = [\"record.plant_rate=100 Hz\", 'hand.path=[[\"0 s\", 0], [\"150 ms\", 1.4], \
+                   [\"250 ms\", 1.9], [\"30 s\", 1.8]]']\nfull = true\ncell_timeout = \"1ms\"\n";
     let (study, out) = (study(&dir, "guard.toml", content), dir.join("sweep"));
     fine(&["sweep", "plan", text(&study), "-o", text(&out), "--shard-points", "2"]);
     for shard in ["0", "1"] {
