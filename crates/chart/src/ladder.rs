@@ -28,7 +28,8 @@ pub fn ladder(rungs: &[Summary], command: &str) -> Picture {
     let drawn = rungs[0].tables.drawn();
     let conditions = if rungs[0].tables.each().len() > 1 {
         format!(
-            "{drawn}; k/n: met in k of n seeds; m+s: m at all, s at some; each model has all above it; ?: its table does not tell"
+            "{drawn}; k/n: met in k of n seeds; m+s: m at all, s at some; each model has all above it; \
+             ?: its table does not tell"
         )
     } else {
         format!("{drawn}; each model has all that those above it have; ?: its table does not tell")
@@ -105,7 +106,8 @@ fn stiffest(canvas: &mut Canvas, rungs: &[Summary]) {
     let panel = Panel { x: -0.5..rungs.len() as f64 - 0.5, ..vertical };
     decades(&panel, canvas);
     let name = format!(
-        "stiffest wall up to which all is passive at every seed along {}, and a line up to the stiffest that is at some",
+        "stiffest wall up to which all is passive at every seed along {}, \
+         and a line up to the stiffest that is at some",
         axis.name()
     );
     canvas.text((LEFT, top - 34), name, 28, INK, Anchor::Left);

@@ -11,10 +11,10 @@ use hpu_signal::Real;
 use crate::joined::joined;
 
 /// The convention of signs, as traces, waveforms and summaries state it.
-pub const SIGNS: &str = "torques and forces are positive along the positive direction of the position that they act on; \
-                         a wall at a positive position pushes back with a negative one; a net is the value of its word, \
-                         and a positive command of an axis asks for a negative torque or force, one of a PHANToM for a \
-                         positive one";
+pub const SIGNS: &str = "torques and forces are positive along the positive direction of the position that they act \
+                         on; a wall at a positive position pushes back with a negative one; a net is the value of its \
+                         word, and a positive command of an axis asks for a negative torque or force, one of a PHANToM \
+                         for a positive one";
 
 pub(crate) const fn real(name: &'static str, doc: &'static str) -> Real {
     Real { name, doc }

@@ -122,8 +122,8 @@ pub trait Wiring: Block {
     {
         false
     }
-    /// Counts the use of the nets as if the edges since an earlier state, of which it [recurs](Wiring::recurs), had come
-    /// so many times more.
+    /// Counts the use of the nets as if the edges since an earlier state, of which it [recurs](Wiring::recurs), had
+    /// come so many times more.
     fn repeat(&mut self, _earlier: &Self, _times: u64)
     where
         Self: Sized,

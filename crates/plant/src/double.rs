@@ -82,7 +82,10 @@ pub(crate) fn has_fused() -> bool {
 /// the present processor. Each version is a function of its own: where results go to memory four in a row, the compiler
 /// vectorises them.
 macro_rules! versions {
-    ($(#[$meta:meta])* $vis:vis fn $name:ident [$fused:ident, $native:ident, $inner:ident] ($($arg:ident: $ty:ty),*) $(-> $out:ty)?) => {
+    (
+        $(#[$meta:meta])*
+        $vis:vis fn $name:ident [$fused:ident, $native:ident, $inner:ident] ($($arg:ident: $ty:ty),*) $(-> $out:ty)?
+    ) => {
         $(#[$meta])*
         #[inline]
         $vis fn $name($($arg: $ty),*) $(-> $out)? {

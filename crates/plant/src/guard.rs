@@ -311,7 +311,9 @@ impl Guard {
 
     versions! {
         /// Returns the function's value at an edge, in double-double.
-        pub(crate) fn exact[exact_fused, exact_native, exact_with](self: &Self, motion: &Trajectory, edge: u64) -> Double
+        pub(crate) fn exact[exact_fused, exact_native, exact_with](
+            self: &Self, motion: &Trajectory, edge: u64
+        ) -> Double
     }
 
     #[inline(always)]
@@ -402,7 +404,9 @@ impl Guard {
 
     versions! {
         /// Returns the point of the first exit, with a watch whose noise holds up to `to`.
-        pub(crate) fn exit[exit_fused, exit_native, exit_with](self: &Self, watch: &mut Watch, from: &MotionPoint, to: &MotionPoint) -> Option<MotionPoint>
+        pub(crate) fn exit[exit_fused, exit_native, exit_with](
+            self: &Self, watch: &mut Watch, from: &MotionPoint, to: &MotionPoint
+        ) -> Option<MotionPoint>
     }
 
     #[inline(always)]
@@ -415,7 +419,9 @@ impl Guard {
 
     versions! {
         /// Returns the point of the first exit where [`stays`](Self::stays) does not rule it out.
-        pub(crate) fn seek[seek_fused, seek_native, seek_with](self: &Self, watch: &mut Watch, from: &MotionPoint, to: &MotionPoint) -> Option<MotionPoint>
+        pub(crate) fn seek[seek_fused, seek_native, seek_with](
+            self: &Self, watch: &mut Watch, from: &MotionPoint, to: &MotionPoint
+        ) -> Option<MotionPoint>
     }
 
     #[inline(always)]
@@ -557,7 +563,9 @@ impl Guard {
         /// Returns the point of the first exit after a point inside, if it is at the edge that was forecast or near it,
         /// and the function moves, or bends, toward its limit all the way. The watch's noise holds up to
         /// [`late`](Forecast::late).
-        pub(crate) fn confirm[confirm_fused, confirm_native, confirm_with](self: &Self, watch: &mut Watch, from: &MotionPoint, forecast: Forecast) -> Option<MotionPoint>
+        pub(crate) fn confirm[confirm_fused, confirm_native, confirm_with](
+            self: &Self, watch: &mut Watch, from: &MotionPoint, forecast: Forecast
+        ) -> Option<MotionPoint>
     }
 
     #[inline(always)]

@@ -71,7 +71,9 @@ impl Linear {
 
     versions! {
         /// Creates the system from a matrix in double-double.
-        pub(crate) fn exact[exact_fused, exact_native, exact_with](rows: &[[Double; 4]; 4], edge_s: f64, horizon: u64) -> Self
+        pub(crate) fn exact[exact_fused, exact_native, exact_with](
+            rows: &[[Double; 4]; 4], edge_s: f64, horizon: u64
+        ) -> Self
     }
 
     #[inline(always)]

@@ -93,8 +93,8 @@ impl Narrowing {
     /// ```
     /// use hpu_signal::{Format, Narrowing, Overflow, Rounding};
     /// // The paper's truncation: a 24-bit product into 12 bits, the upper ones dropped.
-    /// let drop_upper =
-    ///     Narrowing { from_frac: 0, to: Format::unsigned(12), rounding: Rounding::Truncate, overflow: Overflow::Wrap };
+    /// let to = Format::unsigned(12);
+    /// let drop_upper = Narrowing { from_frac: 0, to, rounding: Rounding::Truncate, overflow: Overflow::Wrap };
     /// let torque = drop_upper.apply(70 * 60);
     /// assert_eq!((torque.word, torque.overflowed), (104, true));
     /// ```

@@ -98,7 +98,8 @@ fn main() {
         let (costs, one_costs) = ((recorded - alone) / events, (one_thread - alone) / events);
         let kib = fs::metadata(&path).expect("just written").len() / 1024;
         println!(
-            "{name:<22} {alone:>9.2} {events:>9.2} {recorded:>9.2} {one_thread:>10.2} {costs:>6.2} {one_costs:>10.2} {kib:>9}"
+            "{name:<22} {alone:>9.2} {events:>9.2} {recorded:>9.2} {one_thread:>10.2} {costs:>6.2} {one_costs:>10.2} \
+             {kib:>9}"
         );
     }
     let scene = scene("hybrid-wall", &[("wall.position", "0.05 rad"), ("run.duration", "20 ms")]);

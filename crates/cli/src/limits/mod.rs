@@ -49,7 +49,10 @@ pub struct Args {
     #[arg(long, value_name = "RADIUS", num_args = 0..=1, value_parser = length)]
     hands: Option<Option<f64>>,
     /// Phases of the contact at each stiffness
-    #[arg(long, value_name = "N", default_value_t = Looks::default().phases, value_parser = clap::value_parser!(u32).range(1..=64))]
+    #[arg(
+        long, value_name = "N", default_value_t = Looks::default().phases,
+        value_parser = clap::value_parser!(u32).range(1..=64)
+    )]
     phases: u32,
     /// Stiffness words to look at, at most; each of a range that has no more [default: 256, with --over 96]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=65_536))]
@@ -173,7 +176,10 @@ fn of_design<'w, F>(
         return Err(usage("--over and --hands are of scenes with a [method]"));
     }
     let key = scene.varies.as_ref().ok_or_else(|| {
-        usage("it does not say what makes its wall stiffer; write varies = \"dut.ports.gain\" in [wall], or --set wall.varies=...")
+        usage(
+            "it does not say what makes its wall stiffer; write varies = \"dut.ports.gain\" in [wall], \
+             or --set wall.varies=...",
+        )
     })?;
     let range =
         args.range.as_deref().ok_or_else(|| usage("write --range A..B, whole numbers, as in --range 1..1023"))?;

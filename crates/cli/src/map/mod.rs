@@ -63,7 +63,10 @@ pub struct Args {
     full: bool,
     /// Events of a cell: clock cycles at which the engine looks at the loop, or steps of the solver. One with more has
     /// failed
-    #[arg(long, value_name = "N", default_value_t = CellLimits::default().events, value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(
+        long, value_name = "N", default_value_t = CellLimits::default().events,
+        value_parser = clap::value_parser!(u64).range(1..)
+    )]
     cell_events: u64,
     /// How long a cell may take. One that takes longer is not run: the same command runs it again
     #[arg(long, value_name = "TIME", default_value = "30min", value_parser = time)]
@@ -157,7 +160,8 @@ impl Args {
             let axis = experiment.axis().ok_or_else(|| Failure::usage("--all-methods: they are those of an axis"))?;
             if let Loop::Law(law) = axis.method.kind {
                 return Err(Failure::usage(format!(
-                    "--all-methods: {} has keys that other methods refuse; take a scene whose method is \"hybrid\" or \"conventional\"",
+                    "--all-methods: {} has keys that other methods refuse; take a scene whose method is \"hybrid\" \
+                     or \"conventional\"",
                     law.name()
                 )));
             }

@@ -20,9 +20,9 @@ impl Price {
         let Counts { lut4, ff, carry, bram, dsp } = self.cost.ecp5.unwrap_or(self.cost.ice40);
         let target = if self.cost.fits() { "iCE40 HX8K" } else { "ECP5; an HX8K is too small" };
         let text = format!(
-            "price      {} of {}, {target}\n           measured by {}; VHDL {}\n           {lut4} LUT4, {ff} flip-flops, {carry} \
-             carries, {bram} block RAMs, {dsp} multipliers\n           of an HX8K {} of {HX8K_CELLS} cells, {} of \
-             {HX8K_BRAM} block RAMs\n",
+            "price      {} of {}, {target}\n           measured by {}; VHDL {}\n           {lut4} LUT4, {ff} \
+             flip-flops, {carry} carries, {bram} block RAMs, {dsp} multipliers\n           of an HX8K {} of \
+             {HX8K_CELLS} cells, {} of {HX8K_BRAM} block RAMs\n",
             self.block,
             self.scene,
             self.tools.join(", "),
@@ -96,8 +96,14 @@ impl Price {
 
     /// Returns the price as JSON.
     pub fn json(&self) -> Value {
-        let counts = |Counts { lut4, ff, carry, bram, dsp }: &Counts| json!({ "lut4": lut4, "ff": ff, "carry": carry, "bram": bram, "dsp": dsp });
-        let part = |(label, entity, found): &(&str, &str, Counts)| json!({ "label": label, "block": entity, "counts": counts(found) });
+        let counts = |found: &Counts| {
+            let Counts { lut4, ff, carry, bram, dsp } = found;
+            json!({ "lut4": lut4, "ff": ff, "carry": carry, "bram": bram, "dsp": dsp })
+        };
+        let part = |(label, entity, found): &(&str, &str, Counts)| {
+            let counts = counts(found);
+            json!({ "label": label, "block": entity, "counts": counts })
+        };
         let other = |(name, found): &(String, Result<Counts, String>)| match found {
             Ok(found) => json!({ "value": name, "counts": counts(found), "failure": null }),
             Err(why) => json!({ "value": name, "counts": null, "failure": why }),
@@ -143,8 +149,8 @@ fn noticed(found: &Result<Settling, String>) -> String {
         Err(why) => why.clone(),
     });
     format!(
-        "stability  {} held back by {to} clock{plural} instead of {from}: {} instead of {}\n           {}\n           {}\n           \
-         instead of {}\n           to first order the spring loses {lost_damping:.1e} of damping (SI)\n",
+        "stability  {} held back by {to} clock{plural} instead of {from}: {} instead of {}\n           {}\n           \
+         {}\n           instead of {}\n           to first order the spring loses {lost_damping:.1e} of damping (SI)\n",
         if found.noticed() { "notices:" } else { "does not notice:" },
         outcome_name(Some(outcomes[1])),
         outcome_name(Some(outcomes[0])),

@@ -43,6 +43,7 @@ pub fn formats(args: &Args) -> Result<Exit, Failure> {
     );
     let files = [("formats.txt", text.clone()), ("formats.csv", formats_csv(&all)), ("workspace.csv", workspace.csv())];
     let draw = || chart::formats(&all, command);
+    let held = |(bits, held): &(u32, u64)| json!({ "depth_bits": bits, "cells": held });
     let object = json!({
         "study": FORMATS,
         "complete": true,
@@ -52,7 +53,7 @@ pub fn formats(args: &Args) -> Result<Exit, Failure> {
         "workspace": {
             "cells": workspace.cells,
             "unreachable": workspace.unreachable,
-            "held": workspace.held.iter().map(|(bits, held)| json!({ "depth_bits": bits, "cells": held })).collect::<Vec<_>>(),
+            "held": workspace.held.iter().map(held).collect::<Vec<_>>(),
         },
         "plain": formats::plain(&all),
         "claims": formats::sums(&all, &workspace).iter().map(claim).collect::<Vec<_>>(),

@@ -34,7 +34,10 @@ pub struct Size {
     #[arg(long, value_name = "TIME", value_parser = crate::map::time)]
     shard_time: Option<Duration>,
     /// Points of a shard, instead of a measured number
-    #[arg(long, value_name = "N", conflicts_with = "shard_time", value_parser = clap::value_parser!(u64).range(1..=MOST))]
+    #[arg(
+        long, value_name = "N", conflicts_with = "shard_time",
+        value_parser = clap::value_parser!(u64).range(1..=MOST)
+    )]
     shard_points: Option<u64>,
 }
 

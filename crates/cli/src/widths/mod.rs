@@ -51,7 +51,10 @@ pub struct Args {
     #[arg(required_unless_present = "from", value_name = "SCENE")]
     scenes: Vec<String>,
     /// Show the search whose runs a sweep has gathered in this folder
-    #[arg(long, value_name = "DIR", conflicts_with_all = ["scenes", "set", "search", "random", "within", "no_trials", "tables", "gappa"])]
+    #[arg(
+        long, value_name = "DIR",
+        conflicts_with_all = ["scenes", "set", "search", "random", "within", "no_trials", "tables", "gappa"]
+    )]
     from: Option<PathBuf>,
     #[command(flatten)]
     set: scene::Set,

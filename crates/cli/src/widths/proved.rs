@@ -118,8 +118,8 @@ impl Overflow {
                 Some(at) => {
                     let did = if deepest >= at { "and overflowed" } else { "and did not overflow" };
                     format!(
-                        "at the scene's word {word} it overflows from {at} counts on (proved); the run went {deepest} deep \
-                         {did} (measured)"
+                        "at the scene's word {word} it overflows from {at} counts on (proved); the run went {deepest} \
+                         deep {did} (measured)"
                     )
                 }
             });
@@ -174,7 +174,10 @@ impl Proved {
 
     /// Returns the limits and first overflow of every scene as JSON.
     pub fn json(&self) -> Value {
-        let limit = |Limit { name, unit, min, max, why }: &Limit| json!({ "name": name, "unit": unit, "min": min, "max": max, "how": how(How::Proved), "why": why });
+        let limit = |limit: &Limit| {
+            let (Limit { name, unit, min, max, why }, how) = (limit, how(How::Proved));
+            json!({ "name": name, "unit": unit, "min": min, "max": max, "how": how, "why": why })
+        };
         let scene = |scene: &OfScene| {
             json!({
                 "scene": scene.name,

@@ -235,7 +235,8 @@ fn our_own_loop_taken_for_foreign_has_the_nets_of_the_emulator() {
 #[test]
 fn faults_strike_a_design_as_they_strike_ours() {
     let dir = scratch("faults_of_both");
-    let faults = "[faults]\nmissed_edge = [\"1 ms\", \"3 ms\"]\ndoubled_edge = [\"2 ms\"]\nbounce = [\"4 ms\", \"5 ms\"]\n\
+    let faults = "[faults]\nmissed_edge = [\"1 ms\", \"3 ms\"]\ndoubled_edge = [\"2 ms\"]\n\
+                  bounce = [\"4 ms\", \"5 ms\"]\n\
                   glitch = [\"6 ms\"]\nglitch_clocks = 700\nclock_jitter = \"15 ns\"\nstuck_switch = \
                   \"bridge.minus_high\"\nstuck_from = \"8 ms\"\nstuck_to = \"11 ms\"\n";
     let scenes = [own(&dir, "verilator", 36, "20 ms"), ours(&dir)];
@@ -470,9 +471,10 @@ fn tiny(dir: &Path, expect: &str) -> String {
     fs::write(dir.join("tiny.v"), TINY).expect("a file");
     let scene = dir.join("tiny.toml");
     let toml = format!(
-        "about = \"two flip-flops\"\n[device]\nkind = \"motor\"\nmotor = \"vasudevan_2007\"\n[clock]\nfrequency = \"1 MHz\"\n\
-         [dut]\nfiles = [\"tiny.v\"]\ntop = \"tiny\"\nclock = \"clk\"\n[dut.ports]\na = \"encoder.a\"\nb = \"encoder.b\"\n\
-         pwm = \"bridge.pwm\"\ndir = \"bridge.direction\"\n[wall]\nposition = \"1 rad\"\n[hand]\nkind = \"none\"\n[run]\n\
+        "about = \"two flip-flops\"\n[device]\nkind = \"motor\"\nmotor = \"vasudevan_2007\"\n\
+         [clock]\nfrequency = \"1 MHz\"\n[dut]\nfiles = [\"tiny.v\"]\ntop = \"tiny\"\nclock = \"clk\"\n\
+         [dut.ports]\na = \"encoder.a\"\nb = \"encoder.b\"\npwm = \"bridge.pwm\"\ndir = \"bridge.direction\"\n\
+         [wall]\nposition = \"1 rad\"\n[hand]\nkind = \"none\"\n[run]\n\
          duration = \"20 ms\"\n[expect]\noutcome = \"{expect}\"\n"
     );
     fs::write(&scene, toml).expect("a scene");

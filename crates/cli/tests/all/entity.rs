@@ -346,7 +346,8 @@ fn what_does_not_fit_is_refused_with_the_names_there_are() {
         (
             &widths,
             &["--clock=clock", "--latency=2", "--port=x=a", "--port=y=b", "--port=p=open"],
-            "no output of `fast_mul` is product of truncating_multiplier; write --port ...=product, or --port open=product",
+            "no output of `fast_mul` is product of truncating_multiplier; write --port ...=product, \
+             or --port open=product",
         ),
         (
             &widths,

@@ -19,8 +19,9 @@ fn tools(dir: &Path, placing: &str) -> PathBuf {
         (
             "nextpnr-ice40",
             format!(
-                "case \"$*\" in --version) echo 'nextpnr (Version 9.9)'; exit;; *--pack-only*) echo 'ICESTORM_LC: 10/ 7680 0%'; \
-                 exit;; esac\nwhile [ \"$1\" != --seed ]; do shift; done\nseed=$2\n{placing}"
+                "case \"$*\" in --version) echo 'nextpnr (Version 9.9)'; exit;; \
+                 *--pack-only*) echo 'ICESTORM_LC: 10/ 7680 0%'; exit;; esac\n\
+                 while [ \"$1\" != --seed ]; do shift; done\nseed=$2\n{placing}"
             ),
         ),
     ];

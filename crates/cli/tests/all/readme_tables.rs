@@ -18,8 +18,8 @@ const fn short(line: &'static str, why: &'static str) -> Form {
     Form::Short { line, why, record: None }
 }
 
-const SEARCH: &str = "hpu widths hybrid-wall stiff-hybrid --also wall.stiffness=2.5 --also hand.stiffness=0.6 --search --proved \
-                      --against 24 --price -o out";
+const SEARCH: &str = "hpu widths hybrid-wall stiff-hybrid --also wall.stiffness=2.5 --also hand.stiffness=0.6 \
+                      --search --proved --against 24 --price -o out";
 const ESTIMATORS: &str = "hpu study velocity-estimators -o out";
 const RECURS_60_S: &str = "hpu run friction-wall --set run.duration=60s";
 const PAGE: &str = "hpu widths hybrid-wall -o out";
@@ -71,15 +71,16 @@ pub const COMMANDS: &[(&str, Form)] = &[
                    --proved --against 24 -o short --vary position_bits=11..12 --vary stiffness_format.int=6..7 \
                    --vary stiffness_format.frac=0..1 --vary damping_format.int=2..3 --vary damping_format.frac=1..2 \
                    --vary velocity_bits=9..10",
-            why: "the whole grid takes half a minute; this part of it, not counted by Yosys, has the same smallest design",
+            why: "the whole grid takes half a minute; this part of it, not counted by Yosys, \
+                  has the same smallest design",
             record: Some("testbench/record/widths.txt"),
         },
     ),
     ("hpu scenes --template ci > haptics.yml", Form::AsIs),
     ("hpu cost --scene testbench/dut/knee.toml", Form::AsIs),
     (
-        "hpu run testbench/dut/knee.toml --set faults.missed_edge=3 --set faults.bounce=5 --set 'faults.clock_jitter=20 ns' \
-         -o faulty",
+        "hpu run testbench/dut/knee.toml --set faults.missed_edge=3 --set faults.bounce=5 \
+         --set 'faults.clock_jitter=20 ns' -o faulty",
         short(
             "hpu run testbench/dut/knee.toml --set faults.missed_edge=3 --set faults.bounce=5 \
              --set 'faults.clock_jitter=20 ns' -o faulty --edges 1000000",
@@ -181,9 +182,11 @@ pub const COMMANDS: &[(&str, Form)] = &[
         ),
     ),
     (
-        "hpu map testbench/dut/knee.toml --x dut.ports.gain=50..550:11 --y 'hand.stiffness=0.1..1.1 N.m/rad:11' -o rings",
+        "hpu map testbench/dut/knee.toml --x dut.ports.gain=50..550:11 \
+         --y 'hand.stiffness=0.1..1.1 N.m/rad:11' -o rings",
         short(
-            "hpu map testbench/dut/knee.toml --x dut.ports.gain=50..550:2 --y 'hand.stiffness=0.1..1.1 N.m/rad:2' -o rings",
+            "hpu map testbench/dut/knee.toml --x dut.ports.gain=50..550:2 \
+             --y 'hand.stiffness=0.1..1.1 N.m/rad:2' -o rings",
             "121 cells of a second take minutes of two cores",
         ),
     ),
@@ -216,7 +219,8 @@ pub const COMMANDS: &[(&str, Form)] = &[
     (
         "hpu map gimbal-switch --x 'surface.stiffness=0.1..3 N/mm:30' --y 'method.force_gain=0..15:16' -o out",
         Form::Short {
-            line: "hpu map gimbal-switch --x 'surface.stiffness=0.1..3 N/mm:3' --y 'method.force_gain=0..15:3' -o switch",
+            line: "hpu map gimbal-switch --x 'surface.stiffness=0.1..3 N/mm:3' \
+                   --y 'method.force_gain=0..15:3' -o switch",
             why: "480 cells take ten seconds",
             record: Some("testbench/record/gimbal-switch.txt"),
         },
@@ -233,8 +237,8 @@ pub const COMMANDS: &[(&str, Form)] = &[
     (
         "hpu reproduce phantom-ladder --axes y --trials 1 -o out",
         short(
-            "hpu reproduce phantom-ladder --axes y --trials 1 --platforms FPGA-20 --stiffness 250 --set run.duration=1s \
-             -o ladder",
+            "hpu reproduce phantom-ladder --axes y --trials 1 --platforms FPGA-20 --stiffness 250 \
+             --set run.duration=1s -o ladder",
             "all platforms and walls take about three minutes on two cores",
         ),
     ),

@@ -47,8 +47,8 @@ fn a_study_writes_its_table_trials_and_pictures_and_prints_the_table() {
     assert_eq!(names(&out), expected);
     let table = content(&out, "table.txt");
     assert!(stdout(&output).starts_with(&table));
-    let command = "hpu reproduce phantom-table-2 --axes xy --platforms RTOS-1,FPGA-20 --stiffness 250,500,30000 --seeds 2 \
-                   --trials 2 --set run.duration='500 ms' -o ";
+    let command = "hpu reproduce phantom-table-2 --axes xy --platforms RTOS-1,FPGA-20 --stiffness 250,500,30000 \
+                   --seeds 2 --trials 2 --set run.duration='500 ms' -o ";
     assert!(table.contains(command), "{table}");
     assert!(content(&out, "table-2.svg").contains("--stiffness 250,500,30000"));
     let cells = content(&out, "cells.csv");

@@ -89,7 +89,8 @@ const COMMANDS: [(&str, &str); 25] = [
     ("limits-gimbal", "limits gimbal-switch-held --json"),
     (
         "map",
-        "map hybrid-wall --x wall.stiffness=0.1..6:2 --y wall.damping=0..0.4mN.m.s/rad:2 --set run.duration=0.3s --json",
+        "map hybrid-wall --x wall.stiffness=0.1..6:2 --y wall.damping=0..0.4mN.m.s/rad:2 --set run.duration=0.3s \
+         --json",
     ),
     ("chart", "chart friction-wall --contestants events,rk4 --set run.duration=0.1s --json"),
     ("fit", "fit friction-wall --set run.duration=0.1s --json"),

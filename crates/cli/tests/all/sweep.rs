@@ -140,14 +140,16 @@ fn the_lines_of_a_study_in_shards_are_those_of_the_study() {
     let dir = scratch("sweep-lines");
     let lines = |vary: &str| {
         format!(
-            "[[group]]\nname = \"Settling, {vary}\"\n\n[[group.line]]\nvary.of = [0.5, 4.0]\nwhat = \"$of N.m/rad, by {vary}\"\n\
+            "[[group]]\nname = \"Settling, {vary}\"\n\n[[group.line]]\nvary.of = [0.5, 4.0]\n\
+             what = \"$of N.m/rad, by {vary}\"\n\
              claims = \"a\"\ntext = \"{{wall.outcome}}, rms {{wall.rms * 1e6:.1 urad}}\"\nfigures.rms = \"wall.rms\"\n\
              measure.wall = {{ measure = \"run\", scene = \"{vary}\", set = [\"run.duration=100 ms\", \
              \"wall.stiffness=$of N.m/rad\"] }}\n\n"
         )
     };
     let content = format!(
-        "name = \"lines\"\ntitle = \"Lines\"\n\n{}{}[[claim]]\nletter = \"a\"\npaper = \"softer is calmer\"\nplace = \"none\"\n\
+        "name = \"lines\"\ntitle = \"Lines\"\n\n{}{}[[claim]]\nletter = \"a\"\npaper = \"softer is calmer\"\n\
+         place = \"none\"\n\
          means = \"the rms never falls\"\nholds = \"never_falls(rms)\"\n",
         lines("hybrid-wall"),
         lines("thrown-hybrid")
@@ -682,11 +684,14 @@ fn mutants_in_shares_are_the_mutants_of_one_machine() {
     let dir = scratch("sweep-mutants");
     // A check that answers by the text of the mutant instead of by solvers.
     let check = "[ \"$2\" = --formal ] || exit 1\nshift 2\n\
-                 while [ $# -gt 0 ]; do case $1 in --hdl) folder=$2; shift;; --variant|-j|--tool-timeout) shift;; --json) ;;\n\
+                 while [ $# -gt 0 ]; do case $1 in --hdl) folder=$2; shift;; \
+                 --variant|-j|--tool-timeout) shift;; --json) ;;\n\
                  *) blocks=\"$blocks $1\";; esac; shift; done\n\
-                 for block in $blocks; do\nverdict=proved\n[ -z \"$folder\" ] || case $(cksum <\"$folder/$block.vhd\") in\n\
+                 for block in $blocks; do\nverdict=proved\n\
+                 [ -z \"$folder\" ] || case $(cksum <\"$folder/$block.vhd\") in\n\
                  [1-3]*) verdict=refuted;; [4-6]*) verdict=open;; esac\n\
-                 rows=\"$rows${rows:+,}{\\\"block\\\":\\\"$block\\\",\\\"variant\\\":\\\"default\\\",\\\"verdict\\\":\\\"$verdict\\\"}\"\ndone\n\
+                 rows=\"$rows${rows:+,}{\\\"block\\\":\\\"$block\\\",\\\"variant\\\":\\\"default\\\",\
+                 \\\"verdict\\\":\\\"$verdict\\\"}\"\ndone\n\
                  echo \"{\\\"rows\\\":[$rows]}\"";
     let nothing = ["ghdl", "yosys", "z3", "yices-smt2"].map(|name| (name, "exit 0"));
     let scripts: Vec<_> = [("hpu", check)].into_iter().chain(nothing).collect();

@@ -297,8 +297,9 @@ impl Dut {
         });
         let begun = ways.iter().filter(|(_, lines)| lines.iter().any(|line| has(*line))).map(|(way, _)| *way);
         let all: Vec<_> = words.chain(begun).collect();
-        let choices = "the four of bridge.plus_high, plus_low, minus_high and minus_low; or bridge.plus and bridge.minus; \
-                       or bridge.pwm and bridge.direction; or bridge.duty; or, of a mass, amplifier.force";
+        let choices = "the four of bridge.plus_high, plus_low, minus_high and minus_low; or bridge.plus and \
+                       bridge.minus; or bridge.pwm and bridge.direction; or bridge.duty; or, of a mass, \
+                       amplifier.force";
         match all[..] {
             [] => Err(format!("no output drives the device; connect {choices}")),
             [way] => {

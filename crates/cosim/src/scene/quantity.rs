@@ -60,9 +60,11 @@ dimensions! {
     ANGULAR_ACCELERATION = "an angular acceleration", "rad/s2", 1e-6 to 1e9,
         [si("rad/s2"), unit("deg/s2", PI / 180.0, 0)];
     TORQUE = "a torque", "N.m", 1e-12 to 1e4, [si("N.m")];
-    TORSIONAL_STIFFNESS = "a torsional stiffness", "N.m/rad", 1e-12 to 1e6, [si("N.m/rad"), unit("N.m/deg", 180.0 / PI, 0)];
+    TORSIONAL_STIFFNESS = "a torsional stiffness", "N.m/rad", 1e-12 to 1e6,
+        [si("N.m/rad"), unit("N.m/deg", 180.0 / PI, 0)];
     TORSIONAL_DAMPING = "a torsional damping", "N.m.s/rad", 1e-15 to 1e3, [si("N.m.s/rad")];
-    INERTIA = "a moment of inertia", "kg.m2", 1e-12 to 1e3, [unit("kg.m2", 1.0, 0), unit("g.m2", 1.0, -3), unit("g.cm2", 1.0, -7)];
+    INERTIA = "a moment of inertia", "kg.m2", 1e-12 to 1e3,
+        [unit("kg.m2", 1.0, 0), unit("g.m2", 1.0, -3), unit("g.cm2", 1.0, -7)];
     VOLTAGE = "a voltage", "V", 1e-6 to 1e5, [si("V")];
     CURRENT = "a current", "A", 1e-9 to 1e5, [si("A")];
     RESISTANCE = "a resistance", "Ohm", 1e-6 to 1e6, [si("Ohm"), si("ohm")];

@@ -134,8 +134,9 @@ fn agree(scene: &Scene, buildable: Buildable) -> Result<(), SceneError> {
         let model = &scene.model;
         let has_lines = model.datapath == Datapath::Words && model.encoder == EncoderModel::Quantised;
         if !has_lines || matches!(scene.hand, Hand::Capture { .. }) {
-            let reason = "faults are those of an encoder's lines and a bridge's switches, which neither a recording nor a law \
-                          without lines has; write model.datapath = \"words\" and model.encoder = \"quantised\"";
+            let reason = "faults are those of an encoder's lines and a bridge's switches, which neither a recording \
+                          nor a law without lines has; write model.datapath = \"words\" and \
+                          model.encoder = \"quantised\"";
             return Err(scene.places.error("faults", reason));
         }
         let pins = Pins { lines: true, index: false, switches: scene.modulator_clocks().is_some() };

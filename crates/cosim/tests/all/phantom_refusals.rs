@@ -53,8 +53,8 @@ fn an_unknown_key_is_refused_with_the_keys_there_are() {
     says(
         "[run]",
         "[wall]\n[run]",
-        "12:2: wall: unknown key; accepted here: about, device, drop, platform, clock, method, room, model, run, record, \
-         expect, accuracy",
+        "12:2: wall: unknown key; accepted here: about, device, drop, platform, clock, method, room, model, run, \
+         record, expect, accuracy",
     );
     says_with(
         "device",
@@ -81,8 +81,8 @@ fn an_unknown_key_is_refused_with_the_keys_there_are() {
     says_with(
         "model",
         "lag = 1",
-        "15:1: model.lag: unknown key; accepted here: solver, step, law, joints, friction, delay, latency, amplifier_lag, \
-         transmission_stiffness, transmission_damping, motor_share; did you mean law?",
+        "15:1: model.lag: unknown key; accepted here: solver, step, law, joints, friction, delay, latency, \
+         amplifier_lag, transmission_stiffness, transmission_damping, motor_share; did you mean law?",
     );
     says_with("expect", "final_angle = 1", "15:1: expect.final_angle: unknown key; accepted here: outcome, rms");
 }
@@ -178,8 +178,8 @@ fn lengths_are_those_of_an_arm_and_a_premium_1_5_has_its_own() {
 fn plain_words_are_those_of_the_premium_1_0_alone() {
     let text = GOOD.replace("kind = \"phantom\"", "kind = \"phantom\"\nmodel = \"premium_1.5\"");
     let message = parse(&format!("{text}[method]\nwords = \"plain_q22\"\n")).expect_err("refused");
-    let expected = "testbench/scenes/x.toml:16:9: method.words: \"plain_q22\" is there for the Premium 1.0 alone; write \
-                    \"fitted\" or \"narrow\"";
+    let expected = "testbench/scenes/x.toml:16:9: method.words: \"plain_q22\" is there for the Premium 1.0 alone; \
+                    write \"fitted\" or \"narrow\"";
     assert_eq!(message, expected);
 }
 
@@ -261,8 +261,8 @@ fn walls_that_the_tip_cannot_come_to_are_refused_with_the_reason() {
     says_with(
         "room",
         "distance = \"102 mm\"",
-        "11:12: room.distance: the tip cannot come to the wall at y = -0.102 m: a joint is outside of the tables of sines; \
-         write less, or more method.depth_bits",
+        "11:12: room.distance: the tip cannot come to the wall at y = -0.102 m: a joint is outside of the tables of \
+         sines; write less, or more method.depth_bits",
     );
     assert!(parse(&GOOD.replace("[room]", "[room]\ndistance = \"8 cm\"")).is_ok());
 }

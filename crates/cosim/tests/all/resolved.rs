@@ -75,7 +75,8 @@ fn the_shown_text_of_every_shipped_scene_is_the_same_scene() {
 #[test]
 fn every_value_has_the_source_that_gave_it() {
     let text = "about = \"A wall.\"\n[device]\nkind = \"motor\"\nmotor = \"vasudevan_2007\"\n\
-                [clock]\nfrequency = \"50 MHz\"\n[method]\nkind = \"hybrid\"\nsample_rate = \"1 kHz\"\n[wall]\nposition = 1\nstiffness = 1\ndamping = 0\n\
+                [clock]\nfrequency = \"50 MHz\"\n[method]\nkind = \"hybrid\"\nsample_rate = \"1 kHz\"\n\
+                [wall]\nposition = 1\nstiffness = 1\ndamping = 0\n\
                 [hand]\nkind = \"none\"\n[run]\nduration = 1\n";
     let (_, all) = show("mine.toml", text, &[("wall.stiffness", "2 N.m/rad"), ("bridge.supply", "12 V")]);
     let of = |section: &str, key: &str| {

@@ -13,7 +13,8 @@ fn edge(picoseconds: u64, a: u8, b: u8) -> PinEdge {
 /// Returns two lines in the form of sigrok's VCD output: one line per time, with all changes of that time.
 fn capture(timescale: &str, changes: &str) -> String {
     format!(
-        "$date Tue Nov 21 10:00:00 2017 $end\n$version by hand $end\n$comment\n  Acquisition with 2/8 channels at 1 MHz\n$end\n\
+        "$date Tue Nov 21 10:00:00 2017 $end\n$version by hand $end\n\
+         $comment\n  Acquisition with 2/8 channels at 1 MHz\n$end\n\
          $timescale {timescale} $end\n$scope module libsigrok $end\n$var wire 1 ! A $end\n$var wire 1 \" B $end\n\
          $upscope $end\n$enddefinitions $end\n{changes}"
     )
@@ -51,7 +52,8 @@ fn changes_at_one_time_are_one_and_no_change_is_none() {
 
 #[test]
 fn a_channel_is_found_by_its_scopes_too_and_among_wider_ones() {
-    let text = "$timescale 1 ps $end\n$scope module one $end\n$var wire 1 a A $end\n$var wire 8 v BUS $end\n$upscope $end\n\
+    let text = "$timescale 1 ps $end\n$scope module one $end\n$var wire 1 a A $end\n$var wire 8 v BUS $end\n\
+                $upscope $end\n\
                 $scope module two $end\n$var wire 1 b A $end\n$upscope $end\n$enddefinitions $end\n#2 1b\nb101 v\n";
     let edges = read_capture(text.as_bytes(), "one.A", "two.A").unwrap();
     assert_eq!(edges, [edge(0, 0, 0), edge(2, 0, 1)]);

@@ -65,7 +65,9 @@ proptest! {
     #![proptest_config(cases(256))]
 
     #[test]
-    fn wide_divisions_are_floored_and_clamped(num in word(48), den in word(32), frac in 0u32..15, narrower in 0u32..40) {
+    fn wide_divisions_are_floored_and_clamped(
+        num in word(48), den in word(32), frac in 0u32..15, narrower in 0u32..40
+    ) {
         let out_width = 48 + frac - narrower;
         let quotient = divide(&mut divider(48, 32, frac, out_width), num, den, 48 + frac);
         prop_assert!(is_quotient(quotient, num, den, frac, out_width), "{}", quotient);

@@ -372,8 +372,8 @@ fn nets_and_generics_are_in_the_order_of_the_data_sheet() {
     assert_eq!(
         wiring.nets().iter().map(|net| format!("{}{}", net.name, net.format)).collect::<Vec<_>>().join(" "),
         "a_pin(0,1,0) b_pin(0,1,0) reference(0,6,0) stiffness(0,3,2) damping(0,2,1) period(0,9,0) scale(0,3,1) \
-         a_high(0,1,0) a_low(0,1,0) b_high(0,1,0) b_low(0,1,0) position(0,6,0) error(0,1,0) delta(1,5,0) contact(0,1,0) \
-         penetration(0,6,0) torque(1,6,0) memory(1,7,0) shaped(1,6,0) command(1,5,0)"
+         a_high(0,1,0) a_low(0,1,0) b_high(0,1,0) b_low(0,1,0) position(0,6,0) error(0,1,0) delta(1,5,0) \
+         contact(0,1,0) penetration(0,6,0) torque(1,6,0) memory(1,7,0) shaped(1,6,0) command(1,5,0)"
     );
     assert_eq!(wiring.ports(), 11);
     let value = |(name, value)| match value {
@@ -382,9 +382,10 @@ fn nets_and_generics_are_in_the_order_of_the_data_sheet() {
     };
     assert_eq!(
         wiring.generics().into_iter().map(value).collect::<Vec<_>>().join(" "),
-        "POSITION_WIDTH=6 STIFFNESS_WIDTH=5 STIFFNESS_FRAC=2 DAMPING_WIDTH=3 DAMPING_FRAC=1 PERIOD_WIDTH=9 SCALE_WIDTH=4 \
-         SCALE_FRAC=1 PWM_WIDTH=5 ANTIPHASE=false LATCHED=true FLOATING=false DEAD_TIME=0 SHAPER_ENABLED=true SHAPER_PHASE=5 \
-         SHAPER_B0=536870912 SHAPER_B1=-536870912 SHAPER_B2=0 SHAPER_A1=-268435456 SHAPER_A2=0 OWN=7"
+        "POSITION_WIDTH=6 STIFFNESS_WIDTH=5 STIFFNESS_FRAC=2 DAMPING_WIDTH=3 DAMPING_FRAC=1 PERIOD_WIDTH=9 \
+         SCALE_WIDTH=4 SCALE_FRAC=1 PWM_WIDTH=5 ANTIPHASE=false LATCHED=true FLOATING=false DEAD_TIME=0 \
+         SHAPER_ENABLED=true SHAPER_PHASE=5 SHAPER_B0=536870912 SHAPER_B1=-536870912 SHAPER_B2=0 SHAPER_A1=-268435456 \
+         SHAPER_A2=0 OWN=7"
     );
 }
 

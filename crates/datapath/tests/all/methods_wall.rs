@@ -190,7 +190,11 @@ proptest! {
 
     #[test]
     fn every_estimator_damps_as_the_equations_say(
-        history in motion(), spring_held in any::<bool>(), ratio in 1u32..4, relief in 0u32..20, velocity_frac in 0u32..4
+        history in motion(),
+        spring_held in any::<bool>(),
+        ratio in 1u32..4,
+        relief in 0u32..20,
+        velocity_frac in 0u32..4,
     ) {
         for estimator in Estimator::ALL {
             let config = SampledWallConfig { spring_held, estimator, ratio, relief, velocity_frac, ..small() };

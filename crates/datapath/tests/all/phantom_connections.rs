@@ -60,8 +60,8 @@ fn the_parallel_loop_is_connected_as_its_data_sheet_says() {
         "forward: phantom_forward(sine1 cosine1 sine2 cosine2 sine3 cosine3 x y z radius)",
         "room_walls: cube_room(x y z x_low x_high y_low y_high z_low z_high room stiffness force_x force_y force_z \
          contact)",
-        "jacobian: phantom_torque(sine1 cosine1 sine2 cosine2 sine3 cosine3 x z force_x force_y force_z torque1 torque2 \
-         torque3)",
+        "jacobian: phantom_torque(sine1 cosine1 sine2 cosine2 sine3 cosine3 x z force_x force_y force_z torque1 \
+         torque2 torque3)",
         "scale1: command_scaler(torque=torque1 valid1 valid2 valid3 command=scaled1)",
         "scale2: command_scaler(torque=torque2 valid1 valid2 valid3 command=scaled2)",
         "scale3: command_scaler(torque=torque3 valid1 valid2 valid3 command=scaled3)",
@@ -74,11 +74,10 @@ fn the_parallel_loop_is_connected_as_its_data_sheet_says() {
 
 #[test]
 fn the_shared_loop_is_connected_as_its_data_sheet_says() {
-    let engine = [
-        "engine: phantom_engine(sine1 cosine1 sine2 cosine2 sine3 cosine3 valid1 valid2 valid3 x_low x_high y_low y_high \
-         z_low z_high room stiffness period x y z radius force_x force_y force_z contact torque1 torque2 torque3 command1 \
-         command2 command3)",
-    ];
+    let engine =
+        ["engine: phantom_engine(sine1 cosine1 sine2 cosine2 sine3 cosine3 valid1 valid2 valid3 x_low x_high y_low \
+         y_high z_low z_high room stiffness period x y z radius force_x force_y force_z contact torque1 torque2 \
+         torque3 command1 command2 command3)"];
     let expected = [&ENCODERS[..], &SINES, &engine].concat();
     assert_eq!(connections(&PhantomSharedLoop::default()), expected);
     assert_eq!(connections(&PhantomSharedLoop::new(uneven().shared()).unwrap()), expected);
@@ -100,9 +99,9 @@ fn the_nets_are_inputs_outputs_and_architecture_signals_in_the_order_of_the_data
     let pins = "a_pin1 b_pin1 a_pin2 b_pin2 a_pin3 b_pin3";
     let lines = "a1 b1 a2 b2 a3 b3 step1 error1 step2 error2 step3 error3";
     let shared = format!(
-        "{pins} x_low x_high y_low y_high z_low z_high room stiffness period command1 command2 command3 {lines} position1 \
-         position2 position3 count1 count2 count3 sine1 cosine1 valid1 sine2 cosine2 valid2 sine3 cosine3 valid3 x y z \
-         radius force_x force_y force_z contact torque1 torque2 torque3"
+        "{pins} x_low x_high y_low y_high z_low z_high room stiffness period command1 command2 command3 {lines} \
+         position1 position2 position3 count1 count2 count3 sine1 cosine1 valid1 sine2 cosine2 valid2 sine3 cosine3 \
+         valid3 x y z radius force_x force_y force_z contact torque1 torque2 torque3"
     );
     assert_eq!(names(&PhantomSharedLoop::default()), shared);
     assert_eq!(names(&PhantomLoop::default()), format!("{shared} scaled1 scaled2 scaled3"));

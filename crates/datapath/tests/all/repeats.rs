@@ -87,8 +87,10 @@ proptest! {
             let config = LoopConfig { pwm, ..LoopConfig::default() };
             obeys(HybridLoop::new(config).unwrap(), period, &motion);
             obeys(ConventionalLoop::new(config).unwrap(), period, &motion);
-            obeys(around(EnergyBounding::new(BoundingConfig { widths: narrow(), ..Default::default() }).unwrap(), antiphase), period, &motion);
-            obeys(around(VirtualCoupling::new(CouplingConfig { widths: narrow(), ..Default::default() }).unwrap(), antiphase), period, &motion);
+            let bounding = BoundingConfig { widths: narrow(), ..Default::default() };
+            obeys(around(EnergyBounding::new(bounding).unwrap(), antiphase), period, &motion);
+            let coupling = CouplingConfig { widths: narrow(), ..Default::default() };
+            obeys(around(VirtualCoupling::new(coupling).unwrap(), antiphase), period, &motion);
         }
     }
 }

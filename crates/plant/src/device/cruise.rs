@@ -309,7 +309,9 @@ impl<'a> Device<'a> {
         /// set to begin a pulse, and will repeat it as `pulses` says until the edge `last`. Returns the edge at which
         /// the cruise ends: before it no mode ends, and the angle stays in `[low_rad, high_rad)`. Until then the device
         /// ignores gates, unless they differ from those foreseen.
-        pub fn cruise[cruise_fused, cruise_native, cruise_with](self: &mut Self, edge: u64, last: u64, band_rad: (f64, f64), pulses: &Pulses) -> Option<u64>
+        pub fn cruise[cruise_fused, cruise_native, cruise_with](
+            self: &mut Self, edge: u64, last: u64, band_rad: (f64, f64), pulses: &Pulses
+        ) -> Option<u64>
     }
 
     #[inline(always)]

@@ -408,7 +408,9 @@ impl<'a> Device<'a> {
     }
 
     versions! {
-        fn guide[guide_fused, guide_native, guide_with](self: &mut Self, edge: u64, angle_rad: f64, speed_rad_per_s: f64)
+        fn guide[guide_fused, guide_native, guide_with](
+            self: &mut Self, edge: u64, angle_rad: f64, speed_rad_per_s: f64
+        )
     }
 
     #[inline(always)]
@@ -501,7 +503,9 @@ impl<'a> Device<'a> {
 
     versions! {
         /// Searches for the [`next_event`](Self::next_event).
-        fn look_for[look_for_fused, look_for_native, look_for_with](self: &mut Self, from: u64, to: u64, band_rad: (f64, f64)) -> Option<Event>
+        fn look_for[look_for_fused, look_for_native, look_for_with](
+            self: &mut Self, from: u64, to: u64, band_rad: (f64, f64)
+        ) -> Option<Event>
     }
 
     #[inline(always)]

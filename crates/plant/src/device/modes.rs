@@ -63,7 +63,9 @@ impl<'a> Device<'a> {
         /// and the rounded state lie at `edge`. Finds the first instant, changes the mode there, then looks in the same
         /// way at the rest of the edge in the new mode. Anchors at `edge`.
         #[cold]
-        pub(crate) fn change[change_fused, change_native, change_with](self: &mut Self, edge: u64, sides: [Side; 2], at_edge: &State)
+        pub(crate) fn change[change_fused, change_native, change_with](
+            self: &mut Self, edge: u64, sides: [Side; 2], at_edge: &State
+        )
     }
 
     #[inline(always)]

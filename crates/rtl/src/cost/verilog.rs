@@ -200,7 +200,8 @@ mod tests {
 
     const CASES: &str = "  always @*\n    case (s)\n      2'b10: n1 <= n5;\n      2'b01: n1 <= a;\n    endcase\n  \
                          always @*\n    case (s)\n      1'b1: n2 <= 2'b00;\n    endcase\n";
-    const SELECTED: &str = "  with s select n1 <=\n    n5 when \"10\",\n    wrap_a when \"01\",\n    wrap_b when others;\n  \
+    const SELECTED: &str = "  with s select n1 <=\n    n5 when \"10\",\n    \
+                            wrap_a when \"01\",\n    wrap_b when others;\n  \
                             with s select n2 <=\n    \"00\" when \"1\",\n    \"01\" when others;\n";
 
     #[test]

@@ -289,8 +289,8 @@ impl Entity {
         if block.clocked() && !has_clock && self.latency >= 0 {
             let (block, top) = (&self.block, &self.top);
             return refused(format!(
-                "{block} has registers, and no port of `{top}` is a clock: name it (--clock), or say by how many clocks its \
-                 answers come earlier (--latency -1)"
+                "{block} has registers, and no port of `{top}` is a clock: name it (--clock), or say by how many \
+                 clocks its answers come earlier (--latency -1)"
             ));
         }
         if has_clock && !block.clocked() && self.latency < 1 {

@@ -151,8 +151,8 @@ impl Entity {
         });
         let theirs = named(theirs);
         format!(
-            "  registers of {} that --state names none for: {ours}; of `{}`, that it does not name: {theirs}; --invariant \
-             says what holds of them",
+            "  registers of {} that --state names none for: {ours}; of `{}`, that it does not name: {theirs}; \
+             --invariant says what holds of them",
             self.block, self.top
         )
     }

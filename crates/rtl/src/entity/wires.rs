@@ -110,7 +110,8 @@ impl Entity {
                 Some(_) => format!("{own_name} has no {way} `{wanted}`; it has {names}"),
                 None if *is_input => {
                     format!(
-                        "{way} `{name}` of `{top}` is connected to nothing; write --port {name}=..., a number or one of {names}"
+                        "{way} `{name}` of `{top}` is connected to nothing; write --port {name}=..., \
+                         a number or one of {names}"
                     )
                 }
                 None => format!(

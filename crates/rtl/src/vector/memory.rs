@@ -71,7 +71,8 @@ impl Memory {
     pub fn to_mif_intel(&self) -> String {
         let [what, slices] = &self.about;
         let mut text = format!(
-            "-- {what}\n-- {slices}\nDEPTH = {};\nWIDTH = {};\nADDRESS_RADIX = HEX;\nDATA_RADIX = HEX;\nCONTENT\nBEGIN\n",
+            "-- {what}\n-- {slices}\nDEPTH = {};\nWIDTH = {};\n\
+             ADDRESS_RADIX = HEX;\nDATA_RADIX = HEX;\nCONTENT\nBEGIN\n",
             self.words.len(),
             self.width
         );

@@ -92,9 +92,9 @@ fn other_vhdl_is_never_answered_from_the_cache_of_this() {
         .replace("architecture rtl of position_counter is", "architecture rtl of position_counter_now is");
     fs::write(desk.hdl().join("position_counter_now.vhd"), late).expect("VHDL");
     let ports = &text[..text.find("architecture").expect("an architecture")];
-    let around = "architecture rtl of position_counter is\n  signal now : std_logic_vector(WIDTH - 1 downto 0);\nbegin\n  \
-                  inner : entity work.position_counter_now generic map (WIDTH) port map (clk, rst, step, now);\n  \
-                  position <= now when rising_edge(clk);\nend architecture;\n";
+    let around = "architecture rtl of position_counter is\n  signal now : std_logic_vector(WIDTH - 1 downto 0);\n\
+                  begin\n  inner : entity work.position_counter_now generic map (WIDTH) \
+                  port map (clk, rst, step, now);\n  position <= now when rising_edge(clk);\nend architecture;\n";
     fs::write(desk.hdl().join(&file), format!("{ports}{around}")).expect("VHDL");
     assert_eq!((cache.counts(&counter(6), desk.hdl()).expect("counts").ff, cache.measured()), (12, 2));
     // The first VHDL again: its cost is still in the cache.

@@ -39,7 +39,8 @@ fn a_memory_of_a_counter_is_as_by_hand_in_every_dialect() {
     assert_eq!(
         memory.to_coe(),
         format!(
-            "; {ABOUT}\n; {slices}\nmemory_initialization_radix=16;\nmemory_initialization_vector=\n4000,\n3fff,\n1000;\n"
+            "; {ABOUT}\n; {slices}\nmemory_initialization_radix=16;\nmemory_initialization_vector=\n\
+             4000,\n3fff,\n1000;\n"
         )
     );
     let intel = "DEPTH = 3;\nWIDTH = 15;\nADDRESS_RADIX = HEX;\nDATA_RADIX = HEX;\nCONTENT\nBEGIN\n\
@@ -144,7 +145,8 @@ fn json_is_read_back_as_it_was_written_for_every_configuration() {
 fn json_of_a_counter_is_as_by_hand_but_for_its_digest() {
     let json = counter().to_json(&directed());
     let (said, digest) = json.split_once("\"sha256\": ").expect("a digest");
-    let expected = "{\n\"block\": \"position_counter\",\n\"clocked\": true,\n\"generics\": {\"WIDTH\":12},\n\"columns\": [\n\
+    let expected = "{\n\"block\": \"position_counter\",\n\"clocked\": true,\n\
+                    \"generics\": {\"WIDTH\":12},\n\"columns\": [\n\
         {\"direction\":\"in\",\"format\":[0,1,0],\"name\":\"rst\",\"unit\":\"1\"},\n\
         {\"direction\":\"in\",\"format\":[1,1,0],\"name\":\"step\",\"unit\":\"count\"},\n\
         {\"direction\":\"out\",\"format\":[0,12,0],\"name\":\"position\",\"unit\":\"count\"}\n],\n\

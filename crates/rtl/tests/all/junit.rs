@@ -45,7 +45,8 @@ fn a_report_is_a_suite_with_a_case_a_configuration_and_special_characters_as_ent
 <testsuites>
 <testsuite name=\"hpu check\" tests=\"3\" failures=\"2\" errors=\"0\" time=\"0.750\">
 <testcase classname=\"pwm\" name=\"default\" time=\"0.250\"/>
-<testcase classname=\"pwm\" name=\"8_bit\" time=\"0.250\"><failure message=\"first at 7: a_high expected 1 (1), got U\">  \
+<testcase classname=\"pwm\" name=\"8_bit\" time=\"0.250\">\
+<failure message=\"first at 7: a_high expected 1 (1), got U\">  \
 first at 7: a_high expected 1 (1), got U
     row  a_high  a_high(&lt;vhdl&gt;)
     7    1       &quot;&lt;&amp;&gt;&apos;

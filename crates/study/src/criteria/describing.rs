@@ -63,13 +63,15 @@ pub(super) fn criterion(scene: &Scene) -> Result<Criterion, Silent> {
         speaks: true,
         assumptions: vec![
             Assumption::new(
-                "a wall that pulls as well as pushes, on a position in whole counts (words only push, the linear law has no counts)",
+                "a wall that pulls as well as pushes, on a position in whole counts (words only push, \
+                 the linear law has no counts)",
                 false,
                 || law(scene).to_string(),
             ),
             frictionless(scene),
             Assumption::new(
-                "no steady effort, so that the swing is about the middle of a count: about an edge it begins at any stiffness",
+                "no steady effort, so that the swing is about the middle of a count: \
+                 about an edge it begins at any stiffness",
                 matches!(scene.hand, Hand::None),
                 || "a hand".to_string(),
             ),

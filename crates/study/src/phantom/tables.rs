@@ -109,7 +109,8 @@ impl Tables {
     /// Returns everything as text of at most 120 columns.
     pub fn text(&self) -> String {
         let mut text = format!(
-            "tables     of sines, {} bits of count by {} here (*); worst errors exhausted over the counts of joints 1 and 2\n\
+            "tables     of sines, {} bits of count by {} here (*); worst errors exhausted over the counts of \
+             joints 1 and 2\n\
              {:>10} {:>9} {:>9} {:>10} {:>12} {:>16}\n",
             self.depth_width,
             self.format,
@@ -141,14 +142,14 @@ impl Tables {
         let published = self.depths.iter().find(|depth| depth.width == 13);
         let published = published.map_or(String::new(), |Depth { held_percent: [all, reached], .. }| {
             format!(
-                "           The paper tells of about 90 % at 13 bits: {all:.1} % of the box, {reached:.1} % of what the links \
-                 reach of it. In the\n           rest a joint turns beyond the angles above.\n"
+                "           The paper tells of about 90 % at 13 bits: {all:.1} % of the box, {reached:.1} % of what \
+                 the links reach of it. In the\n           rest a joint turns beyond the angles above.\n"
             )
         });
         format!(
-            "           of a box of {deep} x {high} x {wide} mm, in {cells} cells (counted): {beyond:.1} % are beyond the \
-             links; at {bits} bits the tables\n           of joint 1 miss {first:.1} %, of joint 2 {second:.1} %, of \
-             joint 3 {third:.1} %.\n{published}"
+            "           of a box of {deep} x {high} x {wide} mm, in {cells} cells (counted): {beyond:.1} % are beyond \
+             the links; at {bits} bits the tables\n           of joint 1 miss {first:.1} %, of joint 2 {second:.1} %, \
+             of joint 3 {third:.1} %.\n{published}"
         )
     }
 
@@ -171,7 +172,8 @@ impl Tables {
                 1e6 * sine.worst_rad
             );
         }
-        text + "           block RAM: of one joint, computed from the words; 0 where logic follows the ROM, which then is logic too\n"
+        text + "           block RAM: of one joint, computed from the words; 0 where logic follows the ROM, \
+                which then is logic too\n"
     }
 
     /// Returns everything for `hpu widths`.

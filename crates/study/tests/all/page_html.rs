@@ -24,7 +24,8 @@ fn html_has_the_texts_the_keys_and_the_values() {
     let mut inner = Page::default();
     inner.fact("met", "expected", true, "\"met\"");
     page.section("expected", inner);
-    let expected = r#"<dl class="facts">
+    let expected = concat!(
+        r#"<dl class="facts">
 <dt>scene</dt><dd data-key="scene.name" data-value="&quot;wall&quot;">the wall</dd>
 <dt></dt><dd>again</dd>
 </dl>
@@ -32,15 +33,18 @@ fn html_has_the_texts_the_keys_and_the_values() {
 <div class="wide"><table data-table="runs">
 <thead><tr><th scope="col">name</th><th scope="col" class="number">rms um</th></tr></thead>
 <tbody>
-<tr><td data-key="name" data-value="&quot;a&lt;b&quot;">a&lt;b</td><td class="number good" data-key="rms_m" data-value="2.5">2500000.0</td></tr>
-<tr><td data-key="name" data-value="&quot;c &amp; d&quot;">c &amp; d</td><td class="number bad" data-key="rms_m" data-value="null">-</td></tr>
+<tr><td data-key="name" data-value="&quot;a&lt;b&quot;">a&lt;b</td>"#,
+        r#"<td class="number good" data-key="rms_m" data-value="2.5">2500000.0</td></tr>
+<tr><td data-key="name" data-value="&quot;c &amp; d&quot;">c &amp; d</td>"#,
+        r#"<td class="number bad" data-key="rms_m" data-value="null">-</td></tr>
 </tbody></table></div>
 <div data-section="expected">
 <dl class="facts">
 <dt>expected</dt><dd data-key="met" data-value="true">&quot;met&quot;</dd>
 </dl>
 </div>
-"#;
+"#
+    );
     assert_eq!(page.html(), expected);
     assert!(page.take_table("runs").is_some() && page.take_table("runs").is_none());
     assert!(!page.html().contains("<table"));

@@ -31,8 +31,8 @@ fn rate(rows: &[CostRow]) -> Sum {
             paper: "all necessary position calculations, collision detection, along with force and torque calculations \
                     were handled on-board the FPGA with loop rates of up to 400 kHz",
             place: "Sec. 2.3",
-            means: "each phantom_shared_loop that fits the HX8K computes a sample in 33 clocks of its own at 400 kHz or \
-                    more",
+            means: "each phantom_shared_loop that fits the HX8K computes a sample in 33 clocks of its own at 400 kHz \
+                    or more",
         },
         finding: Finding::of_cases(&cases),
         found,

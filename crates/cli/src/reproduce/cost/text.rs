@@ -15,11 +15,12 @@ pub fn text(versions: &[String], rows: &[CostRow]) -> String {
     let mut text = format!(
         "{DEVICE}: what its blocks and loops cost\n$ hpu reproduce {COST}\n{}\n\n\
          Counts are of each block alone, for the iCE40 HX8K ({HX8K_CELLS} logic cells, {HX8K_BRAM} block RAMs of 4096 \
-         bits, no multiplier)\nor, where that is too small, for the ECP5. MHz is the fastest clock, ns the longest path of \
-         a combinational block; neither of what does not fit.\nLoops: the tables hold counts of `depth` bits; the proved \
-         error of the tip in um over these tables, and over tables of 13 bits, the published ones, as is that of torques\n\
-         in % of the joint's full scale, for the forces as words; `length` is how far the words of 140 mm are off, which \
-         is no part of the errors.\n\n",
+         bits, no multiplier)\nor, where that is too small, for the ECP5. MHz is the fastest clock, ns the longest \
+         path of a combinational block; neither of what does not fit.\nLoops: the tables hold counts of `depth` bits; \
+         the proved error of the tip in um over these tables, and over tables of 13 bits, \
+         the published ones, as is that of torques\n\
+         in % of the joint's full scale, for the forces as words; `length` is how far the words of 140 mm are off, \
+         which is no part of the errors.\n\n",
         versions.join(", ")
     );
     text += &format!(
@@ -76,7 +77,8 @@ fn table_row(row: &CostRow) -> String {
 /// Returns the text about the tables that fit into an HX8K.
 fn tables() -> String {
     let mut text = format!(
-        "\nTables of sine and cosine for three joints that the {HX8K_BRAM} block RAMs of an HX8K have bits for, {} of them:\n",
+        "\nTables of sine and cosine for three joints that the {HX8K_BRAM} block RAMs of an HX8K have bits for, \
+         {} of them:\n",
         HX8K_BRAM * 4096
     );
     let default = Config::default();

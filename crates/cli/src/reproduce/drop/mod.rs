@@ -39,10 +39,16 @@ pub struct Args {
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = stiffness)]
     stiffness: Vec<f64>,
     /// Seeds at which a cell near a boundary is run, from run.seed on; the other cells are run at the first alone
-    #[arg(long, value_name = "N", default_value_t = study::SEEDS, value_parser = clap::value_parser!(u64).range(1..=1000))]
+    #[arg(
+        long, value_name = "N", default_value_t = study::SEEDS,
+        value_parser = clap::value_parser!(u64).range(1..=1000)
+    )]
     seeds: u64,
     /// Trials of each cell at a seed
-    #[arg(long, value_name = "N", default_value_t = study::TRIALS, value_parser = clap::value_parser!(u64).range(1..=1000))]
+    #[arg(
+        long, value_name = "N", default_value_t = study::TRIALS,
+        value_parser = clap::value_parser!(u64).range(1..=1000)
+    )]
     trials: u64,
     /// Show the trials that a sweep has gathered in this folder
     #[arg(long, value_name = "DIR", conflicts_with_all = ["set", "axes", "platforms", "stiffness", "seeds", "trials"])]

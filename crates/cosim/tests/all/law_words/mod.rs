@@ -28,7 +28,8 @@ fn root_off(radicand: f64, off: f64) -> f64 {
 #[test]
 fn a_sampled_wall_is_within_the_floors_of_drag_and_relief() {
     let push = Push {
-        method: "kind = \"sampled_wall\"\nvelocity_every = 5\ndamping_format = \"(0,8,4)\"\nnegative_damping = \"0.02 mN.m.s/rad\"",
+        method: "kind = \"sampled_wall\"\nvelocity_every = 5\ndamping_format = \"(0,8,4)\"\n\
+                 negative_damping = \"0.02 mN.m.s/rad\"",
         wall: "stiffness = \"0.8 N.m/rad\"\ndamping = \"0.1 mN.m.s/rad\"",
         rate_hz: 5_000,
         samples: 5_000,

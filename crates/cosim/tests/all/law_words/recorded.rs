@@ -108,8 +108,10 @@ impl Push {
                 .expect("a string grows");
         }
         format!(
-            "about = \"A motor pushed about\"\n[device]\nkind = \"motor\"\nmotor = \"vasudevan_2007\"\n[clock]\nfrequency = \"5 MHz\"\n\
-             [hand]\nkind = \"spring_damper\"\nstiffness = \"0.3 N.m/rad\"\ndamping = \"0.1 mN.m.s/rad\"\npath = [{path}]\n\
+            "about = \"A motor pushed about\"\n[device]\nkind = \"motor\"\nmotor = \"vasudevan_2007\"\n\
+             [clock]\nfrequency = \"5 MHz\"\n\
+             [hand]\nkind = \"spring_damper\"\nstiffness = \"0.3 N.m/rad\"\ndamping = \"0.1 mN.m.s/rad\"\n\
+             path = [{path}]\n\
              [wall]\nposition = \"0.1 rad\"\n{wall}\n[run]\nduration = \"{duration_s} s\"\n\
              [method]\nsample_rate = \"{rate_hz} Hz\"\n{method}\n"
         )
@@ -190,7 +192,8 @@ impl Tally {
     pub fn done(&self, name: &str) {
         let Self { held, touching, worst, widest, sum } = self;
         println!(
-            "{name}: {held} samples, {touching} in contact, off by {worst:.3} PWM counts, bounds to {widest:.3}, mean {:.3}",
+            "{name}: {held} samples, {touching} in contact, off by {worst:.3} PWM counts, bounds to {widest:.3}, \
+             mean {:.3}",
             sum / *held as f64
         );
         assert!(*held >= 100_000 && *touching >= held / 5, "{held} samples, {touching} in contact");

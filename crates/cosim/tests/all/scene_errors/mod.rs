@@ -36,10 +36,12 @@ fn files(name: &str) -> io::Result<Vec<u8>> {
         "cut.csv" => "time_s,angle_rad\n0,0\n1,1.2",
         "backwards.csv" => "time_s,angle_rad\n0,0\n1,2\n0.5,2\n",
         "good.vcd" => {
-            "$timescale 1 us $end\n$var wire 1 ! D0 $end\n$var wire 1 \" D1 $end\n$enddefinitions $end\n#0 0! 0\"\n#5 1!\n"
+            "$timescale 1 us $end\n$var wire 1 ! D0 $end\n$var wire 1 \" D1 $end\n$enddefinitions $end\n#0 0! 0\"\n\
+             #5 1!\n"
         }
         "backwards.vcd" => {
-            "$timescale 1 us $end\n$var wire 1 ! D0 $end\n$var wire 1 \" D1 $end\n$enddefinitions $end\n#9 0! 0\"\n#5 1!\n"
+            "$timescale 1 us $end\n$var wire 1 ! D0 $end\n$var wire 1 \" D1 $end\n$enddefinitions $end\n#9 0! 0\"\n\
+             #5 1!\n"
         }
         _ => return Err(io::ErrorKind::NotFound.into()),
     };
@@ -93,7 +95,8 @@ fn an_unknown_key_is_refused_with_the_keys_there_are() {
     );
     says(
         refused("[wall]", "[wal]"),
-        "9:2: wal: unknown key; accepted here: about, device, encoder, bridge, amplifier, clock, method, wall, hand, faults, model, run, record, expect, accuracy; did you mean wall?",
+        "9:2: wal: unknown key; accepted here: about, device, encoder, bridge, amplifier, clock, method, wall, hand, \
+         faults, model, run, record, expect, accuracy; did you mean wall?",
     );
     says(
         refused("[wall]", "pwm = { bits = 12, duti = 3 }\n[wall]"),
@@ -114,7 +117,8 @@ fn an_unknown_metric_is_refused_with_the_metrics_there_are() {
     says(
         parse(&format!("{GOOD}[expect]\npeek_angle = {{ value = 1, tolerance = 1 }}\n"), &[]).unwrap_err(),
         "17:1: expect.peek_angle: unknown key; accepted here: outcome, final_angle, peak_angle, peak_penetration, \
-         amplitude, frequency, peak_torque, spring_overflow_share, encoder_edges, contact_share; did you mean peak_angle?",
+         amplitude, frequency, peak_torque, spring_overflow_share, encoder_edges, contact_share; \
+         did you mean peak_angle?",
     );
 }
 
@@ -135,7 +139,8 @@ fn an_expected_number_needs_a_tolerance_in_its_own_unit() {
 fn a_missing_key_is_told_at_its_section() {
     says(
         refused("stiffness = \"1.5 N.m/rad\"\n", ""),
-        "9:1: wall.stiffness: missing; write a torsional stiffness as N.m/rad, mN.m/rad, N.m/deg or a number in N.m/rad",
+        "9:1: wall.stiffness: missing; write a torsional stiffness as N.m/rad, mN.m/rad, \
+         N.m/deg or a number in N.m/rad",
     );
     says(
         refused("[run]\nduration = \"1 s\"\n", ""),
@@ -148,7 +153,8 @@ fn a_missing_key_is_told_at_its_section() {
 fn a_wrong_unit_is_refused_with_the_units_there_are() {
     says(
         refused("1.5 N.m/rad", "25 mm"),
-        "11:13: wall.stiffness: `25 mm` is not a torsional stiffness: write N.m/rad, mN.m/rad, N.m/deg or a number in N.m/rad",
+        "11:13: wall.stiffness: `25 mm` is not a torsional stiffness: write N.m/rad, mN.m/rad, \
+         N.m/deg or a number in N.m/rad",
     );
     says(
         refused("\"1.5 rad\"", "true"),
@@ -244,14 +250,16 @@ fn a_gain_that_does_not_fit_is_refused_with_the_greatest_that_does() {
     // 4095 PWM counts per count at 0.0421760599 N.m/rad each.
     says(
         refused("1.5 N.m/rad", "200 N.m/rad"),
-        "11:13: wall.stiffness: 200 N.m/rad does not fit (0,12,0); write at most 172.7109 N.m/rad, or more integer bits",
+        "11:13: wall.stiffness: 200 N.m/rad does not fit (0,12,0); write at most 172.7109 N.m/rad, \
+         or more integer bits",
     );
 }
 
 #[test]
 fn a_gain_that_rounds_to_nothing_is_refused() {
     let message = refused("1.5 N.m/rad", "0.02 N.m/rad");
-    let start = "testbench/scenes/x.toml:11:13: wall.stiffness: 0.02 N.m/rad rounds to zero in (0,12,0); write 0, at least 0.04217606";
+    let start = "testbench/scenes/x.toml:11:13: wall.stiffness: 0.02 N.m/rad rounds to zero in (0,12,0); \
+                 write 0, at least 0.04217606";
     assert!(message.starts_with(start), "{message}");
     assert!(message.ends_with("or more fraction bits"), "{message}");
 }
@@ -398,8 +406,8 @@ fn a_bad_override_is_told_as_the_override_it_is() {
     let set = |key, value| parse(GOOD, &[(key, value)]).unwrap_err();
     assert_eq!(
         set("wall.stifness", "2"),
-        "--set wall.stifness=2: wall.stifness: unknown key; accepted here: position, stiffness, damping, ramp; did you mean \
-         stiffness?"
+        "--set wall.stifness=2: wall.stifness: unknown key; accepted here: position, stiffness, damping, ramp; did you \
+         mean stiffness?"
     );
     assert!(set("wal.stiffness", "2").starts_with("--set wal.stiffness=2: wal: unknown key; accepted here: about,"));
     assert_eq!(
@@ -409,7 +417,8 @@ fn a_bad_override_is_told_as_the_override_it_is() {
     );
     assert_eq!(
         set("hand", "{ kind = \"constant_torque\" }"),
-        "--set hand={ kind = \"constant_torque\" }: hand.torque: missing; write a torque as N.m, mN.m or a number in N.m"
+        "--set hand={ kind = \"constant_torque\" }: hand.torque: missing; write a torque as N.m, \
+         mN.m or a number in N.m"
     );
     assert_eq!(set("about.x", "1"), "--set about.x=1: about.x: about is a value, not a section");
     assert_eq!(set("", "1"), "--set =1: not a key; write section.key, as in wall.stiffness");
@@ -418,7 +427,11 @@ fn a_bad_override_is_told_as_the_override_it_is() {
 proptest! {
     #[test]
     fn no_scene_panics_and_every_refusal_has_a_place(
-        at in 0usize..GOOD.len(), cut in 0usize..30, with in "[ -~\\nµ]{0,24}", key in "[ -~]{0,12}", value in "[ -~]{0,20}"
+        at in 0usize..GOOD.len(),
+        cut in 0usize..30,
+        with in "[ -~\\nµ]{0,24}",
+        key in "[ -~]{0,12}",
+        value in "[ -~]{0,20}",
     ) {
         let spoiled = format!("{}{with}{}", &GOOD[..at], &GOOD[(at + cut).min(GOOD.len())..]);
         if let Err(message) = parse(&spoiled, &[]) {
@@ -426,7 +439,8 @@ proptest! {
             prop_assert!(place.starts_with(|c: char| c.is_ascii_digit()), "{message}");
         }
         if let Err(message) = parse(GOOD, &[(&key, &value)]) {
-            prop_assert!(message.starts_with(&format!("--set {key}={value}: ")) || message.contains("x.toml:"), "{message}");
+            let of_set = message.starts_with(&format!("--set {key}={value}: "));
+            prop_assert!(of_set || message.contains("x.toml:"), "{message}");
         }
     }
 }

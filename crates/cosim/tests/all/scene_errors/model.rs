@@ -97,7 +97,8 @@ fn a_fixed_step_solver_without_a_step_and_a_step_without_one_are_refused() {
 fn one_step_a_sample_sees_no_switching() {
     refused(
         "solver = \"sample\"",
-        "17:10: model.solver: \"sample\" meets the bridge once a sample and sees no switching; write bridge = \"averaged\"",
+        "17:10: model.solver: \"sample\" meets the bridge once a sample and sees no switching; \
+         write bridge = \"averaged\"",
     );
     assert!(mass("solver = \"sample\"").is_ok());
 }
@@ -122,14 +123,16 @@ fn a_winding_without_inductance_asks_for_an_averaged_bridge_and_has_no_current_o
 fn smoothed_friction_needs_its_speed_and_no_other_has_one() {
     refused(
         "friction = \"smoothed\"",
-        "16:1: model.friction_speed: missing; write an angular speed as rad/s, mrad/s, deg/s, rpm, rev/s or a number in rad/s",
+        "16:1: model.friction_speed: missing; write an angular speed as rad/s, mrad/s, deg/s, rpm, \
+         rev/s or a number in rad/s",
     );
     for model in ["friction_speed = 1", "friction = \"none\"\nfriction_speed = 1"] {
         let line = 16 + model.lines().count();
         refused(
             model,
             &format!(
-                "{line}:18: model.friction_speed: only smoothed friction has it; write friction = \"smoothed\" beside it"
+                "{line}:18: model.friction_speed: only smoothed friction has it; \
+                 write friction = \"smoothed\" beside it"
             ),
         );
     }
@@ -143,14 +146,15 @@ fn smoothed_friction_needs_its_speed_and_no_other_has_one() {
 fn an_ideal_encoder_needs_the_law_in_steps() {
     refused(
         "encoder = \"ideal\"",
-        "17:11: model.encoder: \"ideal\" is a position in floats, which only the law in floats reads; write datapath = \"law\"",
+        "17:11: model.encoder: \"ideal\" is a position in floats, which only the law in floats reads; \
+         write datapath = \"law\"",
     );
     for solver in ["events", "clock"] {
         says(
             mass(&format!("encoder = \"ideal\"\ndatapath = \"law\"\nsolver = \"{solver}\"")).unwrap_err(),
             &format!(
-                "23:11: model.encoder: \"ideal\" is read once a step, and \"{solver}\" has none; write solver = \"sample\", \
-                 \"euler\", \"semi_implicit\", \"midpoint\" or \"rk4\""
+                "23:11: model.encoder: \"ideal\" is read once a step, and \"{solver}\" has none; write \
+                 solver = \"sample\", \"euler\", \"semi_implicit\", \"midpoint\" or \"rk4\""
             ),
         );
     }

@@ -4,7 +4,8 @@ use super::{GOOD, parse, refused, says};
 
 /// Returns the good scene with a mass in words.
 fn on_rail() -> String {
-    let mass = "kind = \"mass\"\nmass = \"75 g\"\ndamping = 0.005\n[encoder]\nresolution = \"29.1 um\"\n[amplifier]\nfull_scale = \"10 N\"";
+    let mass = "kind = \"mass\"\nmass = \"75 g\"\ndamping = 0.005\n[encoder]\nresolution = \"29.1 um\"\n[amplifier]\n\
+                full_scale = \"10 N\"";
     GOOD.replace("kind = \"motor\"", mass).replace("1.5 rad", "2 cm").replace("1.5 N.m/rad", "1 N/mm")
 }
 

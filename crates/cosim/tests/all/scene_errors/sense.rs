@@ -73,14 +73,14 @@ fn a_speed_that_no_decoder_follows_by_far_is_refused() {
     parse(&super::GOOD.replace("kind = \"none\"", fine), &[]).expect("13 counts an edge");
     says(
         refused_hand("kind = \"prescribed\"\npath = [[0, 0], [\"1 us\", 0], [\"1.001 us\", 10]]"),
-        "14:30: hand.path[2]: between 1e-6 s and 1.001e-6 s 500000000 rad/s passes 6518.986 encoder counts in one clock \
-         edge; accepted: 1000 counts, which is 76699030 rad/s",
+        "14:30: hand.path[2]: between 1e-6 s and 1.001e-6 s 500000000 rad/s passes 6518.986 encoder counts in one \
+         clock edge; accepted: 1000 counts, which is 76699030 rad/s",
     );
     let fast = [("device.initial_speed", "1e5"), ("clock.frequency", "50 kHz"), ("encoder.lines", "1000000")];
     says(
         parse(super::GOOD, &fast).unwrap_err().replace("--set device.initial_speed=1e5", "testbench/scenes/x.toml:0"),
-        "0: device.initial_speed: 99999.9 rad/s passes 1273239 encoder counts in one clock edge; accepted: 1000 counts, \
-         which is 78.53981 rad/s",
+        "0: device.initial_speed: 99999.9 rad/s passes 1273239 encoder counts in one clock edge; accepted: 1000 \
+         counts, which is 78.53981 rad/s",
     );
 }
 

@@ -103,8 +103,8 @@ pub const RUNGS: [Rung; 8] = [
     },
     Rung {
         name: "late host (fitted)",
-        about: "a host 0.8 ms late at any rate instead of one sample, an amplifier of 0.6 ms: two figures fitted, to PMOS-1 and \
-                to the twofold of RTOS-20",
+        about: "a host 0.8 ms late at any rate instead of one sample, an amplifier of 0.6 ms: two figures fitted, to \
+                PMOS-1 and to the twofold of RTOS-20",
         overrides: &[(
             For::All,
             "model",
@@ -209,7 +209,8 @@ fn key(seeds: usize, first: u64) -> String {
         let _ = writeln!(
             text,
             "   k/{seeds} met in k of {seeds} seeds: one draw cannot tell   m+s: m at every seed, s more at some\n\
-             Seeds: cells near a boundary are run at {seeds} seeds, from {first}; the others at seed {first} alone, and they\n\
+             Seeds: cells near a boundary are run at {seeds} seeds, from {first}; \
+             the others at seed {first} alone, and they\n\
              count at every seed with what they are there"
         );
     }

@@ -74,7 +74,8 @@ pub fn comparison() -> Comparison {
              transmission that is assumed: the softer the transmission, the longer the lag. The shipped scene takes \
              3.5 kN/m (general knowledge of the device) and 0.4 ms.",
             "Lags are tried from 0 to 0.80 ms in steps of 0.05 ms, walls of 750, 1000 and 1250 N/m, three trials each, \
-             which all have to be passive. All trials are of one seed: at the ends of an interval another seed may differ.",
+             which all have to be passive. All trials are of one seed: \
+             at the ends of an interval another seed may differ.",
         ],
     }
 }

@@ -34,12 +34,12 @@ impl Source {
                 "1 multiplier by a constant (count STEP), 1 adder that rounds, 2 that fold, 2 that negate; two reads"
             }
             Self::Interpolated => {
-                "1 multiplier by a constant (count STEP), 2 multipliers (rise r), 2 adders that fold, 2 that round, 2 of \
-                 step and rise, 2 that negate; two reads of step and rise"
+                "1 multiplier by a constant (count STEP), 2 multipliers (rise r), 2 adders that fold, 2 that round, 2 \
+                 of step and rise, 2 that negate; two reads of step and rise"
             }
             Self::Cordic => {
-                "1 multiplier by a constant (count STEP), 3 adders a rotation, 1 for the half turn, 2 that negate, 2 that \
-                 round; no ROM, its angles are constants"
+                "1 multiplier by a constant (count STEP), 3 adders a rotation, 1 for the half turn, 2 that negate, 2 \
+                 that round; no ROM, its angles are constants"
             }
         }
     }
@@ -190,8 +190,8 @@ impl Counts {
 }
 
 /// First line of the CSV; units are in the names.
-pub const SINES_CSV_HEADER: &str = "source,size,default,format,rom_words,rom_width_bits,rom_bits,worst,worst_lsb,rms_lsb,\
-     worst_rad,latency_edges,angles,arithmetic\n";
+pub const SINES_CSV_HEADER: &str = "source,size,default,format,rom_words,rom_width_bits,rom_bits,worst,worst_lsb,\
+     rms_lsb,worst_rad,latency_edges,angles,arithmetic\n";
 
 /// Returns every source in every size as CSV, one a row.
 pub fn sines_csv(all: &[Sine]) -> String {
@@ -220,9 +220,9 @@ pub fn sines_text(all: &[Sine], notation: Notation) -> String {
     let wide = all.iter().map(|sine| notation.of(sine.format).len()).fold(9, usize::max);
     let [first, second] = turns(&Config::default()).map(|turn| 1e6 * TAU * f64::from(turn.num) / f64::from(turn.den));
     let mut text = format!(
-        "Exhausted over the {} counts of joint 1 and of joint 2 that the default tables hold, sine and cosine. Latency: 1 \
-         edge, all of them.\nOne count is {first:.1} urad of joint 1 and {second:.1} urad of joints 2 and 3. * is the \
-         default.\n\n{:<18} {:<30} {:<wide$}{:>18}{:>9}{:>12}{:>12}{:>14}\n",
+        "Exhausted over the {} counts of joint 1 and of joint 2 that the default tables hold, sine and cosine. \
+         Latency: 1 edge, all of them.\nOne count is {first:.1} urad of joint 1 and {second:.1} urad of joints 2 and \
+         3. * is the default.\n\n{:<18} {:<30} {:<wide$}{:>18}{:>9}{:>12}{:>12}{:>14}\n",
         1u64 << Config::default().depth_width,
         "source",
         "size",

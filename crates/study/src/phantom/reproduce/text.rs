@@ -84,8 +84,10 @@ fn seeds(tables: &Tables) -> String {
     }
     let repeated = tables.repeated();
     let mut text = format!(
-        "a number: seeds of {seeds} in which the cell is passive, where seeds differ   ~ printed, and the same in some\n\
-         Seeds: {} of {} cells are near a boundary and run at {seeds} seeds, from {}; the others at seed {} alone, and\n\
+        "a number: seeds of {seeds} in which the cell is passive, where seeds differ   \
+         ~ printed, and the same in some\n\
+         Seeds: {} of {} cells are near a boundary and run at {seeds} seeds, from {}; \
+         the others at seed {} alone, and\n\
          they count at every seed with what they are there\n",
         repeated.so, repeated.of, table.seed, table.seed
     );

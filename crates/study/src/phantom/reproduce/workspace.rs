@@ -108,8 +108,8 @@ impl Workspace {
         let [first, second, third] = self.missed_by.map(|missed| self.percent(missed));
         let _ = writeln!(
             text,
-            "At {} bits joint 1 keeps {first:.1} % of the box out, joint 2 {second:.1} %, joint 3 {third:.1} % (some of \
-             it together).\nThe paper tells of about 90 % of the workspace, and not how it was counted.",
+            "At {} bits joint 1 keeps {first:.1} % of the box out, joint 2 {second:.1} %, joint 3 {third:.1} % (some \
+             of it together).\nThe paper tells of about 90 % of the workspace, and not how it was counted.",
             self.depth_width
         );
         text

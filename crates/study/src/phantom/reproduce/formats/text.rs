@@ -52,10 +52,14 @@ pub fn formats_csv(all: &[Formats]) -> String {
 /// hold.
 pub fn formats_text(all: &[Formats], workspace: &Workspace, notation: Notation) -> String {
     let mut text = String::from(
-        "proved: for every posture that the tables hold, every wall and every force, by interval arithmetic; an upper bound\n\
-         measured: from every count of the tables, every combination of their edges, and random postures, through the blocks\n\
-         errors: of positions in um, of torques in % of the joint's full scale, 0.17 N.m at the motor times the ratio; those\n\
-         of forces count from the tip as the datapath sees it, those of torques and commands are for the forces as words\n\n",
+        "proved: for every posture that the tables hold, every wall and every force, by interval arithmetic; \
+         an upper bound\n\
+         measured: from every count of the tables, every combination of their edges, and random postures, \
+         through the blocks\n\
+         errors: of positions in um, of torques in % of the joint's full scale, \
+         0.17 N.m at the motor times the ratio; those\n\
+         of forces count from the tip as the datapath sees it, \
+         those of torques and commands are for the forces as words\n\n",
     );
     for formats in all {
         text += &table(formats, notation);
@@ -148,9 +152,9 @@ pub fn plain(all: &[Formats]) -> Option<String> {
     let gain = config.gains.into_iter().max().map(|gain| f64::from(gain) / f64::from(1u32 << config.gain_frac))?;
     let most = libm::exp2(f64::from(config.formats.torque.int()));
     Some(format!(
-        "Plain (1,9,22) cannot hold the {}: 9 integer bits end at {} N/m, and the stiffest wall of {} N/m wraps to {} N/m; \
-         nor the gain to the DAC of {gain:.1} counts per N.m, which needs {} integer bits, nor commands beyond {most} counts \
-         (both have words of their own here). All else fits; forces and commands saturate by intent.",
+        "Plain (1,9,22) cannot hold the {}: 9 integer bits end at {} N/m, and the stiffest wall of {} N/m wraps to {} \
+         N/m; nor the gain to the DAC of {gain:.1} counts per N.m, which needs {} integer bits, nor commands beyond \
+         {most} counts (both have words of their own here). All else fits; forces and commands saturate by intent.",
         names.join(", "),
         stiffness(greatest(word)),
         stiffness(stiffest),
