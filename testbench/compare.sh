@@ -62,8 +62,8 @@ words_of() { awk -F, 'NR == 2 { print $4, $5, $6, $7, $8 }' "$1.csv"; }
 trace hpu $all
 read -ra words <<<"$(words_of hpu)"
 
-# GHDL, and from it Verilog: the wiring, and a copy that shows its nets. What GHDL 2.0 gets wrong there is put right as in
-# crates/rtl/src/cost/verilog.rs: words of no bits, and an arithmetic shift written as a logical one.
+# GHDL, and from it Verilog: the wiring, and a copy that shows its nets. What GHDL 2.0 gets wrong there is put right as
+# in crates/rtl/src/cost/verilog.rs: words of no bits, and an arithmetic shift written as a logical one.
 for backend in mcode llvm; do
     mkdir $backend
     g++ -O3 -std=c++17 -ffp-contract=off -shared -fPIC -o $backend/libplant.so "$sources/foreign.cpp"
@@ -134,7 +134,9 @@ differs() { # HPU_CSV CSV EDGES
 # How many of the encoder's edges fall on another clock than hpu's.
 moved() {
     awk -F, 'FNR == 1 { n = 0; pins = "" }
-             $1 + 0 > 0 && $2 "," $3 != pins { pins = $2 "," $3; n++; if (NR == FNR) at[n] = $1; else moved += at[n] != $1 }
+             $1 + 0 > 0 && $2 "," $3 != pins {
+                 pins = $2 "," $3; n++; if (NR == FNR) at[n] = $1; else moved += at[n] != $1
+             }
              END { print moved + 0, "of", n - 1 }' hpu.csv "$1"
 }
 # Cocotb does not come as far as the wall; with the wall nearer it does.
@@ -157,7 +159,9 @@ trace near $cocotb_compared --set "wall.position=4 mrad"
     "$hpu" run hybrid-wall --compare --edges $all >compared.log || { cat compared.log >&2; false; }
     # The ports of the same VHDL as a design of the user's own, against the nets of ours.
     pairs=()
-    for port in a_pin b_pin reference stiffness damping period a_high a_low b_high b_low; do pairs+=("$port=$port"); done
+    for port in a_pin b_pin reference stiffness damping period a_high a_low b_high b_low; do
+        pairs+=("$port=$port")
+    done
     "$hpu" run "$sources/foreign.toml" --compare "${pairs[@]}" --beside hybrid-wall --edges $all >dut.log ||
         { cat dut.log >&2; false; }
     differs hpu.csv icarus.csv $icarus_compared >icarus.differs
@@ -189,7 +193,8 @@ events_s=$(<events_s)
 row() { # TOOL VERSION PLANT EDGES SECONDS COMPARED
     awk -v tool="$1" -v version="$2" -v plant="$3" -v edges="$4" -v s="$5" -v compared="$6" -v events="$all/$events_s" \
         'BEGIN { split(events, e, "/"); rate = edges / s
-                 printf "%s,%s,%s,%d,%.4g,%.4g,%.4g,%d\n", tool, version, plant, edges, s, rate, e[1] / e[2] / rate, compared }'
+                 printf "%s,%s,%s,%d,%.4g,%.4g,%.4g,%d\n", tool, version, plant, edges, s, rate, e[1] / e[2] / rate,
+                     compared }'
 }
 hpu_version=$(version "$hpu" --version)
 {
@@ -210,6 +215,10 @@ hpu_version=$(version "$hpu" --version)
     echo "\$ testbench/compare.sh"
     echo
     awk -F, '{ printf "%-24s %-8s %-18s %10s %9s %12s %17s %15s\n", $1, $2, $3, $4, $5, $6, $7, $8 }' compare.csv
+    slower="The [dut] takes $(awk '{ a += $1; b += $2 } END { printf "%.2f", b / a }' elapsed.all) times as long as"
+    slower+=" the loop in Verilator above it, by the clock on the wall: a mean of three by turns."
+    rounded="With the plant stepped in double $(<f64.moved) encoder edges fall on another clock than hpu's; in long"
+    rounded+=" double, $(<extended.moved)."
     cat <<EOF
 
 Every net, at every edge                                                edges      first difference
@@ -223,9 +232,9 @@ Icarus, hpu's pins replayed                                             $icarus_
 cocotb, closed around the plant stepped in Python's double              $cocotb_compared     $(<free.differs)
 cocotb, the same with the wall at 4 mrad, which it reaches              $cocotb_compared     $(<near.differs)
 
-The [dut] takes $(awk '{ a += $1; b += $2 } END { printf "%.2f", b / a }' elapsed.all) times as long as the loop in Verilator above it, by the clock on the wall: a mean of three by turns.
+$slower
 
-With the plant stepped in double $(<f64.moved) encoder edges fall on another clock than hpu's; in long double, $(<extended.moved).
+$rounded
 
 EOF
     cat "$sources/notes.txt"

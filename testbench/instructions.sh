@@ -1,15 +1,19 @@
 #!/bin/sh
-# Instructions of a few short runs, counted by callgrind, held to those on record within 2 %. With --update, writes the record.
+# Instructions of a few short runs, counted by callgrind, held to those on record within 2 %. With --update, writes the
+# record.
 #
-# Counts depend on the compiler and on what the processor offers to code that asks, so the record names both. Where they are
-# others, the record's numbers say nothing: the commit that last changed the record is then built and counted here, and the
-# comparison is with that. Without its history (a shallow clone) nothing can be said, and the script fails.
+# Counts depend on the compiler and on what the processor offers to code that asks, so the record names both. Where they
+# are others, the record's numbers say nothing: the commit that last changed the record is then built and counted here,
+# and the comparison is with that. Without its history (a shallow clone) nothing can be said, and the script fails.
 set -eu
 cd "$(dirname "$0")/.."
 record=testbench/record/instructions.txt
 margin_percent=2
 
-command -v valgrind >/dev/null 2>&1 || { echo "error: valgrind is missing; install it: sudo apt-get install valgrind" >&2; exit 3; }
+command -v valgrind >/dev/null 2>&1 || {
+    echo "error: valgrind is missing; install it: sudo apt-get install valgrind" >&2
+    exit 3
+}
 
 # Release build in the tree $1, into the target directory $2; then a line a run: its name and its instructions.
 count() {
@@ -33,7 +37,8 @@ target=${CARGO_TARGET_DIR:-$PWD/target}
 count "$PWD" "$target" >"$scratch/now"
 if [ "${1:-}" = --update ]; then
     {
-        echo "# Instructions of the runs of crates/wave/examples/instructions.rs, by testbench/instructions.sh --update."
+        echo "# Instructions of the runs of crates/wave/examples/instructions.rs," \
+            "by testbench/instructions.sh --update."
         echo "# $here"
         cat "$scratch/now"
     } >"$scratch/record"
@@ -50,8 +55,8 @@ else
     echo "this is                                         $here"
     base=$(git log -1 --format=%H -- "$record" 2>/dev/null || true)
     if [ -z "$base" ] || [ "$(git rev-parse --is-shallow-repository)" = true ]; then
-        echo "error: its commit is not in this clone; fetch the history, or run testbench/instructions.sh --update there" \
-            "and here and commit the record" >&2
+        echo "error: its commit is not in this clone; fetch the history, or run testbench/instructions.sh --update" \
+            "there and here and commit the record" >&2
         exit 1
     fi
     echo "against commit $base, built and counted here"

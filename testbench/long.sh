@@ -36,7 +36,8 @@ tail -n 1 "$scratch/checked"
 gimbal=(gimbal-switch --set clock.frequency="2 MHz")
 "${CARGO_TARGET_DIR:-target}/debug/hpu" check --scene "${gimbal[@]}" --edges 1200000 >"$scratch/switched" || failed=1
 tail -n 1 "$scratch/switched"
-"${CARGO_TARGET_DIR:-target}/debug/hpu" run "${gimbal[@]}" --set run.duration="6 s" --compare >"$scratch/compared" || failed=1
+"${CARGO_TARGET_DIR:-target}/debug/hpu" run "${gimbal[@]}" --set run.duration="6 s" --compare \
+    >"$scratch/compared" || failed=1
 tail -n 1 "$scratch/compared"
 
 # The explorer in a second browser.
@@ -66,15 +67,16 @@ cargo build --locked --release --quiet -p hpu
 HPU=$PWD/target/release/hpu LIBHPU=$PWD/target/release "$scratch/venv/bin/python" -B -m unittest discover \
     -s crates/python/tests >"$scratch/python" 2>&1 || { failed=1 && cat "$scratch/python"; }
 echo "wheel of the Python package: $(grep -E '^Ran ' "$scratch/python")" >"$scratch/wheel"
-# The library of the tests. In the release build `Characteristic::at` and `on` of hpu-study, which are safe Rust, compare
-# the index in `Of::Slope` before they ask whether it is that variant; valgrind then reports an uninitialised value.
-# PyO3 makes a table of methods for each class, once a process, and keeps it.
+# The library of the tests. In the release build `Characteristic::at` and `on` of hpu-study, which are safe Rust,
+# compare the index in `Of::Slope` before they ask whether it is that variant; valgrind then reports an uninitialised
+# value. PyO3 makes a table of methods for each class, once a process, and keeps it.
 cargo build --locked --quiet --workspace --lib
 mkdir "$scratch/package"
 cp -r crates/python/python/hpu "$scratch/package/"
 cp "${CARGO_TARGET_DIR:-target}/debug/lib_hpu.so" "$scratch/package/hpu/_hpu.abi3.so"
 PYTHONPATH=$scratch/package PYTHONMALLOC=malloc valgrind --leak-check=full --show-leak-kinds=definite --num-callers=40 \
-    --log-file="$scratch/memory" "$scratch/venv/bin/python" crates/python/tests/every_call.py >"$scratch/called" || failed=1
+    --log-file="$scratch/memory" "$scratch/venv/bin/python" crates/python/tests/every_call.py \
+    >"$scratch/called" || failed=1
 clean=$(awk -v RS='\n==[0-9]*== \n' '
     /_hpu\.abi3/ && !/possibly lost|still reachable|pyclass::create_type_object/ { errors++ }
     END { print errors ? errors " errors" : "no error, no leak" }' "$scratch/memory")
@@ -91,7 +93,8 @@ for ((core = 0; core < cores; core++)); do
     (
         cd crates/cli
         HPU_FUZZ=$share HPU_FUZZ_SEED=$seed HPU_FUZZ_FIRST=$((core * share)) HPU_FUZZ_FOLDER=fuzz-$core \
-            "$binary" --exact fuzz::commands_at_random_end_as_the_contract_says --nocapture >"$scratch/$core" 2>"$scratch/$core.err"
+            "$binary" --exact fuzz::commands_at_random_end_as_the_contract_says --nocapture \
+            >"$scratch/$core" 2>"$scratch/$core.err"
     ) &
     pids+=($!)
 done
@@ -126,7 +129,8 @@ grep -h "HPU_FUZZ_SEED" -A3 "$scratch"/*.err || true
         }
         / past reading, / { all += $1; past += $3; rate += $6; failures += $(NF - 1) }
         END {
-            for (key in count) printf "%s %7d, %6.0f s, the longest %.2f s\n", key, count[key], seconds[key], longest[key] | "sort"
+            for (key in count)
+                printf "%s %7d, %6.0f s, the longest %.2f s\n", key, count[key], seconds[key], longest[key] | "sort"
             close("sort")
             printf "%d commands, %d past reading, %.1f a second, %d failures\n", all, past, rate, failures
         }' "$scratch"/[0-9]

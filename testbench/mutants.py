@@ -34,7 +34,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 HDL = ROOT / "hdl"
 # By hand, and generated; the packages hold constants only.
-FILES = {file.stem: file for file in sorted([*HDL.glob("*.vhd"), *HDL.glob("generated/*.vhd")]) if "_pkg" not in file.stem}
+VHDL = sorted([*HDL.glob("*.vhd"), *HDL.glob("generated/*.vhd")])
+FILES = {file.stem: file for file in VHDL if "_pkg" not in file.stem}
 RECORDS = ROOT / "testbench" / "record"
 DATAPATH = "crates/datapath/src"
 
@@ -335,7 +336,8 @@ def kept(rows, settings):
 
 
 def gathered(folder):
-    """Settings and rows of all shares in a folder. Ends the program if one is missing, damaged or has other settings."""
+    """Settings and rows of all shares in a folder. Ends the program if one is missing, damaged or has other
+    settings."""
     files = sorted(Path(folder).glob("mutants-*.jsonl"))
     shares, wrong = {}, []
     for file in files:

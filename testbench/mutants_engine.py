@@ -788,8 +788,8 @@ def killed_by(binaries, number, stages):
 
 
 class Known:
-    """What is known of these mutants, kept in the target folder. A kill stays known while tests are added; a mutant that
-    has passed all tests is asked again by other tests."""
+    """What is known of these mutants, kept in the target folder. A kill stays known while tests are added; a mutant
+    that has passed all tests is asked again by other tests."""
 
     def __init__(self, sources, binaries):
         self.place = next(iter(binaries.values()))[0].parents[2] / "results.json"

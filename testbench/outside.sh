@@ -1,7 +1,7 @@
 #!/bin/bash
-# What other tools make of hpu: APyTypes of its rounding and overflow, cocotb and VUnit of its vectors, on the VHDL in GHDL;
-# what the Python package makes of runs, studies, blocks and plants, against the command; and what polars and DuckDB read
-# of a gathered sweep.
+# What other tools make of hpu: APyTypes of its rounding and overflow, cocotb and VUnit of its vectors, on the VHDL in
+# GHDL; what the Python package makes of runs, studies, blocks and plants, against the command; and what polars and
+# DuckDB read of a gathered sweep.
 # Each is seen to fail on something broken first. Installs what it needs where it may; ends with what agrees.
 # Exit codes: 0 all agree, 1 something differs, 3 a tool is missing.
 set -euo pipefail
@@ -10,9 +10,12 @@ cd "$(dirname "$0")/.."
 packages="ghdl-mcode iverilog python3 python3-venv gcc"
 python_packages="apytypes==0.5.1 cocotb==2.1.0 vunit_hdl==4.7.1 numpy==2.4.6 polars==2.1.0 pandas==3.1.1 duckdb==2.0.1"
 
-if ! { command -v ghdl && command -v iverilog && command -v cc && command -v python3 && python3 -m ensurepip --version; } >/dev/null 2>&1; then
+if ! {
+    command -v ghdl && command -v iverilog && command -v cc && command -v python3 && python3 -m ensurepip --version
+} >/dev/null 2>&1; then
     if [ "$(id -u)" != 0 ] || ! command -v apt-get >/dev/null; then
-        echo "error: GHDL, Icarus Verilog, a C compiler or Python with venv is missing; install and run this again: sudo apt-get install $packages" >&2
+        echo "error: GHDL, Icarus Verilog, a C compiler or Python with venv is missing; install and run this again:" \
+            "sudo apt-get install $packages" >&2
         exit 3
     fi
     apt-get update -qq
@@ -91,7 +94,8 @@ package() { # HPU TEST...
 }
 printf '#!/bin/sh\n"%s" "$@" | sed "s/edges.: /&1/"\n' "$built/hpu" >wrong
 fails "Python package" "AssertionError" package "$work/wrong" test_run.Runs.test_overrides_are_those_of_set
-agrees "Python package" package "$built/hpu" test_block test_cocotb test_notebook test_plant test_readme test_run test_stubs test_studies
+agrees "Python package" package "$built/hpu" \
+    test_block test_cocotb test_notebook test_plant test_readme test_run test_stubs test_studies
 [ $differs = 0 ] || exit 1
 packaged=$(cat log)
 
@@ -100,8 +104,8 @@ mkdir -p vunit/crates/capi
 ln -s "$hdl" vunit/hdl
 ln -s "$testbench/../crates/capi/simulators" vunit/crates/capi/simulators
 cp -r "$testbench/../crates/capi/examples" vunit/crates/capi/
-cc -O2 -shared -fPIC -I"$testbench/../crates/capi/include" -o libhpu_sim.so "$testbench/../crates/capi/simulators/hpu_sim.c" \
-    -L"$built" -lhpu
+cc -O2 -shared -fPIC -I"$testbench/../crates/capi/include" -o libhpu_sim.so \
+    "$testbench/../crates/capi/simulators/hpu_sim.c" -L"$built" -lhpu
 walls() { (cd vunit && LD_LIBRARY_PATH=$work:$built "$python" crates/capi/examples/vunit/run.py --no-color); }
 agrees "VUnit around a plant" walls
 sed -i 's/0.0016 rad/1 rad/' vunit/crates/capi/examples/vunit/tb_wall.vhd
@@ -112,7 +116,8 @@ fails "VUnit around a plant" "the wall is not reached" walls
 "$built/hpu" --quiet sweep run "$testbench/studies/example.toml" --section map -o sweep >sweep.log
 settled=$(grep -c '^[0-9]*,made,.*,settled,' sweep/gathered.csv)
 reads() { # READER
-    "$python" "$1" sweep | tee read | awk -v wanted="$settled" '{ n += $(NF - 1) } END { if (n != wanted) { print "settled: " n; exit 1 } }'
+    "$python" "$1" sweep | tee read | awk -v wanted="$settled" '{ n += $(NF - 1) }
+        END { if (n != wanted) { print "settled: " n; exit 1 } }'
 }
 for reader in polars duckdb; do
     example=$testbench/../crates/python/examples/sweep/by_$reader.py

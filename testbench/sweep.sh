@@ -14,9 +14,13 @@ record=$PWD/testbench/record/sweep.txt
 
 packages="slurm-wlm munge parallel time verilator"
 export PATH=$PATH:/usr/sbin
-if ! { command -v slurmctld && command -v slurmd && command -v munged && command -v parallel && command -v verilator && [ -x /usr/bin/time ]; } >/dev/null; then
+if ! {
+    command -v slurmctld && command -v slurmd && command -v munged && command -v parallel && command -v verilator &&
+        [ -x /usr/bin/time ]
+} >/dev/null; then
     if [ "$(id -u)" != 0 ] || ! command -v apt-get >/dev/null; then
-        echo "error: Slurm, munge, GNU parallel, Verilator or GNU time is missing; install and run this again: sudo apt-get install $packages" >&2
+        echo "error: Slurm, munge, GNU parallel, Verilator or GNU time is missing; install and run this again:" \
+            "sudo apt-get install $packages" >&2
         exit 3
     fi
     apt-get update -qq
@@ -148,8 +152,8 @@ queued() { # as soon as slurmctld answers
     wc -w <<<"$jobs"
 }
 done_shards() { find "$1" -name '*.parquet' | wc -l; }
-# Waits until a sweep is complete and gathered, and submits what is left as often as it takes. A Slurm whose slurmctld was
-# killed may take ended jobs for running ones: jobs under which nothing is done for 20 s are cancelled.
+# Waits until a sweep is complete and gathered, and submits what is left as often as it takes. A Slurm whose slurmctld
+# was killed may take ended jobs for running ones: jobs under which nothing is done for 20 s are cancelled.
 submissions=0
 by_slurm() { # DIR
     local before=-1 still=0
@@ -164,7 +168,8 @@ by_slurm() { # DIR
         fi
         if [ "$(queued)" = 0 ] || [ $still -gt 100 ]; then
             quiet sweep submit "$1" --engine slurm --cancel
-            # A slurmctld that lost its last seconds gives the numbers of jobs twice, and drains the nodes that know them.
+            # A slurmctld that lost its last seconds gives the numbers of jobs twice, and drains the nodes that know
+            # them.
             scontrol update nodename=n1,n2 state=resume 2>/dev/null || true
             quiet sweep submit "$1" --engine slurm
             submissions=$((submissions + 1))
@@ -189,14 +194,16 @@ shards="--shard-points 200"
 exec > >(tee "$work/record")
 echo "Sweeps, by testbench/sweep.sh: seed ${SEED:-1}, $kills kills of each"
 echo "$("$hpu" --version), $(sinfo --version 2>/dev/null | head -n 1), $(parallel --version | head -n 1)," \
-    "$(sed -n 's/^model name.*: //p' /proc/cpuinfo | head -n 1), $(nproc) cores, load $(cut -d ' ' -f 1 /proc/loadavg) at the start"
+    "$(sed -n 's/^model name.*: //p' /proc/cpuinfo | head -n 1), $(nproc) cores," \
+    "load $(cut -d ' ' -f 1 /proc/loadavg) at the start"
 echo
 # One machine, against the map that knows nothing of shards.
 for study in map waves search; do
     begin=$(now)
     # shellcheck disable=SC2086
     quiet sweep run $study.toml -o local-$study $shards --jobs 2
-    echo "$study, one machine: $("$hpu" --quiet sweep gather local-$study --json | sed -n 's/.*"rows": \([0-9]*\).*/\1/p')" \
+    echo "$study, one machine:" \
+        "$("$hpu" --quiet sweep gather local-$study --json | sed -n 's/.*"rows": \([0-9]*\).*/\1/p')" \
         "points, waves: $("$hpu" --quiet sweep status local-$study --json | grep -c '"wave":'), $(since "$begin") s"
 done
 quiet map free-motion --x 'device.coulomb_friction=0.1..10 mN.m:100:log' --y 'device.initial_speed=100..300 rad/s:100' \
@@ -332,16 +339,18 @@ timed() { # NAME COMMAND...
 }
 for _ in 1 2 3; do
     rm -rf overhead whole
-    timed map-s "$hpu" --quiet map hybrid-wall --x 'wall.stiffness=0.1..6 N.m/rad:50' --y 'wall.damping=0.01..0.4 mN.m.s/rad:20' \
-        --full --jobs 2 -o whole
-    timed sweep-s sh -c "'$hpu' --quiet sweep run overhead.toml -o overhead --jobs 2 && '$hpu' --quiet map --from overhead -o drawn"
+    timed map-s "$hpu" --quiet map hybrid-wall --x 'wall.stiffness=0.1..6 N.m/rad:50' \
+        --y 'wall.damping=0.01..0.4 mN.m.s/rad:20' --full --jobs 2 -o whole
+    timed sweep-s sh -c "'$hpu' --quiet sweep run overhead.toml -o overhead --jobs 2 &&
+        '$hpu' --quiet map --from overhead -o drawn"
 done
 cmp -s <(rows whole) <(rows drawn) || { echo "1000 cells: differ from hpu map"; differs=1; }
 median() { awk -v cpu="$2" '{ print cpu ? $2 + $3 : $1 }' "$1" | sort -g | sed -n 2p; }
 for cpu in 0 1; do
     [ $cpu = 0 ] && what="wall time" || what="processor time"
-    echo "1000 cells of hybrid-wall with pictures, $what: hpu map $(median map-s $cpu) s, hpu sweep run and hpu map --from" \
-        "$(median sweep-s $cpu) s: $(echo "$(median map-s $cpu) $(median sweep-s $cpu)" | awk '{ printf "%+.1f %%", 100 * ($2 / $1 - 1) }')"
+    echo "1000 cells of hybrid-wall with pictures, $what: hpu map $(median map-s $cpu) s, hpu sweep run and hpu map" \
+        "--from $(median sweep-s $cpu) s:" \
+        "$(echo "$(median map-s $cpu) $(median sweep-s $cpu)" | awk '{ printf "%+.1f %%", 100 * ($2 / $1 - 1) }')"
 done
 
 # What a point costs, by kind of scene: processor time of 64 cells on one core, without the start of the process.
@@ -353,14 +362,21 @@ cost() { # NAME SCENE X Y [SET]
     quiet sweep plan cost.toml -o cost --shard-points 64
     rm -f cost-s
     timed cost-s "$hpu" --quiet sweep shard cost --index 0
-    awk -v name="$1" '{ s = ($2 + $3) / 64; printf "%-52s %9.2f ms a point, %10.0f points a core-hour\n", name, 1e3 * s, 3600 / s }' cost-s
+    awk -v name="$1" '{
+        s = ($2 + $3) / 64
+        printf "%-52s %9.2f ms a point, %10.0f points a core-hour\n", name, 1e3 * s, 3600 / s
+    }' cost-s
 }
-cost "free motion, 20 ms" free-motion 'device.coulomb_friction=0.1..10 mN.m' 'device.initial_speed=100..300 rad/s' 'run.duration=20 ms'
+cost "free motion, 20 ms" free-motion 'device.coulomb_friction=0.1..10 mN.m' 'device.initial_speed=100..300 rad/s' \
+    'run.duration=20 ms'
 cost "a motor's hybrid wall, 2 s" hybrid-wall 'wall.stiffness=0.1..6 N.m/rad' 'wall.damping=0.01..0.4 mN.m.s/rad'
-cost "a motor's wall with friction, 2 s" friction-wall 'wall.stiffness=0.5..2 N.m/rad' 'wall.damping=0.01..0.1 mN.m.s/rad'
-cost "a motor's wall sampled at 1 kHz, 2 s" conventional-wall-1khz 'wall.stiffness=0.1..2 N.m/rad' 'wall.damping=0.01..0.4 mN.m.s/rad'
+cost "a motor's wall with friction, 2 s" friction-wall 'wall.stiffness=0.5..2 N.m/rad' \
+    'wall.damping=0.01..0.1 mN.m.s/rad'
+cost "a motor's wall sampled at 1 kHz, 2 s" conventional-wall-1khz 'wall.stiffness=0.1..2 N.m/rad' \
+    'wall.damping=0.01..0.4 mN.m.s/rad'
 cost "a PHANToM's drop test" phantom-drop 'room.stiffness=0.5..2 kN/m' 'drop.weight=0.1..0.2 N'
-cost "a design of others in Verilog, a wall of 1 s" "$root/testbench/dut/knee.toml" 'dut.ports.gain=20..300' 'hand.stiffness=0.2..0.4 N.m/rad'
+cost "a design of others in Verilog, a wall of 1 s" "$root/testbench/dut/knee.toml" 'dut.ports.gain=20..300' \
+    'hand.stiffness=0.2..0.4 N.m/rad'
 cost "a segment on a gimbal, switched touch" gimbal-switch 'surface.stiffness=0.1..3 N/mm' 'method.force_gain=0..14'
 
 # The gather of the same 10 000 rows by the number of shards.

@@ -1,15 +1,15 @@
 #!/bin/bash
-# The whole test: style, every Rust test, then every block and loop of the VHDL in GHDL, and what other tools make of vectors
-# and arithmetic; beside them lints, documentation, and what short runs cost in instructions.
+# The whole test: style, every Rust test, then every block and loop of the VHDL in GHDL, and what other tools make of
+# vectors and arithmetic; beside them lints, documentation, and what short runs cost in instructions.
 # The explorer's page is tested in a browser.
 # Installs the tools of hardware designers where it may; ends with the time of each stage and the counts of tests.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
 # GHDL simulates; Yosys and nextpnr (with the tables of IceStorm) tell what a block costs; Valgrind counts instructions;
-# Icarus Verilog simulates what is costed, Verilator designs of others; Gappa checks proofs; groff renders the manual pages.
-# Tests need two of GHDL's back ends, which Debian has side by side: `ghdl` starts mcode's, and the check of the VHDL asks
-# for LLVM's, which is quicker.
+# Icarus Verilog simulates what is costed, Verilator designs of others; Gappa checks proofs; groff renders the manual
+# pages. Tests need two of GHDL's back ends, which Debian has side by side: `ghdl` starts mcode's, and the check of the
+# VHDL asks for LLVM's, which is quicker.
 packages="ghdl-mcode ghdl-llvm yosys nextpnr-ice40 fpga-icestorm valgrind gappa groff-base iverilog verilator make g++"
 tools="ghdl yosys nextpnr-ice40 icetime valgrind gappa groff iverilog verilator make g++"
 if command -v apt-get >/dev/null 2>&1; then tools="$tools ghdl-mcode ghdl-llvm"; fi
@@ -55,14 +55,15 @@ stage() {
 }
 trap 'rm -rf "$scratch"' EXIT
 
-# Beside the tests, and behind them in priority, so that no core waits while one crate is compiled: lints and documentation,
-# then what short runs cost in instructions, which no other work changes. Two builds into one target folder would wait for
-# each other. With the examples, documentation needs the crates with the same features as lints do.
+# Beside the tests, and behind them in priority, so that no core waits while one crate is compiled: lints and
+# documentation, then what short runs cost in instructions, which no other work changes. Two builds into one target
+# folder would wait for each other. With the examples, documentation needs the crates with the same features as lints
+# do.
 lint() {
     export CARGO_TARGET_DIR=$target/lint
     cargo clippy --locked --workspace --all-targets --quiet -- -D warnings || return
-    # Documentation needs the crates checked. With the driver and the arguments of the line above, as cargo's clippy writes
-    # them, they are checked already; with any others cargo would check them once more.
+    # Documentation needs the crates checked. With the driver and the arguments of the line above, as cargo's clippy
+    # writes them, they are checked already; with any others cargo would check them once more.
     RUSTC_WORKSPACE_WRAPPER=$(rustc --print sysroot)/bin/clippy-driver \
         CLIPPY_ARGS=-D__CLIPPY_HACKERY__warnings__CLIPPY_HACKERY__ \
         RUSTDOCFLAGS="-D warnings" cargo doc --locked --workspace --no-deps --lib --bins --examples --quiet
@@ -77,9 +78,9 @@ lint() {
 ) >"$scratch/priority" &
 beside=$!
 
-# In one queue: every Rust test, the VHDL in GHDL, and outside.sh with APyTypes, cocotb, VUnit and the Python package. Then
-# the examples in the documentation. All of them test the program that users run, and what it costs in instructions is
-# counted on the same libraries. long.sh runs the Rust tests once more with checks of overflow and assertions.
+# In one queue: every Rust test, the VHDL in GHDL, and outside.sh with APyTypes, cocotb, VUnit and the Python package.
+# Then the examples in the documentation. All of them test the program that users run, and what it costs in instructions
+# is counted on the same libraries. long.sh runs the Rust tests once more with checks of overflow and assertions.
 tested=passed
 testbench/tests.py | tee "$scratch/tests" || tested=failed
 stage "builds and tests"

@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
-"""Builds every Rust test and runs each in a process of its own, on all cores; tells the slowest, and what each binary took.
+"""Builds every Rust test and runs each in a process of its own, on all cores; tells the slowest, and what each binary
+took.
 
-Cargo runs one test binary after another, and at the end of each one core waits for the other. Here all tests are one queue, and
-those that were slow in the run on record (record/tests.txt, written by --update) start first. Two programs that keep one core
-busy for minutes are in the queue too: the check of the VHDL, and outside.sh.
+Cargo runs one test binary after another, and at the end of each one core waits for the other. Here all tests are one
+queue, and those that were slow in the run on record (record/tests.txt, written by --update) start first. Two programs
+that keep one core busy for minutes are in the queue too: the check of the VHDL, and outside.sh.
 
 Usage: testbench/tests.py [--update] [TEXT]: only tests whose names contain TEXT.
 Exit codes: 0 all passed, 1 a test failed, 101 something does not compile.
@@ -25,10 +26,11 @@ LIMIT_S = 900
 SLOW_S = 2.0
 # Programs in the queue that are no Rust tests, by name. Their output is shown at the end.
 #
-# The VHDL: blocks on their vectors, loops closed around the plant, edge by edge. Beside the directed rows the check takes
-# a twentieth of the random ones: most blocks are proved too, and long.sh runs the whole check. The build of the tests has
-# made the program; `cargo run` would build half of it once more, with fewer features of its dependencies. On Debian,
-# `ghdl` starts the back end that GHDL_BACKEND names: LLVM's takes about half the time. All other tests have the usual one.
+# The VHDL: blocks on their vectors, loops closed around the plant, edge by edge. Beside the directed rows the check
+# takes a twentieth of the random ones: most blocks are proved too, and long.sh runs the whole check. The build of the
+# tests has made the program; `cargo run` would build half of it once more, with fewer features of its dependencies. On
+# Debian, `ghdl` starts the back end that GHDL_BACKEND names: LLVM's takes about half the time. All other tests have the
+# usual one.
 HPU = (ROOT / os.environ.get("CARGO_TARGET_DIR", "target") / "release" / "hpu").as_posix()
 OTHERS = {
     "the VHDL in GHDL": ["env", "GHDL_BACKEND=llvm", HPU, "check", "--rows", "100", "--jobs", "1"],
@@ -59,7 +61,8 @@ def listed(package, binary, *only):
 
 
 def tests_of(package, name, binary):
-    """Every test of a binary: its name for people, its folder, its command. Those marked `ignore` are left to long.sh."""
+    """Every test of a binary: its name for people, its folder, its command. Those marked `ignore` are left to
+    long.sh."""
     ignored = set(listed(package, binary, "--ignored"))
     for test in listed(package, binary):
         if test not in ignored:
@@ -115,7 +118,8 @@ class Queue:
                 )
                 said, passed = ran.stdout.decode(errors="replace"), passes(command, ran)
             except subprocess.TimeoutExpired as late:
-                said, passed = f"{(late.stdout or b'').decode(errors='replace')}\nstill running after {LIMIT_S} s", False
+                said = f"{(late.stdout or b'').decode(errors='replace')}\nstill running after {LIMIT_S} s"
+                passed = False
             self.done(name, time.monotonic() - begin, said, passed)
 
     def done(self, name, seconds, said, passed):
@@ -169,7 +173,8 @@ def main():
         RECORD.write_text(head + "".join(slowest))
     for name in queue.failed:
         print(f"failed: {name}")
-    print(f"test result: {'FAILED' if queue.failed else 'ok'}. {len(queue.took) - len(queue.failed)} passed; {len(queue.failed)} failed")
+    failed = len(queue.failed)
+    print(f"test result: {'FAILED' if failed else 'ok'}. {len(queue.took) - failed} passed; {failed} failed")
     sys.exit(1 if queue.failed else 0)
 
 

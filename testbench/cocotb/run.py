@@ -1,7 +1,7 @@
 """run.py VECTORS.json HDL.vhd...: holds a block's VHDL against exported vectors, in cocotb on GHDL.
 
-VECTORS.json comes from `hpu vectors BLOCK --format json`; the files are the block's VHDL, after those that it needs. Exit
-codes: 0 every row agrees, 1 one differs.
+VECTORS.json comes from `hpu vectors BLOCK --format json`; the files are the block's VHDL, after those that it needs.
+Exit codes: 0 every row agrees, 1 one differs.
 """
 
 import json

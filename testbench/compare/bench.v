@@ -78,8 +78,8 @@ module bench;
       #10 clk = 1;
       #10 clk = 0;
 `ifdef NETS
-      now = {a_pin, b_pin, reference, stiffness, damping, period, scale, a_high, a_low, b_high, b_low, a, b, step, error,
-             position, delta, contact, penetration, spring, velocity, drag, torque, command};
+      now = {a_pin, b_pin, reference, stiffness, damping, period, scale, a_high, a_low, b_high, b_low, a, b, step,
+             error, position, delta, contact, penetration, spring, velocity, drag, torque, command};
       if (now !== shown) begin
         shown = now;
         $display("%0d,%0d,%0d,%0d,%0d,%0d,%0d,%0d,%0d,%0d,%0d,%0d,%0d,%0d,%0d,%0d,%0d,%0d,%0d,%0d,%0d,%0d,%0d,%0d,%0d",

@@ -1,7 +1,7 @@
 // The device and the hand of the scene hybrid-wall, stepped by one clock edge at a time.
 //
-// As one writes it beside Verilator: between two edges the motor is a linear system with constant input, so that one edge
-// is x += (e^{A dt} - I) x, exact but for the rounding of Real, which gathers.
+// As one writes it beside Verilator: between two edges the motor is a linear system with constant input, so that one
+// edge is x += (e^{A dt} - I) x, exact but for the rounding of Real, which gathers.
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
-# From hpu's wave.vcd to a trace: a header, then a line for each clock edge after which any net of the wiring has changed,
-# words as unsigned numbers. -v period_ps=P is the clock's period.
+# From hpu's wave.vcd to a trace: a header, then a line for each clock edge after which any net of the wiring has
+# changed, words as unsigned numbers. -v period_ps=P is the clock's period.
 
 function word(bits,    value, place) {
     value = 0

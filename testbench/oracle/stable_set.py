@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
 """The stable sets that `hpu limits` proves, against eigenvalues by numpy on a dense scan of stiffnesses.
 
-Random linear loops, sampled and hybrid, motors and masses, with and without hand, damping and delay. For each the map from
-sample to sample is built here, apart from the emulator, and its eigenvalues taken at 4000 stiffnesses over the range. Every
-change of the verdict between neighbours is bisected. Each has to be an end of the set within 1e-9, and each end of the set has
-to be such a change, or to lie with another between two neighbours of the scan. Where the radius hardly changes with the
-stiffness doubles place a change no better than to 1e-8 or so: where numpy's is 1e-9 to 1e-6 off an end, it is bisected again by
-mpmath with 40 digits, and that counts.
+Random linear loops, sampled and hybrid, motors and masses, with and without hand, damping and delay. For each the map
+from sample to sample is built here, apart from the emulator, and its eigenvalues taken at 4000 stiffnesses over the
+range. Every change of the verdict between neighbours is bisected. Each has to be an end of the set within 1e-9, and
+each end of the set has to be such a change, or to lie with another between two neighbours of the scan. Where the radius
+hardly changes with the stiffness doubles place a change no better than to 1e-8 or so: where numpy's is 1e-9 to 1e-6 off
+an end, it is bisected again by mpmath with 40 digits, and that counts.
 
 Usage: testbench/oracle/stable_set.py HPU [CASES [SEED]]
 Exit codes: 0 all agree, 1 something differs.

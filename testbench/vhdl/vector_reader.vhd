@@ -142,7 +142,8 @@ package body vector_reader is
     procedure keep_row is
     begin
       deallocate(history(rows mod KEPT));
-      history(rows mod KEPT) := new string'("HISTORY row=" & integer'image(rows) & " " & current.all & " got" & got_words.all);
+      history(rows mod KEPT) :=
+        new string'("HISTORY row=" & integer'image(rows) & " " & current.all & " got" & got_words.all);
       if in_history then
         for i in maximum(rows - KEPT + 1, 1) to rows loop
           put(history(i mod KEPT).all);

@@ -4,8 +4,9 @@
 //   cargo build --release -p hpu-capi
 //   cd crates/capi/examples
 //   export LD_LIBRARY_PATH=$PWD/../../../target/release
-//   $ verilator --binary --timing --top-module motor_tb -MAKEFLAGS "OPT_FAST=-O3 OPT_GLOBAL=-O3" -CFLAGS -I$PWD/../include \
-//     -LDFLAGS "-L$LD_LIBRARY_PATH -lhpu" ../simulators/hpu_plant.sv motor_tb.sv $PWD/../simulators/hpu_sim.c
+//   $ verilator --binary --timing --top-module motor_tb -MAKEFLAGS "OPT_FAST=-O3 OPT_GLOBAL=-O3" \
+//     -CFLAGS -I$PWD/../include -LDFLAGS "-L$LD_LIBRARY_PATH -lhpu" \
+//     ../simulators/hpu_plant.sv motor_tb.sv $PWD/../simulators/hpu_sim.c
 //   obj_dir/Vmotor_tb "+scene=hybrid-wall;run.duration=200 ms"
 
 module hybrid_wall (

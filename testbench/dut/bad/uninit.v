@@ -1,4 +1,4 @@
-// WRONG: "phase" is neither reset nor initialised and decides pwm (X for ever in a 4-state simulator, a random word in a 2-state one).
+// WRONG: "phase" is neither reset nor initialised and decides pwm (X for ever in 4 states, a random word in 2).
 module uninit (
     input  wire clk,
     input  wire rst,

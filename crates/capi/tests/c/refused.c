@@ -102,7 +102,8 @@ int main(void) {
     gates[0] = gates[1] = 1;
     REFUSED(hpu_drive(plant, gates, 4, &error), HPU_ARGUMENT, "leg a are closed at clock edge 0, which shorts");
     REFUSED(hpu_drive(plant, gates, 3, &error), HPU_ARGUMENT, "3 words; accepted: 4, one an output: a_high, a_low");
-    REFUSED(hpu_step(plant, gates, 4, words, 2, &error), HPU_ARGUMENT, "leg a are closed at clock edge 0, which shorts");
+    REFUSED(hpu_step(plant, gates, 4, words, 2, &error), HPU_ARGUMENT,
+            "leg a are closed at clock edge 0, which shorts");
     REFUSED(hpu_step(plant, NULL, 4, words, 2, &error), HPU_ARGUMENT, "outputs is null, with 4 elements");
     REFUSED(hpu_step(plant, gates, 4, NULL, 2, &error), HPU_ARGUMENT, "inputs is null, with 2 elements");
     REFUSED(hpu_tick(plant, words, 1, words, 1, &error), HPU_ARGUMENT, "the handle is a plant; accepted: a block");

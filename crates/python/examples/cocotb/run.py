@@ -1,7 +1,7 @@
 """run.py knee|rim OUT.json [KEY=VALUE]...: holds a design of testbench/dut in the loop around its scene's plant.
 
-`knee` is Verilog in Icarus, `rim` VHDL-93 in GHDL; both are as their authors wrote them. The motion goes to OUT.json. It
-needs the package hpu and cocotb. Exit codes: 0 the scene has come to its end, 1 it has not.
+`knee` is Verilog in Icarus, `rim` VHDL-93 in GHDL; both are as their authors wrote them. The motion goes to OUT.json.
+It needs the package hpu and cocotb. Exit codes: 0 the scene has come to its end, 1 it has not.
 """
 
 import json
