@@ -17,13 +17,29 @@ pub(crate) fn vhdl_type(value: Generic) -> &'static str {
     }
 }
 
+/// Breaks a text behind separators into lines of at most `width` bytes.
+pub(crate) fn lines<'a>(text: &'a str, separator: &str, width: usize) -> Vec<&'a str> {
+    let mut lines = Vec::new();
+    let (mut start, mut end) = (0, 0);
+    for piece in text.split_inclusive(separator) {
+        if end > start && end + piece.len() - start > width {
+            lines.push(&text[start..end]);
+            start = end;
+        }
+        end += piece.len();
+    }
+    lines.push(&text[start..]);
+    lines
+}
+
 /// Returns the text of `hdl/generated/<block>_pkg.vhd`.
 pub fn package(block: &dyn AnyBlock) -> String {
     let name = block.name();
+    let format = format!("  constant FORMAT : string := \"{}\";", Header::of(block));
     let mut text = format!(
-        "{GENERATED}--\n-- Constants of {name} in its default configuration: line 1 of its vector files, its generics, and the\n\
-         -- format of each port.\n\npackage {name}_pkg is\n\n  constant FORMAT : string := \"{}\";\n",
-        Header::of(block)
+        "{GENERATED}--\n-- Constants of {name} in its default configuration: line 1 of its vector files, its\n\
+         -- generics, and the format of each port.\n\npackage {name}_pkg is\n\n{}\n",
+        lines(&format, " ", 112).join("\" &\n    \"")
     );
     let mut constant = |name: &str, kind: &str, value: &str| {
         writeln!(text, "  constant {name} : {kind} := {value};").expect("a string grows");
@@ -33,8 +49,9 @@ pub fn package(block: &dyn AnyBlock) -> String {
     }
     for signal in block.inputs().iter().chain(&block.outputs()) {
         let upper = signal.name.to_uppercase();
-        writeln!(text, "\n  -- {} {} [{}] {}", signal.name, signal.format, signal.unit, signal.doc)
-            .expect("a string grows");
+        let about = format!("\n  -- {} {} [{}] {}", signal.name, signal.format, signal.unit, signal.doc);
+        text += &lines(&about, " ", 115).join("\n  -- ").replace(" \n", "\n");
+        text += "\n";
         let mut constant = |suffix: &str, kind: &str, value: String| {
             writeln!(text, "  constant {upper}_{suffix} : {kind} := {value};").expect("a string grows");
         };

@@ -3,7 +3,7 @@
 use hpu_datapath::AnyBlock;
 use hpu_signal::Signal;
 
-use crate::package::{GENERATED, vhdl_type};
+use crate::package::{GENERATED, lines, vhdl_type};
 
 /// The hand-written package with which every testbench reads its vectors.
 pub const VECTOR_READER: &str = include_str!("../../../testbench/vhdl/vector_reader.vhd");
@@ -21,7 +21,8 @@ pub(crate) fn instance(block: &dyn AnyBlock) -> String {
     let ports = clock.iter().copied().chain(inputs.iter().chain(&outputs).map(|signal| signal.name));
     let map = |kind: &str, names: Vec<&str>| {
         let all: Vec<_> = names.iter().map(|name| format!("{name} => {name}")).collect();
-        if all.is_empty() { String::new() } else { format!("\n    {kind} map ({})", all.join(", ")) }
+        let map = format!("\n    {kind} map ({})", all.join(", "));
+        if all.is_empty() { String::new() } else { lines(&map, ", ", 113).join("\n      ").replace(" \n", "\n") }
     };
     let generics = block.generics().iter().map(|(name, _)| *name).collect();
     format!("  dut : entity work.{}{}{};\n", block.name(), map("generic", generics), map("port", ports.collect()))

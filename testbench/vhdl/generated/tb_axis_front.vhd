@@ -30,7 +30,8 @@ begin
 
   dut : entity work.axis_front
     generic map (POSITION_WIDTH => POSITION_WIDTH)
-    port map (clk => clk, rst => rst, a_pin => a_pin, b_pin => b_pin, reference => reference, position => position, error => error, delta => delta, contact => contact, penetration => penetration);
+    port map (clk => clk, rst => rst, a_pin => a_pin, b_pin => b_pin, reference => reference,
+      position => position, error => error, delta => delta, contact => contact, penetration => penetration);
 
   process
     variable rows : vector_file;

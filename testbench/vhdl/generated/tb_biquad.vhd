@@ -35,7 +35,9 @@ architecture test of tb_biquad is
 begin
 
   dut : entity work.biquad
-    generic map (IN_INT => IN_INT, IN_FRAC => IN_FRAC, OUT_INT => OUT_INT, OUT_FRAC => OUT_FRAC, COEF_INT => COEF_INT, COEF_FRAC => COEF_FRAC, B0 => B0, B1 => B1, B2 => B2, A1 => A1, A2 => A2, PERIOD_WIDTH => PERIOD_WIDTH)
+    generic map (IN_INT => IN_INT, IN_FRAC => IN_FRAC, OUT_INT => OUT_INT, OUT_FRAC => OUT_FRAC,
+      COEF_INT => COEF_INT, COEF_FRAC => COEF_FRAC, B0 => B0, B1 => B1, B2 => B2, A1 => A1, A2 => A2,
+      PERIOD_WIDTH => PERIOD_WIDTH)
     port map (clk => clk, rst => rst, x => x, period => period, y => y);
 
   process

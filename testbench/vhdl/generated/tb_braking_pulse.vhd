@@ -40,8 +40,12 @@ architecture test of tb_braking_pulse is
 begin
 
   dut : entity work.braking_pulse
-    generic map (WIDTH => WIDTH, STIFFNESS_WIDTH => STIFFNESS_WIDTH, STIFFNESS_FRAC => STIFFNESS_FRAC, DAMPING_WIDTH => DAMPING_WIDTH, DAMPING_FRAC => DAMPING_FRAC, PERIOD_WIDTH => PERIOD_WIDTH, SCALE_WIDTH => SCALE_WIDTH, SCALE_FRAC => SCALE_FRAC, TORQUE_WIDTH => TORQUE_WIDTH, PULSE => PULSE)
-    port map (clk => clk, rst => rst, position => position, delta => delta, contact => contact, penetration => penetration, stiffness => stiffness, damping => damping, period => period, scale => scale, torque => torque, memory => memory);
+    generic map (WIDTH => WIDTH, STIFFNESS_WIDTH => STIFFNESS_WIDTH, STIFFNESS_FRAC => STIFFNESS_FRAC,
+      DAMPING_WIDTH => DAMPING_WIDTH, DAMPING_FRAC => DAMPING_FRAC, PERIOD_WIDTH => PERIOD_WIDTH,
+      SCALE_WIDTH => SCALE_WIDTH, SCALE_FRAC => SCALE_FRAC, TORQUE_WIDTH => TORQUE_WIDTH, PULSE => PULSE)
+    port map (clk => clk, rst => rst, position => position, delta => delta, contact => contact,
+      penetration => penetration, stiffness => stiffness, damping => damping, period => period, scale => scale,
+      torque => torque, memory => memory);
 
   process
     variable rows : vector_file;

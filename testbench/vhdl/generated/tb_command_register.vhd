@@ -31,7 +31,8 @@ begin
 
   dut : entity work.command_register
     generic map (WIDTH => WIDTH, PERIOD_WIDTH => PERIOD_WIDTH, DELAY => DELAY)
-    port map (clk => clk, rst => rst, d1 => d1, d2 => d2, d3 => d3, period => period, q1 => q1, q2 => q2, q3 => q3);
+    port map (clk => clk, rst => rst, d1 => d1, d2 => d2, d3 => d3, period => period, q1 => q1, q2 => q2,
+      q3 => q3);
 
   process
     variable rows : vector_file;

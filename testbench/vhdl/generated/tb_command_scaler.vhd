@@ -28,7 +28,8 @@ architecture test of tb_command_scaler is
 begin
 
   dut : entity work.command_scaler
-    generic map (TORQUE_INT => TORQUE_INT, TORQUE_FRAC => TORQUE_FRAC, GAIN => GAIN, GAIN_FRAC => GAIN_FRAC, COMMAND_WIDTH => COMMAND_WIDTH)
+    generic map (TORQUE_INT => TORQUE_INT, TORQUE_FRAC => TORQUE_FRAC, GAIN => GAIN, GAIN_FRAC => GAIN_FRAC,
+      COMMAND_WIDTH => COMMAND_WIDTH)
     port map (torque => torque, valid1 => valid1, valid2 => valid2, valid3 => valid3, command => command);
 
   process

@@ -38,8 +38,11 @@ architecture test of tb_control_switch is
 begin
 
   dut : entity work.control_switch
-    generic map (DRIVE_WIDTH => DRIVE_WIDTH, FORCE_WIDTH => FORCE_WIDTH, LENGTH_WIDTH => LENGTH_WIDTH, LENGTH_FRAC => LENGTH_FRAC, TAKE_RADIUS => TAKE_RADIUS, BUMPLESS => BUMPLESS, DECAY => DECAY)
-    port map (clk => clk, rst => rst, position_drive => position_drive, impedance_drive => impedance_drive, finger_force => finger_force, threshold_on => threshold_on, threshold_off => threshold_off, radius => radius, rest => rest, sample => sample, drive => drive, mode => mode, equilibrium => equilibrium);
+    generic map (DRIVE_WIDTH => DRIVE_WIDTH, FORCE_WIDTH => FORCE_WIDTH, LENGTH_WIDTH => LENGTH_WIDTH,
+      LENGTH_FRAC => LENGTH_FRAC, TAKE_RADIUS => TAKE_RADIUS, BUMPLESS => BUMPLESS, DECAY => DECAY)
+    port map (clk => clk, rst => rst, position_drive => position_drive, impedance_drive => impedance_drive,
+      finger_force => finger_force, threshold_on => threshold_on, threshold_off => threshold_off, radius => radius,
+      rest => rest, sample => sample, drive => drive, mode => mode, equilibrium => equilibrium);
 
   process
     variable rows : vector_file;

@@ -32,7 +32,8 @@ begin
 
   dut : entity work.cordic
     generic map (WIDTH => WIDTH, ANGLE_WIDTH => ANGLE_WIDTH, GUARD => GUARD, ROTATIONS => ROTATIONS)
-    port map (clk => clk, rst => rst, start => start, x => x, y => y, radius => radius, angle => angle, busy => busy, ready => ready);
+    port map (clk => clk, rst => rst, start => start, x => x, y => y, radius => radius, angle => angle,
+      busy => busy, ready => ready);
 
   process
     variable rows : vector_file;

@@ -31,7 +31,9 @@ architecture test of tb_crank_table is
 begin
 
   dut : entity work.crank_table
-    generic map (LENGTH_WIDTH => LENGTH_WIDTH, LENGTH_FRAC => LENGTH_FRAC, CRANK_LENGTH => CRANK_LENGTH, ROD_LENGTH => ROD_LENGTH, OFFSET => OFFSET, COUNT_WIDTH => COUNT_WIDTH, COUNT_NUM => COUNT_NUM, COUNT_DEN => COUNT_DEN)
+    generic map (LENGTH_WIDTH => LENGTH_WIDTH, LENGTH_FRAC => LENGTH_FRAC, CRANK_LENGTH => CRANK_LENGTH,
+      ROD_LENGTH => ROD_LENGTH, OFFSET => OFFSET, COUNT_WIDTH => COUNT_WIDTH, COUNT_NUM => COUNT_NUM,
+      COUNT_DEN => COUNT_DEN)
     port map (clk => clk, rst => rst, count => count, radius => radius, slope => slope);
 
   process

@@ -40,8 +40,11 @@ architecture test of tb_cube_room is
 begin
 
   dut : entity work.cube_room
-    generic map (POSITION_INT => POSITION_INT, POSITION_FRAC => POSITION_FRAC, STIFFNESS_INT => STIFFNESS_INT, STIFFNESS_FRAC => STIFFNESS_FRAC, FORCE_INT => FORCE_INT, FORCE_FRAC => FORCE_FRAC, FORCE_LIMIT => FORCE_LIMIT)
-    port map (x => x, y => y, z => z, x_low => x_low, x_high => x_high, y_low => y_low, y_high => y_high, z_low => z_low, z_high => z_high, room => room, stiffness => stiffness, force_x => force_x, force_y => force_y, force_z => force_z, contact => contact);
+    generic map (POSITION_INT => POSITION_INT, POSITION_FRAC => POSITION_FRAC, STIFFNESS_INT => STIFFNESS_INT,
+      STIFFNESS_FRAC => STIFFNESS_FRAC, FORCE_INT => FORCE_INT, FORCE_FRAC => FORCE_FRAC, FORCE_LIMIT => FORCE_LIMIT)
+    port map (x => x, y => y, z => z, x_low => x_low, x_high => x_high, y_low => y_low, y_high => y_high,
+      z_low => z_low, z_high => z_high, room => room, stiffness => stiffness, force_x => force_x, force_y => force_y,
+      force_z => force_z, contact => contact);
 
   process
     variable rows : vector_file;

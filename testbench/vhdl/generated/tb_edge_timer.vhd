@@ -27,7 +27,8 @@ begin
 
   dut : entity work.edge_timer
     generic map (WIDTH => WIDTH, TIME_WIDTH => TIME_WIDTH)
-    port map (clk => clk, rst => rst, position => position, interval => interval, forward => forward, stopped => stopped);
+    port map (clk => clk, rst => rst, position => position, interval => interval, forward => forward,
+      stopped => stopped);
 
   process
     variable rows : vector_file;

@@ -46,8 +46,14 @@ architecture test of tb_energy_bounding is
 begin
 
   dut : entity work.energy_bounding
-    generic map (WIDTH => WIDTH, STIFFNESS_WIDTH => STIFFNESS_WIDTH, STIFFNESS_FRAC => STIFFNESS_FRAC, DAMPING_WIDTH => DAMPING_WIDTH, DAMPING_FRAC => DAMPING_FRAC, PERIOD_WIDTH => PERIOD_WIDTH, SCALE_WIDTH => SCALE_WIDTH, SCALE_FRAC => SCALE_FRAC, TORQUE_WIDTH => TORQUE_WIDTH, LEAST_CONSERVATIVE => LEAST_CONSERVATIVE, C1 => C1, C2 => C2, BOUND_FRAC => BOUND_FRAC, BOUND_WIDTH => BOUND_WIDTH, ENERGY_WIDTH => ENERGY_WIDTH, ROOT_WIDTH => ROOT_WIDTH)
-    port map (clk => clk, rst => rst, position => position, delta => delta, contact => contact, penetration => penetration, stiffness => stiffness, damping => damping, period => period, scale => scale, torque => torque, memory => memory);
+    generic map (WIDTH => WIDTH, STIFFNESS_WIDTH => STIFFNESS_WIDTH, STIFFNESS_FRAC => STIFFNESS_FRAC,
+      DAMPING_WIDTH => DAMPING_WIDTH, DAMPING_FRAC => DAMPING_FRAC, PERIOD_WIDTH => PERIOD_WIDTH,
+      SCALE_WIDTH => SCALE_WIDTH, SCALE_FRAC => SCALE_FRAC, TORQUE_WIDTH => TORQUE_WIDTH,
+      LEAST_CONSERVATIVE => LEAST_CONSERVATIVE, C1 => C1, C2 => C2, BOUND_FRAC => BOUND_FRAC,
+      BOUND_WIDTH => BOUND_WIDTH, ENERGY_WIDTH => ENERGY_WIDTH, ROOT_WIDTH => ROOT_WIDTH)
+    port map (clk => clk, rst => rst, position => position, delta => delta, contact => contact,
+      penetration => penetration, stiffness => stiffness, damping => damping, period => period, scale => scale,
+      torque => torque, memory => memory);
 
   process
     variable rows : vector_file;

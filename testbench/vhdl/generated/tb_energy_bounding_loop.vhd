@@ -58,8 +58,17 @@ architecture test of tb_energy_bounding_loop is
 begin
 
   dut : entity work.energy_bounding_loop
-    generic map (POSITION_WIDTH => POSITION_WIDTH, STIFFNESS_WIDTH => STIFFNESS_WIDTH, STIFFNESS_FRAC => STIFFNESS_FRAC, DAMPING_WIDTH => DAMPING_WIDTH, DAMPING_FRAC => DAMPING_FRAC, PERIOD_WIDTH => PERIOD_WIDTH, SCALE_WIDTH => SCALE_WIDTH, SCALE_FRAC => SCALE_FRAC, PWM_WIDTH => PWM_WIDTH, ANTIPHASE => ANTIPHASE, LATCHED => LATCHED, FLOATING => FLOATING, DEAD_TIME => DEAD_TIME, SHAPER_ENABLED => SHAPER_ENABLED, SHAPER_PHASE => SHAPER_PHASE, SHAPER_B0 => SHAPER_B0, SHAPER_B1 => SHAPER_B1, SHAPER_B2 => SHAPER_B2, SHAPER_A1 => SHAPER_A1, SHAPER_A2 => SHAPER_A2, LEAST_CONSERVATIVE => LEAST_CONSERVATIVE, C1 => C1, C2 => C2, BOUND_FRAC => BOUND_FRAC, BOUND_WIDTH => BOUND_WIDTH, ENERGY_WIDTH => ENERGY_WIDTH, ROOT_WIDTH => ROOT_WIDTH)
-    port map (clk => clk, rst => rst, a_pin => a_pin, b_pin => b_pin, reference => reference, stiffness => stiffness, damping => damping, period => period, scale => scale, a_high => a_high, a_low => a_low, b_high => b_high, b_low => b_low);
+    generic map (POSITION_WIDTH => POSITION_WIDTH, STIFFNESS_WIDTH => STIFFNESS_WIDTH,
+      STIFFNESS_FRAC => STIFFNESS_FRAC, DAMPING_WIDTH => DAMPING_WIDTH, DAMPING_FRAC => DAMPING_FRAC,
+      PERIOD_WIDTH => PERIOD_WIDTH, SCALE_WIDTH => SCALE_WIDTH, SCALE_FRAC => SCALE_FRAC, PWM_WIDTH => PWM_WIDTH,
+      ANTIPHASE => ANTIPHASE, LATCHED => LATCHED, FLOATING => FLOATING, DEAD_TIME => DEAD_TIME,
+      SHAPER_ENABLED => SHAPER_ENABLED, SHAPER_PHASE => SHAPER_PHASE, SHAPER_B0 => SHAPER_B0, SHAPER_B1 => SHAPER_B1,
+      SHAPER_B2 => SHAPER_B2, SHAPER_A1 => SHAPER_A1, SHAPER_A2 => SHAPER_A2,
+      LEAST_CONSERVATIVE => LEAST_CONSERVATIVE, C1 => C1, C2 => C2, BOUND_FRAC => BOUND_FRAC,
+      BOUND_WIDTH => BOUND_WIDTH, ENERGY_WIDTH => ENERGY_WIDTH, ROOT_WIDTH => ROOT_WIDTH)
+    port map (clk => clk, rst => rst, a_pin => a_pin, b_pin => b_pin, reference => reference,
+      stiffness => stiffness, damping => damping, period => period, scale => scale, a_high => a_high, a_low => a_low,
+      b_high => b_high, b_low => b_low);
 
   process
     variable rows : vector_file;

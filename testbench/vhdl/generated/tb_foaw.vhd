@@ -28,7 +28,8 @@ architecture test of tb_foaw is
 begin
 
   dut : entity work.foaw
-    generic map (WIDTH => WIDTH, PERIOD_WIDTH => PERIOD_WIDTH, WINDOW => WINDOW, NOISE => NOISE, OUT_FRAC => OUT_FRAC)
+    generic map (WIDTH => WIDTH, PERIOD_WIDTH => PERIOD_WIDTH, WINDOW => WINDOW, NOISE => NOISE,
+      OUT_FRAC => OUT_FRAC)
     port map (clk => clk, rst => rst, position => position, period => period, velocity => velocity);
 
   process

@@ -34,7 +34,9 @@ architecture test of tb_fractional_difference is
 begin
 
   dut : entity work.fractional_difference
-    generic map (IN_INT => IN_INT, IN_FRAC => IN_FRAC, OUT_INT => OUT_INT, OUT_FRAC => OUT_FRAC, GAIN_WIDTH => GAIN_WIDTH, GAIN_FRAC => GAIN_FRAC, COEF_FRAC => COEF_FRAC, ORDER_NUM => ORDER_NUM, ORDER_DEN => ORDER_DEN, MEMORY => MEMORY)
+    generic map (IN_INT => IN_INT, IN_FRAC => IN_FRAC, OUT_INT => OUT_INT, OUT_FRAC => OUT_FRAC,
+      GAIN_WIDTH => GAIN_WIDTH, GAIN_FRAC => GAIN_FRAC, COEF_FRAC => COEF_FRAC, ORDER_NUM => ORDER_NUM,
+      ORDER_DEN => ORDER_DEN, MEMORY => MEMORY)
     port map (clk => clk, rst => rst, u => u, gain => gain, sample => sample, y => y);
 
   process

@@ -40,8 +40,11 @@ architecture test of tb_gimbal_inverse is
 begin
 
   dut : entity work.gimbal_inverse
-    generic map (LENGTH_WIDTH => LENGTH_WIDTH, LENGTH_FRAC => LENGTH_FRAC, CRANK_LENGTH => CRANK_LENGTH, ROD_LENGTH => ROD_LENGTH, OFFSET => OFFSET, ANGLE_WIDTH => ANGLE_WIDTH, LIMIT => LIMIT, GUARD => GUARD, ROTATIONS => ROTATIONS)
-    port map (clk => clk, rst => rst, start => start, x => x, y => y, z => z, pitch => pitch, roll => roll, crank => crank, radius => radius, out_of_reach => out_of_reach, busy => busy, ready => ready);
+    generic map (LENGTH_WIDTH => LENGTH_WIDTH, LENGTH_FRAC => LENGTH_FRAC, CRANK_LENGTH => CRANK_LENGTH,
+      ROD_LENGTH => ROD_LENGTH, OFFSET => OFFSET, ANGLE_WIDTH => ANGLE_WIDTH, LIMIT => LIMIT, GUARD => GUARD,
+      ROTATIONS => ROTATIONS)
+    port map (clk => clk, rst => rst, start => start, x => x, y => y, z => z, pitch => pitch, roll => roll,
+      crank => crank, radius => radius, out_of_reach => out_of_reach, busy => busy, ready => ready);
 
   process
     variable rows : vector_file;

@@ -86,8 +86,23 @@ architecture test of tb_gimbal_shear_loop is
 begin
 
   dut : entity work.gimbal_shear_loop
-    generic map (LENGTH_WIDTH => LENGTH_WIDTH, LENGTH_FRAC => LENGTH_FRAC, CRANK_LENGTH => CRANK_LENGTH, ROD_LENGTH => ROD_LENGTH, OFFSET => OFFSET, ANGLE_WIDTH => ANGLE_WIDTH, LIMIT => LIMIT, GUARD => GUARD, ROTATIONS => ROTATIONS, COUNT_WIDTH => COUNT_WIDTH, COUNT_NUM => COUNT_NUM, COUNT_DEN => COUNT_DEN, STEP => STEP, STEP_FRAC => STEP_FRAC, P_WIDTH => P_WIDTH, P_FRAC => P_FRAC, D_WIDTH => D_WIDTH, D_FRAC => D_FRAC, WINDOW => WINDOW, CRANK_STEP => CRANK_STEP, CRANK_STEP_FRAC => CRANK_STEP_FRAC, CRANK_P_WIDTH => CRANK_P_WIDTH, CRANK_P_FRAC => CRANK_P_FRAC, CRANK_D_WIDTH => CRANK_D_WIDTH, CRANK_D_FRAC => CRANK_D_FRAC, CRANK_WINDOW => CRANK_WINDOW, FORCE_WIDTH => FORCE_WIDTH, FORCE_LIMIT => FORCE_LIMIT, S_WIDTH => S_WIDTH, S_FRAC => S_FRAC, K_WIDTH => K_WIDTH, K_FRAC => K_FRAC, GAIN => GAIN, GAIN_FRAC => GAIN_FRAC, DRIVE_WIDTH => DRIVE_WIDTH, TAKE_RADIUS => TAKE_RADIUS, BUMPLESS => BUMPLESS, DECAY => DECAY, PERIOD_WIDTH => PERIOD_WIDTH, SHEAR_WIDTH => SHEAR_WIDTH, SHEAR_FRAC => SHEAR_FRAC, COEF_FRAC => COEF_FRAC, ORDER_NUM => ORDER_NUM, ORDER_DEN => ORDER_DEN, MEMORY => MEMORY)
-    port map (clk => clk, rst => rst, count1 => count1, count2 => count2, count3 => count3, finger_force => finger_force, x => x, y => y, z => z, proportional => proportional, derivative => derivative, crank_proportional => crank_proportional, crank_derivative => crank_derivative, stiffness => stiffness, feedback => feedback, threshold_on => threshold_on, threshold_off => threshold_off, period => period, shear_gain => shear_gain, drive1 => drive1, drive2 => drive2, drive3 => drive3, mode => mode);
+    generic map (LENGTH_WIDTH => LENGTH_WIDTH, LENGTH_FRAC => LENGTH_FRAC, CRANK_LENGTH => CRANK_LENGTH,
+      ROD_LENGTH => ROD_LENGTH, OFFSET => OFFSET, ANGLE_WIDTH => ANGLE_WIDTH, LIMIT => LIMIT, GUARD => GUARD,
+      ROTATIONS => ROTATIONS, COUNT_WIDTH => COUNT_WIDTH, COUNT_NUM => COUNT_NUM, COUNT_DEN => COUNT_DEN,
+      STEP => STEP, STEP_FRAC => STEP_FRAC, P_WIDTH => P_WIDTH, P_FRAC => P_FRAC, D_WIDTH => D_WIDTH,
+      D_FRAC => D_FRAC, WINDOW => WINDOW, CRANK_STEP => CRANK_STEP, CRANK_STEP_FRAC => CRANK_STEP_FRAC,
+      CRANK_P_WIDTH => CRANK_P_WIDTH, CRANK_P_FRAC => CRANK_P_FRAC, CRANK_D_WIDTH => CRANK_D_WIDTH,
+      CRANK_D_FRAC => CRANK_D_FRAC, CRANK_WINDOW => CRANK_WINDOW, FORCE_WIDTH => FORCE_WIDTH,
+      FORCE_LIMIT => FORCE_LIMIT, S_WIDTH => S_WIDTH, S_FRAC => S_FRAC, K_WIDTH => K_WIDTH, K_FRAC => K_FRAC,
+      GAIN => GAIN, GAIN_FRAC => GAIN_FRAC, DRIVE_WIDTH => DRIVE_WIDTH, TAKE_RADIUS => TAKE_RADIUS,
+      BUMPLESS => BUMPLESS, DECAY => DECAY, PERIOD_WIDTH => PERIOD_WIDTH, SHEAR_WIDTH => SHEAR_WIDTH,
+      SHEAR_FRAC => SHEAR_FRAC, COEF_FRAC => COEF_FRAC, ORDER_NUM => ORDER_NUM, ORDER_DEN => ORDER_DEN,
+      MEMORY => MEMORY)
+    port map (clk => clk, rst => rst, count1 => count1, count2 => count2, count3 => count3,
+      finger_force => finger_force, x => x, y => y, z => z, proportional => proportional, derivative => derivative,
+      crank_proportional => crank_proportional, crank_derivative => crank_derivative, stiffness => stiffness,
+      feedback => feedback, threshold_on => threshold_on, threshold_off => threshold_off, period => period,
+      shear_gain => shear_gain, drive1 => drive1, drive2 => drive2, drive3 => drive3, mode => mode);
 
   process
     variable rows : vector_file;

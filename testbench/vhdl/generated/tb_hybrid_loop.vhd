@@ -48,8 +48,14 @@ architecture test of tb_hybrid_loop is
 begin
 
   dut : entity work.hybrid_loop
-    generic map (POSITION_WIDTH => POSITION_WIDTH, STIFFNESS_WIDTH => STIFFNESS_WIDTH, STIFFNESS_FRAC => STIFFNESS_FRAC, DAMPING_WIDTH => DAMPING_WIDTH, DAMPING_FRAC => DAMPING_FRAC, PERIOD_WIDTH => PERIOD_WIDTH, VELOCITY_WIDTH => VELOCITY_WIDTH, RESCALED => RESCALED, SCALE_WIDTH => SCALE_WIDTH, SCALE_FRAC => SCALE_FRAC, PWM_WIDTH => PWM_WIDTH, SATURATE => SATURATE, ANTIPHASE => ANTIPHASE, LATCHED => LATCHED, FLOATING => FLOATING, DEAD_TIME => DEAD_TIME, SETTLING => SETTLING)
-    port map (clk => clk, rst => rst, a_pin => a_pin, b_pin => b_pin, reference => reference, stiffness => stiffness, damping => damping, period => period, scale => scale, a_high => a_high, a_low => a_low, b_high => b_high, b_low => b_low);
+    generic map (POSITION_WIDTH => POSITION_WIDTH, STIFFNESS_WIDTH => STIFFNESS_WIDTH,
+      STIFFNESS_FRAC => STIFFNESS_FRAC, DAMPING_WIDTH => DAMPING_WIDTH, DAMPING_FRAC => DAMPING_FRAC,
+      PERIOD_WIDTH => PERIOD_WIDTH, VELOCITY_WIDTH => VELOCITY_WIDTH, RESCALED => RESCALED,
+      SCALE_WIDTH => SCALE_WIDTH, SCALE_FRAC => SCALE_FRAC, PWM_WIDTH => PWM_WIDTH, SATURATE => SATURATE,
+      ANTIPHASE => ANTIPHASE, LATCHED => LATCHED, FLOATING => FLOATING, DEAD_TIME => DEAD_TIME, SETTLING => SETTLING)
+    port map (clk => clk, rst => rst, a_pin => a_pin, b_pin => b_pin, reference => reference,
+      stiffness => stiffness, damping => damping, period => period, scale => scale, a_high => a_high, a_low => a_low,
+      b_high => b_high, b_low => b_low);
 
   process
     variable rows : vector_file;

@@ -36,8 +36,11 @@ architecture test of tb_impedance_control is
 begin
 
   dut : entity work.impedance_control
-    generic map (LENGTH_WIDTH => LENGTH_WIDTH, LENGTH_FRAC => LENGTH_FRAC, FORCE_WIDTH => FORCE_WIDTH, FORCE_LIMIT => FORCE_LIMIT, S_WIDTH => S_WIDTH, S_FRAC => S_FRAC, K_WIDTH => K_WIDTH, K_FRAC => K_FRAC, GAIN => GAIN, GAIN_FRAC => GAIN_FRAC, DRIVE_WIDTH => DRIVE_WIDTH)
-    port map (rest => rest, radius => radius, slope => slope, finger_force => finger_force, stiffness => stiffness, feedback => feedback, drive => drive);
+    generic map (LENGTH_WIDTH => LENGTH_WIDTH, LENGTH_FRAC => LENGTH_FRAC, FORCE_WIDTH => FORCE_WIDTH,
+      FORCE_LIMIT => FORCE_LIMIT, S_WIDTH => S_WIDTH, S_FRAC => S_FRAC, K_WIDTH => K_WIDTH, K_FRAC => K_FRAC,
+      GAIN => GAIN, GAIN_FRAC => GAIN_FRAC, DRIVE_WIDTH => DRIVE_WIDTH)
+    port map (rest => rest, radius => radius, slope => slope, finger_force => finger_force,
+      stiffness => stiffness, feedback => feedback, drive => drive);
 
   process
     variable rows : vector_file;

@@ -32,7 +32,8 @@ architecture test of tb_input_shaper is
 begin
 
   dut : entity work.input_shaper
-    generic map (ENABLED => ENABLED, TORQUE_WIDTH => TORQUE_WIDTH, PERIOD_WIDTH => PERIOD_WIDTH, PHASE => PHASE, B0 => B0, B1 => B1, B2 => B2, A1 => A1, A2 => A2)
+    generic map (ENABLED => ENABLED, TORQUE_WIDTH => TORQUE_WIDTH, PERIOD_WIDTH => PERIOD_WIDTH,
+      PHASE => PHASE, B0 => B0, B1 => B1, B2 => B2, A1 => A1, A2 => A2)
     port map (clk => clk, rst => rst, torque => torque, period => period, shaped => shaped);
 
   process

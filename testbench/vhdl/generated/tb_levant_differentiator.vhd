@@ -28,7 +28,8 @@ architecture test of tb_levant_differentiator is
 begin
 
   dut : entity work.levant_differentiator
-    generic map (WIDTH => WIDTH, PERIOD_WIDTH => PERIOD_WIDTH, OUT_FRAC => OUT_FRAC, ROOT_GAIN => ROOT_GAIN, SLEW => SLEW)
+    generic map (WIDTH => WIDTH, PERIOD_WIDTH => PERIOD_WIDTH, OUT_FRAC => OUT_FRAC, ROOT_GAIN => ROOT_GAIN,
+      SLEW => SLEW)
     port map (clk => clk, rst => rst, position => position, period => period, velocity => velocity);
 
   process

@@ -42,8 +42,13 @@ architecture test of tb_passivity_controller is
 begin
 
   dut : entity work.passivity_controller
-    generic map (WIDTH => WIDTH, STIFFNESS_WIDTH => STIFFNESS_WIDTH, STIFFNESS_FRAC => STIFFNESS_FRAC, DAMPING_WIDTH => DAMPING_WIDTH, DAMPING_FRAC => DAMPING_FRAC, PERIOD_WIDTH => PERIOD_WIDTH, SCALE_WIDTH => SCALE_WIDTH, SCALE_FRAC => SCALE_FRAC, TORQUE_WIDTH => TORQUE_WIDTH, EXACT => EXACT, ENERGY_WIDTH => ENERGY_WIDTH, CREDIT => CREDIT)
-    port map (clk => clk, rst => rst, position => position, delta => delta, contact => contact, penetration => penetration, stiffness => stiffness, damping => damping, period => period, scale => scale, torque => torque, memory => memory);
+    generic map (WIDTH => WIDTH, STIFFNESS_WIDTH => STIFFNESS_WIDTH, STIFFNESS_FRAC => STIFFNESS_FRAC,
+      DAMPING_WIDTH => DAMPING_WIDTH, DAMPING_FRAC => DAMPING_FRAC, PERIOD_WIDTH => PERIOD_WIDTH,
+      SCALE_WIDTH => SCALE_WIDTH, SCALE_FRAC => SCALE_FRAC, TORQUE_WIDTH => TORQUE_WIDTH, EXACT => EXACT,
+      ENERGY_WIDTH => ENERGY_WIDTH, CREDIT => CREDIT)
+    port map (clk => clk, rst => rst, position => position, delta => delta, contact => contact,
+      penetration => penetration, stiffness => stiffness, damping => damping, period => period, scale => scale,
+      torque => torque, memory => memory);
 
   process
     variable rows : vector_file;

@@ -73,8 +73,18 @@ architecture test of tb_phantom_engine is
 begin
 
   dut : entity work.phantom_engine
-    generic map (PERIOD_WIDTH => PERIOD_WIDTH, DELAY => DELAY, TRIG_INT => TRIG_INT, TRIG_FRAC => TRIG_FRAC, LENGTH_FRAC => LENGTH_FRAC, LENGTH_1 => LENGTH_1, LENGTH_2 => LENGTH_2, POSITION_INT => POSITION_INT, POSITION_FRAC => POSITION_FRAC, STIFFNESS_INT => STIFFNESS_INT, STIFFNESS_FRAC => STIFFNESS_FRAC, FORCE_INT => FORCE_INT, FORCE_FRAC => FORCE_FRAC, FORCE_LIMIT => FORCE_LIMIT, TORQUE_INT => TORQUE_INT, TORQUE_FRAC => TORQUE_FRAC, GAIN_1 => GAIN_1, GAIN_2 => GAIN_2, GAIN_3 => GAIN_3, GAIN_FRAC => GAIN_FRAC, COMMAND_WIDTH => COMMAND_WIDTH)
-    port map (clk => clk, rst => rst, sine1 => sine1, cosine1 => cosine1, sine2 => sine2, cosine2 => cosine2, sine3 => sine3, cosine3 => cosine3, valid1 => valid1, valid2 => valid2, valid3 => valid3, x_low => x_low, x_high => x_high, y_low => y_low, y_high => y_high, z_low => z_low, z_high => z_high, room => room, stiffness => stiffness, period => period, x => x, y => y, z => z, radius => radius, force_x => force_x, force_y => force_y, force_z => force_z, contact => contact, torque1 => torque1, torque2 => torque2, torque3 => torque3, command1 => command1, command2 => command2, command3 => command3);
+    generic map (PERIOD_WIDTH => PERIOD_WIDTH, DELAY => DELAY, TRIG_INT => TRIG_INT, TRIG_FRAC => TRIG_FRAC,
+      LENGTH_FRAC => LENGTH_FRAC, LENGTH_1 => LENGTH_1, LENGTH_2 => LENGTH_2, POSITION_INT => POSITION_INT,
+      POSITION_FRAC => POSITION_FRAC, STIFFNESS_INT => STIFFNESS_INT, STIFFNESS_FRAC => STIFFNESS_FRAC,
+      FORCE_INT => FORCE_INT, FORCE_FRAC => FORCE_FRAC, FORCE_LIMIT => FORCE_LIMIT, TORQUE_INT => TORQUE_INT,
+      TORQUE_FRAC => TORQUE_FRAC, GAIN_1 => GAIN_1, GAIN_2 => GAIN_2, GAIN_3 => GAIN_3, GAIN_FRAC => GAIN_FRAC,
+      COMMAND_WIDTH => COMMAND_WIDTH)
+    port map (clk => clk, rst => rst, sine1 => sine1, cosine1 => cosine1, sine2 => sine2, cosine2 => cosine2,
+      sine3 => sine3, cosine3 => cosine3, valid1 => valid1, valid2 => valid2, valid3 => valid3, x_low => x_low,
+      x_high => x_high, y_low => y_low, y_high => y_high, z_low => z_low, z_high => z_high, room => room,
+      stiffness => stiffness, period => period, x => x, y => y, z => z, radius => radius, force_x => force_x,
+      force_y => force_y, force_z => force_z, contact => contact, torque1 => torque1, torque2 => torque2,
+      torque3 => torque3, command1 => command1, command2 => command2, command3 => command3);
 
   process
     variable rows : vector_file;

@@ -35,8 +35,10 @@ architecture test of tb_phantom_forward is
 begin
 
   dut : entity work.phantom_forward
-    generic map (TRIG_INT => TRIG_INT, TRIG_FRAC => TRIG_FRAC, LENGTH_FRAC => LENGTH_FRAC, LENGTH_1 => LENGTH_1, LENGTH_2 => LENGTH_2, POSITION_INT => POSITION_INT, POSITION_FRAC => POSITION_FRAC)
-    port map (sine1 => sine1, cosine1 => cosine1, sine2 => sine2, cosine2 => cosine2, sine3 => sine3, cosine3 => cosine3, x => x, y => y, z => z, radius => radius);
+    generic map (TRIG_INT => TRIG_INT, TRIG_FRAC => TRIG_FRAC, LENGTH_FRAC => LENGTH_FRAC,
+      LENGTH_1 => LENGTH_1, LENGTH_2 => LENGTH_2, POSITION_INT => POSITION_INT, POSITION_FRAC => POSITION_FRAC)
+    port map (sine1 => sine1, cosine1 => cosine1, sine2 => sine2, cosine2 => cosine2, sine3 => sine3,
+      cosine3 => cosine3, x => x, y => y, z => z, radius => radius);
 
   process
     variable rows : vector_file;

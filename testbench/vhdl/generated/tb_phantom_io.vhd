@@ -38,7 +38,9 @@ begin
 
   dut : entity work.phantom_io
     generic map (POSITION_WIDTH => POSITION_WIDTH, COMMAND_WIDTH => COMMAND_WIDTH)
-    port map (clk => clk, rst => rst, a_pin1 => a_pin1, b_pin1 => b_pin1, a_pin2 => a_pin2, b_pin2 => b_pin2, a_pin3 => a_pin3, b_pin3 => b_pin3, host1 => host1, host2 => host2, host3 => host3, position1 => position1, position2 => position2, position3 => position3, command1 => command1, command2 => command2, command3 => command3);
+    port map (clk => clk, rst => rst, a_pin1 => a_pin1, b_pin1 => b_pin1, a_pin2 => a_pin2, b_pin2 => b_pin2,
+      a_pin3 => a_pin3, b_pin3 => b_pin3, host1 => host1, host2 => host2, host3 => host3, position1 => position1,
+      position2 => position2, position3 => position3, command1 => command1, command2 => command2, command3 => command3);
 
   process
     variable rows : vector_file;

@@ -67,8 +67,18 @@ architecture test of tb_phantom_shared_loop is
 begin
 
   dut : entity work.phantom_shared_loop
-    generic map (POSITION_WIDTH => POSITION_WIDTH, PERIOD_WIDTH => PERIOD_WIDTH, DEPTH_WIDTH => DEPTH_WIDTH, TURN_NUM_1 => TURN_NUM_1, TURN_DEN_1 => TURN_DEN_1, TURN_NUM_2 => TURN_NUM_2, TURN_DEN_2 => TURN_DEN_2, TURN_NUM_3 => TURN_NUM_3, TURN_DEN_3 => TURN_DEN_3, TRIG_INT => TRIG_INT, TRIG_FRAC => TRIG_FRAC, LENGTH_FRAC => LENGTH_FRAC, LENGTH_1 => LENGTH_1, LENGTH_2 => LENGTH_2, POSITION_INT => POSITION_INT, POSITION_FRAC => POSITION_FRAC, STIFFNESS_INT => STIFFNESS_INT, STIFFNESS_FRAC => STIFFNESS_FRAC, FORCE_INT => FORCE_INT, FORCE_FRAC => FORCE_FRAC, FORCE_LIMIT => FORCE_LIMIT, TORQUE_INT => TORQUE_INT, TORQUE_FRAC => TORQUE_FRAC, GAIN_1 => GAIN_1, GAIN_2 => GAIN_2, GAIN_3 => GAIN_3, GAIN_FRAC => GAIN_FRAC, COMMAND_WIDTH => COMMAND_WIDTH, DELAY => DELAY)
-    port map (clk => clk, rst => rst, a_pin1 => a_pin1, b_pin1 => b_pin1, a_pin2 => a_pin2, b_pin2 => b_pin2, a_pin3 => a_pin3, b_pin3 => b_pin3, x_low => x_low, x_high => x_high, y_low => y_low, y_high => y_high, z_low => z_low, z_high => z_high, room => room, stiffness => stiffness, period => period, command1 => command1, command2 => command2, command3 => command3);
+    generic map (POSITION_WIDTH => POSITION_WIDTH, PERIOD_WIDTH => PERIOD_WIDTH, DEPTH_WIDTH => DEPTH_WIDTH,
+      TURN_NUM_1 => TURN_NUM_1, TURN_DEN_1 => TURN_DEN_1, TURN_NUM_2 => TURN_NUM_2, TURN_DEN_2 => TURN_DEN_2,
+      TURN_NUM_3 => TURN_NUM_3, TURN_DEN_3 => TURN_DEN_3, TRIG_INT => TRIG_INT, TRIG_FRAC => TRIG_FRAC,
+      LENGTH_FRAC => LENGTH_FRAC, LENGTH_1 => LENGTH_1, LENGTH_2 => LENGTH_2, POSITION_INT => POSITION_INT,
+      POSITION_FRAC => POSITION_FRAC, STIFFNESS_INT => STIFFNESS_INT, STIFFNESS_FRAC => STIFFNESS_FRAC,
+      FORCE_INT => FORCE_INT, FORCE_FRAC => FORCE_FRAC, FORCE_LIMIT => FORCE_LIMIT, TORQUE_INT => TORQUE_INT,
+      TORQUE_FRAC => TORQUE_FRAC, GAIN_1 => GAIN_1, GAIN_2 => GAIN_2, GAIN_3 => GAIN_3, GAIN_FRAC => GAIN_FRAC,
+      COMMAND_WIDTH => COMMAND_WIDTH, DELAY => DELAY)
+    port map (clk => clk, rst => rst, a_pin1 => a_pin1, b_pin1 => b_pin1, a_pin2 => a_pin2, b_pin2 => b_pin2,
+      a_pin3 => a_pin3, b_pin3 => b_pin3, x_low => x_low, x_high => x_high, y_low => y_low, y_high => y_high,
+      z_low => z_low, z_high => z_high, room => room, stiffness => stiffness, period => period, command1 => command1,
+      command2 => command2, command3 => command3);
 
   process
     variable rows : vector_file;

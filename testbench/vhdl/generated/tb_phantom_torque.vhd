@@ -43,8 +43,12 @@ architecture test of tb_phantom_torque is
 begin
 
   dut : entity work.phantom_torque
-    generic map (TRIG_INT => TRIG_INT, TRIG_FRAC => TRIG_FRAC, LENGTH_FRAC => LENGTH_FRAC, LENGTH_1 => LENGTH_1, LENGTH_2 => LENGTH_2, POSITION_INT => POSITION_INT, POSITION_FRAC => POSITION_FRAC, FORCE_INT => FORCE_INT, FORCE_FRAC => FORCE_FRAC, TORQUE_INT => TORQUE_INT, TORQUE_FRAC => TORQUE_FRAC)
-    port map (sine1 => sine1, cosine1 => cosine1, sine2 => sine2, cosine2 => cosine2, sine3 => sine3, cosine3 => cosine3, x => x, z => z, force_x => force_x, force_y => force_y, force_z => force_z, torque1 => torque1, torque2 => torque2, torque3 => torque3);
+    generic map (TRIG_INT => TRIG_INT, TRIG_FRAC => TRIG_FRAC, LENGTH_FRAC => LENGTH_FRAC,
+      LENGTH_1 => LENGTH_1, LENGTH_2 => LENGTH_2, POSITION_INT => POSITION_INT, POSITION_FRAC => POSITION_FRAC,
+      FORCE_INT => FORCE_INT, FORCE_FRAC => FORCE_FRAC, TORQUE_INT => TORQUE_INT, TORQUE_FRAC => TORQUE_FRAC)
+    port map (sine1 => sine1, cosine1 => cosine1, sine2 => sine2, cosine2 => cosine2, sine3 => sine3,
+      cosine3 => cosine3, x => x, z => z, force_x => force_x, force_y => force_y, force_z => force_z,
+      torque1 => torque1, torque2 => torque2, torque3 => torque3);
 
   process
     variable rows : vector_file;

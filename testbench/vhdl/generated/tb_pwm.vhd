@@ -30,8 +30,10 @@ architecture test of tb_pwm is
 begin
 
   dut : entity work.pwm
-    generic map (WIDTH => WIDTH, ANTIPHASE => ANTIPHASE, LATCHED => LATCHED, FLOATING => FLOATING, DEAD_TIME => DEAD_TIME)
-    port map (clk => clk, rst => rst, command => command, a_high => a_high, a_low => a_low, b_high => b_high, b_low => b_low);
+    generic map (WIDTH => WIDTH, ANTIPHASE => ANTIPHASE, LATCHED => LATCHED, FLOATING => FLOATING,
+      DEAD_TIME => DEAD_TIME)
+    port map (clk => clk, rst => rst, command => command, a_high => a_high, a_low => a_low, b_high => b_high,
+      b_low => b_low);
 
   process
     variable rows : vector_file;

@@ -30,7 +30,8 @@ begin
 
   dut : entity work.sample_register
     generic map (WIDTH => WIDTH, PERIOD_WIDTH => PERIOD_WIDTH)
-    port map (clk => clk, rst => rst, position1 => position1, position2 => position2, position3 => position3, period => period, count1 => count1, count2 => count2, count3 => count3);
+    port map (clk => clk, rst => rst, position1 => position1, position2 => position2, position3 => position3,
+      period => period, count1 => count1, count2 => count2, count3 => count3);
 
   process
     variable rows : vector_file;

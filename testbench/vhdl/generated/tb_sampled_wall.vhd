@@ -49,8 +49,14 @@ architecture test of tb_sampled_wall is
 begin
 
   dut : entity work.sampled_wall
-    generic map (WIDTH => WIDTH, STIFFNESS_WIDTH => STIFFNESS_WIDTH, STIFFNESS_FRAC => STIFFNESS_FRAC, DAMPING_WIDTH => DAMPING_WIDTH, DAMPING_FRAC => DAMPING_FRAC, PERIOD_WIDTH => PERIOD_WIDTH, SCALE_WIDTH => SCALE_WIDTH, SCALE_FRAC => SCALE_FRAC, TORQUE_WIDTH => TORQUE_WIDTH, SPRING_HELD => SPRING_HELD, ESTIMATOR => ESTIMATOR, RATIO => RATIO, SHIFT => SHIFT, WINDOW => WINDOW, NOISE => NOISE, VELOCITY_FRAC => VELOCITY_FRAC, RELIEF => RELIEF, ROOT_GAIN => ROOT_GAIN, SLEW => SLEW)
-    port map (clk => clk, rst => rst, position => position, delta => delta, contact => contact, penetration => penetration, stiffness => stiffness, damping => damping, period => period, scale => scale, torque => torque, memory => memory);
+    generic map (WIDTH => WIDTH, STIFFNESS_WIDTH => STIFFNESS_WIDTH, STIFFNESS_FRAC => STIFFNESS_FRAC,
+      DAMPING_WIDTH => DAMPING_WIDTH, DAMPING_FRAC => DAMPING_FRAC, PERIOD_WIDTH => PERIOD_WIDTH,
+      SCALE_WIDTH => SCALE_WIDTH, SCALE_FRAC => SCALE_FRAC, TORQUE_WIDTH => TORQUE_WIDTH, SPRING_HELD => SPRING_HELD,
+      ESTIMATOR => ESTIMATOR, RATIO => RATIO, SHIFT => SHIFT, WINDOW => WINDOW, NOISE => NOISE,
+      VELOCITY_FRAC => VELOCITY_FRAC, RELIEF => RELIEF, ROOT_GAIN => ROOT_GAIN, SLEW => SLEW)
+    port map (clk => clk, rst => rst, position => position, delta => delta, contact => contact,
+      penetration => penetration, stiffness => stiffness, damping => damping, period => period, scale => scale,
+      torque => torque, memory => memory);
 
   process
     variable rows : vector_file;

@@ -61,8 +61,17 @@ architecture test of tb_sampled_wall_loop is
 begin
 
   dut : entity work.sampled_wall_loop
-    generic map (POSITION_WIDTH => POSITION_WIDTH, STIFFNESS_WIDTH => STIFFNESS_WIDTH, STIFFNESS_FRAC => STIFFNESS_FRAC, DAMPING_WIDTH => DAMPING_WIDTH, DAMPING_FRAC => DAMPING_FRAC, PERIOD_WIDTH => PERIOD_WIDTH, SCALE_WIDTH => SCALE_WIDTH, SCALE_FRAC => SCALE_FRAC, PWM_WIDTH => PWM_WIDTH, ANTIPHASE => ANTIPHASE, LATCHED => LATCHED, FLOATING => FLOATING, DEAD_TIME => DEAD_TIME, SHAPER_ENABLED => SHAPER_ENABLED, SHAPER_PHASE => SHAPER_PHASE, SHAPER_B0 => SHAPER_B0, SHAPER_B1 => SHAPER_B1, SHAPER_B2 => SHAPER_B2, SHAPER_A1 => SHAPER_A1, SHAPER_A2 => SHAPER_A2, SPRING_HELD => SPRING_HELD, ESTIMATOR => ESTIMATOR, RATIO => RATIO, SHIFT => SHIFT, WINDOW => WINDOW, NOISE => NOISE, VELOCITY_FRAC => VELOCITY_FRAC, RELIEF => RELIEF, ROOT_GAIN => ROOT_GAIN, SLEW => SLEW)
-    port map (clk => clk, rst => rst, a_pin => a_pin, b_pin => b_pin, reference => reference, stiffness => stiffness, damping => damping, period => period, scale => scale, a_high => a_high, a_low => a_low, b_high => b_high, b_low => b_low);
+    generic map (POSITION_WIDTH => POSITION_WIDTH, STIFFNESS_WIDTH => STIFFNESS_WIDTH,
+      STIFFNESS_FRAC => STIFFNESS_FRAC, DAMPING_WIDTH => DAMPING_WIDTH, DAMPING_FRAC => DAMPING_FRAC,
+      PERIOD_WIDTH => PERIOD_WIDTH, SCALE_WIDTH => SCALE_WIDTH, SCALE_FRAC => SCALE_FRAC, PWM_WIDTH => PWM_WIDTH,
+      ANTIPHASE => ANTIPHASE, LATCHED => LATCHED, FLOATING => FLOATING, DEAD_TIME => DEAD_TIME,
+      SHAPER_ENABLED => SHAPER_ENABLED, SHAPER_PHASE => SHAPER_PHASE, SHAPER_B0 => SHAPER_B0, SHAPER_B1 => SHAPER_B1,
+      SHAPER_B2 => SHAPER_B2, SHAPER_A1 => SHAPER_A1, SHAPER_A2 => SHAPER_A2, SPRING_HELD => SPRING_HELD,
+      ESTIMATOR => ESTIMATOR, RATIO => RATIO, SHIFT => SHIFT, WINDOW => WINDOW, NOISE => NOISE,
+      VELOCITY_FRAC => VELOCITY_FRAC, RELIEF => RELIEF, ROOT_GAIN => ROOT_GAIN, SLEW => SLEW)
+    port map (clk => clk, rst => rst, a_pin => a_pin, b_pin => b_pin, reference => reference,
+      stiffness => stiffness, damping => damping, period => period, scale => scale, a_high => a_high, a_low => a_low,
+      b_high => b_high, b_low => b_low);
 
   process
     variable rows : vector_file;

@@ -31,7 +31,8 @@ begin
 
   dut : entity work.sequential_divider
     generic map (NUM_WIDTH => NUM_WIDTH, DEN_WIDTH => DEN_WIDTH, FRAC => FRAC, OUT_WIDTH => OUT_WIDTH)
-    port map (clk => clk, rst => rst, start => start, num => num, den => den, quotient => quotient, busy => busy, ready => ready);
+    port map (clk => clk, rst => rst, start => start, num => num, den => den, quotient => quotient,
+      busy => busy, ready => ready);
 
   process
     variable rows : vector_file;

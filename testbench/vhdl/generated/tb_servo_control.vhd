@@ -36,8 +36,11 @@ architecture test of tb_servo_control is
 begin
 
   dut : entity work.servo_control
-    generic map (ANGLE_WIDTH => ANGLE_WIDTH, COUNT_WIDTH => COUNT_WIDTH, STEP => STEP, STEP_FRAC => STEP_FRAC, P_WIDTH => P_WIDTH, P_FRAC => P_FRAC, D_WIDTH => D_WIDTH, D_FRAC => D_FRAC, DRIVE_WIDTH => DRIVE_WIDTH, WINDOW => WINDOW)
-    port map (clk => clk, rst => rst, desired => desired, count => count, proportional => proportional, derivative => derivative, sample => sample, drive => drive);
+    generic map (ANGLE_WIDTH => ANGLE_WIDTH, COUNT_WIDTH => COUNT_WIDTH, STEP => STEP, STEP_FRAC => STEP_FRAC,
+      P_WIDTH => P_WIDTH, P_FRAC => P_FRAC, D_WIDTH => D_WIDTH, D_FRAC => D_FRAC, DRIVE_WIDTH => DRIVE_WIDTH,
+      WINDOW => WINDOW)
+    port map (clk => clk, rst => rst, desired => desired, count => count, proportional => proportional,
+      derivative => derivative, sample => sample, drive => drive);
 
   process
     variable rows : vector_file;

@@ -31,7 +31,8 @@ architecture test of tb_trig_cordic is
 begin
 
   dut : entity work.trig_cordic
-    generic map (COUNT_WIDTH => COUNT_WIDTH, ITERATIONS => ITERATIONS, GUARD => GUARD, PHASE_WIDTH => PHASE_WIDTH, STEP => STEP, TRIG_INT => TRIG_INT, TRIG_FRAC => TRIG_FRAC)
+    generic map (COUNT_WIDTH => COUNT_WIDTH, ITERATIONS => ITERATIONS, GUARD => GUARD,
+      PHASE_WIDTH => PHASE_WIDTH, STEP => STEP, TRIG_INT => TRIG_INT, TRIG_FRAC => TRIG_FRAC)
     port map (clk => clk, rst => rst, count => count, sine => sine, cosine => cosine, valid => valid);
 
   process

@@ -31,7 +31,8 @@ architecture test of tb_trig_interpolated is
 begin
 
   dut : entity work.trig_interpolated
-    generic map (COUNT_WIDTH => COUNT_WIDTH, QUARTER_WIDTH => QUARTER_WIDTH, REST_WIDTH => REST_WIDTH, PHASE_WIDTH => PHASE_WIDTH, STEP => STEP, TRIG_INT => TRIG_INT, TRIG_FRAC => TRIG_FRAC)
+    generic map (COUNT_WIDTH => COUNT_WIDTH, QUARTER_WIDTH => QUARTER_WIDTH, REST_WIDTH => REST_WIDTH,
+      PHASE_WIDTH => PHASE_WIDTH, STEP => STEP, TRIG_INT => TRIG_INT, TRIG_FRAC => TRIG_FRAC)
     port map (clk => clk, rst => rst, count => count, sine => sine, cosine => cosine, valid => valid);
 
   process

@@ -30,7 +30,8 @@ architecture test of tb_trig_table is
 begin
 
   dut : entity work.trig_table
-    generic map (COUNT_WIDTH => COUNT_WIDTH, DEPTH_WIDTH => DEPTH_WIDTH, TURN_NUM => TURN_NUM, TURN_DEN => TURN_DEN, TRIG_INT => TRIG_INT, TRIG_FRAC => TRIG_FRAC)
+    generic map (COUNT_WIDTH => COUNT_WIDTH, DEPTH_WIDTH => DEPTH_WIDTH, TURN_NUM => TURN_NUM,
+      TURN_DEN => TURN_DEN, TRIG_INT => TRIG_INT, TRIG_FRAC => TRIG_FRAC)
     port map (clk => clk, rst => rst, count => count, sine => sine, cosine => cosine, valid => valid);
 
   process

@@ -28,7 +28,8 @@ architecture test of tb_truncating_multiplier is
 begin
 
   dut : entity work.truncating_multiplier
-    generic map (A_WIDTH => A_WIDTH, B_WIDTH => B_WIDTH, A_SIGNED => A_SIGNED, B_SIGNED => B_SIGNED, DROP_LOWER => DROP_LOWER, OUT_WIDTH => OUT_WIDTH, SATURATE => SATURATE)
+    generic map (A_WIDTH => A_WIDTH, B_WIDTH => B_WIDTH, A_SIGNED => A_SIGNED, B_SIGNED => B_SIGNED,
+      DROP_LOWER => DROP_LOWER, OUT_WIDTH => OUT_WIDTH, SATURATE => SATURATE)
     port map (a => a, b => b, product => product);
 
   process

@@ -30,8 +30,10 @@ architecture test of tb_velocity_register is
 begin
 
   dut : entity work.velocity_register
-    generic map (WIDTH => WIDTH, PERIOD_WIDTH => PERIOD_WIDTH, RESCALED => RESCALED, SCALE_WIDTH => SCALE_WIDTH, SCALE_FRAC => SCALE_FRAC, OUT_WIDTH => OUT_WIDTH)
-    port map (clk => clk, rst => rst, position => position, period => period, scale => scale, velocity => velocity);
+    generic map (WIDTH => WIDTH, PERIOD_WIDTH => PERIOD_WIDTH, RESCALED => RESCALED,
+      SCALE_WIDTH => SCALE_WIDTH, SCALE_FRAC => SCALE_FRAC, OUT_WIDTH => OUT_WIDTH)
+    port map (clk => clk, rst => rst, position => position, period => period, scale => scale,
+      velocity => velocity);
 
   process
     variable rows : vector_file;

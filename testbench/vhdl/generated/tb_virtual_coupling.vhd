@@ -44,8 +44,13 @@ architecture test of tb_virtual_coupling is
 begin
 
   dut : entity work.virtual_coupling
-    generic map (WIDTH => WIDTH, STIFFNESS_WIDTH => STIFFNESS_WIDTH, STIFFNESS_FRAC => STIFFNESS_FRAC, DAMPING_WIDTH => DAMPING_WIDTH, DAMPING_FRAC => DAMPING_FRAC, PERIOD_WIDTH => PERIOD_WIDTH, SCALE_WIDTH => SCALE_WIDTH, SCALE_FRAC => SCALE_FRAC, TORQUE_WIDTH => TORQUE_WIDTH, EXTENSION_FRAC => EXTENSION_FRAC, GAIN_FRAC => GAIN_FRAC, SHARE => SHARE, FREE => FREE, HELD => HELD)
-    port map (clk => clk, rst => rst, position => position, delta => delta, contact => contact, penetration => penetration, stiffness => stiffness, damping => damping, period => period, scale => scale, torque => torque, memory => memory);
+    generic map (WIDTH => WIDTH, STIFFNESS_WIDTH => STIFFNESS_WIDTH, STIFFNESS_FRAC => STIFFNESS_FRAC,
+      DAMPING_WIDTH => DAMPING_WIDTH, DAMPING_FRAC => DAMPING_FRAC, PERIOD_WIDTH => PERIOD_WIDTH,
+      SCALE_WIDTH => SCALE_WIDTH, SCALE_FRAC => SCALE_FRAC, TORQUE_WIDTH => TORQUE_WIDTH,
+      EXTENSION_FRAC => EXTENSION_FRAC, GAIN_FRAC => GAIN_FRAC, SHARE => SHARE, FREE => FREE, HELD => HELD)
+    port map (clk => clk, rst => rst, position => position, delta => delta, contact => contact,
+      penetration => penetration, stiffness => stiffness, damping => damping, period => period, scale => scale,
+      torque => torque, memory => memory);
 
   process
     variable rows : vector_file;
