@@ -1,4 +1,4 @@
-//! The dependencies in the manifests agree with the map in ARCHITECTURE.md.
+//! The dependencies in the manifests agree with the map in ARCHITECTURE.md; the form of the sources.
 
 use std::fs;
 use std::path::Path;
@@ -91,4 +91,36 @@ fn a_library_is_compiled_for_tests_where_it_has_any() {
             "{name}: `test = false` if src has no #[test], else not"
         );
     }
+}
+
+/// Adds the place of each line of more than 120 characters in the sources below a folder.
+fn add_long_lines(folder: &Path, long: &mut Vec<String>) {
+    // Figures of long runs, and designs as their authors wrote them.
+    let others = ["testbench/record", "testbench/dut"];
+    for entry in fs::read_dir(folder).expect("sources are readable") {
+        let path = entry.expect("an entry").path();
+        if path.is_dir() {
+            if !others.iter().any(|other| path.ends_with(other)) {
+                add_long_lines(&path, long);
+            }
+        } else if path.extension().is_some_and(|end| ["rs", "sh", "py", "vhd"].iter().any(|source| end == *source)) {
+            let text = fs::read_to_string(&path).expect("text");
+            let lines = text.lines().zip(1..).filter(|(line, _)| line.chars().count() > 120);
+            long.extend(lines.map(|(_, number)| format!("{}:{number}", path.display())));
+        }
+    }
+}
+
+#[test]
+fn no_line_of_a_source_has_more_than_120_characters() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).expect("the project");
+    let mut folders = vec![root.join("hdl"), root.join("testbench"), root.join("crates/python/python")];
+    for (name, _) in MAY_KNOW {
+        folders.extend(["src", "tests", "examples"].map(|part| root.join("crates").join(name).join(part)));
+    }
+    let mut long = Vec::new();
+    for folder in folders.iter().filter(|folder| folder.exists()) {
+        add_long_lines(folder, &mut long);
+    }
+    assert!(long.is_empty(), "more than 120 characters: {long:#?}");
 }
