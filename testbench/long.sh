@@ -15,29 +15,29 @@ fi
 commands=${1:-100000}
 seed=${2:-1}
 cores=$(nproc)
+checked=${CARGO_TARGET_DIR:-target}/checked
 share=$(((commands + cores - 1) / cores))
 # The solvers that testbench/test.sh has installed.
 PATH=$PATH:${XDG_CACHE_HOME:-$HOME/.cache}/hpu/solvers-venv/bin
 
-binary=$(cargo test --locked --workspace --tests --no-run --message-format=json-render-diagnostics |
+binary=$(cargo test --locked --profile checked --workspace --tests --no-run --message-format=json-render-diagnostics |
     grep '"manifest_path":"[^"]*/crates/cli/Cargo.toml"' | sed -n 's/.*"name":"all".*"executable":"\([^"]*\)".*/\1/p')
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 
 failed=0
-cargo test --locked --workspace --tests --no-fail-fast -- --include-ignored >"$scratch/tests" 2>&1 || failed=1
+cargo test --locked --profile checked --workspace --tests --no-fail-fast -- --include-ignored >"$scratch/tests" 2>&1 || failed=1
 [ $failed = 0 ] || cat "$scratch/tests"
 
 # The VHDL on all random rows, of which the test command takes a twentieth.
-"${CARGO_TARGET_DIR:-target}/debug/hpu" check >"$scratch/checked" || failed=1
+"$checked/hpu" check >"$scratch/checked" || failed=1
 tail -n 1 "$scratch/checked"
 
 # A gimbal's loop in contact and over many switches: 1.2 million edges in VHDL, 12 million events against clock.
 gimbal=(gimbal-switch --set clock.frequency="2 MHz")
-"${CARGO_TARGET_DIR:-target}/debug/hpu" check --scene "${gimbal[@]}" --edges 1200000 >"$scratch/switched" || failed=1
+"$checked/hpu" check --scene "${gimbal[@]}" --edges 1200000 >"$scratch/switched" || failed=1
 tail -n 1 "$scratch/switched"
-"${CARGO_TARGET_DIR:-target}/debug/hpu" run "${gimbal[@]}" --set run.duration="6 s" --compare \
-    >"$scratch/compared" || failed=1
+"$checked/hpu" run "${gimbal[@]}" --set run.duration="6 s" --compare >"$scratch/compared" || failed=1
 tail -n 1 "$scratch/compared"
 
 # The explorer in a second browser.
@@ -70,10 +70,10 @@ echo "wheel of the Python package: $(grep -E '^Ran ' "$scratch/python")" >"$scra
 # The library of the tests. In the release build `Characteristic::at` and `on` of hpu-study, which are safe Rust,
 # compare the index in `Of::Slope` before they ask whether it is that variant; valgrind then reports an uninitialised
 # value. PyO3 makes a table of methods for each class, once a process, and keeps it.
-cargo build --locked --quiet --workspace --lib
+cargo build --locked --profile checked --quiet --workspace --lib
 mkdir "$scratch/package"
 cp -r crates/python/python/hpu "$scratch/package/"
-cp "${CARGO_TARGET_DIR:-target}/debug/lib_hpu.so" "$scratch/package/hpu/_hpu.abi3.so"
+cp "$checked/lib_hpu.so" "$scratch/package/hpu/_hpu.abi3.so"
 PYTHONPATH=$scratch/package PYTHONMALLOC=malloc valgrind --leak-check=full --show-leak-kinds=definite --num-callers=40 \
     --log-file="$scratch/memory" "$scratch/venv/bin/python" crates/python/tests/every_call.py \
     >"$scratch/called" || failed=1

@@ -256,7 +256,7 @@ def of_equations(options, proved):
     each = -(-options.count // len(files))
     rows = {stem: [] for stem in files}
     target = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")) / "mutants"
-    environment = {**os.environ, "CARGO_TARGET_DIR": str(target), "CARGO_PROFILE_DEV_OPT_LEVEL": "0"}
+    environment = {**os.environ, "CARGO_TARGET_DIR": str(target)}
     with tempfile.TemporaryDirectory() as folder:
         tree = Path(folder) / "tree"
         tracked = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True).stdout

@@ -45,8 +45,10 @@ PATH=$PATH:$venv/bin
 
 cargo fmt --all --check
 
-target=${CARGO_TARGET_DIR:-target}
+mkdir -p "${CARGO_TARGET_DIR:-target}"
+target=$(cd "${CARGO_TARGET_DIR:-target}" && pwd)
 scratch=$(mktemp -d)
+mkdir "$scratch/first" "$scratch/released"
 begun=$SECONDS
 # Notes the seconds since the stage before.
 stage() {
@@ -55,10 +57,10 @@ stage() {
 }
 trap 'rm -rf "$scratch"' EXIT
 
-# Beside the tests, and behind them in priority, so that no core waits while one crate is compiled: lints and
-# documentation, then what short runs cost in instructions, which no other work changes. Two builds into one target
-# folder would wait for each other. With the examples, documentation needs the crates with the same features as lints
-# do.
+# Beside the tests, and behind them in priority, so that no core waits while one crate is compiled: lints, documentation
+# and README's first command, then what short runs cost in instructions, which no other work changes. Two builds into
+# one target folder would wait for each other. With the examples, documentation needs the crates with the same features
+# as lints do.
 lint() {
     export CARGO_TARGET_DIR=$target/lint
     cargo clippy --locked --workspace --all-targets --quiet -- -D warnings || return
@@ -68,11 +70,19 @@ lint() {
         CLIPPY_ARGS=-D__CLIPPY_HACKERY__warnings__CLIPPY_HACKERY__ \
         RUSTDOCFLAGS="-D warnings" cargo doc --locked --workspace --no-deps --lib --bins --examples --quiet
 }
+# README's first command, in the quick build. At the end its files are held against those of the release.
+first() {
+    export CARGO_TARGET_DIR=$target/lint
+    manifest=$PWD/Cargo.toml
+    cd "$scratch/first"
+    cargo run --locked --quiet --manifest-path "$manifest" -- run hybrid-wall -o out
+}
 (
     renice -n 10 -p "$BASHPID"
     (lint) >"$scratch/lint" 2>&1 || touch "$scratch/lint-failed"
-    # A failure is told by the test in a browser, which makes the page again.
     TIMEFORMAT="%U s of a core"
+    { time (first) >"$scratch/first/said" 2>&1 || true; } 2>"$scratch/quick"
+    # A failure is told by the test in a browser, which makes the page again.
     { time testbench/explorer.sh >/dev/null 2>&1 || true; } 2>"$scratch/explorer"
     testbench/instructions.sh >"$scratch/instructions" 2>&1 || touch "$scratch/instructions-failed"
 ) >"$scratch/priority" &
@@ -96,22 +106,35 @@ browsed=passed
 SLACK=${SLACK:-3} testbench/browser.sh || browsed=failed
 stage "browser"
 
+# The quick build and the release: every file is the same but the summary, which tells how long the run took.
+opened=failed
+if (cd "$scratch/released" && "$target/release/hpu" run hybrid-wall -o out >/dev/null) &&
+    [ -s "$scratch/first/out/torque.png" ] &&
+    diff -r --exclude=summary.json "$scratch/released/out" "$scratch/first/out"; then
+    opened=passed
+else
+    cat "$scratch/first/said"
+fi
+echo "the first command and the release write the same files: $opened"
+
 cat "$scratch/lint" "$scratch/instructions" "$scratch/stages"
+echo "beside: the first command, $(cat "$scratch/quick")"
 echo "beside: the explorer's page, $(cat "$scratch/explorer")"
 linted=passed
 counted=passed
 [ ! -e "$scratch/lint-failed" ] || linted=failed
 [ ! -e "$scratch/instructions-failed" ] || counted=failed
 
-awk -v linted="$linted" -v counted="$counted" -v browsed="$browsed" '
+awk -v linted="$linted" -v counted="$counted" -v browsed="$browsed" -v opened="$opened" '
     # The output of a test that failed, of which all others are filtered out, is counted in the sum.
     /^test result:/ && !/ [1-9][0-9]* filtered out/ { passed += $4; failed += $6 }
     END {
         if (linted == "passed") passed++; else failed++
         if (counted == "passed") passed++; else failed++
         if (browsed == "passed") passed++; else failed++
+        if (opened == "passed") passed++; else failed++
         printf "%d passed, %d failed\n", passed, failed
     }' "$scratch/tests"
-for stage in "$tested" "$linted" "$counted" "$browsed"; do
+for stage in "$tested" "$linted" "$counted" "$browsed" "$opened"; do
     [ "$stage" = passed ] || exit 1
 done
