@@ -148,7 +148,8 @@ def main():
     if not tests:
         sys.exit(f"error: no test has `{text}` in its name")
     queue = Queue(tests)
-    threads = [threading.Thread(target=queue.work) for _ in range(len(os.sched_getaffinity(0)))]
+    # One more than there are cores: a simulator and its partner take turns, and meanwhile a core would wait.
+    threads = [threading.Thread(target=queue.work) for _ in range(len(os.sched_getaffinity(0)) + 1)]
     for thread in threads:
         thread.start()
     for thread in threads:
