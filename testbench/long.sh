@@ -26,7 +26,8 @@ scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 
 failed=0
-cargo test --locked --profile checked --workspace --tests --no-fail-fast -- --include-ignored >"$scratch/tests" 2>&1 || failed=1
+cargo test --locked --profile checked --workspace --tests --no-fail-fast -- --include-ignored \
+    >"$scratch/tests" 2>&1 || failed=1
 [ $failed = 0 ] || cat "$scratch/tests"
 
 # The VHDL on all random rows, of which the test command takes a twentieth.

@@ -8,7 +8,9 @@
 # worlds and searches: at level 1 they cost least in all.
 case "${CARGO_PKG_NAME-}: $* " in
 *" --crate-name high_precision "* | *" --crate-name postures "*) exec "$@" ;;
-hpu-datapath:*" --test "* | hpu-plant:*" --test "* | hpu-cosim:*" --test "* | hpu-study:*" --test "*) exec "$@" -C opt-level=1 ;;
+hpu-datapath:*" --test "* | hpu-plant:*" --test "* | hpu-cosim:*" --test "* | hpu-study:*" --test "*)
+    exec "$@" -C opt-level=1
+    ;;
 *" --test "*) exec "$@" -C opt-level=0 ;;
 *) exec "$@" ;;
 esac
