@@ -34,7 +34,10 @@ const FIT: &str = "hpu fit friction-wall";
 pub const COMMANDS: &[(&str, Form)] = &[
     (
         "cargo run -- run hybrid-wall -o out",
-        short("hpu run hybrid-wall -o out", "it makes the quick build; test.sh holds its files against those of this one"),
+        short(
+            "hpu run hybrid-wall -o out",
+            "it makes the quick build; test.sh holds its files against those of this one",
+        ),
     ),
     ("testbench/test.sh", Form::NotHere("it runs this test")),
     ("testbench/explorer.sh", Form::NotHere("it builds the engine for browsers, which testbench/browser.sh has")),
