@@ -732,9 +732,12 @@ def built(sources):
     listed = subprocess.run(
         ["git", "ls-files", "-co", "--exclude-standard"], cwd=ROOT, capture_output=True, text=True, check=True
     )
-    for name in listed.stdout.splitlines():
-        if not (ROOT / name).is_file():
-            continue
+    names = {name for name in listed.stdout.splitlines() if (ROOT / name).is_file()}
+    # A source that the project has no longer would be a second file for its module.
+    for place in tree.rglob("*"):
+        if place.is_file() and place.relative_to(tree).as_posix() not in names:
+            place.unlink()
+    for name in sorted(names):
         content = sources[name].encode() if name in sources else (ROOT / name).read_bytes()
         place = tree / name
         # What is the same keeps its time, so that it is not built again.
