@@ -44,7 +44,7 @@ CIRCUIT = "crates/datapath/src/circuit_loop.rs"
 # Test binaries, filters, and seconds of processor time after which a mutant counts as endless, a multiple of what the
 # tests take; in the order in which they are asked: those that cost least first.
 QUICK = ["between_rows::", "bounded::", "contact::", "known_answers::", "law_scenes::", "less_model::", "rail::",
-         "recurrence::"]
+         "recurrence::", "waiting_rows::"]
 LEAPS = ["cruise::so_", "cruise::a_run", "drivers::they_agree", "drivers::watching", "faults::"]
 WHOLE = ["cruise::every_register", "drivers::leaping", "drivers::a_hundred", "energy::"]
 STAGES = [

@@ -54,7 +54,8 @@ const CONTACT: (&str, &str) = ("wall.position", "0.05 rad");
 fn rows_that_wait_are_those_that_are_shown_in_order() {
     let mut late = Vec::new();
     let dense = ("record.plant_rate", "1 MHz");
-    let scenes: [(&str, &[(&str, &str)]); 12] = [
+    let each = ("record.plant_rate", "50 MHz");
+    let scenes: [(&str, &[(&str, &str)]); 13] = [
         ("rail-drop", &[("run.duration", "500 ms")]),
         ("rail-drop", &[("run.duration", "150 ms"), dense, ("device.initial_position", "19 mm")]),
         ("hybrid-wall", &[CONTACT, ("model.bridge", "averaged"), ("run.duration", "300 ms")]),
@@ -67,6 +68,8 @@ fn rows_that_wait_are_those_that_are_shown_in_order() {
         ("thrown-conventional", &[("run.duration", "300 ms")]),
         ("energy-level-wall", &[("run.duration", "200 ms")]),
         ("phantom-drop", &[("room.distance", "0.1 mm"), ("run.duration", "20 ms")]),
+        // A row at each edge, also where the datapath changes edge by edge between two ticks that nets are shown of.
+        ("hybrid-wall", &[("device.initial_speed", "20 rad/s"), ("run.duration", "3 ms"), each]),
     ];
     for (name, set) in scenes {
         let scene = parsed(name, set);
