@@ -148,8 +148,7 @@ def main():
     if not tests:
         sys.exit(f"error: no test has `{text}` in its name")
     queue = Queue(tests)
-    # One more than there are cores: a simulator and its partner take turns, and meanwhile a core would wait.
-    threads = [threading.Thread(target=queue.work) for _ in range(len(os.sched_getaffinity(0)) + 1)]
+    threads = [threading.Thread(target=queue.work) for _ in range(len(os.sched_getaffinity(0)))]
     for thread in threads:
         thread.start()
     for thread in threads:
