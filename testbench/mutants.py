@@ -336,8 +336,7 @@ def kept(rows, settings):
 
 
 def gathered(folder):
-    """Settings and rows of all shares in a folder. Ends the program if one is missing, damaged or has other
-    settings."""
+    """Settings and rows of all shares in a folder. Ends the program if one is missing, damaged or set otherwise."""
     files = sorted(Path(folder).glob("mutants-*.jsonl"))
     shares, wrong = {}, []
     for file in files:

@@ -1,6 +1,5 @@
 #!/usr/bin/env python3
-"""Builds every Rust test and runs each in a process of its own, on all cores; tells the slowest, and what each binary
-took.
+"""Builds every Rust test and runs each in a process of its own, on all cores; tells the slowest and each binary's time.
 
 Cargo runs one test binary after another, and at the end of each one core waits for the other. Here all tests are one
 queue, and those that were slow in the run on record (record/tests.txt, written by --update) start first. Two programs
@@ -61,8 +60,7 @@ def listed(package, binary, *only):
 
 
 def tests_of(package, name, binary):
-    """Every test of a binary: its name for people, its folder, its command. Those marked `ignore` are left to
-    long.sh."""
+    """Every test of a binary but those marked `ignore`, which long.sh runs: name for people, folder, command."""
     ignored = set(listed(package, binary, "--ignored"))
     for test in listed(package, binary):
         if test not in ignored:

@@ -68,7 +68,7 @@ fn rows_that_wait_are_those_that_are_shown_in_order() {
         ("thrown-conventional", &[("run.duration", "300 ms")]),
         ("energy-level-wall", &[("run.duration", "200 ms")]),
         ("phantom-drop", &[("room.distance", "0.1 mm"), ("run.duration", "20 ms")]),
-        // A row at each edge, also where the datapath changes edge by edge between two ticks that nets are shown of.
+        // A row at each edge, also while the datapath changes edge by edge.
         ("hybrid-wall", &[("device.initial_speed", "20 rad/s"), ("run.duration", "3 ms"), each]),
     ];
     for (name, set) in scenes {
