@@ -23,9 +23,10 @@ pub fn folder(name: &str) -> PathBuf {
     folder
 }
 
-/// Compiles a C file against the header and the library of this build, with these options. Returns what it makes.
-pub fn compiled(source: &str, options: &[&str], made: &str) -> PathBuf {
-    let made = folder("c").join(made);
+/// Compiles a C file against the header and the library of this build, with these options. Returns what it makes, in a
+/// folder that no other test has: tests are processes side by side, and one would load what another is writing.
+pub fn compiled(source: &str, options: &[&str], own: &str, made: &str) -> PathBuf {
+    let made = folder(own).join(made);
     let mut cc = Command::new("cc");
     cc.args(["-std=c11", "-O2", "-Wall", "-Wextra", "-Wpedantic", "-Werror"]).args(options).arg("-I");
     cc.arg(here().join("include")).arg(here().join(source)).arg("-L").arg(library()).args(["-lhpu", "-o"]).arg(&made);

@@ -31,7 +31,7 @@ fn stepped(simulation: &WiredSimulation, edges: u64) -> Vec<f64> {
 /// The hand meets the wall at 160 ms.
 #[test]
 fn the_hybrid_wall_in_c_moves_as_the_blocks_do_to_the_bit() {
-    let motor = compiled("examples/motor.c", &[], "motor");
+    let motor = compiled("examples/motor.c", &[], "motor", "motor");
     let duration = "run.duration=200 ms";
     let said = said(Command::new(motor).args(["hybrid-wall", duration]));
     let values: BTreeMap<_, f64> = said
@@ -55,13 +55,13 @@ fn the_hybrid_wall_in_c_moves_as_the_blocks_do_to_the_bit() {
 
 #[test]
 fn bad_calls_are_refused_with_what_is_accepted() {
-    said(&mut Command::new(compiled("tests/c/refused.c", &["-pthread"], "refused")));
+    said(&mut Command::new(compiled("tests/c/refused.c", &["-pthread"], "refused", "refused")));
 }
 
 /// A logic in C drives the plant of a scene with a method and the same plant alone; the program compares both.
 #[test]
 fn a_plant_alone_in_c_moves_as_that_of_a_scene_with_a_method() {
-    let program = compiled("tests/c/alone.c", &[], "alone");
+    let program = compiled("tests/c/alone.c", &[], "alone", "alone");
     let scene = |name: &str, text: &str| {
         let path = folder("alone").join(name);
         fs::write(&path, text).expect("a file");

@@ -12,7 +12,7 @@ const SCENE: [&str; 3] = ["hybrid-wall", "run.duration=2 ms", "wall.position=0.0
 
 /// Asserts that a testbench tells the clock edges and states that the program in C tells, digit by digit.
 fn same_as_in_c(said_by: &str, testbench: &str) {
-    let motor = compiled("examples/motor.c", &[], &format!("motor-{testbench}"));
+    let motor = compiled("examples/motor.c", &[], testbench, "motor");
     let in_c = said(Command::new(motor).args(SCENE));
     let names = ["edge ", "current_a ", "speed_rad_per_s ", "angle_rad "];
     let states = |text: &str| {
@@ -27,7 +27,7 @@ fn same_as_in_c(said_by: &str, testbench: &str) {
 
 #[test]
 fn a_testbench_in_vhdl_moves_the_plant_as_the_program_in_c() {
-    let work = folder("ghdl");
+    let work = "ghdl";
     let hdl = here().join("../../hdl");
     let blocks = [
         "synchronizer",
@@ -44,27 +44,27 @@ fn a_testbench_in_vhdl_moves_the_plant_as_the_program_in_c() {
     ];
     let mut files: Vec<_> = blocks.iter().map(|block| hdl.join(format!("{block}.vhd"))).collect();
     files.extend(["simulators/hpu_plant.vhd", "examples/motor_tb.vhd"].map(|file| here().join(file)));
-    said(ghdl(&work).args(["-a", "--std=08"]).args(files));
+    said(ghdl(work).args(["-a", "--std=08"]).args(files));
     let scene = format!("-gSCENE={}", SCENE.join(";"));
-    let ran = said(ghdl(&work).args(["-r", "--std=08", "motor_tb", "--ieee-asserts=disable", &scene]));
+    let ran = said(ghdl(work).args(["-r", "--std=08", "motor_tb", "--ieee-asserts=disable", &scene]));
     same_as_in_c(&ran, "ghdl");
 }
 
-/// GHDL in this folder, with the functions of `hpu_sim.c`.
-fn ghdl(work: &Path) -> Command {
-    let shim = compiled("simulators/hpu_sim.c", &["-shared", "-fPIC"], "libhpu_sim.so");
+/// GHDL in the folder of this name, with the functions of `hpu_sim.c`.
+fn ghdl(work: &str) -> Command {
+    let shim = compiled("simulators/hpu_sim.c", &["-shared", "-fPIC"], work, "libhpu_sim.so");
     let places = [shim.parent().expect("a folder"), &library()].map(|path| path.display().to_string());
     let mut ghdl = Command::new("ghdl");
-    ghdl.current_dir(work).env("LD_LIBRARY_PATH", places.join(":"));
+    ghdl.current_dir(folder(work)).env("LD_LIBRARY_PATH", places.join(":"));
     ghdl
 }
 
 #[test]
 fn a_testbench_in_vhdl_drives_a_word_as_the_library_does() {
-    let work = folder("ghdl-push");
+    let work = "ghdl-push";
     let files = ["simulators/hpu_plant.vhd", "tests/push_tb.vhd"].map(|file| here().join(file));
-    said(ghdl(&work).args(["-a", "--std=08"]).args(files));
-    let ran = said(ghdl(&work).args(["-r", "--std=08", "push_tb", "--ieee-asserts=disable"]));
+    said(ghdl(work).args(["-a", "--std=08"]).args(files));
+    let ran = said(ghdl(work).args(["-r", "--std=08", "push_tb", "--ieee-asserts=disable"]));
     let position = ran.trim().strip_prefix("position_m ").and_then(|value| value.parse::<f64>().ok());
 
     let mut plant = Plant::open(&shipped("rail-drop"), &set(&["run.duration=20 ms"])).expect("a plant");
