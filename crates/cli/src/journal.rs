@@ -11,7 +11,7 @@ use std::process;
 use hpu_study::units::{self, JournalError, UnitResult};
 
 use crate::exit::Failure;
-use crate::sha256;
+use crate::program;
 use crate::terminal;
 
 /// A journal that only this process writes to; without a folder, rows are not kept.
@@ -32,7 +32,7 @@ pub fn resume<'a>(
     parts: impl IntoIterator<Item = &'a [u8]>,
 ) -> Result<(Journal, BTreeMap<usize, UnitResult>), Failure> {
     let Some(dir) = dir else { return Ok((Journal(None), BTreeMap::new())) };
-    let program = sha256::this_program()?;
+    let program = program::fingerprint()?;
     let mut all = vec![program.as_bytes()];
     for part in parts {
         all.push(part);

@@ -29,6 +29,7 @@ mod page;
 mod parameters;
 mod pictures;
 mod price;
+mod program;
 mod progress;
 mod report;
 mod reproduce;

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 use std::process::Command;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, OnceLock, PoisonError};
 use std::time::Duration;
 
 pub use crate::ghdl_error::GhdlError;
@@ -18,6 +18,18 @@ pub struct Library {
     timeout: Option<Duration>,
     /// The units that are elaborated.
     elaborated: Mutex<Vec<String>>,
+}
+
+/// Returns whether elaboration writes a program, which runs start. GHDL's mcode back end writes none: each run
+/// elaborates for itself, and elaboration alone would be done for nothing.
+pub(crate) fn writes_programs() -> bool {
+    static KNOWN: OnceLock<bool> = OnceLock::new();
+    *KNOWN.get_or_init(|| {
+        let mut command = Tool::Ghdl.command();
+        command.arg("--version");
+        let said = run(Tool::Ghdl, "tell its back end", command, TIMEOUT);
+        said.map_or(true, |said| !said.out.contains("mcode code generator"))
+    })
 }
 
 /// Arguments of every GHDL command. `-Wno-hide`: wirings have, for example, a net `step` beside an instance with a port
@@ -94,8 +106,8 @@ impl Library {
         fs::remove_file(&path).map_err(|error| GhdlError::Io(path, error))
     }
 
-    /// Elaborates a unit, unless that is done. GHDL's LLVM and GCC back ends write a program for each unit, which then
-    /// runs as often, and as often at a time, as it is wanted; the mcode back end compiles anew for each run.
+    /// Elaborates a unit, unless that is done. Where a back end [writes a program](writes_programs), it then runs as
+    /// often, and as often at a time, as it is wanted.
     ///
     /// # Errors
     ///
@@ -123,7 +135,9 @@ impl Library {
         environment: &[(&str, String)],
         work: Duration,
     ) -> Result<String, GhdlError> {
-        self.elaborate(unit)?;
+        if writes_programs() {
+            self.elaborate(unit)?;
+        }
         let mut command = self.command("-r");
         command.arg(unit);
         // Words are unknown before the first edge. The comparison sees that; a warning for each row would not help.

@@ -13,10 +13,11 @@ use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 
 use crate::exit::Failure;
+use crate::program;
 use crate::sha256::{self, hex};
 
 /// The version of the manifest's format.
-const FORMAT: u64 = 1;
+const FORMAT: u64 = 2;
 
 /// A wave of a sweep.
 #[derive(Clone, Debug)]
@@ -25,7 +26,7 @@ pub struct Manifest {
     pub wave: usize,
     /// The version of the program that planned the sweep.
     pub version: String,
-    /// SHA-256 of that program.
+    /// The [fingerprint](program::fingerprint) of that program.
     pub program: String,
     /// Name and text of the study.
     pub study: (String, String),
@@ -98,7 +99,7 @@ impl Manifest {
         let object = json!({
             "sweep": FORMAT,
             "version": self.version,
-            "program_sha256": self.program,
+            "program_xxh128": self.program,
             "settings_sha256": self.settings(),
             "study": { "name": self.study.0, "text": self.study.1 },
             "verb": self.verb,
@@ -139,7 +140,7 @@ impl Manifest {
         let manifest = Self {
             wave: usize::try_from(value["wave"].as_u64()?).ok()?,
             version: string(&value["version"])?,
-            program: string(&value["program_sha256"])?,
+            program: string(&value["program_xxh128"])?,
             study: (string(&value["study"]["name"])?, string(&value["study"]["text"])?),
             verb: string(&value["verb"])?,
             words: value["words"].as_array()?.iter().map(string).collect::<Option<_>>()?,
@@ -192,7 +193,8 @@ impl Planned {
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
             text => text.map_err(|error| Failure::at(&place, error))?,
         };
-        let damaged = || Failure::at(&place, "is no manifest of a sweep, or is damaged; plan the sweep again");
+        let damaged =
+            || Failure::at(&place, "is no manifest of a sweep, or is damaged or of an older hpu; plan the sweep again");
         let manifest = Manifest::parse(&text).filter(|manifest| manifest.wave == wave).ok_or_else(damaged)?;
         Ok(Some(Self { manifest, dir: dir.to_path_buf(), sum: sha256::of(&text), bytes: text.len() }))
     }
@@ -234,9 +236,9 @@ impl Planned {
     }
 
     /// Refuses to go on under another program than the one that planned the sweep, unless it is asked for. Returns the
-    /// SHA-256 of this program.
+    /// fingerprint of this program.
     pub fn accepts(&self, any_version: bool) -> Result<String, Failure> {
-        let own = sha256::this_program()?;
+        let own = program::fingerprint()?;
         if own != self.manifest.program && !any_version {
             return Err(Failure::usage(format!(
                 "this is another build of hpu than the one that planned the sweep ({}); --any-version goes on with it",

@@ -16,7 +16,7 @@ use super::work::{self, LINES, SECTIONS, splittable};
 use crate::exit::{Exit, Failure};
 use crate::page::show;
 use crate::work::{Rows, Work, on_disk};
-use crate::{interrupt, sha256, study};
+use crate::{interrupt, program, study};
 
 /// Most points that are run to measure what a point costs, and the share of all points that they are at most.
 const SAMPLE: u64 = 16;
@@ -128,7 +128,7 @@ pub fn first(asked: &Asked, dir: &Path, command: &Command, workers: Option<usize
     let mut manifest = Manifest {
         wave: 1,
         version: env!("HPU_VERSION").to_string(),
-        program: sha256::this_program()?,
+        program: program::fingerprint()?,
         study: (name, text),
         verb,
         words,

@@ -3,6 +3,7 @@
 
 use std::collections::BTreeSet;
 use std::fs;
+use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::thread::sleep;
@@ -252,13 +253,22 @@ fn another_build_goes_on_only_when_asked() {
     fine(&["sweep", "plan", text(&study), "-o", text(&out), "--shard-points", "45"]);
     let place = out.join("manifest-1.json");
     let manifest: serde_json::Value = serde_json::from_slice(&read(&place)).expect("JSON");
-    let own = manifest["program_sha256"].as_str().expect("a sum");
-    let other = String::from_utf8(read(&place)).expect("text").replace(own, &"5".repeat(64));
+    let own = manifest["program_xxh128"].as_str().expect("a sum");
+    let original = String::from_utf8(read(&place)).expect("text");
+    let other = original.replace(own, &"5".repeat(32));
     fs::write(&place, &other).expect("a manifest");
     assert_refused(&run(&["sweep", "shard", text(&out), "--index", "0"]), 2, &["another build", "--any-version"]);
     fine(&["sweep", "shard", text(&out), "--index", "0", "--any-version"]);
     assert_refused(&run(&["sweep", "gather", text(&out)]), 4, &["stale: of another build"]);
     fine(&["sweep", "gather", text(&out), "--any-version"]);
+    // A program with one byte more is another one.
+    let changed = dir.join("changed");
+    let program = [read(Path::new(hpu().get_program())), vec![0]].concat();
+    fs::write(&changed, program).expect("a program");
+    fs::set_permissions(&changed, fs::Permissions::from_mode(0o755)).expect("it may run");
+    fs::write(&place, original).expect("a manifest");
+    let shard = Command::new(&changed).args(["sweep", "shard", text(&out), "--index", "0"]).output();
+    assert_refused(&shard.expect("it starts"), 2, &["another build", "--any-version"]);
     // A manifest whose settings were changed is no manifest.
     fs::write(&place, other.replace("150 ms", "160 ms")).expect("a manifest");
     assert_refused(&run(&["sweep", "status", text(&out)]), 4, &["manifest-1.json", "damaged"]);

@@ -14,6 +14,7 @@ use super::build::{Model, base, carries_clock, common_cycle, write, write_files}
 use super::interface::{Interface, Item, entities, interface};
 use super::process::{ANSWER, Process};
 use super::{DutError, Simulators};
+use crate::ghdl::writes_programs;
 use crate::library::{LIBRARY, place_library};
 use crate::temporary::Temporary;
 use crate::tool::{Tool, run};
@@ -77,9 +78,11 @@ impl Simulators {
         let say = |error| DutError::of(&dut.top, error);
         run(Tool::Ghdl, "connect a design", command, self.limit()).map_err(say)?;
         place_library(&self.setup, folder.path()).map_err(|error| DutError::Ended(error.to_string()))?;
-        let mut command = self.ghdl_command("-e", dut, folder.path());
-        command.arg(BENCH);
-        run(Tool::Ghdl, "elaborate a design", command, self.limit()).map_err(say)?;
+        if writes_programs() {
+            let mut command = self.ghdl_command("-e", dut, folder.path());
+            command.arg(BENCH);
+            run(Tool::Ghdl, "elaborate a design", command, self.limit()).map_err(say)?;
+        }
         let mut command = simulate(dut.standard, folder.path(), BENCH);
         command.env(ASK, "");
         if inside {
@@ -140,7 +143,7 @@ fn standard(standard: Standard) -> &'static str {
     }
 }
 
-/// Returns the command that runs a bench, which is elaborated.
+/// Returns the command that runs a bench, which is elaborated where GHDL then [writes a program](writes_programs).
 pub(crate) fn simulate(of: Standard, folder: &Path, bench: &str) -> Command {
     let mut command = Command::new(Tool::Ghdl.name());
     command.args(["-r", standard(of), "-fsynopsys", "-Wno-hide", bench]).current_dir(folder);

@@ -94,15 +94,18 @@ architecture rtl of synchronizer is
   subtype word is std_logic_vector(WIDTH - 1 downto 0);
   type table is array (0 to 255) of word;
 
-  -- Bits without a pattern, so that none can be shared: a shift register with feedback (x^31 + x^28 + 1).
+  -- Bits without a pattern: a shift register with feedback (x^31 + x^28 + 1). Every 16 columns have the same words, so
+  -- that Yosys translates the contents of one block RAM only; it shares none of them.
   function fill return table is
     variable bits  : std_logic_vector(30 downto 0) := (others => '1');
     variable words : table;
   begin
     for i in table'range loop
-      for j in word'range loop
-        bits        := bits(29 downto 0) & (bits(30) xor bits(27));
-        words(i)(j) := bits(0);
+      for j in 0 to 15 loop
+        bits := bits(29 downto 0) & (bits(30) xor bits(27));
+        for k in 0 to WIDTH / 16 - 1 loop
+          words(i)(16 * k + j) := bits(0);
+        end loop;
       end loop;
     end loop;
     return words;

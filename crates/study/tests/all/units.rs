@@ -9,7 +9,7 @@ use std::thread;
 use std::time::Duration;
 
 use hpu_cosim::Control;
-use hpu_study::units::{Journal, JournalError, UnitResult, fingerprint, run};
+use hpu_study::units::{Journal, JournalError, UnitResult, file_fingerprint, fingerprint, run};
 
 const COUNT: usize = 40;
 
@@ -262,4 +262,18 @@ fn the_fingerprint_is_fnv_1a_and_tells_parts_apart() {
     assert_eq!(fingerprint([]), "cbf29ce484222325");
     assert_eq!(fingerprint([&b""[..]]), "af63bd4c8601b7df");
     assert_ne!(fingerprint([&b"ab"[..], b"c"]), fingerprint([&b"a"[..], b"bc"]));
+}
+
+#[test]
+fn the_fingerprint_of_a_file_is_what_xxh128sum_prints() {
+    let path = std::env::temp_dir().join(format!("hpu-fingerprint-{}", std::process::id()));
+    let printed = |bytes: Vec<u8>| {
+        std::fs::write(&path, bytes).expect("a file");
+        file_fingerprint(&path).expect("a fingerprint")
+    };
+    // By xxh128sum 0.8.1 of the same bytes, written by Python: nothing, and more than is read at a time.
+    assert_eq!(printed(Vec::new()), "99aa06d3014798d86001c324468d497f");
+    let many = (0..200_001_u64).map(|i| ((i * i / 7 + i) % 251) as u8).collect();
+    assert_eq!(printed(many), "cabc9bfb699b5f05d04643ff43abe46a");
+    std::fs::remove_file(&path).expect("the file goes");
 }
