@@ -3,11 +3,11 @@
 //! No other place writes one.
 
 use std::collections::BTreeMap;
-use std::fs::{self, File};
+use std::fs::File;
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
-use std::process;
 
+use hpu_rtl::temporary::{self, Temporary};
 use hpu_study::units::{self, JournalError, UnitResult};
 
 use crate::exit::Failure;
@@ -93,17 +93,14 @@ impl Kept {
         if read.damaged > 0 {
             // The journal must be whole at every moment, so it is written to another file, which is locked before
             // another process can open it, and then renamed.
+            let dir = path.parent().expect("a journal is in a folder");
             let name = path.file_name().unwrap_or_default().to_string_lossy();
-            let beside = path.with_file_name(format!(".{name}.{}.tmp", process::id()));
-            let mut new = File::options().append(true).create_new(true).open(&beside).map_err(at)?;
-            locked(&new)?;
+            let beside = Temporary::file(dir, &name).map_err(at)?;
+            let mut new = beside.open().map_err(at)?;
             let lines = read.rows.iter().map(|(index, row)| units::Journal::line(header, *index, row));
             let text = [units::Journal::head(header)].into_iter().chain(lines).collect::<String>();
-            let written = new.write_all(text.as_bytes()).and_then(|()| new.sync_all());
-            written.and_then(|()| fs::rename(&beside, &path)).map_err(|error| {
-                drop(fs::remove_file(&beside));
-                at(error)
-            })?;
+            new.write_all(text.as_bytes()).and_then(|()| new.sync_all()).map_err(at)?;
+            temporary::place(vec![(beside, path.clone())]).map_err(|(_, error)| at(error))?;
             journal.file = new;
         } else if bytes.len() < units::Journal::head(header).len() {
             journal.file.set_len(0).map_err(at)?;

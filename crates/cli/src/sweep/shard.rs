@@ -11,7 +11,7 @@ use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus, Stdio};
 
-use hpu_rtl::temporary::Temporary;
+use hpu_rtl::temporary::{Temporary, sweep_files};
 use hpu_study::page::{Page, Parquet};
 use hpu_study::sweep::{GROUP_ROWS, Row, SEAL, Told, UNSEALED, append, seal};
 use hpu_study::units::UnitResult;
@@ -89,6 +89,9 @@ fn finish(planned: &Planned, index: u64, program: &str) -> Result<Option<Made>, 
         return Ok(Some(done));
     }
     let died = fs::metadata(&kept).is_ok_and(|found| found.len() > 0);
+    if died {
+        sweep_files(&folder);
+    }
     let header = format!("sweep {} wave {} by {program}", planned.manifest.settings(), planned.manifest.wave);
     let (mut journal, mut rows) = journal::at(&kept, &header, usize::MAX)?;
     let control = interrupt::heed();
