@@ -2,7 +2,7 @@
 
 use std::env;
 
-use hpu_study::units::file_fingerprint;
+use hpu_study::sweep::file_fingerprint;
 
 use crate::exit::Failure;
 

@@ -8,11 +8,8 @@
 use std::any::Any;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
-use std::fs::File;
-use std::io::{self, Read};
 use std::num::NonZeroUsize;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::Path;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{self, RecvTimeoutError};
@@ -20,7 +17,6 @@ use std::thread;
 use std::time::Duration;
 
 use hpu_cosim::Control;
-use twox_hash::XxHash3_128;
 
 /// The result of a unit: one line of text, or the reason, in one line, why there is none.
 pub type UnitResult = Result<String, String>;
@@ -264,18 +260,4 @@ pub fn fingerprint<'a>(parts: impl IntoIterator<Item = &'a [u8]>) -> String {
     let hash =
         bytes.fold(0xcbf2_9ce4_8422_2325u64, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3));
     format!("{hash:016x}")
-}
-
-/// The number of bytes of a file that are read at a time.
-const PART_BYTES: usize = 1 << 16;
-
-/// Returns the XXH3 of a file in 32 hexadecimal digits, as `xxh128sum` prints it. It is for programs, of which every
-/// process that writes rows asks it: SHA-256 took 0.2 s on a processor that has no instructions for it.
-pub fn file_fingerprint(path: &Path) -> io::Result<String> {
-    let (mut file, mut hash, mut part) = (File::open(path)?, XxHash3_128::new(), Vec::with_capacity(PART_BYTES));
-    while file.by_ref().take(PART_BYTES as u64).read_to_end(&mut part)? > 0 {
-        hash.write(&part);
-        part.clear();
-    }
-    Ok(format!("{:032x}", hash.finish_128()))
 }

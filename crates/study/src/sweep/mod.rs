@@ -4,10 +4,12 @@
 //! wave; its file holds the rows of its points ([`Schema`]) and a checksum over all of its bytes ([`seal`]). So a file
 //! that was cut off or changed anywhere is found, and the gathered file depends on the rows alone.
 
+mod fingerprint;
 mod points;
 mod schema;
 mod seal;
 
+pub use fingerprint::file_fingerprint;
 pub use points::Points;
 pub use schema::{Row, Schema, Told, append};
 pub use seal::{Damage, SEAL, UNSEALED, seal, unseal};

@@ -9,7 +9,8 @@ use std::thread;
 use std::time::Duration;
 
 use hpu_cosim::Control;
-use hpu_study::units::{Journal, JournalError, UnitResult, file_fingerprint, fingerprint, run};
+use hpu_study::sweep::file_fingerprint;
+use hpu_study::units::{Journal, JournalError, UnitResult, fingerprint, run};
 
 const COUNT: usize = 40;
 
