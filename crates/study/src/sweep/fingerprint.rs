@@ -9,8 +9,8 @@ use twox_hash::XxHash3_128;
 /// The number of bytes that are read at a time.
 const PART_BYTES: usize = 1 << 16;
 
-/// Returns the XXH3 of a file in 32 hexadecimal digits, as `xxh128sum` prints it. Every process that writes rows asks it
-/// of its program: SHA-256 took 0.2 s on a processor that has no instructions for it.
+/// Returns the XXH3 of a file in 32 hexadecimal digits, as `xxh128sum` prints it. Every process that writes rows asks
+/// it of its program: SHA-256 took 0.2 s on a processor that has no instructions for it.
 ///
 /// # Errors
 ///
