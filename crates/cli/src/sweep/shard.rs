@@ -90,6 +90,7 @@ fn finish(planned: &Planned, index: u64, program: &str) -> Result<Option<Made>, 
     }
     let died = fs::metadata(&kept).is_ok_and(|found| found.len() > 0);
     if died {
+        // It may have left a part of a file.
         sweep_files(&folder);
     }
     let header = format!("sweep {} wave {} by {program}", planned.manifest.settings(), planned.manifest.wave);

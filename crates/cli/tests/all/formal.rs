@@ -43,6 +43,8 @@ fn prove_scenes(names: &[&str], least: [usize; 2]) {
             None => "proved",
         };
         assert_eq!(row["verdict"], expected, "{row}");
+        let is_late = row["why"].as_str().is_some_and(|why| why.contains("no answer within"));
+        assert!(row["block"] != "gimbal_inverse" || is_late, "{row}");
         proved += usize::from(expected == "proved");
     }
     assert!(proved >= least[0] && wirings >= least[1], "{proved}, {wirings} of {} scenes", names.len());
