@@ -58,26 +58,25 @@ impl Check<'_> {
 const MOST_ENDS: u32 = 8;
 
 impl<'a> Device<'a> {
+    /// Handles modes that ended between `edge - 1` and `edge`, by the sides of their bands on which their checks and the
+    /// rounded state lie at `edge`. Finds the first instant, changes the mode there, then looks in the same way at the
+    /// rest of the edge in the new mode. Anchors at `edge`.
+    pub(crate) fn change(&mut self, edge: u64, sides: [Side; 2], at_edge: &State) {
+        if !self.reverse(edge, sides) {
+            self.change_at_instants(edge, sides, at_edge);
+        }
+    }
+
     versions! {
-        /// Handles modes that ended between `edge - 1` and `edge`, by the sides of their bands on which their checks
-        /// and the rounded state lie at `edge`. Finds the first instant, changes the mode there, then looks in the same
-        /// way at the rest of the edge in the new mode. Anchors at `edge`.
+        /// Handles ends of modes as [`change`](Self::change) does, of any kind.
         #[cold]
-        pub(crate) fn change[change_fused, change_native, change_with](
+        pub(super) fn change_at_instants[instants_fused, instants_native, instants_with](
             self: &mut Self, edge: u64, sides: [Side; 2], at_edge: &State
         )
     }
 
     #[inline(always)]
-    fn change_with<P: Product>(&mut self, edge: u64, sides: [Side; 2], at_edge: &State) {
-        if !self.reverse::<P>(edge, sides) {
-            self.change_at_instants::<P>(edge, sides, at_edge);
-        }
-    }
-
-    /// Handles ends of modes as [`change`](Self::change) does, of any kind.
-    #[inline(always)]
-    pub(super) fn change_at_instants<P: Product>(&mut self, edge: u64, sides: [Side; 2], at_edge: &State) {
+    fn instants_with<P: Product>(&mut self, edge: u64, sides: [Side; 2], at_edge: &State) {
         let (from, edges, edge_s) = (self.motion.x, edge - 1 - self.anchor, self.motion.system().edge_s());
         let (done, mut x) = self.motion.integrals::<P>(edges);
         self.tally(edges as f64 * edge_s, &from, &x, &done);
@@ -113,10 +112,16 @@ impl<'a> Device<'a> {
         }
     }
 
-    /// Reverses the shaft between `edge - 1` and `edge`, where the checks lie on these sides, and anchors at `edge`.
-    /// Returns `false` and changes nothing if this end of a mode is none, or is not certain to be one.
+    versions! {
+        /// Reverses the shaft between `edge - 1` and `edge`, where the checks lie on these sides, and anchors at
+        /// `edge`. Returns `false` and changes nothing if this end of a mode is none, or is not certain to be one.
+        pub(super) fn reverse[reverse_fused, reverse_native, reverse_with](
+            self: &mut Self, edge: u64, sides: [Side; 2]
+        ) -> bool
+    }
+
     #[inline(always)]
-    pub(super) fn reverse<P: Product>(&mut self, edge: u64, sides: [Side; 2]) -> bool {
+    fn reverse_with<P: Product>(&mut self, edge: u64, sides: [Side; 2]) -> bool {
         let (Shaft::Slip(before @ (1 | -1)), [Some(check), None]) = (self.shaft, &self.checks) else { return false };
         let outward = if before > 0 { Side::Below } else { Side::Above };
         let is_plain = self.axis.creep_rad_per_s == 0.0

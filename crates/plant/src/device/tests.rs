@@ -83,7 +83,7 @@ fn a_reversal_under_a_constant_torque_has_its_closed_form_to_thirty_digits() {
         }
         assert_eq!((device.mode_changes(), device.anchor), (0, 0));
         assert!(
-            device.clone().reverse::<Native>(end, [if sign > 0.0 { Side::Below } else { Side::Above }, Side::Inside])
+            device.clone().reverse(end, [if sign > 0.0 { Side::Below } else { Side::Above }, Side::Inside])
         );
         device.step(end);
         assert_eq!((device.mode_changes(), device.anchor), (1, end));
@@ -132,7 +132,7 @@ fn a_reversal_is_what_the_general_search_finds() {
                 let (mut general, before) = (device.clone(), device.mode_changes());
                 at = event.0;
                 let side = if device.shaft == Shaft::Slip(1) { Side::Below } else { Side::Above };
-                let reverses = device.clone().reverse::<Native>(at, [side, Side::Inside]);
+                let reverses = device.clone().reverse(at, [side, Side::Inside]);
                 device.arrive(event);
                 if !reverses {
                     continue;
@@ -141,7 +141,7 @@ fn a_reversal_is_what_the_general_search_finds() {
                 reversals += 1;
                 let scale = device.motion.x.hi.map(f64::abs);
                 let past = general.clone();
-                general.change_at_instants::<Native>(at, [side, Side::Inside], &event.1);
+                general.change_at_instants(at, [side, Side::Inside], &event.1);
                 assert_eq!((general.shaft, general.anchor), (device.shaft, device.anchor));
                 for (lane, scale) in scale.iter().enumerate() {
                     let off = (general.motion.x.lane(lane) - device.motion.x.lane(lane)).hi.abs();
