@@ -45,7 +45,7 @@ impl<const WIDE: usize, const REST: usize> Series<WIDE, REST> {
         }
         let mut change = Doubles::from(small);
         for term in self.wide.iter().rev() {
-            change = change.plus(term).scaled::<P>(tau_s);
+            change = change.plus::<P>(term).scaled::<P>(tau_s);
         }
         change
     }
@@ -111,9 +111,9 @@ impl<'a> Course<'a> {
     #[inline(always)]
     pub(crate) fn at<P: Product>(&self, tau_s: Double) -> Doubles {
         match &self.terms {
-            Terms::Short(series) => self.motion.x.plus(&series.change::<P>(tau_s)),
-            Terms::Long(series) => self.motion.x.plus(&series.change::<P>(tau_s)),
-            Terms::None => self.motion.system.spread::<P>(tau_s).times::<P>(&self.motion.w, &self.motion.x),
+            Terms::Short(series) => self.motion.x.plus::<P>(&series.change::<P>(tau_s)),
+            Terms::Long(series) => self.motion.x.plus::<P>(&series.change::<P>(tau_s)),
+            Terms::None => self.motion.system.spread(tau_s).times::<P>(&self.motion.w, &self.motion.x),
         }
     }
 
@@ -182,7 +182,7 @@ impl<'a> Course<'a> {
             }
             exact = next;
             if matches!(self.terms, Terms::Short(_)) && step.abs() <= STRAIGHT * edge_s {
-                x = x.plus(&slope.map(|slope| -step * slope).into());
+                x = x.plus::<P>(&slope.map(|slope| -step * slope).into());
                 break;
             }
             x = self.at::<P>(exact);
@@ -288,7 +288,7 @@ mod tests {
             assert_eq!(matches!(course.terms, Terms::None), *size > 0.25);
             for share in [0.013, 0.37, 1.0] {
                 let tau_s = Double::from(share * system.edge_s);
-                let exact = system.spread::<Halves>(tau_s).times::<Halves>(&course.motion.w, &course.motion.x);
+                let exact = system.spread(tau_s).times::<Halves>(&course.motion.w, &course.motion.x);
                 let off = course.at::<Halves>(tau_s);
                 for lane in 0..4 {
                     let apart = (off.lane(lane) - exact.lane(lane)).hi.abs();

@@ -5,14 +5,17 @@
 //! whose product is 0 or between 2⁻⁹⁰⁰ and 2⁹⁰⁰, so results do not depend on the processor. Everything else is plain
 //! `f64`, never contracted.
 //!
-//! [`Doubles`] are four such numbers, with highs and lows apart, so that the compiler can vectorise them. Lanes below
-//! [`LEAST`] count as zero, so that products never leave the range above at its lower end.
+//! [`Doubles`] are four such numbers, with highs and lows apart, each computed as four [`Lanes`]. Lanes below [`LEAST`]
+//! count as zero, so that products never leave the range above at its lower end.
 
 use std::cmp::Ordering;
 use std::ops::{Add, Mul, Neg, Sub};
 #[cfg(target_arch = "x86_64")]
 use std::sync::atomic::{AtomicU8, Ordering::Relaxed};
 
+#[cfg(target_arch = "x86_64")]
+use crate::lanes::Register;
+use crate::lanes::{Array, Lanes};
 use crate::matrix::{Columns, Matrix, State};
 
 /// Sizes below this count as zero, 2⁻⁴⁰⁰.
@@ -21,20 +24,51 @@ const LEAST: f64 = f64::from_bits((1023 - 400) << 52);
 /// A `Product` multiplies without loss. [`Fused`] and [`Halves`] implement it: the processor decides which is faster,
 /// and both give the same bits.
 pub(crate) trait Product {
+    /// The form in which four numbers are computed.
+    type Lanes: Lanes;
+
     /// Returns the rounded product, and the error of its rounding.
     fn two(a: f64, b: f64) -> (f64, f64);
+
+    /// Returns the same for each lane.
+    fn two_of(a: Self::Lanes, b: Self::Lanes) -> (Self::Lanes, Self::Lanes);
+
+    #[inline(always)]
+    fn lanes(state: &State) -> Self::Lanes {
+        Self::Lanes::of(state)
+    }
+
+    /// Returns the same number in all lanes.
+    #[inline(always)]
+    fn all(number: f64) -> Self::Lanes {
+        Self::Lanes::all(number)
+    }
 }
 
-/// Two-product by fused multiply-add: fast where the processor has it. WebAssembly never has it.
+/// Two-product by fused multiply-add: fast where the processor has it. WebAssembly never has it. Four lanes of an x86
+/// processor need AVX2 too.
 #[cfg(not(target_family = "wasm"))]
 pub(crate) struct Fused;
 
 #[cfg(not(target_family = "wasm"))]
 impl Product for Fused {
+    #[cfg(target_arch = "x86_64")]
+    type Lanes = Register;
+    #[cfg(not(target_arch = "x86_64"))]
+    type Lanes = Array;
+
     #[inline(always)]
     fn two(a: f64, b: f64) -> (f64, f64) {
         let product = a * b;
         (product, a.mul_add(b, -product))
+    }
+
+    #[inline(always)]
+    fn two_of(a: Self::Lanes, b: Self::Lanes) -> (Self::Lanes, Self::Lanes) {
+        #[cfg(target_arch = "x86_64")]
+        return (a * b, a.times_less(b, a * b));
+        #[cfg(not(target_arch = "x86_64"))]
+        return (a * b, a.join(b, |a, b| Self::two(a, b).1));
     }
 }
 
@@ -42,6 +76,8 @@ impl Product for Fused {
 pub(crate) struct Halves;
 
 impl Product for Halves {
+    type Lanes = Array;
+
     #[inline(always)]
     fn two(a: f64, b: f64) -> (f64, f64) {
         let halves = |x: f64| {
@@ -52,6 +88,11 @@ impl Product for Halves {
         let product = a * b;
         let ((ah, al), (bh, bl)) = (halves(a), halves(b));
         (product, ((ah * bh - product) + ah * bl + al * bh) + al * bl)
+    }
+
+    #[inline(always)]
+    fn two_of(a: Array, b: Array) -> (Array, Array) {
+        (a * b, a.join(b, |a, b| Self::two(a, b).1))
     }
 }
 
@@ -79,8 +120,7 @@ pub(crate) fn has_fused() -> bool {
 }
 
 /// Defines a function from `inner::<P: Product>`, which must be always inlined, that uses the fastest two-product of
-/// the present processor. Each version is a function of its own: where results go to memory four in a row, the compiler
-/// vectorises them.
+/// the present processor. Each version is a function of its own, compiled for the registers of that product's lanes.
 macro_rules! versions {
     (
         $(#[$meta:meta])*
@@ -112,9 +152,9 @@ macro_rules! versions {
 }
 pub(crate) use versions;
 
-/// Returns the rounded sum, and the error of its rounding.
+/// Returns the rounded sum, and the error of its rounding: of two numbers, or of each lane of two times four.
 #[inline(always)]
-pub(crate) fn two_sum(a: f64, b: f64) -> (f64, f64) {
+pub(crate) fn two_sum<T: Copy + Add<Output = T> + Sub<Output = T>>(a: T, b: T) -> (T, T) {
     let sum = a + b;
     let kept = sum - a;
     (sum, (a - (sum - kept)) + (b - kept))
@@ -255,28 +295,30 @@ impl Doubles {
 
     /// Returns the sums of highs and rests as numbers; sums below [`LEAST`] become zero.
     #[inline(always)]
-    fn joined(hi: &State, lo: &State) -> Self {
-        let pairs: [(f64, f64); 4] = std::array::from_fn(|r| two_sum(hi[r], lo[r]));
-        Self {
-            hi: std::array::from_fn(|r| if pairs[r].0.abs() < LEAST { 0.0 } else { pairs[r].0 }),
-            lo: std::array::from_fn(|r| if pairs[r].0.abs() < LEAST { 0.0 } else { pairs[r].1 }),
-        }
+    fn joined<L: Lanes>(hi: L, lo: L) -> Self {
+        let (hi, lo) = two_sum(hi, lo);
+        Self { hi: hi.unless_below(LEAST, hi).state(), lo: lo.unless_below(LEAST, hi).state() }
     }
 
     /// Returns the sum.
     #[inline(always)]
-    pub fn plus(&self, other: &Self) -> Self {
-        let pairs: [(f64, f64); 4] = std::array::from_fn(|r| two_sum(self.hi[r], other.hi[r]));
-        let lo = std::array::from_fn(|r| pairs[r].1 + (self.lo[r] + other.lo[r]));
-        Self::joined(&pairs.map(|pair| pair.0), &lo)
+    pub fn plus<P: Product>(&self, other: &Self) -> Self {
+        let (sum, error) = two_sum(P::lanes(&self.hi), P::lanes(&other.hi));
+        Self::joined(sum, error + (P::lanes(&self.lo) + P::lanes(&other.lo)))
     }
 
     /// Returns the products with the same factor.
     #[inline(always)]
     pub fn scaled<P: Product>(&self, factor: Double) -> Self {
-        let pairs: [(f64, f64); 4] = std::array::from_fn(|r| P::two(self.hi[r], factor.hi));
-        let lo = std::array::from_fn(|r| pairs[r].1 + (self.hi[r] * factor.lo + self.lo[r] * factor.hi));
-        Self::joined(&pairs.map(|pair| pair.0), &lo)
+        Self::product_of::<P>(P::lanes(&self.hi), P::lanes(&self.lo), factor)
+    }
+
+    /// Returns the products of numbers, which are the sums of highs and rests, with the same factor.
+    #[inline(always)]
+    pub fn product_of<P: Product>(hi: P::Lanes, lo: P::Lanes, factor: Double) -> Self {
+        let (high, low) = (P::all(factor.hi), P::all(factor.lo));
+        let (product, error) = P::two_of(hi, high);
+        Self::joined(product, error + (hi * low + lo * high))
     }
 
     /// Returns the sum of the lanes, each times a factor.
@@ -317,16 +359,6 @@ pub(crate) struct Wide {
     pub lo: Columns,
 }
 
-/// Returns the sum of the four highs in a lane, and what is to be added to it: the lows, the errors of the sums of two
-/// highs, and that of the sum of both.
-#[inline(always)]
-fn sum_of_four(high: &[State; 4], low: &[State; 4], lane: usize) -> (f64, f64, f64, f64) {
-    let (first, a) = two_sum(high[0][lane], high[1][lane]);
-    let (second, b) = two_sum(high[2][lane], high[3][lane]);
-    let (all, c) = two_sum(first, second);
-    (all, (low[0][lane] + low[1][lane]) + (low[2][lane] + low[3][lane]), a + b, c)
-}
-
 impl Wide {
     pub fn of(rows: &[[Double; 4]; 4]) -> Self {
         let part =
@@ -353,60 +385,50 @@ impl Wide {
     /// are summed in `f64`, so that the error of the result is about 2⁻¹⁰⁴ of the greatest term.
     #[inline(always)]
     pub fn times<P: Product>(&self, v: &Doubles, before: &Doubles) -> Doubles {
-        let (high, low) = self.products::<P, 4>(v);
-        let mut sum = [0.0; 4];
-        let mut rest = [0.0; 4];
-        for r in 0..4 {
-            let (all, lows, halves, whole) = sum_of_four(&high, &low, r);
-            let (moved, error) = two_sum(before.hi[r], all);
-            sum[r] = moved;
-            rest[r] = (lows + (halves + (whole + before.lo[r]))) + error;
-        }
-        Doubles::joined(&sum, &rest)
+        let (all, lows, halves, whole) = self.sum::<P>(v);
+        let (moved, error) = two_sum(P::lanes(&before.hi), all);
+        Doubles::joined(moved, (lows + (halves + (whole + P::lanes(&before.lo)))) + error)
     }
 
     /// Returns `M v`.
     #[inline(always)]
     pub fn image<P: Product>(&self, v: &Doubles) -> Doubles {
-        let (high, low) = self.products::<P, 4>(v);
-        let mut sum = [0.0; 4];
-        let mut rest = [0.0; 4];
-        for r in 0..4 {
-            let (all, lows, halves, whole) = sum_of_four(&high, &low, r);
-            sum[r] = all;
-            rest[r] = lows + (halves + whole);
-        }
-        Doubles::joined(&sum, &rest)
+        let (all, lows, halves, whole) = self.sum::<P>(v);
+        Doubles::joined(all, lows + (halves + whole))
     }
 
     /// Returns `M v` where the last lane of `v` is zero.
     #[inline(always)]
     pub fn times_three<P: Product>(&self, v: &Doubles) -> Doubles {
-        let (high, low) = self.products::<P, 3>(v);
-        let mut sum = [0.0; 4];
-        let mut rest = [0.0; 4];
-        for r in 0..4 {
-            let (first, a) = two_sum(high[0][r], high[1][r]);
-            let (all, b) = two_sum(first, high[2][r]);
-            sum[r] = all;
-            rest[r] = ((low[0][r] + low[1][r]) + low[2][r]) + (a + b);
-        }
-        Doubles::joined(&sum, &rest)
+        let (high0, low0) = self.product::<P>(0, v);
+        let (high1, low1) = self.product::<P>(1, v);
+        let (high2, low2) = self.product::<P>(2, v);
+        let (first, a) = two_sum(high0, high1);
+        let (all, b) = two_sum(first, high2);
+        Doubles::joined(all, ((low0 + low1) + low2) + (a + b))
     }
 
-    /// Returns the first columns, each times its lane of `v`: the highs of the products, and the rest of each.
+    /// Returns the sum of the highs of `M v`, and what is to be added to it: the lows, the errors of the sums of two
+    /// highs, and that of the sum of both.
     #[inline(always)]
-    fn products<P: Product, const COLUMNS: usize>(&self, v: &Doubles) -> ([State; COLUMNS], [State; COLUMNS]) {
-        let (m, l) = (&self.hi.0, &self.lo.0);
-        let (mut high, mut low) = ([[0.0; 4]; COLUMNS], [[0.0; 4]; COLUMNS]);
-        for c in 0..COLUMNS {
-            for r in 0..4 {
-                let (product, error) = P::two(m[c][r], v.hi[c]);
-                high[c][r] = product;
-                low[c][r] = error + (m[c][r] * v.lo[c] + l[c][r] * v.hi[c]);
-            }
-        }
-        (high, low)
+    fn sum<P: Product>(&self, v: &Doubles) -> (P::Lanes, P::Lanes, P::Lanes, P::Lanes) {
+        let (high0, low0) = self.product::<P>(0, v);
+        let (high1, low1) = self.product::<P>(1, v);
+        let (high2, low2) = self.product::<P>(2, v);
+        let (high3, low3) = self.product::<P>(3, v);
+        let (first, a) = two_sum(high0, high1);
+        let (second, b) = two_sum(high2, high3);
+        let (all, c) = two_sum(first, second);
+        (all, (low0 + low1) + (low2 + low3), a + b, c)
+    }
+
+    /// Returns a column times its lane of `v`: the highs of the products, and the rest of each.
+    #[inline(always)]
+    fn product<P: Product>(&self, column: usize, v: &Doubles) -> (P::Lanes, P::Lanes) {
+        let (hi, lo) = (P::lanes(&self.hi.0[column]), P::lanes(&self.lo.0[column]));
+        let (high, low) = (P::all(v.hi[column]), P::all(v.lo[column]));
+        let (product, error) = P::two_of(hi, high);
+        (product, error + (hi * low + lo * high))
     }
 
     /// Returns the product of two matrices.
@@ -454,6 +476,12 @@ mod tests {
         // 1.0 itself contributes 52 zeros.
         let (size, exponent) = (size >> 52, exponent + 52);
         if exponent >= power { size << (exponent - power) } else { size >> (power - exponent) }
+    }
+
+    /// Makes sure that the processor has the lanes of [`Fused`].
+    fn need_fused() {
+        #[cfg(target_arch = "x86_64")]
+        assert!(has_fused(), "this test needs a processor with AVX2 and fused multiply-add");
     }
 
     #[track_caller]
@@ -511,6 +539,7 @@ mod tests {
 
     #[test]
     fn a_matrix_acts_on_a_vector_to_the_same_bits_with_either_product_and_to_a_hundred_bits() {
+        need_fused();
         // Integer entries with lows: the sums are known exactly, in integers of 2^-104.
         let number = |i: i64| Double { hi: i as f64, lo: (i * 3 - 7) as f64 * 2f64.powi(-58) };
         let rows: [[Double; 4]; 4] =
@@ -536,6 +565,40 @@ mod tests {
                 ((high as i128) << 56) + (got.lo[r] * 2f64.powi(116)) as i128
             };
             assert!((found - sum).abs() >> 18 == 0, "{r}: {}", found - sum);
+        }
+    }
+
+    #[test]
+    fn four_lanes_are_four_numbers_to_the_same_bits_with_either_product() {
+        need_fused();
+        // Lanes of all sizes, zeros of both signs, and sums that cancel to below the least size and to just above it.
+        let numbers = |from: usize| {
+            let (tiny, small) = (LEAST / 3.0, LEAST * 1.5);
+            let all = [1.5, -0.0, 0.0, tiny, -tiny, small, -small, 1.0 / 3.0, -7e9, 3e-17, -1.5];
+            let lane =
+                |r: usize| Double { hi: all[(from + 3 * r) % all.len()], lo: all[(from + 5 * r + 3) % 5] * 1e-20 };
+            let mut lanes = Doubles::ZERO;
+            (0..4).for_each(|r| lanes.set(r, lane(r)));
+            lanes
+        };
+        let bits = |x: Doubles| [x.hi, x.lo].map(|part| part.map(f64::to_bits));
+        let joined = |hi: f64, lo: f64| {
+            let (hi, lo) = two_sum(hi, lo);
+            if hi.abs() < LEAST { [0.0; 2] } else { [hi, lo] }.map(f64::to_bits)
+        };
+        for (from, to) in (0..11).flat_map(|from| (0..11).map(move |to| (from, to))) {
+            let (a, b) = (numbers(from), numbers(to));
+            let factor = b.lane(0);
+            let (sum, scaled) = (bits(a.plus::<Halves>(&b)), bits(a.scaled::<Halves>(factor)));
+            assert_eq!(sum, bits(a.plus::<Fused>(&b)));
+            assert_eq!(scaled, bits(a.scaled::<Fused>(factor)));
+            for r in 0..4 {
+                let (high, error) = two_sum(a.hi[r], b.hi[r]);
+                assert_eq!([sum[0][r], sum[1][r]], joined(high, error + (a.lo[r] + b.lo[r])));
+                let (high, error) = Halves::two(a.hi[r], factor.hi);
+                let low = error + (a.hi[r] * factor.lo + a.lo[r] * factor.hi);
+                assert_eq!([scaled[0][r], scaled[1][r]], joined(high, low));
+            }
         }
     }
 }

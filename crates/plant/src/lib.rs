@@ -15,6 +15,7 @@ mod excitation;
 mod gauge;
 mod guard;
 mod held_device;
+mod lanes;
 mod leap;
 mod linear;
 mod matrix;

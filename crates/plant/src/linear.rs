@@ -13,7 +13,7 @@
 
 use std::sync::OnceLock;
 
-use crate::double::{Double, Doubles, Native, Product, Wide, versions};
+use crate::double::{Double, Doubles, Product, Wide, versions};
 use crate::leap::{Integrals, Leap, Quadrature};
 use crate::matrix::{Columns, Matrix, State, map2, norm, plus, product, rate, sizes};
 
@@ -131,14 +131,19 @@ impl Linear {
         self.wide.image::<P>(w)
     }
 
-    /// Returns `P` for any time.
-    pub(crate) fn spread<P: Product>(&self, time_s: Double) -> Wide {
+    versions! {
+        /// Returns `P` for any time.
+        pub(crate) fn spread[spread_fused, spread_native, spread_with](self: &Self, time_s: Double) -> Wide
+    }
+
+    #[inline(always)]
+    fn spread_with<P: Product>(&self, time_s: Double) -> Wide {
         spread::<P>(&self.wide, &self.a, time_s)
     }
 
     /// Returns steps of this number of edges.
     pub fn stride(&self, edges: u64) -> Stride {
-        let p = self.spread::<Native>(Double::product(edges as f64, self.edge_s)).hi;
+        let p = self.spread(Double::product(edges as f64, self.edge_s)).hi;
         Stride { a: Columns::of(&self.a), p }
     }
 
@@ -330,7 +335,7 @@ impl Linear {
 fn joined<P: Product>(first: &Wide, turn: &Wide, second: &Wide) -> Wide {
     let mut columns = [Doubles::ZERO; 4];
     for (c, column) in columns.iter_mut().enumerate() {
-        *column = first.column(c).plus(&second.times::<P>(&turn.column(c), &second.column(c)));
+        *column = first.column(c).plus::<P>(&second.times::<P>(&turn.column(c), &second.column(c)));
     }
     Wide::from_columns(&columns)
 }
@@ -356,7 +361,7 @@ fn spread<P: Product>(a: &Wide, rows: &Matrix, time_s: Double) -> Wide {
             terms[k] = a.times::<P>(&terms[k - 1], &Doubles::ZERO).scaled::<P>(factor);
         }
         for term in terms.iter().rev() {
-            *column = column.plus(term);
+            *column = column.plus::<P>(term);
         }
     }
     let mut p = Wide::from_columns(&columns);

@@ -32,7 +32,7 @@ impl Period {
             from_fn(|c| {
                 let mut unit = Doubles::ZERO;
                 unit.set(c, 1.0.into());
-                unit.plus(&product.column(c).negated())
+                unit.plus::<P>(&product.column(c).negated())
             })
         };
         for _ in 0..3 {

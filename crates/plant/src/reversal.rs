@@ -143,23 +143,20 @@ impl Reversal {
     /// Returns the change that the reversal of a positive speed makes in the state, this time after it.
     #[inline(always)]
     pub(crate) fn change<P: Product>(&self, left_s: Double) -> Doubles {
-        let (t, low) = (left_s.hi, left_s.lo);
-        let mut small = [0.0; 4];
+        let (t, low) = (P::all(left_s.hi), P::all(left_s.lo));
+        let mut small = P::all(0.0);
         for term in self.late_kicks.iter().rev() {
-            small = std::array::from_fn(|r| (small[r] + term[r]) * t);
+            small = (small + P::lanes(term)) * t;
         }
         let [first, second, third, fourth] = &self.kicks;
-        let mut high = fourth.hi;
-        let mut rest: State = std::array::from_fn(|r| fourth.lo[r] + small[r]);
+        let (mut high, mut rest) = (P::lanes(&fourth.hi), P::lanes(&fourth.lo) + small);
         for term in [third, second, first] {
-            for r in 0..4 {
-                let (product, error) = P::two(high[r], t);
-                let error = error + (high[r] * low + rest[r] * t);
-                let (sum, lost) = two_sum(term.hi[r], product);
-                (high[r], rest[r]) = (sum, lost + (term.lo[r] + error));
-            }
+            let (product, error) = P::two_of(high, t);
+            let error = error + (high * low + rest * t);
+            let (sum, lost) = two_sum(P::lanes(&term.hi), product);
+            (high, rest) = (sum, lost + (P::lanes(&term.lo) + error));
         }
-        Doubles { hi: high, lo: rest }.scaled::<P>(left_s)
+        Doubles::product_of::<P>(high, rest, left_s)
     }
 
     /// Changes the integrals of the motion without a reversal into those with the reversal of a speed of this sign. `x`

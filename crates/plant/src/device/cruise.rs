@@ -355,7 +355,7 @@ impl<'a> Device<'a> {
 
         let (checks, band_rad) = self.narrowed(&ripple.margins, band_rad)?;
         let before = (self.motion, self.checks, self.redecided);
-        let smooth = Trajectory::exact_with::<P>(system, x, pulse.plus(&ripple.rise.negated()));
+        let smooth = Trajectory::exact_with::<P>(system, x, pulse.plus::<P>(&ripple.rise.negated()));
         (self.motion, self.heard, self.ahead.0, self.found, self.steady.until) = (smooth, 0, 0, None, 0);
         self.checks = checks;
         let left = self.next_event(edge, edge + reach, band_rad);

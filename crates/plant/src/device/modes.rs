@@ -145,7 +145,7 @@ impl<'a> Device<'a> {
         }
         let change = reversal.change::<P>(rest.left_s);
         let change = if before > 0 { change } else { change.negated() };
-        let end = x.plus(&change);
+        let end = x.plus::<P>(&change);
         let held = if before > 0 { Limits::NEGATIVE } else { Limits::POSITIVE };
         if !check.guard.is_surely_inside(&end.hi, &held) {
             return false;

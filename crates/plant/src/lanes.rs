@@ -1,0 +1,165 @@
+//! Four `f64` side by side, as the lanes of a [`State`]: each operation does the same in all four, in `f64`, never
+//! contracted.
+//!
+//! The compiler makes halves and single numbers of much arithmetic on arrays. [`Register`] is one register of an x86
+//! processor by construction; where there is none, an array does the same to the same bits.
+
+#[cfg(target_arch = "x86_64")]
+use std::arch::x86_64::{
+    __m256d, _CMP_LT_OQ, _mm256_add_pd, _mm256_andnot_pd, _mm256_cmp_pd, _mm256_fmsub_pd, _mm256_loadu_pd,
+    _mm256_mul_pd, _mm256_set1_pd, _mm256_storeu_pd, _mm256_sub_pd,
+};
+use std::ops::{Add, Mul, Sub};
+
+use crate::matrix::State;
+
+/// Four `f64` in the form in which a processor computes with them.
+pub(crate) trait Lanes: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> {
+    fn of(state: &State) -> Self;
+
+    /// Returns the same number in all lanes.
+    fn all(number: f64) -> Self;
+
+    fn state(self) -> State;
+
+    /// Returns the lanes in which the size of `deciding` is at least `least`, and 0 in the others.
+    fn unless_below(self, least: f64, deciding: Self) -> Self;
+}
+
+/// Four `f64` in the registers that any processor has.
+#[derive(Clone, Copy)]
+pub(crate) struct Array(State);
+
+impl Array {
+    /// Returns the results of an operation on each lane. Without a loop: there are hundreds in a function, and the
+    /// compiler would take minutes to unroll them.
+    #[inline(always)]
+    pub(crate) fn join(self, other: Self, op: impl Fn(f64, f64) -> f64) -> Self {
+        let ([a, b, c, d], [e, f, g, h]) = (self.0, other.0);
+        Self([op(a, e), op(b, f), op(c, g), op(d, h)])
+    }
+}
+
+impl Lanes for Array {
+    #[inline(always)]
+    fn of(state: &State) -> Self {
+        Self(*state)
+    }
+
+    #[inline(always)]
+    fn all(number: f64) -> Self {
+        Self([number; 4])
+    }
+
+    #[inline(always)]
+    fn state(self) -> State {
+        self.0
+    }
+
+    #[inline(always)]
+    fn unless_below(self, least: f64, deciding: Self) -> Self {
+        self.join(deciding, |lane, deciding| if deciding.abs() < least { 0.0 } else { lane })
+    }
+}
+
+impl Add for Array {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        self.join(other, Add::add)
+    }
+}
+
+impl Sub for Array {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        self.join(other, Sub::sub)
+    }
+}
+
+impl Mul for Array {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        self.join(other, Mul::mul)
+    }
+}
+
+/// Four `f64` in one register of a processor with AVX2 and fused multiply-add.
+#[cfg(target_arch = "x86_64")]
+#[derive(Clone, Copy)]
+pub(crate) struct Register(__m256d);
+
+#[cfg(target_arch = "x86_64")]
+impl Register {
+    /// Returns `self * factor - less`, rounded once.
+    #[inline(always)]
+    pub(crate) fn times_less(self, factor: Self, less: Self) -> Self {
+        // SAFETY: `double.rs` alone chooses this type, once it has asked the processor.
+        Self(unsafe { _mm256_fmsub_pd(self.0, factor.0, less.0) })
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+impl Lanes for Register {
+    #[inline(always)]
+    fn of(state: &State) -> Self {
+        // SAFETY: as in `times_less`; the address is that of four numbers.
+        Self(unsafe { _mm256_loadu_pd(state.as_ptr()) })
+    }
+
+    #[inline(always)]
+    fn all(number: f64) -> Self {
+        // SAFETY: as in `times_less`.
+        Self(unsafe { _mm256_set1_pd(number) })
+    }
+
+    #[inline(always)]
+    fn state(self) -> State {
+        let mut state = [0.0; 4];
+        // SAFETY: as in `times_less`; the address is that of four numbers.
+        unsafe { _mm256_storeu_pd(state.as_mut_ptr(), self.0) };
+        state
+    }
+
+    #[inline(always)]
+    fn unless_below(self, least: f64, deciding: Self) -> Self {
+        let (sign, least) = (Self::all(-0.0), Self::all(least));
+        // SAFETY: as in `times_less`.
+        Self(unsafe {
+            let size = _mm256_andnot_pd(sign.0, deciding.0);
+            _mm256_andnot_pd(_mm256_cmp_pd::<_CMP_LT_OQ>(size, least.0), self.0)
+        })
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+impl Add for Register {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        // SAFETY: as in `times_less`.
+        Self(unsafe { _mm256_add_pd(self.0, other.0) })
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+impl Sub for Register {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        // SAFETY: as in `times_less`.
+        Self(unsafe { _mm256_sub_pd(self.0, other.0) })
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+impl Mul for Register {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        // SAFETY: as in `times_less`.
+        Self(unsafe { _mm256_mul_pd(self.0, other.0) })
+    }
+}
