@@ -182,8 +182,9 @@ impl Double {
         Self { hi, lo }
     }
 
+    /// Returns the exact sum of two `f64`.
     #[inline(always)]
-    fn joined(hi: f64, lo: f64) -> Self {
+    pub fn joined(hi: f64, lo: f64) -> Self {
         let (hi, lo) = two_sum(hi, lo);
         Self { hi, lo }
     }
@@ -333,6 +334,13 @@ impl Doubles {
         sum
     }
 
+    /// Returns the lanes times 1 or -1.
+    #[inline(always)]
+    pub fn signed<P: Product>(&self, sign: f64) -> Self {
+        let sign = P::all(sign);
+        Self { hi: (P::lanes(&self.hi) * sign).state(), lo: (P::lanes(&self.lo) * sign).state() }
+    }
+
     /// Returns the lanes with the opposite sign.
     #[inline(always)]
     pub fn negated(&self) -> Self {
@@ -341,8 +349,15 @@ impl Doubles {
 
     /// Returns the differences, rounded.
     #[inline(always)]
-    pub fn since(&self, before: &Self) -> State {
-        std::array::from_fn(|r| (self.hi[r] - before.hi[r]) + (self.lo[r] - before.lo[r]))
+    pub fn since<P: Product>(&self, before: &Self) -> State {
+        let [hi, lo] = [P::lanes(&self.hi) - P::lanes(&before.hi), P::lanes(&self.lo) - P::lanes(&before.lo)];
+        (hi + lo).state()
+    }
+
+    /// Returns the difference of a lane, rounded.
+    #[inline(always)]
+    pub fn lane_since(&self, before: &Self, index: usize) -> f64 {
+        (self.hi[index] - before.hi[index]) + (self.lo[index] - before.lo[index])
     }
 }
 

@@ -10,6 +10,7 @@ const COPPER: usize = 2;
 const DIODES: usize = 3;
 const VISCOUS: usize = 4;
 const COULOMB: usize = 5;
+const EXCHANGED: usize = 6;
 
 /// Sums, each with the rest dropped by rounding (two-sum of Knuth). How their terms are grouped hardly changes them.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -66,9 +67,8 @@ impl<const N: usize> Sums<N> {
 /// Energy flows since the start, in J.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct Energy {
-    flows: Sums<6>,
-    /// The sizes of all flows.
-    exchanged: Sums<1>,
+    /// The flows, then the sum of their sizes, twice: eight fill two registers.
+    flows: Sums<8>,
     /// `∫ x dt`.
     states: Sums<4>,
 }
@@ -106,7 +106,7 @@ impl Energy {
     /// Accounts for a stretch of `length_s` seconds from `before` to `after`.
     #[inline(always)]
     pub(crate) fn add(&mut self, powers: &Powers, length_s: f64, before: &Doubles, after: &Doubles, done: &Integrals) {
-        self.turned(powers, length_s, after.since(before)[ANGLE], &before.hi, &after.hi, done);
+        self.turned(powers, length_s, after.lane_since(before, ANGLE), &before.hi, &after.hi, done);
     }
 
     /// Accounts for a stretch between states in `f64`, where the angle turned is known better than their difference.
@@ -178,14 +178,14 @@ impl Energy {
 
     #[inline(always)]
     pub(crate) fn take(&mut self, flows: [f64; 6]) {
-        self.flows.add(flows);
-        self.exchanged.add([flows.iter().map(|flow| flow.abs()).sum()]);
+        let [a, b, c, d, e, f] = flows;
+        let exchanged = a.abs() + b.abs() + c.abs() + d.abs() + e.abs() + f.abs();
+        self.flows.add([a, b, c, d, e, f, exchanged, exchanged]);
     }
 
     /// Adds what was exchanged from one state to another so many times.
     pub fn repeat(&mut self, [then, now]: [&Self; 2], times: u64) {
         self.flows.repeat([&then.flows, &now.flows], times);
-        self.exchanged.repeat([&then.exchanged, &now.exchanged], times);
         self.states.repeat([&then.states, &now.states], times);
     }
 
@@ -256,7 +256,7 @@ impl Energy {
 
     /// Returns the sum of the sizes of all flows; a residual is measured against it.
     pub fn exchanged_j(&self) -> f64 {
-        self.exchanged.at(0)
+        self.flows.at(EXCHANGED)
     }
 }
 

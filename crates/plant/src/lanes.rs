@@ -26,6 +26,12 @@ pub(crate) trait Lanes: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Out
     fn unless_below(self, least: f64, deciding: Self) -> Self;
 }
 
+/// Returns each number of a state in all lanes.
+#[inline(always)]
+pub(crate) fn each<L: Lanes>(state: &State) -> [L; 4] {
+    [L::all(state[0]), L::all(state[1]), L::all(state[2]), L::all(state[3])]
+}
+
 /// Four `f64` in the registers that any processor has.
 #[derive(Clone, Copy)]
 pub(crate) struct Array(State);

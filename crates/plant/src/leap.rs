@@ -1,6 +1,7 @@
 //! Leaps of a linear system: the change of the state over a stretch of time, and the integrals on the way.
 
 use crate::double::{Product, versions};
+use crate::lanes::{Lanes, each};
 use crate::matrix::{CURRENT, Columns, Matrix, SPEED, State, map2, norm, outer, product, transposed};
 
 /// Integrals over a leap, in SI units.
@@ -146,19 +147,16 @@ impl Quadrature {
 
     #[inline(always)]
     pub(crate) fn add_with<P: Product>(&self, x: &State, w: &State, total: &mut Integrals) {
-        let (t, g) = (self.length_s, &self.forms);
-        let path = self.s.times(w);
-        let mut form = [0.0; 4];
-        for (k, form) in form.iter_mut().enumerate() {
-            let first = (g[0][k] * w[0] + g[1][k] * w[1]) + (g[2][k] * w[2] + g[3][k] * w[3]);
-            let second = (g[4][k] * w[1] + g[5][k] * w[2]) + g[6][k] * w[3];
-            let third = g[7][k] * w[2] + g[8][k] * w[3];
-            *form = (first * w[0] + second * w[1]) + (third * w[2] + g[9][k] * w[3] * w[3]);
-        }
-        for k in 0..4 {
-            total.states[k] += x[k] * t + path[k];
-            total.squares[k] += x[k] * (x[k] * t + (path[k] + path[k])) + form[k];
-        }
+        let w: [P::Lanes; 4] = each(w);
+        let [a, b, c, d, e, f, g, h, i, j] = &self.forms;
+        let first = (P::lanes(a) * w[0] + P::lanes(b) * w[1]) + (P::lanes(c) * w[2] + P::lanes(d) * w[3]);
+        let second = (P::lanes(e) * w[1] + P::lanes(f) * w[2]) + P::lanes(g) * w[3];
+        let third = P::lanes(h) * w[2] + P::lanes(i) * w[3];
+        let form = (first * w[0] + second * w[1]) + (third * w[2] + P::lanes(j) * w[3] * w[3]);
+        let (x, path) = (P::lanes(x), self.s.image(&w));
+        let held = x * P::all(self.length_s);
+        total.states = (P::lanes(&total.states) + (held + path)).state();
+        total.squares = (P::lanes(&total.squares) + (x * (held + (path + path)) + form)).state();
     }
 }
 

@@ -563,7 +563,7 @@ impl<'a> Trajectory<'a> {
             rest &= (1 << (level * BITS)) - 1;
             if digit != 0 {
                 if AUDIT {
-                    self.system.quadrature(level, digit).1.add(&x.hi, &w.hi, &mut total);
+                    self.system.quadrature(level, digit).1.add_with::<P>(&x.hi, &w.hi, &mut total);
                 }
                 let Digit { p, turn } = self.system.digit(level, digit);
                 x = p.times::<P>(&w, &x);

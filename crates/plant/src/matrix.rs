@@ -1,5 +1,7 @@
 //! Vectors of four states, matrices of four by four, and the operations on them.
 
+use crate::lanes::Lanes;
+
 /// Current in A (on a rail, force in N), speed in rad/s (m/s), angle in rad (m), the hand's intended angle in rad (m).
 pub type State = [f64; 4];
 /// Four rows of four entries.
@@ -86,6 +88,13 @@ impl Columns {
             *sum = (a[r] * v[0] + b[r] * v[1]) + (c[r] * v[2] + d[r] * v[3]);
         }
         product
+    }
+
+    /// Returns the same for a vector [`each`](crate::lanes::each) of whose numbers is in all lanes.
+    #[inline(always)]
+    pub(crate) fn image<L: Lanes>(&self, v: &[L; 4]) -> L {
+        let [a, b, c, d] = &self.0;
+        (L::of(a) * v[0] + L::of(b) * v[1]) + (L::of(c) * v[2] + L::of(d) * v[3])
     }
 }
 

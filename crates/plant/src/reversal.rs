@@ -11,6 +11,7 @@
 //! `device/modes.rs`.
 
 use crate::double::{Double, Doubles, Native, Product, Wide, two_sum};
+use crate::lanes::{Lanes, each};
 use crate::leap::Integrals;
 use crate::linear::Linear;
 use crate::matrix::{CURRENT, Columns, SPEED, State};
@@ -95,7 +96,7 @@ impl Reversal {
     #[inline(always)]
     pub(crate) fn rest<P: Product>(&self, x: &Doubles, w: &Doubles, edge_s: f64) -> Option<Rest> {
         let orders = self.rows.image::<P>(w);
-        let late = self.late.times(&w.hi);
+        let late = self.late.image(&each::<P::Lanes>(&w.hi)).state();
         let (speed, slope) = (x.hi[SPEED], w.hi[SPEED]);
         let [c2, c3, c4, c5] = orders.hi;
         // At the edge before, the speed still has its sign; in between it is nearly straight.
@@ -131,9 +132,8 @@ impl Reversal {
             sum = (high, rest + (term.lo + (error - sum.1 * s)));
         }
         let step = (sum.0 + sum.1) / descent(s);
-        let left_s = Double::from(s) + step.into();
         Some(Rest {
-            left_s,
+            left_s: Double::joined(s, step),
             slope: descent(s),
             bend: c2 - s * (3.0 * c3),
             turn_rad: s * (speed - s * (0.5 * slope - s * (c2 / 3.0 - s * (0.25 * c3)))),
@@ -162,20 +162,19 @@ impl Reversal {
     /// Changes the integrals of the motion without a reversal into those with the reversal of a speed of this sign. `x`
     /// and `w` are state and slope at the end of the edge of the motion without it.
     #[inline(always)]
-    pub(crate) fn include(&self, rest: &Rest, sign: f64, x: &State, w: &State, done: &mut Integrals) {
+    pub(crate) fn include<P: Product>(&self, rest: &Rest, sign: f64, x: &State, w: &State, done: &mut Integrals) {
         let t = rest.left_s.hi;
-        let square = sign * t * t;
-        for (r, sum) in done.states.iter_mut().enumerate() {
-            *sum += square * (self.paths[0][r] + t * (self.paths[1][r] + t * self.paths[2][r]));
-        }
+        let ([path, then, last], all) = (&self.paths, P::all(t));
+        let path = P::lanes(path) + all * (P::lanes(then) + all * P::lanes(last));
+        done.states = (P::lanes(&done.states) + P::all(sign * t * t) * path).state();
         // ∫ (x + δ)² - x² = ∫ (2 x + δ) δ, with the first two orders of x and δ: the next is 1e-5 of them.
         let cube = t * t * t;
-        let [first, second, third] = [0, 1, 2].map(|k| &self.kicks[k].hi);
-        let (kick, drag) = (sign * first[SPEED], sign * second[SPEED]);
+        let [first, second, third, _] = &self.kicks;
+        let (kick, drag) = (sign * first.hi[SPEED], sign * second.hi[SPEED]);
         let (slope, bend) = (2.0 * rest.slope + kick, 2.0 * rest.bend + drag);
         done.squares[SPEED] += cube * (slope * kick * (1.0 / 3.0) + 0.25 * t * (slope * drag + bend * kick));
         let current = x[CURRENT] - t * w[CURRENT];
-        let (emf, more) = (sign * second[CURRENT], sign * third[CURRENT]);
+        let (emf, more) = (sign * second.hi[CURRENT], sign * third.hi[CURRENT]);
         done.squares[CURRENT] +=
             2.0 * cube * (current * emf * (1.0 / 3.0) + 0.25 * t * (current * more + w[CURRENT] * emf));
     }

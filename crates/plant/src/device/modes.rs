@@ -143,15 +143,14 @@ impl<'a> Device<'a> {
         if -sign * rest.slope < kick * (1.0 + 1e-9) {
             return false;
         }
-        let change = reversal.change::<P>(rest.left_s);
-        let change = if before > 0 { change } else { change.negated() };
+        let change = reversal.change::<P>(rest.left_s).signed::<P>(sign);
         let end = x.plus::<P>(&change);
         let held = if before > 0 { Limits::NEGATIVE } else { Limits::POSITIVE };
         if !check.guard.is_surely_inside(&end.hi, &held) {
             return false;
         }
-        reversal.include(&rest, sign, &x.hi, &w.hi, &mut done);
-        let turned = end.since(&from)[ANGLE];
+        reversal.include::<P>(&rest, sign, &x.hi, &w.hi, &mut done);
+        let turned = end.lane_since(&from, ANGLE);
         let back = rest.turn_rad + change.hi[ANGLE];
         let way = (turned - back).abs() + back.abs();
         let length_s = (edge - self.anchor) as f64 * system.edge_s;
