@@ -229,7 +229,7 @@ fn gauss(x: &State, tau_s: f64, change: impl Fn(f64) -> State) -> Integrals {
         (0.538_469_310_105_683_1, 0.478_628_670_499_366_5),
         (0.906_179_845_938_664, 0.236_926_885_056_189_1),
     ];
-    let mut done = Integrals::default();
+    let mut done: Integrals = Integrals::default();
     for (node, weight) in POINTS {
         let change = change(0.5 * tau_s * (1.0 + node));
         let share_s = 0.5 * tau_s * weight;

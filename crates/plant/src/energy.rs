@@ -1,6 +1,7 @@
 //! The energy audit: every flow is integrated by itself, and none is computed as a difference of others.
 
-use crate::double::Doubles;
+use crate::double::{Doubles, two_sum};
+use crate::lanes::{Array, Four, Lanes};
 use crate::leap::Integrals;
 use crate::matrix::{ANGLE, CURRENT, INTENT, SPEED, State};
 
@@ -8,32 +9,25 @@ const SOURCE: usize = 0;
 const HAND: usize = 1;
 const COPPER: usize = 2;
 const DIODES: usize = 3;
-const VISCOUS: usize = 4;
-const COULOMB: usize = 5;
-const EXCHANGED: usize = 6;
 
-/// Sums, each with the rest dropped by rounding (two-sum of Knuth). How their terms are grouped hardly changes them.
-#[derive(Clone, Copy, PartialEq, Debug)]
-struct Sums<const N: usize> {
-    totals: [f64; N],
-    rests: [f64; N],
+const VISCOUS: usize = 0;
+const COULOMB: usize = 1;
+const EXCHANGED: usize = 2;
+
+/// Four sums, each with the rest dropped by rounding (two-sum of Knuth). How their terms are grouped hardly changes
+/// them.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+struct Sums {
+    totals: State,
+    rests: State,
 }
 
-impl<const N: usize> Default for Sums<N> {
-    fn default() -> Self {
-        Self { totals: [0.0; N], rests: [0.0; N] }
-    }
-}
-
-impl<const N: usize> Sums<N> {
+impl Sums {
     #[inline(always)]
-    fn add(&mut self, terms: [f64; N]) {
-        for ((total, rest), term) in self.totals.iter_mut().zip(&mut self.rests).zip(terms) {
-            let sum = *total + term;
-            let kept = sum - *total;
-            *rest += (*total - (sum - kept)) + (term - kept);
-            *total = sum;
-        }
+    fn add<L: Lanes>(&mut self, terms: L) {
+        let (totals, rests) = two_sum(L::of(&self.totals), terms);
+        self.totals = totals.state();
+        self.rests = (L::of(&self.rests) + rests).state();
     }
 
     fn at(&self, index: usize) -> f64 {
@@ -49,7 +43,7 @@ impl<const N: usize> Sums<N> {
     /// rounding far below that of [`at`](Self::at).
     fn repeat(&mut self, [then, now]: [&Self; 2], times: u64) {
         let times = times as f64;
-        for index in 0..N {
+        for index in 0..4 {
             // The difference of the totals with its own rounding, and that of the rests.
             let grown = now.totals[index] - then.totals[index];
             let kept = grown - now.totals[index];
@@ -67,10 +61,12 @@ impl<const N: usize> Sums<N> {
 /// Energy flows since the start, in J.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct Energy {
-    /// The flows, then the sum of their sizes, twice: eight fill two registers.
-    flows: Sums<8>,
+    /// The first four flows.
+    flows: Sums,
+    /// The other two, then the sum of the sizes of all six, twice: four fill a register.
+    others: Sums,
     /// `∫ x dt`.
-    states: Sums<4>,
+    states: Sums,
 }
 
 /// The constant powers of one mode.
@@ -105,20 +101,27 @@ pub(crate) struct Powers {
 impl Energy {
     /// Accounts for a stretch of `length_s` seconds from `before` to `after`.
     #[inline(always)]
-    pub(crate) fn add(&mut self, powers: &Powers, length_s: f64, before: &Doubles, after: &Doubles, done: &Integrals) {
+    pub(crate) fn add<T: Four>(
+        &mut self,
+        powers: &Powers,
+        length_s: f64,
+        before: &Doubles,
+        after: &Doubles,
+        done: &Integrals<T>,
+    ) {
         self.turned(powers, length_s, after.lane_since(before, ANGLE), &before.hi, &after.hi, done);
     }
 
     /// Accounts for a stretch between states in `f64`, where the angle turned is known better than their difference.
     #[inline(always)]
-    pub(crate) fn turned(
+    pub(crate) fn turned<T: Four>(
         &mut self,
         powers: &Powers,
         length_s: f64,
         turned: f64,
         before: &State,
         after: &State,
-        done: &Integrals,
+        done: &Integrals<T>,
     ) {
         self.reversed(powers, length_s, (turned, turned.abs()), before, after, done);
     }
@@ -126,23 +129,23 @@ impl Energy {
     /// Accounts for a stretch within which the shaft may turn back. `turned` is the angle between its ends, and `way`
     /// the angle that the shaft turns through.
     #[inline(always)]
-    pub(crate) fn reversed(
+    pub(crate) fn reversed<T: Four>(
         &mut self,
         powers: &Powers,
         length_s: f64,
         (turned, way): (f64, f64),
         before: &State,
         after: &State,
-        done: &Integrals,
+        done: &Integrals<T>,
     ) {
-        let source_j = powers.source_v * done.states[CURRENT] + powers.source_nm * turned;
+        let source_j = powers.source_v * done.states.lanes().state()[CURRENT] + powers.source_nm * turned;
         self.spent(powers, source_j, length_s, (turned, way), before, after, done);
     }
 
     /// Accounts for a stretch in which the work of the source and the way of the shaft are known.
     #[inline(always)]
     #[allow(clippy::too_many_arguments, reason = "a stretch has these")]
-    pub(crate) fn spent(
+    pub(crate) fn spent<T: Four>(
         &mut self,
         powers: &Powers,
         source_j: f64,
@@ -150,11 +153,11 @@ impl Energy {
         (turned, way): (f64, f64),
         before: &State,
         after: &State,
-        done: &Integrals,
+        done: &Integrals<T>,
     ) {
-        self.states.add(done.states);
-        let (charge, current_squared) = (done.states[CURRENT], done.squares[CURRENT]);
-        let speed_squared = done.squares[SPEED];
+        self.states.add(done.states.lanes());
+        let (states, squares) = (done.states.lanes().state(), done.squares.lanes().state());
+        let (charge, current_squared, speed_squared) = (states[CURRENT], squares[CURRENT], squares[SPEED]);
         let copper = powers.resistance_ohm * current_squared;
         let diodes = powers.diode_v * charge.abs();
         let viscous = powers.viscous_nm_s_per_rad * speed_squared;
@@ -165,7 +168,7 @@ impl Energy {
             let v = powers.intent_rad_per_s;
             let intent = length_s * (before[INTENT] + 0.5 * v * length_s);
             let (y0, y1) = (before[INTENT] - before[ANGLE], after[INTENT] - after[ANGLE]);
-            let spring = v * (intent - done.states[ANGLE]) - 0.5 * (y1 - y0) * (y1 + y0);
+            let spring = v * (intent - states[ANGLE]) - 0.5 * (y1 - y0) * (y1 + y0);
             let damper = v * turned - speed_squared;
             hand += powers.hand_nm_per_rad * spring + powers.hand_nm_s_per_rad * damper;
         }
@@ -173,19 +176,26 @@ impl Energy {
             // Constant speed: the hand bears friction and the motor's torque.
             hand += viscous + coulomb - powers.borne_nm_per_a * before[SPEED] * charge;
         }
-        self.take([source_j, hand, copper, diodes, viscous, coulomb]);
+        self.take_by::<T::Lanes>([source_j, hand, copper, diodes, viscous, coulomb]);
     }
 
     #[inline(always)]
     pub(crate) fn take(&mut self, flows: [f64; 6]) {
+        self.take_by::<Array>(flows);
+    }
+
+    #[inline(always)]
+    fn take_by<L: Lanes>(&mut self, flows: [f64; 6]) {
         let [a, b, c, d, e, f] = flows;
         let exchanged = a.abs() + b.abs() + c.abs() + d.abs() + e.abs() + f.abs();
-        self.flows.add([a, b, c, d, e, f, exchanged, exchanged]);
+        self.flows.add(L::of(&[a, b, c, d]));
+        self.others.add(L::of(&[e, f, exchanged, exchanged]));
     }
 
     /// Adds what was exchanged from one state to another so many times.
     pub fn repeat(&mut self, [then, now]: [&Self; 2], times: u64) {
         self.flows.repeat([&then.flows, &now.flows], times);
+        self.others.repeat([&then.others, &now.others], times);
         self.states.repeat([&then.states, &now.states], times);
     }
 
@@ -206,7 +216,7 @@ impl Energy {
 
     /// Adds the integrals of the states over a step, on which they move on straight lines.
     pub fn moved(&mut self, length_s: f64, from: &State, to: &State) {
-        self.states.add(std::array::from_fn(|k| 0.5 * length_s * (from[k] + to[k])));
+        self.states.add(Array::all(0.5 * length_s) * (Array::of(from) + Array::of(to)));
     }
 
     /// Returns the integrals of current and angle since an earlier state, in A·s and rad·s.
@@ -236,12 +246,12 @@ impl Energy {
 
     /// Returns the heat of viscous friction.
     pub fn viscous_j(&self) -> f64 {
-        self.flows.at(VISCOUS)
+        self.others.at(VISCOUS)
     }
 
     /// Returns the heat of Coulomb friction.
     pub fn coulomb_j(&self) -> f64 {
-        self.flows.at(COULOMB)
+        self.others.at(COULOMB)
     }
 
     /// Returns the energy supplied by source and hand.
@@ -256,7 +266,7 @@ impl Energy {
 
     /// Returns the sum of the sizes of all flows; a residual is measured against it.
     pub fn exchanged_j(&self) -> f64 {
-        self.flows.at(EXCHANGED)
+        self.others.at(EXCHANGED)
     }
 }
 
@@ -268,19 +278,20 @@ pub(crate) fn stored_j(inductance_h: f64, inertia_kg_m2: f64, x: &State) -> f64 
 #[cfg(test)]
 mod tests {
     use super::Sums;
+    use crate::lanes::{Array, Lanes};
 
     /// Terms of very different sizes, summed beside them as integers: multiples of 2⁻⁷².
     #[test]
     fn a_sum_of_a_million_terms_is_exact_but_for_its_own_rounding() {
         let unit = 2f64.powi(-72);
-        let (mut sums, mut exact) = (Sums::<2>::default(), [0i128; 2]);
+        let (mut sums, mut exact) = (Sums::default(), [0i128; 4]);
         for k in 0..1_000_000u64 {
-            let terms = [3u64, 7].map(|seed| {
+            let terms = [3u64, 7, 11, 13].map(|seed| {
                 let bits = (k + 1).wrapping_mul(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15));
                 (i128::from(bits >> 12) - (1 << 50)) << (bits % 20)
             });
-            sums.add(terms.map(|term| term as f64 * unit));
-            exact = [0, 1].map(|index| exact[index] + terms[index]);
+            sums.add(Array::of(&terms.map(|term| term as f64 * unit)));
+            exact = [0, 1, 2, 3].map(|index| exact[index] + terms[index]);
         }
         for (index, exact) in exact.into_iter().enumerate() {
             let exact = exact as f64 * unit;
@@ -292,15 +303,15 @@ mod tests {
     #[test]
     fn terms_repeated_in_one_go_are_summed_as_one_by_one() {
         let terms: Vec<f64> = (1..200u32).map(|k| (f64::from(k) * 0.7).sin() * 10f64.powi(k as i32 % 9 - 4)).collect();
-        let mut before = Sums::<1>::default();
-        terms.iter().for_each(|term| before.add([0.3 * term + 1e3]));
+        let mut before = Sums::default();
+        terms.iter().for_each(|term| before.add(Array::all(0.3 * term + 1e3)));
         let mut one = before;
-        terms.iter().for_each(|term| one.add([*term]));
+        terms.iter().for_each(|term| one.add(Array::all(*term)));
         for times in [1u64, 2, 3, 10, 1000] {
             let (mut in_one_go, mut one_by_one) = (one, one);
             in_one_go.repeat([&before, &one], times);
             for _ in 0..times {
-                terms.iter().for_each(|term| one_by_one.add([*term]));
+                terms.iter().for_each(|term| one_by_one.add(Array::all(*term)));
             }
             assert_eq!(in_one_go.at(0).to_bits(), one_by_one.at(0).to_bits(), "{times} times");
         }

@@ -13,6 +13,31 @@ use std::ops::{Add, Mul, Sub};
 
 use crate::matrix::State;
 
+/// Four `f64` in any form, and that in which to compute with them.
+pub(crate) trait Four: Copy {
+    type Lanes: Lanes;
+
+    fn lanes(self) -> Self::Lanes;
+}
+
+impl Four for State {
+    type Lanes = Array;
+
+    #[inline(always)]
+    fn lanes(self) -> Array {
+        Array(self)
+    }
+}
+
+impl<L: Lanes> Four for L {
+    type Lanes = L;
+
+    #[inline(always)]
+    fn lanes(self) -> L {
+        self
+    }
+}
+
 /// Four `f64` in the form in which a processor computes with them.
 pub(crate) trait Lanes: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> {
     fn of(state: &State) -> Self;

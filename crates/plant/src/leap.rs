@@ -6,11 +6,23 @@ use crate::matrix::{CURRENT, Columns, Matrix, SPEED, State, map2, norm, outer, p
 
 /// Integrals over a leap, in SI units.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
-pub struct Integrals {
+pub(crate) struct Integrals<T = State> {
     /// `∫ x dt`, of each state.
-    pub states: State,
+    pub states: T,
     /// `∫ i² dt` and `∫ ω² dt`; the other two lanes are unused.
-    pub squares: State,
+    pub squares: T,
+}
+
+impl<L: Lanes> Integrals<L> {
+    #[inline(always)]
+    pub(crate) fn nothing() -> Self {
+        Self { states: L::all(0.0), squares: L::all(0.0) }
+    }
+
+    #[inline(always)]
+    pub(crate) fn in_memory(&self) -> Integrals {
+        Integrals { states: self.states.state(), squares: self.squares.state() }
+    }
 }
 
 /// A leap of a fixed length: the matrix from `w` to the change of state, and the quadratures.
@@ -147,16 +159,25 @@ impl Quadrature {
 
     #[inline(always)]
     pub(crate) fn add_with<P: Product>(&self, x: &State, w: &State, total: &mut Integrals) {
-        let w: [P::Lanes; 4] = each(w);
+        let (states, squares) = (P::lanes(&total.states), P::lanes(&total.squares));
+        let mut lanes = Integrals { states, squares };
+        self.add_lanes(x, w, &mut lanes);
+        *total = lanes.in_memory();
+    }
+
+    /// Does as [`add`](Self::add) does, on integrals in lanes.
+    #[inline(always)]
+    pub(crate) fn add_lanes<L: Lanes>(&self, x: &State, w: &State, total: &mut Integrals<L>) {
+        let w: [L; 4] = each(w);
         let [a, b, c, d, e, f, g, h, i, j] = &self.forms;
-        let first = (P::lanes(a) * w[0] + P::lanes(b) * w[1]) + (P::lanes(c) * w[2] + P::lanes(d) * w[3]);
-        let second = (P::lanes(e) * w[1] + P::lanes(f) * w[2]) + P::lanes(g) * w[3];
-        let third = P::lanes(h) * w[2] + P::lanes(i) * w[3];
-        let form = (first * w[0] + second * w[1]) + (third * w[2] + P::lanes(j) * w[3] * w[3]);
-        let (x, path) = (P::lanes(x), self.s.image(&w));
-        let held = x * P::all(self.length_s);
-        total.states = (P::lanes(&total.states) + (held + path)).state();
-        total.squares = (P::lanes(&total.squares) + (x * (held + (path + path)) + form)).state();
+        let first = (L::of(a) * w[0] + L::of(b) * w[1]) + (L::of(c) * w[2] + L::of(d) * w[3]);
+        let second = (L::of(e) * w[1] + L::of(f) * w[2]) + L::of(g) * w[3];
+        let third = L::of(h) * w[2] + L::of(i) * w[3];
+        let form = (first * w[0] + second * w[1]) + (third * w[2] + L::of(j) * w[3] * w[3]);
+        let (x, path) = (L::of(x), self.s.image(&w));
+        let held = x * L::all(self.length_s);
+        total.states = total.states + (held + path);
+        total.squares = total.squares + (x * (held + (path + path)) + form);
     }
 }
 

@@ -33,7 +33,6 @@ pub use excitation::Excitation;
 pub use gauge::{Chord, Extent, Gauge, Measured, Pace, Stretch};
 pub use guard::{Band, Guard, MotionPoint};
 pub use held_device::HeldDevice;
-pub use leap::Integrals;
 pub use linear::{Linear, Stride, Trajectory};
 pub use matrix::{Matrix, State};
 pub use shaper::Shaper;

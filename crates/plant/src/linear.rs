@@ -547,14 +547,14 @@ impl<'a> Trajectory<'a> {
 
     /// Returns the exact integrals from the anchor to `edges` edges later, and the state there.
     #[inline(always)]
-    pub(crate) fn integrals<P: Product>(&self, edges: u64) -> (Integrals, Doubles) {
+    pub(crate) fn integrals<P: Product>(&self, edges: u64) -> (Integrals<P::Lanes>, Doubles) {
         self.leap::<P, true>(edges)
     }
 
     #[inline(always)]
-    fn leap<P: Product, const AUDIT: bool>(&self, edges: u64) -> (Integrals, Doubles) {
+    fn leap<P: Product, const AUDIT: bool>(&self, edges: u64) -> (Integrals<P::Lanes>, Doubles) {
         let (mut x, mut w) = (self.x, self.w);
-        let mut total = Integrals::default();
+        let mut total = Integrals::nothing();
         let mut rest = edges;
         let mut level = if edges == 0 { 0 } else { edges.ilog2() / BITS + 1 };
         while rest != 0 {
@@ -563,7 +563,7 @@ impl<'a> Trajectory<'a> {
             rest &= (1 << (level * BITS)) - 1;
             if digit != 0 {
                 if AUDIT {
-                    self.system.quadrature(level, digit).1.add_with::<P>(&x.hi, &w.hi, &mut total);
+                    self.system.quadrature(level, digit).1.add_lanes(&x.hi, &w.hi, &mut total);
                 }
                 let Digit { p, turn } = self.system.digit(level, digit);
                 x = p.times::<P>(&w, &x);

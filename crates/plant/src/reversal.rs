@@ -162,20 +162,21 @@ impl Reversal {
     /// Changes the integrals of the motion without a reversal into those with the reversal of a speed of this sign. `x`
     /// and `w` are state and slope at the end of the edge of the motion without it.
     #[inline(always)]
-    pub(crate) fn include<P: Product>(&self, rest: &Rest, sign: f64, x: &State, w: &State, done: &mut Integrals) {
+    pub(crate) fn include<L: Lanes>(&self, rest: &Rest, sign: f64, x: &State, w: &State, done: &mut Integrals<L>) {
         let t = rest.left_s.hi;
-        let ([path, then, last], all) = (&self.paths, P::all(t));
-        let path = P::lanes(path) + all * (P::lanes(then) + all * P::lanes(last));
-        done.states = (P::lanes(&done.states) + P::all(sign * t * t) * path).state();
+        let ([path, then, last], all) = (&self.paths, L::all(t));
+        let path = L::of(path) + all * (L::of(then) + all * L::of(last));
+        done.states = done.states + L::all(sign * t * t) * path;
         // ∫ (x + δ)² - x² = ∫ (2 x + δ) δ, with the first two orders of x and δ: the next is 1e-5 of them.
         let cube = t * t * t;
         let [first, second, third, _] = &self.kicks;
         let (kick, drag) = (sign * first.hi[SPEED], sign * second.hi[SPEED]);
         let (slope, bend) = (2.0 * rest.slope + kick, 2.0 * rest.bend + drag);
-        done.squares[SPEED] += cube * (slope * kick * (1.0 / 3.0) + 0.25 * t * (slope * drag + bend * kick));
+        let mut squares = [0.0; 4];
+        squares[SPEED] = cube * (slope * kick * (1.0 / 3.0) + 0.25 * t * (slope * drag + bend * kick));
         let current = x[CURRENT] - t * w[CURRENT];
         let (emf, more) = (sign * second.hi[CURRENT], sign * third.hi[CURRENT]);
-        done.squares[CURRENT] +=
-            2.0 * cube * (current * emf * (1.0 / 3.0) + 0.25 * t * (current * more + w[CURRENT] * emf));
+        squares[CURRENT] = 2.0 * cube * (current * emf * (1.0 / 3.0) + 0.25 * t * (current * more + w[CURRENT] * emf));
+        done.squares = done.squares + L::of(&squares);
     }
 }

@@ -258,6 +258,7 @@ impl<'a> Cruise<'a> {
         let (n, edges) = (periods as f64, self.period.edges);
         let period_s = edges as f64 * system.edge_s();
         let (smooth, end) = motion.integrals::<P>(periods * edges);
+        let smooth = smooth.in_memory();
         let change = end.since::<P>(&motion.x);
         let w = self.period.inverse.hi.times(&change).map(|sum| sum / n);
         let (path, ..) = system.glide(&[0.0; 4], &w, edges);

@@ -79,7 +79,7 @@ impl<'a> Device<'a> {
     fn instants_with<P: Product>(&mut self, edge: u64, sides: [Side; 2], at_edge: &State) {
         let (from, edges, edge_s) = (self.motion.x, edge - 1 - self.anchor, self.motion.system().edge_s());
         let (done, mut x) = self.motion.integrals::<P>(edges);
-        self.tally(edges as f64 * edge_s, &from, &x, &done);
+        self.tally(edges as f64 * edge_s, &from, &x, &done.in_memory());
         let mut passed = self.is_measured().then_some(Whole::NOTHING);
         let mut course = Course::new::<P>(Trajectory::exact_with::<P>(self.motion.system(), x, self.motion.f));
         let mut left_s = Double::from(edge_s);
@@ -149,7 +149,7 @@ impl<'a> Device<'a> {
         if !check.guard.is_surely_inside(&end.hi, &held) {
             return false;
         }
-        reversal.include::<P>(&rest, sign, &x.hi, &w.hi, &mut done);
+        reversal.include(&rest, sign, &x.hi, &w.hi, &mut done);
         let turned = end.lane_since(&from, ANGLE);
         let back = rest.turn_rad + change.hi[ANGLE];
         let way = (turned - back).abs() + back.abs();
