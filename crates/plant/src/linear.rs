@@ -14,6 +14,7 @@
 use std::sync::OnceLock;
 
 use crate::double::{Double, Doubles, Product, Wide, versions};
+use crate::lanes::{Array, Lanes, each};
 use crate::leap::{Integrals, Leap, Quadrature};
 use crate::matrix::{Columns, Matrix, State, map2, norm, plus, product, rate, sizes};
 
@@ -28,6 +29,21 @@ struct Digit {
     p: Wide,
     /// `A P`: maps the slope to its own change.
     turn: Wide,
+}
+
+impl Digit {
+    /// Returns state and slope after the leap, in `f64`.
+    #[inline(always)]
+    fn after<L: Lanes>(&self, x: L, w: L) -> (L, L) {
+        let slopes = each(&w.state());
+        (x + self.p.hi.image(&slopes), w + self.turn.hi.image(&slopes))
+    }
+
+    /// Returns only the state.
+    #[inline(always)]
+    fn state_after<L: Lanes>(&self, x: L, w: L) -> L {
+        x + self.p.hi.image(&each(&w.state()))
+    }
 }
 
 /// A value for each digit of each level, computed when first needed: a run needs only few of them.
@@ -172,19 +188,19 @@ impl Linear {
 
     /// Returns state and slope after `block` times 128 edges.
     #[inline(always)]
-    fn prefix(&self, x: State, w: State, block: u64) -> (State, State) {
-        self.coarse::<1>(x, w, block)
+    fn prefix<L: Lanes>(&self, x: L, w: L, block: u64) -> (L, L) {
+        self.coarse::<L, 1>(x, w, block)
     }
 
     /// Returns state and slope after `blocks` times 128^`LEAST` edges.
     #[inline(always)]
-    fn coarse<const LEAST: u32>(&self, mut x: State, mut w: State, blocks: u64) -> (State, State) {
+    fn coarse<L: Lanes, const LEAST: u32>(&self, mut x: L, mut w: L, blocks: u64) -> (L, L) {
         if blocks != 0 {
             let mut level = blocks.ilog2() / BITS + LEAST;
             loop {
                 let digit = (blocks >> ((level - LEAST) * BITS) & MASK) as usize;
                 if digit != 0 {
-                    (x, w) = self.turned(level, digit, &x, &w);
+                    (x, w) = self.digit(level, digit).after(x, w);
                 }
                 if level == LEAST {
                     break;
@@ -195,59 +211,48 @@ impl Linear {
         (x, w)
     }
 
-    #[inline(always)]
-    fn turned(&self, level: u32, digit: usize, x: &State, w: &State) -> (State, State) {
-        let Digit { p, turn } = self.digit(level, digit);
-        (plus(x, &p.hi.times(w)), plus(w, &turn.hi.times(w)))
-    }
-
-    /// Returns the state up to 127 edges after a [`prefix`](Self::prefix).
-    #[inline(always)]
-    fn within(&self, prefix: &(State, State), digit: u64) -> State {
-        if digit == 0 { prefix.0 } else { plus(&prefix.0, &self.digit(0, digit as usize).p.hi.times(&prefix.1)) }
-    }
-
     /// Returns state and slope this number of edges after the given ones, in `f64`.
     #[inline(always)]
-    pub(crate) fn after(&self, x: State, w: State, edges: u64) -> (State, State) {
-        let (x, w) = self.prefix(x, w, edges >> BITS);
+    pub(crate) fn after<P: Product>(&self, x: &State, w: &State, edges: u64) -> (State, State) {
+        let (mut x, mut w) = self.prefix(P::lanes(x), P::lanes(w), edges >> BITS);
         let digit = (edges & MASK) as usize;
-        if digit == 0 {
-            return (x, w);
+        if digit != 0 {
+            (x, w) = self.digit(0, digit).after(x, w);
         }
-        self.turned(0, digit, &x, &w)
+        (x.state(), w.state())
     }
 
     /// Returns only the state this number of edges after the given one, in `f64`.
     #[inline(always)]
-    pub(crate) fn state_after(&self, x: State, w: State, edges: u64) -> State {
-        self.within(&self.prefix(x, w, edges >> BITS), edges & MASK)
+    pub(crate) fn state_after<P: Product>(&self, x: &State, w: &State, edges: u64) -> State {
+        let (x, w) = self.prefix(P::lanes(x), P::lanes(w), edges >> BITS);
+        let digit = (edges & MASK) as usize;
+        if digit == 0 { x } else { self.digit(0, digit).state_after(x, w) }.state()
     }
 
     /// Returns the integrals over this number of edges from state `x` with slope `w`, and state and slope after them,
     /// in `f64`.
     #[inline(always)]
-    pub(crate) fn glide(&self, x: &State, w: &State, edges: u64) -> (Integrals, State, State) {
-        let (mut x, mut w, mut total) = (*x, *w, Integrals::default());
+    pub(crate) fn glide<P: Product>(&self, x: &State, w: &State, edges: u64) -> (Integrals, State, State) {
+        let (mut x, mut w, mut total) = (P::lanes(x), P::lanes(w), Integrals::<P::Lanes>::nothing());
         for level in (0..=edges.max(1).ilog2() / BITS).rev() {
             let digit = (edges >> (level * BITS) & MASK) as usize;
             if digit != 0 {
-                self.quadrature(level, digit).1.add(&x, &w, &mut total);
-                let Digit { p, turn } = self.digit(level, digit);
-                (x, w) = (plus(&x, &p.hi.times(&w)), plus(&w, &turn.hi.times(&w)));
+                self.quadrature(level, digit).1.add_lanes(&x.state(), &w.state(), &mut total);
+                (x, w) = self.digit(level, digit).after(x, w);
             }
         }
-        (total, x, w)
+        (total.in_memory(), x.state(), w.state())
     }
 
     /// Returns `∫ x dt` over this number of edges from state `x` with slope `w`, in `f64`.
     pub(crate) fn path(&self, x: &State, w: &State, edges: u64) -> State {
-        let (mut x, mut w, mut total) = (*x, *w, [0.0; 4]);
+        let (mut x, mut w, mut total) = (Array::of(x), Array::of(w), [0.0; 4]);
         for level in (0..=edges.max(1).ilog2() / BITS).rev() {
             let digit = (edges >> (level * BITS) & MASK) as usize;
             if digit != 0 {
-                self.quadrature(level, digit).1.add_path(&x, &w, &mut total);
-                (x, w) = self.turned(level, digit, &x, &w);
+                self.quadrature(level, digit).1.add_path(&x.state(), &w.state(), &mut total);
+                (x, w) = self.digit(level, digit).after(x, w);
             }
         }
         total
@@ -448,14 +453,9 @@ impl<'a> Trajectory<'a> {
 
     /// Returns state and slope at the last multiple of 128 edges: the part that 128 successive edges share.
     #[inline(always)]
-    pub fn prefix(&self, block: u64) -> (State, State) {
-        self.system.prefix(self.x.hi, self.w.hi, block)
-    }
-
-    /// Returns the state `digit` edges (0 to 127) after a [`prefix`](Self::prefix).
-    #[inline(always)]
-    pub fn within(&self, prefix: &(State, State), digit: u64) -> State {
-        self.system.within(prefix, digit)
+    fn prefix(&self, block: u64) -> (State, State) {
+        let (x, w) = self.system.prefix(Array::of(&self.x.hi), Array::of(&self.w.hi), block);
+        (x.state(), w.state())
     }
 
     versions! {
@@ -466,7 +466,7 @@ impl<'a> Trajectory<'a> {
 
     #[inline(always)]
     fn at_with<P: Product>(&self, edges: u64) -> State {
-        self.within(&self.prefix(edges >> BITS), edges & MASK)
+        self.system.state_after::<P>(&self.x.hi, &self.w.hi, edges)
     }
 
     /// Returns the state at every edge after the anchor, if nothing moves.
@@ -494,25 +494,25 @@ impl<'a> Trajectory<'a> {
             }
         };
         // Neighbours share all digits but their two lowest.
-        let (mut blocks, mut shared) = (0, (self.x.hi, self.w.hi));
+        let start = (P::lanes(&self.x.hi), P::lanes(&self.w.hi));
+        let (mut blocks, mut shared) = (0, start);
         let mut edges = first;
         for row in rows {
             if edges >> (2 * BITS) != blocks {
                 blocks = edges >> (2 * BITS);
                 shared = match blocks {
-                    1..=MASK => self.system.turned(2, blocks as usize, &self.x.hi, &self.w.hi),
-                    _ => self.system.coarse::<2>(self.x.hi, self.w.hi, blocks),
+                    1..=MASK => self.system.digit(2, blocks as usize).after(start.0, start.1),
+                    _ => self.system.coarse::<P::Lanes, 2>(start.0, start.1, blocks),
                 };
             }
             let (mut x, mut w) = shared;
             if edges >> BITS & MASK != 0 {
-                let Digit { p, turn } = leap(1, edges >> BITS);
-                (x, w) = (plus(&x, &p.hi.times(&w)), plus(&w, &turn.hi.times(&w)));
+                (x, w) = leap(1, edges >> BITS).after(x, w);
             }
             if edges & MASK != 0 {
-                x = plus(&x, &leap(0, edges).p.hi.times(&w));
+                x = leap(0, edges).state_after(x, w);
             }
-            *row = x;
+            *row = x.state();
             edges += stride;
         }
     }
@@ -524,7 +524,7 @@ impl<'a> Trajectory<'a> {
 
     #[inline(always)]
     pub(crate) fn slope_with<P: Product>(&self, edges: u64) -> (State, State) {
-        self.system.after(self.x.hi, self.w.hi, edges)
+        self.system.after::<P>(&self.x.hi, &self.w.hi, edges)
     }
 
     /// Returns the state for edges asked one after the other; keeps in `cache` the part that neighbours share.

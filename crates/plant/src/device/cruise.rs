@@ -24,7 +24,7 @@ use std::sync::OnceLock;
 use super::modes::Check;
 use super::{Device, Drive};
 use crate::axis::Shaft;
-use crate::double::{Double, Doubles, Product, versions};
+use crate::double::{Double, Doubles, Native, Product, versions};
 use crate::energy::{Energy, Powers};
 use crate::gauge::{Extent, blur, reach};
 use crate::guard::{Guard, MotionPoint, dyadic};
@@ -144,15 +144,15 @@ impl<'a> Cruise<'a> {
     /// Returns the phase that contains this number of edges after the anchor: its first edge, the first edge of the
     /// next phase, and state and slope at its start.
     #[inline(always)]
-    fn phase(&self, smooth: &Trajectory<'a>, edges: u64) -> (u64, u64, State, State) {
+    fn phase<P: Product>(&self, smooth: &Trajectory<'a>, edges: u64) -> (u64, u64, State, State) {
         let begun = edges - edges % self.period.edges;
         let ended = begun + self.duty;
-        let (x, w) = smooth.system.after(smooth.x.hi, smooth.w.hi, begun);
+        let (x, w) = smooth.system.after::<P>(&smooth.x.hi, &smooth.w.hi, begun);
         let w = plus(&w, &self.rise);
         if edges < ended {
             return (begun, ended, x, w);
         }
-        let (x, mut w) = smooth.system.after(x, w, self.duty);
+        let (x, mut w) = smooth.system.after::<P>(&x, &w, self.duty);
         w[CURRENT] -= self.fall;
         (ended, begun + self.period.edges, x, w)
     }
@@ -164,8 +164,8 @@ impl<'a> Cruise<'a> {
 
     #[inline(always)]
     fn at_with<P: Product>(&self, smooth: &Trajectory<'a>, edges: u64) -> State {
-        let (begun, _, x, w) = self.phase(smooth, edges);
-        smooth.system.state_after(x, w, edges - begun)
+        let (begun, _, x, w) = self.phase::<P>(smooth, edges);
+        smooth.system.state_after::<P>(&x, &w, edges - begun)
     }
 
     versions! {
@@ -174,7 +174,7 @@ impl<'a> Cruise<'a> {
 
     #[inline(always)]
     fn turn_with<P: Product>(&mut self, smooth: &Trajectory<'a>, edges: u64) {
-        let (begun, ended, x, w) = self.phase(smooth, edges);
+        let (begun, ended, x, w) = self.phase::<P>(smooth, edges);
         self.phase = (begun, ended, Self::seen(smooth.system, &x, &w));
     }
 
@@ -196,7 +196,7 @@ impl<'a> Cruise<'a> {
     /// Returns the pulse or pause that contains this number of edges after the anchor: its first edge, the first edge
     /// of the next one, and its motion.
     pub(crate) fn pulse(&self, smooth: &Trajectory<'a>, edges: u64) -> (u64, u64, Trajectory<'a>) {
-        let (begun, ended, x, w) = self.phase(smooth, edges);
+        let (begun, ended, x, w) = self.phase::<Native>(smooth, edges);
         (begun, ended, Self::seen(smooth.system, &x, &w))
     }
 
@@ -207,7 +207,7 @@ impl<'a> Cruise<'a> {
 
     #[cold]
     fn shaped(&self, system: &'a Linear, guards: [&Guard; 2]) -> Shape {
-        let (pulse, middle, mut falling) = system.glide(&[0.0; 4], &self.rise, self.duty);
+        let (pulse, middle, mut falling) = system.glide::<Native>(&[0.0; 4], &self.rise, self.duty);
         falling[CURRENT] -= self.fall;
         let pulse = (pulse.states, middle, falling);
         let whole = self.ripple_in_period(system, &pulse, self.period.edges);
@@ -261,12 +261,12 @@ impl<'a> Cruise<'a> {
         let smooth = smooth.in_memory();
         let change = end.since::<P>(&motion.x);
         let w = self.period.inverse.hi.times(&change).map(|sum| sum / n);
-        let (path, ..) = system.glide(&[0.0; 4], &w, edges);
+        let (path, ..) = system.glide::<P>(&[0.0; 4], &w, edges);
         let x: State = from_fn(|k| (smooth.states[k] / n - path.states[k]) / period_s);
 
-        let (pulse, middle, mut falling) = system.glide(&x, &plus(&w, &self.rise), duty);
+        let (pulse, middle, mut falling) = system.glide::<P>(&x, &plus(&w, &self.rise), duty);
         falling[CURRENT] -= self.fall;
-        let (pause, ..) = system.glide(&middle, &falling, edges - duty);
+        let (pause, ..) = system.glide::<P>(&middle, &falling, edges - duty);
         let done = Integrals {
             states: from_fn(|k| n * (pulse.states[k] + pause.states[k])),
             squares: from_fn(|k| {

@@ -134,7 +134,7 @@ impl<'a> Device<'a> {
         }
         let constants = &self.axis.constants;
         let Some(reversal) = self.mode.reversal(constants.coulomb) else { return false };
-        let (sign, system, from) = (f64::from(before), self.motion.system, self.motion.x);
+        let (sign, system, from) = (f64::from(before), self.motion.system, &self.motion.x);
         let (mut done, x) = self.motion.integrals::<P>(edge - self.anchor);
         let w = system.slope::<P>(&x, &self.motion.f);
         let Some(rest) = reversal.rest::<P>(&x, &w, system.edge_s) else { return false };
@@ -150,7 +150,7 @@ impl<'a> Device<'a> {
             return false;
         }
         reversal.include(&rest, sign, &x.hi, &w.hi, &mut done);
-        let turned = end.lane_since(&from, ANGLE);
+        let turned = end.lane_since(from, ANGLE);
         let back = rest.turn_rad + change.hi[ANGLE];
         let way = (turned - back).abs() + back.abs();
         let length_s = (edge - self.anchor) as f64 * system.edge_s;
