@@ -6,8 +6,9 @@
 
 #[cfg(target_arch = "x86_64")]
 use std::arch::x86_64::{
-    __m256d, _CMP_LT_OQ, _mm256_add_pd, _mm256_andnot_pd, _mm256_cmp_pd, _mm256_fmsub_pd, _mm256_loadu_pd,
-    _mm256_mul_pd, _mm256_set1_pd, _mm256_storeu_pd, _mm256_sub_pd,
+    __m128d, __m256d, _CMP_LT_OQ, _mm_add_pd, _mm_andnot_pd, _mm_cmplt_pd, _mm_cvtsd_f64, _mm_mul_pd, _mm_set_pd,
+    _mm_set1_pd, _mm_sub_pd, _mm_unpackhi_pd, _mm256_add_pd, _mm256_andnot_pd, _mm256_cmp_pd, _mm256_fmsub_pd,
+    _mm256_loadu_pd, _mm256_mul_pd, _mm256_set1_pd, _mm256_storeu_pd, _mm256_sub_pd,
 };
 use std::ops::{Add, Mul, Sub};
 
@@ -114,6 +115,77 @@ impl Mul for Array {
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
         self.join(other, Mul::mul)
+    }
+}
+
+/// Four `f64` in two registers, which any x86-64 processor has.
+#[cfg(target_arch = "x86_64")]
+#[derive(Clone, Copy)]
+pub(crate) struct Pairs(__m128d, __m128d);
+#[cfg(not(target_arch = "x86_64"))]
+pub(crate) type Pairs = Array;
+
+#[cfg(target_arch = "x86_64")]
+impl Lanes for Pairs {
+    #[inline(always)]
+    fn of(&[a, b, c, d]: &State) -> Self {
+        // SAFETY: any x86-64 processor has SSE2.
+        unsafe { Self(_mm_set_pd(b, a), _mm_set_pd(d, c)) }
+    }
+
+    #[inline(always)]
+    fn all(number: f64) -> Self {
+        // SAFETY: as in `of`.
+        unsafe { Self(_mm_set1_pd(number), _mm_set1_pd(number)) }
+    }
+
+    #[inline(always)]
+    fn state(self) -> State {
+        // SAFETY: as in `of`.
+        unsafe {
+            let (b, d) = (_mm_unpackhi_pd(self.0, self.0), _mm_unpackhi_pd(self.1, self.1));
+            [_mm_cvtsd_f64(self.0), _mm_cvtsd_f64(b), _mm_cvtsd_f64(self.1), _mm_cvtsd_f64(d)]
+        }
+    }
+
+    #[inline(always)]
+    fn unless_below(self, least: f64, deciding: Self) -> Self {
+        // SAFETY: as in `of`.
+        unsafe {
+            let (sign, least) = (_mm_set1_pd(-0.0), _mm_set1_pd(least));
+            let (a, b) = (_mm_andnot_pd(sign, deciding.0), _mm_andnot_pd(sign, deciding.1));
+            Self(_mm_andnot_pd(_mm_cmplt_pd(a, least), self.0), _mm_andnot_pd(_mm_cmplt_pd(b, least), self.1))
+        }
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+impl Add for Pairs {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        // SAFETY: as in `of`.
+        unsafe { Self(_mm_add_pd(self.0, other.0), _mm_add_pd(self.1, other.1)) }
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+impl Sub for Pairs {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        // SAFETY: as in `of`.
+        unsafe { Self(_mm_sub_pd(self.0, other.0), _mm_sub_pd(self.1, other.1)) }
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+impl Mul for Pairs {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        // SAFETY: as in `of`.
+        unsafe { Self(_mm_mul_pd(self.0, other.0), _mm_mul_pd(self.1, other.1)) }
     }
 }
 

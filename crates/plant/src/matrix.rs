@@ -1,6 +1,6 @@
 //! Vectors of four states, matrices of four by four, and the operations on them.
 
-use crate::lanes::Lanes;
+use crate::lanes::{Lanes, Pairs, each};
 
 /// Current in A (on a rail, force in N), speed in rad/s (m/s), angle in rad (m), the hand's intended angle in rad (m).
 pub type State = [f64; 4];
@@ -81,13 +81,7 @@ impl Columns {
 
     #[inline(always)]
     pub(crate) fn times(&self, v: &State) -> State {
-        let [a, b, c, d] = &self.0;
-        // A loop is always compiled in place, and so for the processor that the caller is compiled for.
-        let mut product = [0.0; 4];
-        for (r, sum) in product.iter_mut().enumerate() {
-            *sum = (a[r] * v[0] + b[r] * v[1]) + (c[r] * v[2] + d[r] * v[3]);
-        }
-        product
+        self.image(&each::<Pairs>(v)).state()
     }
 
     /// Returns the same for a vector [`each`](crate::lanes::each) of whose numbers is in all lanes.
