@@ -1,8 +1,9 @@
 //! Four `f64` side by side, as the lanes of a [`State`]: each operation does the same in all four, in `f64`, never
 //! contracted.
 //!
-//! The compiler makes halves and single numbers of much arithmetic on arrays. [`Register`] is one register of an x86
-//! processor by construction; where there is none, an array does the same to the same bits.
+//! The compiler makes halves and single numbers of much arithmetic on arrays. By construction, [`Register`] is one
+//! register of an x86-64 processor with AVX2, and [`Pairs`] are two registers of any; elsewhere an array does the same
+//! to the same bits.
 
 #[cfg(target_arch = "x86_64")]
 use std::arch::x86_64::{
@@ -264,5 +265,48 @@ impl Mul for Register {
     fn mul(self, other: Self) -> Self {
         // SAFETY: as in `times_less`.
         Self(unsafe { _mm256_mul_pd(self.0, other.0) })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Array, Lanes, Pairs};
+    use crate::matrix::State;
+
+    const LEAST: f64 = 1e-3;
+    const NUMBERS: [f64; 9] = [0.0, -0.0, 1.0 / 3.0, -7e9, 3e-17, -1e-3, 0.9e-3, f64::INFINITY, -1.1e-3];
+
+    #[track_caller]
+    fn check<L: Lanes>() {
+        let state = |from: usize, step: usize| -> State { std::array::from_fn(|r| NUMBERS[(from + step * r) % 9]) };
+        for (from, to) in (0..9).flat_map(|from| (0..9).map(move |to| (from, to))) {
+            let (a, b) = (state(from, 2), state(to, 5));
+            let (x, y) = (L::of(&a), L::of(&b));
+            let all = L::all(a[0]).state();
+            for r in 0..4 {
+                let same = |lanes: L, number: f64, what: &str| {
+                    let lane = lanes.state()[r];
+                    let is_same = lane.to_bits() == number.to_bits() || lane.is_nan() && number.is_nan();
+                    assert!(is_same, "{what} of {} and {}: {lane}, not {number}", a[r], b[r]);
+                };
+                same(x, a[r], "itself");
+                same(x + y, a[r] + b[r], "sum");
+                same(x - y, a[r] - b[r], "difference");
+                same(x * y, a[r] * b[r], "product");
+                same(x.unless_below(LEAST, y), if b[r].abs() < LEAST { 0.0 } else { a[r] }, "choice");
+                assert_eq!(all[r].to_bits(), a[0].to_bits());
+            }
+        }
+    }
+
+    #[test]
+    fn lanes_are_numbers_side_by_side_in_any_form() {
+        check::<Array>();
+        check::<Pairs>();
+        #[cfg(target_arch = "x86_64")]
+        {
+            assert!(crate::double::has_fused(), "this test needs a processor with AVX2 and fused multiply-add");
+            check::<super::Register>();
+        }
     }
 }

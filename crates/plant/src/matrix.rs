@@ -79,12 +79,13 @@ impl Columns {
         self.0.map(|column| column[index])
     }
 
+    /// Returns the product with a vector.
     #[inline(always)]
     pub(crate) fn times(&self, v: &State) -> State {
         self.image(&each::<Pairs>(v)).state()
     }
 
-    /// Returns the same for a vector [`each`](crate::lanes::each) of whose numbers is in all lanes.
+    /// Returns the product with a vector, [`each`] of whose numbers is in all lanes.
     #[inline(always)]
     pub(crate) fn image<L: Lanes>(&self, v: &[L; 4]) -> L {
         let [a, b, c, d] = &self.0;
