@@ -13,9 +13,11 @@ use std::ops::{Add, Mul, Neg, Sub};
 #[cfg(target_arch = "x86_64")]
 use std::sync::atomic::{AtomicU8, Ordering::Relaxed};
 
+#[cfg(not(any(target_arch = "x86_64", target_family = "wasm")))]
+use crate::lanes::Array;
 #[cfg(target_arch = "x86_64")]
 use crate::lanes::Register;
-use crate::lanes::{Array, Lanes};
+use crate::lanes::{Lanes, Pairs};
 use crate::matrix::{Columns, Matrix, State};
 
 /// Sizes below this count as zero, 2⁻⁴⁰⁰.
@@ -75,25 +77,38 @@ impl Product for Fused {
 /// Two-product by splitting each factor in halves.
 pub(crate) struct Halves;
 
+impl Halves {
+    /// One more than 2²⁷, by which a number is split.
+    const SPLITTER: f64 = 134_217_729.0;
+}
+
 impl Product for Halves {
-    type Lanes = Array;
+    type Lanes = Pairs;
 
     #[inline(always)]
     fn two(a: f64, b: f64) -> (f64, f64) {
-        let halves = |x: f64| {
-            let shifted = 134_217_729.0 * x;
-            let high = shifted - (shifted - x);
-            (high, x - high)
-        };
-        let product = a * b;
-        let ((ah, al), (bh, bl)) = (halves(a), halves(b));
-        (product, ((ah * bh - product) + ah * bl + al * bh) + al * bl)
+        two_by_halves(a, b, Self::SPLITTER)
     }
 
     #[inline(always)]
-    fn two_of(a: Array, b: Array) -> (Array, Array) {
-        (a * b, a.join(b, |a, b| Self::two(a, b).1))
+    fn two_of(a: Pairs, b: Pairs) -> (Pairs, Pairs) {
+        two_by_halves(a, b, Self::all(Self::SPLITTER))
     }
+}
+
+#[inline(always)]
+fn two_by_halves<T>(a: T, b: T, splitter: T) -> (T, T)
+where
+    T: Copy + Add<Output = T> + Sub<Output = T> + Mul<Output = T>,
+{
+    let halves = |x: T| {
+        let shifted = splitter * x;
+        let high = shifted - (shifted - x);
+        (high, x - high)
+    };
+    let product = a * b;
+    let ((ah, al), (bh, bl)) = (halves(a), halves(b));
+    (product, ((ah * bh - product) + ah * bl + al * bh) + al * bl)
 }
 
 /// The two-product of the processor that the program is compiled for.
