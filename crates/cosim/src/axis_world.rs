@@ -533,12 +533,14 @@ impl World for AxisWorld<'_> {
             && now.recurs(self.edge, then, earlier.edge)
     }
 
-    fn repeat(&mut self, earlier: &Self, times: u64) {
-        let edges = times * (self.edge - earlier.edge);
-        if let (Some(AnyDevice::Exact(now)), Some(AnyDevice::Exact(then))) = (&mut self.device, &earlier.device) {
-            now.repeat(edges, then, times);
+    fn repeat(&mut self, [then, now]: [&Self; 2], times: u64) {
+        let edges = times * (now.edge - then.edge);
+        if let (Some(AnyDevice::Exact(device)), Some(AnyDevice::Exact(before)), Some(AnyDevice::Exact(after))) =
+            (&mut self.device, &then.device, &now.device)
+        {
+            device.repeat(edges, [before, after], times);
         }
-        self.encoder.edges += times * (self.encoder.edges - earlier.encoder.edges);
+        self.encoder.edges += times * (now.encoder.edges - then.encoder.edges);
         self.edge += edges;
     }
 

@@ -126,9 +126,9 @@ pub trait World: Clone {
     fn recurs(&self, _earlier: &Self) -> bool {
         false
     }
-    /// Moves on as if all that happened since an earlier state, which [recurs](World::recurs), had happened so many
-    /// times more.
-    fn repeat(&mut self, _earlier: &Self, _times: u64) {
+    /// Moves on as if all that happened between two states had happened so many times more. The second state
+    /// [recurs](World::recurs), and this one lies between them.
+    fn repeat(&mut self, _: [&Self; 2], _times: u64) {
         unreachable!("a world that does not recur")
     }
     /// Returns the world's part of a run's summary, at the present edge: encoder edges, changes of mode, steps,

@@ -514,10 +514,13 @@ impl<C: LoopCircuit<N>, const N: usize> Wiring for CircuitLoop<C, N> {
         now.circuit == then.circuit && now.modulation == then.modulation
     }
 
-    fn repeat(&mut self, earlier: &Self, times: u64) {
-        let mut earlier = earlier.clone();
-        earlier.count_lost();
+    fn repeat(&mut self, states: [&Self; 2], times: u64) {
+        let [then, now] = states.map(|state| {
+            let mut state = state.clone();
+            state.count_lost();
+            state.meter
+        });
         self.count_lost();
-        self.meter.repeat(&earlier.meter, times);
+        self.meter.repeat([&then, &now], times);
     }
 }

@@ -122,9 +122,9 @@ pub trait Wiring: Block {
     {
         false
     }
-    /// Counts the use of the nets as if the edges since an earlier state, of which it [recurs](Wiring::recurs), had
-    /// come so many times more.
-    fn repeat(&mut self, _earlier: &Self, _times: u64)
+    /// Counts the use of the nets as if the edges between two states had come so many times more, at least once. The
+    /// second state [recurs](Wiring::recurs), and this one lies between them.
+    fn repeat(&mut self, _: [&Self; 2], _times: u64)
     where
         Self: Sized,
     {

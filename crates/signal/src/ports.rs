@@ -225,11 +225,12 @@ impl<const N: usize> Meter<N> {
         self.uses[index].overflowed += u64::from(overflowed) * edges;
     }
 
-    /// Adds so many times the edges with lost bits that came since an earlier state of this meter.
-    pub fn repeat(&mut self, earlier: &Self, times: u64) {
-        for (now, then) in self.uses.iter_mut().zip(&earlier.uses) {
-            now.rounded += times * (now.rounded - then.rounded);
-            now.overflowed += times * (now.overflowed - then.overflowed);
+    /// Counts the use between two states of this meter so many times more, at least once.
+    pub fn repeat(&mut self, [then, now]: [&Self; 2], times: u64) {
+        for (used, (then, now)) in self.uses.iter_mut().zip(then.uses.iter().zip(&now.uses)) {
+            (used.min, used.max) = (used.min.min(now.min), used.max.max(now.max));
+            used.rounded += times * (now.rounded - then.rounded);
+            used.overflowed += times * (now.overflowed - then.overflowed);
         }
     }
 

@@ -15,10 +15,9 @@ use hpu_datapath::{Repeat, Wiring};
 use hpu_signal::{Cycle, Observe, Ports};
 
 use crate::scene::Solver;
-use crate::summary::Recurrence;
 use crate::world::World;
 
-use recurrence::{Search, Trial};
+use recurrence::Search;
 
 pub use compare::{Comparison, Difference, compare};
 pub(crate) use rows::Rows;
@@ -194,8 +193,7 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
             observer.nets(Cycle(0), settled.words());
             observer.overflows(Cycle(0), settled.overflowing());
         }
-        self.search.trial = None;
-        self.rows.forget();
+        self.look_from_here();
         let (mut since, mut events) = (0u32, 0u64);
         while self.edge < end && self.world.over().is_none() {
             since += match driver {
@@ -223,11 +221,6 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
         self.rows.log(&self.world, self.edge, observer);
         control.progress.store(self.edge, Ordering::Relaxed);
         true
-    }
-
-    /// Returns the recurrence that a run by events has found, if any.
-    pub fn recurrence(&self) -> Option<Recurrence> {
-        self.search.found
     }
 
     /// Runs one edge.
@@ -360,6 +353,7 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
         while self.switch_on(end, observer) && events < most {
             events += 1;
         }
+        self.search.driven += events;
         events
     }
 
@@ -442,10 +436,8 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
         if self.tells_overflows {
             observer.overflows(Cycle(self.edge), self.wiring.overflowing());
         }
-        if let Some(Trial { tape, .. }) = &mut self.search.trial
-            && tape.as_mut().is_some_and(|tape| !tape.note(self.edge, words))
-        {
-            *tape = None;
+        if self.search.tape.is_some() {
+            self.note_nets();
         }
         if changed {
             self.look_ahead();

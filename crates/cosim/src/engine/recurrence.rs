@@ -5,211 +5,307 @@
 //! to the last bit. From then on nothing new can happen, as long as nothing is planned for a fixed time (a knot of the
 //! hand, a ramp, a fault, a sample of a shaper).
 //!
-//! States are looked at where a count of the encoder arrives. Each leaves a [`Mark`], of which a table holds up to a
-//! thousand. If a mark comes again, the engine copies the state, and compares the state in full with the copy when as
-//! many edges have passed again. Registers lag behind in different ways, so both are brought up to date first. If they
-//! are equal, the run repeats.
+//! States are looked at where a count of the encoder arrives. A table holds copies of the latest [`COPIES`] of some of
+//! them, the fewer the longer the run, each with a number that tells states apart. Where such a number comes again, the
+//! state is compared in full with the copy. Registers lag behind in different ways, so both are brought up to date
+//! first. If they are equal, the run repeats.
 //!
 //! If the observer needs neither waveforms nor means between rows, the engine then shows and counts the periods that
-//! are left without computing them. Their rows and changes of nets are those of the period between the two states,
-//! counts and energies grow by as much, and the world is moved on. The rest of the run, less than a period, is computed
-//! as ever.
+//! are left without computing them. Their rows and changes of nets are those of one period, which a [`Tape`] holds.
+//! Where periods are costly, a tape is begun before a recurrence is known; else the period that follows is recorded.
+//! Counts and energies grow by as much for each period, and the loop goes on from the copy that brings it nearest to
+//! the end of the run, or to the row from which means are taken. The rest is computed as ever.
 
 use hpu_datapath::Wiring;
 use hpu_signal::{Cycle, Observe};
 
+use super::rows::Recorded;
 use super::{ClosedLoop, Control};
 use crate::summary::Recurrence;
 use crate::world::World;
 
-/// A number that tells states apart, and the edge at which it was seen.
-type Mark = (u64, u64);
+/// The number of copies held.
+const COPIES: usize = 64;
 
-/// The number of marks held, a power of two.
-const MARKS: usize = 1 << 10;
+/// The bits of a mark that are 0 in the states copied at first: one in eight.
+const FEW: u64 = 7;
 
-/// The most numbers that a record of rows may have, and one of nets.
+/// The most numbers that the rows of a tape may have, and its words.
 const MOST_NUMBERS: u64 = 1 << 22;
 
+/// A tape begins with a count since whose predecessor the outputs drove the world this often: a period that is computed
+/// then costs far more than its record.
+const BUSY: u32 = 16;
+/// Such a tape ends if there are more ticks than one in as many edges, and this number of ticks more.
+const SPARSE: u64 = 1 << 12;
+const AT_FIRST: u64 = 64;
+
+/// The loop as it was when a count arrived.
+struct Past<W, E: World> {
+    edge: u64,
+    wiring: W,
+    world: E,
+    input: E::In,
+    out: E::Out,
+    /// Ticks and changes of the outputs so far.
+    counted: [u64; 2],
+}
+
 /// The search for a recurrence.
-pub(super) struct Search<W, E> {
-    marks: Vec<Mark>,
-    /// A mark with one of these bits is not noted. A bit is added whenever the table may be full, so that it holds
-    /// marks of early states and of late ones.
+pub(super) struct Search<W, E: World> {
+    /// Numbers that tell states apart, and copies of the states.
+    marks: Vec<u64>,
+    pasts: Vec<Box<Past<W, E>>>,
+    /// A state whose mark has one of these bits is not copied. A bit is added whenever all places have been filled
+    /// anew, so that the copies reach far back.
     passed: u64,
-    /// Marks noted since the last bit was added.
-    noted: usize,
-    pub(super) trial: Option<Trial<W, E>>,
-    pub(super) found: Option<Recurrence>,
+    /// The place of the next copy.
+    place: usize,
+    /// Changes of outputs that repeat, and of the world under them, since the latest count.
+    pub(super) driven: u32,
+    pub(super) tape: Option<Box<Tape>>,
+    round: Option<Round<W, E>>,
+    found: Option<Recurrence>,
 }
 
-impl<W, E> Default for Search<W, E> {
+impl<W, E: World> Default for Search<W, E> {
     fn default() -> Self {
-        Self { marks: Vec::new(), passed: 0, noted: 0, trial: None, found: None }
+        let (marks, pasts) = (Vec::new(), Vec::new());
+        Self { marks, pasts, passed: FEW, place: 0, driven: 0, tape: None, round: None, found: None }
     }
 }
 
-impl<W, E> Search<W, E> {
-    /// Notes a mark, and returns how many edges ago it was seen before.
-    #[inline]
-    pub(super) fn seen(&mut self, mark: u64, edge: u64) -> Option<u64> {
-        if mark & self.passed != 0 { None } else { self.note(mark, edge) }
-    }
-
-    fn note(&mut self, mark: u64, edge: u64) -> Option<u64> {
-        if self.marks.is_empty() {
-            self.marks.resize(MARKS, (0, 0));
-        }
-        self.noted += 1;
-        if self.noted == MARKS {
-            (self.noted, self.passed) = (0, self.passed << 1 | 1);
-        }
-        let place = &mut self.marks[(mark >> 32) as usize % MARKS];
-        let (before, at) = std::mem::replace(place, (mark, edge));
-        (before == mark && at != 0).then(|| edge - at)
-    }
+/// So many periods that rows come back to their places.
+struct Round<W, E: World> {
+    /// The state at its beginning.
+    then: Box<Past<W, E>>,
+    edges: u64,
+    /// The next edge at which to go on by whole rounds, at first the end of this one.
+    due: u64,
+    whole: Option<Whole<W, E>>,
 }
 
-/// A state that is expected to recur.
-pub(super) struct Trial<W, E> {
-    /// Its edge, and the edge at which it is expected.
-    pub(super) from: u64,
-    pub(super) due: u64,
-    pub(super) wiring: W,
-    pub(super) world: E,
-    /// Ticks and changes of the outputs up to it.
-    pub(super) counted: [u64; 2],
-    /// A record of so many periods that rows come back to their places, if these periods can be shown again.
-    pub(super) tape: Option<Tape>,
-}
+/// The state at the end of a round, with its nets and rows.
+type Whole<W, E> = (Box<Past<W, E>>, Box<Tape>, Recorded);
 
-/// A record of the nets in so many periods that rows come back to their places. The rows themselves hold theirs.
+/// A record of the nets that are followed.
 pub(super) struct Tape {
-    /// The edges of these periods.
-    pub(super) edges: u64,
-    /// The edges at which nets changed that are followed, and then the words of all nets, edge after edge.
+    /// The edge after which it begins, and the one at which it must end.
+    first: u64,
+    last: u64,
+    /// The ticks seen, if it ends where they come too often.
+    ticks: Option<u64>,
+    /// The edges at which a net changed, and then the words of the nets, edge after edge.
     changes: Vec<u64>,
     words: Vec<i64>,
-    /// The nets that are followed, a bit each, and the latest words.
-    followed: u64,
-    latest: Vec<i64>,
+    /// The nets, each with its latest word.
+    nets: Vec<(usize, i64)>,
 }
 
 impl Tape {
-    /// Creates a tape of as many periods as bring rows back to the same place, one every `stride` edges, and `None` if
-    /// `left` edges do not contain it twice.
-    pub(super) fn new<E: World>(period: u64, stride: u64, left: u64, followed: u64, words: &[i64]) -> Option<Self> {
-        let edges = period.checked_mul(stride / common_divisor(period, stride))?;
-        let numbers = (edges / stride).checked_mul(E::REALS.len() as u64)?;
-        (edges <= left / 2 && numbers <= MOST_NUMBERS).then(|| {
-            let (changes, latest) = (Vec::new(), words.to_vec());
-            Self { edges, changes, words: Vec::new(), followed, latest }
-        })
-    }
-
-    /// Notes the words of all nets after an edge. Returns `false` if there are too many changes to be noted.
-    pub(super) fn note(&mut self, edge: u64, words: &[i64]) -> bool {
-        let differs = |net: usize| self.followed >> net & 1 == 1 && words[net] != self.latest[net];
-        if (0..words.len()).any(differs) {
-            self.latest.copy_from_slice(words);
+    /// Notes the words of all nets after an edge that was ticked. Returns `false` if the tape ends with it.
+    fn note(&mut self, edge: u64, words: &[i64]) -> bool {
+        if self.nets.iter().any(|&(net, latest)| words[net] != latest) {
             self.changes.push(edge);
-            self.words.extend_from_slice(words);
+            for (net, latest) in &mut self.nets {
+                *latest = words[*net];
+                self.words.push(*latest);
+            }
         }
-        self.words.len() as u64 <= MOST_NUMBERS
+        let is_sparse = self.ticks.as_mut().is_none_or(|ticks| {
+            *ticks += 1;
+            *ticks <= AT_FIRST + (edge - self.first) / SPARSE
+        });
+        is_sparse && edge < self.last && self.words.len() as u64 <= MOST_NUMBERS
     }
 
-    /// Shows the changes again, so many times these edges later.
-    pub(super) fn show(&self, times: u64, observer: &mut impl Observe) {
-        for (edge, words) in self.changes.iter().zip(self.words.chunks_exact(self.latest.len())) {
-            observer.nets(Cycle(edge + times * self.edges), words);
+    /// Shows the changes after one edge, up to another, this number of edges later. `words` are those of all nets.
+    fn show(&self, (after, last): (u64, u64), later: u64, words: &mut [i64], observer: &mut impl Observe) {
+        let at = |edge: u64| self.changes.partition_point(|&change| change <= edge);
+        for index in at(after)..at(last) {
+            let shown = &self.words[index * self.nets.len()..][..self.nets.len()];
+            self.nets.iter().zip(shown).for_each(|(&(net, _), &word)| words[net] = word);
+            observer.nets(Cycle(self.changes[index] + later), words);
         }
     }
 }
 
 impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
+    /// Returns the recurrence that a run by events has found, if any.
+    pub fn recurrence(&self) -> Option<Recurrence> {
+        self.search.found
+    }
+
+    /// Notes the nets on the tape after an edge that was ticked.
+    #[cold]
+    pub(super) fn note_nets(&mut self) {
+        if let Some(tape) = &mut self.search.tape
+            && !tape.note(self.edge, self.wiring.words())
+        {
+            (self.search.tape, self.rows.tape) = (None, None);
+        }
+    }
+}
+
+impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone> ClosedLoop<W, E> {
+    /// Begins a run: all of it is searched anew.
+    pub(super) fn look_from_here(&mut self) {
+        self.search = Search { found: self.search.found, ..Search::default() };
+        self.rows.forget();
+    }
+
     /// Looks for a recurrence after a tick at which a count of the encoder has arrived. Once one is found, shows and
     /// counts the periods that are left, as far as the observer can do with that.
     #[inline(always)]
-    pub(super) fn look_back<O: Observe>(&mut self, end: u64, observer: &mut O, control: &Control)
-    where
-        W: Clone,
-    {
+    pub(super) fn look_back<O: Observe>(&mut self, end: u64, observer: &mut O, control: &Control) {
         self.turned = false;
+        let search = &mut self.search;
+        let driven = std::mem::take(&mut search.driven);
         // Outputs that repeat change at edges of their own. The other states are enough.
-        if self.repeated.is_some() || self.search.trial.as_ref().is_some_and(|trial| self.edge < trial.due) {
+        if self.repeated.is_some() {
             return;
         }
-        if let Some(trial) = self.search.trial.take() {
-            self.compare_with(trial, end, observer, control);
-        } else if self.search.found.is_none()
-            && let Some(mark) = self.world.mark()
-            && let Some(period) = self.search.seen(mark, self.edge)
-        {
-            self.expect(period, end, observer);
-        }
-    }
-
-    /// Copies the present state, which is expected to recur after a number of edges.
-    #[inline(never)]
-    fn expect<O: Observe>(&mut self, period: u64, end: u64, observer: &mut O)
-    where
-        W: Clone,
-    {
-        self.rows.log(&self.world, self.edge - 1, observer);
-        let needs_all = self.watched == u64::MAX || observer.relates() || self.rows.row.is_some();
-        let (left, words) = (end.saturating_sub(self.edge), self.wiring.words());
-        let tape = if needs_all { None } else { Tape::new::<E>(period, self.rows.stride, left, self.watched, words) };
-        if let Some(tape) = &tape {
-            self.rows.record(tape.edges);
-        }
-        self.search.trial = Some(Trial {
-            from: self.edge,
-            due: self.edge + period,
-            wiring: self.wiring.clone(),
-            world: self.world.clone(),
-            counted: [self.ticks, self.output_changes],
-            tape,
-        });
-    }
-
-    /// Compares the present state with that of a trial which is due.
-    #[inline(never)]
-    fn compare_with<O: Observe>(&mut self, mut trial: Trial<W, E>, end: u64, observer: &mut O, control: &Control) {
-        if self.search.found.is_none() {
-            let recurs = self.edge == trial.due && self.wiring.recurs(&trial.wiring) && self.world.recurs(&trial.world);
-            let (from, period) = (trial.from, trial.due - trial.from);
-            self.search.found = recurs.then_some(Recurrence { from, period });
-        }
-        let recorded = trial.tape.as_ref().filter(|_| self.search.found.is_some()).map(|tape| trial.from + tape.edges);
-        match recorded {
-            // The rows of the tape come back to their places after some more periods.
-            Some(recorded) if self.edge < recorded => {
-                trial.due = recorded;
-                self.search.trial = Some(trial);
+        if search.found.is_some() {
+            if search.round.as_ref().is_some_and(|round| round.due <= self.edge) {
+                self.go_round(end, observer, control);
             }
-            Some(recorded) if self.edge == recorded => self.repeat(&trial, end, observer, control),
-            _ => self.rows.forget(),
+            return;
+        }
+        if driven >= BUSY && search.tape.is_none() {
+            self.record(Some(0), observer);
+        }
+        if let Some(mark) = self.world.mark()
+            && mark & self.search.passed == 0
+        {
+            self.note(mark, end, observer, control);
         }
     }
 
-    /// Shows and counts what a trial has recorded, as often as it happens before `end` or until the run is stopped.
-    fn repeat<O: Observe>(&mut self, trial: &Trial<W, E>, end: u64, observer: &mut O, control: &Control) {
-        let Some(tape) = &trial.tape else { return };
-        self.rows.log(&self.world, self.edge - 1, observer);
-        let mut times = 0;
-        while times < (end - self.edge) / tape.edges && control.goes_on(self.edge + times * tape.edges, 0) {
-            times += 1;
-            tape.show(times, observer);
-            self.rows.show_again(times * tape.edges, E::REALS.len(), observer);
+    /// Compares the present state with the copy of the same mark, and copies it.
+    #[inline(never)]
+    fn note<O: Observe>(&mut self, mark: u64, end: u64, observer: &mut O, control: &Control) {
+        let known = self.search.marks.iter().position(|&known| known == mark);
+        if let Some(place) = known {
+            let past = &self.search.pasts[place];
+            if self.wiring.recurs(&past.wiring) && self.world.recurs(&past.world) {
+                let past = self.search.pasts.swap_remove(place);
+                self.search.found = Some(Recurrence { from: past.edge, period: self.edge - past.edge });
+                self.come_round(past, end, observer, control);
+                return;
+            }
         }
-        let energies = [trial.world.energy(trial.from), self.world.energy(self.edge)];
-        self.rows.repeat(tape.edges, times, &energies);
-        let [ticks, output_changes] = trial.counted;
-        self.ticks += times * (self.ticks - ticks);
-        self.output_changes += times * (self.output_changes - output_changes);
-        self.wiring.repeat(&trial.wiring, times);
-        self.world.repeat(&trial.world, times);
-        self.edge += times * tape.edges;
+        let past = self.copy();
+        let search = &mut self.search;
+        let place = known.unwrap_or(search.place);
+        if place == search.marks.len() {
+            search.marks.push(mark);
+            search.pasts.push(past);
+        } else {
+            (search.marks[place], search.pasts[place]) = (mark, past);
+        }
+        if known.is_none() {
+            search.place += 1;
+        }
+        if search.place == COPIES {
+            (search.place, search.passed) = (0, search.passed << 1 | 1);
+        }
+    }
+
+    fn copy(&self) -> Box<Past<W, E>> {
+        let (wiring, world, counted) = (self.wiring.clone(), self.world.clone(), [self.ticks, self.output_changes]);
+        Box::new(Past { edge: self.edge, wiring, world, input: self.input, out: self.out, counted })
+    }
+
+    /// Begins a tape, unless the observer needs every period computed. If ticks are counted, it ends where they come
+    /// too often.
+    #[inline(never)]
+    fn record<O: Observe>(&mut self, ticks: Option<u64>, observer: &mut O) {
+        if self.watched == u64::MAX || observer.relates() || self.rows.row.is_some() {
+            return;
+        }
+        self.rows.log(&self.world, self.edge - 1, observer);
+        self.rows.record();
+        let words = self.wiring.words();
+        let followed = |net: &usize| self.watched >> net & 1 == 1;
+        let nets = (0..words.len()).filter(followed).map(|net| (net, words[net])).collect();
+        let rows = MOST_NUMBERS / (E::REALS.len() as u64).max(1);
+        let last = self.edge.saturating_add(rows.saturating_mul(self.rows.stride));
+        let (changes, words) = (Vec::new(), Vec::new());
+        self.search.tape = Some(Box::new(Tape { first: self.edge, last, ticks, changes, words, nets }));
+    }
+
+    /// Plans the rounds of a run that is in the state of a copy again.
+    fn come_round<O: Observe>(&mut self, past: Box<Past<W, E>>, end: u64, observer: &mut O, control: &Control) {
+        let (period, stride) = (self.edge - past.edge, self.rows.stride);
+        let edges = period.saturating_mul(stride / common_divisor(period, stride));
+        let mut then = past;
+        if self.search.tape.as_ref().is_none_or(|tape| tape.first > then.edge) {
+            self.record(None, observer);
+            then = self.copy();
+        }
+        let due = then.edge.saturating_add(edges);
+        match &mut self.search.tape {
+            Some(tape) if due < end.min(tape.last) => tape.ticks = None,
+            _ => return self.let_go(),
+        }
+        self.search.round = Some(Round { then, edges, due, whole: None });
+        if due == self.edge {
+            self.go_round(end, observer, control);
+        }
+    }
+
+    /// Lets go of a tape that is of no use.
+    pub(super) fn let_go(&mut self) {
+        (self.search.tape, self.search.round) = (None, None);
+        self.rows.forget();
+    }
+
+    /// Goes on by rounds, and within one to a copy, as near as that comes to the end, or to the row from which means
+    /// are taken, or until the run is stopped.
+    #[inline(never)]
+    fn go_round<O: Observe>(&mut self, end: u64, observer: &mut O, control: &Control) {
+        self.rows.log(&self.world, self.edge - 1, observer);
+        let Some(Round { then, edges, due, whole }) = self.search.round.take() else { return };
+        let whole = whole.or_else(|| {
+            let tape = self.search.tape.take().filter(|_| self.edge == due)?;
+            Some((self.copy(), tape, self.rows.recorded()?))
+        });
+        let Some((now, tape, rows)) = whole else { return self.let_go() };
+        let is_ahead = (self.rows.next..end).contains(&self.rows.window);
+        let goal = if is_ahead { self.rows.window } else { end };
+        let pasts = std::mem::take(&mut self.search.pasts);
+        let inside = |past: &&Past<W, E>| (then.edge + 1..now.edge).contains(&past.edge);
+        let reached = |past: &Past<W, E>| past.edge + (goal.max(past.edge) - past.edge) / edges * edges;
+        let all = pasts.iter().map(|past| &**past).filter(inside).chain([&*then]);
+        let mut past = all.max_by_key(|past| reached(past)).unwrap_or(&then);
+        let edge = reached(past);
+        let mut words = self.wiring.words().to_vec();
+        let mut shown = self.edge;
+        while shown < edge {
+            let later = (shown - then.edge) / edges * edges;
+            let next = edge.min(then.edge + later + edges);
+            tape.show((shown - later, next - later), later, &mut words, observer);
+            self.rows.show_again(&rows, next, later, E::REALS.len(), observer);
+            shown = next;
+            if shown < edge && !control.goes_on(shown, 0) {
+                past = &then;
+                break;
+            }
+        }
+        if shown > self.edge {
+            let times = (shown - past.edge) / edges;
+            (self.wiring, self.world) = (past.wiring.clone(), past.world.clone());
+            self.wiring.repeat([&then.wiring, &now.wiring], times);
+            self.world.repeat([&then.world, &now.world], times);
+            (self.edge, self.input, self.out) = (shown, past.input, past.out);
+            [self.ticks, self.output_changes] =
+                [0, 1].map(|index| past.counted[index] + times * (now.counted[index] - then.counted[index]));
+        }
+        if is_ahead {
+            let due = goal + 1;
+            self.search.pasts = pasts;
+            self.search.round = Some(Round { then, edges, due, whole: Some((now, tape, rows)) });
+        }
     }
 }
 

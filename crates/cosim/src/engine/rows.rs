@@ -18,18 +18,38 @@ pub(crate) struct Rows {
     /// The present row, if rows have means and extremes.
     pub(super) row: Option<Vec<f64>>,
     /// The rows that may be shown again, if any.
-    tape: Option<Recorded>,
+    pub(super) tape: Option<Recorded>,
 }
 
 /// Rows to be shown again.
-struct Recorded {
+pub(super) struct Recorded {
     /// The edge of the first.
     first: u64,
     values: Vec<f64>,
-    /// The edge of a row that is so many repetitions before the one from which torque and position are averaged, and
-    /// the energies at it.
-    like: u64,
-    before: Option<Energy>,
+}
+
+/// An observer of rows that also records them.
+struct Tee<'o, O: ?Sized> {
+    observer: &'o mut O,
+    values: &'o mut Vec<f64>,
+}
+
+impl<O: Observe + ?Sized> Observe for Tee<'_, O> {
+    fn nets(&mut self, cycle: Cycle, words: &[i64]) {
+        self.observer.nets(cycle, words);
+    }
+    fn reals(&mut self, cycle: Cycle, values: &[f64]) {
+        self.values.extend_from_slice(values);
+        self.observer.reals(cycle, values);
+    }
+    fn block(&mut self, first: Cycle, stride: u64, width: usize, values: &[f64]) {
+        self.values.extend_from_slice(values);
+        self.observer.block(first, stride, width, values);
+    }
+    fn still(&mut self, first: Cycle, stride: u64, count: u64, values: &[f64]) {
+        (0..count).for_each(|_| self.values.extend_from_slice(values));
+        self.observer.still(first, stride, count, values);
+    }
 }
 
 impl Rows {
@@ -80,33 +100,40 @@ impl Rows {
         }
     }
 
-    /// Holds the rows of this number of edges from the next row on.
-    pub(super) fn record(&mut self, edges: u64) {
-        let like = if self.window < self.next { u64::MAX } else { self.next + (self.window - self.next) % edges };
-        self.tape = Some(Recorded { first: self.next, values: Vec::new(), like, before: None });
+    /// Records the rows from the next one on, to be shown again.
+    pub(super) fn record(&mut self) {
+        self.tape = Some(Recorded { first: self.next, values: Vec::new() });
     }
 
-    /// Lets go of the rows held to be shown again.
+    /// Lets go of the rows recorded.
     pub(super) fn forget(&mut self) {
         self.tape = None;
     }
 
-    /// Shows the rows that were recorded again, this number of edges later.
-    pub(super) fn show_again<O: Observe + ?Sized>(&self, edges: u64, width: usize, observer: &mut O) {
-        if let Some(tape) = &self.tape {
-            observer.block(Cycle(tape.first + edges), self.stride, width, &tape.values);
-        }
+    /// Returns the rows recorded, and records no more.
+    pub(super) fn recorded(&mut self) -> Option<Recorded> {
+        self.tape.take()
     }
 
-    /// Goes on after the rows that were shown again so many times. Each time takes this number of edges. The energies
-    /// are those before and after one time.
-    pub(super) fn repeat(&mut self, edges: u64, times: u64, [then, now]: &[Energy; 2]) {
-        let Some(Recorded { like, before, .. }) = self.tape.take() else { return };
-        self.next += times * edges;
-        if let Some(mut before) = before.filter(|_| (like + 1..self.next).contains(&self.window)) {
-            before.repeat([then, now], (self.window - like) / edges);
-            self.before = Some(before);
+    /// Shows the rows before an edge, each of which is one that was recorded, this number of edges later.
+    pub(super) fn show_again<O: Observe + ?Sized>(
+        &mut self,
+        tape: &Recorded,
+        edge: u64,
+        later: u64,
+        width: usize,
+        observer: &mut O,
+    ) {
+        let count = edge.saturating_sub(self.next).div_ceil(self.stride);
+        if count == 0 {
+            return;
         }
+        if width > 0 {
+            let first = ((self.next - later - tape.first) / self.stride) as usize;
+            let values = &tape.values[first * width..][..count as usize * width];
+            observer.block(Cycle(self.next), self.stride, width, values);
+        }
+        self.next += count * self.stride;
     }
 
     #[inline(never)]
@@ -116,14 +143,6 @@ impl Rows {
         }
         // In most cases it is one row.
         let count = if edge - self.next < self.stride { 1 } else { (edge - self.next) / self.stride + 1 };
-        if let Some(tape) = &mut self.tape {
-            if (self.next..=edge).contains(&tape.like) {
-                tape.before = Some(world.energy(tape.like));
-            }
-            for edge in (0..count).map(|index| self.next + index * self.stride) {
-                tape.values.extend_from_slice(world.reals(edge).as_ref());
-            }
-        }
         if let Some(row) = &mut self.row {
             for edge in (0..count).map(|index| self.next + index * self.stride) {
                 row.clear();
@@ -131,6 +150,8 @@ impl Rows {
                 world.measured(edge, row);
                 observer.reals(Cycle(edge), row);
             }
+        } else if let Some(Recorded { values, .. }) = &mut self.tape {
+            world.rows(self.next, self.stride, count, &mut Tee { observer, values });
         } else {
             world.rows(self.next, self.stride, count, observer);
         }

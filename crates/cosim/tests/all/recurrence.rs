@@ -200,8 +200,8 @@ impl World for Swing {
     fn recurs(&self, earlier: &Self) -> bool {
         self.recurs && self.edge % self.period == earlier.edge % self.period
     }
-    fn repeat(&mut self, earlier: &Self, times: u64) {
-        self.edge += times * (self.edge - earlier.edge);
+    fn repeat(&mut self, [then, now]: [&Self; 2], times: u64) {
+        self.edge += times * (now.edge - then.edge);
     }
     fn summary(&self) -> Summary {
         Summary::default()

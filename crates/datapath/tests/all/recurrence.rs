@@ -57,7 +57,7 @@ where
     // Used as often as in a hundred times the edges.
     let (mut counted, mut told) = (now.clone(), now.clone());
     run(&mut counted, 8, 300 * ALL);
-    told.repeat(&then, 100);
+    told.repeat([&then, &now], 100);
     assert_eq!(told.uses(), counted.uses());
     // One count away nothing is as it was. Back again all is, once the samples have passed through.
     for edges in 1..=2 * ALL {

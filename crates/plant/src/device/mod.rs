@@ -711,13 +711,12 @@ impl<'a> Device<'a> {
         is_certain && state(self, edge) == state(earlier, then) && mode(self) == mode(earlier)
     }
 
-    /// Moves on by `times` repetitions of all that has happened since `earlier`, in which `edges` pass altogether. The
-    /// device must [recur](Self::recurs).
-    pub fn repeat(&mut self, edges: u64, earlier: &Self, times: u64) {
-        let now = self.energy;
-        self.energy.repeat([&earlier.energy, &now], times);
-        self.mode_changes += times * (self.mode_changes - earlier.mode_changes);
-        self.redecided += times * (self.redecided - earlier.redecided);
+    /// Moves on by `times` repetitions of all that has happened between two states, in which `edges` pass altogether.
+    /// The second state [recurs](Self::recurs), and this one lies between them.
+    pub fn repeat(&mut self, edges: u64, [then, now]: [&Self; 2], times: u64) {
+        self.energy.repeat([&then.energy, &now.energy], times);
+        self.mode_changes += times * (now.mode_changes - then.mode_changes);
+        self.redecided += times * (now.redecided - then.redecided);
         (self.anchor, self.leaves) = (self.anchor + edges, self.leaves + edges);
         (self.ahead.0, self.ahead.2) = (0, None);
     }

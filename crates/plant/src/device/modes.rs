@@ -58,9 +58,10 @@ impl Check<'_> {
 const MOST_ENDS: u32 = 8;
 
 impl<'a> Device<'a> {
-    /// Handles modes that ended between `edge - 1` and `edge`, by the sides of their bands on which their checks and the
-    /// rounded state lie at `edge`. Finds the first instant, changes the mode there, then looks in the same way at the
-    /// rest of the edge in the new mode. Anchors at `edge`.
+    /// Handles modes that ended between `edge - 1` and `edge`, by the sides of their bands on which their checks and
+    /// the rounded state lie at `edge`. Finds the first instant, changes the mode there, then looks in the same way at
+    /// the rest of the edge in the new mode. Anchors at `edge`.
+    #[cold]
     pub(crate) fn change(&mut self, edge: u64, sides: [Side; 2], at_edge: &State) {
         if !self.reverse(edge, sides) {
             self.change_at_instants(edge, sides, at_edge);

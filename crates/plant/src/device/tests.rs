@@ -2,7 +2,7 @@
 
 use super::{Device, Drive, HEARD, Pulses};
 use crate::axis::Shaft;
-use crate::double::{Double, Native};
+use crate::double::Double;
 use crate::guard::Side;
 use crate::matrix::{ANGLE, SPEED};
 use crate::{Axis, Bridge, Gates, Hand, Motor, Push};
@@ -82,9 +82,7 @@ fn a_reversal_under_a_constant_torque_has_its_closed_form_to_thirty_digits() {
             device.step(edge);
         }
         assert_eq!((device.mode_changes(), device.anchor), (0, 0));
-        assert!(
-            device.clone().reverse(end, [if sign > 0.0 { Side::Below } else { Side::Above }, Side::Inside])
-        );
+        assert!(device.clone().reverse(end, [if sign > 0.0 { Side::Below } else { Side::Above }, Side::Inside]));
         device.step(end);
         assert_eq!((device.mode_changes(), device.anchor), (1, end));
         // It slows by 8192 rad/s², then turns back by 2048 rad/s².
@@ -204,7 +202,7 @@ fn the_last_bit_of_any_state_is_a_difference() {
     for edges in [0, 1, 77] {
         // The same, a thousand edges later.
         let mut later = device.clone();
-        later.repeat(1000, &device, 1);
+        later.repeat(1000, [&device, &device], 1);
         assert!(later.recurs(1000 + edges, &device, edges));
         assert_eq!(later.mark(1000 + edges), device.mark(edges));
         assert_eq!(later.state(1000 + edges).map(f64::to_bits), device.state(edges).map(f64::to_bits));
