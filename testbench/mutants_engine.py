@@ -424,11 +424,11 @@ PLACES = [
         ("arrive: first check not looked at", "sides[1] == Side::Inside"),
     ]),
     # ends of modes
-    (MODES, "fn change_with<", "left_s - tau_s", [
+    (MODES, "fn instants_with<", "left_s - tau_s", [
         ("change: rest of the edge not flowed", "Double::ZERO + (tau_s - tau_s)"),
         ("change: whole edge flowed", "Double::from(edge_s)"),
     ]),
-    (MODES, "fn change_with<", "ends == MOST_ENDS", [
+    (MODES, "fn instants_with<", "ends == MOST_ENDS", [
         ("change: no other end within the edge", "ends == 1"),
         ("change: one other end within the edge", "ends == 2"),
     ]),
@@ -472,16 +472,16 @@ PLACES = [
         ("anchor_at: direction of the motion before kept", "(self.heard, self.ahead.0, self.found) = (0, 0, None);"),
     ]),
     # reversals
-    (MODES, "fn reverse<", "-sign * rest.slope < kick * (1.0 + 1e-9)", [
+    (MODES, "fn reverse_with<", "-sign * rest.slope < kick * (1.0 + 1e-9)", [
         ("reverse: friction never holds", "rest.slope.is_nan()"),
     ]),
-    (MODES, "fn reverse<", "if before > 0 { change } else { change.negated() }", [
-        ("reverse: a negative speed as a positive one", "change"),
+    (MODES, "fn reverse_with<", "signed::<P>(sign)", [
+        ("reverse: a negative speed as a positive one", "signed::<P>(1.0)"),
     ]),
-    (MODES, "fn reverse<", "(turned - back).abs() + back.abs()", [
+    (MODES, "fn reverse_with<", "(turned - back).abs() + back.abs()", [
         ("reverse: way back not rubbed", "turned.abs()"),
     ]),
-    (MODES, "fn reverse<", "constants.coulomb.times::<P>(-sign)", [
+    (MODES, "fn reverse_with<", "constants.coulomb.times::<P>(-sign)", [
         ("reverse: friction on the side before", "constants.coulomb.times::<P>(sign)"),
     ]),
     (REVERSAL, "fn rest<", "(sum.0 + sum.1) / descent(s)", [
@@ -490,8 +490,28 @@ PLACES = [
     (REVERSAL, "fn rest<", "orders.lo[2] + small", [
         ("reversal: orders beyond the fourth left out of the instant", "orders.lo[2]"),
     ]),
-    (REVERSAL, "fn change<", "fourth.lo[r] + small[r]", [
-        ("reversal: orders beyond the fourth left out of the state", "fourth.lo[r]"),
+    (REVERSAL, "fn change<", "P::lanes(&fourth.lo) + small", [
+        ("reversal: orders beyond the fourth left out of the state", "P::lanes(&fourth.lo)"),
+    ]),
+    # sliding shafts
+    (GUARD, "fn moves_inside<", "behind <= margin", [
+        ("moves_inside: limit behind not looked at", "false"),
+    ]),
+    (GUARD, "fn moves_inside<", "if direction > 0.0 { (below, above) } else { (above, below) }", [
+        ("moves_inside: every direction is up", "(below, above)"),
+        ("moves_inside: limits exchanged", "if direction > 0.0 { (above, below) } else { (below, above) }"),
+    ]),
+    (GUARD, "fn moves_inside<", "direction * (self.value(&state) - start) + edge_s * steepest", [
+        ("moves_inside: half the way", "0.5 * direction * (self.value(&state) - start) + edge_s * steepest"),
+    ]),
+    (GUARD, "fn moves_inside<", "if is_inside(length_s * steepest)", [
+        ("moves_inside: steepest way halved", "if is_inside(0.5 * length_s * steepest)"),
+    ]),
+    (DEVICE, "fn settle<", "self.ends_of_modes(from, last - from.edge)[0]", [
+        ("settle: end of the mode not looked for", "false"),
+    ]),
+    (DEVICE, "fn settle<", "end.map_or(last, |end| end.edge)", [
+        ("settle: angle looked at only to half the way", "end.map_or(last, |end| end.edge) / 2"),
     ]),
     # cruises
     (CRUISE, "fn bounds(", "1.01 * (most[k] + bulge[k])", [
@@ -628,7 +648,7 @@ PLACES = [
     (CIRCUIT, "fn rebased(", "now.circuit.rebase(self.edge);", [
         ("recurs: blocks that lag behind compared as they are", ""),
     ]),
-    (CIRCUIT, "fn repeat(&mut self, earlier", "earlier.count_lost();", [
+    (CIRCUIT, "fn repeat(&mut self, states", "state.count_lost();", [
         ("repeat: bits lost at the start counted again", ""),
     ]),
     (DEVICE, "pub fn recurs(", "edge - device.anchor", [
@@ -640,31 +660,40 @@ PLACES = [
     (DEVICE, "pub fn recurs(", "mode(self) == mode(earlier)", [
         ("recurs: mode and drive not compared", "true"),
     ]),
-    (DEVICE, "pub fn repeat(", "times * (self.mode_changes - earlier.mode_changes)", [
-        ("repeat: changes of mode once too few", "(times - 1) * (self.mode_changes - earlier.mode_changes)"),
+    (DEVICE, "pub fn repeat(", "times * (now.mode_changes - then.mode_changes)", [
+        ("repeat: changes of mode once too few", "(times - 1) * (now.mode_changes - then.mode_changes)"),
     ]),
     (WORLD, "fn is_left_alone(", "self.next_due == u64::MAX", [
         ("recurs: plans of the hand not looked at", "true"),
     ]),
-    (RECURRENCE, "fn compare_with<", "self.wiring.recurs(&trial.wiring)", [
+    (RECURRENCE, "fn note<O: Observe>", "self.wiring.recurs(&past.wiring)", [
         ("recurs: wiring not compared", "true"),
     ]),
-    (RECURRENCE, "fn compare_with<", "self.world.recurs(&trial.world)", [
+    (RECURRENCE, "fn note<O: Observe>", "self.world.recurs(&past.world)", [
         ("recurs: world not compared", "true"),
     ]),
-    (RECURRENCE, "fn repeat<O: Observe>(&mut self, trial", "(end - self.edge) / tape.edges", [
-        ("repeat: one period too many", "((end - self.edge) / tape.edges + 1)"),
+    (RECURRENCE, "fn go_round<", "(goal.max(past.edge) - past.edge) / edges * edges", [
+        ("repeat: one period too many", "((goal.max(past.edge) - past.edge) / edges * edges + edges)"),
     ]),
-    (RECURRENCE, "fn repeat<O: Observe>(&mut self, trial", "times * (self.ticks - ticks)", [
-        ("repeat: ticks once too often", "(times + 1) * (self.ticks - ticks)"),
+    (RECURRENCE, "fn go_round<", "(then.edge + 1..now.edge).contains(&past.edge)", [
+        ("repeat: copies from before the period that repeats", "past.edge < now.edge"),
     ]),
-    (ROWS, "fn record(&mut self", "(self.window - self.next) % edges", [
-        ("repeat: means from another row on", "self.window.saturating_sub(self.next + edges)"),
+    (RECURRENCE, "fn go_round<", "times * (now.counted[index] - then.counted[index])", [
+        ("repeat: ticks once too often", "(times + 1) * (now.counted[index] - then.counted[index])"),
     ]),
-    (RECURRENCE, "fn note(&mut self, edge", "words[net] != self.latest[net]", [
-        ("repeat: changes of the contact not shown", "words[net] != words[net]"),
+    (RECURRENCE, "fn go_round<", "(self.rows.next..end).contains(&self.rows.window)", [
+        ("repeat: the row passed from which means are taken", "end < self.rows.next"),
     ]),
-    (RECURRENCE, "fn new<E: World>", "stride / common_divisor(period, stride)", [
+    (RECURRENCE, "fn go_round<", "filter(|_| self.edge == due)", [
+        ("repeat: a period that ends at another edge", "filter(|_| true)"),
+    ]),
+    (RECURRENCE, "fn come_round<", "tape.first > then.edge", [
+        ("repeat: a tape that begins within the period", "tape.first > self.edge"),
+    ]),
+    (RECURRENCE, "fn note(&mut self, edge", "words[net] != latest", [
+        ("repeat: changes of the contact not shown", "latest != latest"),
+    ]),
+    (RECURRENCE, "fn come_round<", "stride / common_divisor(period, stride)", [
         ("repeat: rows that do not come back to their places", "stride / stride"),
     ]),
 ]

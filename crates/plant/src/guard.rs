@@ -394,6 +394,45 @@ impl Guard {
             || first == 0.0
     }
 
+    /// Returns whether the function certainly lies inside at every edge after a point inside, up to the edge `last`.
+    /// The state there is computed if it is not given and the steepest way does not tell. At all edges but that one the
+    /// function's slope has the sign `direction`, or is 0.
+    ///
+    /// Between two such edges the slope passes 0 by an eighth of an edge squared times its second derivative at most.
+    /// Within the last edge the function may turn.
+    #[inline(always)]
+    pub(crate) fn moves_inside<P: Product>(
+        &self,
+        motion: &Trajectory,
+        limits: &Limits,
+        noise: f64,
+        (from, direction): (&MotionPoint, f64),
+        (last, state): (u64, Option<&State>),
+    ) -> bool {
+        let Some(bounds) = self.bounds.get(dyadic(last - from.edge)) else { return false };
+        let edge_s = motion.system().edge_s();
+        let length_s = (last - from.edge) as f64 * edge_s;
+        let [steepest, _, third, _] = bounds.derivatives.times(&sizes(&from.w));
+        let start = self.value(&from.x);
+        let (below, above) = (start - limits.low.hi, limits.high.hi - start);
+        let (behind, ahead) = if direction > 0.0 { (below, above) } else { (above, below) };
+        let margin = 2.0 * noise + length_s * edge_s * edge_s * third;
+        let is_inside = |way: f64| way + margin < ahead;
+        if behind <= margin {
+            return false;
+        }
+        if is_inside(length_s * steepest) {
+            return true;
+        }
+        let state = match state {
+            Some(state) => *state,
+            // A function that would leave at its present slope is not worth a state.
+            None if !is_inside(length_s * direction * self.slope(&from.w)) => return false,
+            None => motion.at_with::<P>(last),
+        };
+        is_inside(direction * (self.value(&state) - start) + edge_s * steepest)
+    }
+
     /// Returns the first edge after `from`, up to and including that of `to`, at which the value is outside the band,
     /// given that it is inside at `from`.
     pub fn first(&self, motion: &Trajectory, band: &Band, from: &MotionPoint, to: &MotionPoint) -> Option<u64> {

@@ -465,7 +465,7 @@ impl<'a> Trajectory<'a> {
     }
 
     #[inline(always)]
-    fn at_with<P: Product>(&self, edges: u64) -> State {
+    pub(crate) fn at_with<P: Product>(&self, edges: u64) -> State {
         self.system.state_after::<P>(&self.x.hi, &self.w.hi, edges)
     }
 

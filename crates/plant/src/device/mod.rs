@@ -561,9 +561,18 @@ impl<'a> Device<'a> {
             last = first + NEAR;
         }
         self.hear(last);
-        let doubtful = self.doubtful(&encoder, &a, last - a.edge);
         self.found = Some(a);
-        let event = if doubtful == [false; 3] { None } else { self.search::<P>(&encoder, a, last, doubtful) };
+        let (until, doubtful, end) = self.settle::<P>(&encoder, &a, last);
+        let mut event = None;
+        if doubtful != [false; 3] {
+            event = self.search::<P>(&encoder, a, until, doubtful);
+        }
+        if event.is_none()
+            && let Some(end) = end
+        {
+            self.found = Some(end);
+            event = Some((self.anchor + end.edge, end.x));
+        }
         self.ahead = (self.anchor + last, band_rad, event);
         event.filter(|event| event.0 <= to)
     }
@@ -635,6 +644,44 @@ impl<'a> Device<'a> {
         (guard, Watch { motion: &self.motion, limits, noise, again: &mut self.redecided })
     }
 
+    /// Returns what is [`doubtful`](Self::doubtful) from a point to an edge, and that edge: `last`, or the end of the
+    /// mode, which is returned too if it is found at once. Both edges are counted from the anchor.
+    #[inline(always)]
+    fn settle<P: Product>(
+        &mut self,
+        encoder: &Limits,
+        from: &MotionPoint,
+        last: u64,
+    ) -> (u64, [bool; 3], Option<MotionPoint>) {
+        let (Shaft::Slip(1 | -1), [Some(_), None]) = (self.shaft, &self.checks) else {
+            return (last, self.doubtful(encoder, from, last - from.edge), None);
+        };
+        let mut end = None;
+        if self.ends_of_modes(from, last - from.edge)[0] {
+            end = self.expect(0, encoder, from, last);
+            if end.is_none() {
+                return (last, [true, false, true], None);
+            }
+        }
+        let reach = end.map_or(last, |end| end.edge);
+        let state = end.as_ref().map(|end| &end.x);
+        (reach, [false, false, !self.slides_inside::<P>(encoder, from, reach, state)], end)
+    }
+
+    /// Returns whether a shaft certainly slides from a point to an edge, counted from the anchor, without a count. The
+    /// state there is computed if need be. Until its speed ends the mode, the angle moves in one direction.
+    #[inline(always)]
+    fn slides_inside<P: Product>(
+        &self,
+        encoder: &Limits,
+        from: &MotionPoint,
+        edge: u64,
+        state: Option<&State>,
+    ) -> bool {
+        let Shaft::Slip(sign @ (1 | -1)) = self.shaft else { return false };
+        self.mode.angle.moves_inside::<P>(&self.motion, encoder, self.noise[0], (from, sign.into()), (edge, state))
+    }
+
     /// Returns the first event from a point to the edge `last`, both counted from the anchor, of the functions that a
     /// quick look over all of this time leaves [`doubtful`](Self::doubtful).
     #[inline(always)]
@@ -662,9 +709,12 @@ impl<'a> Device<'a> {
             let b = MotionPoint::of_with::<P>(&self.motion, end);
             let mut found: Option<MotionPoint> = None;
             for (index, _) in doubtful.iter().enumerate().filter(|(_, doubtful)| **doubtful) {
-                let (guard, mut watch) = self.watched(index, encoder);
                 // Events of other functions after this one do not matter. All of the time has had its quick look.
                 let to = found.as_ref().unwrap_or(&b);
+                if index == 2 && self.slides_inside::<P>(encoder, &a, to.edge, Some(&to.x)) {
+                    continue;
+                }
+                let (guard, mut watch) = self.watched(index, encoder);
                 let is_all = a.edge == first && to.edge == last;
                 let sought = if is_all { guard.seek(&mut watch, &a, to) } else { guard.exit(&mut watch, &a, to) };
                 if sought.is_some() {

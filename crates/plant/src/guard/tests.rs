@@ -66,6 +66,57 @@ fn a_confirmed_forecast_is_the_first_exit_edge_by_edge() {
 /// Counts of an encoder, one after the other: each exit that is pursued is the first edge at which the value, looked at
 /// edge by edge, lies outside of its count, whether the direction is known from the count before or found anew. The
 /// motions turn, so that a direction must end in time. Half of the forecasts are made at random, as above.
+/// Angles that move one way, because the speed keeps its sign at all edges but perhaps the last: one that is said to
+/// stay inside does so at every edge, whether its state there is given or not.
+#[test]
+fn an_angle_that_moves_one_way_is_inside_where_its_ends_are() {
+    let systems = SYSTEMS.map(|a| Linear::new(a, 2e-8, 1 << 16));
+    let mut state = 3u64;
+    let mut next = || {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5
+    };
+    // Said to stay, said nothing though it stays, and left.
+    let (mut sure, mut unsure, mut left) = (0, 0, 0);
+    for case in 0..20_000 {
+        let system = &systems[usize::from(case % 10 != 0)];
+        let motion = Trajectory::new(
+            system,
+            [2.0 * next(), 0.4 * next(), 0.5, 0.5 + 0.01 * next()],
+            [2e4 * next(), 600.0 * next(), 0.0, 0.0],
+        );
+        let direction = motion.anchor()[1].signum();
+        let keeps = |edge: u64| direction * motion.at(edge)[1] >= 0.0;
+        let most = 1 + (3000.0 * (next() + 0.5)) as u64;
+        let last = (1..=most).find(|&edge| !keeps(edge)).unwrap_or(most);
+        let guard = Guard::new([0.0, 0.0, 1.0, 0.0], system);
+        // Limits around the way, some of them within a millionth of it.
+        let way = motion.at(last)[2] - 0.5;
+        let size = way.abs().max(1e-12);
+        let [before, after] = [0; 2].map(|_| size * 10f64.powf(-6.0 * (next() + 0.5)) * next().signum());
+        let (low, high) = (0.5 + way.min(0.0) - before.abs(), 0.5 + way.max(0.0) + after);
+        if low >= 0.5 || high <= 0.5 {
+            continue;
+        }
+        let limits = Limits::from(&Band { low, high, open: true });
+        let noise = guard.noise(&motion, dyadic(last), &limits);
+        let mut watch = Watch { motion: &motion, limits, noise, again: &mut 0 };
+        let stays = (1..=last).all(|edge| guard.side(&mut watch, edge, motion.at(edge)[2]) == Side::Inside);
+        let from = MotionPoint::of(&motion, 0);
+        for given in [None, Some(motion.at(last))] {
+            let said =
+                guard.moves_inside::<Native>(&motion, &limits, noise, (&from, direction), (last, given.as_ref()));
+            assert!(stays || !said, "case {case}: it leaves within {last} edges");
+            sure += u32::from(said);
+            unsure += u32::from(stays && !said);
+            left += u32::from(!stays);
+        }
+    }
+    assert!(sure > 4000 && unsure > 20 && left > 2000, "{sure} sure, {unsure} unsure, {left} left");
+}
+
 #[test]
 fn pursued_exits_are_those_edge_by_edge_count_after_count() {
     let systems = SYSTEMS.map(|a| Linear::new(a, 2e-8, 1 << 16));
