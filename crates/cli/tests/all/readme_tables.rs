@@ -370,7 +370,7 @@ pub const FIGURES: &[(&str, From, &str)] = &[
     ("swings at 25 to 29 Hz", SWITCH, "swings at full scale 67 %, 25 to 29 Hz"),
     ("189 of the 190 cells that fail", SWITCH, "sampled: predicts 189 of 190 cells that fail"),
     ("and 14 of the 290 that hold", SWITCH, "and 14 of 290 that hold"),
-    ("the motion repeats from 4 s on", From::Run(RECURS_60_S), "repeats … that at 4.0002 s"),
+    ("the motion repeats from 3.3 s on", From::Run(RECURS_60_S), "repeats … that at 3.299 s"),
     ("1.08 rad/s rms beside the speed", From::Run(ESTIMATORS), "difference 1.078 rad/s 3.08 rad/s 0.466 rad/s"),
     ("off least, 0.16 rad/s", From::Run(ESTIMATORS), "edge timer 0.157 rad/s"),
     ("a lag of 5 to 8 ms", From::Run(ESTIMATORS), "filtered, 2^-3 0.280 rad/s 1.28 rad/s 0.144 rad/s 7.90 ms"),

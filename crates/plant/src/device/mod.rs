@@ -669,7 +669,9 @@ impl<'a> Device<'a> {
     }
 
     /// Returns whether a shaft certainly slides from a point to an edge, counted from the anchor, without a count. The
-    /// state there is computed if need be. Until its speed ends the mode, the angle moves in one direction.
+    /// state there is computed if need be. Until its speed ends the mode, the angle moves in one direction. So it does
+    /// on the smooth motion of a cruise: its slope is the speed there less the mean of the speed's ripple, and the
+    /// limits of the speed are narrowed by more than the ripple.
     #[inline(always)]
     fn slides_inside<P: Product>(
         &self,
