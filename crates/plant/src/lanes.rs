@@ -1,4 +1,4 @@
-//! Four `f64` side by side, as the lanes of a [`State`]: each operation does the same in all four, in `f64`, never
+//! Four `f64` side by side, as the lanes of a state: each operation does the same in all four, in `f64`, never
 //! contracted.
 //!
 //! The compiler makes halves and single numbers of much arithmetic on arrays. By construction, [`Register`] is one
@@ -13,7 +13,8 @@ use std::arch::x86_64::{
 };
 use std::ops::{Add, Mul, Sub};
 
-use crate::matrix::State;
+/// Four `f64` in memory.
+type Memory = [f64; 4];
 
 /// Four `f64` in any form, and that in which to compute with them.
 pub(crate) trait Four: Copy {
@@ -22,7 +23,7 @@ pub(crate) trait Four: Copy {
     fn lanes(self) -> Self::Lanes;
 }
 
-impl Four for State {
+impl Four for Memory {
     type Lanes = Array;
 
     #[inline(always)]
@@ -42,12 +43,12 @@ impl<L: Lanes> Four for L {
 
 /// Four `f64` in the form in which a processor computes with them.
 pub(crate) trait Lanes: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> {
-    fn of(state: &State) -> Self;
+    fn of(state: &Memory) -> Self;
 
     /// Returns the same number in all lanes.
     fn all(number: f64) -> Self;
 
-    fn state(self) -> State;
+    fn state(self) -> Memory;
 
     /// Returns the lanes in which the size of `deciding` is at least `least`, and 0 in the others.
     fn unless_below(self, least: f64, deciding: Self) -> Self;
@@ -55,13 +56,13 @@ pub(crate) trait Lanes: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Out
 
 /// Returns each number of a state in all lanes.
 #[inline(always)]
-pub(crate) fn each<L: Lanes>(state: &State) -> [L; 4] {
+pub(crate) fn each<L: Lanes>(state: &Memory) -> [L; 4] {
     [L::all(state[0]), L::all(state[1]), L::all(state[2]), L::all(state[3])]
 }
 
 /// Four `f64` in the registers that any processor has.
 #[derive(Clone, Copy)]
-pub(crate) struct Array(State);
+pub(crate) struct Array(Memory);
 
 impl Array {
     /// Returns the results of an operation on each lane. Without a loop: there are hundreds in a function, and the
@@ -75,7 +76,7 @@ impl Array {
 
 impl Lanes for Array {
     #[inline(always)]
-    fn of(state: &State) -> Self {
+    fn of(state: &Memory) -> Self {
         Self(*state)
     }
 
@@ -85,7 +86,7 @@ impl Lanes for Array {
     }
 
     #[inline(always)]
-    fn state(self) -> State {
+    fn state(self) -> Memory {
         self.0
     }
 
@@ -129,7 +130,7 @@ pub(crate) type Pairs = Array;
 #[cfg(target_arch = "x86_64")]
 impl Lanes for Pairs {
     #[inline(always)]
-    fn of(&[a, b, c, d]: &State) -> Self {
+    fn of(&[a, b, c, d]: &Memory) -> Self {
         // SAFETY: any x86-64 processor has SSE2.
         unsafe { Self(_mm_set_pd(b, a), _mm_set_pd(d, c)) }
     }
@@ -141,7 +142,7 @@ impl Lanes for Pairs {
     }
 
     #[inline(always)]
-    fn state(self) -> State {
+    fn state(self) -> Memory {
         // SAFETY: as in `of`.
         unsafe {
             let (b, d) = (_mm_unpackhi_pd(self.0, self.0), _mm_unpackhi_pd(self.1, self.1));
@@ -208,7 +209,7 @@ impl Register {
 #[cfg(target_arch = "x86_64")]
 impl Lanes for Register {
     #[inline(always)]
-    fn of(state: &State) -> Self {
+    fn of(state: &Memory) -> Self {
         // SAFETY: as in `times_less`; the address is that of four numbers.
         Self(unsafe { _mm256_loadu_pd(state.as_ptr()) })
     }
@@ -220,7 +221,7 @@ impl Lanes for Register {
     }
 
     #[inline(always)]
-    fn state(self) -> State {
+    fn state(self) -> Memory {
         let mut state = [0.0; 4];
         // SAFETY: as in `times_less`; the address is that of four numbers.
         unsafe { _mm256_storeu_pd(state.as_mut_ptr(), self.0) };
@@ -270,15 +271,14 @@ impl Mul for Register {
 
 #[cfg(test)]
 mod tests {
-    use super::{Array, Lanes, Pairs};
-    use crate::matrix::State;
+    use super::{Array, Lanes, Memory, Pairs};
 
     const LEAST: f64 = 1e-3;
     const NUMBERS: [f64; 9] = [0.0, -0.0, 1.0 / 3.0, -7e9, 3e-17, -1e-3, 0.9e-3, f64::INFINITY, -1.1e-3];
 
     #[track_caller]
     fn check<L: Lanes>() {
-        let state = |from: usize, step: usize| -> State { std::array::from_fn(|r| NUMBERS[(from + step * r) % 9]) };
+        let state = |from: usize, step: usize| -> Memory { std::array::from_fn(|r| NUMBERS[(from + step * r) % 9]) };
         for (from, to) in (0..9).flat_map(|from| (0..9).map(move |to| (from, to))) {
             let (a, b) = (state(from, 2), state(to, 5));
             let (x, y) = (L::of(&a), L::of(&b));
