@@ -33,10 +33,10 @@ const FEW: u64 = 7;
 /// The most numbers that the rows of a tape may have, and its words.
 const MOST_NUMBERS: u64 = 1 << 22;
 
-/// A tape begins with a count since whose predecessor the outputs drove the world this often: a period that is computed
-/// then costs far more than its record.
+/// A tape begins at a count if the outputs drove the world this often since the count before. A period then costs far
+/// more to compute than to record.
 const BUSY: u32 = 16;
-/// Such a tape ends if there are more ticks than one in as many edges, and this number of ticks more.
+/// Such a tape may have one tick in as many edges, and [`AT_FIRST`] more.
 const SPARSE: u64 = 1 << 12;
 const AT_FIRST: u64 = 64;
 
@@ -136,14 +136,20 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
         self.search.found
     }
 
-    /// Notes the nets on the tape after an edge that was ticked.
+    /// Notes the nets on the tape after an edge that was ticked. Most edges have no tape.
     #[cold]
     pub(super) fn note_nets(&mut self) {
         if let Some(tape) = &mut self.search.tape
             && !tape.note(self.edge, self.wiring.words())
         {
-            (self.search.tape, self.rows.tape) = (None, None);
+            self.let_go();
         }
+    }
+
+    /// Lets go of a tape that is of no use.
+    fn let_go(&mut self) {
+        (self.search.tape, self.search.round) = (None, None);
+        self.rows.forget();
     }
 }
 
@@ -252,12 +258,6 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone> ClosedLoop
         if due == self.edge {
             self.go_round(end, observer, control);
         }
-    }
-
-    /// Lets go of a tape that is of no use.
-    pub(super) fn let_go(&mut self) {
-        (self.search.tape, self.search.round) = (None, None);
-        self.rows.forget();
     }
 
     /// Goes on by rounds, and within one to a copy, as near as that comes to the end, or to the row from which means

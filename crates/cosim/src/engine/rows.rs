@@ -18,7 +18,7 @@ pub(crate) struct Rows {
     /// The present row, if rows have means and extremes.
     pub(super) row: Option<Vec<f64>>,
     /// The rows that may be shown again, if any.
-    pub(super) tape: Option<Recorded>,
+    tape: Option<Recorded>,
 }
 
 /// Rows to be shown again.
@@ -115,7 +115,7 @@ impl Rows {
         self.tape.take()
     }
 
-    /// Shows the rows before an edge, each of which is one that was recorded, this number of edges later.
+    /// Shows the rows before an edge by those that were recorded this number of edges earlier.
     pub(super) fn show_again<O: Observe + ?Sized>(
         &mut self,
         tape: &Recorded,

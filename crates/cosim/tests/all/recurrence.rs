@@ -111,6 +111,47 @@ fn the_clock_says_the_same_of_periods_that_were_shown_again() {
     assert_eq!(Summary { recurrence: None, ticks: clocked.ticks, redecided: clocked.redecided, ..shown }, clocked);
 }
 
+/// Stops a run when it is shown a row at or after an edge.
+struct Stopping<'c> {
+    control: &'c Control,
+    at: u64,
+    rows: Vec<(u64, Vec<u64>)>,
+}
+
+impl Observe for Stopping<'_> {
+    fn nets(&mut self, _: Cycle, _: &[i64]) {}
+    fn reals(&mut self, cycle: Cycle, values: &[f64]) {
+        self.rows.push((cycle.0, values.iter().map(|value| value.to_bits()).collect()));
+        if cycle.0 >= self.at {
+            self.control.stop.store(true, std::sync::atomic::Ordering::Relaxed);
+        }
+    }
+    fn follows(&self, _: Range<usize>) -> bool {
+        false
+    }
+}
+
+/// A run that is stopped while periods are shown again ends between two of them, with the rows up to there.
+#[test]
+fn a_run_that_is_stopped_among_periods_shown_again_is_a_shorter_one() {
+    let scene = experiment("coupled-wall", "40 s", &[]);
+    let simulation = WiredSimulation::new(&scene).expect("a shipped scene");
+    let run = |at: u64| {
+        let control = Control::default();
+        let mut observer = Stopping { control: &control, at, rows: Vec::new() };
+        let summary = simulation.run(Driver::Events, &mut simulation.brief_trace(), &mut observer, &control);
+        (summary, observer.rows)
+    };
+    let (whole, all) = run(u64::MAX);
+    let found = whole.recurrence.expect("a recurrence");
+    let (stopped, rows) = run(found.from + 5 * found.period);
+    assert!(whole.complete && !stopped.complete);
+    assert!(stopped.edges < found.from + 8 * found.period, "{} edges", stopped.edges);
+    assert_eq!(rows, all[..rows.len()]);
+    let shown = rows.last().expect("rows").0;
+    assert!(shown <= stopped.edges && shown + 2 * (all[1].0 - all[0].0) > stopped.edges);
+}
+
 /// A state that comes back under a plan is none: the hand goes on 100 ms before the end.
 #[test]
 fn nothing_recurs_while_something_is_planned() {
