@@ -311,7 +311,7 @@ impl Doubles {
 
     /// Returns the sums of highs and rests as numbers; sums below [`LEAST`] become zero.
     #[inline(always)]
-    fn joined<L: Lanes>(hi: L, lo: L) -> Self {
+    pub fn joined<L: Lanes>(hi: L, lo: L) -> Self {
         let (hi, lo) = two_sum(hi, lo);
         Self { hi: hi.unless_below(LEAST, hi).state(), lo: lo.unless_below(LEAST, hi).state() }
     }
@@ -326,12 +326,7 @@ impl Doubles {
     /// Returns the products with the same factor.
     #[inline(always)]
     pub fn scaled<P: Product>(&self, factor: Double) -> Self {
-        Self::product_of::<P>(P::lanes(&self.hi), P::lanes(&self.lo), factor)
-    }
-
-    /// Returns the products of numbers, which are the sums of highs and rests, with the same factor.
-    #[inline(always)]
-    pub fn product_of<P: Product>(hi: P::Lanes, lo: P::Lanes, factor: Double) -> Self {
+        let (hi, lo) = (P::lanes(&self.hi), P::lanes(&self.lo));
         let (high, low) = (P::all(factor.hi), P::all(factor.lo));
         let (product, error) = P::two_of(hi, high);
         Self::joined(product, error + (hi * low + lo * high))
@@ -347,13 +342,6 @@ impl Doubles {
             }
         }
         sum
-    }
-
-    /// Returns the lanes times 1 or -1.
-    #[inline(always)]
-    pub fn signed<P: Product>(&self, sign: f64) -> Self {
-        let sign = P::all(sign);
-        Self { hi: (P::lanes(&self.hi) * sign).state(), lo: (P::lanes(&self.lo) * sign).state() }
     }
 
     /// Returns the lanes with the opposite sign.

@@ -22,8 +22,9 @@ const BITS: u32 = 7;
 const RADIX: usize = 1 << BITS;
 const MASK: u64 = RADIX as u64 - 1;
 
-/// The effect of a leap on state and slope.
+/// The effect of a leap on state and slope. No four numbers that are loaded together lie across two lines of the cache.
 #[derive(Clone, Copy)]
+#[repr(align(64))]
 struct Digit {
     /// `P`: maps the slope to the change of the state.
     p: Wide,
@@ -542,17 +543,27 @@ impl<'a> Trajectory<'a> {
     /// Returns the state after `edges` edges in double-double.
     #[inline(always)]
     pub(crate) fn flow<P: Product>(&self, edges: u64) -> Doubles {
-        self.leap::<P, false>(edges).1
+        self.leap::<P, false, false>(edges).1
     }
 
     /// Returns the exact integrals from the anchor to `edges` edges later, and the state there.
     #[inline(always)]
     pub(crate) fn integrals<P: Product>(&self, edges: u64) -> (Integrals<P::Lanes>, Doubles) {
-        self.leap::<P, true>(edges)
+        let (total, x, _) = self.leap::<P, true, false>(edges);
+        (total, x)
+    }
+
+    /// Returns the [`integrals`](Self::integrals) and the state, and the slope there.
+    #[inline(always)]
+    pub(crate) fn integrals_and_slope<P: Product>(&self, edges: u64) -> (Integrals<P::Lanes>, Doubles, Doubles) {
+        self.leap::<P, true, true>(edges)
     }
 
     #[inline(always)]
-    fn leap<P: Product, const AUDIT: bool>(&self, edges: u64) -> (Integrals<P::Lanes>, Doubles) {
+    fn leap<P: Product, const AUDIT: bool, const SLOPE: bool>(
+        &self,
+        edges: u64,
+    ) -> (Integrals<P::Lanes>, Doubles, Doubles) {
         let (mut x, mut w) = (self.x, self.w);
         let mut total = Integrals::nothing();
         let mut rest = edges;
@@ -567,11 +578,11 @@ impl<'a> Trajectory<'a> {
                 }
                 let Digit { p, turn } = self.system.digit(level, digit);
                 x = p.times::<P>(&w, &x);
-                if rest != 0 {
+                if SLOPE || rest != 0 {
                     w = turn.times::<P>(&w, &w);
                 }
             }
         }
-        (total, x)
+        (total, x, w)
     }
 }

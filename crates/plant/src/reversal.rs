@@ -40,12 +40,15 @@ pub(crate) struct Reversal {
     late_kicks: [State; 4],
     /// The first three of them over `k + 1`, for their integrals.
     paths: [State; 3],
+    /// The second to the fourth times `k`, for the slope of their sum.
+    slopes: [State; 3],
 }
 
 /// The last part of an edge, from the reversal on.
 pub(crate) struct Rest {
-    /// Its length.
-    pub left_s: Double,
+    /// Its length, and the rest of it: some units in its last place.
+    left_s: f64,
+    more_s: f64,
     /// The slope of the speed at the reversal, before it.
     pub slope: f64,
     /// Half the second derivative of the speed there.
@@ -82,6 +85,7 @@ impl Reversal {
             kicks: [kicks[0], kicks[1], kicks[2], kicks[3]],
             late_kicks: std::array::from_fn(|k| kicks[k + 4].hi),
             paths: std::array::from_fn(|k| kicks[k].hi.map(|x| x / (k + 2) as f64)),
+            slopes: std::array::from_fn(|k| kicks[k + 1].hi.map(|x| x * (k + 2) as f64)),
         }))
     }
 
@@ -108,12 +112,16 @@ impl Reversal {
         if !is_certain {
             return None;
         }
-        // The time from the reversal to the edge: the root of the parabola nearly, then Newton's steps. Time runs
-        // backward, so that every other sign changes.
+        // The time from the reversal to the edge: four terms of the series that inverts the polynomial, then Newton's
+        // steps, mostly one. Time runs backward, so that every other sign changes.
         let descent = |s: f64| slope - s * (2.0 * c2 - s * (3.0 * c3 - s * (4.0 * c4)));
-        let first = speed / slope;
-        let share = first * c2 / slope;
-        let mut s = first * (1.0 + share * (1.0 + 2.0 * share));
+        let inverse = 1.0 / slope;
+        let first = speed * inverse;
+        let square = first * first;
+        let (second, third, fourth) =
+            (first * (c2 * inverse), square * (c3 * inverse), square * first * (c4 * inverse));
+        let (cubic, quartic) = (second * (2.0 * second) - third, second * (5.0 * (second * second - third)) + fourth);
+        let mut s = first * (1.0 + second + (cubic + quartic));
         for _ in 0..STEPS {
             let step = (speed - s * (slope - s * (c2 - s * (c3 - s * c4)))) / descent(s);
             s += step;
@@ -131,39 +139,46 @@ impl Reversal {
             let (high, rest) = two_sum(term.hi, product);
             sum = (high, rest + (term.lo + (error - sum.1 * s)));
         }
-        let step = (sum.0 + sum.1) / descent(s);
         Some(Rest {
-            left_s: Double::joined(s, step),
+            left_s: s,
+            more_s: (sum.0 + sum.1) / descent(s),
             slope: descent(s),
             bend: c2 - s * (3.0 * c3),
-            turn_rad: s * (speed - s * (0.5 * slope - s * (c2 / 3.0 - s * (0.25 * c3)))),
+            turn_rad: s * (speed - s * (0.5 * slope - s * (c2 * (1.0 / 3.0) - s * (0.25 * c3)))),
         })
     }
 
-    /// Returns the change that the reversal of a positive speed makes in the state, this time after it.
+    /// Returns the state at the end of the edge after the reversal of a speed of this sign, and its change by the
+    /// reversal, rounded. `x` is the state there of the motion without it.
     #[inline(always)]
-    pub(crate) fn change<P: Product>(&self, left_s: Double) -> Doubles {
-        let (t, low) = (P::all(left_s.hi), P::all(left_s.lo));
+    pub(crate) fn end<P: Product>(&self, x: &Doubles, rest: &Rest, sign: f64) -> (Doubles, State) {
+        let (t, signed) = (P::all(rest.left_s), P::all(sign * rest.left_s));
         let mut small = P::all(0.0);
         for term in self.late_kicks.iter().rev() {
             small = (small + P::lanes(term)) * t;
         }
         let [first, second, third, fourth] = &self.kicks;
-        let (mut high, mut rest) = (P::lanes(&fourth.hi), P::lanes(&fourth.lo) + small);
+        let (mut high, mut low) = (P::lanes(&fourth.hi), P::lanes(&fourth.lo) + small);
         for term in [third, second, first] {
             let (product, error) = P::two_of(high, t);
-            let error = error + (high * low + rest * t);
             let (sum, lost) = two_sum(P::lanes(&term.hi), product);
-            (high, rest) = (sum, lost + (P::lanes(&term.lo) + error));
+            (high, low) = (sum, lost + (P::lanes(&term.lo) + (error + low * t)));
         }
-        Doubles::product_of::<P>(high, rest, left_s)
+        let (change, error) = P::two_of(high, signed);
+        let (moved, lost) = two_sum(P::lanes(&x.hi), change);
+        let low = lost + (P::lanes(&x.lo) + (error + low * signed));
+        // The rest of the time is known last: nothing else waits for it. Four terms of the slope are enough for it.
+        let [then, later, last] = &self.slopes;
+        let slope = P::lanes(&first.hi) + (P::lanes(then) + (P::lanes(later) + P::lanes(last) * t) * t) * t;
+        let more = slope * P::all(sign * rest.more_s);
+        (Doubles::joined(moved, low + more), (change + more).state())
     }
 
     /// Changes the integrals of the motion without a reversal into those with the reversal of a speed of this sign. `x`
     /// and `w` are state and slope at the end of the edge of the motion without it.
     #[inline(always)]
     pub(crate) fn include<L: Lanes>(&self, rest: &Rest, sign: f64, x: &State, w: &State, done: &mut Integrals<L>) {
-        let t = rest.left_s.hi;
+        let t = rest.left_s;
         let ([path, then, last], all) = (&self.paths, L::all(t));
         let path = L::of(path) + all * (L::of(then) + all * L::of(last));
         done.states = done.states + L::all(sign * t * t) * path;

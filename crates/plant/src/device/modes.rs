@@ -136,23 +136,21 @@ impl<'a> Device<'a> {
         let constants = &self.axis.constants;
         let Some(reversal) = self.mode.reversal(constants.coulomb) else { return false };
         let (sign, system, from) = (f64::from(before), self.motion.system, &self.motion.x);
-        let (mut done, x) = self.motion.integrals::<P>(edge - self.anchor);
-        let w = system.slope::<P>(&x, &self.motion.f);
+        let (mut done, x, w) = self.motion.integrals_and_slope::<P>(edge - self.anchor);
         let Some(rest) = reversal.rest::<P>(&x, &w, system.edge_s) else { return false };
         // The torque that turned the shaft about must also move it against friction.
         let kick = reversal.kick();
         if -sign * rest.slope < kick * (1.0 + 1e-9) {
             return false;
         }
-        let change = reversal.change::<P>(rest.left_s).signed::<P>(sign);
-        let end = x.plus::<P>(&change);
+        let (end, change) = reversal.end::<P>(&x, &rest, sign);
         let held = if before > 0 { Limits::NEGATIVE } else { Limits::POSITIVE };
         if !check.guard.is_surely_inside(&end.hi, &held) {
             return false;
         }
         reversal.include(&rest, sign, &x.hi, &w.hi, &mut done);
         let turned = end.lane_since(from, ANGLE);
-        let back = rest.turn_rad + change.hi[ANGLE];
+        let back = rest.turn_rad + change[ANGLE];
         let way = (turned - back).abs() + back.abs();
         let length_s = (edge - self.anchor) as f64 * system.edge_s;
         self.energy.reversed(&self.powers, length_s, (turned, way), &from.hi, &end.hi, &done);
