@@ -400,8 +400,8 @@ PLACES = [
     (DEVICE, "fn search<", "soonest = guard.exit(&mut watch, &a, &soonest).unwrap_or(soonest);", [
         ("search: other functions before an expected exit not looked at", "let _ = (guard, &mut watch);"),
     ]),
-    (DEVICE, "fn expect(", "forecast.late() <= last - from.edge", [
-        ("expect: beyond the last edge", "forecast.late() > 0"),
+    (DEVICE, "fn expect(", "forecast.late().min(reach)", [
+        ("expect: beyond the last edge", "forecast.late()"),
     ]),
     (DEVICE, "fn search<", "a.edge < last", [
         ("search: last edge left out", "a.edge + 1 < last"),
@@ -475,8 +475,8 @@ PLACES = [
     (MODES, "fn reverse_with<", "-sign * rest.slope < kick * (1.0 + 1e-9)", [
         ("reverse: friction never holds", "rest.slope.is_nan()"),
     ]),
-    (MODES, "fn reverse_with<", "signed::<P>(sign)", [
-        ("reverse: a negative speed as a positive one", "signed::<P>(1.0)"),
+    (MODES, "fn reverse_with<", "reversal.end::<P>(&x, &rest, sign)", [
+        ("reverse: a negative speed as a positive one", "reversal.end::<P>(&x, &rest, 1.0)"),
     ]),
     (MODES, "fn reverse_with<", "(turned - back).abs() + back.abs()", [
         ("reverse: way back not rubbed", "turned.abs()"),
@@ -490,8 +490,12 @@ PLACES = [
     (REVERSAL, "fn rest<", "orders.lo[2] + small", [
         ("reversal: orders beyond the fourth left out of the instant", "orders.lo[2]"),
     ]),
-    (REVERSAL, "fn change<", "P::lanes(&fourth.lo) + small", [
+    (REVERSAL, "fn end<", "P::lanes(&fourth.lo) + small", [
         ("reversal: orders beyond the fourth left out of the state", "P::lanes(&fourth.lo)"),
+    ]),
+    (REVERSAL, "fn end<", "slope * P::all(sign * rest.more_s)", [
+        ("reversal: time in f64", "slope * P::all(0.0)"),
+        ("reversal: time rounded on the wrong side", "slope * P::all(-sign * rest.more_s)"),
     ]),
     # sliding shafts
     (GUARD, "fn moves_inside<", "behind <= margin", [

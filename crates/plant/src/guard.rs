@@ -576,7 +576,7 @@ impl Guard {
             *steady = self.steady(watch, from, forecast);
         }
         if last > steady.until {
-            return self.confirm(watch, from, forecast);
+            return self.confirm(watch, from, forecast, forecast.late());
         }
         // A function that approaches its limit throughout passes it once.
         let aim = from.edge as f64 + forecast.edges.max(0.5);
@@ -600,10 +600,10 @@ impl Guard {
 
     versions! {
         /// Returns the point of the first exit after a point inside, if it is at the edge that was forecast or near it,
-        /// and the function moves, or bends, toward its limit all the way. The watch's noise holds up to
-        /// [`late`](Forecast::late).
+        /// and the function moves, or bends, toward its limit all the way. It is looked for up to `most` edges after the
+        /// point; the watch's noise holds so far.
         pub(crate) fn confirm[confirm_fused, confirm_native, confirm_with](
-            self: &Self, watch: &mut Watch, from: &MotionPoint, forecast: Forecast
+            self: &Self, watch: &mut Watch, from: &MotionPoint, forecast: Forecast, most: u64
         ) -> Option<MotionPoint>
     }
 
@@ -612,12 +612,11 @@ impl Guard {
         &self,
         watch: &mut Watch,
         from: &MotionPoint,
-        forecast: Forecast,
+        Forecast { edges, rising }: Forecast,
+        most: u64,
     ) -> Option<MotionPoint> {
-        let Forecast { edges, rising } = forecast;
         let (motion, first) = (watch.motion, from.edge as f64);
         let edge_s = motion.system().edge_s();
-        let most = forecast.late();
         let bounds = self.bounds.get(dyadic(most))?;
         let error = motion.slope_error(dyadic(from.edge + most));
         let [_, second, third, fourth] = bounds.derivatives.times(&plus(&sizes(&from.w), &error));

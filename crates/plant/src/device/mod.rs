@@ -737,8 +737,9 @@ impl<'a> Device<'a> {
     fn expect(&mut self, index: usize, encoder: &Limits, from: &MotionPoint, last: u64) -> Option<MotionPoint> {
         let (guard, mut watch) = self.watched(index, encoder);
         let forecast = guard.forecast(watch.motion, &watch.limits, from);
-        if forecast.late() <= last - from.edge && !forecast.edges.is_nan() {
-            guard.confirm(&mut watch, from, forecast)
+        let reach = last - from.edge;
+        if forecast.edges < reach as f64 {
+            guard.confirm(&mut watch, from, forecast, forecast.late().min(reach))
         } else {
             None
         }

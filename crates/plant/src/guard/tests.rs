@@ -24,7 +24,7 @@ fn a_confirmed_forecast_is_the_first_exit_edge_by_edge() {
         (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5
     };
     // Confirmed while moving toward the limit, after a turn, and forecasts that were not confirmed.
-    let (mut straight, mut turned, mut refused) = (0, 0, 0);
+    let (mut straight, mut turned, mut refused, mut nearer) = (0, 0, 0, 0);
     for case in 0..60_000 {
         let system = &systems[usize::from(case % 10 != 0)];
         let x = [2.0 * next(), 0.4 * next(), 0.5, 0.5 + 0.01 * next()];
@@ -50,7 +50,14 @@ fn a_confirmed_forecast_is_the_first_exit_edge_by_edge() {
         let mut watch = Watch { motion: &motion, limits, noise, again: &mut 0 };
         let mut is_outside = |edge| guard.side(&mut watch, edge, guard.value(&motion.at(edge))) != Side::Inside;
         let first = (1..=forecast.late()).find(|&edge| is_outside(edge));
-        match guard.confirm(&mut watch, &from, forecast) {
+        let exit = guard.confirm(&mut watch, &from, forecast, forecast.late());
+        // Looked for up to the exit itself, or a little less far or farther.
+        for most in first.map_or(0..0, |first| first - 1..(first + 3).min(forecast.late())) {
+            let found = guard.confirm(&mut watch, &from, forecast, most);
+            nearer += usize::from(found.is_some());
+            assert!(found.is_none_or(|point| Some(point.edge) == first && point.edge <= most), "case {case}, {most}");
+        }
+        match exit {
             None => refused += 1,
             Some(point) => {
                 assert_eq!(Some(point.edge), first, "case {case}");
@@ -61,11 +68,9 @@ fn a_confirmed_forecast_is_the_first_exit_edge_by_edge() {
         }
     }
     assert!(straight > 20_000 && turned > 5000 && refused > 10_000, "{straight} {turned} {refused}");
+    assert!(nearer > 1000, "{nearer}");
 }
 
-/// Counts of an encoder, one after the other: each exit that is pursued is the first edge at which the value, looked at
-/// edge by edge, lies outside of its count, whether the direction is known from the count before or found anew. The
-/// motions turn, so that a direction must end in time. Half of the forecasts are made at random, as above.
 /// Angles that move one way, because the speed keeps its sign at all edges but perhaps the last: one that is said to
 /// stay inside does so at every edge, whether its state there is given or not.
 #[test]
@@ -117,6 +122,9 @@ fn an_angle_that_moves_one_way_is_inside_where_its_ends_are() {
     assert!(sure > 4000 && unsure > 20 && left > 2000, "{sure} sure, {unsure} unsure, {left} left");
 }
 
+/// Counts of an encoder, one after the other: each exit that is pursued is the first edge at which the value, looked at
+/// edge by edge, lies outside of its count, whether the direction is known from the count before or found anew. The
+/// motions turn, so that a direction must end in time. Half of the forecasts are made at random, as above.
 #[test]
 fn pursued_exits_are_those_edge_by_edge_count_after_count() {
     let systems = SYSTEMS.map(|a| Linear::new(a, 2e-8, 1 << 16));
@@ -299,7 +307,7 @@ fn of_several_passages_of_a_quartic_only_the_first_is_confirmed() {
         let noise = guard.noise(&motion, dyadic(1 << 8), &limits);
         let mut watch = Watch { motion: &motion, limits, noise, again: &mut 0 };
         let forecast = Forecast { edges: last as f64 - 0.5, rising: 1.0 };
-        if let Some(point) = guard.confirm(&mut watch, &MotionPoint::of(&motion, 0), forecast) {
+        if let Some(point) = guard.confirm(&mut watch, &MotionPoint::of(&motion, 0), forecast, forecast.late()) {
             assert_eq!(point.edge, first as u64, "case {case}");
             confirmed += 1;
         }
