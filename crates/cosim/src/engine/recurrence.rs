@@ -25,7 +25,7 @@ use crate::summary::Recurrence;
 use crate::world::World;
 
 /// The number of copies held.
-const COPIES: usize = 64;
+const COPIES: usize = 128;
 
 /// The bits of a mark that are 0 in the states copied at first: one in eight.
 const FEW: u64 = 7;
