@@ -508,8 +508,8 @@ PLACES = [
     (GUARD, "fn moves_inside<", "direction * (self.value(&state) - start) + edge_s * steepest", [
         ("moves_inside: half the way", "0.5 * direction * (self.value(&state) - start) + edge_s * steepest"),
     ]),
-    (GUARD, "fn moves_inside<", "if is_inside(length_s * steepest)", [
-        ("moves_inside: steepest way halved", "if is_inside(0.5 * length_s * steepest)"),
+    (GUARD, "fn moves_inside<", "is_inside(length_s * steepest)", [
+        ("moves_inside: steepest way halved", "is_inside(0.5 * length_s * steepest)"),
     ]),
     (DEVICE, "fn settle<", "self.ends_of_modes(from, last - from.edge)[0]", [
         ("settle: end of the mode not looked for", "false"),
@@ -688,8 +688,8 @@ PLACES = [
     (RECURRENCE, "fn go_round<", "(self.rows.next..end).contains(&self.rows.window)", [
         ("repeat: the row passed from which means are taken", "end < self.rows.next"),
     ]),
-    (RECURRENCE, "fn go_round<", "filter(|_| self.edge == due)", [
-        ("repeat: a period that ends at another edge", "filter(|_| true)"),
+    (RECURRENCE, "fn go_round<", "self.edge == due", [
+        ("repeat: a period that ends at another edge", "true"),
     ]),
     (RECURRENCE, "fn come_round<", "tape.first > then.edge", [
         ("repeat: a tape that begins within the period", "tape.first > self.edge"),
