@@ -399,7 +399,7 @@ impl Guard {
     /// function's slope has the sign `direction`, or is 0.
     ///
     /// Between two such edges the slope passes 0 by an eighth of an edge squared times its second derivative at most.
-    /// Within the last edge the function may turn.
+    /// Within the last edge the function may turn, and so come to lie behind the start.
     #[inline(always)]
     pub(crate) fn moves_inside<P: Product>(
         &self,
@@ -417,11 +417,12 @@ impl Guard {
         let (below, above) = (start - limits.low.hi, limits.high.hi - start);
         let (behind, ahead) = if direction > 0.0 { (below, above) } else { (above, below) };
         let margin = 2.0 * noise + length_s * edge_s * edge_s * third;
+        let back = edge_s * steepest;
         let is_inside = |way: f64| way + margin < ahead;
         if behind <= margin {
             return false;
         }
-        if is_inside(length_s * steepest) {
+        if behind > margin + back && is_inside(length_s * steepest) {
             return true;
         }
         let state = match state {
@@ -430,7 +431,8 @@ impl Guard {
             None if !is_inside(length_s * direction * self.slope(&from.w)) => return false,
             None => motion.at_with::<P>(last),
         };
-        is_inside(direction * (self.value(&state) - start) + edge_s * steepest)
+        let way = direction * (self.value(&state) - start);
+        behind + way > margin && is_inside(way + back)
     }
 
     /// Returns the first edge after `from`, up to and including that of `to`, at which the value is outside the band,
