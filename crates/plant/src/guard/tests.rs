@@ -130,6 +130,26 @@ fn an_angle_that_moves_one_way_is_inside_where_its_ends_are() {
     assert!(behind > 100, "{behind} behind");
 }
 
+/// A speed that is 0 at the first two edges and below 0 between them: an angle that starts at its limit has passed it by
+/// a twelfth at the first edge, and is far inside later. All numbers are small fractions.
+#[test]
+fn an_angle_that_starts_at_its_limit_may_pass_it_between_two_edges() {
+    let system = Linear::new([[0.0; 4], [1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0; 4]], 1.0, 1 << 8);
+    let motion = Trajectory::new(&system, [-0.5, 0.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0]);
+    assert!((0..=20).all(|edge| motion.at(edge)[1] >= 0.0));
+    assert!((motion.at(1)[2] + 1.0 / 12.0).abs() < 1e-12 && motion.at(20)[2] > 1000.0);
+    let guard = Guard::new([0.0, 0.0, 1.0, 0.0], &system);
+    let from = MotionPoint::of(&motion, 0);
+    for (low, inside) in [(0.0, false), (-100.0, true)] {
+        let limits = Limits::from(&Band { low, high: 1e9, open: true });
+        let noise = guard.noise(&motion, dyadic(20), &limits);
+        for state in [None, Some(motion.at(20))] {
+            let said = guard.moves_inside::<Native>(&motion, &limits, noise, (&from, 1.0), (20, state.as_ref()));
+            assert_eq!(said, inside, "from {low}");
+        }
+    }
+}
+
 /// Counts of an encoder, one after the other: each exit that is pursued is the first edge at which the value, looked at
 /// edge by edge, lies outside of its count, whether the direction is known from the count before or found anew. The
 /// motions turn, so that a direction must end in time. Half of the forecasts are made at random, as above.
