@@ -697,7 +697,8 @@ PLACES = [
         ("repeat: the row passed from which means are taken", "end < self.rows.next"),
     ]),
     (RECURRENCE, "fn go_round<", "self.edge == due", [
-        ("repeat: a period that ends at another edge", "true"),
+        ("repeat: a period that ends at another edge", "true",
+         "the state recurs, so that a count arrives whole periods after another: the loop is looked at when it is due"),
     ]),
     (RECURRENCE, "fn come_round<", "tape.first > then.edge", [
         ("repeat: a tape that begins within the period", "tape.first > self.edge"),
