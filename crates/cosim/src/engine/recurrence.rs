@@ -24,8 +24,9 @@ use super::{ClosedLoop, Control};
 use crate::summary::Recurrence;
 use crate::world::World;
 
-/// The number of copies held.
-const COPIES: usize = 128;
+/// The number of copies held, and the number where a tape says that periods are costly: the loop then goes on from a copy
+/// nearer to its goal.
+const COPIES: [usize; 2] = [64, 128];
 
 /// The bits of a mark that are 0 in the states copied at first: one in eight.
 const FEW: u64 = 7;
@@ -212,7 +213,7 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone> ClosedLoop
         if known.is_none() {
             search.place += 1;
         }
-        if search.place == COPIES {
+        if search.place >= COPIES[usize::from(search.tape.is_some())] {
             (search.place, search.passed) = (0, search.passed << 1 | 1);
         }
     }
