@@ -159,6 +159,8 @@ pub struct Guard {
     bend: State,
     /// Coefficients of the third derivative as a function of the slope.
     third: State,
+    /// Coefficients of the fourth derivative as a function of the slope.
+    fourth: State,
     /// Bounds for each dyadic length.
     bounds: Vec<Bounds>,
 }
@@ -252,7 +254,7 @@ impl Guard {
                 }),
             }
         });
-        Self { row, pick, bend, third, bounds: bounds.collect() }
+        Self { row, pick, bend, third, fourth, bounds: bounds.collect() }
     }
 
     /// Returns the function's coefficients.
@@ -543,22 +545,23 @@ impl Guard {
         }
     }
 
-    /// Returns the exit that value and three derivatives at a point inside let expect: through the limit toward which
+    /// Returns the exit that value and four derivatives at a point inside let expect: through the limit toward which
     /// the function moves, or else the one toward which it bends. An estimate: [`confirm`](Self::confirm) proves it.
     #[inline(always)]
     pub(crate) fn forecast(&self, motion: &Trajectory, limits: &Limits, from: &MotionPoint) -> Forecast {
         let (value, slope) = (self.value(&from.x), self.slope(&from.w));
-        let (bend, third) = (dot(&self.bend, &from.w), dot(&self.third, &from.w));
+        let (bend, third, fourth) = (dot(&self.bend, &from.w), dot(&self.third, &from.w), dot(&self.fourth, &from.w));
         let (below, above) = (value - limits.low.hi, limits.high.hi - value);
         let turns = |gap: f64, bend: f64| slope * slope + 2.0 * bend * gap < 0.0 || gap == f64::INFINITY;
         let is_rising = if slope > 0.0 { !turns(above, bend) } else { turns(below, -bend) };
         let (rising, gap) = if is_rising { (1.0, above) } else { (-1.0, below) };
-        let (slope, bend, third) = (rising * slope, rising * bend, rising * third);
-        // The root of the parabola, then one step of Newton's on the cubic.
+        let (slope, bend, third, fourth) = (rising * slope, rising * bend, rising * third, rising * fourth);
+        // The root of the parabola, then one step of Newton's on the quartic.
         let root = (slope * slope + 2.0 * bend * gap).sqrt();
         let time_s = if slope > 0.0 { 2.0 * gap / (slope + root) } else { (root - slope) / bend };
-        let off = time_s * (slope + time_s * (0.5 * bend + time_s * third * (1.0 / 6.0))) - gap;
-        let time_s = time_s - off / (slope + time_s * (bend + 0.5 * time_s * third));
+        let cubic = third * (1.0 / 6.0) + time_s * fourth * (1.0 / 24.0);
+        let off = time_s * (slope + time_s * (0.5 * bend + time_s * cubic)) - gap;
+        let time_s = time_s - off / (slope + time_s * (bend + 0.5 * time_s * (third + time_s * fourth * (1.0 / 3.0))));
         Forecast { edges: time_s / motion.system().edge_s(), rising }
     }
 
@@ -703,18 +706,22 @@ impl Guard {
             let at = aim.ceil() as u64;
             let guess = if at == b { b - 1 } else { at };
             let point = MotionPoint::of_with::<P>(motion, guess);
-            let value = self.value(&point.x);
+            let (value, slope) = (self.value(&point.x), self.slope(&point.w));
             if self.side(watch, guess, value) == Side::Inside {
                 a = guess;
             } else {
                 (b, end) = (guess, Some(point));
-                if rising * (value - edge_s * self.slope(&point.w) - limit) < -off_line {
+                if rising * (value - edge_s * slope - limit) < -off_line {
                     break;
                 }
             }
             tries += 1;
             aim = if tries < 12 {
-                guess as f64 - (value - limit) / (self.slope(&point.w) * edge_s)
+                // Newton's step, and what the bend adds to it where that is little.
+                let time_s = (value - limit) / slope;
+                let share = 0.5 * self.curvature(&point.w) * time_s / slope;
+                let bent = if share.abs() < 0.25 { share * (1.0 + 2.0 * share) } else { 0.0 };
+                guess as f64 - time_s * (1.0 + bent) / edge_s
             } else {
                 0.5 * (a + b) as f64
             };
