@@ -122,16 +122,14 @@ impl Leap {
     }
 }
 
-/// The quadratures of a leap, in the layout in which they are applied. No four numbers that are loaded together lie
-/// across two lines of the cache.
+/// The quadratures of a leap, in the layout in which they are applied.
 #[derive(Clone, Copy)]
-#[repr(C, align(64))]
 pub(crate) struct Quadrature {
+    length_s: f64,
     s: Columns,
     /// The quadratic forms for current and speed side by side, by rows from the diagonal on: they are symmetric, so
     /// each pair of states appears once. Two more lanes fill a register.
     forms: [State; 10],
-    length_s: f64,
 }
 
 impl Quadrature {

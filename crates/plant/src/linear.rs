@@ -22,9 +22,8 @@ const BITS: u32 = 7;
 const RADIX: usize = 1 << BITS;
 const MASK: u64 = RADIX as u64 - 1;
 
-/// The effect of a leap on state and slope. No four numbers that are loaded together lie across two lines of the cache.
+/// The effect of a leap on state and slope.
 #[derive(Clone, Copy)]
-#[repr(align(64))]
 struct Digit {
     /// `P`: maps the slope to the change of the state.
     p: Wide,
