@@ -605,8 +605,8 @@ impl Guard {
 
     versions! {
         /// Returns the point of the first exit after a point inside, if it is at the edge that was forecast or near it,
-        /// and the function moves, or bends, toward its limit all the way. It is looked for up to `most` edges after the
-        /// point; the watch's noise holds so far.
+        /// and the function moves, or bends, toward its limit all the way. It is looked for up to `most` edges after
+        /// the point; the watch's noise holds so far.
         pub(crate) fn confirm[confirm_fused, confirm_native, confirm_with](
             self: &Self, watch: &mut Watch, from: &MotionPoint, forecast: Forecast, most: u64
         ) -> Option<MotionPoint>

@@ -24,8 +24,8 @@ use super::{ClosedLoop, Control};
 use crate::summary::Recurrence;
 use crate::world::World;
 
-/// The number of copies held, and the number where a tape says that periods are costly: the loop then goes on from a copy
-/// nearer to its goal.
+/// The number of copies held, and the number where a tape says that periods are costly: the loop then goes on from a
+/// copy nearer to its goal.
 const COPIES: [usize; 2] = [64, 128];
 
 /// The bits of a mark that are 0 in the states copied at first: one in eight.

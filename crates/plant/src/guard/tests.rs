@@ -130,8 +130,8 @@ fn an_angle_that_moves_one_way_is_inside_where_its_ends_are() {
     assert!(behind > 100, "{behind} behind");
 }
 
-/// A speed that is 0 at the first two edges and below 0 between them: an angle that starts at its limit has passed it by
-/// a twelfth at the first edge, and is far inside later. All numbers are small fractions.
+/// A speed that is 0 at the first two edges and below 0 between them: an angle that starts at its limit has passed it
+/// by a twelfth at the first edge, and is far inside later. All numbers are small fractions.
 #[test]
 fn an_angle_that_starts_at_its_limit_may_pass_it_between_two_edges() {
     let system = Linear::new([[0.0; 4], [1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0; 4]], 1.0, 1 << 8);
