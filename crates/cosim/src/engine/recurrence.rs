@@ -24,9 +24,10 @@ use super::{ClosedLoop, Control};
 use crate::summary::Recurrence;
 use crate::world::World;
 
-/// The number of copies held, and the number where a tape says that periods are costly: the loop then goes on from a
-/// copy nearer to its goal.
+/// The number of copies held, and the number where the outputs changed [`OFTEN`] times or more for each count: periods
+/// are then costly, and the loop is to go on from a copy nearer to its goal.
 const COPIES: [usize; 2] = [64, 128];
+const OFTEN: u64 = 4;
 
 /// The bits of a mark that are 0 in the states copied at first: one in eight.
 const FEW: u64 = 7;
@@ -62,6 +63,8 @@ pub(super) struct Search<W, E: World> {
     passed: u64,
     /// The place of the next copy.
     place: usize,
+    /// Counts looked at.
+    counts: u64,
     /// Changes of outputs that repeat, and of the world under them, since the latest count.
     pub(super) driven: u32,
     pub(super) tape: Option<Box<Tape>>,
@@ -72,7 +75,7 @@ pub(super) struct Search<W, E: World> {
 impl<W, E: World> Default for Search<W, E> {
     fn default() -> Self {
         let (marks, pasts) = (Vec::new(), Vec::new());
-        Self { marks, pasts, passed: FEW, place: 0, driven: 0, tape: None, round: None, found: None }
+        Self { marks, pasts, passed: FEW, place: 0, counts: 0, driven: 0, tape: None, round: None, found: None }
     }
 }
 
@@ -167,6 +170,7 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone> ClosedLoop
     pub(super) fn look_back<O: Observe>(&mut self, end: u64, observer: &mut O, control: &Control) {
         self.turned = false;
         let search = &mut self.search;
+        search.counts += 1;
         let driven = std::mem::take(&mut search.driven);
         // Outputs that repeat change at edges of their own. The other states are enough.
         if self.repeated.is_some() {
@@ -213,7 +217,8 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone> ClosedLoop
         if known.is_none() {
             search.place += 1;
         }
-        if search.place >= COPIES[usize::from(search.tape.is_some())] {
+        let is_busy = self.output_changes >= search.counts * OFTEN;
+        if search.place >= COPIES[usize::from(is_busy)] {
             (search.place, search.passed) = (0, search.passed << 1 | 1);
         }
     }
