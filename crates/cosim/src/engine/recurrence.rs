@@ -25,7 +25,8 @@ use crate::summary::Recurrence;
 use crate::world::World;
 
 /// The number of copies held, and the number where the outputs changed [`OFTEN`] times or more for each count: periods
-/// are then costly, and the loop is to go on from a copy nearer to its goal.
+/// are then costly, and the loop is to go on from a copy nearer to its goal. These changes are the same for any observer,
+/// and so is what is found.
 const COPIES: [usize; 2] = [64, 128];
 const OFTEN: u64 = 4;
 
@@ -38,7 +39,7 @@ const MOST_NUMBERS: u64 = 1 << 22;
 /// A tape begins at a count if the outputs drove the world this often since the count before. A period then costs far
 /// more to compute than to record.
 const BUSY: u32 = 16;
-/// Such a tape may have one tick in as many edges, and [`AT_FIRST`] more.
+/// The ticks that such a tape may have: one in as many edges, and [`AT_FIRST`] more.
 const SPARSE: u64 = 1 << 12;
 const AT_FIRST: u64 = 64;
 
@@ -63,7 +64,7 @@ pub(super) struct Search<W, E: World> {
     passed: u64,
     /// The place of the next copy.
     place: usize,
-    /// Counts looked at.
+    /// Counts of the encoder so far.
     counts: u64,
     /// Changes of outputs that repeat, and of the world under them, since the latest count.
     pub(super) driven: u32,
