@@ -25,8 +25,8 @@ use crate::summary::Recurrence;
 use crate::world::World;
 
 /// The number of copies held, and the number where the outputs changed [`OFTEN`] times or more for each count: periods
-/// are then costly, and the loop is to go on from a copy nearer to its goal. These changes are the same for any observer,
-/// and so is what is found.
+/// are then costly, and the loop is to go on from a copy nearer to its goal. These changes are the same for any
+/// observer, and so is what is found.
 const COPIES: [usize; 2] = [64, 128];
 const OFTEN: u64 = 4;
 
