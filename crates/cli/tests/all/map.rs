@@ -10,6 +10,10 @@ use serde_json::json;
 
 use crate::common::{ROOT, assert_refused, code, hpu, json, names, run, scratch, stderr, stdout, text};
 
+/// A hand's plan of 30 s. With friction and without a motion that repeats, 20 s of it take far longer than 20 ms, after
+/// which the guard of a cell looks.
+pub const PLAN_OF_30_S: &str = r#"hand.path=[["0 s", 0], ["150 ms", 1.4], ["250 ms", 1.9], ["30 s", 1.8]]"#;
+
 /// A small map with a boundary: 9 by 5 cells of 150 ms.
 pub const SMALL: [&str; 12] = [
     "map",
@@ -175,8 +179,7 @@ fn a_journal_with_flipped_digits_gives_the_map_that_it_gave_and_says_how_many_ce
 fn a_cell_that_takes_too_long_is_not_run_and_the_same_command_runs_it_again() {
     let out = scratch("map-guard");
     let (x, y) = ("run.duration=0.01..20 s:2", "wall.stiffness=1..2 N.m/rad:2");
-    let set = ["--set", "record.plant_rate=100 Hz", "-o", text(&out)];
-    // With friction 20 s take far longer than the limit on any machine.
+    let set = ["--set", "record.plant_rate=100 Hz", "--set", PLAN_OF_30_S, "-o", text(&out)];
     let arguments = [&["map", "friction-wall", "--x", x, "--y", y, "--full"][..], &set].concat();
     let output = run(&[&arguments[..], &["--cell-timeout", "1ms", "--json"]].concat());
     assert_eq!(code(&output), 0, "{}", stderr(&output));

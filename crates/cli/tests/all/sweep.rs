@@ -10,7 +10,7 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use crate::common::{ROOT, assert_refused, code, hpu, json, names, run, scratch, stderr, stdout, text, tools};
-use crate::map::SMALL as COMMAND;
+use crate::map::{PLAN_OF_30_S, SMALL as COMMAND};
 
 /// A study of a map with a boundary: 9 by 5 cells of 150 ms.
 const SMALL: &str = r#"
@@ -341,12 +341,12 @@ fn points_that_end_their_process_are_rows_with_their_reason() {
 #[test]
 fn points_that_the_guard_stops_are_not_run_and_leave_the_sweep_incomplete() {
     let dir = scratch("sweep-guard");
-    // A hand that has a plan to the end: else the motion repeats, and its 20 s may end before the guard looks.
-    let content = "name = \"guard\"\ntitle = \"A cell too long\"\n\n[map]\nscene = \"hybrid-wall\"\n\
-                   x = \"run.duration=0.01..20 s:2\"\ny = \"wall.stiffness=1..2 N.m/rad:2\"\n\
-                   set = [\"record.plant_rate=100 Hz\", 'hand.path=[[\"0 s\", 0], [\"150 ms\", 1.4], \
-                   [\"250 ms\", 1.9], [\"30 s\", 1.8]]']\nfull = true\ncell_timeout = \"1ms\"\n";
-    let (study, out) = (study(&dir, "guard.toml", content), dir.join("sweep"));
+    let content = format!(
+        "name = \"guard\"\ntitle = \"A cell too long\"\n\n[map]\nscene = \"friction-wall\"\n\
+         x = \"run.duration=0.01..20 s:2\"\ny = \"wall.stiffness=1..2 N.m/rad:2\"\n\
+         set = [\"record.plant_rate=100 Hz\", '{PLAN_OF_30_S}']\nfull = true\ncell_timeout = \"1ms\"\n"
+    );
+    let (study, out) = (study(&dir, "guard.toml", &content), dir.join("sweep"));
     fine(&["sweep", "plan", text(&study), "-o", text(&out), "--shard-points", "2"]);
     for shard in ["0", "1"] {
         fine(&["sweep", "shard", text(&out), "--index", shard]);
