@@ -2,9 +2,11 @@
 
 use super::finger::{FORCE, SPEED, Touch};
 use super::links::Links;
-use super::polynomial::{Coefficients, Lanes, ORDER, value};
+use super::polynomial::{Coefficients, Lanes, convolved, value};
 use super::series::{Series, Start};
 use super::{Arm, Joints};
+use crate::double::{Product, versions};
+use crate::lanes::Lanes as _;
 
 /// Energy flows since the start, in J.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
@@ -51,22 +53,22 @@ impl ArmEnergy {
         flows[0] = turned.iter().zip(&x.u).map(|(turned, torque)| torque * turned).sum();
         flows[2] = turned.iter().zip(&joints.coulomb_nm).map(|(turned, torque)| torque * turned.abs()).sum();
         if joints.viscous_nm_s_per_rad != [0.0; 3] {
-            let squares = integral(&series.w, &series.w, series.powers, t);
+            let squares = Self::integral(&series.w, &series.w, series.powers, t);
             flows[1] = squares.iter().zip(&joints.viscous_nm_s_per_rad).map(|(square, rate)| rate * square).sum();
         }
         if x.lag != [0.0; 4] {
-            flows[0] += integral(&series.lag, &series.w, series.powers, t).iter().sum::<f64>();
+            flows[0] += Self::integral(&series.lag, &series.w, series.powers, t).iter().sum::<f64>();
         }
         if joints.transmission.iter().any(Option::is_some) {
             let slips = std::array::from_fn(|k| std::array::from_fn(|i| series.w[k][i] - series.v[k][i]));
-            let squares = integral(&slips, &slips, series.powers, t);
+            let squares = Self::integral(&slips, &slips, series.powers, t);
             let rates =
                 joints.transmission.map(|flexible| flexible.map_or(0.0, |flexible| flexible.damping_nm_s_per_rad));
             flows[3] = squares.iter().zip(rates).map(|(square, rate)| rate * square).sum();
         }
         if x.press.touch == Touch::Pressed {
             let lane = |lane: usize| std::array::from_fn(|k| [series.touch[k][lane], 0.0, 0.0, 0.0]);
-            flows[4] = -integral(&lane(FORCE), &lane(SPEED), series.powers, t)[0];
+            flows[4] = -Self::integral(&lane(FORCE), &lane(SPEED), series.powers, t)[0];
         }
         self.source_j += flows[0];
         self.viscous_j += flows[1];
@@ -77,21 +79,22 @@ impl ArmEnergy {
     }
 }
 
-/// Returns the integral over `[0, t]` of the product of two series, to the order to which they are known.
-fn integral(a: &Coefficients, b: &Coefficients, powers: usize, t: f64) -> Lanes {
-    let mut sums = [[0.0; 4]; ORDER];
-    for (k, sum) in sums.iter_mut().enumerate().take(powers) {
-        for j in 0..=k {
-            for lane in 0..4 {
-                sum[lane] += a[j][lane] * b[k - j][lane];
-            }
-        }
-        let share = 1.0 / (k + 1) as f64;
-        for x in sum {
-            *x *= share;
-        }
+impl ArmEnergy {
+    versions! {
+        /// Returns the integral over `[0, t]` of the product of two series, to the order to which they are known.
+        fn integral[integral_fused, integral_native, integral_with](
+            a: &Coefficients, b: &Coefficients, powers: usize, t: f64
+        ) -> Lanes
     }
-    value(&sums[..powers], t).map(|x| x * t)
+
+    #[inline(always)]
+    fn integral_with<P: Product>(a: &Coefficients, b: &Coefficients, powers: usize, t: f64) -> Lanes {
+        let mut sum = P::all(0.0);
+        for k in (0..powers).rev() {
+            sum = sum * P::all(t) + convolved::<P>(&a[..=k], &b[..=k]) * P::all(1.0 / (k + 1) as f64);
+        }
+        (sum * P::all(t)).state()
+    }
 }
 
 impl<L: Links> Arm<L> {
@@ -111,5 +114,43 @@ impl<L: Links> Arm<L> {
             }
         }
         stored_j
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::ArmEnergy;
+    use crate::arm::polynomial::{Coefficients, ORDER};
+
+    #[test]
+    fn integrals_of_products_are_those_of_polynomials_in_the_lanes_of_any_processor() {
+        // Lane n: (1 + n t)(2 - t + n t^2) from 0 to t. The terms beyond are not to be read.
+        let mut a: Coefficients = [[f64::NAN; 4]; ORDER + 1];
+        a[..4].fill([0.0; 4]);
+        let mut b = a;
+        for lane in 0..4 {
+            let n = lane as f64;
+            (a[0][lane], a[1][lane]) = (1.0, n);
+            (b[0][lane], b[1][lane], b[2][lane]) = (2.0, -1.0, n);
+        }
+        for t in [0.0, 0.25, 1.0, -3.0] {
+            let is_right = |found: [f64; 4]| {
+                (0..4).all(|lane| {
+                    let n = lane as f64;
+                    let terms = [2.0, (2.0 * n - 1.0) / 2.0, 0.0, n * n / 4.0];
+                    let right = terms.iter().rev().fold(0.0, |sum, term| (sum + term) * t);
+                    (found[lane] - right).abs() <= 1e-15 * right.abs()
+                })
+            };
+            assert!(is_right(ArmEnergy::integral_native(&a, &b, 4, t)), "{t}");
+            #[cfg(target_arch = "x86_64")]
+            {
+                assert!(crate::double::has_fused(), "this test needs a processor with AVX2 and fused multiply-add");
+                // SAFETY: the processor has just been asked.
+                let fused = unsafe { ArmEnergy::integral_fused(&a, &b, 4, t) };
+                assert!(is_right(fused), "{t}");
+                assert_eq!(fused.map(f64::to_bits), ArmEnergy::integral_native(&a, &b, 4, t).map(f64::to_bits));
+            }
+        }
     }
 }

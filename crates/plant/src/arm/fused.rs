@@ -6,9 +6,11 @@ use super::joints::{ArmError, positive};
 use super::kinematics::{self, Sines};
 use super::links::{Arm, Links};
 use super::model::ArmModel;
-use super::polynomial::{Coefficients, Lanes};
+use super::polynomial::{Coefficients, Lanes, convolved};
 use super::pose::Pose;
 use super::series::{Hold, Series, Start, ZERO, moves, onward};
+use crate::double::{Product, versions};
+use crate::lanes::Lanes as _;
 
 /// Intermediate series.
 #[derive(Clone)]
@@ -38,40 +40,34 @@ pub struct Work {
 
 /// Returns the term of power `k` of the products, lane by lane, with `j` in `a` starting at `from`.
 #[inline(always)]
-fn product(a: &Coefficients, b: &Coefficients, from: usize, k: usize) -> Lanes {
+fn product<P: Product>(a: &Coefficients, b: &Coefficients, from: usize, k: usize) -> Lanes {
     // Two sums, because each addition waits for the one before.
-    let mut sums = [[0.0; 4]; 2];
-    let mut j = from;
-    while j < k {
-        for lane in 0..4 {
-            sums[0][lane] += a[j][lane] * b[k - j][lane];
-            sums[1][lane] += a[j + 1][lane] * b[k - j - 1][lane];
-        }
-        j += 2;
+    let (mut one, mut other) = (P::all(0.0), P::all(0.0));
+    let (a, b) = (a[from..=k].chunks_exact(2), b[..k + 1 - from].rchunks_exact(2));
+    let left = (a.remainder(), b.remainder());
+    for (a, b) in a.zip(b) {
+        one = one + P::lanes(&a[0]) * P::lanes(&b[1]);
+        other = other + P::lanes(&a[1]) * P::lanes(&b[0]);
     }
-    if j == k {
-        for lane in 0..4 {
-            sums[0][lane] += a[k][lane] * b[0][lane];
-        }
+    if let ([a], [b]) = left {
+        one = one + P::lanes(a) * P::lanes(b);
     }
-    std::array::from_fn(|lane| sums[0][lane] + sums[1][lane])
+    (one + other).state()
 }
 
 /// Writes the terms of power `k + 1` of sines and cosines whose angles have these rates.
 #[inline(always)]
-fn turn(rate: &Coefficients, sine: &mut Coefficients, cosine: &mut Coefficients, k: usize) {
+fn turn<P: Product>(rate: &Coefficients, sine: &mut Coefficients, cosine: &mut Coefficients, k: usize) {
     let share = 1.0 / (k + 1) as f64;
-    let (mut up, mut down) = ([0.0; 4], [0.0; 4]);
-    for j in 0..=k {
-        for lane in 0..4 {
-            up[lane] += rate[j][lane] * cosine[k - j][lane];
-            down[lane] += rate[j][lane] * sine[k - j][lane];
-        }
+    let (mut up, mut down) = (P::all(0.0), P::all(0.0));
+    let turned = cosine[..=k].iter().zip(&sine[..=k]).rev();
+    for (rate, (cosine, sine)) in rate[..=k].iter().zip(turned) {
+        let rate = P::lanes(rate);
+        up = up + rate * P::lanes(cosine);
+        down = down + rate * P::lanes(sine);
     }
-    for lane in 0..4 {
-        sine[k + 1][lane] = up[lane] * share;
-        cosine[k + 1][lane] = -down[lane] * share;
-    }
+    sine[k + 1] = (up * P::all(share)).state();
+    cosine[k + 1] = (down * P::all(-share)).state();
 }
 
 impl Links for ArmModel {
@@ -128,6 +124,32 @@ impl Links for ArmModel {
     }
 
     fn extend(arm: &Arm, series: &mut Series, work: &mut Work, x: &Start, holds: &[Hold; 3], powers: usize) {
+        Self::write(arm, series, work, x, holds, powers);
+    }
+
+    fn ease(arm: &Arm<Self>, work: &Work) -> [f64; 3] {
+        let [_, m22, m33] = arm.diagonal_kg_m2();
+        [1.0 / work.mass[0][0], m33 / work.determinant, m22 / work.determinant]
+    }
+}
+
+impl ArmModel {
+    versions! {
+        /// Writes the series up to a power, in the lanes of the present processor, to the same bits in any.
+        fn write[write_fused, write_native, write_with](
+            arm: &Arm, series: &mut Series, work: &mut Work, x: &Start, holds: &[Hold; 3], powers: usize
+        )
+    }
+
+    #[inline(always)]
+    fn write_with<P: Product>(
+        arm: &Arm,
+        series: &mut Series,
+        work: &mut Work,
+        x: &Start,
+        holds: &[Hold; 3],
+        powers: usize,
+    ) {
         let (model, joints) = (&arm.links, &arm.joints);
         let flexible = joints.transmission;
         let moves = [0, 1, 2].map(|i| moves(joints, holds, i));
@@ -191,7 +213,7 @@ impl Links for ArmModel {
                 *determinant = m22 * m33 - m23 * m23;
                 *momentum = [mass[0][0] * x.v[0], m22 * x.v[1] + m23 * x.v[2], m33 * x.v[2] + m23 * x.v[1]];
             }
-            let known = if shape { product(mass, met, 1, k) } else { [0.0; 4] };
+            let known = if shape { product::<P>(mass, met, 1, k) } else { [0.0; 4] };
             let v = if k == 0 {
                 x.v
             } else {
@@ -228,21 +250,17 @@ impl Links for ArmModel {
             // The forces of motion and gravity.
             let mut force = [0.0; 3];
             if spins || (moves[1] && moves[2]) {
-                let mut sums = [0.0; 4];
-                for j in 0..=k {
-                    let (one, other) = (&series.v[j], &series.v[k - j]);
-                    sums[0] += one[0] * other[0];
-                    sums[2] += one[1] * other[2];
-                }
-                square[k] = [sums[0], sums[0], sums[2], 0.0];
-                let bent = product(bend, square, 0, k);
+                // Of ω1, ω2, ω3 and ω1, ω3, ω2.
+                let [first, both, ..] = convolved::<P>(&series.v[..=k], &met[..=k]).state();
+                square[k] = [first, first, both, 0.0];
+                let bent = product::<P>(bend, square, 0, k);
                 force = [0.0, bent[0] - bent[2], bent[1] + bent[2]];
             }
             if heavy {
                 let (s, c) = (&lean_sine[k], &lean_cosine[k]);
                 pull[k] = [c[0], s[0], s[0], 0.0];
                 lever[k] = [a * c[1] + b * s[2], s[1], c[2], 0.0];
-                let pulled = product(pull, lever, 0, k);
+                let pulled = product::<P>(pull, lever, 0, k);
                 force[0] += pulled[0];
                 force[1] += a * (g[1] * c[1] - pulled[1]);
                 force[2] += b * (g[1] * s[2] + pulled[2]);
@@ -255,19 +273,14 @@ impl Links for ArmModel {
             *before = force;
             if shape {
                 rate[k] = [2.0 * v[1], 2.0 * v[2], v[1] + v[2], v[1] - v[2]];
-                turn(rate, sine, cosine, k);
+                turn::<P>(rate, sine, cosine, k);
             }
             if heavy {
                 lean[k] = [v[0], v[1], v[2], 0.0];
-                turn(lean, lean_sine, lean_cosine, k);
+                turn::<P>(lean, lean_sine, lean_cosine, k);
             }
         }
         series.close(joints, arm.tolerance);
-    }
-
-    fn ease(arm: &Arm<Self>, work: &Work) -> [f64; 3] {
-        let [_, m22, m33] = arm.diagonal_kg_m2();
-        [1.0 / work.mass[0][0], m33 / work.determinant, m22 / work.determinant]
     }
 }
 
@@ -304,5 +317,70 @@ impl Arm {
     pub(super) fn diagonal_kg_m2(&self) -> [f64; 3] {
         let ([m2, m3], rotors) = (self.links.swinging_kg_m2, self.rotors_kg_m2);
         [rotors[0], m2 + rotors[1], m3 + rotors[2]]
+    }
+}
+
+#[cfg(test)]
+#[cfg(target_arch = "x86_64")]
+mod tests {
+    use super::{Arm, ArmModel, Hold, Links, Series, Start};
+    use crate::arm::Transmission;
+    use crate::arm::polynomial::ORDER;
+
+    /// Models with and without transmissions, an amplifier's lag, gravity and friction.
+    fn arms() -> Vec<Arm> {
+        let rough = |model: ArmModel| ArmModel {
+            viscous_nm_s_per_rad: [1e-3, 2e-3, 3e-3],
+            coulomb_nm: [0.01, 0.02, 0.03],
+            amplifier_s: 4e-4,
+            ..model
+        };
+        let flexible = Transmission { stiffness_nm_per_rad: 70.0, damping_nm_s_per_rad: 0.01 };
+        let rear = ArmModel { transmission: [None, Some(flexible), Some(flexible)], ..ArmModel::premium_1_5() };
+        [ArmModel::premium_1_0(), ArmModel::premium_1_5(), rough(ArmModel::premium_1_5()), rough(rear)]
+            .map(|model| Arm::new(model, 2e-8).expect("a possible arm"))
+            .into()
+    }
+
+    #[test]
+    fn series_are_the_same_bits_in_the_lanes_of_any_processor() {
+        assert!(crate::double::has_fused(), "this test needs a processor with AVX2 and fused multiply-add");
+        let start = |size: f64| Start {
+            q: [0.1 + size, -0.7, 0.3 * size, 0.0],
+            v: [2.0 * size, -1.0, 0.5, 0.0],
+            p: [0.1 + size, -0.71, 0.31 * size, 0.0],
+            w: [2.0 * size, -1.1, 0.6, 0.0],
+            u: [0.1, 0.2 * size, -0.3, 0.0],
+            lag: [0.05 * size, -0.02, 0.03, 0.0],
+            ..Start::default()
+        };
+        let kinds = [Hold::Locked, Hold::Stuck, Hold::Slip(1.0), Hold::Slip(-1.0), Hold::Slip(0.0)];
+        for (arm, size) in arms().iter().flat_map(|arm| [0.0, 0.4, -3.0].map(|size| (arm, size))) {
+            for holds in (0..125).map(|n| [kinds[n % 5], kinds[n / 5 % 5], kinds[n / 25]]) {
+                let x = start(size);
+                let written = |write: &dyn Fn(&mut Series, &mut super::Work, usize)| {
+                    let (mut series, mut work) = (Series::new(), arm.links.work());
+                    (series.q[0], series.v[0], series.p[0], series.w[0], series.lag[0]) = (x.q, x.v, x.p, x.w, x.lag);
+                    series.powers = 0;
+                    // The later powers, after the first or at once.
+                    write(&mut series, &mut work, 5);
+                    write(&mut series, &mut work, ORDER);
+                    series
+                };
+                let native = written(&|series, work, powers| {
+                    ArmModel::write_native(arm, series, work, &x, &holds, powers);
+                });
+                let fused = written(&|series, work, powers| {
+                    // SAFETY: the processor has just been asked.
+                    unsafe { ArmModel::write_fused(arm, series, work, &x, &holds, powers) };
+                });
+                let all = |series: &Series| {
+                    [series.q, series.v, series.p, series.w, series.lag, series.hold]
+                        .map(|terms| terms.map(|lanes| lanes.map(f64::to_bits)))
+                };
+                assert_eq!(all(&native), all(&fused), "{holds:?} {x:?}");
+                assert_eq!(native.good_s.to_bits(), fused.good_s.to_bits());
+            }
+        }
     }
 }

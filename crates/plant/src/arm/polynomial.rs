@@ -4,6 +4,8 @@
 //! bound of its third derivative. Until that parabola meets the limit, the limit is not passed; there the search starts
 //! again. Near a crossing this converges to it from before, like a method of third order.
 
+use crate::double::Product;
+
 /// Order of the series.
 pub(super) const ORDER: usize = 16;
 
@@ -23,6 +25,12 @@ pub(super) fn value(terms: &[Lanes], t: f64) -> Lanes {
         }
     }
     sum
+}
+
+/// Returns the highest term of the product of two series of the same powers, lane by lane.
+#[inline(always)]
+pub(super) fn convolved<P: Product>(a: &[Lanes], b: &[Lanes]) -> P::Lanes {
+    a.iter().zip(b.iter().rev()).fold(P::all(0.0), |sum, (a, b)| sum + P::lanes(a) * P::lanes(b))
 }
 
 /// Returns value, slope and second derivative at `t` of a series of these powers.
