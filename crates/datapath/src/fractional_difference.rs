@@ -26,7 +26,7 @@ use crate::config::within;
 use crate::history::History;
 use crate::law::ZERO;
 use crate::listed::{Given, Listed};
-use crate::phantom::words::{accept, natural, parts};
+use crate::words::{accept, natural, parts};
 use crate::{Block, ConfigError, Generic, Register, Rom, Step};
 
 hpu_signal::ports! {

@@ -33,6 +33,7 @@ mod part;
 mod sequence;
 mod timed_velocity;
 mod wiring;
+mod words;
 
 pub mod axis_front;
 pub mod biquad;

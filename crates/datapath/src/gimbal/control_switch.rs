@@ -26,7 +26,7 @@ use hpu_signal::{Format, Machine, Narrowed, Narrowing, Overflow, Rounding, Signa
 use crate::config::within;
 use crate::law::ZERO;
 use crate::listed::{Given, Listed};
-use crate::phantom::words::natural;
+use crate::words::natural;
 use crate::{Block, ConfigError, Generic, Register, Step};
 
 hpu_signal::ports! {

@@ -23,8 +23,8 @@ use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding, Signal, Word};
 
 use crate::config::{NATURAL, within};
 use crate::listed::{Given, Listed};
-use crate::phantom::words::{accept, limited, natural};
 use crate::step::in_machine;
+use crate::words::{accept, limited, natural};
 use crate::{Block, Combinational, ConfigError, Generic, Step};
 
 hpu_signal::ports! {

@@ -4,7 +4,7 @@ use hpu_signal::Format;
 
 use super::{GimbalConfig, ImpedanceConfig, ServoConfig, SwitchConfig};
 use crate::listed::Given;
-use crate::phantom::words::natural;
+use crate::words::natural;
 use crate::{ConfigError, FractionalConfig, Generic};
 
 /// The device and the blocks of its loop.

@@ -26,7 +26,7 @@ use crate::config::{NATURAL, within};
 use crate::history::History;
 use crate::law::ZERO;
 use crate::listed::{Given, Listed};
-use crate::phantom::words::{accept, natural};
+use crate::words::{accept, natural};
 use crate::{Block, ConfigError, Generic, Register, Step};
 
 hpu_signal::ports! {

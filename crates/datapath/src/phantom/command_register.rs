@@ -16,11 +16,11 @@
 
 use hpu_signal::{Format, Signal, Word};
 
-use super::words::natural;
 use crate::config::{COUNTER, WORD, within};
 use crate::countdown::Countdown;
 use crate::listed::{Given, Listed};
 use crate::step::counted_down;
+use crate::words::natural;
 use crate::{Block, ConfigError, Generic, Register, Step};
 
 hpu_signal::ports! {

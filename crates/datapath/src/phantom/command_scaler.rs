@@ -14,10 +14,10 @@ use hpu_signal::{Format, Narrowed, Signal, Word};
 
 use super::Config;
 use super::variants::paths;
-use super::words::{accept, limited, natural, parts};
 use crate::config::{NATURAL, within};
 use crate::listed::{Given, Listed};
 use crate::step::in_machine;
+use crate::words::{accept, limited, natural, parts};
 use crate::{Block, Combinational, ConfigError, Generic, Step};
 
 hpu_signal::ports! {

@@ -10,7 +10,6 @@ mod force_path;
 mod phase;
 mod trig;
 mod variants;
-pub(crate) mod words;
 
 pub mod command_register;
 pub mod command_scaler;

@@ -25,11 +25,11 @@ use hpu_signal::{Format, Narrowed, Ports, Signal};
 use super::Config;
 use super::force_path::{self, ForcePath, path};
 use super::variants::paths;
-use super::words::natural;
 use crate::config::{COUNTER, within};
 use crate::countdown::{Countdown, edges};
 use crate::listed::{Given, Listed};
 use crate::part::exact;
+use crate::words::natural;
 use crate::{Block, ConfigError, Generic, Instance};
 
 hpu_signal::ports! {

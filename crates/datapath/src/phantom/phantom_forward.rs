@@ -16,10 +16,10 @@ use hpu_signal::{Format, Narrowed, Signal, Word};
 
 use super::Formats;
 use super::variants::paths;
-use super::words::{accept, accept_trig, aligned_sum, natural, nearest, parts};
 use crate::config::{NATURAL, within};
 use crate::listed::{Given, Listed};
 use crate::step::in_machine;
+use crate::words::{accept, accept_trig, aligned_sum, natural, nearest, parts};
 use crate::{Block, Combinational, ConfigError, Generic, Step};
 
 hpu_signal::ports! {

@@ -16,11 +16,11 @@
 use hpu_signal::Signal;
 
 use super::phantom_loop::{in_order, of_joint, pins};
-use super::words::natural;
 use super::{CommandRegister, command_register};
 use crate::circuit::circuit;
 use crate::circuit_loop::{CircuitLoop, LoopCircuit};
 use crate::listed::{Given, Listed};
+use crate::words::natural;
 use crate::{
     Block, ConfigError, Generic, PositionCounter, QuadratureDecoder, Synchronizer, position_counter,
     quadrature_decoder, synchronizer,

@@ -20,9 +20,9 @@ use hpu_signal::{Format, Word};
 
 use super::phase::Phase;
 use super::trig::{Trig, TrigOut, Wave};
-use super::words::{natural, nearest};
 use crate::config::within;
 use crate::listed::{Given, Listed};
+use crate::words::{natural, nearest};
 use crate::{ConfigError, Generic};
 
 /// See the [module](self).

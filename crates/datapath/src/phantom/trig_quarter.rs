@@ -16,9 +16,9 @@ use hpu_signal::{Format, Word};
 
 use super::phase::{Phase, Quarter};
 use super::trig::{Trig, TrigOut, Wave};
-use super::words::natural;
 use crate::config::within;
 use crate::listed::{Given, Listed};
+use crate::words::natural;
 use crate::{ConfigError, Generic, Rom};
 
 /// See the [module](self).

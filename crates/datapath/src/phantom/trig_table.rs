@@ -15,10 +15,10 @@ use hpu_signal::{Format, Sine, Word};
 
 use super::phase::sine;
 use super::trig::{Trig, TrigOut, Wave};
-use super::words::{accept_trig, natural, parts};
 use super::{Config, Formats, Turn};
 use crate::config::{NATURAL, within};
 use crate::listed::{Given, Listed};
+use crate::words::{accept_trig, natural, parts};
 use crate::{ConfigError, Generic, Rom};
 
 /// See the [module](self).

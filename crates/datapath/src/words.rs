@@ -1,4 +1,4 @@
-//! The rules that the words of the arm's blocks share.
+//! The rules that the words of arms' blocks share.
 
 use hpu_signal::{Format, Narrowing, Overflow, Rounding, Word};
 
