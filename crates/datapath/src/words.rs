@@ -1,4 +1,4 @@
-//! The rules that the words of arms' blocks share.
+//! Rules that the words of many blocks share: how they are narrowed, what is accepted, and their generics.
 
 use hpu_signal::{Format, Narrowing, Overflow, Rounding, Word};
 
