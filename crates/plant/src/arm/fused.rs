@@ -250,7 +250,7 @@ impl ArmModel {
             // The forces of motion and gravity.
             let mut force = [0.0; 3];
             if spins || (moves[1] && moves[2]) {
-                // Of ω1, ω2, ω3 and ω1, ω3, ω2.
+                // ω1, ω2, ω3 times ω1, ω3, ω2.
                 let [first, both, ..] = convolved::<P>(&series.v[..=k], &met[..=k]).state();
                 square[k] = [first, first, both, 0.0];
                 let bent = product::<P>(bend, square, 0, k);
@@ -362,7 +362,7 @@ mod tests {
                     let (mut series, mut work) = (Series::new(), arm.links.work());
                     (series.q[0], series.v[0], series.p[0], series.w[0], series.lag[0]) = (x.q, x.v, x.p, x.w, x.lag);
                     series.powers = 0;
-                    // The later powers, after the first or at once.
+                    // As a motion does: the first powers, and later the others.
                     write(&mut series, &mut work, 5);
                     write(&mut series, &mut work, ORDER);
                     series

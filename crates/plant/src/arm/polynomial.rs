@@ -27,7 +27,7 @@ pub(super) fn value(terms: &[Lanes], t: f64) -> Lanes {
     sum
 }
 
-/// Returns the highest term of the product of two series of the same powers, lane by lane.
+/// Returns the term of power `k` of the product of two series, from their terms of the powers 0 to `k`, lane by lane.
 #[inline(always)]
 pub(super) fn convolved<P: Product>(a: &[Lanes], b: &[Lanes]) -> P::Lanes {
     a.iter().zip(b.iter().rev()).fold(P::all(0.0), |sum, (a, b)| sum + P::lanes(a) * P::lanes(b))
