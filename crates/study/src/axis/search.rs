@@ -37,6 +37,7 @@ static KEYS: Keys = Keys {
     device: "an axis",
     most_designs: 1 << 21,
     estimate_error: ESTIMATE_ERROR,
+    aborts: false,
     stable: OutcomeKind::Settled,
     all: &[
         Key::new(Field::POSITION, "position_bits", (2, 32)).that_holds(),

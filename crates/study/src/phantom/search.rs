@@ -3,10 +3,10 @@
 //! **Ladder.** Rung `k` is a wall of `2^(k/16)` times the scene's own stiffness. The stable stiffness is that of the
 //! highest rung up to which every rung is passive.
 //!
-//! **Narrower tables, the same run.** An entry is a function of its count alone, and the depth affects nothing else in
-//! a run. So if no count leaves the narrower tables, no word changes. The scene is aborted at the first count outside.
-//! A run tells the range of the sampled counts. Between samples, a decoder moves by at most a count an edge. So the
-//! range must fit with a margin of one sample period and two edges.
+//! **Other tables, the same run.** An entry is a function of its count alone, and the depth affects nothing else in a
+//! run. So if no count leaves the narrower tables, no word changes, whichever of the two depths was run. The scene is
+//! aborted at the first count outside. A run tells the range of the sampled counts. Between samples, a decoder moves by
+//! at most a count an edge. So the range must fit with a margin of one sample period and two edges.
 
 use hpu_cosim::Summary;
 use hpu_cosim::scene::{Experiment, OutcomeKind};
@@ -26,6 +26,7 @@ static KEYS: Keys = Keys {
     device: A_DEVICE,
     most_designs: 1 << 15,
     estimate_error: ESTIMATE_ERROR,
+    aborts: true,
     stable: OutcomeKind::Passive,
     all: &[
         Key::new(Field::DEPTH, "depth_bits", (4, 15)).that_holds(),

@@ -43,6 +43,8 @@ pub struct Keys {
     pub(crate) most_designs: u128,
     /// The largest relative error of the estimate of logic.
     pub(crate) estimate_error: f64,
+    /// Whether a run ends at the first value that the words of [`Key::holds`] do not hold.
+    pub(crate) aborts: bool,
     /// The verdict of a run at a stable wall.
     pub(crate) stable: OutcomeKind,
 }

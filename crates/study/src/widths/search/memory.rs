@@ -1,8 +1,10 @@
-//! Remembers runs, and answers for narrower words whose run is proved to be the same.
+//! Remembers runs, and answers for other words whose run is proved to be the same.
 //!
 //! A run is a function of the scene, the wall and the words. Some words only have to hold the run's values: narrower
 //! ones leave the run as it is while they hold them. The device tells after a run which bits that takes, and has the
-//! proof ([`Loops::needs`](super::loops::Loops::needs)). Runs of one scene say nothing about another scene.
+//! proof ([`Loops::needs`](super::loops::Loops::needs)). Where a run ends at the first value that its words do not hold
+//! ([`Keys::aborts`](super::knob::Keys::aborts)), a run that stayed within its words is also that of wider ones. Runs
+//! of one scene say nothing about another scene.
 
 use std::collections::BTreeMap;
 
@@ -80,17 +82,24 @@ pub fn schema() -> Schema {
 }
 
 /// All runs so far.
-#[derive(Default)]
 pub(super) struct Memory {
+    /// Whether a run ends at the first value that its words do not hold ([`Keys::aborts`](super::knob::Keys::aborts)).
+    aborts: bool,
     runs: BTreeMap<Run, Vec<(Depth, Ran)>>,
 }
 
 impl Memory {
-    /// Returns the result of a run: its own, or that of wider words whose run is proved to be the same.
+    /// Starts without a run.
+    pub fn new(aborts: bool) -> Self {
+        Self { aborts, runs: BTreeMap::new() }
+    }
+
+    /// Returns the result of a run: its own, or that of other words whose run is proved to be the same.
     pub fn recall(&self, run: &Run) -> Option<&Ran> {
         let (run, depth) = run.parted();
         let wider = |of: &Depth| of.iter().zip(depth).all(|(of, bits)| *of >= bits);
-        let same = |(of, ran): &&(Depth, Ran)| *of == depth || (wider(of) && ran.covers(depth));
+        let whole = |of: &Depth, ran: &Ran| self.aborts && ran.covers(*of);
+        let same = |(of, ran): &&(Depth, Ran)| *of == depth || (ran.covers(depth) && (wider(of) || whole(of, ran)));
         self.runs.get(&run)?.iter().find(same).map(|(_, ran)| ran)
     }
 
@@ -103,7 +112,11 @@ impl Memory {
 
 #[cfg(test)]
 mod tests {
-    use super::Ran;
+    use hpu_cosim::scene::shipped;
+
+    use super::{Memory, Ran, Run};
+    use crate::widths::Field;
+    use crate::widths::search::Design;
 
     #[test]
     fn a_row_is_read_as_it_was_written() {
@@ -112,5 +125,23 @@ mod tests {
             assert_eq!(Ran::read(&ran.line()), Some(ran));
         }
         assert_eq!(Ran::read("settled"), None);
+    }
+
+    #[test]
+    fn a_run_answers_for_words_that_hold_its_values_and_for_wider_ones_only_if_it_would_have_aborted() {
+        let scene = shipped().iter().find(|scene| scene.name == "phantom-drop").expect("a shipped scene");
+        let scene = scene.parse(&[]).expect("it parses");
+        let design = Design::of(&scene).expect("widths");
+        let run = |bits| Run { case: 0, design: design.with(Field::DEPTH, bits), wall: 0 };
+        for aborts in [false, true] {
+            for (of, needs) in (4..=8).flat_map(|of| (3..=9).map(move |needs| (of, needs))) {
+                let mut memory = Memory::new(aborts);
+                memory.keep(run(of), Ran { settled: true, error: 0.0, needs: [needs, 0] });
+                for asked in 4..=8 {
+                    let same = asked == of || (needs <= asked && (asked < of || (aborts && needs <= of)));
+                    assert_eq!(memory.recall(&run(asked)).is_some(), same, "{aborts}: {asked} of {of}, {needs}");
+                }
+            }
+        }
     }
 }

@@ -19,9 +19,9 @@
 //! Three theorems save runs.
 //!
 //! 1. A run is a function of the gains' values, whatever their formats. It is the same for all widths of position and
-//!    velocity that hold every value of the run (`memory`, with the proof). So most designs are answered by the runs of
-//!    other designs, and of designs that are alike in all runs only the cheapest are kept. A run of one scene says
-//!    nothing about another scene.
+//!    velocity, and all depths of tables, that hold every value of the run (`memory`; each device has the proof). So
+//!    most designs are answered by the runs of other designs, and of designs that are alike in all runs only the
+//!    cheapest are kept. A run of one scene says nothing about another scene.
 //! 2. After each try, the stable stiffness of a format lies in a known interval. Formats that differ in fraction bits
 //!    share their tries (`climb`). The least stable stiffness of several scenes is known once one of them is known and
 //!    all others lie at or above it.

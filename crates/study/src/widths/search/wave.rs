@@ -246,7 +246,7 @@ fn search_part<E>(
     let mut search = Search {
         runs: runners.len(),
         runners,
-        memory: Memory::default(),
+        memory: Memory::new(loops.keys().aborts),
         jobs: plan.jobs,
         control,
         done,
