@@ -51,13 +51,13 @@ struct Stream {
 }
 
 /// Owned by a schema or an array: the table, its children and its pointers to buffers.
-struct Held<T> {
+struct PrivateData<T> {
     _columns: Columns,
     children: Vec<*mut T>,
     buffers: Vec<*const c_void>,
 }
 
-impl<T> Held<T> {
+impl<T> PrivateData<T> {
     /// Returns the address of what is held, of the pointers to its children, and of those to its buffers.
     fn leak(
         columns: &Columns,
@@ -114,7 +114,7 @@ impl Schema {
     /// `format` and `name` must live as long as `columns`.
     fn new(format: &'static CStr, name: &CStr, columns: &Columns, children: Vec<Self>) -> Self {
         let n_children = children.len() as i64;
-        let (private_data, children, _) = Held::leak(columns, children, Vec::new());
+        let (private_data, children, _) = PrivateData::leak(columns, children, Vec::new());
         Self {
             format: format.as_ptr(),
             name: name.as_ptr(),
@@ -131,7 +131,7 @@ impl Schema {
     unsafe extern "C" fn release(schema: *mut Self) {
         // SAFETY: a consumer calls it once, with a schema made here.
         unsafe {
-            Held::<Self>::free((*schema).private_data);
+            PrivateData::<Self>::free((*schema).private_data);
             (*schema).release = None;
         }
     }
@@ -151,7 +151,7 @@ impl Array {
     /// The buffers must live as long as `columns`.
     fn new(length: usize, columns: &Columns, children: Vec<Self>, buffers: Vec<*const c_void>) -> Self {
         let (n_children, n_buffers) = (children.len() as i64, buffers.len() as i64);
-        let (private_data, children, buffers) = Held::leak(columns, children, buffers);
+        let (private_data, children, buffers) = PrivateData::leak(columns, children, buffers);
         Self {
             length: length as i64,
             null_count: 0,
@@ -169,7 +169,7 @@ impl Array {
     unsafe extern "C" fn release(array: *mut Self) {
         // SAFETY: a consumer calls it once, with an array made here.
         unsafe {
-            Held::<Self>::free((*array).private_data);
+            PrivateData::<Self>::free((*array).private_data);
             (*array).release = None;
         }
     }

@@ -18,7 +18,7 @@ use crate::terminal::print;
 use crate::units::si;
 
 use document::Document;
-use scene::Told;
+use scene::SceneReport;
 
 /// Make one page of a scene: to look at, to mail, to print
 ///
@@ -110,14 +110,14 @@ fn of_scenes(args: &Args, scenes: &[String]) -> Result<Option<Document>, Failure
     let named = scenes.iter().map(|name| Ok((name.clone(), source(name)?)));
     let named = named.collect::<Result<Vec<Named>, Failure>>()?;
     let watch = interrupt::watch();
-    let mut all: Vec<Told> = Vec::new();
+    let mut all: Vec<SceneReport> = Vec::new();
     for one in &named {
-        let Some(told) = Told::new(one, &args.set.set, watch)? else { return Ok(None) };
-        all.push(told);
+        let Some(report) = SceneReport::new(one, &args.set.set, watch)? else { return Ok(None) };
+        all.push(report);
     }
     let mut parts = Vec::new();
-    for told in &all {
-        let Some(of_scene) = parts::parts(told, &args.with, args.from.as_deref(), watch)? else { return Ok(None) };
+    for report in &all {
+        let Some(of_scene) = parts::parts(report, &args.with, args.from.as_deref(), watch)? else { return Ok(None) };
         parts.push(of_scene);
     }
     Ok(Some(scene::document(&all, parts)))

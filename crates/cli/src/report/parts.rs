@@ -10,7 +10,7 @@ use hpu_study::page::Page;
 use super::Part;
 use super::document::Content;
 use super::folder;
-use super::scene::Told;
+use super::scene::SceneReport;
 use crate::answers;
 use crate::exit::Failure;
 use crate::page::Answer;
@@ -20,17 +20,17 @@ use crate::{check, cost};
 
 /// Returns the parts of a scene: those in the folder, and those that were asked for; `None` when interrupted.
 pub fn parts(
-    told: &Told,
+    report: &SceneReport,
     with: &[Part],
     from: Option<&Path>,
     watch: Watch,
 ) -> Result<Option<Vec<(Part, Content)>>, Failure> {
     let mut all = Vec::new();
     for part in Part::value_variants() {
-        let kept = from.map(|dir| taken(told, *part, dir)).transpose()?.flatten();
+        let kept = from.map(|dir| taken(report, *part, dir)).transpose()?.flatten();
         let content = match kept {
             Some(content) => content,
-            None if with.contains(part) => match made(told, *part, watch)? {
+            None if with.contains(part) => match made(report, *part, watch)? {
                 Some(content) => content,
                 None => return Ok(None),
             },
@@ -42,36 +42,36 @@ pub fn parts(
 }
 
 /// Makes a part; `None` when interrupted.
-fn made(told: &Told, part: Part, watch: Watch) -> Result<Option<Content>, Failure> {
+fn made(report: &SceneReport, part: Part, watch: Watch) -> Result<Option<Content>, Failure> {
     doing(part.name());
-    let named = (told.scene.clone(), told.source.clone());
+    let named = (report.scene.clone(), report.source.clone());
     let mut words: Vec<String> =
-        told.set.iter().flat_map(|(key, value)| ["--set".to_string(), format!("{key}={value}")]).collect();
+        report.set.iter().flat_map(|(key, value)| ["--set".to_string(), format!("{key}={value}")]).collect();
     let alone = |page: Page| Answer { page, pictures: Vec::new() };
     let (answer, by) = match part {
-        Part::Widths => (answers::widths(&[named], &words, watch)?, told.command("widths")),
-        Part::Limits => (answers::limits(&named, &words, watch)?, told.command("limits")),
+        Part::Widths => (answers::widths(&[named], &words, watch)?, report.command("widths")),
+        Part::Limits => (answers::limits(&named, &words, watch)?, report.command("limits")),
         Part::Map => {
-            let axes = axes(told)?;
+            let axes = axes(report)?;
             let options = axes.iter().map(|(name, axis)| format!(" --{name} {}", quoted(axis))).collect::<String>();
             words.extend(axes.into_iter().flat_map(|(name, axis)| [format!("--{name}"), axis]));
-            (answers::map(&named, &words, watch)?, told.command("map") + &options)
+            (answers::map(&named, &words, watch)?, report.command("map") + &options)
         }
         Part::Check => {
-            let by = of_scene(told, "check");
-            let found = check::answer(&answers::read("check", &of(told, words), &[])?)?;
+            let by = of_scene(report, "check");
+            let found = check::answer(&answers::read("check", &of(report, words), &[])?)?;
             return Ok(found.map(|(page, bits)| {
                 let content = Content::new(&by, &page, &[]);
                 Content { html: content.html + &bits, ..content }
             }));
         }
         Part::Formal => {
-            let words = [of(told, words), vec!["--formal".into()]].concat();
+            let words = [of(report, words), vec!["--formal".into()]].concat();
             let found = check::prove::answer(&answers::read("check", &words, &[])?)?;
-            (found.map(alone), of_scene(told, "check --formal"))
+            (found.map(alone), of_scene(report, "check --formal"))
         }
         Part::Cost => {
-            (cost::answer(&answers::read("cost", &of(told, words), &[])?)?.map(alone), of_scene(told, "cost"))
+            (cost::answer(&answers::read("cost", &of(report, words), &[])?)?.map(alone), of_scene(report, "cost"))
         }
     };
     Ok(answer.filter(|_| !watch.is_stopped()).map(|Answer { page, pictures }| {
@@ -81,23 +81,23 @@ fn made(told: &Told, part: Part, watch: Watch) -> Result<Option<Content>, Failur
 }
 
 /// Returns the options of a verb that takes scenes by `--scene`.
-fn of(told: &Told, words: Vec<String>) -> Vec<String> {
-    [vec!["--scene".to_string(), told.scene.clone()], words].concat()
+fn of(report: &SceneReport, words: Vec<String>) -> Vec<String> {
+    [vec!["--scene".to_string(), report.scene.clone()], words].concat()
 }
 
 /// Returns the command of such a verb.
-fn of_scene(told: &Told, verb: &str) -> String {
-    told.command(&format!("{verb} --scene"))
+fn of_scene(report: &SceneReport, verb: &str) -> String {
+    report.command(&format!("{verb} --scene"))
 }
 
 /// Returns the axes of a map around a scene's wall.
-fn axes(told: &Told) -> Result<[(&'static str, String); 2], Failure> {
+fn axes(report: &SceneReport) -> Result<[(&'static str, String); 2], Failure> {
     let refused = || {
         let said = "a map around the wall is of an axis whose wall has stiffness and damping; make another by \
                     hpu map -o DIR, and take it by --from DIR";
-        Failure::usage(format!("{}: {said}", told.name()))
+        Failure::usage(format!("{}: {said}", report.name()))
     };
-    let Experiment::Axis(scene) = told.run.scene() else { return Err(refused()) };
+    let Experiment::Axis(scene) = report.run.scene() else { return Err(refused()) };
     let (stiffness, damping) = (scene.wall.stiffness_nm_per_rad, scene.wall.damping_nm_s_per_rad);
     if stiffness <= 0.0 || damping <= 0.0 {
         return Err(refused());
@@ -123,7 +123,7 @@ fn files(part: Part) -> &'static [&'static str] {
 }
 
 /// Takes a part from a folder, or from the folder of its name in it; `None` if neither has it.
-fn taken(told: &Told, part: Part, dir: &Path) -> Result<Option<Content>, Failure> {
+fn taken(report: &SceneReport, part: Part, dir: &Path) -> Result<Option<Content>, Failure> {
     for dir in [dir.join(part.name()), dir.to_path_buf()] {
         let is_there = |stem: &str| {
             ["svg", "txt", "csv", "json"].into_iter().any(|end| dir.join(stem).with_extension(end).is_file())
@@ -132,7 +132,7 @@ fn taken(told: &Told, part: Part, dir: &Path) -> Result<Option<Content>, Failure
         if stems.is_empty() {
             continue;
         }
-        of_the_scene(told, &dir.join(stems[0]).with_extension("json"))?;
+        of_the_scene(report, &dir.join(stems[0]).with_extension("json"))?;
         let mut html = String::new();
         for stem in stems {
             html += &folder::shown(&dir, stem)?;
@@ -143,14 +143,14 @@ fn taken(told: &Told, part: Part, dir: &Path) -> Result<Option<Content>, Failure
 }
 
 /// Checks that a kept result is of this scene, if it says of which.
-fn of_the_scene(told: &Told, path: &Path) -> Result<(), Failure> {
+fn of_the_scene(report: &SceneReport, path: &Path) -> Result<(), Failure> {
     if !path.is_file() {
         return Ok(());
     }
     let found = folder::json(path)?;
     let named = found["scene"].as_str().or(found["scenes"][0].as_str()).or(found["loops"][0]["scene"].as_str());
-    match named.filter(|scene| ![told.name(), &told.scene].contains(scene)) {
-        Some(other) => Err(Failure::at(path, format!("it is of {other}, not of {}", told.name()))),
+    match named.filter(|scene| ![report.name(), &report.scene].contains(scene)) {
+        Some(other) => Err(Failure::at(path, format!("it is of {other}, not of {}", report.name()))),
         None => Ok(()),
     }
 }

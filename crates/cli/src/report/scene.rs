@@ -20,7 +20,7 @@ use crate::scene::{Named, quoted, set_options};
 use crate::sha256;
 
 /// A scene that was run, with all that the report tells of it.
-pub struct Told {
+pub struct SceneReport {
     /// The scene, as the command names it.
     pub scene: String,
     /// Its text.
@@ -36,7 +36,7 @@ pub struct Told {
     course: (Value, String),
 }
 
-impl Told {
+impl SceneReport {
     /// Runs a scene; `None` when stopped.
     pub fn new((scene, source): &Named, set: &[(String, String)], watch: Watch) -> Result<Option<Self>, Failure> {
         let Some((mut run, recorded)) = finished(source, set, watch, unseen)? else { return Ok(None) };
@@ -72,7 +72,7 @@ impl Told {
     fn keys(&self) -> [Table; 2] {
         [true, false].map(|given| {
             let of_kind = |key: &&Resolved| matches!(key.source, ValueSource::Given(_)) == given;
-            let told = self.keys.iter().filter(of_kind).filter(|key| !(key.section.is_empty() && key.key == "about"));
+            let rows = self.keys.iter().filter(of_kind).filter(|key| !(key.section.is_empty() && key.key == "about"));
             let path = |key: &Resolved| {
                 if key.section.is_empty() { key.key.clone() } else { format!("{}.{}", key.section, key.key) }
             };
@@ -93,7 +93,7 @@ impl Told {
                 }),
                 Column::text("meaning", "meaning").of(|key: &Resolved| key.meaning),
             ];
-            Table::of("keys", told, fields)
+            Table::of("keys", rows, fields)
         })
     }
 
@@ -126,35 +126,35 @@ fn drawing(simulation: &AnySimulation, keys: &[Resolved]) -> String {
 }
 
 /// Returns the report of these scenes, with the parts that were asked for.
-pub fn document(all: &[Told], parts: Vec<Vec<(Part, Content)>>) -> Document {
-    let names: Vec<&str> = all.iter().map(|told| told.name()).collect();
-    let about = |told: &Told| told.run.scene().about.trim().to_string();
+pub fn document(all: &[SceneReport], parts: Vec<Vec<(Part, Content)>>) -> Document {
+    let names: Vec<&str> = all.iter().map(|report| report.name()).collect();
+    let about = |report: &SceneReport| report.run.scene().about.trim().to_string();
     let abouts: Vec<String> = match all {
-        [told] => vec![about(told)],
-        all => all.iter().map(|told| format!("{}: {}", told.name(), about(told))).collect(),
+        [report] => vec![about(report)],
+        all => all.iter().map(|report| format!("{}: {}", report.name(), about(report))).collect(),
     };
-    let section = |id: &str, title: &str, of: &dyn Fn(&Told) -> Content| Section {
+    let section = |id: &str, title: &str, of: &dyn Fn(&SceneReport) -> Content| Section {
         id: id.into(),
         title: title.into(),
-        beside: all.iter().map(|told| Content { of: told.name().to_string(), ..of(told) }).collect(),
+        beside: all.iter().map(|report| Content { of: report.name().to_string(), ..of(report) }).collect(),
     };
     let mut sections = vec![
-        section("verdict", "Verdict", &|told| Content::new(&told.run.command(), &told.run.page, &[])),
+        section("verdict", "Verdict", &|report| Content::new(&report.run.command(), &report.run.page, &[])),
         course(all),
-        section("loop", "Loop", &|told| Content {
-            html: format!("<div class=\"scroll\">{}</div>\n", told.drawing),
+        section("loop", "Loop", &|report| Content {
+            html: format!("<div class=\"scroll\">{}</div>\n", report.drawing),
             ..Content::default()
         }),
-        section("signals", "Signals", &|told| Content {
-            html: told.signals.as_ref().map_or(String::new(), Table::html),
-            by: told.run.command(),
+        section("signals", "Signals", &|report| Content {
+            html: report.signals.as_ref().map_or(String::new(), Table::html),
+            by: report.run.command(),
             ..Content::default()
         }),
     ];
     let mut found: Vec<(Part, Vec<Content>)> = Vec::new();
-    for (told, of_scene) in all.iter().zip(parts) {
+    for (report, of_scene) in all.iter().zip(parts) {
         for (part, content) in of_scene {
-            let content = Content { of: told.name().to_string(), ..content };
+            let content = Content { of: report.name().to_string(), ..content };
             match found.iter_mut().find(|(known, _)| *known == part) {
                 None => found.push((part, vec![content])),
                 Some((_, beside)) => beside.push(content),
@@ -164,7 +164,7 @@ pub fn document(all: &[Told], parts: Vec<Vec<(Part, Content)>>) -> Document {
     let parts = found.into_iter().map(|(part, beside)| Section { id: part.name(), title: part.title().into(), beside });
     sections.extend(parts);
     if let [one, other] = all {
-        let names = [one, other].map(|told| told.scene.as_str());
+        let names = [one, other].map(|report| report.scene.as_str());
         let page = diff::page(names, 0.0, [&one.json, &other.json]);
         // The command compares scenes as they are written.
         let by = if one.set.is_empty() {
@@ -175,38 +175,38 @@ pub fn document(all: &[Told], parts: Vec<Vec<(Part, Content)>>) -> Document {
         let beside = vec![Content::new(&by, &page, &[])];
         sections.push(Section { id: "differences".into(), title: "Differences".into(), beside });
     }
-    sections.push(section("scene", "Scene", &|told| {
-        let [given, others] = told.keys().map(|table| table.html());
+    sections.push(section("scene", "Scene", &|report| {
+        let [given, others] = report.keys().map(|table| table.html());
         let html = format!("{given}<h3>Defaults, and data of what the scene names</h3>\n{others}");
-        Content { html, by: told.command("scene show"), ..Content::default() }
+        Content { html, by: report.command("scene show"), ..Content::default() }
     }));
-    sections.push(section("made", "Made by", &|told| {
+    sections.push(section("made", "Made by", &|report| {
         let mut page = Page::default();
-        let name = told.source.name.as_str();
-        page.line("hpu", env!("HPU_VERSION")).line("scene", name).line("SHA-256", told.sha256());
-        for (key, value) in &told.set {
+        let name = report.source.name.as_str();
+        page.line("hpu", env!("HPU_VERSION")).line("scene", name).line("SHA-256", report.sha256());
+        for (key, value) in &report.set {
             page.line("changed", format!("{key} = {value}"));
         }
-        Content::new(&told.command("report"), &page, &[])
+        Content::new(&report.command("report"), &page, &[])
     }));
     Document { title: names.join(" beside "), about: abouts.join("\n\n"), sections }
 }
 
 /// Returns the part with the course of the runs, as pictures that can be zoomed.
-fn course(all: &[Told]) -> Section {
+fn course(all: &[SceneReport]) -> Section {
     let mut html = String::new();
     let ids: Vec<String> = (1..=all.len()).map(|number| format!("run-{number}")).collect();
     html += &format!("<div data-runs=\"{}\"></div>\n", ids.join(" "));
     let mut left_out = Vec::new();
-    for (told, id) in all.iter().zip(&ids) {
-        let (mut course, bytes) = told.course.clone();
+    for (report, id) in all.iter().zip(&ids) {
+        let (mut course, bytes) = report.course.clone();
         if all.len() > 1 {
-            prefix(&mut course, told.name());
+            prefix(&mut course, report.name());
         }
         html += &data(id, &course);
         html += &format!("<script type=\"text/plain\" id=\"{id}-bytes\">{bytes}</script>\n");
         let names = course["left_out"].as_array().into_iter().flatten().filter_map(Value::as_str);
-        left_out.extend(names.map(|name| format!("{name} of {}", told.name())));
+        left_out.extend(names.map(|name| format!("{name} of {}", report.name())));
     }
     html += "<p class=\"hint\">Wheel, drag, pinch, + and - zoom; arrows move; Home shows the whole run. Signals are \
              shown word by word at every clock cycle, the device at every change of its drive.</p>\n";

@@ -13,7 +13,7 @@ use std::process::{Command, ExitStatus, Stdio};
 
 use hpu_rtl::temporary::{Temporary, sweep_files};
 use hpu_study::page::{Page, Parquet};
-use hpu_study::sweep::{GROUP_ROWS, Row, SEAL, Told, UNSEALED, append, seal};
+use hpu_study::sweep::{FileRow, GROUP_ROWS, Row, SEAL, UNSEALED, append, seal};
 use hpu_study::units::UnitResult;
 
 use super::files::{before, check, said};
@@ -162,7 +162,7 @@ fn write(
     let copy = file.try_clone().map_err(|error| at(&error))?;
     let mut table =
         Parquet::compressed(copy, "sweep", schema.columns(), metadata, GROUP_ROWS).map_err(|error| at(&error))?;
-    let told = points.iter().map(|point| -> Told { (*point as u64, rows.remove(point)) });
+    let told = points.iter().map(|point| -> FileRow { (*point as u64, rows.remove(point)) });
     append(&mut table, &schema, told, |point| work.place(point as usize)).map_err(|error| at(&error))?;
     table.finish().map_err(|error| at(&error))?;
     seal(&mut file).map_err(|damage| at(&said(&damage)))?;

@@ -11,7 +11,7 @@ mod seal;
 
 pub use fingerprint::file_fingerprint;
 pub use points::Points;
-pub use schema::{Row, Schema, Told, append};
+pub use schema::{FileRow, Row, Schema, append};
 pub use seal::{Damage, SEAL, UNSEALED, seal, unseal};
 
 /// Number of rows in a group of a sweep's files, and so in memory at a time.

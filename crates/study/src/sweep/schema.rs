@@ -12,7 +12,7 @@ use crate::units::UnitResult;
 pub type Row = Option<UnitResult>;
 
 /// A row of a file: the number of its point, and its result.
-pub type Told = (u64, Row);
+pub type FileRow = (u64, Row);
 
 /// The columns of a sweep's files: the number of the point, how it ended, its place, the fields of its row, the reason
 /// of a failure.
@@ -73,7 +73,7 @@ impl Schema {
     }
 
     /// Returns the results of a group of rows; `None` if the columns do not agree with each other.
-    pub fn told(&self, rows: &Rows) -> Option<Vec<Told>> {
+    pub fn told(&self, rows: &Rows) -> Option<Vec<FileRow>> {
         let first = 2 + self.places;
         let columns: Vec<Vec<Value>> = (0..self.columns.len()).map(|at| rows.column(at)).collect();
         let row = |at: usize| {
@@ -124,7 +124,7 @@ impl Schema {
 pub fn append<W: Write + Send>(
     file: &mut Parquet<W>,
     schema: &Schema,
-    rows: impl IntoIterator<Item = Told>,
+    rows: impl IntoIterator<Item = FileRow>,
     place: impl Fn(u64) -> Vec<Value>,
 ) -> Result<(), ParquetError> {
     rows.into_iter()

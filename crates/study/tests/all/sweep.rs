@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 use hpu_cosim::Control;
 use hpu_study::page::{Column, Parquet, ParquetFile, Value};
-use hpu_study::sweep::{Damage, SEAL, Schema, Told, UNSEALED, append, seal, unseal};
+use hpu_study::sweep::{Damage, FileRow, SEAL, Schema, UNSEALED, append, seal, unseal};
 use hpu_study::units::UnitResult;
 use hpu_study::widths::search::{Ended, search_wave};
 
@@ -26,7 +26,7 @@ fn schema() -> Schema {
     Schema::new(vec![Column::number("wall.stiffness", "")], fields)
 }
 
-fn told(count: u64) -> Vec<Told> {
+fn told(count: u64) -> Vec<FileRow> {
     let row = |point: u64| match point % 5 {
         0 => Some(Err(format!("more than {point} events, \"quoted\""))),
         1 => None,
@@ -37,7 +37,7 @@ fn told(count: u64) -> Vec<Told> {
     (0..count).map(|point| (point * 3, row(point))).collect()
 }
 
-fn write(path: &Path, rows: &[Told], group: usize) {
+fn write(path: &Path, rows: &[FileRow], group: usize) {
     let mut file = File::options().read(true).write(true).create(true).truncate(true).open(path).expect("a file");
     let metadata =
         [("command", "hpu map x"), (SEAL, UNSEALED)].map(|(key, value)| (key.to_string(), value.to_string()));
@@ -60,7 +60,7 @@ fn rows_come_back_as_they_were_and_files_put_together_are_the_file_of_all_rows()
     let open = |path: &Path| ParquetFile::open(File::open(path).expect("a file"), schema.columns()).expect("Parquet");
     let file = open(&whole);
     assert_eq!((file.groups(), file.metadata("command")), (4, Some("hpu map x")));
-    let read: Vec<Told> =
+    let read: Vec<FileRow> =
         (0..4).flat_map(|group| schema.told(&file.group(group).expect("rows")).expect("columns agree")).collect();
     assert_eq!(read, rows);
     let (points, ends) = schema.points(&file.group(3).expect("rows"));
