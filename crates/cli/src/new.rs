@@ -4,7 +4,7 @@ use std::path::Path;
 
 use clap::builder::{PossibleValue, PossibleValuesParser};
 use hpu_cosim::scene::keys::{Takes, rows};
-use hpu_cosim::scene::{BEGINNINGS, Begin, Experiment, Resolved, ValueSource, as_scene, resolved};
+use hpu_cosim::scene::{BEGINNINGS, Begin, Experiment, Resolved, ValueSource, WRITTEN_BY_NEW, as_scene, resolved};
 
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
@@ -14,8 +14,9 @@ use crate::terminal::print;
 /// Write a scene to begin with
 ///
 /// Writes NAME.toml: a wall that runs and settles. Above each key stands its meaning. Lines that begin with `#` are
-/// keys with their defaults: to change one, remove the `#`. `hpu keys` lists all keys. With --dut the wall is a design
-/// of your own: NAME.vhd, which is written too, is a small one to begin with. Existing files are never overwritten.
+/// keys with their defaults: to change one, remove the `#`. Where a default is not that of the comment, because a newer
+/// hpu has another one, `hpu run` tells both. `hpu keys` lists all keys. With --dut the wall is a design of your own:
+/// NAME.vhd, which is written too, is a small one to begin with. Existing files are never overwritten.
 #[derive(clap::Args)]
 pub struct Args {
     /// Name of the scene, also with folders in front
@@ -80,7 +81,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     }
     let design = format!("{stem}.vhd");
     let (all, _) = begin(args, &design)?;
-    let text = format!("# Written by `{}`.\n# Run it: `hpu run {stem}.toml -o out`\n", command(args, stem))
+    let text = format!("{WRITTEN_BY_NEW}{}`.\n# Run it: `hpu run {stem}.toml -o out`\n", options(args, stem))
         + &as_scene(&all, line);
     let mut files = vec![(format!("{stem}.toml"), text)];
     if args.dut {
@@ -102,15 +103,16 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     Ok(Exit::Fine)
 }
 
-fn command(args: &Args, stem: &str) -> String {
-    let mut command = format!("hpu new {} --device {} --clock {}", quoted(stem), args.device, quoted(&args.clock));
+/// Returns the name and the options, as they stand behind `hpu new`.
+fn options(args: &Args, stem: &str) -> String {
+    let mut options = format!("{} --device {} --clock {}", quoted(stem), args.device, quoted(&args.clock));
     if let Some(counts) = args.counts {
-        command += &format!(" --counts {counts}");
+        options += &format!(" --counts {counts}");
     }
     if let Some(method) = &args.method {
-        command += &format!(" --method {method}");
+        options += &format!(" --method {method}");
     }
-    command + if args.dut { " --dut" } else { "" }
+    options + if args.dut { " --dut" } else { "" }
 }
 
 /// Returns the line of a key: what the scene gives as it is, all else as a comment.

@@ -27,6 +27,7 @@ fn settles(dir: &Path, name: &str, flags: &[&str]) -> Vec<Value> {
     assert!(stdout(&made).contains(&format!("wrote {scene}\n")), "{}", stdout(&made));
     let ran = run(&["run", &scene, "--json"]);
     assert_eq!(code(&ran), 0, "{flags:?}: {}", stderr(&ran));
+    assert!(!stderr(&ran).contains("note: "), "{flags:?}: {}", stderr(&ran));
     let summary = json(&ran);
     let outcome = summary["outcome"]["kind"].as_str().expect("an outcome");
     assert!(["settled", "passive"].contains(&outcome), "{flags:?}: {outcome}");
@@ -107,6 +108,46 @@ fn every_key_stands_below_its_meaning_and_defaults_can_be_made_keys() {
         all.iter().map(plain).collect::<Vec<_>>()
     };
     assert_eq!(values(&keys(text(&dir.join("open.toml")))), values(&all));
+}
+
+#[test]
+fn a_scene_of_other_defaults_is_told_which_they_are() {
+    let dir = scratch("new-defaults");
+    let scene = dir.join("wall.toml");
+    assert_eq!(code(&run(&["new", text(&dir.join("wall"))])), 0);
+    let written = fs::read_to_string(&scene).expect("a scene");
+    // As if the defaults of that day had been others: a quantity, a whole number, a word. The comment of a resistance
+    // is no default, but the named motor's; a value that the scene gives is no comment.
+    let others = [
+        ("bridge.supply", "supply = \"24 V\"", "supply = \"12 V\""),
+        ("method.pwm.bits", "bits = 12", "bits = 10"),
+        ("method.product", "product = \"saturate\"", "product = \"wrap\""),
+        ("", "resistance = \"2.3", "resistance = \"3.3"),
+    ];
+    let mut other = written.clone();
+    for (_, now, then) in others {
+        assert_eq!(other.matches(&format!("\n# {now}")).count(), 1, "{now}");
+        other = other.replace(&format!("\n# {now}"), &format!("\n# {then}"));
+    }
+    fs::write(&scene, &other).expect("a scene");
+    let value = |pair: &str| pair.split_once(" = ").expect("a pair").1.to_string();
+    let mut notes: Vec<(usize, String)> = Vec::new();
+    for (key, now, then) in others.into_iter().filter(|(key, ..)| !key.is_empty()) {
+        let line = 1 + other.lines().position(|line| line == format!("# {then}")).expect("a line");
+        let said = format!("{} as a comment; the default is {}", value(then), value(now));
+        notes.push((line, format!("note: {}:{line}: {key}: {said}\n", text(&scene))));
+    }
+    notes.sort_unstable();
+    let notes: String = notes.into_iter().map(|(_, note)| note).collect();
+    for arguments in [&["scene", "show"][..], &["run", "--json"]] {
+        let ran = run(&[arguments, &[text(&scene)]].concat());
+        assert_eq!((code(&ran), stderr(&ran)), (0, notes.clone()), "{arguments:?}");
+    }
+    // A key that is given has no default, and other scenes may have any comments.
+    let given = run(&["scene", "show", text(&scene), "--set", "bridge.supply=12 V"]);
+    assert_eq!(stderr(&given).lines().count(), 2, "{}", stderr(&given));
+    fs::write(&scene, format!("# Mine.\n{other}")).expect("a scene");
+    assert_eq!(stderr(&run(&["scene", "show", text(&scene)])), "");
 }
 
 #[test]

@@ -113,7 +113,7 @@ pub use phantom::{
     Direction, Drop, Irregularity, PhantomLaw, PhantomMethod, PhantomModel, PhantomScene, PhantomWords, Platform,
     Premium, Room,
 };
-pub use resolved::{Resolved, ValueSource, as_scene, resolved};
+pub use resolved::{ChangedDefault, Resolved, ValueSource, WRITTEN_BY_NEW, as_scene, changed_defaults, resolved};
 pub use setup::Setup;
 pub use shipped::{Begin, Shipped, shipped_file};
 pub use source::SceneError;

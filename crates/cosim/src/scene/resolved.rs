@@ -7,7 +7,7 @@ use toml_edit::{Item, TableLike, Value};
 
 use super::Experiment;
 use super::audit::kinds;
-use super::keys::{self, KeyRow, Takes, kinds_of};
+use super::keys::{self, KeyRow, Otherwise, Takes, kinds_of};
 use super::parameter::{Origin, Parameter, ParameterValue};
 use super::section::Section;
 use super::source::{SceneError, Source, join};
@@ -191,6 +191,52 @@ fn comment(text: &str) -> String {
         let _ = write!(line, " {word}");
     }
     all + &line + "\n"
+}
+
+/// The beginning of a scene that `hpu new` wrote. The rest of its line is the command's options.
+pub const WRITTEN_BY_NEW: &str = "# Written by `hpu new ";
+
+/// A default that stands as a comment in a scene that `hpu new` wrote, and that is another one now.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct ChangedDefault {
+    /// The line of the comment, from 1.
+    pub line: usize,
+    /// The key with its section, as in `wall.damping`.
+    pub key: String,
+    /// The value in the comment.
+    pub commented: String,
+    /// The default.
+    pub default: String,
+}
+
+/// Returns the defaults that are not those in the comments of a scene that `hpu new` wrote, from its keys and its text.
+/// The comments have the defaults of the day on which the scene was written. A default that follows from other keys
+/// changes with them, and is not among these.
+pub fn changed_defaults(all: &[Resolved], text: &str) -> Vec<ChangedDefault> {
+    if !text.starts_with(WRITTEN_BY_NEW) {
+        return Vec::new();
+    }
+    let is_fixed = |key: &Resolved| {
+        let of_key = |row: &KeyRow| row.section == key.section && row.key == key.key;
+        keys::rows().any(|row| of_key(&row) && row.otherwise == Otherwise::Is(key.value.clone()))
+    };
+    let mut section = "";
+    let mut changed = Vec::new();
+    for (index, line) in text.lines().enumerate() {
+        if let Some(name) = line.strip_prefix('[').and_then(|line| line.strip_suffix(']')) {
+            section = name;
+        } else if let Some((key, commented)) = line.strip_prefix("# ").and_then(|pair| pair.split_once(" = "))
+            && let Some(key) = all.iter().find(|one| one.section == section && one.key == key)
+            && key.source == ValueSource::Default
+            && let Some(default) = &key.toml
+            && default != commented
+            && is_fixed(key)
+        {
+            let (key, commented, default) = (join(section, &key.key), commented.to_string(), default.clone());
+            changed.push(ChangedDefault { line: index + 1, key, commented, default });
+        }
+    }
+    changed
 }
 
 /// Returns a scene as TOML. The meaning of a key stands above it. `line` returns the key's line, given `key = value`,
