@@ -378,7 +378,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let watch = interrupt::watch();
     let source = scene::source(name)?;
     let Some((loaded, fitted)) = load(&source, &set, args.edges, watch)? else { return Ok(Exit::Interrupted) };
-    crate::show::with_notes(&loaded.scene, &source, &set)?;
+    crate::show::tell_changed_defaults(&loaded.scene, &source, &set)?;
     let simulation = AnySimulation::new(&loaded.scene, &args.hdl.simulators()?, args.out.is_some())?;
     let other = args.beside.as_ref().map(|other| Loaded::new(other, &[], args.edges)).transpose()?;
     let drivers = args.compare.as_ref().is_some_and(Vec::is_empty);
