@@ -14,9 +14,9 @@ use crate::terminal::print;
 /// Write a scene to begin with
 ///
 /// Writes NAME.toml: a wall that runs and settles. Above each key stands its meaning. Lines that begin with `#` are
-/// keys with their defaults: to change one, remove the `#`. Where a default is not that of the comment, because a newer
-/// hpu has another one, `hpu run` tells both. `hpu keys` lists all keys. With --dut the wall is a design of your own:
-/// NAME.vhd, which is written too, is a small one to begin with. Existing files are never overwritten.
+/// keys with their defaults: to change one, remove the `#`. Where a newer hpu has another default than the comment
+/// says, `hpu run` tells both. `hpu keys` lists all keys. With --dut the wall is a design of your own: NAME.vhd, which
+/// is written too, is a small one to begin with. Existing files are never overwritten.
 #[derive(clap::Args)]
 pub struct Args {
     /// Name of the scene, also with folders in front

@@ -1,7 +1,7 @@
 //! `hpu scene show`: every key of a scene with its value and the source of the value.
 
 use hpu_cosim::SceneFile;
-use hpu_cosim::scene::{Experiment, Resolved, ValueSource, WRITTEN_BY_NEW, as_scene, changed_defaults, resolved};
+use hpu_cosim::scene::{ChangedDefault, Experiment, Resolved, ValueSource, as_scene, changed_defaults, resolved};
 use serde_json::{Value, json};
 
 use crate::exit::{Exit, Failure};
@@ -42,7 +42,7 @@ pub fn run(Args { verb: Verb::Show(args) }: &Args) -> Result<Exit, Failure> {
     let file = source(&args.scene)?;
     let scene = file.parse(&args.set.set)?;
     let all = resolved(&scene, &file.name, &file.text, &args.set.set).map_err(Failure::file)?;
-    tell_changes(&all, &file);
+    tell_changed_defaults(&scene, &file, &args.set.set)?;
     if args.json {
         let keys: Vec<_> = all.iter().map(object).collect();
         print_json(&json!({ "scene": scene.name, "keys": keys }))?;
@@ -53,19 +53,16 @@ pub fn run(Args { verb: Verb::Show(args) }: &Args) -> Result<Exit, Failure> {
     Ok(Exit::Fine)
 }
 
-/// Tells the defaults of a scene that are not those of the day on which `hpu new` wrote it.
+/// Tells the comments of a scene that `hpu new` wrote whose values are not the defaults.
 pub fn tell_changed_defaults(scene: &Experiment, file: &SceneFile, set: &[(String, String)]) -> Result<(), Failure> {
-    if file.text.starts_with(WRITTEN_BY_NEW) {
-        tell_changes(&resolved(scene, &file.name, &file.text, set).map_err(Failure::file)?, file);
+    for changed in changed_defaults(scene, &file.name, &file.text, set).map_err(Failure::file)? {
+        let ChangedDefault { line, key, commented, default } = changed;
+        let place = format!("{}:{line}: {key}", file.name);
+        tell(&format!(
+            "note: {place}: the comment says {commented}; without the key, hpu takes its default, {default}"
+        ));
     }
     Ok(())
-}
-
-fn tell_changes(all: &[Resolved], file: &SceneFile) {
-    for changed in changed_defaults(all, &file.text) {
-        let place = format!("{}:{}: {}", file.name, changed.line, changed.key);
-        tell(&format!("note: {place}: {} as a comment; the default is {}", changed.commented, changed.default));
-    }
 }
 
 /// Returns the line of a key; a key that a scene need not give is a comment.

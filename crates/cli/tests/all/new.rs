@@ -111,7 +111,7 @@ fn every_key_stands_below_its_meaning_and_defaults_can_be_made_keys() {
 }
 
 #[test]
-fn a_scene_of_other_defaults_is_told_which_they_are() {
+fn a_comment_that_is_not_the_default_is_told_with_its_line() {
     let dir = scratch("new-defaults");
     let scene = dir.join("wall.toml");
     assert_eq!(code(&run(&["new", text(&dir.join("wall"))])), 0);
@@ -134,7 +134,7 @@ fn a_scene_of_other_defaults_is_told_which_they_are() {
     let mut notes: Vec<(usize, String)> = Vec::new();
     for (key, now, then) in others.into_iter().filter(|(key, ..)| !key.is_empty()) {
         let line = 1 + other.lines().position(|line| line == format!("# {then}")).expect("a line");
-        let said = format!("{} as a comment; the default is {}", value(then), value(now));
+        let said = format!("the comment says {}; without the key, hpu takes its default, {}", value(then), value(now));
         notes.push((line, format!("note: {}:{line}: {key}: {said}\n", text(&scene))));
     }
     notes.sort_unstable();

@@ -196,7 +196,7 @@ fn comment(text: &str) -> String {
 /// The beginning of a scene that `hpu new` wrote. The rest of its line is the command's options.
 pub const WRITTEN_BY_NEW: &str = "# Written by `hpu new ";
 
-/// A default that stands as a comment in a scene that `hpu new` wrote, and that is another one now.
+/// A comment in a scene that `hpu new` wrote, with another value than the default.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct ChangedDefault {
     /// The line of the comment, from 1.
@@ -209,21 +209,33 @@ pub struct ChangedDefault {
     pub default: String,
 }
 
-/// Returns the defaults that are not those in the comments of a scene that `hpu new` wrote, from its keys and its text.
-/// The comments have the defaults of the day on which the scene was written. A default that follows from other keys
-/// changes with them, and is not among these.
-pub fn changed_defaults(all: &[Resolved], text: &str) -> Vec<ChangedDefault> {
+/// Returns the comments of a scene that `hpu new` wrote whose values are not the defaults. `hpu new` writes each
+/// default as a comment, so a scene keeps the defaults of its day. A default that follows from other keys changes with
+/// them, and is not compared. Other scenes have comments of any kind, and get an empty list. The arguments after the
+/// scene are those that it was read from.
+///
+/// # Errors
+///
+/// [`SceneError`] if the text is not the scene's.
+pub fn changed_defaults(
+    scene: &Experiment,
+    name: &str,
+    text: &str,
+    overrides: &[(String, String)],
+) -> Result<Vec<ChangedDefault>, SceneError> {
+    let mut changed = Vec::new();
     if !text.starts_with(WRITTEN_BY_NEW) {
-        return Vec::new();
+        return Ok(changed);
     }
+    let all = resolved(scene, name, text, overrides)?;
     let is_fixed = |key: &Resolved| {
         let of_key = |row: &KeyRow| row.section == key.section && row.key == key.key;
         keys::rows().any(|row| of_key(&row) && row.otherwise == Otherwise::Is(key.value.clone()))
     };
     let mut section = "";
-    let mut changed = Vec::new();
     for (index, line) in text.lines().enumerate() {
-        if let Some(name) = line.strip_prefix('[').and_then(|line| line.strip_suffix(']')) {
+        let before_comment = line.split('#').next().unwrap_or_default().trim();
+        if let Some(name) = before_comment.strip_prefix('[').and_then(|rest| rest.strip_suffix(']')) {
             section = name;
         } else if let Some((key, commented)) = line.strip_prefix("# ").and_then(|pair| pair.split_once(" = "))
             && let Some(key) = all.iter().find(|one| one.section == section && one.key == key)
@@ -236,7 +248,7 @@ pub fn changed_defaults(all: &[Resolved], text: &str) -> Vec<ChangedDefault> {
             changed.push(ChangedDefault { line: index + 1, key, commented, default });
         }
     }
-    changed
+    Ok(changed)
 }
 
 /// Returns a scene as TOML. The meaning of a key stands above it. `line` returns the key's line, given `key = value`,

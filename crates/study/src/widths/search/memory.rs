@@ -98,8 +98,8 @@ impl Memory {
     pub fn recall(&self, run: &Run) -> Option<&Ran> {
         let (run, depth) = run.parted();
         let wider = |of: &Depth| of.iter().zip(depth).all(|(of, bits)| *of >= bits);
-        let whole = |of: &Depth, ran: &Ran| self.aborts && ran.covers(*of);
-        let same = |(of, ran): &&(Depth, Ran)| *of == depth || (ran.covers(depth) && (wider(of) || whole(of, ran)));
+        let stayed = |of: &Depth, ran: &Ran| self.aborts && ran.covers(*of);
+        let same = |(of, ran): &&(Depth, Ran)| *of == depth || (ran.covers(depth) && (wider(of) || stayed(of, ran)));
         self.runs.get(&run)?.iter().find(same).map(|(_, ran)| ran)
     }
 
