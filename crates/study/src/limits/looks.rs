@@ -52,8 +52,8 @@ impl Default for Looks {
 }
 
 /// Number of events ([`Summary::events`](hpu_cosim::Summary::events)) after which a run counts as not settled: a wall
-/// that is far too stiff chatters through millions of counts. Of the runs that `hpu limits` makes of the shipped scenes,
-/// none that settles has more than 143 165.
+/// that is far too stiff chatters through millions of counts. Of the runs that `hpu limits` makes of the shipped
+/// scenes, none that settles has more than 143 165.
 pub const MOST_EVENTS: u64 = 1_500_000;
 
 impl WordsSet {
