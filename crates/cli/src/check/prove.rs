@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use hpu_cosim::{Wired, WiredSimulation};
 use hpu_datapath::{AnyBlock, Generic, Instance, configured, variants_of};
 use hpu_rtl::Around;
-use hpu_rtl::formal::{Part, ProofError, Proofs, Prover, Verdict};
+use hpu_rtl::formal::{Part, Proof, ProofError, Proofs, Prover, Verdict};
 use hpu_study::page::{Cell, Column, Field, Page, Table};
 use serde_json::{Value, json};
 
@@ -241,20 +241,23 @@ impl Sum {
         let count = |is: fn(&Verdict) -> bool| rows.iter().filter(|row| row.found.as_ref().is_ok_and(is)).count();
         let proved = count(|found| matches!(found, Verdict::Proved(_)));
         let refuted = count(|found| refuted(found).is_some());
+        let refused = count(|found| refused(found).is_some());
         let [wired, miswired] =
             [count(|found| matches!(found, Verdict::Wired(_))), count(|found| matches!(found, Verdict::Miswired(_)))];
         let whole = count(|found| matches!(found, Verdict::Wired(parts) if open(parts).is_empty()));
         let (wirings, leaves) = (wired + miswired, rows.len() - wired - miswired);
         // A block of the user's own must be proved in every row; an open row is a failure.
-        let is_well = refuted == 0 && (!args.theirs.is_asked() || proved == rows.len());
+        let is_well = refuted + refused == 0 && (!args.theirs.is_asked() || proved == rows.len());
         let kind = if wirings > 0 { " of leaf blocks" } else { "" };
         let refuted_leaves = count(|found| matches!(found, Verdict::Refuted(..)));
+        let refused_leaves = count(|found| matches!(found, Verdict::Refused(_)));
         let mut said = Vec::new();
         if leaves > 0 {
+            let refused = if refused_leaves > 0 { format!("{refused_leaves} refused, ") } else { String::new() };
             said.push(format!(
                 "{proved} of {leaves} configurations{kind} proved for all inputs and states, {refuted_leaves} refuted, \
-             {} not proved",
-                leaves - proved - refuted_leaves,
+                 {refused}{} not proved",
+                leaves - proved - refuted_leaves - refused_leaves,
             ));
         }
         if wirings > 0 {
@@ -269,6 +272,7 @@ impl Sum {
             "hdl": of.strip_prefix("VHDL ").unwrap_or(of),
             "proved": proved,
             "refuted": refuted,
+            "refused": refused,
             "wirings": { "count": wirings, "equal": wired, "proved": whole },
             "remembered": remembered,
             "rows": Table::of("", rows, fields()).json(),
@@ -293,7 +297,21 @@ fn refuted(found: &Verdict) -> Option<Refuted<'_>> {
             }
             _ => None,
         }),
-        Verdict::Proved(_) | Verdict::Open(_) => None,
+        Verdict::Proved(_) | Verdict::Refused(_) | Verdict::Open(_) => None,
+    }
+}
+
+/// Returns why a block, or a block inside a wiring that is not refuted, is refused.
+fn refused(found: &Verdict) -> Option<String> {
+    match found {
+        Verdict::Refused(why) => Some(why.clone()),
+        Verdict::Wired(parts) if refuted(found).is_none() => {
+            parts.iter().find_map(|Part { place, block, verdict, .. }| match verdict {
+                Verdict::Refused(why) => Some(format!("in instance {place}, a {block}, {why}")),
+                _ => None,
+            })
+        }
+        _ => None,
     }
 }
 
@@ -341,16 +359,22 @@ fn shown(row: &ProofResult, folder: Option<&mut Folder>) -> Result<String, Failu
         }
         Ok(None) | Err(_) => {}
     }
+    if let Ok(Some(why)) = found.as_ref().map(refused) {
+        return Ok(verdict(&line(&format!("refused: {why}")), false) + "\n");
+    }
     Ok(line(&said_of(row)) + "\n")
 }
 
-/// Returns the verdict of a row that is not refuted in words.
+/// Returns the verdict of a row that is neither refuted nor refused.
 fn said_of(row: &ProofResult) -> String {
     let left = |why: String| format!("not proved: {}", why.trim_end().replace('\n', "\n  "));
     match &row.found {
-        Ok(Verdict::Proved(_)) => "proved".to_string(),
+        Ok(Verdict::Proved(Proof { given: None, .. })) => "proved".to_string(),
+        Ok(Verdict::Proved(Proof { given: Some(given), .. })) => format!("proved; {given}"),
         Ok(Verdict::Wired(parts)) => rests_on(parts),
-        Ok(Verdict::Open(why) | Verdict::Miswired(why) | Verdict::Refuted(why, _)) => left(why.clone()),
+        Ok(Verdict::Open(why) | Verdict::Refused(why) | Verdict::Miswired(why) | Verdict::Refuted(why, _)) => {
+            left(why.clone())
+        }
         Err(error) => left(error.to_string()),
     }
 }
@@ -363,8 +387,10 @@ fn told(found: &Verdict) -> (&'static str, Value) {
             ("refuted", json!({ "about": about, "columns": columns, "history": history }))
         }
         (Some(Refuted::Wiring(why)), _) => ("refuted", json!(why)),
+        (None, found) if refused(found).is_some() => ("refused", json!(refused(found))),
         (None, Verdict::Wired(parts)) => (if open(parts).is_empty() { "proved" } else { "wired" }, Value::Null),
         (None, Verdict::Open(why)) => ("open", json!(why)),
+        (None, Verdict::Proved(Proof { given, .. })) => ("proved", json!(given)),
         (None, _) => ("proved", Value::Null),
     }
 }
@@ -373,7 +399,7 @@ fn told(found: &Verdict) -> (&'static str, Value) {
 fn fields() -> [Field<'static, ProofResult>; 7] {
     let said = |row: &ProofResult| row.found.as_ref().map_or_else(|error| ("open", json!(error.to_string())), told);
     let solvers = |row: &ProofResult| match &row.found {
-        Ok(Verdict::Proved(solvers)) => json!(solvers),
+        Ok(Verdict::Proved(Proof { by, .. })) => json!(by),
         _ => Value::Null,
     };
     let parts = |row: &ProofResult| match &row.found {

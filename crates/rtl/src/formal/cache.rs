@@ -9,7 +9,7 @@ use std::time::Duration;
 use hpu_datapath::{AnyBlock, AnyStep};
 use hpu_signal::{Format, Term};
 
-use super::{ProofError, TOOLS, Verdict, prove};
+use super::{Proof, ProofError, TOOLS, Verdict, prove};
 use crate::cost::CostError;
 use crate::entry::{self, Content, Entries};
 use crate::hdl::Setup;
@@ -18,12 +18,15 @@ use crate::vector::literal;
 
 /// The sources by which a proof is made. If one of them changes, earlier proofs no longer count, because questions or
 /// netlist may differ.
-const FLOW: [&str; 7] = [
+const FLOW: [&str; 10] = [
     include_str!("mod.rs"),
+    include_str!("cells.rs"),
+    include_str!("clocking.rs"),
     include_str!("netlist.rs"),
     include_str!("query.rs"),
     include_str!("solver.rs"),
     include_str!("tried.rs"),
+    include_str!("wiring.rs"),
     include_str!("../cost/verilog.rs"),
     include_str!("../check.rs"),
 ];
@@ -64,10 +67,10 @@ impl Proofs {
         let (key, about) = self.key(block, equations, setup)?;
         if let Some(Solvers(by)) = self.entries.find(&key).map_err(CostError::from)? {
             self.remembered.fetch_add(1, Ordering::Relaxed);
-            return Ok(Verdict::Proved(by));
+            return Ok(Verdict::Proved(Proof::new(by)));
         }
         let found = prove(block, setup.clone(), limit)?;
-        if let Verdict::Proved(by) = &found {
+        if let Verdict::Proved(Proof { by, .. }) = &found {
             self.entries.keep(&key, &about, &Solvers(by.clone())).map_err(CostError::from)?;
         }
         Ok(found)

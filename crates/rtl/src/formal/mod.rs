@@ -11,6 +11,7 @@
 
 mod cache;
 mod cells;
+pub(crate) mod clocking;
 mod netlist;
 mod prover;
 mod query;
@@ -40,18 +41,36 @@ pub(crate) use query::Edge;
 /// The result of a block's proof.
 #[derive(Clone, PartialEq, Debug)]
 pub enum Verdict {
-    /// Proved for all inputs and states. The names are the solvers that answered each query, or GHDL if it tried all
-    /// inputs.
-    Proved(Vec<&'static str>),
+    /// Proved for all inputs and states.
+    Proved(Proof),
     /// Refuted: an output or a register after the edge differs. The text says whether an edge or the reset was asked
     /// about; the row shows the edge. A register's word after the edge has its name with a prime.
     Refuted(String, Around),
+    /// Refused before anything was asked, because the netlist's step is not one rising edge of the clock: a register has
+    /// another clock, or sets itself between clock edges. The text says which.
+    Refused(String),
     /// Not proved, and the reason.
     Open(String),
     /// The wiring of a block made of blocks is equal. The parts are the blocks on which it rests, with their verdicts.
     Wired(Vec<Part>),
     /// The wiring of a block made of blocks differs; this is the first difference.
     Miswired(String),
+}
+
+/// A proof of a block.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Proof {
+    /// The solvers that answered each query, or GHDL if it tried all inputs.
+    pub by: Vec<&'static str>,
+    /// What the proof assumes of the inputs, if not everything is allowed.
+    pub given: Option<&'static str>,
+}
+
+impl Proof {
+    /// Returns a proof that assumes nothing.
+    pub(crate) fn new(by: Vec<&'static str>) -> Self {
+        Self { by, given: None }
+    }
 }
 
 /// The reason why a proof could not be tried.
@@ -124,7 +143,10 @@ pub fn prove(block: &dyn AnyBlock, setup: impl Into<Setup>, limit: Duration) -> 
     if tried::can_be(equations) {
         return tried::tried(equations, &setup, limit);
     }
-    ask(equations, &Netlist::new(block, &setup)?, limit)
+    match Netlist::new(block, &setup)? {
+        Ok(netlist) => ask(equations, &netlist, limit),
+        Err(why) => Ok(Verdict::Refused(why)),
+    }
 }
 
 fn ask(equations: &dyn AnyStep, netlist: &Netlist, limit: Duration) -> Result<Verdict, ProofError> {
@@ -153,7 +175,7 @@ fn ask(equations: &dyn AnyStep, netlist: &Netlist, limit: Duration) -> Result<Ve
             return Ok(other);
         }
     }
-    Ok(Verdict::Proved(solvers))
+    Ok(Verdict::Proved(Proof::new(solvers)))
 }
 
 /// Returns the verdict that a question gives where it does not prove the block.

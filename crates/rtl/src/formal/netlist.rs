@@ -7,6 +7,8 @@ use std::rc::Rc;
 use hpu_datapath::AnyBlock;
 
 use super::ProofError;
+use super::cells::plain;
+use super::clocking::{self, Timing, Unfit};
 use crate::cost::{self, verilog::verilog};
 use crate::ghdl::{GhdlError, Library};
 use crate::hdl::Setup;
@@ -55,16 +57,26 @@ pub(crate) struct Links {
 }
 
 impl Netlist {
-    pub(super) fn new(block: &dyn AnyBlock, setup: &Setup) -> Result<Self, ProofError> {
+    /// Returns the netlist of a block, or the reason why its step is not one rising edge of the clock.
+    pub(super) fn new(block: &dyn AnyBlock, setup: &Setup) -> Result<Result<Self, String>, ProofError> {
         let library = library(block.name(), setup).map_err(cost::CostError::from)?;
-        library.write("block.v", verilog(block, &library)?).map_err(cost::CostError::from)?;
-        Self::written(Rc::new(library), block.name(), &[])
+        let verilog = verilog(block, &library)?;
+        Self::read(Rc::new(library), block.name(), &verilog)
     }
 
-    /// Returns the netlist in which the words of tables may be anything, and the registers that depend on registers.
-    pub(super) fn without_tables(block: &dyn AnyBlock, setup: &Setup) -> Result<(Self, Vec<String>), ProofError> {
+    /// Returns the netlist in which the words of tables may be anything, and the registers that depend on registers;
+    /// or the reason why its step is not one rising edge of the clock.
+    pub(super) fn without_tables(
+        block: &dyn AnyBlock,
+        setup: &Setup,
+    ) -> Result<Result<(Self, Vec<String>), String>, ProofError> {
         let (name, library) = (block.name(), library(block.name(), setup).map_err(cost::CostError::from)?);
-        library.write("block.v", without_tables(&verilog(block, &library)?)).map_err(cost::CostError::from)?;
+        let verilog = without_tables(&verilog(block, &library)?);
+        let library = Rc::new(library);
+        let netlist = match Self::read(Rc::clone(&library), name, &verilog)? {
+            Ok(netlist) => netlist,
+            Err(why) => return Ok(Err(why)),
+        };
         let script = format!(
             "read_verilog block.v; hierarchy -top {name}; proc; flatten; opt_clean; \
              select -set all t:$*ff* t:$*latch* t:$sr t:$mem*; select -set made @all %co @all %d %co* @all %i; \
@@ -74,7 +86,25 @@ impl Netlist {
         let made = fs::read_to_string(library.dir().join("made.txt"));
         let made = made.map_err(|error| cost::CostError::from(GhdlError::Io(library.dir().to_path_buf(), error)))?;
         let made = made.lines().map(str::to_string).collect();
-        Ok((Self::written(Rc::new(library), name, &[])?, made))
+        Ok(Ok((netlist, made)))
+    }
+
+    /// Reads a netlist of a block from Verilog. First, before anything is transformed, it reads the clocks.
+    fn read(library: Rc<Library>, name: &str, verilog: &str) -> Result<Result<Self, String>, ProofError> {
+        let io = |error| cost::CostError::from(GhdlError::Io(library.dir().to_path_buf(), error));
+        let file = |name: &str| fs::read_to_string(library.dir().join(name)).map_err(io);
+        library.write("block.v", verilog).map_err(cost::CostError::from)?;
+        let script = format!("read_verilog block.v; {}", clocking::early(name));
+        cost::run(&library, Tool::Yosys, name, ["-q", "-p", &script])?;
+        let [json, text] = clocking::EARLY;
+        let timing = Timing { clock: "clk", reset: Some("rst"), at_once: false, ignores_case: false };
+        match clocking::clocked(&file(json)?, name, &timing) {
+            Ok(_) => {}
+            Err(Unfit::Clocked(why)) => return Ok(Err(why)),
+            Err(Unfit::Unknown(why)) => return Err(ProofError::Netlist(why)),
+        }
+        library.write(text, clocking::without_impedance(&file(text)?)).map_err(cost::CostError::from)?;
+        Self::written(library, name, &[]).map(Ok)
     }
 
     /// Returns the same netlist in which these nets may be anything.
@@ -93,8 +123,9 @@ impl Netlist {
     fn written(library: Rc<Library>, name: &str, cuts: &[&str]) -> Result<Self, ProofError> {
         let io = |error| cost::CostError::from(GhdlError::Io(library.dir().to_path_buf(), error));
         let cuts: String = cuts.iter().map(|net| format!("cutpoint w:{net}; ")).collect();
+        let [_, netlist] = clocking::EARLY;
         let script =
-            format!("read_verilog block.v; prep -top {name}; {FLAT}; {cuts}{TRANSITION} -wires -stbv block.smt2");
+            format!("read_rtlil {netlist}; prep -top {name}; {FLAT}; {cuts}{TRANSITION} -wires -stbv block.smt2");
         cost::run(&library, Tool::Yosys, name, ["-q", "-p", &script])?;
         let text = fs::read_to_string(library.dir().join("block.smt2")).map_err(io)?;
         let (nets, registers) = listed(&text);
@@ -181,15 +212,6 @@ impl Netlist {
 /// Returns the instance that contains a net of a flat netlist (empty for the block itself), and the net's name there.
 fn split(net: &str) -> (&str, &str) {
     net.rsplit_once('.').unwrap_or(("", net))
-}
-
-/// Returns the name of a net without GHDL's prefix for a variable: `n`, a number and `_`.
-fn plain(net: &str) -> &str {
-    let numbered = net.strip_prefix('n').map(|rest| rest.trim_start_matches(|c: char| c.is_ascii_digit()));
-    match numbered.and_then(|rest| rest.strip_prefix('_')) {
-        Some(name) if net.as_bytes()[1].is_ascii_digit() => name,
-        _ => net,
-    }
 }
 
 /// Returns GHDL's Verilog in which nothing drives the words that are read from its tables.

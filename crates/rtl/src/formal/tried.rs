@@ -12,7 +12,7 @@ use hpu_signal::{Format, Signal, Term};
 
 use super::netlist::Netlist;
 use super::query::Edge;
-use super::{ProofError, Verdict};
+use super::{Proof, ProofError, Verdict};
 use crate::check::{benches, held};
 use crate::cost::CostError;
 use crate::hdl::Setup;
@@ -44,7 +44,10 @@ pub(super) fn can_be(equations: &dyn AnyStep) -> bool {
 
 /// Proves a block whose inputs [can be](can_be) tried.
 pub(super) fn tried(equations: &dyn AnyStep, setup: &Setup, limit: Duration) -> Result<Verdict, ProofError> {
-    let (netlist, remembers) = Netlist::without_tables(equations, setup)?;
+    let (netlist, remembers) = match Netlist::without_tables(equations, setup)? {
+        Ok(found) => found,
+        Err(why) => return Ok(Verdict::Refused(why)),
+    };
     if !remembers.is_empty() {
         return Ok(Verdict::Open(format!("its registers are made of registers: {}", remembers.join(", "))));
     }
@@ -66,7 +69,7 @@ pub(super) fn tried(equations: &dyn AnyStep, setup: &Setup, limit: Duration) -> 
         }
         None => {
             by.push("ghdl");
-            Verdict::Proved(by)
+            Verdict::Proved(Proof::new(by))
         }
     })
 }
