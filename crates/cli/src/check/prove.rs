@@ -359,15 +359,17 @@ fn shown(row: &ProofResult, folder: Option<&mut Folder>) -> Result<String, Failu
         }
         Ok(None) | Err(_) => {}
     }
-    if let Ok(Some(why)) = found.as_ref().map(refused) {
-        return Ok(verdict(&line(&format!("refused: {why}")), false) + "\n");
-    }
-    Ok(line(&said_of(row)) + "\n")
+    let said = line(&said_of(row));
+    let is_refused = found.as_ref().is_ok_and(|found| refused(found).is_some());
+    Ok(if is_refused { verdict(&said, false) } else { said } + "\n")
 }
 
-/// Returns the verdict of a row that is neither refuted nor refused.
+/// Returns the verdict of a row that is not refuted in words.
 fn said_of(row: &ProofResult) -> String {
     let left = |why: String| format!("not proved: {}", why.trim_end().replace('\n', "\n  "));
+    if let Some(why) = row.found.as_ref().ok().and_then(refused) {
+        return format!("refused: {why}");
+    }
     match &row.found {
         Ok(Verdict::Proved(Proof { given: None, .. })) => "proved".to_string(),
         Ok(Verdict::Proved(Proof { given: Some(given), .. })) => format!("proved; {given}"),

@@ -234,7 +234,7 @@ pub(crate) fn run(
         Tool::Ghdl => "write Verilog of",
         Tool::Yosys => "synthesise",
         Tool::Nextpnr => "place",
-        Tool::Verilator | Tool::Z3 | Tool::Yices | Tool::Bitwuzla => "read",
+        Tool::Verilator | Tool::Icarus | Tool::Z3 | Tool::Yices | Tool::Bitwuzla => "read",
     };
     let said = tool::run(tool, &format!("{step} {block}"), command, library.limit(Duration::ZERO));
     let said = said.map_err(|error| CostError::of(block, error))?;

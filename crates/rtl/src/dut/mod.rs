@@ -7,6 +7,7 @@
 mod build;
 mod cost;
 mod ghdl;
+mod icarus;
 mod interface;
 mod process;
 mod transition;

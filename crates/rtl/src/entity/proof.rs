@@ -14,7 +14,7 @@ use hpu_datapath::{AnyStep, Register, variants_of};
 use super::wires::{What, Wire};
 use super::{Connected, Entity, EntityError, Labelled, model, refused};
 use crate::dut::{INVARIANT, Simulators, Transition};
-use crate::formal::{Edge, Links, NOT_STRAIGHT, Netlist, Proof, ProofError, Verdict, decided};
+use crate::formal::{Edge, Links, NOT_STRAIGHT, Netlist, Proof, ProofError, Question, Verdict, decided};
 
 /// The numbers of edges from the reset within which a difference is looked for, in turn.
 const EDGES: [usize; 5] = [1, 2, 4, 8, 16];
@@ -59,14 +59,15 @@ impl Entity {
         let edge = Edge::new(equations, &netlist, &registers);
         let mut solvers = Vec::new();
         let questions = if registers.is_empty() {
-            vec![edge.trace(1, latency, false)]
+            vec![Question::Trace { rows: 1, latency, begins: false }]
+        } else if has_clock {
+            vec![Question::Edge, Question::Reset]
         } else {
-            [edge.edge(&[])?].into_iter().chain(edge.reset()).collect()
+            vec![Question::Edge]
         };
-        let name = equations.name();
         let mut open = None;
-        for query in questions {
-            open = decided(name, &query, limit, &mut solvers)?;
+        for question in questions {
+            open = decided(&edge, question, limit, &mut solvers)?;
             if open.is_some() {
                 break;
             }
@@ -79,7 +80,7 @@ impl Entity {
         }
         for rows in EDGES {
             if let Some(found @ Verdict::Refuted(..)) =
-                decided(name, &edge.trace(rows, latency, true), limit, &mut solvers)?
+                decided(&edge, Question::Trace { rows, latency, begins: true }, limit, &mut solvers)?
             {
                 return Ok(found);
             }

@@ -210,7 +210,7 @@ impl<'m> Nets<'m> {
     fn acts_at_once(&self, cell: &Cell, kind: Kind) -> Result<bool, String> {
         match kind {
             Kind::Logic => Ok(false),
-            Kind::Latch => Err("is a latch, which changes between clock edges".to_string()),
+            Kind::Latch => Err("changes between clock edges".to_string()),
             Kind::Unclocked => Err("has no clock".to_string()),
             Kind::Floating => Err("leaves its net at high impedance (Z) at times".to_string()),
             Kind::Register { clock, falls, sets } => {
@@ -341,6 +341,152 @@ impl<'m> Nets<'m> {
         let is_made_up = |name: &str| plain(name) != name && ["o", "q"].contains(&plain(name));
         let rank = |name: &&String| (is_made_up(name), plain(name).len(), name.len());
         let name = named.map(|(name, _)| name).min_by_key(rank).map(|name| plain(name));
-        format!("register {}", name.unwrap_or(label))
+        let kind = if Kind::of(&cell.module) == Some(Kind::Latch) { "latch" } else { "register" };
+        format!("{kind} {}", name.unwrap_or(label))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::{Value, json};
+
+    use super::{Clocked, Kind, Timing, Unfit, clocked, without_impedance};
+
+    const TIMING: Timing = Timing { clock: "clk", reset: Some("rst"), at_once: true, ignores_case: false };
+
+    /// Reads a module with the inputs clk, rst and d (bits 2, 3 and 4), an inverter from rst to bit 5, the output q
+    /// (bit 6), and a cell.
+    fn of(kind: &str, parameters: &Value, ins: &Value, timing: &Timing) -> Result<Clocked, Unfit> {
+        let mut connections = ins.as_object().expect("connections").clone();
+        let mut directions: serde_json::Map<_, _> =
+            connections.keys().map(|port| (port.clone(), json!("input"))).collect();
+        directions.insert("Q".into(), json!("output"));
+        connections.insert("Q".into(), json!([6]));
+        let inverter = json!({ "hide_name": 1, "type": "$not", "parameters": {}, "connections": { "A": [3], "Y": [5] },
+                               "port_directions": { "A": "input", "Y": "output" } });
+        let cell = json!({ "hide_name": 1, "type": kind, "parameters": parameters, "connections": connections,
+                           "port_directions": directions });
+        let port = |way: &str, bit: u64| json!({ "direction": way, "bits": [bit] });
+        let ports = json!({ "clk": port("input", 2), "rst": port("input", 3), "d": port("input", 4),
+                            "q": port("output", 6) });
+        let nets = json!({ "q": { "hide_name": 0, "bits": [6] } });
+        let module = json!({ "ports": ports, "cells": { "inverter": inverter, "cell": cell }, "netnames": nets });
+        clocked(&json!({ "modules": { "top": module } }).to_string(), "top", timing)
+    }
+
+    fn why(found: Result<Clocked, Unfit>) -> String {
+        match found {
+            Err(Unfit::Clocked(why)) => why,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    /// Flip-flops of words and of bits: the port of the clock, the ports that act at once, and how the type is written
+    /// for the rising and for the falling edge.
+    const REGISTERS: [(&str, &[&str], &str, &str); 21] = [
+        ("CLK", &[], "$dff", "$dff"),
+        ("CLK", &[], "$dffe", "$dffe"),
+        ("CLK", &["ARST"], "$adff", "$adff"),
+        ("CLK", &["ARST"], "$adffe", "$adffe"),
+        ("CLK", &["ALOAD"], "$aldff", "$aldff"),
+        ("CLK", &["ALOAD"], "$aldffe", "$aldffe"),
+        ("CLK", &[], "$sdff", "$sdff"),
+        ("CLK", &[], "$sdffe", "$sdffe"),
+        ("CLK", &[], "$sdffce", "$sdffce"),
+        ("CLK", &["SET", "CLR"], "$dffsr", "$dffsr"),
+        ("CLK", &["SET", "CLR"], "$dffsre", "$dffsre"),
+        ("C", &[], "$_DFF_P_", "$_DFF_N_"),
+        ("C", &[], "$_DFFE_PN_", "$_DFFE_NP_"),
+        ("C", &["R"], "$_DFF_PP0_", "$_DFF_NN1_"),
+        ("C", &["R"], "$_DFFE_PP0N_", "$_DFFE_NN1P_"),
+        ("C", &["L"], "$_ALDFF_PN_", "$_ALDFF_NP_"),
+        ("C", &["L"], "$_ALDFFE_PNN_", "$_ALDFFE_NPP_"),
+        ("C", &["S", "R"], "$_DFFSR_PNN_", "$_DFFSR_NPP_"),
+        ("C", &["S", "R"], "$_DFFSRE_PNNP_", "$_DFFSRE_NPPN_"),
+        ("C", &[], "$_SDFF_PP0_", "$_SDFF_NN1_"),
+        ("C", &[], "$_SDFFCE_PP0N_", "$_SDFFCE_NN1P_"),
+    ];
+
+    #[test]
+    fn every_kind_of_register_needs_the_rising_edge_of_the_clock_itself() {
+        for (clock, sets, rises, falls) in REGISTERS {
+            let at = |bit: u64, set: u64| {
+                let mut ins = json!({ clock: [bit], "D": [4] });
+                sets.iter().for_each(|port| ins[*port] = json!([set]));
+                ins
+            };
+            let polarity = |digit: &str| json!({ "CLK_POLARITY": digit });
+            let sets = !sets.is_empty();
+            // The reset's inverter is as good as the reset; the clock's is not.
+            for reset in [3, 5] {
+                let found = of(rises, &polarity("1"), &at(2, reset), &TIMING);
+                assert_eq!(found, Ok(Clocked { resets_at_once: sets }), "{rises}");
+            }
+            let falling = why(of(falls, &polarity("0"), &at(2, 3), &TIMING));
+            assert_eq!(falling, "register q is clocked by the falling edge of clk, not by its rising edge", "{falls}");
+            let by_data = why(of(rises, &polarity("1"), &at(4, 3), &TIMING));
+            assert_eq!(by_data, "register q is clocked by d, not by clk itself", "{rises}");
+            let by_logic = why(of(rises, &polarity("1"), &at(5, 3), &TIMING));
+            assert_eq!(by_logic, "register q is clocked by logic ($not), not by clk itself", "{rises}");
+            if sets {
+                let by_data = why(of(rises, &polarity("1"), &at(2, 4), &TIMING));
+                assert_eq!(by_data, "register q is set or reset at once by d, not at clock edges", "{rises}");
+                let own = Timing { at_once: false, ..TIMING };
+                let by_reset = why(of(rises, &polarity("1"), &at(2, 3), &own));
+                assert_eq!(by_reset, "register q is set or reset at once by rst, not at clock edges", "{rises}");
+            }
+        }
+    }
+
+    #[test]
+    fn latches_and_registers_without_a_clock_are_refused_and_unknown_cells_are_errors() {
+        for latch in ["$dlatch", "$adlatch", "$dlatchsr", "$sr", "$_DLATCH_P_", "$_DLATCHSR_PPP_", "$_SR_NN_"] {
+            assert_eq!(
+                why(of(latch, &json!({}), &json!({ "D": [4] }), &TIMING)),
+                "latch q changes between clock edges"
+            );
+        }
+        for unclocked in ["$ff", "$_FF_"] {
+            assert_eq!(why(of(unclocked, &json!({}), &json!({ "D": [4] }), &TIMING)), "register q has no clock");
+        }
+        for floating in ["$tribuf", "$_TBUF_"] {
+            assert!(why(of(floating, &json!({}), &json!({ "A": [4] }), &TIMING)).contains("high impedance"));
+        }
+        for unknown in ["$anyseq", "$anyconst", "$assume", "$initstate", "$fsm", "SB_DFF", "$_DFF_X_", "$_DFF_PP_"] {
+            assert_eq!(Kind::of(unknown), None, "{unknown}");
+            let found = of(unknown, &json!({}), &json!({ "D": [4] }), &TIMING);
+            assert!(matches!(found, Err(Unfit::Unknown(ref why)) if why.contains(unknown)), "{found:?}");
+        }
+    }
+
+    #[test]
+    fn a_memory_is_written_at_the_rising_edge_of_the_clock_itself() {
+        let ins = |bit: u64| json!({ "CLK": [bit], "ADDR": [4] });
+        let port = |enabled: &str, polarity: &str| json!({ "CLK_ENABLE": enabled, "CLK_POLARITY": polarity });
+        let rises = Ok(Clocked { resets_at_once: false });
+        assert_eq!(of("$memwr_v2", &port("1", "1"), &ins(2), &TIMING), rises);
+        // A read port without a clock is logic, a write port without one is a latch.
+        assert_eq!(of("$memrd_v2", &port("0", "1"), &ins(4), &TIMING), rises);
+        assert!(why(of("$memwr_v2", &port("0", "1"), &ins(4), &TIMING)).contains("written between clock edges"));
+        for kind in ["$memrd", "$memrd_v2", "$memwr", "$memwr_v2"] {
+            assert!(why(of(kind, &port("1", "0"), &ins(2), &TIMING)).contains("the falling edge of clk"), "{kind}");
+            assert!(why(of(kind, &port("1", "1"), &ins(4), &TIMING)).contains("is clocked by d"), "{kind}");
+        }
+        let whole = |enabled: &str, polarity: &str| {
+            json!({ "MEMID": "\\store", "RD_CLK_ENABLE": "00", "RD_CLK_POLARITY": "11", "WR_CLK_ENABLE": enabled,
+                    "WR_CLK_POLARITY": polarity })
+        };
+        let ins = json!({ "RD_CLK": [4, 4], "WR_CLK": [2, 2] });
+        assert_eq!(of("$mem_v2", &whole("11", "11"), &ins, &TIMING), rises);
+        let second = why(of("$mem_v2", &whole("11", "01"), &ins, &TIMING));
+        assert_eq!(second, "memory store is clocked by the falling edge of clk, not by its rising edge");
+        assert!(why(of("$mem_v2", &whole("01", "11"), &ins, &TIMING)).contains("written between clock edges"));
+    }
+
+    #[test]
+    fn high_impedance_is_unknown_in_constants_and_nowhere_else() {
+        let text = "  wire width 4 \\4'z\n  connect \\A { \\z [1] 4'zz01 1'1 }\n  connect \\4'z 12'zzzzzzzzzzzz\n";
+        let expected = "  wire width 4 \\4'z\n  connect \\A { \\z [1] 4'xx01 1'1 }\n  connect \\4'z 12'xxxxxxxxxxxx\n";
+        assert_eq!(without_impedance(text), expected);
     }
 }

@@ -36,6 +36,8 @@ pub(crate) struct Netlist {
     nets: BTreeMap<String, u32>,
     /// The nets that are registers.
     registers: Vec<String>,
+    /// The nets that are inputs.
+    inputs: Vec<String>,
     /// The library from which the netlist can be written again with cuts.
     library: Option<Rc<Library>>,
     links: Links,
@@ -116,8 +118,8 @@ impl Netlist {
 
     /// Makes the netlist of a block of the user's own from Yosys's text.
     pub(crate) fn foreign(text: String, name: &str, is_clocked: bool, links: Links) -> Self {
-        let (nets, registers) = listed(&text);
-        Self { text, name: name.to_string(), is_clocked, nets, registers, library: None, links }
+        let Listed { nets, registers, inputs } = Listed::of(&text);
+        Self { text, name: name.to_string(), is_clocked, nets, registers, inputs, library: None, links }
     }
 
     fn written(library: Rc<Library>, name: &str, cuts: &[&str]) -> Result<Self, ProofError> {
@@ -128,10 +130,10 @@ impl Netlist {
             format!("read_rtlil {netlist}; prep -top {name}; {FLAT}; {cuts}{TRANSITION} -wires -stbv block.smt2");
         cost::run(&library, Tool::Yosys, name, ["-q", "-p", &script])?;
         let text = fs::read_to_string(library.dir().join("block.smt2")).map_err(io)?;
-        let (nets, registers) = listed(&text);
+        let Listed { nets, registers, inputs } = Listed::of(&text);
         let is_clocked = nets.contains_key("clk");
         let links = Links { reset: is_clocked.then(|| ("rst".to_string(), true)), ..Links::default() };
-        Ok(Self { text, name: name.to_string(), is_clocked, nets, registers, library: Some(library), links })
+        Ok(Self { text, name: name.to_string(), is_clocked, nets, registers, inputs, library: Some(library), links })
     }
 
     /// Returns the nets of a port; a block of the user's own may have several.
@@ -176,6 +178,16 @@ impl Netlist {
             Some(format!("(assert (= {} #b{bits:0width$b}))\n", self.bits(net, state), width = width as usize))
         });
         held.collect()
+    }
+
+    /// Returns the inputs, and the registers too if these are asked for.
+    pub(super) fn given(&self, has_registers: bool) -> Vec<&str> {
+        self.inputs.iter().chain(self.registers.iter().filter(|_| has_registers)).map(String::as_str).collect()
+    }
+
+    /// Returns whether some bits are unknown: X, Z, or driven by nothing.
+    pub(super) fn has_unknown_bits(&self) -> bool {
+        self.text.contains("\n; yosys-smt2-anyseq ")
     }
 
     /// Returns the claim that the invariant holds in a state, if there is an invariant.
@@ -237,19 +249,29 @@ fn without_tables(verilog: &str) -> String {
     text
 }
 
-/// Returns the nets of a text with their widths, and the nets that are registers, as Yosys lists them in comments.
-fn listed(text: &str) -> (BTreeMap<String, u32>, Vec<String>) {
-    let (mut nets, mut registers) = (BTreeMap::new(), Vec::new());
-    for line in text.lines().filter_map(|line| line.strip_prefix("; yosys-smt2-")) {
-        let words: Vec<_> = line.split(' ').collect();
-        let [kind, net, width] = words[..] else { continue };
-        let Ok(width) = width.parse() else { continue };
-        match kind {
-            "register" => registers.push(net.to_string()),
-            "wire" | "input" | "output" => {}
-            _ => continue,
+/// The nets of a text with their widths, and those that are registers and inputs, as Yosys lists them in comments.
+#[derive(Default)]
+struct Listed {
+    nets: BTreeMap<String, u32>,
+    registers: Vec<String>,
+    inputs: Vec<String>,
+}
+
+impl Listed {
+    fn of(text: &str) -> Self {
+        let mut listed = Self::default();
+        for line in text.lines().filter_map(|line| line.strip_prefix("; yosys-smt2-")) {
+            let words: Vec<_> = line.split(' ').collect();
+            let [kind, net, width] = words[..] else { continue };
+            let Ok(width) = width.parse() else { continue };
+            match kind {
+                "register" => listed.registers.push(net.to_string()),
+                "input" => listed.inputs.push(net.to_string()),
+                "wire" | "output" => {}
+                _ => continue,
+            }
+            listed.nets.insert(net.to_string(), width);
         }
-        nets.insert(net.to_string(), width);
+        listed
     }
-    (nets, registers)
 }

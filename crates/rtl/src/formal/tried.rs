@@ -11,7 +11,7 @@ use hpu_datapath::AnyStep;
 use hpu_signal::{Format, Signal, Term};
 
 use super::netlist::Netlist;
-use super::query::Edge;
+use super::query::{Edge, Question};
 use super::{Proof, ProofError, Verdict};
 use crate::check::{benches, held};
 use crate::cost::CostError;
@@ -52,11 +52,12 @@ pub(super) fn tried(equations: &dyn AnyStep, setup: &Setup, limit: Duration) -> 
         return Ok(Verdict::Open(format!("its registers are made of registers: {}", remembers.join(", "))));
     }
     let registers = AnyStep::registers(equations);
-    let Some(reset) = Edge::new(equations, &netlist, &registers).reset() else {
+    if !netlist.is_clocked {
         return Ok(Verdict::Open("nothing in its VHDL is clocked".to_string()));
-    };
+    }
     let mut by = Vec::new();
-    if let Some(other) = super::decided(equations.name(), &reset, limit, &mut by)? {
+    let edge = Edge::new(equations, &netlist, &registers);
+    if let Some(other) = super::decided(&edge, Question::Reset, limit, &mut by)? {
         return Ok(other);
     }
     let library = benches([equations.name()], setup).map_err(CostError::from)?;
