@@ -28,9 +28,15 @@ const PROGRAM: &str = "hpu_bench.vvp";
 pub(crate) type Answer = Vec<Option<u64>>;
 
 impl Simulators {
-    /// Simulates a design on rows of bits at its ports (those of outputs are ignored), each for one clock cycle. Before
-    /// them the design settles on the first row, whose answer is the first.
-    pub(crate) fn answers(&self, model: &Model, ports: &[Port], rows: &[Vec<u64>]) -> Result<Vec<Answer>, DutError> {
+    /// Simulates a design on rows of bits at its ports (those of outputs are ignored), each for one cycle of its clock
+    /// if it has one. Before them the design settles on the first row, whose answer is the first. Returns `None` for a
+    /// design that Icarus Verilog does not take.
+    pub(crate) fn answers(
+        &self,
+        model: &Model,
+        (ports, has_clock): (&[Port], bool),
+        rows: &[Vec<u64>],
+    ) -> Result<Option<Vec<Answer>>, DutError> {
         let dut = model.dut;
         let folder = Temporary::folder().map_err(|error| DutError::Io(std::env::temp_dir(), error))?;
         let folder = folder.path();
