@@ -7,13 +7,12 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use hpu_cosim::{Wired, WiredSimulation};
-use hpu_datapath::{AnyBlock, Generic, Instance, configured, variants_of};
+use hpu_datapath::{AnyBlock, Generic, Instance, configured, proved_variants_of};
 use hpu_rtl::Around;
 use hpu_rtl::formal::{Part, Proof, ProofError, Proofs, Prover, Verdict};
 use hpu_study::page::{Cell, Column, Field, Page, Table};
 use serde_json::{Value, json};
 
-use crate::block::find;
 use crate::cache::cache_folder;
 use crate::check::Args;
 use crate::check::entity;
@@ -27,7 +26,7 @@ use crate::waves::waveform;
 /// The time that a solver has for a question, unless another time for tools is given.
 const QUESTION: Duration = Duration::from_secs(60);
 
-/// A configuration: the block or the entity, its label, and its generics if it is not one of the listed configurations.
+/// A configuration: the block with its label and its generics, or an entity of the user's own with the label alone.
 type Wanted = (String, String, Option<Vec<(&'static str, Generic)>>);
 
 /// The function that proves a configuration.
@@ -71,21 +70,18 @@ fn prove<T>(
     let setup = args.hdl.setup();
     let limit = setup.timeout.unwrap_or(QUESTION);
     let listed =
-        variants_of(|name| args.blocks.is_empty() || args.blocks.iter().any(|block| block == name)).into_iter();
+        proved_variants_of(|name| args.blocks.is_empty() || args.blocks.iter().any(|block| block == name)).into_iter();
     let listed = listed.filter(|(label, _)| args.variants.is_empty() || args.variants.contains(label));
-    let listed = listed.map(|(label, block)| (block.name().to_string(), label, None));
+    let listed = listed.map(|(label, block)| (block.name().to_string(), label, Some(block.generics())));
     let mut wanted: Vec<Wanted> =
         if args.blocks.is_empty() && !args.scenes.is_empty() { Vec::new() } else { listed.collect() };
     wanted.extend(of_scenes(args)?);
     let folder = cache_folder("proofs").ok_or_else(|| Failure::usage("no HOME to remember proofs in"))?;
     let proofs = Proofs::open(folder).map_err(failure)?;
     let prover = Prover::new(&setup, limit).remembering(proofs);
-    let proved = |(name, label, set): &Wanted| {
-        let block = match set {
-            Some(set) => configured(name, set).expect("it is known").expect("it is the scene's"),
-            None => find(name, label).expect("it is wanted"),
-        };
-        prover.prove(&*block)
+    let proved = |(name, _, set): &Wanted| {
+        let set = set.as_ref().expect("it has generics");
+        prover.prove(&*configured(name, set).expect("it is known").expect("it has been built"))
     };
     then(&format!("VHDL {}", setup.hdl), limit, &wanted, &proved, &|| prover.remembered())
 }

@@ -146,8 +146,23 @@ fn terms(equations: &dyn AnyStep) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::Solvers;
+    use std::fs;
+
+    use super::{FLOW, Solvers};
     use crate::entry::Content;
+
+    #[test]
+    fn every_source_of_a_proof_is_in_its_key() {
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/src/formal");
+        for file in fs::read_dir(folder).expect("the sources").map(|entry| entry.expect("an entry").path()) {
+            // They find proofs and wirings, and make none.
+            if ["cache.rs", "prover.rs"].iter().any(|name| file.ends_with(name)) {
+                continue;
+            }
+            let text = fs::read_to_string(&file).expect("a source");
+            assert!(FLOW.contains(&text.as_str()), "{} is not in FLOW", file.display());
+        }
+    }
 
     #[test]
     fn only_tools_that_there_are_have_proved_anything() {

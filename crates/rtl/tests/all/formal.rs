@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 use std::time::Duration;
 
-use hpu_datapath::{AnyBlock, Generic, variants, variants_of};
+use hpu_datapath::{AnyBlock, Generic, block_names, proved_variants_of};
 use hpu_rtl::formal::{NOT_STRAIGHT, Prover, Verdict, prove};
 
 const HDL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../hdl");
@@ -36,16 +36,22 @@ fn is_long(name: &str, label: &str) -> bool {
         "gimbal_inverse" => label != "short",
         // Wirings with long tables: the small ones stand for them. Their defaults are in the tests of the command: it
         // proves a scene of `phantom_loop`, and compares the wiring of `phantom_shared_loop`.
-        "phantom_loop" | "phantom_shared_loop" => label != "small",
+        "phantom_loop" | "phantom_shared_loop" => !["small", "all_distinct"].contains(&label),
         // Wirings with windows of 64 words: the short and the distinct words stand for them.
-        "gimbal_loop" | "gimbal_shear_loop" => ["default", "plain"].contains(&label),
+        "gimbal_loop" | "gimbal_shear_loop" => ["default", "plain", "all_distinct"].contains(&label),
+        // The loops around laws are generated: one stands for all.
+        "braking_pulse_loop"
+        | "energy_bounding_loop"
+        | "passive_spring_loop"
+        | "passivity_controller_loop"
+        | "virtual_coupling_loop" => label == "all_distinct",
         "servo_control" => label == "window_64",
         _ => false,
     }
 }
 
 fn find(name: &str, label: &str) -> Box<dyn AnyBlock> {
-    let found = variants_of(|block| block == name).into_iter().find(|(found, _)| found == label);
+    let found = proved_variants_of(|block| block == name).into_iter().find(|(found, _)| found == label);
     found.map(|(_, block)| block).unwrap_or_else(|| panic!("no {name} {label}"))
 }
 
@@ -67,7 +73,7 @@ fn prove_all(others: bool, at_least: usize) {
         *before += 1;
         (*before > FEW) == others
     };
-    let wanted = variants().into_iter().filter(|(label, block)| is_wanted(label, &**block));
+    let wanted = proved_variants_of(|_| true).into_iter().filter(|(label, block)| is_wanted(label, &**block));
     let names: Vec<_> = wanted.map(|(label, block)| (block.name(), label)).collect();
     assert!(names.len() >= at_least, "{}", names.len());
     let next = AtomicUsize::new(0);
@@ -208,7 +214,7 @@ fn a_block_of_which_all_inputs_are_tried_must_not_remember() {
 /// Compares the wirings of all configurations that are as long or as short as asked; `expected` are the blocks.
 fn compare_all<const N: usize>(long: bool, expected: [&'static str; N]) {
     let is_wanted = |label: &str, block: &dyn AnyBlock| block.parts().is_some() && is_long(block.name(), label) == long;
-    let composed = variants().into_iter().filter(|(label, block)| is_wanted(label, &**block));
+    let composed = proved_variants_of(|_| true).into_iter().filter(|(label, block)| is_wanted(label, &**block));
     let names: Vec<_> = composed.map(|(label, block)| (block.name(), label)).collect();
     let of: BTreeSet<_> = names.iter().map(|(name, _)| *name).collect();
     assert_eq!(of, BTreeSet::from(expected));
@@ -250,8 +256,21 @@ fn every_wiring_equals_its_vhdl_in_every_listed_configuration() {
 
 #[test]
 #[ignore = "testbench/long.sh runs it"]
-fn wirings_with_long_tables_equal_their_vhdl() {
-    compare_all(true, ["gimbal_loop", "gimbal_shear_loop", "phantom_loop", "phantom_shared_loop"]);
+fn wirings_that_take_longer_equal_their_vhdl() {
+    compare_all(
+        true,
+        [
+            "braking_pulse_loop",
+            "energy_bounding_loop",
+            "gimbal_loop",
+            "gimbal_shear_loop",
+            "passive_spring_loop",
+            "passivity_controller_loop",
+            "phantom_loop",
+            "phantom_shared_loop",
+            "virtual_coupling_loop",
+        ],
+    );
 }
 
 #[test]
@@ -311,6 +330,14 @@ fn an_error_in_a_wiring_is_refuted_at_its_place() {
             "STIFFNESS_FRAC  => STIFFNESS_FRAC,",
             "STIFFNESS_FRAC  => DAMPING_FRAC,",
             "instance law: STIFFNESS_FRAC 3 here, 5 in the VHDL",
+        ),
+        // In every configuration with vectors, two joints are alike.
+        (
+            "phantom_loop",
+            "all_distinct",
+            "GAIN          => GAIN_3",
+            "GAIN          => GAIN_2",
+            "instance scale3: GAIN 220289 here, 220291 in the VHDL",
         ),
         (
             "hybrid_loop",
@@ -405,6 +432,39 @@ fn an_error_in_a_wiring_is_refuted_at_its_place() {
             other => panic!("{name} {label}, {to}: {other:?}"),
         }
     }
+}
+
+#[test]
+fn every_block_and_loop_has_a_configuration_that_tells_all_its_generics_apart() {
+    let mut told_apart = 0;
+    for name in block_names() {
+        let all: Vec<_> =
+            proved_variants_of(|block| block == *name).iter().map(|(_, block)| block.generics()).collect();
+        let whole = |of: &[(&'static str, Generic)]| -> Vec<i64> {
+            of.iter()
+                .filter_map(|(_, value)| if let Generic::Integer(value) = value { Some(*value) } else { None })
+                .collect()
+        };
+        let differ = |of: &Vec<(&'static str, Generic)>| {
+            let whole = whole(of);
+            whole.iter().collect::<BTreeSet<_>>().len() == whole.len()
+        };
+        assert!(all.iter().any(differ), "{name}: give it a configuration in hpu_datapath's distinct.rs");
+        // Of truth values only two can differ at a time.
+        for (one, (generic, value)) in all[0].iter().enumerate() {
+            for (other, (beside, _)) in all[0]
+                .iter()
+                .enumerate()
+                .skip(one + 1)
+                .filter(|(_, (_, beside))| matches!((value, beside), (Generic::Boolean(_), Generic::Boolean(_))))
+            {
+                let differs = all.iter().any(|generics| generics[one].1 != generics[other].1);
+                assert!(differs, "{name}: {generic} and {beside} are equal in every configuration");
+            }
+        }
+        told_apart += usize::from(whole(&all[0]).len() > 1);
+    }
+    assert!(told_apart > 40, "{told_apart}");
 }
 
 #[test]
@@ -598,9 +658,9 @@ fn errors_of_the_reset_and_of_enables_are_refuted() {
 
 #[test]
 fn an_output_that_may_be_z_or_x_is_refuted_at_an_input_for_which_it_is() {
-    let line = "      penetration <= delta;\n";
+    let line = "    penetration <= delta;\n";
     for state in ['Z', 'X'] {
-        let to = format!("{line}      if signed(delta) = 5 then penetration <= (others => '{state}'); end if;\n");
+        let to = format!("{line}    if signed(delta) = 5 then penetration <= (others => '{state}'); end if;\n");
         match verdict_on(&format!("state-{state}"), "unilateral", "8_bit", &[(line, &to)]) {
             Verdict::Refuted(about, around) => {
                 let says = "its inputs, where output penetration is unknown (X, Z or driven by nothing)";
