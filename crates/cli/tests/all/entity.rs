@@ -370,6 +370,10 @@ fn a_counter_of_somebody_else_s_is_proved_on_the_rising_edge_of_the_clock_itself
     assert_eq!(says(&clocked("posedge clk or posedge rst")), format!("proved {at_once}"));
     let set = "always @(posedge clk or posedge step[0]) if (step[0]) position <= 0; else position <= next;";
     assert_eq!(says(set), "refused register position is set or reset at once by step[0], not at clock edges");
+    let args = [&args[..], &["--port=rst=0"]].concat();
+    let (_, verdicts, value) =
+        proved(&dir, "counter.v", &counter("initial position = 0; always @(posedge clk) position <= next;"), &[&args]);
+    assert_eq!((&*verdicts[0], &value["rows"][0]["why"]), ("proved", &"it has no reset: equal from power-up".into()));
 }
 
 #[test]

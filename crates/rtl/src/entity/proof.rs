@@ -20,6 +20,8 @@ use crate::formal::{Edge, Links, NOT_STRAIGHT, Netlist, Proof, ProofError, Quest
 const EDGES: [usize; 5] = [1, 2, 4, 8, 16];
 /// What a proof assumes of a reset that acts between clock edges too, where ours acts at clock edges.
 const RESETS_AT_ONCE: &str = "its reset acts at once: equal outside resets, if each of them lasts over a clock edge";
+/// What a proof says of a block that nothing resets, where ours has a reset.
+const NO_RESET: &str = "it has no reset: equal from power-up";
 
 impl Entity {
     /// Proves the user's block equal to a configuration of ours. Each question has this time.
@@ -73,7 +75,11 @@ impl Entity {
             }
         }
         let Some(open) = open else {
-            return Ok(Verdict::Proved(Proof { by: solvers, given: resets_at_once.then_some(RESETS_AT_ONCE) }));
+            let starts = (has_clock && !registers.is_empty() && reset.is_none()).then_some(NO_RESET);
+            return Ok(Verdict::Proved(Proof {
+                by: solvers,
+                given: resets_at_once.then_some(RESETS_AT_ONCE).or(starts),
+            }));
         };
         if !has_clock {
             return Ok(open);

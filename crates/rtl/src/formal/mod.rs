@@ -1,10 +1,11 @@
 //! Proofs: a block's VHDL equals the emulator for all inputs in all states, not only on vectors.
 //!
-//! GHDL synthesises the VHDL, with the same repairs as for costs. Yosys writes the netlist as a transition in SMT-LIB;
-//! every unknown bit in it may be 0 or 1. The block's equations ([`AnyStep`]) become terms over the same inputs, and
-//! over registers read from the netlist's. A solver looks for a state and inputs for which an output, or a register
-//! after the edge, differs: *unsatisfiable* is the proof. The proof assumes the formats of registers in the state, and
-//! shows them in the next state. A second query does the same for the reset.
+//! GHDL synthesises the VHDL, with the same repairs as for costs. The module `clocking` reads from the netlist that the
+//! clock's rising edge clocks every register. Then Yosys writes the netlist as a transition in SMT-LIB; every unknown
+//! bit in it may be 0 or 1. The block's equations ([`AnyStep`]) become terms over the same inputs, and over registers
+//! read from the netlist's. A solver looks for a state and inputs for which an output, or a register after the edge,
+//! differs: *unsatisfiable* is the proof. The proof assumes the formats of registers in the state, and shows them in
+//! the next state. A second query does the same for the reset.
 //!
 //! A block made of blocks has no equations of its own. [`Prover`] compares its netlist with the wiring that the
 //! emulator states ([`AnyBlock::parts`]), and proves each block inside once.
