@@ -152,9 +152,11 @@ impl<'e> Edge<'e> {
             before.push(query.gives("register", &title(register, whole), format, bits));
         }
         for (name, parts) in whole {
-            // A register of one part has these bits in every reachable state. If it has several parts, bits that belong
-            // to none may be anything.
-            if let (Some((net, width)), &[(place, register)]) = (netlist.register(name), &parts[..]) {
+            // A register that is alone has these bits in every reachable state. Where there are several parts, bits that
+            // belong to none may be anything.
+            if let (Some((net, width)), &[(place, register)]) = (netlist.register(name), &parts[..])
+                && register.is_alone
+            {
                 let held = filled(register, &before[place].1, width);
                 let _ = writeln!(query.given, "(assert (= {} {held}))", netlist.bits(net, "s"));
             }
@@ -330,6 +332,7 @@ impl<'e> Edge<'e> {
                 }
             }
             if let &[(place, register)] = &parts[..]
+                && register.is_alone
                 && let Some(ours) = ours(place)
             {
                 let _ = write!(query.differs, " (distinct {after} {})", filled(register, &ours, width));

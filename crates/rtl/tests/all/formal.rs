@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 use std::time::Duration;
 
-use hpu_datapath::{AnyBlock, Generic, block_names, proved_variants_of};
+use hpu_datapath::{AnyBlock, Generic, block_names, configured, proved_variants_of};
 use hpu_rtl::formal::{NOT_STRAIGHT, Prover, Verdict, prove};
 
 const HDL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../hdl");
@@ -124,6 +124,14 @@ fn changed(dir: &str, file: &str, from: &str, to: &str) -> PathBuf {
     assert!(text.contains(from), "{file}: {from}");
     fs::write(&path, text.replacen(from, to, 1)).expect("VHDL");
     place
+}
+
+#[test]
+fn a_row_of_two_words_of_which_one_is_no_register_is_proved() {
+    // Between the limited value and the output is one register, in a variable of three words.
+    let block = configured("command_limiter", &[("SETTLING", Generic::Integer(2))]).expect("it is known");
+    let found = prove(&*block.expect("a configuration"), Path::new(HDL), LIMIT);
+    assert!(matches!(found, Ok(Verdict::Proved(_))), "{found:?}");
 }
 
 #[test]
