@@ -668,7 +668,7 @@ fn errors_of_the_reset_and_of_enables_are_refuted() {
 fn an_output_that_may_be_z_or_x_is_refuted_at_an_input_for_which_it_is() {
     let line = "    penetration <= delta;\n";
     for state in ['Z', 'X'] {
-        let to = format!("{line}    if signed(delta) = 5 then penetration <= (others => '{state}'); end if;\n");
+        let to = format!("{line}    if delta = x\"05\" then penetration <= (others => '{state}'); end if;\n");
         match verdict_on(&format!("state-{state}"), "unilateral", "8_bit", &[(line, &to)]) {
             Verdict::Refuted(about, around) => {
                 let says = "its inputs, where output penetration is unknown (X, Z or driven by nothing)";
