@@ -27,9 +27,11 @@ mod devices;
 mod interval;
 mod sampled;
 mod series;
+mod timing;
 mod watch;
 
 pub use device::{Device, Reach, SwitchWatch, Switching, ToldLimits, ToldTables};
 pub use devices::device;
 pub use phantom::{reproduce, tables};
 pub use sampled::SampledLoop;
+pub use timing::Wait;

@@ -8,10 +8,13 @@
 mod characteristic;
 mod controller;
 mod crossings;
+mod driven;
 mod hands;
 mod jet;
 mod looks;
+mod lyapunov;
 mod open_loop;
+mod pulses;
 mod range;
 mod robust;
 mod stable;
@@ -23,6 +26,7 @@ use hpu_cosim::scene::{Datapath, Miss, Scene};
 use crate::criteria::{self, Criterion, Silent};
 
 pub use controller::Damping;
+pub use driven::{DrivenSet, NotDriven};
 pub use hands::{PublishedHand, hands_of, published_hands};
 pub use looks::{Looks, MOST_EVENTS};
 pub(crate) use range::unit;
