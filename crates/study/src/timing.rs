@@ -137,12 +137,14 @@ pub fn waits(scene: &Scene) -> Vec<Wait> {
         Drive::Pulses { latched: true, .. } => drive.pulse(own_duty(scene)),
         _ => 0.0,
     };
+    let dead_s = if let Drive::Pulses { .. } = drive { scene.method.pwm.dead_time_s } else { 0.0 };
     let all = [
         ("the linear law's delay", if drive == Drive::Linear { scene.model.delay_s } else { 0.0 }),
         ("synchronizer, decoder and counter", seconds(drive.lines(scene) as f64)),
         ("the held position", seconds(f64::from(u8::from(held)))),
         ("method.settling", seconds(f64::from(scene.method.settling))),
         ("the modulator, at rest", seconds(modulator)),
+        ("the bridge's dead time", dead_s),
     ];
     all.into_iter().map(|(what, seconds)| Wait { what, seconds }).filter(|wait| wait.seconds > 0.0).collect()
 }

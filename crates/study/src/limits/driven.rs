@@ -6,7 +6,7 @@
 //! which the hand comes to rest. Its growth is computed at a grid of stiffnesses; each stretch between a stiffness at
 //! which it grows and one at which it decays is narrowed, and what decays is proved stretch by stretch.
 
-use hpu_cosim::scene::{Scene, Winding};
+use hpu_cosim::scene::{BridgeModel, Device, Scene, Winding};
 
 use super::controller::Damping;
 use super::open_loop::OpenLoop;
@@ -34,6 +34,11 @@ pub struct DrivenSet {
     /// Duties at rest at the softest and at the stiffest wall of the range, as shares of a full command; `None` if the
     /// drive does not depend on them.
     pub duty: Option<[f64; 2]>,
+    /// Whether the pulses are those in whose place the scene has their mean, in area and first moment.
+    pub is_averaged: bool,
+    /// The set with one clock more, in which a modulator takes a command, if the scene's averaged bridge leaves this clock
+    /// out.
+    pub with_modulator: Option<StableSet>,
     /// What the loop waits for, on the scene's own wall.
     pub waits: Vec<Wait>,
 }
@@ -68,18 +73,21 @@ impl DrivenSet {
         if within[0] >= within[1] {
             return Err("the command at rest is a full one at every stiffness".into());
         }
-        let (set, looked, duty) = match drive {
-            Drive::Linear | Drive::Held => (held(scene, drive, within)?, None, None),
-            Drive::Pulses { .. } => {
-                let pulses = Pulses::new(scene)?;
-                if !pulses.waits_short() {
-                    return Err("its modulator's period is much shorter than the clocks before it".into());
-                }
-                let (set, looked) = searched(&pulses, scene, within);
-                (set, Some(looked), Some(within.map(|stiffness| pulses.rest.duty(stiffness))))
+        let waits = waits(scene);
+        let (is_averaged, with_modulator) = (scene.model.bridge == BridgeModel::Averaged, None);
+        if let Drive::Pulses { .. } = drive {
+            let pulses = Pulses::new(scene)?;
+            if !pulses.waits_short() {
+                return Err("its modulator's period is much shorter than the clocks before it".into());
             }
-        };
-        Ok(Self { set, looked, full_from, duty, waits: waits(scene) })
+            let (set, looked) = searched(&pulses, scene, within, LOOKS);
+            let duty = Some(within.map(|stiffness| pulses.rest.duty(stiffness)));
+            return Ok(Self { set, looked: Some(looked), full_from, duty, is_averaged, with_modulator, waits });
+        }
+        let set = held(scene, drive, within, 0)?;
+        let is_bridge = drive == Drive::Held && matches!(scene.device, Device::Motor(_));
+        let with_modulator = is_bridge.then(|| held(scene, drive, within, 1)).transpose()?;
+        Ok(Self { set, looked: None, full_from, duty: None, is_averaged: false, with_modulator, waits })
     }
 
     /// Returns the set as text.
@@ -88,8 +96,8 @@ impl DrivenSet {
     }
 }
 
-/// Returns the set of a loop whose commands act from their own clock on.
-fn held(scene: &Scene, drive: Drive, range: [f64; 2]) -> Result<StableSet, String> {
+/// Returns the set of a loop whose commands act from their own clock on, or `later` clocks after it.
+pub(super) fn held(scene: &Scene, drive: Drive, range: [f64; 2], later: u64) -> Result<StableSet, String> {
     let damping = Damping::Fixed(scene.wall.damping_nm_s_per_rad);
     if drive == Drive::Linear {
         return StableSet::new(scene, damping, range);
@@ -106,7 +114,7 @@ fn held(scene: &Scene, drive: Drive, range: [f64; 2]) -> Result<StableSet, Strin
     }
     super::pulses::plain_damping(scene)?;
     // The register that samples is the one behind the counter.
-    let clocks = drive.lines(scene) + 1 + u64::from(scene.method.settling);
+    let clocks = drive.lines(scene) + 1 + u64::from(scene.method.settling) + later;
     Ok(StableSet::of(&OpenLoop::late(scene, damping, clocks)?, scene, range))
 }
 
@@ -120,15 +128,15 @@ struct Search<'a> {
 }
 
 /// Returns the set of a loop through a modulator, and the number of stiffnesses at which its growth was computed first.
-fn searched(pulses: &Pulses, scene: &Scene, range: [f64; 2]) -> (StableSet, usize) {
+pub(super) fn searched(pulses: &Pulses, scene: &Scene, range: [f64; 2], looks: usize) -> (StableSet, usize) {
     let [low, high] = range;
     let at = |index: usize| match index {
         0 => low,
-        index if index == LOOKS - 1 => high,
-        index => low * (high / low).powf(index as f64 / (LOOKS - 1) as f64),
+        index if index == looks - 1 => high,
+        index => low * (high / low).powf(index as f64 / (looks - 1) as f64),
     };
     let decays = |stiffness: f64| pulses.growth_per_s(stiffness) < 0.0;
-    let looks: Vec<(f64, bool)> = (0..LOOKS).map(at).map(|stiffness| (stiffness, decays(stiffness))).collect();
+    let looks: Vec<(f64, bool)> = (0..looks).map(at).map(|stiffness| (stiffness, decays(stiffness))).collect();
     // Two neighbours between which a pole crosses: the one at which the loop decays, and the other one.
     let narrowed = |mut inside: f64, mut outside: f64| {
         while (outside - inside).abs() > 1e-14 * outside {
@@ -139,8 +147,8 @@ fn searched(pulses: &Pulses, scene: &Scene, range: [f64; 2]) -> (StableSet, usiz
     };
     let mut search = Search { pulses, left: MOST_STEPS, stable: Vec::new(), open: Vec::new() };
     let mut from = 0;
-    while from < LOOKS {
-        let to = (from..LOOKS).find(|index| !looks[*index].1).unwrap_or(LOOKS);
+    while from < looks.len() {
+        let to = (from..looks.len()).find(|index| !looks[*index].1).unwrap_or(looks.len());
         if to > from {
             let before = from.checked_sub(1).map(|index| narrowed(looks[from].0, looks[index].0));
             let after = looks.get(to).map(|look| narrowed(looks[to - 1].0, look.0));
@@ -149,7 +157,7 @@ fn searched(pulses: &Pulses, scene: &Scene, range: [f64; 2]) -> (StableSet, usiz
         from = to + 1;
     }
     let Search { stable, open, .. } = search;
-    (StableSet { range, unit: super::unit(scene), stable, open }, LOOKS)
+    (StableSet { range, unit: super::unit(scene), stable, open }, looks.len())
 }
 
 impl Search<'_> {

@@ -269,24 +269,28 @@ impl Pulses {
     /// Returns the steps of a common period with an order of events, with weights for stiffnesses near one.
     fn steps<const N: usize>(&self, order: Order, stiffness: f64) -> Steps<N> {
         let Order { waiting, act, phase } = order;
-        let speed = |of: usize| {
-            let square: f64 = self.rates[of].iter().map(|rate| rate.size() * rate.size()).sum();
-            square.sqrt() * self.growth / self.hertz * (1.0 + 1e-9)
-        };
-        // The states after the impulse, at the next whole clock; and after the part of a clock by which samples are late.
-        let after = act.at.ceil();
-        let short = flow(&self.rates, Interval::exact(after - act.at).over(self.hertz));
-        let start: [Interval; PLANT] = from_fn(|state| short[state][0].times(self.kick));
         let late = phase.at.fract();
         let tail = (late > 0.0).then(|| flow(&self.rates, Interval::exact(late).over(self.hertz)));
-        let seen_start = tail.map_or(start, |tail| from_fn(|state| dot(&tail[state], &start)));
-        let seen_fine: Vec<[Interval; PLANT]> =
-            self.fine.iter().map(|fine| from_fn(|state| dot(&fine[state], &seen_start))).collect();
-        let (after, whole) = (after as u64, phase.at as u64);
+        let whole = phase.at as u64;
         let kick = self.kick.size();
+        // The answer to the command at the middle of the stretch of duties, and those at its ends. In between, an answer
+        // keeps between them, but for a share of its second derivative.
+        let response = |at: f64| Response::new(self, at.clamp(0.0, self.period as f64), tail.as_ref());
+        let own = response(act.at);
+        let ends = (act.half > 1e-6).then(|| [act.at - act.half, act.at + act.half].map(response));
+        let half_s = act.half / self.hertz;
+        let size = |row: &[Interval; PLANT]| row.iter().map(|rate| rate.size() * rate.size()).sum::<f64>().sqrt();
+        let by_kick = self.growth * kick * (1.0 + 1e-9);
+        let error = |of: usize, own: Interval, at: &dyn Fn(&Response) -> Interval| match &ends {
+            None => size(&self.rates[of]) * by_kick * half_s,
+            Some(ends) => {
+                let apart = ends.iter().map(|end| at(end).minus(own).size()).fold(0.0, f64::max);
+                apart + size(&row(&self.rates[of], &self.rates)) * by_kick * half_s * half_s / 8.0
+            }
+        };
 
         let mut plain = Step { a: [[0.0; N]; N], g: [0.0; N], a_error: [[0.0; N]; N], g_error: [0.0; N] };
-        let [period, rest] = [self.period, self.period - after].map(|clocks| self.flow(clocks));
+        let period = self.flow(self.period);
         // The column of the command that acts in this step: one that has waited, or the one just read.
         let acting = waiting.checked_sub(1).map(|oldest| NEWEST + oldest);
         let put = |step: &mut Step<N>, at: usize, columns: &[Interval; PLANT], pushed: Interval, [by_x, by_c]: [f64; 2]| {
@@ -300,8 +304,9 @@ impl Pulses {
             }
         };
         for state in 0..PLANT {
-            let pushed = dot(&rest[state], &start);
-            put(&mut plain, state, &period[state], pushed, [0.0, speed(state) * act.half * kick]);
+            let pushed = own.state(self, state);
+            let error = error(state, pushed, &|end| end.state(self, state));
+            put(&mut plain, state, &period[state], pushed, [0.0, error]);
         }
         plain.a[SAMPLED][SAMPLED] = 1.0;
         plain.a[VELOCITY][VELOCITY] = 1.0;
@@ -312,7 +317,8 @@ impl Pulses {
             }
         }
 
-        // A sample's row, and the row of what it has seen of the command.
+        // A sample's row, what it has seen of the command, and the error of that.
+        let by_x = self.speed() * phase.half;
         let sample = |index: usize| {
             let clock = index as u64 * self.sample % self.period + whole;
             let row = match &tail {
@@ -320,14 +326,9 @@ impl Pulses {
                 None => self.angle(clock),
                 Some(tail) => row(&self.angle(clock), tail),
             };
-            let pushed = clock.checked_sub(after).map_or(Interval::ZERO, |since| {
-                let (high, low) = (since >> self.bits, since & ((1 << self.bits) - 1));
-                dot(&self.coarse[high as usize][2], &seen_fine[low as usize])
-            });
-            (row, pushed)
+            let pushed = own.angle(self, clock);
+            (row, pushed, error(2, pushed, &|end| end.angle(self, clock)) + by_x * kick)
         };
-        let by_x = speed(2) * phase.half;
-        let by = [by_x, (speed(2) * act.half + by_x) * kick];
         let step_of = |index: usize| index as u64 * self.sample / self.period;
         let (mut kinds, mut runs) = (vec![plain.clone()], Vec::new());
         let (mut next, mut index) = (0, 0);
@@ -341,16 +342,16 @@ impl Pulses {
                 index += 1;
             }
             let mut step = plain.clone();
-            let (last, pushed) = sample(index);
-            put(&mut step, SAMPLED, &last, pushed, by);
+            let (last, pushed, error) = sample(index);
+            put(&mut step, SAMPLED, &last, pushed, [by_x, error]);
             step.a[SAMPLED][SAMPLED] = 0.0;
             // The velocity is the change since the sample before, in this step or an earlier one.
             if index > first {
-                let (before, earlier) = sample(index - 1);
+                let (before, earlier, other) = sample(index - 1);
                 let change = from_fn(|state| last[state].minus(before[state]));
-                put(&mut step, VELOCITY, &change, pushed.minus(earlier), by.map(|error| 2.0 * error));
+                put(&mut step, VELOCITY, &change, pushed.minus(earlier), [2.0 * by_x, error + other]);
             } else {
-                put(&mut step, VELOCITY, &last, pushed, by);
+                put(&mut step, VELOCITY, &last, pushed, [by_x, error]);
                 step.a[VELOCITY][SAMPLED] = -1.0;
             }
             step.a[VELOCITY][VELOCITY] = 0.0;
@@ -373,10 +374,54 @@ impl Pulses {
         Steps { kinds, order: runs, spring, damper, weights }
     }
 
+    /// Returns the greatest change of the angle in a clock, from states of size 1.
+    fn speed(&self) -> f64 {
+        let square: f64 = self.rates[2].iter().map(|rate| rate.size() * rate.size()).sum();
+        square.sqrt() * self.growth / self.hertz * (1.0 + 1e-9)
+    }
+
     /// Returns the flow over whole clocks.
     fn flow(&self, clocks: u64) -> Flow {
         let (high, low) = (&self.coarse[(clocks >> self.bits) as usize], clocks & ((1 << self.bits) - 1));
         from_fn(|state| row(&high[state], &self.fine[low as usize]))
+    }
+}
+
+/// What the plant does after a command of one unit.
+struct Response {
+    /// The first whole clock from the command's effect on.
+    after: u64,
+    /// The states at that clock.
+    start: [Interval; PLANT],
+    /// The states that the samples see, whose clocks are later by a part of a clock, over the fine flows.
+    seen: Vec<[Interval; PLANT]>,
+}
+
+impl Response {
+    /// Returns the response to a command that acts at this time in clocks. `tail` is the flow over the part of a clock
+    /// by which samples are late; where there is one, commands act at whole clocks.
+    fn new(pulses: &Pulses, act: f64, tail: Option<&Flow>) -> Self {
+        let after = act.ceil();
+        let short = flow(&pulses.rates, Interval::exact(after - act).over(pulses.hertz));
+        let start: [Interval; PLANT] = from_fn(|state| short[state][0].times(pulses.kick));
+        let late = tail.map_or(start, |tail| from_fn(|state| dot(&tail[state], &start)));
+        let seen = pulses.fine.iter().map(|fine| from_fn(|state| dot(&fine[state], &late))).collect();
+        Self { after: after as u64, start, seen }
+    }
+
+    /// Returns a state at the end of the period.
+    fn state(&self, pulses: &Pulses, state: usize) -> Interval {
+        let clocks = pulses.period - self.after;
+        let (high, low) = (clocks >> pulses.bits, clocks & ((1 << pulses.bits) - 1));
+        dot(&row(&pulses.coarse[high as usize][state], &pulses.fine[low as usize]), &self.start)
+    }
+
+    /// Returns the angle that a sample sees at a clock.
+    fn angle(&self, pulses: &Pulses, clock: u64) -> Interval {
+        clock.checked_sub(self.after).map_or(Interval::ZERO, |since| {
+            let (high, low) = (since >> pulses.bits, since & ((1 << pulses.bits) - 1));
+            dot(&pulses.coarse[high as usize][2], &self.seen[low as usize])
+        })
     }
 }
 
@@ -428,45 +473,4 @@ fn row(row: &[Interval; PLANT], flow: &Flow) -> [Interval; PLANT] {
 /// Returns a number of an interval, and a bound of its error with another error added.
 fn known(cell: Interval, error: f64) -> (f64, f64) {
     (cell.middle(), (cell.width() + error).next_up())
-}
-
-#[cfg(test)]
-mod tests {
-    use hpu_cosim::scene::{Scene, shipped};
-
-    use super::Pulses;
-    use crate::timing::Rest;
-
-    fn scene(name: &str) -> Scene {
-        let shipped = shipped().iter().find(|scene| scene.name == name).expect("it is shipped");
-        Scene::parse(name, shipped.text, &[], &mut |_| unreachable!("no file is named")).expect("a scene")
-    }
-
-    /// Critical stiffnesses at a fixed duty, as brackets with the stable stiffness first: computed in ball arithmetic of
-    /// 384 to 8000 bits, with the criterion of Schur and Cohn at both ends.
-    const KNOWN: [(&str, f64, [f64; 2]); 7] = [
-        ("hybrid-wall", 0.25, [3.175_272_609_926_76, 3.175_272_609_934_21]),
-        ("hybrid-wall", 0.0, [3.774_097_814_038_39, 3.774_097_814_045_85]),
-        ("conventional-wall-10khz", 0.25, [2.919_862_165_274_098, 2.919_862_165_274_680]),
-        ("conventional-wall-10khz", 0.0, [3.328_763_973_351_306, 3.328_763_973_352_033]),
-        ("conventional-wall-1khz", 0.25, [0.771_218_862_898_647, 0.771_218_862_906_098]),
-        ("conventional-wall-1khz", 0.0, [0.797_963_376_469_910, 0.797_963_376_477_360]),
-        ("slow-pwm", 0.25, [1.086_055_526_763_107, 1.086_055_526_768_928]),
-    ];
-
-    #[test]
-    fn known_critical_stiffnesses_are_proved_on_both_sides_within_a_billionth() {
-        for (name, duty, [stable, unstable]) in KNOWN {
-            let mut pulses = Pulses::new(&scene(name)).expect("a modulator");
-            pulses.rest = Rest::Duty(duty);
-            let start = std::time::Instant::now();
-            let [below, above] = [stable * (1.0 - 5e-10), unstable * (1.0 + 5e-10)];
-            eprintln!("{name} {duty}: {:e} {:e}", pulses.growth_per_s(below), pulses.growth_per_s(above));
-            eprintln!("  {} {}", pulses.settles([below; 2]), pulses.persists(above));
-            for w in [0.05,0.1,0.15,0.2] { let k=stable*(1.0-1e-4); eprintln!("  w {w} {}", pulses.settles([k-w*1e-4*stable, k+w*1e-4*stable])); }
-            for w in [0.05,0.1,0.15,0.2] { let k=stable*(1.0-1e-1); eprintln!("  w {w} {}", pulses.settles([k-w*1e-1*stable, k+w*1e-1*stable])); }
-            eprintln!("{:?}", start.elapsed());
-        }
-        panic!();
-    }
 }
