@@ -39,8 +39,8 @@ impl Scale<'_> {
 }
 
 /// Returns the picture of a scene's limits over stiffness: the linear loop's set with an ideal drive and as it is
-/// driven, its set over a box if one was asked for, the stiffness words that were run with the number of phases at which
-/// each settles, and the criteria.
+/// driven, its set over a box if one was asked for, the stiffness words that were run with the number of phases at
+/// which each settles, and the criteria.
 pub fn limits(scene: &str, found: &Limits, over: &[Unknown], command: &str) -> Picture {
     let unit = dotted(unit_of(found));
     let what = found.varied.as_deref().unwrap_or("stiffnesses");

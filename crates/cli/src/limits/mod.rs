@@ -24,20 +24,21 @@ use crate::{hdl, interrupt, pictures};
 
 /// Tell at which stiffnesses a scene's wall settles: by its linear loop, in words, and by published criteria
 ///
-/// The linear loop is told twice. With an ideal drive it waits for nothing but its samples; no stiffness at which one of
-/// its poles crosses the unit circle is missed. As driven, it is the loop that runs: with the clocks of synchronizer,
-/// decoder, counter, registers and method.settling, and with the modulator's period, at the duty with which the hand
-/// comes to rest. Its stretches are proved; where it is not worked out, the page tells why, and which times the ideal
-/// drive leaves out. The ripple of the modulator at rest is told in encoder counts: a wall with one count rms or more
-/// does not settle, whatever its loop does.
+/// The linear loop is told twice. With an ideal drive it waits for nothing but its samples; no stiffness at which one
+/// of its poles crosses the unit circle is missed. As driven, it is the loop that runs: with the clocks of
+/// synchronizer, decoder, counter, registers and method.settling, and with the modulator's period, at the duty with
+/// which the hand comes to rest. Its stretches are proved; where it is not worked out, the page tells why, and which
+/// times the ideal drive leaves out. The ripple of the modulator at rest is told in encoder counts: a wall with one
+/// count rms or more does not settle, whatever its loop does.
 ///
-/// The scene in words is run at a grid of stiffnesses, at several phases of its contact each, and at every word between neighbours
-/// that differ. The damping is the scene's. Each criterion tells which of its assumptions the scene does not meet, and
-/// what the scene has instead.
+/// The scene in words is run at a grid of stiffnesses, at several phases of its contact each, and at every word between
+/// neighbours that differ. The damping is the scene's. Each criterion tells which of its assumptions the scene does not
+/// meet, and what the scene has instead.
 ///
 /// With --over the world around the words is not known but for a box, as in --over 'device.inductance=0.5..0.7 mH'. The
 /// linear loop with an ideal drive is then told for every world of the box: where it settles, proved, and where that is
-/// not known. The scene in words is run at the box's corners and at eight points within it. The words stay those of the scene: what a motor makes of them changes with the motor.
+/// not known. The scene in words is run at the box's corners and at eight points within it. The words stay those of the
+/// scene: what a motor makes of them changes with the motor.
 ///
 /// Of a finger on a segment on a gimbal, the criteria tell without a run whether it can rest, and at which stiffnesses.
 #[derive(clap::Args)]

@@ -1,8 +1,8 @@
 //! The page of the limits of a scene's wall.
 
 use hpu_cosim::figure;
-use hpu_study::criteria::{Assumption, Criterion, Figure, Region, Silent};
 use hpu_study::Wait;
+use hpu_study::criteria::{Assumption, Criterion, Figure, Region, Silent};
 use hpu_study::limits::{
     BoxSet, DrivenSet, End, Group, Limits, MOST_EVENTS, Seen, StableSet, Stretch, Unknown, WordsSet,
 };
@@ -103,9 +103,12 @@ fn driven(page: &mut Page, found: &Limits) {
     page.data("as_driven", set.map(|set| as_driven(set, data(&set.waits))));
     page.data("as_driven_reason", reason.map(|reason| &reason.why));
     page.data("left_out", reason.map_or(json!([]), |reason| data(&reason.left_out)));
-    page.data("ripple", found.ripple.as_ref().map(|ripple| {
-        json!({ "unit": "count rms", "most": ripple.most_counts, "one_count_or_more": ripple.beyond })
-    }));
+    page.data(
+        "ripple",
+        found.ripple.as_ref().map(
+            |ripple| json!({ "unit": "count rms", "most": ripple.most_counts, "one_count_or_more": ripple.beyond }),
+        ),
+    );
     match &found.driven {
         Ok(set) => {
             page.line("linear loop, as driven", set.said());

@@ -35,7 +35,8 @@ pub(super) fn gil_hulin(scene: &Scene, body: &Rigid) -> Criterion {
 /// Colgate and Schenkel: passive with any hand.
 pub(super) fn colgate_schenkel(scene: &Scene, body: &Rigid) -> Criterion {
     let delay = scene.clock.edges(body.delay_s);
-    let exact = is_small(body.delay_s, scene) || (delay.is_multiple_of(scene.period_clocks()) && body.wall_damping_nm_s_per_rad == 0.0);
+    let exact = is_small(body.delay_s, scene)
+        || (delay.is_multiple_of(scene.period_clocks()) && body.wall_damping_nm_s_per_rad == 0.0);
     let others = [
         Assumption::new("no delay, or one of whole samples and a wall without damping", exact, || waited(scene)),
         linear_law(scene),

@@ -1,10 +1,10 @@
 //! The stable set of the linear loop that runs: with the clocks of encoder, registers and `method.settling`, and with
 //! the modulator's period.
 //!
-//! Through an amplifier, or an averaged bridge that takes every duty at once, the sampled loop is that of the ideal drive
-//! with a delay of whole clocks, and its set is proved in the same way. Through a modulator the loop has the duty at
-//! which the hand comes to rest. Its growth is computed at a grid of stiffnesses; each stretch between a stiffness at
-//! which it grows and one at which it decays is narrowed, and what decays is proved stretch by stretch.
+//! Through an amplifier, or an averaged bridge that takes every duty at once, the sampled loop is that of the ideal
+//! drive with a delay of whole clocks, and its set is proved in the same way. Through a modulator the loop has the duty
+//! at which the hand comes to rest. Its growth is computed at a grid of stiffnesses; each stretch between a stiffness
+//! at which it grows and one at which it decays is narrowed, and what decays is proved stretch by stretch.
 
 use hpu_cosim::scene::{BridgeModel, Device, Scene, Winding};
 
@@ -26,8 +26,8 @@ const NEAREST: f64 = 3e-10;
 pub struct DrivenSet {
     /// The stretches that are proved to settle; `open` are those that were computed to settle and are not proved.
     pub set: StableSet,
-    /// Number of stiffnesses at which the growth was computed: between two of them a stretch may be missed. `None` if no
-    /// crossing of a pole is missed.
+    /// Number of stiffnesses at which the growth was computed: between two of them a stretch may be missed. `None` if
+    /// no crossing of a pole is missed.
     pub looked: Option<usize>,
     /// The stiffness from which on the command at rest is a full one, if it is in the range: there the loop is open.
     pub full_from: Option<f64>,
@@ -36,8 +36,8 @@ pub struct DrivenSet {
     pub duty: Option<[f64; 2]>,
     /// Whether the pulses are those in whose place the scene has their mean, in area and first moment.
     pub is_averaged: bool,
-    /// The set with one clock more, in which a modulator takes a command, if the scene's averaged bridge leaves this clock
-    /// out.
+    /// The set with one clock more, in which a modulator takes a command, if the scene's averaged bridge leaves this
+    /// clock out.
     pub with_modulator: Option<StableSet>,
     /// What the loop waits for, on the scene's own wall.
     pub waits: Vec<Wait>,
@@ -204,8 +204,8 @@ impl Search<'_> {
         self.open = super::crossings::joined(std::mem::take(&mut self.open));
     }
 
-    /// Keeps a proved stretch. An end beside a crossing gets a stiffness beyond it at which a motion is proved not to die
-    /// out; an end that has none is open.
+    /// Keeps a proved stretch. An end beside a crossing gets a stiffness beyond it at which a motion is proved not to
+    /// die out; an end that has none is open.
     fn keep(&mut self, proved: Option<[f64; 2]>, before: Option<[f64; 2]>, after: Option<[f64; 2]>) {
         let Some([low, high]) = proved else { return };
         let beyond = |crossing: Option<[f64; 2]>, at: f64, sign: f64| {

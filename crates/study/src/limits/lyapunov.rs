@@ -1,18 +1,18 @@
 //! Proofs that the motion of a periodic linear loop dies out, or that it does not, over a stretch of stiffnesses.
 //!
 //! A common period of the loop is a sequence of steps `y⁺ = (A - g r') y`. The row `r` is the command's answer to the
-//! state, and the only part that depends on the stiffness, which enters it linearly. The proof is a matrix `P` for every
-//! boundary of two steps, with `P - H' P⁺ H` positive definite for every step `H = A - g r'`, and the same `P` at both
-//! ends of the common period: `y' P y` then falls with every step. If the first `P` is positive definite, all motions
-//! die out. If `y' P y` is below zero for some state, its motion never does.
+//! state, and the only part that depends on the stiffness, which enters it linearly. The proof is a matrix `P` for
+//! every boundary of two steps, with `P - H' P⁺ H` positive definite for every step `H = A - g r'`, and the same `P` at
+//! both ends of the common period: `y' P y` then falls with every step. If the first `P` is positive definite, all
+//! motions die out. If `y' P y` is below zero for some state, its motion never does.
 //!
 //! `y' H' P⁺ H y` is a convex function of the stiffness where `P⁺` is positive definite. So a stretch of stiffnesses is
-//! proved by its two ends. Each step is checked by itself, from numbers that are exact: no error grows from step to step,
-//! and none of the search for `P` counts. What a check computes in `f64` is bounded as follows. With `|P⁺| <= b b'`, the
-//! bound `h` of the columns `b' |H|` and the bound `e` of the columns `b' |ΔH|`, the entries of `H' P⁺ H` err by no more
-//! than `h e' + e h' + e e'` and their rounding by some units of `h h'`. The diagonal is lowered by more than that, and
-//! by more than the rounding of the Cholesky factorisation that follows (Rump 2006, "Verification of positive
-//! definiteness").
+//! proved by its two ends. Each step is checked by itself, from numbers that are exact: no error grows from step to
+//! step, and none of the search for `P` counts. What a check computes in `f64` is bounded as follows. With `|P⁺| <= b
+//! b'`, the bound `h` of the columns `b' |H|` and the bound `e` of the columns `b' |ΔH|`, the entries of `H' P⁺ H` err
+//! by no more than `h e' + e h' + e e'` and their rounding by some units of `h h'`. The diagonal is lowered by more
+//! than that, and by more than the rounding of the Cholesky factorisation that follows (Rump 2006, "Verification of
+//! positive definiteness").
 
 use std::array::from_fn;
 
@@ -129,10 +129,7 @@ struct Run<const N: usize> {
 impl<const N: usize> Run<N> {
     /// Returns the runs of `first` and then of `second`.
     fn joined(first: &Self, second: &Self) -> Self {
-        Self {
-            map: second.map.after(&first.map),
-            sum: plus(&congruent(&first.map.matrix(), &second.sum), &first.sum),
-        }
+        Self { map: second.map.after(&first.map), sum: plus(&congruent(&first.map.matrix(), &second.sum), &first.sum) }
     }
 }
 
@@ -191,8 +188,7 @@ impl<const N: usize> Steps<N> {
     /// Returns the map of a common period and the sum of the weights in it, with each step multiplied by `stretch`.
     fn weighed(&self, stiffness: f64, stretch: f64) -> Run<N> {
         let sum = diagonal(&self.weights);
-        let kinds: Vec<Run<N>> =
-            self.closed(stiffness, stretch).into_iter().map(|map| Run { map, sum }).collect();
+        let kinds: Vec<Run<N>> = self.closed(stiffness, stretch).into_iter().map(|map| Run { map, sum }).collect();
         self.whole(&kinds, Run::joined)
     }
 
@@ -209,8 +205,8 @@ impl<const N: usize> Steps<N> {
         if growth.is_nan() || growth >= 0.0 {
             return false;
         }
-        // A share of the decay becomes a decay of every step. Where a common period leaves nothing of a motion, a step's
-        // share has a limit.
+        // A share of the decay becomes a decay of every step. Where a common period leaves nothing of a motion, a
+        // step's share has a limit.
         let stretch = libm::exp((-(1.0 - KEPT) * growth / self.count()).min(0.5));
         let Run { map, sum } = self.weighed(middle, stretch);
         let Some(p) = fixed_point(&map.matrix(), sum) else { return false };
@@ -355,8 +351,8 @@ fn bounds<const N: usize>(p: &Square<N>, definite: bool) -> [f64; N] {
     b.map(|b| b * most.sqrt() * spare)
 }
 
-/// Whether a symmetric matrix whose diagonal is lowered by these numbers is proved to be positive definite: its Cholesky
-/// factorisation succeeds with the diagonal lowered further, by more than the factorisation's rounding.
+/// Whether a symmetric matrix whose diagonal is lowered by these numbers is proved to be positive definite: its
+/// Cholesky factorisation succeeds with the diagonal lowered further, by more than the factorisation's rounding.
 fn positive<const N: usize>(a: &Square<N>, lowered: &[f64; N]) -> bool {
     let slack = (4 * N * (N + 2)) as f64 * UNIT;
     let mut root = [[0.0; N]; N];

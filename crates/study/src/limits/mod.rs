@@ -3,8 +3,8 @@
 //!
 //! The answer is a set, not a single number: a loop may settle, oscillate and settle again as its wall becomes stiffer.
 //! The linear loop's set with an ideal drive is proved ([`StableSet`]), and so is the set of the linear loop that runs,
-//! with its modulator and its registers ([`DrivenSet`]). The scene in fixed-point words, with its quantisation, friction,
-//! hand and contact, is run at a grid of stiffnesses and phases of its contact ([`WordsSet`]).
+//! with its modulator and its registers ([`DrivenSet`]). The scene in fixed-point words, with its quantisation,
+//! friction, hand and contact, is run at a grid of stiffnesses and phases of its contact ([`WordsSet`]).
 
 mod characteristic;
 mod controller;
@@ -64,8 +64,8 @@ pub struct Limits {
     pub driven: Result<DrivenSet, NotDriven>,
     /// The ripple of the scene's modulator at rest, if pulses drive its device.
     pub ripple: Option<Ripple>,
-    /// The stable set of the linear loop with an ideal drive over a box of unknown parameters, or the reason why there is none; `None` without a
-    /// box.
+    /// The stable set of the linear loop with an ideal drive over a box of unknown parameters, or the reason why there
+    /// is none; `None` without a box.
     pub in_box: Option<Result<BoxSet, String>>,
     /// The stable set of the scene in fixed-point words, or the reason why there is none.
     pub in_words: Result<WordsSet, String>,

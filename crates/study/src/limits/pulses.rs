@@ -1,8 +1,8 @@
 //! The linear loop through a modulator, from clock to clock, and its steps from one command to the next.
 //!
-//! A command acts once a period: another one moves the end of the pulse, which is an impulse on the winding. Both phases
-//! of sign and magnitude have the same plant, because the off phase brakes; so this is the exact derivative of the map
-//! from period to period. Events in the order of their clocks, those of one clock in this order:
+//! A command acts once a period: another one moves the end of the pulse, which is an impulse on the winding. Both
+//! phases of sign and magnitude have the same plant, because the off phase brakes; so this is the exact derivative of
+//! the map from period to period. Events in the order of their clocks, those of one clock in this order:
 //!
 //! - *Read*: the command becomes `-K θ - (B/T) v`, with the position of the latest sample in the place of `θ` if the
 //!   spring is sampled. A modulator that starts a period at clock `n` with the command it finds reads the encoder's
@@ -10,9 +10,9 @@
 //! - *Sample*: `v` becomes the change of the position since the sample before.
 //! - *Act*: the current changes by the impulse of the command, where the pulse ends.
 //!
-//! Both periods are whole clocks, so the loop repeats after their least common multiple. A step is from one Read to just
-//! before the next one. Its states are the plant's, the position of the latest sample, `v`, and the commands that are
-//! read but do not act yet.
+//! Both periods are whole clocks, so the loop repeats after their least common multiple. A step is from one Read to
+//! just before the next one. Its states are the plant's, the position of the latest sample, `v`, and the commands that
+//! are read but do not act yet.
 //!
 //! Current and speed are scaled so that the stored energy is the sum of the states' squares: a flow then enlarges no
 //! state by more than [`Pulses::growth`].
@@ -273,8 +273,8 @@ impl Pulses {
         let tail = (late > 0.0).then(|| flow(&self.rates, Interval::exact(late).over(self.hertz)));
         let whole = phase.at as u64;
         let kick = self.kick.size();
-        // The answer to the command at the middle of the stretch of duties, and those at its ends. In between, an answer
-        // keeps between them, but for a share of its second derivative.
+        // The answer to the command at the middle of the stretch of duties, and those at its ends. In between, an
+        // answer keeps between them, but for a share of its second derivative.
         let response = |at: f64| Response::new(self, at.clamp(0.0, self.period as f64), tail.as_ref());
         let own = response(act.at);
         let ends = (act.half > 1e-6).then(|| [act.at - act.half, act.at + act.half].map(response));
@@ -293,16 +293,17 @@ impl Pulses {
         let period = self.flow(self.period);
         // The column of the command that acts in this step: one that has waited, or the one just read.
         let acting = waiting.checked_sub(1).map(|oldest| NEWEST + oldest);
-        let put = |step: &mut Step<N>, at: usize, columns: &[Interval; PLANT], pushed: Interval, [by_x, by_c]: [f64; 2]| {
-            for (column, cell) in columns.iter().enumerate() {
-                (step.a[at][column], step.a_error[at][column]) = known(*cell, by_x);
-            }
-            let (value, error) = known(pushed, by_c);
-            match acting {
-                None => (step.g[at], step.g_error[at]) = (value, error),
-                Some(column) => (step.a[at][column], step.a_error[at][column]) = (value, error),
-            }
-        };
+        let put =
+            |step: &mut Step<N>, at: usize, columns: &[Interval; PLANT], pushed: Interval, [by_x, by_c]: [f64; 2]| {
+                for (column, cell) in columns.iter().enumerate() {
+                    (step.a[at][column], step.a_error[at][column]) = known(*cell, by_x);
+                }
+                let (value, error) = known(pushed, by_c);
+                match acting {
+                    None => (step.g[at], step.g_error[at]) = (value, error),
+                    Some(column) => (step.a[at][column], step.a_error[at][column]) = (value, error),
+                }
+            };
         for state in 0..PLANT {
             let pushed = own.state(self, state);
             let error = error(state, pushed, &|end| end.state(self, state));

@@ -1,8 +1,8 @@
 //! The motion that a modulator's pulses force at rest, in encoder counts.
 //!
-//! At a constant duty the pulses repeat, and so does the motion of motor and hand. It is the fixed point of the period's
-//! map. The wall takes no part in it: its command is the duty. A verdict asks for less than one count rms about the mean,
-//! so a wall whose ripple alone has more does not settle, however stable its loop is.
+//! At a constant duty the pulses repeat, and so does the motion of motor and hand. It is the fixed point of the
+//! period's map. The wall takes no part in it: its command is the duty. A verdict asks for less than one count rms
+//! about the mean, so a wall whose ripple alone has more does not settle, however stable its loop is.
 
 use std::array::from_fn;
 

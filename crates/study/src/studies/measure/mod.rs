@@ -191,8 +191,8 @@ static MEASURES: &[Measure] = &[
     },
     Measure {
         name: "linear",
-        about: "The stiffness up to which the linear loop settles; with `every`, of the loop whose velocity is \
-                that much slower.",
+        about: "The stiffness up to which the linear loop with an ideal drive settles; with `every`, of the \
+                loop whose velocity is that much slower.",
         is_of_scene: true,
         keys: &[option("every", Takes::Number)],
         gives: &["limit"],
@@ -226,7 +226,8 @@ static MEASURES: &[Measure] = &[
     },
     Measure {
         name: "least_damping",
-        about: "The least virtual damping with which the wall settles, by the linear loop or by runs in words.",
+        about: "The least virtual damping with which the wall settles, by the linear loop with an ideal drive or by \
+                runs in words.",
         is_of_scene: true,
         keys: &[key("by", Takes::Text)],
         gives: &["text", "fails", "holds"],
