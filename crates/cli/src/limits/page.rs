@@ -127,7 +127,7 @@ fn driven(page: &mut Page, found: &Limits) {
             if let Some(from) = set.full_from {
                 page.line("", format!("from {} {} on the command at rest is a full one", figure(from), set.set.unit));
             }
-            if let Some(looked) = set.looked {
+            if let Some(looked) = set.looked.filter(|_| !set.set.stable.is_empty()) {
                 let of = if set.is_averaged { "the pulses that the averaged bridge stands for" } else { "the pulses" };
                 let said = format!("proved of {of}; a stretch between two of {looked} stiffnesses may be missed");
                 page.line("", said);

@@ -250,10 +250,48 @@ fn the_json_of_limits_has_the_keys_of_the_contract() {
 }
 
 #[test]
+fn limits_tell_the_loop_that_runs_apart_from_the_ideal_drive_and_from_the_modulator_s_ripple() {
+    let few = ["--range", "0.1..1.5 N.m/rad", "--words", "2", "--phases", "1"];
+    let output = run(&[&["limits", "slow-pwm"][..], &few].concat());
+    let text = stdout(&output);
+    let line = |label: &str| {
+        let found = text.lines().find(|line| line.starts_with(label));
+        found.unwrap_or_else(|| panic!("{label}: {text}")).to_string()
+    };
+    assert!(line("linear loop, ideal drive").ends_with("every stiffness from 0.1 to 1.5 N.m/rad settles"), "{text}");
+    assert!(line("linear loop, as driven").contains("0.1 to 1.0415"), "{text}");
+    assert!(line("PWM's ripple").contains("alone one count rms or more from 0.212"), "{text}");
+    // The modulator waits longer than a hundredth of a sample.
+    assert!(text.lines().any(|line| line.starts_with('!') && line.contains("no delay beside sampling")), "{text}");
+    let value = json(&run(&[&["limits", "slow-pwm", "--json"][..], &few].concat()));
+    let number = |value: &serde_json::Value| value.as_f64().unwrap_or_else(|| panic!("{value}"));
+    let driven = &value["as_driven"];
+    // 1.04145916 N.m/rad with the wall at 1.5002 rad; the scene's wall lies a thirtieth of a milliradian farther.
+    let end = &driven["stable"][0]["to"];
+    assert!((number(&end["at"]) / 1.041_459_16 - 1.0).abs() < 1e-4, "{driven}");
+    assert!(number(&end["beyond"]) / number(&end["at"]) - 1.0 < 1e-9, "{driven}");
+    let ripple = number(&value["ripple"]["one_count_or_more"][0][0]);
+    assert!((ripple / 0.211_994_5 - 1.0).abs() < 5e-3, "{ripple}");
+    assert_eq!((&value["as_driven_reason"], &value["left_out"]), (&serde_json::Value::Null, &serde_json::json!([])));
+    let waits = driven["waits"].as_array().expect("waits");
+    assert!(waits.iter().any(|wait| wait["what"] == "the modulator, at rest" && number(&wait["seconds"]) > 3e-4));
+}
+
+#[test]
+fn limits_of_a_loop_that_is_not_worked_out_name_what_the_ideal_drive_leaves_out_and_do_not_say_proved() {
+    let few = ["--range", "0.1..1.5 N.m/rad", "--words", "2", "--phases", "1"];
+    let dead = ["limits", "hybrid-wall", "--set", "method.pwm.dead_time=2 us"];
+    let text = stdout(&run(&[&dead[..], &few].concat()));
+    assert!(text.contains("linear loop, as driven    not worked out: its bridge has a dead time\n"), "{text}");
+    assert!(text.contains("the ideal drive leaves out: synchronizer, decoder and counter 0.08 us, "), "{text}");
+    assert!(text.contains("the bridge's dead time 2 us\n") && !text.contains("proved"), "{text}");
+}
+
+#[test]
 fn limits_print_each_assumption_once_and_mark_those_that_the_scene_does_not_meet() {
     let output = run(&["limits", "prescribed-sweep"]);
     let text = stdout(&output);
-    assert!(text.contains("in words              the hand imposes the motion"), "{text}");
+    assert!(text.contains("in words                  the hand imposes the motion"), "{text}");
     assert_eq!(text.matches("  no Coulomb friction\n").count(), 1, "{text}");
     let unmet = |line: &&str| line.starts_with('!') && line.contains("a hand that is absent");
     assert_eq!(text.lines().filter(unmet).count(), 1, "{text}");
