@@ -10,8 +10,8 @@ use super::{
 use crate::limits::unit;
 use crate::timing::delay_s;
 
-/// All eigenvalues of the map from one sample to the next lie within the unit circle, with the hand and the linear law's
-/// delay; the drive is ideal.
+/// All eigenvalues of the map from one sample to the next lie within the unit circle, with the hand and the linear
+/// law's delay; the drive is ideal.
 pub(super) fn spectral_radius(scene: &Scene) -> Result<Criterion, Silent> {
     let name = "spectral_radius";
     let limit = critical(scene, scene.wall.damping_nm_s_per_rad).map_err(|why| Silent { name, why })?;

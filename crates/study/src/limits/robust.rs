@@ -173,7 +173,7 @@ fn common(a: &[[f64; 2]], b: &[[f64; 2]]) -> Vec<[f64; 2]> {
 fn without([low, high]: [f64; 2], others: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let mut from = low;
     let mut left = Vec::new();
-    for [start, end] in others {
+    for [start, end] in others.iter().filter(|[start, end]| *end >= low && *start <= high) {
         if *start > from {
             left.push([from, start.next_down()]);
         }
