@@ -265,7 +265,7 @@ impl<const N: usize> Steps<N> {
 
 /// A step seen from the matrix behind it: `H' P⁺ H` for any row `r`, with the bound of its error.
 struct Opened<const N: usize> {
-    /// `A' P⁺ A`.
+    /// `A' P⁺ A`: the diagonal and what is right of it.
     own: Square<N>,
     /// `A' P⁺ g`.
     cross: [f64; N],
@@ -281,7 +281,14 @@ impl<const N: usize> Opened<N> {
     fn new(step: &Step<N>, after: &Square<N>, most: &[f64; N], definite: bool) -> Self {
         let Step { a, g, a_error, g_error } = step;
         let seen = product(after, a);
-        let own = product(&transposed(a), &seen);
+        let mut own = [[0.0; N]; N];
+        for (row, seen) in a.iter().zip(&seen) {
+            for left in 0..N {
+                for right in left..N {
+                    own[left][right] += row[left] * seen[right];
+                }
+            }
+        }
         let pushed: [f64; N] = from_fn(|row| (0..N).map(|k| after[row][k] * g[k]).sum());
         let cross = from_fn(|column| (0..N).map(|k| a[k][column] * pushed[k]).sum());
         let drive = (0..N).map(|k| g[k] * pushed[k]).sum();
@@ -309,8 +316,7 @@ impl<const N: usize> Opened<N> {
         let pushed: [f64; N] = from_fn(|k| 0.5 * drive * r[k] - cross[k]);
         from_fn(|row| {
             from_fn(|column| {
-                let both = own[row.min(column)][row.max(column)];
-                both + (r[row] * pushed[column] + r[column] * pushed[row])
+                own[row.min(column)][row.max(column)] + (r[row] * pushed[column] + r[column] * pushed[row])
             })
         })
     }
