@@ -233,9 +233,8 @@ fn verdict(summary: &Summary, unit: &str) -> String {
     match summary.verdict {
         Some(Verdict::Settled { rms_rad }) if rms_rad < 1e-5 => format!("settled, below 0.01 m{unit} rms"),
         Some(Verdict::Settled { rms_rad }) => format!("settled, {:.2} m{unit} rms", 1e3 * rms_rad),
-        Some(Verdict::LimitCycle { amplitude_rad, frequency_hz: 0.0, .. }) => {
-            format!("moving to the end, over {:.0} m{unit}", 2e3 * amplitude_rad)
-        }
+        Some(Verdict::NotTold { amplitude_rad, .. }) => format!("not told, over {:.2} m{unit}", 2e3 * amplitude_rad),
+        Some(Verdict::HandMoves { until_s, .. }) => format!("the hand moves until {until_s:.2} s"),
         Some(Verdict::LimitCycle { amplitude_rad, frequency_hz, .. }) => {
             format!("limit cycle of {:.1} m{unit} at {frequency_hz:.0} Hz", 1e3 * amplitude_rad)
         }

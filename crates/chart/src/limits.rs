@@ -139,6 +139,7 @@ fn words(canvas: &mut Canvas, scale: &Scale, y: i32, set: &WordsSet) -> i32 {
             Group::All => SKY,
             Group::Some => SAND,
             Group::None => MAROON.color,
+            Group::NotTold => BLANK,
         };
         scale.band(canvas, y, [from.stiffness, to.stiffness], color);
     }

@@ -9,9 +9,10 @@ use crate::direct::{AxisDirect, Computed};
 use crate::method::AxisLoop;
 use crate::outline::Outline;
 use crate::plant::Plant;
-use crate::scene::{Device, EncoderModel, LoopWords, Scene, Solver};
+use crate::scene::{Device, EncoderModel, LoopWords, Scene, Setup, Solver};
 use crate::simulation::{Direct, LoopVisitor, Simulation, TheLoop, Wired};
 use crate::simulation_error::SimulationError;
+use crate::time_constants::TimeConstants;
 
 /// A scene made ready: its words, its wiring, its plant.
 pub struct AxisSimulation<'s> {
@@ -46,6 +47,7 @@ impl<'s> AxisSimulation<'s> {
         let device = (&scene.device, scene.encoder.count_rad(), words.realised.wall_position_rad);
         let wiring = closed.wiring();
         let outline = Outline::of_axis(scene, device, (wiring.name(), wiring.nets()), commands, plant.has_device());
+        let outline = Outline { slowest: Some(TimeConstants::of(scene)), ..outline.with_hand(scene.hand_path()) };
         Ok(Self { scene, plant, words, closed, outline })
     }
 

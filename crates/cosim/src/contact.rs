@@ -1,6 +1,6 @@
 //! Contact: the share of the judged window in which the wall sees penetration.
 //!
-//! The window is that of the [verdict](crate::verdict): the last 30 % of the run. The position that the wall's law
+//! The window is that of the [verdict](crate::verdict). The position that the wall's law
 //! reads decides, not the true angle. The share is
 //!
 //! - for a loop with a clock, the share of the clock cycles in which the net `penetration` is above 0 (of another
@@ -12,7 +12,7 @@
 
 use hpu_signal::{Clock, Cycle};
 
-use crate::scene::Experiment;
+use crate::scene::{Experiment, moves_until_s};
 use crate::window::window;
 
 /// Returns the clock edges from one row of a trace at this rate to the next; at least 1.
@@ -20,16 +20,18 @@ pub(crate) fn stride(clock: Clock, rate_hz: f64) -> u64 {
     clock.edges(1.0 / rate_hz).max(1)
 }
 
-/// Returns the first clock edge of the judged window of a run of `edges` edges, with a row every `stride` edges.
-pub(crate) fn window_start(edges: u64, stride: u64) -> u64 {
-    window(edges / stride + 1).start * stride
+/// Returns the first clock edge of the judged window of a run of `edges` edges, with a row every `stride` edges, whose
+/// hand stands still from edge `still` on.
+pub(crate) fn window_start(edges: u64, stride: u64, still: u64) -> u64 {
+    window(edges / stride + 1, still.div_ceil(stride)).start * stride
 }
 
 /// Returns begin and end of the judged window of a scene's complete run, in seconds.
 pub fn judged_window_s(experiment: &Experiment) -> [f64; 2] {
     let clock = experiment.clock;
     let (edges, stride) = (experiment.edges(), stride(clock, experiment.record.plant_rate_hz));
-    [window_start(edges, stride), edges].map(|edge| clock.seconds(Cycle(edge)))
+    let still = clock.edges(moves_until_s(&experiment.setup().hand_path()));
+    [window_start(edges, stride, still), edges].map(|edge| clock.seconds(Cycle(edge)))
 }
 
 /// Counts the clock edges of the window in which the wall is touched.

@@ -45,6 +45,7 @@ mod simulation_error;
 mod stepped;
 mod stopwatch;
 mod summary;
+mod time_constants;
 mod trace;
 mod untyped;
 mod verdict;

@@ -4,9 +4,12 @@ use hpu_plant::REALS;
 use hpu_signal::{Clock, Real, Signal};
 
 use crate::columns::{AXIS_ROW, CURRENTS, RAIL_ROW, TORQUE_BETWEEN};
-use crate::scene::{Device, Head, Record};
+use crate::contact::stride;
+use crate::scene::{Device, Head, Record, moves_until_s};
+use crate::time_constants::TimeConstants;
 use crate::trace::{ANGLE, TORQUE, Trace};
-use crate::verdict::{Abort, Verdict, judge, judge_drop, judge_following};
+use crate::verdict::{Abort, Verdict, judge_drop, judge_following, judge_hand, judge_rest};
+use crate::window::is_enough;
 
 /// A net that commands an actuator, the column of the effort that it asks for, and the effort of one ulp of its word.
 pub(crate) type Command = (&'static str, &'static str, f64);
@@ -38,6 +41,10 @@ pub struct Outline {
     pub(crate) wall: Option<f64>,
     pub(crate) waves: Waves,
     pub(crate) rule: Rule,
+    /// The edge from which on the hand stands still.
+    pub(crate) still: u64,
+    /// The greatest time constants of an axis whose wall is known.
+    pub(crate) slowest: Option<TimeConstants>,
 }
 
 /// The nets as waveforms show them. Nets of several joints are listed without the joint's number.
@@ -53,6 +60,8 @@ pub struct Waves {
 pub(crate) enum Rule {
     /// That of an axis, for the motion in this column, with the motion of one encoder count.
     Rest(usize, f64),
+    /// The distance from a hand on this path, which moves until too late, in s, of the motion in this column.
+    Hand(usize, Vec<(f64, f64)>, f64),
     /// That of a drop test, with the column of the logged coordinate.
     Drop(usize),
     /// The device follows its target, from which it is as far as this column says.
@@ -88,7 +97,22 @@ impl Outline {
             wall: None,
             waves: Waves::default(),
             rule,
+            still: 0,
+            slowest: None,
         }
+    }
+
+    /// Returns the outline with a hand on this path: the motion is judged after the last move of the hand, or against
+    /// the hand if too little is left.
+    pub(crate) fn with_hand(self, path: Vec<(f64, f64)>) -> Self {
+        let until_s = moves_until_s(&path);
+        let (still, stride) = (self.clock.edges(until_s), stride(self.clock, self.record.plant_rate_hz));
+        let is_judged = is_enough(self.edges / stride + 1, still.div_ceil(stride));
+        let rule = match self.rule {
+            Rule::Rest(column, _) if !is_judged => Rule::Hand(column, path, until_s),
+            rule => rule,
+        };
+        Self { still, rule, ..self }
     }
 
     /// Returns the outline of an axis with this device and a wall at this position; without `has_device`, a recording
@@ -125,10 +149,13 @@ impl Outline {
     /// Returns the verdict on the motion, from the trace of a complete run.
     pub(crate) fn judge(&self, trace: &Trace, aborted: Option<Abort>) -> Verdict {
         match (&self.rule, aborted) {
-            (Rule::Rest(..) | Rule::Follow(_), Some(Abort { at_s, .. })) => {
+            (Rule::Rest(..) | Rule::Follow(_) | Rule::Hand(..), Some(Abort { at_s, .. })) => {
                 Verdict::Diverged { at_s, amplitude_rad: f64::INFINITY }
             }
-            (Rule::Rest(column, count), None) => judge(trace, *column, *count),
+            (Rule::Rest(column, count), None) => {
+                judge_rest(trace, *column, *count, |position| self.slowest?.at(position))
+            }
+            (Rule::Hand(column, path, until_s), None) => judge_hand(trace, *column, path, *until_s),
             (Rule::Follow(distance), None) => judge_following(trace, *distance),
             (Rule::Drop(logged), aborted) => judge_drop(trace, *logged, aborted),
         }

@@ -173,6 +173,11 @@ pub trait Simulation {
         stride(self.clock(), self.record().plant_rate_hz)
     }
 
+    /// Returns the first clock edge of the judged window.
+    fn window_start(&self) -> u64 {
+        window_start(self.edges(), self.stride(), self.outline().still)
+    }
+
     /// Returns an empty trace of the plant and of the nets with these names.
     fn trace(&self, nets: &[&str]) -> Trace {
         let all = self.nets();
@@ -283,8 +288,8 @@ pub(crate) fn run<R: Wired>(
     control: &Control,
 ) -> Summary {
     let (end, stride, modulated) = (simulation.edges(), simulation.stride(), simulation.gates_drive());
-    trace.begin(end / stride + 1);
-    let from = window_start(end, stride);
+    trace.begin(end / stride + 1, simulation.outline().still);
+    let from = simulation.window_start();
     let (summary, contact, over) = match simulation.direct() {
         Some(direct) => direct.run((from, end), stride, trace, observer, control),
         None => {
@@ -311,8 +316,8 @@ pub fn follow<R: Simulation, E>(
     observer: &mut dyn Observe,
     play: impl FnOnce(&mut dyn Observe) -> Result<(Summary, Option<&'static str>), E>,
 ) -> Result<Summary, E> {
-    trace.begin(simulation.edges() / simulation.stride() + 1);
-    let from = window_start(simulation.edges(), simulation.stride());
+    trace.begin(simulation.edges() / simulation.stride() + 1, simulation.outline().still);
+    let from = simulation.window_start();
     let contact = Contact::of(simulation.outline().contact.expect("a loop around a wall"), from);
     let mut follow = Follow { trace, observer, contact, known: Vec::new() };
     let (summary, over) = play(&mut follow)?;
@@ -355,7 +360,7 @@ pub(crate) fn judged<R: Simulation>(
     summary.aborted = over.map(|why| Abort { at_s: summary.motion_s, why });
     if summary.complete && simulation.has_device() {
         summary.verdict = Some(simulation.outline().judge(trace, summary.aborted));
-        let window = simulation.edges() - window_start(simulation.edges(), simulation.stride());
+        let window = simulation.edges() - simulation.window_start();
         let is_told = over.is_none() && simulation.outline().has_contact;
         summary.contact_share = is_told.then_some(contact_edges / window as f64);
     }

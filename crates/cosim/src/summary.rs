@@ -82,8 +82,9 @@ pub struct NetUse {
 pub struct Summary {
     /// The verdict on the motion; `None` for a recording, which has no device.
     pub verdict: Option<Verdict>,
-    /// Share of the judged window, the last 30 % of the run, in which the wall sees penetration; 0 if the wall is not
-    /// reached. `None` for a run that did not come to its end and for a recording.
+    /// Share of the judged window, the last 30 % of the run without the time in which the hand moves, in which the wall
+    /// sees penetration; 0 if the wall is not reached. `None` for a run that did not come to its end and for a
+    /// recording.
     pub contact_share: Option<f64>,
     /// The early end and its reason, if the world ended the run.
     pub aborted: Option<Abort>,
@@ -138,15 +139,7 @@ impl Summary {
 
     /// Returns the kind of the verdict.
     pub fn outcome(&self) -> Option<OutcomeKind> {
-        self.verdict.map(|verdict| match verdict {
-            Verdict::Settled { .. } => OutcomeKind::Settled,
-            Verdict::LimitCycle { .. } => OutcomeKind::LimitCycle,
-            Verdict::Diverged { .. } => OutcomeKind::Diverged,
-            Verdict::Passive { .. } => OutcomeKind::Passive,
-            Verdict::NonPassive { .. } => OutcomeKind::NonPassive,
-            Verdict::HighlyUnstable { .. } => OutcomeKind::HighlyUnstable,
-            Verdict::Tracking { .. } => OutcomeKind::Tracking,
-        })
+        self.verdict.map(Verdict::outcome)
     }
 }
 

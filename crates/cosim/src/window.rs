@@ -2,10 +2,20 @@
 
 use std::ops::Range;
 
-/// Returns the rows that a verdict judges: the last 30 % of `rows` rows.
-pub(crate) fn window(rows: u64) -> Range<u64> {
-    let three_tenths = (u128::from(rows) * 3 / 10) as u64;
-    rows - three_tenths.max(2).min(rows)..rows
+/// Returns the rows that a verdict judges: the last 30 % of `rows` rows, without those before row `still`, from which on
+/// the hand stands still. If the hand leaves [too little](is_enough), the last 30 % are returned.
+pub(crate) fn window(rows: u64, still: u64) -> Range<u64> {
+    let usual = rows - tenths(rows, 3).max(2).min(rows);
+    if is_enough(rows, still) { usual.max(still)..rows } else { usual..rows }
+}
+
+/// Whether a motion can be judged: the hand stands still for at least the last 10 % of `rows` rows.
+pub(crate) fn is_enough(rows: u64, still: u64) -> bool {
+    still == 0 || still <= rows.saturating_sub(tenths(rows, 1).max(2))
+}
+
+fn tenths(rows: u64, count: u64) -> u64 {
+    (u128::from(rows) * u128::from(count) / 10) as u64
 }
 
 /// Returns the row at which quarter `of` of `rows` rows begins, counted from 0; for 4, the end of the rows.
@@ -83,9 +93,9 @@ pub(crate) struct Streamed {
 }
 
 impl Streamed {
-    /// Creates the window of an output for a run that will have `rows` rows.
-    pub(crate) fn new(index: usize, rows: u64) -> Self {
-        let window = window(rows);
+    /// Creates the window of an output for a run that will have `rows` rows, whose hand stands still from row `still` on.
+    pub(crate) fn new(index: usize, rows: u64, still: u64) -> Self {
+        let window = window(rows, still);
         let long = (window.end - window.start) as usize;
         let begins = [1, 2, 3].map(|of| window.start + quarter(long, of) as u64);
         Self { index, window, begins, quarters: [Spread::NONE; 4], turns: Turns::new(MOST_TURNS) }
@@ -122,6 +132,17 @@ impl Streamed {
         self.quarters.map(|quarter| [quarter.low, quarter.high])
     }
 
+    /// Returns the mean of each quarter.
+    pub(crate) fn means(&self) -> [f64; 4] {
+        self.quarters.map(|quarter| quarter.mean)
+    }
+
+    /// Returns rows and values at which the motion turned back by more than a sixteenth of its range, without its first
+    /// row and its last.
+    pub(crate) fn turns(&self) -> Vec<(u64, f64)> {
+        turns(self.turns.turns.iter().copied().chain(self.turns.last), [self.turns.low, self.turns.high])
+    }
+
     /// Returns the number of upward passages of the mean, each after a passage below it by a quarter of the amplitude,
     /// and the two turns around the first passage and around the last.
     pub(crate) fn passages(&self, mean: f64, amplitude: f64) -> (u64, [Swing; 2]) {
@@ -135,6 +156,16 @@ pub(crate) type Swing = [(u64, f64); 2];
 /// Returns the row at which a swing passes the mean, on the straight line from turn to turn.
 pub(crate) fn passage(&[from, to]: &Swing, mean: f64) -> f64 {
     from.0 as f64 + (to.0 - from.0) as f64 * ((mean - from.1) / (to.1 - from.1))
+}
+
+/// Returns rows and values at which a motion within a range turned back by more than a sixteenth of it. The first row is
+/// no turn, nor is the last.
+pub(crate) fn turns(rows: impl Iterator<Item = (u64, f64)>, [low, high]: [f64; 2]) -> Vec<(u64, f64)> {
+    let mut turns = Turns { low, high, ..Turns::new(usize::MAX) };
+    rows.for_each(|(row, x)| turns.turn(row, x));
+    let first = turns.turns.first().map(|first| first.0);
+    turns.turns.retain(|(row, _)| Some(*row) != first);
+    turns.turns
 }
 
 /// The most turns of a motion that are kept: half a million swings.
@@ -316,9 +347,9 @@ mod tests {
     #[test]
     fn numbers_of_the_window_are_those_of_its_rows() {
         let rows: Vec<f64> = (0..10_001).map(|row| 5.0 + 1e-3 * noise(row) + 1e-7 * row as f64).collect();
-        let mut streamed = Streamed::new(2, rows.len() as u64);
+        let mut streamed = Streamed::new(2, rows.len() as u64, 0);
         rows.iter().enumerate().for_each(|(row, x)| streamed.add(row as u64, *x));
-        let window = &rows[window(rows.len() as u64).start as usize..];
+        let window = &rows[window(rows.len() as u64, 0).start as usize..];
         assert_eq!((window.len(), streamed.start()), (3000, 7001));
         let mean = window.iter().sum::<f64>() / 3000.0;
         let rms = (window.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / 3000.0).sqrt();
@@ -332,7 +363,7 @@ mod tests {
         assert_eq!(streamed.quarters(), expected);
         assert!(streamed.is_finite());
         for lost in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
-            let mut streamed = Streamed::new(2, 100);
+            let mut streamed = Streamed::new(2, 100, 0);
             (0..100).for_each(|row| streamed.add(row, if row == 80 { lost } else { 0.0 }));
             assert!(!streamed.is_finite(), "{lost}");
         }

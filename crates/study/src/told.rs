@@ -1,6 +1,6 @@
 //! Verdict, contact and energies of a run, in words and as JSON: the summaries of `hpu run` and of the explorer.
 
-use hpu_cosim::scene::Units;
+use hpu_cosim::scene::{OutcomeKind, Units};
 use hpu_cosim::{AxisSimulation, EnergyAudit, Summary, Trace, Verdict, unseen_growth_per_s};
 use serde_json::{Value, json};
 
@@ -24,12 +24,7 @@ pub fn outcome(verdict: Verdict, unit: &str, [from_s, to_s]: [f64; 2]) -> (Strin
         }
         Verdict::LimitCycle { rms_rad, amplitude_rad, frequency_hz } => {
             let (rms, amplitude, frequency) = (u(rms_rad), u(amplitude_rad), si(frequency_hz, "Hz"));
-            let said = if frequency_hz == 0.0 {
-                let range = u(2.0 * amplitude_rad);
-                format!("moving to the end, over {range} without a period (a limit cycle by the rule), rms {rms}")
-            } else {
-                format!("limit cycle: amplitude {amplitude}, {frequency}, rms {rms}")
-            };
+            let said = format!("limit cycle: amplitude {amplitude}, {frequency}, rms {rms}");
             let numbers = json!({
                 "kind": "limit_cycle",
                 "rms_rad": rms_rad,
@@ -54,10 +49,51 @@ pub fn outcome(verdict: Verdict, unit: &str, [from_s, to_s]: [f64; 2]) -> (Strin
             format!("tracking: {} rms from the target, {} at most", si(rms_m, "m"), si(greatest_m, "m")),
             json!({ "kind": "tracking", "rms_m": rms_m, "greatest_m": greatest_m }),
         ),
+        Verdict::NotTold { rms_rad, amplitude_rad, telling_s } => {
+            let (range, rms) = (u(2.0 * amplitude_rad), u(rms_rad));
+            let telling = telling(telling_s);
+            let numbers = json!({
+                "kind": "not_told",
+                "rms_rad": rms_rad,
+                "amplitude_rad": amplitude_rad,
+                "telling_duration_s": telling_s,
+            });
+            (format!("not told: moves over {range} at the end, rms {rms}, and may come to rest; {telling}"), numbers)
+        }
+        Verdict::HandMoves { until_s, rms_rad, greatest_rad, telling_s } => {
+            let (until, rms, greatest) = (si(until_s, "s"), u(rms_rad), u(greatest_rad));
+            let telling = telling(Some(telling_s));
+            let numbers = json!({
+                "kind": "hand_moves",
+                "until_s": until_s,
+                "rms_rad": rms_rad,
+                "greatest_rad": greatest_rad,
+                "telling_duration_s": telling_s,
+            });
+            (format!("the hand moves until {until}: {rms} rms from the hand, {greatest} at most; {telling}"), numbers)
+        }
         Verdict::HighlyUnstable { at_s } => (
             format!("highly unstable: aborted at {}", si(at_s, "s")),
             json!({ "kind": "highly_unstable", "at_s": at_s }),
         ),
+    }
+}
+
+/// Returns why a run does not tell whether the motion comes to rest, and what would tell; `None` if it tells.
+pub fn untold(outcome: OutcomeKind, telling_s: Option<f64>) -> Option<String> {
+    let why = match outcome {
+        OutcomeKind::NotTold => "the motion may still come to rest",
+        OutcomeKind::HandMoves => "the hand moves in the judged window",
+        _ => return None,
+    };
+    Some(format!("not told: {why}; {}", telling(telling_s)))
+}
+
+/// Returns as text which duration of the run would tell.
+pub fn telling(telling_s: Option<f64>) -> String {
+    match telling_s {
+        Some(telling_s) => format!("run.duration = \"{}\" would tell", si(telling_s, "s")),
+        None => "no run.duration is known that would tell".into(),
     }
 }
 

@@ -13,6 +13,8 @@ const CLASSES = {
   diverged: ["×", "diverged"],
   highly_unstable: ["×", "highly unstable"],
   non_passive: ["~", "non-passive"],
+  not_told: ["?", "not told: a longer run would tell"],
+  hand_moves: ["→", "the hand moves nearly to the end"],
   wall_not_reached: ["○", "wall not reached"],
   failed: ["!", "cannot be run"],
 };

@@ -88,11 +88,14 @@ fn words(page: &mut Page, set: &WordsSet) {
             Group::All => "all phases settle",
             Group::Some => "some phases settle",
             Group::None => "no phase settles",
+            Group::NotTold => "not told",
         };
         let [low, high] = [from, to].map(|seen| set.digits(seen.stiffness));
         let between = if low == high { format!("at {low}") } else { format!("{low} to {high}") };
         let label = if index == 0 { "in words" } else { "" };
-        page.line(label, format!("{which:<19}{between} {}", set.unit));
+        let untold = set.not_told_from(&from, &to).then(|| format!(", {}", set.said_not_told(&from, &to)));
+        let untold = untold.unwrap_or_default();
+        page.line(label, format!("{which:<19}{between} {}{untold}", set.unit));
     }
     page.line("", set.turn());
     let apart = match set.finest {
@@ -185,7 +188,15 @@ fn in_box(set: &BoxSet) -> Value {
 }
 
 fn in_words(set: &WordsSet) -> Value {
-    let seen = |seen: &Seen| json!({ "word": seen.word as i64, "stiffness": seen.stiffness, "settled": seen.settled });
+    let seen = |seen: &Seen| {
+        json!({
+            "word": seen.word as i64,
+            "stiffness": seen.stiffness,
+            "settled": seen.settled,
+            "not_told": seen.not_told,
+            "telling_duration_s": seen.telling_s,
+        })
+    };
     let groups = set
         .groups()
         .into_iter()
@@ -199,6 +210,8 @@ fn in_words(set: &WordsSet) -> Value {
         "worlds_without_contact": set.untouched,
         "runs": set.runs(),
         "runs_cut_short": set.cut_short,
+        "runs_not_told": set.not_told(),
+        "telling_duration_s": set.telling_s(),
         "runs_settled_but_wrapped": set.wrapped,
         "groups": groups.collect::<Vec<_>>(),
         "lowest_failed": set.lowest_failed().map(|seen| seen.stiffness),

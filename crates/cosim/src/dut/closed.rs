@@ -10,7 +10,7 @@ use hpu_signal::{Cycle, Observe, SignalUse, UNKNOWN};
 
 use super::{Change, DutSimulation, Fault, RunningDesign, Wires};
 use crate::axis_world::AxisWorld;
-use crate::contact::{Contact, window_start};
+use crate::contact::Contact;
 use crate::driven_world::{DrivenWorld, Logic};
 use crate::engine::{Control, Rows};
 use crate::schedule::Schedule;
@@ -64,8 +64,8 @@ impl DutSimulation<'_> {
     ) -> Result<Summary, Fault> {
         let began = Stopwatch::start();
         let (end, stride) = (self.edges(), self.stride());
-        trace.begin(end / stride + 1);
-        let from = window_start(end, stride);
+        trace.begin(end / stride + 1, self.outline().still);
+        let from = self.window_start();
         let watched = ranges || observer.watches() || trace.follows(0..self.wires.nets.len());
         let contact = Contact::of(self.wires.wires.len(), from);
         let recorder = Recorder { trace, contact, observer: Some(observer), reals: self.reals().len() };

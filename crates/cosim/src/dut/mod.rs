@@ -142,6 +142,7 @@ impl<'s> DutSimulation<'s> {
         let (device, count_rad) = (&scene.device, scene.encoder.count_rad());
         let loop_of = (scene.dut.top.as_str(), wires.nets.clone());
         let outline = Outline::of_axis(scene, (device, count_rad, scene.wall_rad), loop_of, Vec::new(), true);
+        let outline = outline.with_hand(scene.hand.path());
         Ok(Self { plant: plant(scene)?, scene, design, wires, outline })
     }
 

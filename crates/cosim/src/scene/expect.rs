@@ -20,6 +20,10 @@ hpu_signal::named! {
         NonPassive = "non_passive",
         /// A drop test that had to be aborted.
         HighlyUnstable = "highly_unstable",
+        /// The motion may still come to rest: a longer run would tell.
+        NotTold = "not_told",
+        /// The hand moves nearly to the end of the run.
+        HandMoves = "hand_moves",
     }
 }
 

@@ -76,6 +76,7 @@ pub mod keys;
 mod model;
 pub(crate) mod parameter;
 mod parts;
+mod path;
 pub mod phantom;
 pub(crate) mod quantity;
 mod read;
@@ -101,11 +102,12 @@ pub use expect::{Expect, Expectation, Metric, OutcomeKind};
 pub use faults::{EncoderLine, Faults, Stuck, Switch, Times};
 pub use gimbal::{
     Displacement, ForceSensor, GimbalMethod, GimbalModel, GimbalScene, GimbalWords, PositionGains, Posture, Probe,
-    Servo, Shear, Target, TargetKind, Thresholds, along,
+    Servo, Shear, Target, TargetKind, Thresholds,
 };
 pub use head::Head;
 pub use model::{BridgeModel, Datapath, EncoderModel, Friction, Model, Solver, Winding};
 pub use parameter::{Origin, Parameter, ParameterValue};
+pub use path::{along, moves_until_s};
 pub use parts::{
     Amplifier, AnalogShaper, Device, Encoder, Hand, Mass, Method, Motor, PathPoint, Pwm, Ramp, Record, Run, Units, Wall,
 };

@@ -253,6 +253,17 @@ impl Hand {
             _ => (0.0, 0.0),
         }
     }
+
+    /// Returns times and positions of the path that the hand intends to follow, or imposes; none for a hand without a
+    /// path.
+    pub fn path(&self) -> Vec<(f64, f64)> {
+        match self {
+            Self::SpringDamper { path, .. } | Self::Prescribed { path } => {
+                path.iter().map(|point| (point.time_s, point.angle_rad)).collect()
+            }
+            Self::None | Self::ConstantTorque { .. } | Self::Capture { .. } => Vec::new(),
+        }
+    }
 }
 
 /// Duration and seed of a run.

@@ -47,7 +47,9 @@ pub struct Outputs {
 /// Returns the outputs that a verdict makes worth comparing: the trace of a motion without end depends on its phase.
 pub fn usual(outcome: OutcomeKind) -> Vec<Output> {
     match outcome {
-        OutcomeKind::Settled => vec![Output::Trace, Output::PeakPenetration, Output::Verdict],
+        OutcomeKind::Settled | OutcomeKind::NotTold | OutcomeKind::HandMoves => {
+            vec![Output::Trace, Output::PeakPenetration, Output::Verdict]
+        }
         OutcomeKind::LimitCycle => {
             vec![Output::Amplitude, Output::Frequency, Output::PeakPenetration, Output::Verdict]
         }

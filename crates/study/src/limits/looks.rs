@@ -9,7 +9,9 @@ use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
 use std::time::Duration;
 
-use hpu_cosim::scene::{Datapath, Device, DutScene, Experiment, Hand, OutcomeKind, Realised, Scene};
+use hpu_cosim::scene::{
+    Datapath, Device, DutScene, Experiment, Hand, OutcomeKind, Realised, Scene, moves_until_s,
+};
 use hpu_cosim::{Control, figure, judged_window_s};
 
 use super::unit;
@@ -131,9 +133,8 @@ impl WordsSet {
 }
 
 /// Returns the middle words between neighbours that differ.
-fn between(seen: &BTreeMap<i128, u32>, phases: u32, looks: Looks) -> Vec<i128> {
-    let neighbours: Vec<(i128, Group)> =
-        seen.iter().map(|(word, settled)| (*word, Group::of(*settled, phases))).collect();
+fn between(seen: &BTreeMap<i128, Seen>, phases: u32, looks: Looks) -> Vec<i128> {
+    let neighbours: Vec<(i128, Group)> = seen.values().map(|seen| (seen.word, Group::of(seen, phases))).collect();
     let apart = neighbours.windows(2).filter(|pair| {
         let far = 1.max((looks.nearest * pair[1].0 as f64) as i128);
         pair[0].1 != pair[1].1 && pair[1].0 - pair[0].0 > far
@@ -141,10 +142,12 @@ fn between(seen: &BTreeMap<i128, u32>, phases: u32, looks: Looks) -> Vec<i128> {
     apart.map(|pair| pair[0].0 + (pair[1].0 - pair[0].0) / 2).collect()
 }
 
-/// Rows of a run that settled, of one that settled although its product wrapped, and of one that was cut short.
+/// Rows of a run that settled, of one that settled although its product wrapped, of one that was cut short, and of one
+/// that was too short to tell; the last is followed by the duration that would tell, if it is known.
 const SETTLED: &str = "settled";
 const WRAPPED: &str = "wrapped";
 const CUT_SHORT: &str = "cut short";
+const NOT_TOLD: &str = "not told ";
 
 /// Returns `count` words from the least to the greatest, evenly over their logarithm; all words if there are no more.
 fn spread(least: i128, most: i128, count: usize) -> Vec<i128> {
@@ -222,14 +225,15 @@ impl Grid<'_> {
         control: &Control,
     ) -> Result<WordsSet, String> {
         let all = self.phases;
-        let mut seen: BTreeMap<i128, u32> = BTreeMap::new();
+        let mut seen: BTreeMap<i128, Seen> = BTreeMap::new();
         let is_small = !looks.climbs && most - least < looks.most as i128;
         let mut wanted = spread(least, most, if is_small { looks.most } else { looks.coarse });
         let mut apart = Apart::default();
         if looks.climbs {
             for step_up in std::mem::take(&mut wanted) {
                 self.settled(&[step_up], jobs, control, (&mut seen, &mut apart))?;
-                if seen[&step_up] == 0 && seen.values().any(|settled| *settled == all) {
+                let is = |seen: &Seen, group| Group::of(seen, all) == group;
+                if is(&seen[&step_up], Group::None) && seen.values().any(|seen| is(seen, Group::All)) {
                     most = step_up;
                     break;
                 }
@@ -243,12 +247,9 @@ impl Grid<'_> {
                 break;
             }
         }
-        let seen: Vec<Seen> = seen
-            .into_iter()
-            .map(|(word, settled)| Seen { word, stiffness: word as f64 * self.step, settled })
-            .collect();
+        let seen: Vec<Seen> = seen.into_values().collect();
         let between = |pair: &[Seen]| {
-            let differ = Group::of(pair[0].settled, all) != Group::of(pair[1].settled, all);
+            let differ = Group::of(&pair[0], all) != Group::of(&pair[1], all);
             if differ { pair[1].word - pair[0].word } else { 1 }
         };
         let finest = seen.windows(2).map(between).max().unwrap_or(1);
@@ -267,13 +268,14 @@ impl Grid<'_> {
         })
     }
 
-    /// Runs these words at every phase, and adds to `seen` the number of phases at which each settles.
+    /// Runs these words at every phase, and adds to `seen` the number of phases at which each settles, and at which its
+    /// run does not tell.
     fn settled(
         &self,
         words: &[i128],
         jobs: NonZeroUsize,
         control: &Control,
-        (seen, apart): (&mut BTreeMap<i128, u32>, &mut Apart),
+        (seen, apart): (&mut BTreeMap<i128, Seen>, &mut Apart),
     ) -> Result<(), String> {
         let limits = CellLimits { events: MOST_EVENTS, guard: Duration::MAX };
         let too_many = more_events(MOST_EVENTS);
@@ -287,7 +289,11 @@ impl Grid<'_> {
             };
             match Cell::run(&experiment, limits, control) {
                 Ok(None) => None,
+                Ok(Some(cell)) if cell.outcome == OutcomeKind::HandMoves => Some(Err(moving(&experiment, &cell))),
                 Ok(Some(cell)) if cell.contact_share == Some(0.0) => Some(Err(untouched(&experiment))),
+                Ok(Some(Cell { outcome: OutcomeKind::NotTold, telling_s, .. })) => {
+                    Some(Ok(format!("{NOT_TOLD}{}", telling_s.map_or(String::new(), |telling_s| telling_s.to_string()))))
+                }
                 Ok(Some(cell)) if cell.outcome != OutcomeKind::Settled => Some(Ok(String::new())),
                 Ok(Some(cell)) if drops && cell.overflow_share > 0.0 => Some(Ok(WRAPPED.to_string())),
                 Ok(Some(_)) => Some(Ok(SETTLED.to_string())),
@@ -298,7 +304,15 @@ impl Grid<'_> {
         let mut done = 0;
         let _ = run_some(&units, jobs, control, run, |unit, row| match row {
             Ok(row) => {
-                *seen.entry(words[unit / phases]).or_default() += u32::from(row == SETTLED || row == WRAPPED);
+                let word = words[unit / phases];
+                let seen = seen.entry(word).or_insert_with(|| Seen::new(word, word as f64 * self.step));
+                seen.settled += u32::from(row == SETTLED || row == WRAPPED);
+                if let Some(telling) = row.strip_prefix(NOT_TOLD) {
+                    let telling_s: Option<f64> = telling.parse().ok();
+                    let before = if seen.not_told == 0 { telling_s } else { seen.telling_s };
+                    seen.telling_s = before.zip(telling_s).map(|(one, other)| one.max(other));
+                    seen.not_told += 1;
+                }
                 apart.cut_short += u32::from(row == CUT_SHORT);
                 apart.wrapped += u32::from(row == WRAPPED);
                 done += 1;
@@ -351,6 +365,16 @@ fn shift((hand, device): (&mut Hand, &mut Device), (count_rad, span_s): (f64, f6
         Device::Motor(motor) => motor.initial_angle_rad += aside - back * motor.initial_speed_rad_per_s,
         Device::Mass(mass) => mass.initial_position_m += aside - back * mass.initial_speed_m_per_s,
     }
+}
+
+/// Returns why a scene whose hand moves in the judged window gives no verdict on the wall, and what to change.
+fn moving(experiment: &Experiment, cell: &Cell) -> String {
+    let until = figure(moves_until_s(&experiment.setup().hand_path()));
+    let telling = cell.telling_s.map_or(String::new(), |telling_s| {
+        format!(", or write run.duration = \"{} s\"", figure(telling_s))
+    });
+    let duration = figure(experiment.run.duration_s);
+    format!("not judged: the hand moves until {until} s of {duration} s; let hand.path end earlier{telling}")
 }
 
 /// Returns why a scene whose hand is not at the wall gives no verdict on the wall, and what to change.

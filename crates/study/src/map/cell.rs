@@ -20,11 +20,11 @@ use crate::watch::limited;
 pub struct Cell {
     /// The outcome of the motion.
     pub outcome: OutcomeKind,
-    /// The rms about the mean at the end.
+    /// The rms about the mean at the end; of a motion that follows a hand or a target, of the distance from it.
     pub rms: Option<f64>,
-    /// Half of the range of a motion that does not end.
+    /// Half of the range of a motion that did not end.
     pub amplitude: Option<f64>,
-    /// Frequency of a limit cycle, in Hz; 0 if its period is longer than the run.
+    /// Frequency of a limit cycle, in Hz.
     pub frequency_hz: Option<f64>,
     /// Energy that the hand gave, in J.
     pub hand_j: f64,
@@ -48,6 +48,8 @@ pub struct Cell {
     pub switching: Option<Box<Switching>>,
     /// Number of clock edges that were run.
     pub edges: u64,
+    /// The duration of a run that would tell how the motion ends, if this one does not tell and such a duration is known.
+    pub telling_s: Option<f64>,
 }
 
 /// A stiffness that is felt.
@@ -124,10 +126,12 @@ impl Cell {
             known(switching.map(|switching| switching.bump_n)),
             known(switching.and_then(|switching| switching.switch_j)),
         ];
-        format!("{},{},{}", outcome_name(Some(self.outcome)), numbers.join(","), self.edges)
+        let outcome = outcome_name(Some(self.outcome));
+        format!("{outcome},{},{},{}", numbers.join(","), self.edges, known(self.telling_s))
     }
 
-    /// Reads a cell from its line; `None` for any other text.
+    /// Reads a cell from its line; `None` for any other text. Lines of programs that knew no duration that tells end with
+    /// the edges.
     pub fn read(line: &str) -> Option<Self> {
         let fields: Vec<&str> = line.split(',').collect();
         let [
@@ -149,6 +153,7 @@ impl Cell {
             bump,
             switch,
             edges,
+            ref telling @ ..,
         ] = fields[..]
         else {
             return None;
@@ -175,6 +180,11 @@ impl Cell {
                 }
             },
             edges: edges.parse().ok()?,
+            telling_s: match telling {
+                [] => None,
+                [telling] => known(telling)?,
+                _ => return None,
+            },
         })
     }
 
@@ -247,6 +257,7 @@ impl Cell {
                 / summary.edges.max(1) as f64,
             switching: switches.map(|switches| Box::new(switches.switching())),
             edges: summary.edges,
+            telling_s: verdict.telling_s(),
         }))
     }
 }
@@ -268,6 +279,8 @@ fn numbers(verdict: Verdict) -> (Option<f64>, Option<f64>, Option<f64>) {
         Verdict::LimitCycle { rms_rad, amplitude_rad, frequency_hz } => {
             (Some(rms_rad), Some(amplitude_rad), Some(frequency_hz))
         }
+        Verdict::NotTold { rms_rad, amplitude_rad, .. } => (Some(rms_rad), Some(amplitude_rad), None),
+        Verdict::HandMoves { rms_rad, .. } => (Some(rms_rad), None, None),
         Verdict::Diverged { amplitude_rad, .. } => (None, Some(amplitude_rad), None),
         Verdict::Passive { rms_m } | Verdict::NonPassive { rms_m } | Verdict::Tracking { rms_m, .. } => {
             (Some(rms_m), None, None)
@@ -297,8 +310,8 @@ pub fn product_wraps(scene: &Scene, realised: &Realised, trace: &Trace, summary:
 }
 
 /// Returns the displayed stiffness and its ratio to the stiffness asked for. The displayed stiffness is the actuator's
-/// mean torque or force divided by the mean penetration of the wall as asked for, both exact, in the last three tenths
-/// of the run. Returns `None` if the wall is not touched during all of this time.
+/// mean torque or force divided by the mean penetration of the wall as asked for, both exact, in the judged window.
+/// Returns `None` if the wall is not touched during all of this time.
 pub fn displayed_stiffness(
     (wall_rad, asked): (f64, f64),
     trace: &Trace,

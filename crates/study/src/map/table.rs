@@ -26,7 +26,7 @@ pub fn units_of(map: &Map) -> Vec<(String, String)> {
         ("x", axis(&map.x)),
         ("y", axis(&map.y)),
         ("run", "1 for a cell that was run, 0 for one whose outcome is inferred from the cells around it".into()),
-        ("rms", format!("{position}, about the mean of the last three tenths")),
+        ("rms", format!("{position}, about the mean of the judged window")),
         ("amplitude", format!("{position}, half of the range")),
         ("frequency_hz", "Hz".into()),
         ("hand_j", "J that the hand gave".into()),
@@ -39,7 +39,7 @@ pub fn units_of(map: &Map) -> Vec<(String, String)> {
         ("displayed_ratio", "displayed_stiffness over the stiffness asked for".into()),
         (
             "contact_share",
-            "of the judged window, the last three tenths, in which the wall sees penetration; 0: not reached".into(),
+            "of the judged window, in which the wall sees penetration; 0: not reached".into(),
         ),
         (
             "product_wraps",
@@ -56,6 +56,7 @@ pub fn units_of(map: &Map) -> Vec<(String, String)> {
         ("bump_n", "N, the greatest leap of the crank's drive at a switch, at the tip of a segment that rests".into()),
         ("switch_j", "J that the crank's drive gave per switch in the judged window".into()),
         ("edges", "clock edges".into()),
+        ("telling_duration_s", "s, the run.duration that would tell, where this one does not and one is known".into()),
         ("replay", "the command that runs the cell again".into()),
     ];
     pairs.map(|(key, value)| (key.to_string(), value)).into()
@@ -105,6 +106,7 @@ pub fn fields<'a>(map: &'a Map, found: &'a [Found], replay: impl Fn(usize) -> St
         figure("bump_n", |cell| switching(cell).map(|of| of.bump_n).into()),
         figure("switch_j", |cell| switching(cell).and_then(|of| of.switch_j).into()),
         of(Column::integer("edges", ""), |cell| cell.edges.into()),
+        figure("telling_duration_s", |cell| cell.telling_s.into()),
         Column::text("reason", "").of(move |index| match &found[*index] {
             Found::Run(Err(reason)) => Value::from(reason),
             _ => Value::Absent,
@@ -174,6 +176,7 @@ pub fn schema(map: &Map) -> Schema {
         Column::number("bump_n", ""),
         Column::number("switch_j", ""),
         Column::integer("edges", ""),
+        Column::number("telling_duration_s", ""),
     ];
     Schema::new(place, fields)
 }

@@ -218,10 +218,11 @@ keys! { record_gimbal: "record" of ["gimbal"];
 
 keys! { expect_gimbal: "expect" of ["gimbal"];
     /// Verdict that the run must reach: the segment follows a moving target to the end, comes to rest at a fixed one,
-    /// keeps a limit cycle there, or diverges.
+    /// keeps a limit cycle there, or diverges; the run is too short to tell (`not_told`), or the finger moves nearly to
+    /// its end (`hand_moves`).
     outcome: Choice<OutcomeKind> = Choice::new(|| {
-        use OutcomeKind::{Diverged, LimitCycle, Settled, Tracking};
-        named(&[Tracking, Settled, LimitCycle, Diverged], OutcomeKind::name)
+        use OutcomeKind::{Diverged, HandMoves, LimitCycle, NotTold, Settled, Tracking};
+        named(&[Tracking, Settled, LimitCycle, Diverged, NotTold, HandMoves], OutcomeKind::name)
     }, Said("not judged"));
     /// Root mean square of the distance between tip and target in the judged window.
     rms: Expected = Expected::new(&q::LENGTH, NotNegative);
