@@ -11,7 +11,8 @@ use hpu_study::map::{
 use crate::canvas::{Anchor, Canvas, INK, QUIET, WIDTH, text_width};
 use crate::map_frame::frames;
 use crate::series::{
-    BLACK, BLANK, BLUE, GREEN, LILAC, Look, MAROON, MAUVE, MINT, ORANGE, PURPLE, ROSE, RUST, SAND, SKY, Style, TAUPE, entry,
+    BLACK, BLANK, BLUE, GREEN, LILAC, Look, MAROON, MAUVE, MINT, ORANGE, PURPLE, ROSE, RUST, SAND, SKY, Style, TAUPE,
+    entry,
 };
 use crate::{Picture, dotted, page};
 

@@ -25,7 +25,8 @@ impl TimeConstants {
         };
         let (grip, grip_damping) = scene.hand.grip();
         let wall = scene.wall;
-        let slowest = |stiffness: f64, damping: f64| slowest_s(inertia, viscous + grip_damping + damping, grip + stiffness);
+        let slowest =
+            |stiffness: f64, damping: f64| slowest_s(inertia, viscous + grip_damping + damping, grip + stiffness);
         Self {
             wall: wall.position_rad,
             before_s: slowest(0.0, 0.0),

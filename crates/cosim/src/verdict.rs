@@ -13,19 +13,28 @@
 //!    and counts as rest;
 //! 2. **diverged** when its half-range in the later half of that window exceeds 1.5 times that in the earlier half, or
 //!    when it is not finite. A motion without a period in the window must also go where it has not been in the run;
-//! 3. **not told** when it may still come to rest: a longer run would tell. It has no period in the window, that is,
-//!    fewer than two upward passages of the mean, or fewer than two whole swings from turn to turn. Or its swings fall:
-//!    by a factor of 1.1 or more from the window's first quarter to its last, and at each step by at least half of the share that a steady fall would
-//!    give it. With five passages or more, the swings are the half-ranges of the window's quarters; with fewer, they
-//!    are those from turn to turn, by the mean of two neighbours if there are three or more;
+//! 3. **not told** when it may still come to rest: a longer run would tell. This holds
+//!    - if it has no period in the window, that is, fewer than two upward passages of the mean, or fewer than two whole
+//!      swings from turn to turn;
+//!    - if its half-range in the window's last quarter is below one count: it has come to rest in the window;
+//!    - if its swings fall, by a factor of 1.1 or more in three quarters of the window, and steadily. With more than
+//!      eight passages, a swing is the half-range of an eighth of the window; the geometric mean of the later half of
+//!      them is smaller by at least three times what their scatter explains, and the last is not larger than the one
+//!      before. With five to eight passages, a swing is the half-range of a quarter; with fewer, that from turn to turn
+//!      (if there are three or more, the mean of two neighbours). Each step is then at least half of the share that a
+//!      steady fall would give it;
 //! 4. **limit cycle** otherwise, with that half-range as amplitude. Its frequency counts upward passages of the mean,
 //!    each after a passage below by a quarter of the amplitude.
 //!
-//! The duration that would tell puts the window's begin where an exponential decay has fallen to half a count. The decay is
-//! that of the falling swings. For a motion without a period, it is that of the steps between the means of the window's
-//! quarters, if their two ratios show the same decay within a tenth. If not, it is that of the slowest pole of
-//! the device with its hand, in front of the wall or in it, without delays; of a device whose poles are not known,
-//! there is no such duration.
+//! The duration that would tell puts the window's begin where an exponential decay has fallen to half a count. The
+//! decay is that of the falling swings. For a motion without a period, it is that of the steps between the means of the
+//! window's quarters, if their two ratios show the same decay within a twentieth. If not, it is that of the slowest pole
+//! of the device with its hand, in front of the wall or in it, without delays, unless the steps go on in one direction
+//! and fall by less than half of what this pole asks for. Else, or if the poles are not known, there is no such
+//! duration.
+//!
+//! A decay slower than a factor of 1.1 in three quarters of the window is not seen, and counts as a limit cycle. A beat
+//! that is longer than the window may look like a decay while it falls.
 //!
 //! The verdict judges the motion. The [contact](crate::Summary::contact_share) in the same window tells whether the
 //! motion involves the wall.
@@ -48,7 +57,7 @@
 
 use crate::scene::{OutcomeKind, along};
 use crate::trace::Trace;
-use crate::window::{Streamed, passage, quarter, range, turns};
+use crate::window::{PARTS, Streamed, part, passage, range, turns};
 
 /// The verdict on a motion, with the numbers it was decided on.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -218,22 +227,21 @@ impl<'a> Window<'a> {
         }
     }
 
-    /// Returns the least and the greatest value of each quarter.
-    fn quarters(&self) -> [[f64; 2]; 4] {
+    /// Returns the least and the greatest value of each part.
+    fn parts(&self) -> [[f64; 2]; PARTS] {
         match self {
-            Self::Held(rows) => {
-                [0, 1, 2, 3].map(|of| range(&rows[quarter(rows.len(), of)..quarter(rows.len(), of + 1)]))
-            }
-            Self::Streamed(streamed, ..) => streamed.quarters(),
+            Self::Held(rows) => std::array::from_fn(|of| range(&rows[part(rows.len(), of)..part(rows.len(), of + 1)])),
+            Self::Streamed(streamed, ..) => streamed.parts(),
         }
     }
 
     /// Returns the mean of each quarter.
-    fn means(&self) -> [f64; 4] {
+    fn quarter_means(&self) -> [f64; 4] {
         match self {
-            Self::Held(rows) => [0, 1, 2, 3]
-                .map(|of| mean_of(&rows[quarter(rows.len(), of)..quarter(rows.len(), of + 1)], |x| x)),
-            Self::Streamed(streamed, ..) => streamed.means(),
+            Self::Held(rows) => {
+                [0, 2, 4, 6].map(|of| mean_of(&rows[part(rows.len(), of)..part(rows.len(), of + 2)], |x| x))
+            }
+            Self::Streamed(streamed, ..) => streamed.quarter_means(),
         }
     }
 
@@ -292,6 +300,8 @@ pub fn unseen_growth_per_s(window_s: f64) -> f64 {
 
 /// Least factor by which swings fall, from the first quarter of a window to the last, if the motion may come to rest.
 const FALLEN: f64 = 1.1;
+/// Scatters of a mean by which swings that fall differ at least.
+const SCATTERS: f64 = 3.0;
 /// Greatest relative difference of two decays that are one exponential.
 const ALIKE: f64 = 0.05;
 /// Distance from rest, in counts, with which the window of a run that tells begins.
@@ -299,14 +309,32 @@ const QUIET_COUNTS: f64 = 0.5;
 /// Share of a run that is judged.
 const JUDGED: f64 = 0.3;
 
+/// Returns the least factor by which swings fall over this share of a window, if the motion may come to rest.
+fn least_fall(share: f64) -> f64 {
+    libm::pow(FALLEN, share / 0.75)
+}
+
 /// Returns the decay of swings that fall, of which the last is this share of the window after the first; `None` if they
 /// do not fall.
 fn falling(swings: &[f64], share: f64, window_s: f64) -> Option<Approach> {
     let (&first, &last) = (swings.first()?, swings.last()?);
     let steps = swings.windows(2);
     let least_step = libm::pow(first / last, 0.5 / steps.len() as f64);
-    let falls = first >= libm::pow(FALLEN, share / 0.75) * last && { steps }.all(|pair| pair[0] >= least_step * pair[1]);
+    let falls = first >= least_fall(share) * last && { steps }.all(|pair| pair[0] >= least_step * pair[1]);
     falls.then(|| Approach { left: last, time_constant_s: share * window_s / libm::log(first / last) })
+}
+
+/// Returns the decay of swings that fall from the earlier half of the parts of a window to the later half, by more than
+/// their scatter explains, and do not rise at the end; `None` if they do not fall.
+fn fading(swings: &[f64; PARTS], window_s: f64) -> Option<Approach> {
+    let sizes = swings.map(|swing| libm::log(swing.max(f64::MIN_POSITIVE)));
+    let (before, after) = sizes.split_at(PARTS / 2);
+    let [(before_scatter, before), (after_scatter, after)] = [before, after].map(rms_about_mean);
+    // The mean of four deviates by their scatter over the root of three.
+    let scatter = libm::hypot(before_scatter, after_scatter) / 3f64.sqrt();
+    let (decay, [.., last_but_one, last]) = (before - after, *swings);
+    let falls = decay >= libm::log(least_fall(0.5)) && decay >= SCATTERS * scatter && last <= last_but_one;
+    falls.then(|| Approach { left: last, time_constant_s: 0.5 * window_s / decay })
 }
 
 /// Returns the duration of a run whose judged window begins at a time, in two digits, rounded up.
@@ -337,6 +365,17 @@ impl Approach {
         is_steady.then(|| Self { left: (steps[2] * ratio / (1.0 - ratio)).abs(), time_constant_s: quarter_s / decay })
     }
 
+    /// Returns the approach by the slowest pole of the device; `None` if the steps from quarter to quarter show another
+    /// one: they go on in one direction, and fall by less than half of what this pole asks for.
+    fn of_pole(means: [f64; 4], quarter_s: f64, amplitude: f64, time_constant_s: f64) -> Option<Self> {
+        let [first, last] = [means[1] - means[0], means[3] - means[2]];
+        let turns = last / first < 0.0;
+        let is_shown = turns || -libm::log(last / first) >= quarter_s / time_constant_s;
+        // In a part of a decay, the distance left is that which its speed covers in a time constant.
+        let left = 2.0 * amplitude * (time_constant_s / (4.0 * quarter_s)).max(1.0);
+        is_shown.then_some(Self { left, time_constant_s })
+    }
+
     /// Returns the duration of a run that tells, when this one ends at a time.
     fn telling_s(&self, end_s: f64, count_rad: f64) -> Option<f64> {
         let quiet_s = end_s + self.time_constant_s * libm::log((self.left / QUIET_COUNTS / count_rad).max(1.0));
@@ -363,9 +402,9 @@ pub(crate) fn judge_rest(
         return Verdict::Diverged { at_s, amplitude_rad: f64::INFINITY };
     }
     let (rms_rad, mean) = window.rms_about_mean();
-    let quarters = window.quarters();
-    let [before, after, amplitude_rad] = [&quarters[..2], &quarters[2..], &quarters].map(half_range);
-    let swings = quarters.map(|quarter| half_range(&[quarter]));
+    let parts = window.parts();
+    let [before, after, amplitude_rad] = [&parts[..4], &parts[4..], &parts].map(half_range);
+    let swings = [0, 2, 4, 6].map(|of| half_range(&parts[of..of + 2]));
     if rms_rad < count_rad {
         let ascends = swings.windows(2).all(|pair| pair[1] > STEADY * pair[0]);
         let grows = ascends && swings[3] > GROWN * swings[0] && swings[3] > ROUNDED * count_rad;
@@ -373,7 +412,7 @@ pub(crate) fn judge_rest(
     }
     let (passages, rows) = window.passages(mean, amplitude_rad);
     let grows = after > GROWN * before;
-    if grows && (passages > 1 || is_new(trace, column, &quarters[2..])) {
+    if grows && (passages > 1 || is_new(trace, column, &parts[4..])) {
         return Verdict::Diverged { at_s, amplitude_rad: after };
     }
     let rows_s = (trace.came() - window.start(trace)) as f64 * trace.step_s();
@@ -383,19 +422,20 @@ pub(crate) fn judge_rest(
         amplitude_rad,
         telling_s: approach.and_then(|approach| approach.telling_s(end_s, count_rad)),
     };
+    let rests = || (swings[3] < count_rad).then_some(Approach { left: swings[3], time_constant_s: 0.25 * rows_s });
     // Between five passages lie four periods, one in each quarter.
-    let decay = if passages > 4 {
+    let decay = if passages > PARTS as u64 {
+        fading(&parts.map(|part| half_range(&[part])), rows_s)
+    } else if passages > 4 {
         falling(&swings, 0.75, rows_s)
     } else {
         let turns = window.turns([mean - amplitude_rad, mean + amplitude_rad]);
         let turns = if passages > 1 { &turns[..] } else { &[] };
         let mut swings: Vec<f64> = turns.windows(2).map(|pair| 0.5 * (pair[1].1 - pair[0].1).abs()).collect();
         if swings.len() < 2 {
-            let approach = Approach::of_means(window.means(), 0.25 * rows_s).or_else(|| {
-                // In a part of a decay, the distance left is that which its speed covers in a time constant.
-                let time_constant_s = slowest_s(mean)?;
-                Some(Approach { left: 2.0 * amplitude_rad * (time_constant_s / rows_s).max(1.0), time_constant_s })
-            });
+            let means = window.quarter_means();
+            let approach = Approach::of_means(means, 0.25 * rows_s)
+                .or_else(|| Approach::of_pole(means, 0.25 * rows_s, amplitude_rad, slowest_s(mean)?));
             return not_told(approach);
         }
         if swings.len() > 2 {
@@ -405,8 +445,8 @@ pub(crate) fn judge_rest(
         let swing_s = (turns[turns.len() - 1].0 - turns[0].0) as f64 * trace.step_s() / (turns.len() - 1) as f64;
         falling(&swings, (swings.len() - 1) as f64 * swing_s / rows_s, rows_s)
     };
-    if decay.is_some() {
-        return not_told(decay);
+    if let Some(decay) = decay.or_else(rests) {
+        return not_told(Some(decay));
     }
     let frequency_hz = (passages - 1) as f64 / (rows * trace.step_s());
     Verdict::LimitCycle { rms_rad, amplitude_rad, frequency_hz }
@@ -452,6 +492,6 @@ pub(crate) fn judge_following(trace: &Trace, column: usize) -> Verdict {
         return Verdict::Diverged { at_s: trace.time_of_s(window.start(trace)), amplitude_rad: f64::INFINITY };
     }
     let (spread_m, mean_m) = window.rms_about_mean();
-    let greatest_m = window.quarters().into_iter().fold(0.0, |most: f64, quarter| most.max(quarter[1]));
+    let greatest_m = window.parts().into_iter().fold(0.0, |most: f64, part| most.max(part[1]));
     Verdict::Tracking { rms_m: libm::hypot(spread_m, mean_m), greatest_m }
 }

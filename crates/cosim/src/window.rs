@@ -18,9 +18,12 @@ fn tenths(rows: u64, count: u64) -> u64 {
     (u128::from(rows) * u128::from(count) / 10) as u64
 }
 
-/// Returns the row at which quarter `of` of `rows` rows begins, counted from 0; for 4, the end of the rows.
-pub(crate) fn quarter(rows: usize, of: usize) -> usize {
-    (rows as u128 * of as u128 / 4) as usize
+/// Number of parts of a window.
+pub(crate) const PARTS: usize = 8;
+
+/// Returns the row at which part `of` of `rows` rows begins, counted from 0; for [`PARTS`], the end of the rows.
+pub(crate) fn part(rows: usize, of: usize) -> usize {
+    (rows as u128 * of as u128 / PARTS as u128) as usize
 }
 
 /// Returns the least and the greatest of numbers; infinity and minus infinity of none. NaN is ignored. Eight of each
@@ -86,9 +89,9 @@ pub(crate) struct Streamed {
     /// Index of the output.
     pub(crate) index: usize,
     window: Range<u64>,
-    /// The rows at which the quarters after the first begin.
-    begins: [u64; 3],
-    quarters: [Spread; 4],
+    /// The rows at which the parts after the first begin.
+    begins: [u64; PARTS - 1],
+    parts: [Spread; PARTS],
     turns: Turns,
 }
 
@@ -97,15 +100,15 @@ impl Streamed {
     pub(crate) fn new(index: usize, rows: u64, still: u64) -> Self {
         let window = window(rows, still);
         let long = (window.end - window.start) as usize;
-        let begins = [1, 2, 3].map(|of| window.start + quarter(long, of) as u64);
-        Self { index, window, begins, quarters: [Spread::NONE; 4], turns: Turns::new(MOST_TURNS) }
+        let begins = std::array::from_fn(|of| window.start + part(long, of + 1) as u64);
+        Self { index, window, begins, parts: [Spread::NONE; PARTS], turns: Turns::new(MOST_TURNS) }
     }
 
     /// Takes the next row.
     #[inline]
     pub(crate) fn add(&mut self, row: u64, x: f64) {
         if row >= self.window.start {
-            self.quarters[self.begins.iter().filter(|begin| row >= **begin).count()].add(x);
+            self.parts[self.begins.iter().filter(|begin| row >= **begin).count()].add(x);
             self.turns.add(row, x);
         }
     }
@@ -118,23 +121,23 @@ impl Streamed {
     /// Returns whether all numbers were finite.
     pub(crate) fn is_finite(&self) -> bool {
         // A mean stays non-finite after the first number that is not finite.
-        self.quarters.iter().all(|quarter| quarter.mean.is_finite())
+        self.parts.iter().all(|part| part.mean.is_finite())
     }
 
     /// Returns the rms about the mean, and the mean.
     pub(crate) fn rms_about_mean(&self) -> (f64, f64) {
-        let all = self.quarters.iter().fold(Spread::NONE, |all, quarter| all.with(quarter));
+        let all = self.parts.iter().fold(Spread::NONE, |all, part| all.with(part));
         ((all.squares / all.rows as f64).sqrt(), all.mean)
     }
 
-    /// Returns the least and the greatest value of each quarter.
-    pub(crate) fn quarters(&self) -> [[f64; 2]; 4] {
-        self.quarters.map(|quarter| [quarter.low, quarter.high])
+    /// Returns the least and the greatest value of each part.
+    pub(crate) fn parts(&self) -> [[f64; 2]; PARTS] {
+        self.parts.map(|part| [part.low, part.high])
     }
 
     /// Returns the mean of each quarter.
-    pub(crate) fn means(&self) -> [f64; 4] {
-        self.quarters.map(|quarter| quarter.mean)
+    pub(crate) fn quarter_means(&self) -> [f64; 4] {
+        [0, 2, 4, 6].map(|of| self.parts[of].with(&self.parts[of + 1]).mean)
     }
 
     /// Returns rows and values at which the motion turned back by more than a sixteenth of its range, without its first
@@ -359,8 +362,12 @@ mod tests {
             let (low, high) = rows.iter().fold((f64::MAX, f64::MIN), |(l, h), x| (l.min(*x), h.max(*x)));
             [low, high]
         };
-        let expected = [0, 750, 1500, 2250].map(|from| range(&window[from..from + 750]));
-        assert_eq!(streamed.quarters(), expected);
+        let expected = [0, 375, 750, 1125, 1500, 1875, 2250, 2625].map(|from| range(&window[from..from + 375]));
+        assert_eq!(streamed.parts(), expected);
+        let means = [0, 750, 1500, 2250].map(|from| window[from..from + 750].iter().sum::<f64>() / 750.0);
+        for (found, mean) in streamed.quarter_means().into_iter().zip(means) {
+            assert!((found - mean).abs() < 1e-14, "{found} {mean}");
+        }
         assert!(streamed.is_finite());
         for lost in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
             let mut streamed = Streamed::new(2, 100, 0);

@@ -93,8 +93,11 @@ fn words(page: &mut Page, set: &WordsSet) {
         let [low, high] = [from, to].map(|seen| set.digits(seen.stiffness));
         let between = if low == high { format!("at {low}") } else { format!("{low} to {high}") };
         let label = if index == 0 { "in words" } else { "" };
-        let untold = set.not_told_from(&from, &to).then(|| format!(", {}", set.said_not_told(&from, &to)));
-        let untold = untold.unwrap_or_default();
+        let untold = match (group, set.not_told_from(&from, &to)) {
+            (_, false) => String::new(),
+            (Group::NotTold, true) => format!(", {}", set.said_not_told(&from, &to)),
+            (_, true) => format!(", not told {}", set.said_not_told(&from, &to)),
+        };
         page.line(label, format!("{which:<19}{between} {}{untold}", set.unit));
     }
     page.line("", set.turn());

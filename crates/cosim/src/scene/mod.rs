@@ -107,10 +107,10 @@ pub use gimbal::{
 pub use head::Head;
 pub use model::{BridgeModel, Datapath, EncoderModel, Friction, Model, Solver, Winding};
 pub use parameter::{Origin, Parameter, ParameterValue};
-pub use path::{along, moves_until_s};
 pub use parts::{
     Amplifier, AnalogShaper, Device, Encoder, Hand, Mass, Method, Motor, PathPoint, Pwm, Ramp, Record, Run, Units, Wall,
 };
+pub use path::{along, moves_until_s};
 pub use phantom::{
     Direction, Drop, Irregularity, PhantomLaw, PhantomMethod, PhantomModel, PhantomScene, PhantomWords, Platform,
     Premium, Room,

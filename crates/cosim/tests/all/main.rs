@@ -19,6 +19,7 @@ mod laws;
 mod less_model;
 mod loaded;
 mod methods;
+mod moving_hand;
 mod parser;
 mod phantom_host;
 mod phantom_physics;

@@ -247,9 +247,7 @@ fn a_beat_is_a_limit_cycle() {
     for phase in [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0] {
         // A beat that comes back within the window, and a slow one by less than a tenth.
         for (beat_hz, depth) in [(0.4, 0.3), (0.7, 0.8), (1.3, 0.5), (0.1, 0.04), (0.02, 0.04)] {
-            let beat = |t: f64| {
-                0.05 * (1.0 + depth * (TAU * beat_hz * t + phase).sin()) * (TAU * 40.0 * t).sin()
-            };
+            let beat = |t: f64| 0.05 * (1.0 + depth * (TAU * beat_hz * t + phase).sin()) * (TAU * 40.0 * t).sin();
             let found = verdict_after(10.0, &beat);
             assert!(matches!(found, Verdict::LimitCycle { .. }), "{beat_hz} Hz, {depth}, {phase}: {found:?}");
         }

@@ -9,9 +9,7 @@ use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
 use std::time::Duration;
 
-use hpu_cosim::scene::{
-    Datapath, Device, DutScene, Experiment, Hand, OutcomeKind, Realised, Scene, moves_until_s,
-};
+use hpu_cosim::scene::{Datapath, Device, DutScene, Experiment, Hand, OutcomeKind, Realised, Scene, moves_until_s};
 use hpu_cosim::{Control, figure, judged_window_s};
 
 use super::unit;
@@ -291,9 +289,10 @@ impl Grid<'_> {
                 Ok(None) => None,
                 Ok(Some(cell)) if cell.outcome == OutcomeKind::HandMoves => Some(Err(moving(&experiment, &cell))),
                 Ok(Some(cell)) if cell.contact_share == Some(0.0) => Some(Err(untouched(&experiment))),
-                Ok(Some(Cell { outcome: OutcomeKind::NotTold, telling_s, .. })) => {
-                    Some(Ok(format!("{NOT_TOLD}{}", telling_s.map_or(String::new(), |telling_s| telling_s.to_string()))))
-                }
+                Ok(Some(Cell { outcome: OutcomeKind::NotTold, telling_s, .. })) => Some(Ok(format!(
+                    "{NOT_TOLD}{}",
+                    telling_s.map_or(String::new(), |telling_s| telling_s.to_string())
+                ))),
                 Ok(Some(cell)) if cell.outcome != OutcomeKind::Settled => Some(Ok(String::new())),
                 Ok(Some(cell)) if drops && cell.overflow_share > 0.0 => Some(Ok(WRAPPED.to_string())),
                 Ok(Some(_)) => Some(Ok(SETTLED.to_string())),
@@ -370,9 +369,9 @@ fn shift((hand, device): (&mut Hand, &mut Device), (count_rad, span_s): (f64, f6
 /// Returns why a scene whose hand moves in the judged window gives no verdict on the wall, and what to change.
 fn moving(experiment: &Experiment, cell: &Cell) -> String {
     let until = figure(moves_until_s(&experiment.setup().hand_path()));
-    let telling = cell.telling_s.map_or(String::new(), |telling_s| {
-        format!(", or write run.duration = \"{} s\"", figure(telling_s))
-    });
+    let telling = cell
+        .telling_s
+        .map_or(String::new(), |telling_s| format!(", or write run.duration = \"{} s\"", figure(telling_s)));
     let duration = figure(experiment.run.duration_s);
     format!("not judged: the hand moves until {until} s of {duration} s; let hand.path end earlier{telling}")
 }

@@ -141,11 +141,12 @@ impl WordsSet {
     /// would tell.
     pub fn said_not_told(&self, from: &Seen, to: &Seen) -> String {
         let among = self.among(from, to);
-        let [least, most] = [among.iter().map(|seen| seen.not_told).min(), among.iter().map(|seen| seen.not_told).max()]
-            .map(Option::unwrap_or_default);
+        let [least, most] =
+            [among.iter().map(|seen| seen.not_told).min(), among.iter().map(|seen| seen.not_told).max()]
+                .map(Option::unwrap_or_default);
         let times = if least == most { most.to_string() } else { format!("{least} to {most}") };
         let telling = telling(longest_s(among));
-        format!("not told at {times} of {} phases; {telling}", self.phases)
+        format!("at {times} of {} phases; {telling}", self.phases)
     }
 
     /// Whether a stretch of more than a word settles at every phase in the other set and at no phase in this one.

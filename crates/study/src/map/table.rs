@@ -37,10 +37,7 @@ pub fn units_of(map: &Map) -> Vec<(String, String)> {
             format!("{stiffness}, mean of what pushes back over mean penetration in a settled contact"),
         ),
         ("displayed_ratio", "displayed_stiffness over the stiffness asked for".into()),
-        (
-            "contact_share",
-            "of the judged window, in which the wall sees penetration; 0: not reached".into(),
-        ),
+        ("contact_share", "of the judged window, in which the wall sees penetration; 0: not reached".into()),
         (
             "product_wraps",
             "how often the spring's product has wrapped at rest in the wall: the hand is through it".into(),

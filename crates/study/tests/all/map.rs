@@ -156,8 +156,17 @@ fn a_cell_comes_back_from_its_line_as_it_was() {
         overflow_share: 0.125,
         switching: Some(Box::new(Switching { count: 12, bump_n: 2.0 / 7.0, switch_j: None })),
         edges: u64::MAX,
+        telling_s: Some(0.3),
     };
-    assert_eq!(Cell::read(&cell.line()), Some(cell));
+    assert_eq!(Cell::read(&cell.line()), Some(cell.clone()));
+    // A line of a program that knew no such duration.
+    let line = cell.line();
+    let (older, _) = line.rsplit_once(',').expect("fields");
+    assert_eq!(Cell::read(older), Some(Cell { telling_s: None, ..cell }));
+    for kind in OutcomeKind::ALL {
+        let line = line.replace("limit_cycle", kind.name());
+        assert_eq!(Cell::read(&line).expect("a cell").outcome, kind);
+    }
     for bad in ["", "settled", "flying,,,,0,0,0,,,,,,0,1", "settled,x,,,0,0,0,,,,,,0,1", "settled,,,,0,0,0,,,,,0,1"] {
         assert_eq!(Cell::read(bad), None, "{bad}");
     }
@@ -441,7 +450,7 @@ fn csv_and_parquet_hold_the_same_rows_with_units_in_their_heads() {
     assert!(csv.starts_with("# hpu map x\n# x: wall.stiffness in N.m/rad\n# y: wall.position in rad\n"));
     let head = "method,ix,iy,x,y,outcome,run,rms,amplitude,frequency_hz,hand_j,source_j,dissipated_j,\
                 displayed_stiffness,displayed_ratio,contact_share,product_wraps,contact_unseen,stiffness_error,\
-                overflow_share,switches,bump_n,switch_j,edges,reason,replay";
+                overflow_share,switches,bump_n,switch_j,edges,telling_duration_s,reason,replay";
     assert_eq!(lines.next(), Some(head));
     let lines: Vec<&str> = lines.collect();
     assert_eq!(lines.len(), 90);

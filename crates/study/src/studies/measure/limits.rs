@@ -6,7 +6,7 @@ use hpu_cosim::Control;
 use hpu_cosim::scene::{Device, Experiment, OutcomeKind, Scene};
 
 use super::super::template::{Value, Values};
-use super::{Asked, Taken, numbers, text};
+use super::{Asked, LONGEST, Taken, numbers, text};
 use crate::SampledLoop;
 use crate::criteria;
 use crate::limits::{self, Damping, Looks, Seen, StableSet, Stretch, WordsSet, linear_settles, usual_range};
@@ -116,9 +116,6 @@ fn looks(asked: &Asked) -> Result<Looks, String> {
     }
 }
 
-/// The longest that a measure makes a run, in durations of the scene, so that it tells.
-const LONGEST: f64 = 10.0;
-
 /// Returns what the scene in words does. If some runs are too short to tell, all are made as long as it takes, up to
 /// [`LONGEST`].
 fn in_words(scene: &Scene, looks: Looks, control: &Control) -> Result<WordsSet, String> {
@@ -159,7 +156,7 @@ pub(super) fn stable(asked: &Asked, control: &Control) -> Result<Values, String>
     let found = in_words(&scene, looks(asked)?, control)?;
     if let (Some(from), Some(to)) = (found.open().first(), found.open().last()) {
         let [low, high] = [from, to].map(|seen| found.digits(seen.stiffness));
-        return Err(format!("from {low} to {high} {}, {}", found.unit, found.said_not_told(from, to)));
+        return Err(format!("not told from {low} to {high} {}: {}", found.unit, found.said_not_told(from, to)));
     }
     let known = |seen: Option<Seen>, otherwise: &str| {
         seen.map(|seen| Value::Number(seen.stiffness)).ok_or_else(|| otherwise.to_string())

@@ -4,8 +4,8 @@ use hpu_cosim::scene::{Experiment, OutcomeKind, Scene};
 use hpu_cosim::{ANGLE, Control, Driver, Simulation, Summary, Trace, Verdict, Wired, WiredSimulation};
 
 use super::super::template::{Value, Values, length};
+use super::{Asked, LONGEST, Taken, numbers, text};
 use crate::told::untold;
-use super::{Asked, Taken, numbers, text};
 
 /// A finished run.
 struct Made {
@@ -21,6 +21,19 @@ fn make(asked: &Asked, more: &[(String, String)], control: &Control) -> Result<M
     let mut trace = simulation.brief_trace();
     let summary = simulation.run(Driver::Events, &mut trace, &mut (), control);
     Ok(Made { experiment, summary, trace })
+}
+
+/// Runs the scene as [`make`] does; if it is too short to tell, makes it as long as it takes, up to [`LONGEST`].
+fn make_told(asked: &Asked, more: &[(String, String)], control: &Control) -> Result<Made, String> {
+    let mut made = make(asked, more, control)?;
+    let longest_s = LONGEST * made.experiment.run.duration_s;
+    while let Some(telling_s) = made.summary.verdict.and_then(Verdict::telling_s)
+        && (made.experiment.run.duration_s..=longest_s).contains(&telling_s)
+    {
+        let longer = ("run.duration".to_string(), format!("{telling_s} s"));
+        made = make(asked, &[more, &[longer]].concat(), control)?;
+    }
+    Ok(made)
 }
 
 impl Made {
@@ -241,7 +254,7 @@ pub(super) fn ladder(asked: &Asked, control: &Control) -> Result<Values, String>
     let (mut rungs, mut turn) = (Vec::new(), None);
     let unit = asked.text("unit");
     for &value in asked.numbers("values") {
-        let made = make(asked, &[(asked.text("key").to_string(), format!("{value} {unit}"))], control)?;
+        let made = make_told(asked, &[(asked.text("key").to_string(), format!("{value} {unit}"))], control)?;
         let settled = made.settled()?;
         if !settled && turn.is_none() {
             let below = rungs.last().map_or(0.0, |(value, ..): &(f64, bool, String)| *value);
