@@ -60,8 +60,9 @@ pub struct Waves {
 pub(crate) enum Rule {
     /// That of an axis, for the motion in this column, with the motion of one encoder count.
     Rest(usize, f64),
-    /// The distance from a hand on this path, which moves until too late, in s, of the motion in this column.
-    Hand(usize, Vec<(f64, f64)>, f64),
+    /// The distance from a hand on this path, which moves until too late, in s, of the motion in this column, with the
+    /// motion of one encoder count.
+    Hand((usize, f64), Vec<(f64, f64)>, f64),
     /// That of a drop test, with the column of the logged coordinate.
     Drop(usize),
     /// The device follows its target, from which it is as far as this column says.
@@ -109,7 +110,7 @@ impl Outline {
         let (still, stride) = (self.clock.edges(until_s), stride(self.clock, self.record.plant_rate_hz));
         let is_judged = is_enough(self.edges / stride + 1, still.div_ceil(stride));
         let rule = match self.rule {
-            Rule::Rest(column, _) if !is_judged => Rule::Hand(column, path, until_s),
+            Rule::Rest(column, count) if !is_judged => Rule::Hand((column, count), path, until_s),
             rule => rule,
         };
         Self { still, rule, ..self }
@@ -148,14 +149,13 @@ impl Outline {
 
     /// Returns the verdict on the motion, from the trace of a complete run.
     pub(crate) fn judge(&self, trace: &Trace, aborted: Option<Abort>) -> Verdict {
+        let slowest_s = |position| self.slowest?.at(position);
         match (&self.rule, aborted) {
             (Rule::Rest(..) | Rule::Follow(_) | Rule::Hand(..), Some(Abort { at_s, .. })) => {
                 Verdict::Diverged { at_s, amplitude_rad: f64::INFINITY }
             }
-            (Rule::Rest(column, count), None) => {
-                judge_rest(trace, *column, *count, |position| self.slowest?.at(position))
-            }
-            (Rule::Hand(column, path, until_s), None) => judge_hand(trace, *column, path, *until_s),
+            (Rule::Rest(column, count), None) => judge_rest(trace, *column, *count, slowest_s),
+            (Rule::Hand(motion, path, until_s), None) => judge_hand(trace, *motion, (path, *until_s), slowest_s),
             (Rule::Follow(distance), None) => judge_following(trace, *distance),
             (Rule::Drop(logged), aborted) => judge_drop(trace, *logged, aborted),
         }

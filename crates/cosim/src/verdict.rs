@@ -4,7 +4,7 @@
 //! judges the last 3 s of 10 s), or, if the hand moves in them, the part after the last move of its path. If the hand
 //! stands still for less than the last 10 % of the run, the verdict is **the hand moves**, with the rms and the greatest
 //! distance of device and hand in the last 30 %, and with the duration whose last 30 % would begin when the hand stands
-//! still. Else the motion is
+//! still. (If the slowest pole of the device is known, the device has come to rest by then.) Else the motion is
 //!
 //! 1. **settled** when its rms about its own mean is below one encoder count, and its oscillation does not grow. It
 //!    grows if the half-range of the window's last quarter is more than 1.5 times that of the first, and each quarter
@@ -122,7 +122,8 @@ pub enum Verdict {
         rms_rad: f64,
         /// The greatest distance.
         greatest_rad: f64,
-        /// The duration of a run whose whole window comes after that time.
+        /// The duration of a run whose whole window comes after that time, and after the device has come to rest if its
+        /// slowest pole is known.
         telling_s: f64,
     },
 }
@@ -459,8 +460,14 @@ fn is_new(trace: &Trace, column: usize, ranges: &[[f64; 2]]) -> bool {
     low <= trace.least(column) || high >= trace.greatest(column)
 }
 
-/// Judges how a device follows a hand that moves, along this path, until too late for a judged window.
-pub(crate) fn judge_hand(trace: &Trace, column: usize, path: &[(f64, f64)], until_s: f64) -> Verdict {
+/// Judges how a device follows a hand that moves, along this path, until too late for a judged window; `slowest_s`
+/// returns the greatest time constant of the device at a position, if it is known.
+pub(crate) fn judge_hand(
+    trace: &Trace,
+    (column, count_rad): (usize, f64),
+    (path, until_s): (&[(f64, f64)], f64),
+    slowest_s: impl Fn(f64) -> Option<f64>,
+) -> Verdict {
     let window = Window::of(trace, column);
     let from_s = trace.time_of_s(window.start(trace));
     if !window.is_finite() {
@@ -469,8 +476,12 @@ pub(crate) fn judge_hand(trace: &Trace, column: usize, path: &[(f64, f64)], unti
     // A run that does not hold all of its rows is compared at those that it holds.
     let rows = trace.times_s().zip(trace.real(column)).filter(|(time_s, _)| *time_s >= from_s);
     let away: Vec<f64> = rows.map(|(time_s, x)| (x - along(path, time_s)[0]).abs()).collect();
-    let rms_rad = mean_of(&away, |x| x * x).sqrt();
-    Verdict::HandMoves { until_s, rms_rad, greatest_rad: range(&away)[1], telling_s: duration_s(until_s) }
+    let (rms_rad, greatest_rad) = (mean_of(&away, |x| x * x).sqrt(), range(&away)[1]);
+    // When the hand stands still, the device is not farther from its rest than from the hand.
+    let time_constant_s = trace.last(column).and_then(slowest_s).unwrap_or(0.0);
+    let approach = Approach { left: greatest_rad, time_constant_s };
+    let telling_s = approach.telling_s(until_s, count_rad).unwrap_or_else(|| duration_s(until_s));
+    Verdict::HandMoves { until_s, rms_rad, greatest_rad, telling_s }
 }
 
 /// The rms below which a drop test is passive: 0.003 cm.
