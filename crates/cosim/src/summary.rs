@@ -154,11 +154,13 @@ pub fn metric(metric: Metric, experiment: &Experiment, summary: &Summary, trace:
         Metric::PeakAngle => trace.greatest(ANGLE),
         Metric::PeakPenetration => (trace.greatest(ANGLE) - experiment.setup().wall_position()).max(0.0),
         Metric::Amplitude => match summary.verdict? {
-            Verdict::LimitCycle { amplitude_rad, .. } | Verdict::Diverged { amplitude_rad, .. } => amplitude_rad,
+            Verdict::LimitCycle { amplitude_rad, .. }
+            | Verdict::NotTold { amplitude_rad, .. }
+            | Verdict::Diverged { amplitude_rad, .. } => amplitude_rad,
             _ => 0.0,
         },
         Metric::Frequency => match summary.verdict? {
-            Verdict::LimitCycle { frequency_hz, .. } => frequency_hz,
+            Verdict::LimitCycle { frequency_hz, .. } | Verdict::NotTold { frequency_hz, .. } => frequency_hz,
             _ => 0.0,
         },
         Metric::PeakTorque => trace.greatest_size(TORQUE),

@@ -111,6 +111,8 @@ pub enum Verdict {
         rms_rad: f64,
         /// Half of the range.
         amplitude_rad: f64,
+        /// Passages of the mean per second; 0 without a period in the window.
+        frequency_hz: f64,
         /// The duration of a run that would tell, if one is known.
         telling_s: Option<f64>,
     },
@@ -412,6 +414,7 @@ pub(crate) fn judge_rest(
         return if grows { Verdict::Diverged { at_s, amplitude_rad: after } } else { Verdict::Settled { rms_rad } };
     }
     let (passages, rows) = window.passages(mean, amplitude_rad);
+    let frequency_hz = if passages > 1 { (passages - 1) as f64 / (rows * trace.step_s()) } else { 0.0 };
     let grows = after > GROWN * before;
     if grows && (passages > 1 || is_new(trace, column, &parts[4..])) {
         return Verdict::Diverged { at_s, amplitude_rad: after };
@@ -421,6 +424,7 @@ pub(crate) fn judge_rest(
     let not_told = |approach: Option<Approach>| Verdict::NotTold {
         rms_rad,
         amplitude_rad,
+        frequency_hz,
         telling_s: approach.and_then(|approach| approach.telling_s(end_s, count_rad)),
     };
     let rests = || (swings[3] < count_rad).then_some(Approach { left: swings[3], time_constant_s: 0.25 * rows_s });
@@ -449,7 +453,6 @@ pub(crate) fn judge_rest(
     if let Some(decay) = decay.or_else(rests) {
         return not_told(Some(decay));
     }
-    let frequency_hz = (passages - 1) as f64 / (rows * trace.step_s());
     Verdict::LimitCycle { rms_rad, amplitude_rad, frequency_hz }
 }
 

@@ -49,13 +49,14 @@ pub fn outcome(verdict: Verdict, unit: &str, [from_s, to_s]: [f64; 2]) -> (Strin
             format!("tracking: {} rms from the target, {} at most", si(rms_m, "m"), si(greatest_m, "m")),
             json!({ "kind": "tracking", "rms_m": rms_m, "greatest_m": greatest_m }),
         ),
-        Verdict::NotTold { rms_rad, amplitude_rad, telling_s } => {
+        Verdict::NotTold { rms_rad, amplitude_rad, frequency_hz, telling_s } => {
             let (range, rms) = (u(2.0 * amplitude_rad), u(rms_rad));
             let telling = telling(telling_s);
             let numbers = json!({
                 "kind": "not_told",
                 "rms_rad": rms_rad,
                 "amplitude_rad": amplitude_rad,
+                "frequency_hz": frequency_hz,
                 "telling_duration_s": telling_s,
             });
             (format!("not told: moves over {range} at the end, rms {rms}, and may come to rest; {telling}"), numbers)

@@ -31,8 +31,8 @@ fn numbers(verdict: Verdict) -> [f64; 4] {
         Verdict::Tracking { rms_m, greatest_m } => [rms_m, greatest_m, 0.0, 0.0],
         Verdict::LimitCycle { rms_rad, amplitude_rad, frequency_hz } => [rms_rad, amplitude_rad, frequency_hz, 0.0],
         Verdict::Diverged { at_s, amplitude_rad } => [0.0, amplitude_rad, 0.0, at_s],
-        Verdict::NotTold { rms_rad, amplitude_rad, telling_s } => {
-            [rms_rad, amplitude_rad, 0.0, telling_s.expect("a duration")]
+        Verdict::NotTold { rms_rad, amplitude_rad, frequency_hz, telling_s } => {
+            [rms_rad, amplitude_rad, frequency_hz, telling_s.expect("a duration")]
         }
         Verdict::HighlyUnstable { at_s } => [0.0, 0.0, 0.0, at_s],
         Verdict::HandMoves { .. } => panic!("{verdict:?}"),

@@ -305,7 +305,7 @@ fn every_measure_gives_every_value_that_it_names() {
             "touch" => ("gimbal-switch", "[]"),
             "segment" => ("gimbal-shear", ALL_OF_A_SEGMENT),
             _ if is_motor => ("conventional-wall-1khz", "[]"),
-            _ => ("impulse-engine", "['run.duration=30 ms', 'record.plant_rate=10 kHz']"),
+            _ => ("impulse-engine", "['run.duration=300 ms', 'record.plant_rate=10 kHz']"),
         };
         let scene = if measure.is_of_scene { format!(", scene = \"{scene}\", set = {set}") } else { String::new() };
         let values: Vec<_> = measure.gives.iter().map(|name| format!("{{m.{name}}}")).collect();
@@ -324,8 +324,8 @@ fn every_measure_gives_every_value_that_it_names() {
 #[test]
 fn a_measure_makes_runs_longer_until_they_tell_or_says_what_would() {
     // 255 words of stiffness up to 3.9 kN/m, of which those up to some hundreds of N/m creep.
-    let text = |duration: &str, measure: &str, text: &str| {
-        let set = format!("['run.duration={duration}', 'method.stiffness_format=(0,4,4)']");
+    let text = |set: &str, measure: &str, text: &str| {
+        let set = format!("['{set}', 'method.stiffness_format=(0,4,4)']");
         let study = study(&format!(
             "name = \"own\"\ntitle = \"Own\"\n[[group]]\nname = \"g\"\n[[group.line]]\nwhat = \"w\"\n\
              text = \"{text}\"\nmeasure.m = {{ {measure}, scene = \"creep\", set = {set} }}\n"
@@ -333,16 +333,17 @@ fn a_measure_makes_runs_longer_until_they_tell_or_says_what_would() {
         (study.comparison.lines[0].measure)(&Control::default()).expect("not stopped").expect("a text").text
     };
     let stable = "measure = \"stable\", words = 8";
-    assert_eq!(text("600 ms", stable, "{m.all:.0} {m.failed?:.0}"), "3891 none");
-    let said = text("250 ms", stable, "{m.all?:.0}");
+    assert_eq!(text("run.duration=600 ms", stable, "{m.all:.0} {m.failed?:.0}"), "3891 none");
+    // The slowest time constant is 407 / 215 s: six of them are more than ten runs.
+    let said = text("wall.damping=400 N.s/m", stable, "{m.all?:.0}");
     assert!(["not told from 15", "would tell"].iter().all(|part| said.contains(part)), "{said}");
     let ladder = "measure = \"ladder\", key = \"wall.stiffness\", values = [100, 300], unit = \"N/m\"";
-    assert_eq!(text("600 ms", ladder, "{m.text}"), "settles throughout");
+    assert_eq!(text("run.duration=600 ms", ladder, "{m.text}"), "settles throughout");
     // One run is as the scene says.
     let run = "measure = \"run\"";
-    let said = text("600 ms", run, "{m.settles?:.0}: {m.outcome}");
+    let said = text("run.duration=600 ms", run, "{m.settles?:.0}: {m.outcome}");
     assert!(said.starts_with("not told: the motion may still come to rest; run.duration = \"1.5 s\""), "{said}");
-    assert_eq!(text("1.5 s", run, "{m.settles:.0}: {m.outcome}"), "1: settles");
+    assert_eq!(text("run.duration=1.5 s", run, "{m.settles:.0}: {m.outcome}"), "1: settles");
 }
 
 /// A segment that moves in every direction, with a finger that presses it twice, the second time at the end.

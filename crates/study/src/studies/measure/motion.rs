@@ -50,10 +50,11 @@ impl Made {
         }
     }
 
-    /// Returns the frequency of the run's limit cycle, in Hz, if it has one.
+    /// Returns the frequency of a motion that swings to the end, in Hz, if it has one.
     fn frequency_hz(&self) -> Option<f64> {
         match self.summary.verdict {
             Some(Verdict::LimitCycle { frequency_hz, .. }) => Some(frequency_hz),
+            Some(Verdict::NotTold { frequency_hz, .. }) if frequency_hz > 0.0 => Some(frequency_hz),
             _ => None,
         }
     }
@@ -66,7 +67,10 @@ impl Made {
             Some(Verdict::LimitCycle { amplitude_rad, frequency_hz, .. }) => {
                 format!("chatters, {frequency_hz:.3} Hz, {}", size(amplitude_rad))
             }
-            Some(Verdict::NotTold { .. }) => "may still come to rest".into(),
+            Some(Verdict::NotTold { frequency_hz: 0.0, .. }) => "moving to the end, without a period".into(),
+            Some(Verdict::NotTold { amplitude_rad, frequency_hz, .. }) => {
+                format!("may come to rest, {frequency_hz:.3} Hz, {}", size(amplitude_rad))
+            }
             Some(Verdict::HandMoves { until_s, .. }) => format!("follows the hand, until {until_s:.2} s"),
             Some(Verdict::Diverged { at_s, .. }) => format!("diverges, watched since {at_s:.0} s"),
             Some(Verdict::NonPassive { rms_m }) => format!("is not passive, {} rms", length(rms_m)),
