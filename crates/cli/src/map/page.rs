@@ -168,7 +168,7 @@ fn layer(mapped: &Mapped, method: usize) -> Page {
         if count > 0 {
             let meaning = match class {
                 Some(Class::WallNotReached) => "no verdict of the wall  ".to_string(),
-                Some(Class::Outcome(OutcomeKind::NotTold | OutcomeKind::HandMoves)) => {
+                Some(Class::Outcome(outcome)) if !outcome.tells() => {
                     format!("{}  ", telling(mapped.telling_s(method, class)))
                 }
                 _ => String::new(),

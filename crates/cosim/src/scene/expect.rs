@@ -27,6 +27,13 @@ hpu_signal::named! {
     }
 }
 
+impl OutcomeKind {
+    /// Whether the run was long enough to tell how the motion ends.
+    pub fn tells(self) -> bool {
+        !matches!(self, Self::NotTold | Self::HandMoves)
+    }
+}
+
 /// The expected results of a run.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Expect {

@@ -147,7 +147,8 @@ impl Tour {
                     b'm' => Some(false),
                     _ => None,
                 };
-                count(&|cell| Some(rests(cell)? == (truth(cell)? == OutcomeKind::Settled)))
+                let told = |cell: usize| truth(cell).filter(|outcome| outcome.tells());
+                count(&|cell| Some(rests(cell)? == (told(cell)? == OutcomeKind::Settled)))
             } else {
                 continue;
             };

@@ -333,6 +333,9 @@ fn criterion(
 ) -> Result<Judged, String> {
     let Experiment::Axis(scene) = experiment else { return Err("the criteria speak of an axis".into()) };
     let criterion = criteria::named(name, scene).ok_or("not of this device")?.map_err(|silent| silent.why)?;
+    if !outcome.tells() {
+        return Err("the scene as written does not tell whether it comes to rest".into());
+    }
     let rests = scene.wall.stiffness_nm_per_rad < criterion.limit;
     let right = rests == (outcome == OutcomeKind::Settled);
     let grade = match right {

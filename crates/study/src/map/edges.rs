@@ -75,8 +75,8 @@ impl Edge {
     pub fn new(map: &Map, found: &[Found], curves: Option<&Curves>, method: usize) -> Self {
         let rests = |point: CellIndex| match class(found, map.index(point)) {
             Some(Class::Outcome(OutcomeKind::Settled | OutcomeKind::Passive | OutcomeKind::Tracking)) => Some(true),
-            Some(Class::Outcome(OutcomeKind::NotTold | OutcomeKind::HandMoves) | Class::WallNotReached) | None => None,
-            Some(Class::Outcome(_)) => Some(false),
+            Some(Class::Outcome(outcome)) if outcome.tells() => Some(false),
+            Some(Class::Outcome(_) | Class::WallNotReached) | None => None,
         };
         let mut edge = Self { places: 0, shares: Vec::new(), nearest: None };
         let mut ratios: Vec<(&'static str, Vec<f64>)> = Vec::new();
