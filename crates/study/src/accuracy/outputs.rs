@@ -201,7 +201,7 @@ impl Outputs {
 }
 
 fn is_of_axis(outcome: OutcomeKind) -> bool {
-    matches!(outcome, OutcomeKind::Settled | OutcomeKind::LimitCycle | OutcomeKind::Diverged)
+    matches!(outcome, OutcomeKind::Settled | OutcomeKind::LimitCycle | OutcomeKind::Diverged) || !outcome.tells()
 }
 
 /// Returns the worst error of these outputs; 0 if none of them was compared.
