@@ -95,6 +95,7 @@ fn class_color(class: Option<Class>) -> RGBColor {
         Some(Class::Outcome(OutcomeKind::Settled | OutcomeKind::Passive | OutcomeKind::Tracking)) => SKY,
         Some(Class::Outcome(OutcomeKind::LimitCycle | OutcomeKind::NonPassive)) => SAND,
         Some(Class::Outcome(OutcomeKind::Diverged | OutcomeKind::HighlyUnstable)) => MAROON.color,
+        Some(Class::Outcome(OutcomeKind::NoWallTorque)) => TAUPE.color,
         Some(Class::WallNotReached) => MAUVE,
         None => BLANK,
     }

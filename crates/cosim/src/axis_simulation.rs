@@ -12,6 +12,7 @@ use crate::plant::Plant;
 use crate::scene::{Device, EncoderModel, LoopWords, Scene, Solver};
 use crate::simulation::{Direct, LoopVisitor, Simulation, TheLoop, Wired};
 use crate::simulation_error::SimulationError;
+use crate::stays::DEEP_COUNTS;
 
 /// A scene made ready: its words, its wiring, its plant.
 pub struct AxisSimulation<'s> {
@@ -43,9 +44,10 @@ impl<'s> AxisSimulation<'s> {
         // A positive command drives the bridge, and the amplifier, against the positive direction.
         let column = if matches!(scene.device, Device::Mass(_)) { "wall_force_n" } else { "wall_torque_nm" };
         let commands = vec![("command", column, -words.command_quantum_nm(scene))];
-        let device = (&scene.device, scene.encoder.count_rad(), words.realised.wall_position_rad);
-        let wiring = closed.wiring();
-        let outline = Outline::of_axis(scene, device, (wiring.name(), wiring.nets()), commands, plant.has_device());
+        let (device, wiring) = ((&scene.device, scene.encoder.count_rad()), closed.wiring());
+        let wall = (words.realised.wall_position_rad, scene.wall_push(&words));
+        let closed_by = (wiring.name(), wiring.nets());
+        let outline = Outline::of_axis(scene, device, wall, closed_by, commands, plant.has_device());
         Ok(Self { scene, plant, words, closed, outline })
     }
 
@@ -61,7 +63,7 @@ impl<'s> AxisSimulation<'s> {
 
     /// Returns the world, whose averaged bridge or amplifier follows this wiring's command.
     fn world<W: AxisWiring>(&self, _: &W) -> AxisWorld<'_> {
-        AxisWorld::new(&self.plant, W::COMMAND, self.words.schedule)
+        AxisWorld::new(&self.plant, W::COMMAND, self.words.schedule).counted_by(self.outline.net("position"))
     }
 
     /// Returns the loop in words; `None` for a law in floats.
@@ -138,6 +140,7 @@ impl Wired for AxisSimulation<'_> {
             } else {
                 realised.wall_position_rad + realised.count_rad
             },
+            wall_rad: [0, DEEP_COUNTS].map(|deep| realised.wall_position_rad + deep as f64 * realised.count_rad),
             plant: &self.plant,
             computed,
             schedule: self.words.schedule,

@@ -9,6 +9,9 @@
 //! - for an axis in steps without a clock, the share of the time beyond the first count inside the wall (with an ideal
 //!   encoder, beyond the wall itself), on the straight line between the ends of a step;
 //! - for a design of the user's own, the share of the cycles in which the encoder's count is beyond the wall's.
+//!
+//! A held position, or a counter that wrapped, tells the logic of another contact than that of the device. So the world
+//! counts how long the device itself is beyond its wall ([`Stays`](crate::Stays)).
 
 use hpu_signal::{Clock, Cycle};
 

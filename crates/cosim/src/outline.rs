@@ -4,9 +4,10 @@ use hpu_plant::REALS;
 use hpu_signal::{Clock, Real, Signal};
 
 use crate::columns::{AXIS_ROW, CURRENTS, RAIL_ROW, TORQUE_BETWEEN};
-use crate::scene::{Device, Head, Record};
+use crate::scene::{Device, Head, Push, Record};
+use crate::summary::Summary;
 use crate::trace::{ANGLE, TORQUE, Trace};
-use crate::verdict::{Abort, Verdict, judge, judge_drop, judge_following};
+use crate::verdict::{Abort, Verdict, judge, judge_drop, judge_following, without_torque};
 
 /// A net that commands an actuator, the column of the effort that it asks for, and the effort of one ulp of its word.
 pub(crate) type Command = (&'static str, &'static str, f64);
@@ -36,6 +37,8 @@ pub struct Outline {
     pub(crate) contact: Option<usize>,
     /// The position of an axis's wall, in the unit of the position's column.
     pub(crate) wall: Option<f64>,
+    /// What that wall gives at rest.
+    pub(crate) push: Option<Push>,
     pub(crate) waves: Waves,
     pub(crate) rule: Rule,
 }
@@ -86,16 +89,18 @@ impl Outline {
             has_contact: true,
             contact: None,
             wall: None,
+            push: None,
             waves: Waves::default(),
             rule,
         }
     }
 
-    /// Returns the outline of an axis with this device and a wall at this position; without `has_device`, a recording
-    /// stands in its place.
+    /// Returns the outline of an axis with this device and a wall at this position, which gives this push; without
+    /// `has_device`, a recording stands in its place.
     pub(crate) fn of_axis(
         head: &Head,
-        (device, count_rad, wall_rad): (&Device, f64, f64),
+        (device, count_rad): (&Device, f64),
+        (wall_rad, push): (f64, Push),
         closed_by: (&str, Vec<Signal>),
         commands: Vec<Command>,
         has_device: bool,
@@ -113,6 +118,7 @@ impl Outline {
             judged: vec![ANGLE, TORQUE],
             contact,
             wall: has_device.then_some(wall_rad),
+            push: has_device.then_some(push),
             ..outline
         }
     }
@@ -132,5 +138,13 @@ impl Outline {
             (Rule::Follow(distance), None) => judge_following(trace, *distance),
             (Rule::Drop(logged), aborted) => judge_drop(trace, *logged, aborted),
         }
+    }
+
+    /// Returns the verdict on a motion inside an axis's wall that gives no torque, from trace and summary of a complete
+    /// run; `None` for any other motion.
+    pub(crate) fn without_torque(&self, trace: &Trace, summary: &Summary) -> Option<Verdict> {
+        let (wall, [effort, _]) = (self.wall.zip(self.push)?, summary.averages?);
+        let deep_s = summary.stays?.deep as f64 * self.clock.period_s();
+        without_torque(trace, ANGLE, wall, effort, deep_s)
     }
 }

@@ -12,7 +12,7 @@ use crate::method::AxisLoop;
 use crate::outline::{Command, Outline, Waves};
 use crate::scene::Record;
 use crate::stopwatch::Stopwatch;
-use crate::summary::{NetUse, Summary};
+use crate::summary::Summary;
 use crate::trace::{ANGLE, Trace};
 use crate::untyped::{AnyClosedLoop, Closed};
 use crate::verdict::Abort;
@@ -299,8 +299,8 @@ pub(crate) fn run<R: Wired>(
 }
 
 /// Runs a simulation's world with another program as the driver, such as a simulator of VHDL. `play` shows the run to
-/// the observer as [`Wired::run`] does, and returns its summary and why it ended early, if it did. Fills the trace
-/// anew, with unknown words as 0, and judges it.
+/// the observer as [`Wired::run`] does, and returns its summary and why it ended early, if it did; it also gets the
+/// edge from which on the run is judged. Fills the trace anew, with unknown words as 0, and judges it.
 ///
 /// # Errors
 ///
@@ -309,13 +309,13 @@ pub fn follow<R: Simulation, E>(
     simulation: &R,
     trace: &mut Trace,
     observer: &mut dyn Observe,
-    play: impl FnOnce(&mut dyn Observe) -> Result<(Summary, Option<&'static str>), E>,
+    play: impl FnOnce(&mut dyn Observe, u64) -> Result<(Summary, Option<&'static str>), E>,
 ) -> Result<Summary, E> {
     trace.begin(simulation.edges() / simulation.stride() + 1);
     let from = window_start(simulation.edges(), simulation.stride());
     let contact = Contact::of(simulation.outline().contact.expect("a loop around a wall"), from);
     let mut follow = Follow { trace, observer, contact, known: Vec::new() };
-    let (summary, over) = play(&mut follow)?;
+    let (summary, over) = play(&mut follow, from)?;
     let contact = follow.contact.edges(summary.edges) as f64;
     Ok(judged(simulation, trace, summary, contact, over))
 }
@@ -354,10 +354,13 @@ pub(crate) fn judged<R: Simulation>(
     summary.motion_s = simulation.clock().seconds(Cycle(summary.edges));
     summary.aborted = over.map(|why| Abort { at_s: summary.motion_s, why });
     if summary.complete && simulation.has_device() {
-        summary.verdict = Some(simulation.outline().judge(trace, summary.aborted));
+        let outline = simulation.outline();
+        let verdict = if over.is_none() { outline.without_torque(trace, &summary) } else { None };
+        summary.verdict = verdict.or_else(|| Some(outline.judge(trace, summary.aborted)));
         let window = simulation.edges() - window_start(simulation.edges(), simulation.stride());
-        let is_told = over.is_none() && simulation.outline().has_contact;
-        summary.contact_share = is_told.then_some(contact_edges / window as f64);
+        let share = |edges: f64| (over.is_none() && outline.has_contact).then_some(edges / window as f64);
+        summary.contact_share = share(contact_edges);
+        summary.device_contact_share = outline.wall.and(summary.stays).and_then(|stays| share(stays.inside as f64));
     }
     summary
 }
@@ -483,17 +486,21 @@ impl<'s> LoopVisitor<'s> for Run<'_> {
         let run = ClosedLoop::new(wiring, world, input, self.stride).averaged_from(from);
         let mut run = if self.observer.measures() { run.measured(&self.observer) } else { run };
         let complete = run.run(self.driver, end, &mut self.observer, self.control);
+        let judged = if complete { run.judged(self.edge_s) } else { None };
+        let of_world = run.world.summary();
         let nets = run.wiring.nets().into_iter().zip(run.wiring.uses());
+        let nets = nets.map(|(signal, usage)| of_world.used(signal, usage));
         let summary = Summary {
             complete,
             edges: run.edge(),
             wall_s: start.seconds(),
             ticks: run.ticks(),
             output_changes: run.output_changes(),
-            averages: if complete { run.averages(self.edge_s) } else { None },
+            averages: judged.map(|(averages, _)| averages),
+            stays: judged.map(|(_, stays)| stays),
             recurrence: run.recurrence(),
-            nets: nets.map(|(signal, usage)| NetUse { signal, usage, losses_seen: true }).collect(),
-            ..run.world.summary()
+            nets: nets.collect(),
+            ..of_world
         };
         (summary, self.observer.contact.edges(run.edge()) as f64, run.world.over())
     }

@@ -7,6 +7,7 @@ use hpu_datapath::{AnyWiring, Repeat, Wiring, bundle, flatten};
 use hpu_signal::{Cycle, Observe, Ports};
 
 use crate::engine::ClosedLoop;
+use crate::stays::Sums;
 use crate::summary::Summary;
 use crate::world::{EncoderState, World};
 
@@ -36,6 +37,8 @@ pub trait AnyWorld<'s> {
     fn measure(&mut self, stride: u64, observer: &dyn Observe);
     /// See [`World::measured`].
     fn measured(&self, edge: u64, row: &mut Vec<f64>);
+    /// See [`World::sums`].
+    fn sums(&self, edge: u64) -> Sums;
     /// See [`World::encoder`].
     fn encoder(&self) -> Option<EncoderState>;
     /// See [`World::summary`].
@@ -84,6 +87,9 @@ impl<'s, E: World + 's> AnyWorld<'s> for E {
     }
     fn measured(&self, edge: u64, row: &mut Vec<f64>) {
         World::measured(self, edge, row);
+    }
+    fn sums(&self, edge: u64) -> Sums {
+        World::sums(self, edge)
     }
     fn encoder(&self) -> Option<EncoderState> {
         World::encoder(self)

@@ -14,6 +14,14 @@
 //!    each after a passage below by a quarter of the amplitude. A motion that has not come to rest but has no period
 //!    either (a hand still on its way) is also classified here, at 0 Hz.
 //!
+//! A motion inside a wall that pushes with nothing is none of these, whatever it does: **no wall torque**. The device
+//! is at least [`DEEP_COUNTS`](crate::DEEP_COUNTS) counts inside the wall for at least 10 ms of the window, and the
+//! actuator pushes it out, on the average over the window, with less than a tenth of what the wall is to give: its
+//! stiffness times the mean penetration, as far as the actuator goes. The stiffness is that which the words realise, or
+//! that to which the method limits it. Of a design of the user's own no stiffness is known; its wall is taken to be a
+//! tenth as stiff as the hand's grip, or to give a tenth of a hand's constant push, or, where nothing is known of the
+//! hand, a hundredth of what the actuator can.
+//!
 //! The verdict judges the motion. The [contact](crate::Summary::contact_share) in the same window tells whether the
 //! motion involves the wall.
 //!
@@ -33,6 +41,7 @@
 //! target is. If the target moves in the window, the verdict is **tracking**, with the rms and the greatest distance of
 //! tip and target.
 
+use crate::scene::Push;
 use crate::trace::Trace;
 use crate::window::{Streamed, passage, quarter, range};
 
@@ -59,6 +68,13 @@ pub enum Verdict {
         at_s: f64,
         /// Half of the range in the later half of the window.
         amplitude_rad: f64,
+    },
+    /// Inside the wall, which gives no torque. Effort and depth are means over the window.
+    NoWallTorque {
+        /// The actuator's torque or force out of the wall.
+        effort: f64,
+        /// The penetration.
+        depth: f64,
     },
     /// A drop test that came to rest on the wall.
     Passive {
@@ -235,6 +251,35 @@ pub fn judge(trace: &Trace, column: usize, count_rad: f64) -> Verdict {
     let (passages, rows) = window.passages(mean, amplitude_rad);
     let frequency_hz = if passages > 1 { (passages - 1) as f64 / (rows * trace.step_s()) } else { 0.0 };
     Verdict::LimitCycle { rms_rad, amplitude_rad, frequency_hz }
+}
+
+/// The least time deep inside a wall after which its torque is judged.
+const DEEP_S: f64 = 10e-3;
+/// The share of what the wall is to give below which it gives none.
+const NO_TORQUE: f64 = 0.1;
+
+/// Returns the verdict on a motion inside a wall that gives no torque; `None` for any other. `push` is what the wall at
+/// `wall_rad` is to give, `effort` the actuator's mean torque, and `deep_s` the time deep inside the wall, in the
+/// judged window.
+pub(crate) fn without_torque(
+    trace: &Trace,
+    column: usize,
+    (wall_rad, push): (f64, Push),
+    effort: f64,
+    deep_s: f64,
+) -> Option<Verdict> {
+    if deep_s < DEEP_S {
+        return None;
+    }
+    let rows = trace.judged_rows(column);
+    let depth = |angle_rad: f64| (angle_rad - wall_rad).max(0.0);
+    let expected = mean_of(rows, |angle_rad| {
+        let depth = depth(angle_rad);
+        if depth == 0.0 { 0.0 } else { push.most.min(push.stiffness * depth) }
+    });
+    // The positive direction leads into the wall.
+    let effort = -effort;
+    (effort < NO_TORQUE * expected).then(|| Verdict::NoWallTorque { effort, depth: mean_of(rows, depth) })
 }
 
 /// The rms below which a drop test is passive: 0.003 cm.

@@ -4,10 +4,10 @@
 //! host's commands), and the outputs that hold from that edge to the next.
 
 use hpu_datapath::Repeat;
-use hpu_plant::Energy;
 use hpu_signal::{Cycle, Observe, Ports, Real};
 
 use crate::encoder::Pins;
+use crate::stays::Sums;
 use crate::summary::Summary;
 
 /// A `World` is the state of everything outside the FPGA: plant, encoders, hand, on some platforms a host. The engine
@@ -103,14 +103,15 @@ pub trait World: Clone {
     /// Appends to the row at an edge the columns beyond [`reals`](World::reals): means and extremes since the row
     /// before, and what the hand feels.
     fn measured(&self, _edge: u64, _row: &mut Vec<f64>) {}
-    /// Returns the energies exchanged since the start, with the integrals of current and position, at an edge that the
-    /// world has not left yet. Only a world with one axis has them.
-    fn energy(&self, _edge: u64) -> Energy {
-        Energy::default()
+    /// Returns the sums from the start up to an edge that the world has not left yet. Only a world with one axis has
+    /// them.
+    fn sums(&self, _edge: u64) -> Sums {
+        Sums::default()
     }
-    /// Returns the actuator's torque or force of a current of 1 A.
-    fn effort_per_a(&self) -> f64 {
-        1.0
+    /// Returns the nets whose words do not tell what they stand for at the present edge, as the set of their indices: a
+    /// position counter whose device is out of its reach.
+    fn overflowing(&self) -> u64 {
+        0
     }
     /// Returns the state of the encoder; `None` for a world without one encoder of its own.
     fn encoder(&self) -> Option<EncoderState> {

@@ -82,12 +82,12 @@ pub fn run_vhdl(
     Tool::Ghdl.version().map_err(GhdlError::Tool)?;
     let loops = Loops::new(std::slice::from_ref(&job), setup)?;
     let mut row = job.row();
-    let summary = follow(simulation, trace, observer, |observer| {
+    let summary = follow(simulation, trace, observer, |observer, from| {
         let mut lockstep = Lockstep::new(simulation, job.edges, false);
-        lockstep.show(observer, simulation.stride());
+        lockstep.show(observer, simulation.stride(), from);
         let tally = job.close(&loops, &mut lockstep, control)?;
         row.add(Ok(tally), true, start.elapsed().as_secs_f64());
-        Ok::<_, GhdlError>(sum_up(simulation, lockstep.played(), &row))
+        Ok::<_, GhdlError>(sum_up(simulation, lockstep.played(simulation.clock().period_s()), &row))
     })?;
     Ok((summary, row))
 }
@@ -97,11 +97,12 @@ fn sum_up(simulation: &impl Wired, played: Played, row: &CheckRow) -> (Summary, 
     let Played { summary, over, uses, ranges } = played;
     let losses_seen = row.mismatches == 0;
     let nets = simulation.nets().into_iter().zip(uses).zip(ranges);
-    let nets = nets.map(|((signal, usage), (min, max))| {
-        let usage = if losses_seen { usage } else { SignalUse { min, max, rounded: 0, overflowed: 0 } };
-        NetUse { signal, usage, losses_seen }
+    let nets = nets.map(|((signal, usage), (min, max))| match losses_seen {
+        true => summary.used(signal, usage),
+        false => NetUse { signal, usage: SignalUse { min, max, rounded: 0, overflowed: 0 }, losses_seen },
     });
-    (Summary { complete: true, wall_s: row.seconds, nets: nets.collect(), ..summary }, over)
+    let nets = nets.collect();
+    (Summary { complete: true, wall_s: row.seconds, nets, ..summary }, over)
 }
 
 /// A scene whose wiring is known, ready to be run.

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use hpu_cosim::{AnyWorld, Summary, Wired};
+use hpu_cosim::{AnyWorld, Summary, Sums, Wired};
 use hpu_datapath::{AnyWiring, Repeat};
 use hpu_signal::{Observe, Signal, SignalUse};
 
@@ -103,6 +103,11 @@ impl Pair<'_> {
         values.clear();
         self.vhdl.world.reals(edge, values);
         self.vhdl.world.measured(edge, values);
+    }
+
+    /// Returns the sums of the VHDL's world from the start up to the present edge.
+    pub(crate) fn sums(&self, edge: u64) -> Sums {
+        self.vhdl.world.sums(edge)
     }
 
     /// Returns the reason why the VHDL's world cannot go on, if it cannot.

@@ -13,6 +13,7 @@ const CLASSES = {
   diverged: ["×", "diverged"],
   highly_unstable: ["×", "highly unstable"],
   non_passive: ["~", "non-passive"],
+  no_wall_torque: ["0", "no wall torque"],
   wall_not_reached: ["○", "wall not reached"],
   failed: ["!", "cannot be run"],
 };

@@ -103,6 +103,15 @@ fn words(page: &mut Page, set: &WordsSet) {
         let said = "of these runs settle although the product has wrapped: the hand may be through the wall";
         page.line("warning", format!("{} {said}", set.wrapped));
     }
+    if set.unheld > 0 {
+        let said = "runs had a position counter that wrapped under the device, and read another place: write a greater \
+                    method.position_bits";
+        page.line("warning", format!("{} {said}", set.unheld));
+    }
+    if set.without_torque > 0 {
+        let said = "runs are inside the wall without its torque, and count as not settled";
+        page.line("warning", format!("{} {said}", set.without_torque));
+    }
     if set.cut_short > 0 {
         let said = format!("runs had more than {MOST_EVENTS} events and count as not settled");
         page.line("", format!("{} {said}", set.cut_short));
@@ -200,6 +209,8 @@ fn in_words(set: &WordsSet) -> Value {
         "runs": set.runs(),
         "runs_cut_short": set.cut_short,
         "runs_settled_but_wrapped": set.wrapped,
+        "runs_with_wrapped_position": set.unheld,
+        "runs_without_wall_torque": set.without_torque,
         "groups": groups.collect::<Vec<_>>(),
         "lowest_failed": set.lowest_failed().map(|seen| seen.stiffness),
         "highest_settled": set.highest_settled().map(|seen| seen.stiffness),

@@ -6,7 +6,7 @@ use hpu_cosim::number;
 use hpu_cosim::scene::{Miss, OutcomeKind};
 use hpu_study::map::{
     Agreement, Axis, Cell, Class, Curve, Curves, Edge, Found, Map, agreements, class, class_name, classes, fields,
-    is_late, unseen, wrapped,
+    is_late, unheld, unseen, wrapped,
 };
 use hpu_study::page::{Column, Page, Table};
 use serde_json::{Value, json};
@@ -34,6 +34,7 @@ fn letter(class: Option<Class>) -> char {
         Some(Class::Outcome(OutcomeKind::Settled | OutcomeKind::Passive | OutcomeKind::Tracking)) => '.',
         Some(Class::Outcome(OutcomeKind::LimitCycle | OutcomeKind::NonPassive)) => 'o',
         Some(Class::Outcome(OutcomeKind::Diverged | OutcomeKind::HighlyUnstable)) => 'X',
+        Some(Class::Outcome(OutcomeKind::NoWallTorque)) => '0',
         Some(Class::WallNotReached) => '-',
         None => '?',
     }
@@ -185,6 +186,13 @@ fn layer(mapped: &Mapped, method: usize) -> Page {
                  position counter has wrapped (contact_unseen in the table)"
             ),
         );
+    }
+    let lost = unheld(found, mapped.layer(method));
+    page.data("position_wrapped", lost);
+    if lost > 0 {
+        let said = "cells the position counter wrapped under the device, and the loop read another place \
+                    (position_lost_share in the table): write a greater method.position_bits";
+        page.line("warning", format!("in {lost} {said}"));
     }
     match mapped.missed(method) {
         None => page.data("stiffness_missed", Value::Null),

@@ -8,6 +8,7 @@ pub mod overflow;
 pub mod page;
 mod pictures;
 mod rows;
+mod suspect;
 
 use std::fs;
 use std::path::PathBuf;
@@ -41,6 +42,7 @@ use device::shown;
 use nets::{NetComparison, Pairs};
 use overflow::Overflows;
 use rows::{Estimate, Rows};
+use suspect::Suspect;
 
 /// Run a scene and sum it up; without a scene, list the shipped ones
 #[derive(Default, clap::Args)]
@@ -129,6 +131,8 @@ pub struct Ran<'s> {
     pub outcome_met: Option<(OutcomeKind, bool)>,
     /// The expected numbers, the actual ones, and whether each is within its tolerance.
     pub numbers: Vec<(Expectation, Option<f64>, bool)>,
+    /// The mistake in the connections of a design whose wall gives no torque, if one was found.
+    pub suspect: Option<Suspect>,
     /// The reason why the scene's expectations were not judged, if the scene has any.
     pub unjudged: Option<&'static str>,
     /// The model that was chosen, if the scene leaves the model open.
@@ -353,6 +357,7 @@ impl Finished {
             rtl: None,
             outcome_met: None,
             numbers: Vec::new(),
+            suspect: None,
             unjudged: None,
             fitted: None,
             notation: Notation::Triple,
@@ -626,7 +631,9 @@ fn simulate<'s>(
         let met = got.is_some_and(|got| (got - expected.value).abs() <= expected.tolerance);
         (*expected, got, met)
     });
+    let suspect = suspect::found(scene, &summary, &args.hdl.simulators()?, control);
     Ok(Ran {
+        suspect,
         driver: name,
         solver: scene.setup().solver().name(),
         simulation,

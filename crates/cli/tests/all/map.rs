@@ -87,12 +87,12 @@ fn the_command_in_a_row_runs_that_cell_again_to_the_last_digit() {
     let rows = rows(&out);
     let mut outcomes = Vec::new();
     for line in rows.iter().skip(1) {
-        let fields: Vec<&str> = line.splitn(26, ',').collect();
+        let fields: Vec<&str> = line.splitn(28, ',').collect();
         if fields[6] == "0" || outcomes.contains(&fields[5]) {
             continue;
         }
         outcomes.push(fields[5]);
-        let replay = fields[25].trim_matches('"').replace("\"\"", "\"");
+        let replay = fields[27].trim_matches('"').replace("\"\"", "\"");
         let replay = replay.replacen("hpu", env!("CARGO_BIN_EXE_hpu"), 1) + " --json";
         let output = Command::new("sh").args(["-c", &replay]).current_dir(ROOT).output().expect("a shell");
         assert!([0, 1].contains(&code(&output)), "{replay}: {}", stderr(&output));

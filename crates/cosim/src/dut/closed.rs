@@ -85,7 +85,7 @@ impl DutSimulation<'_> {
         watch.log(world, edge);
         let Watch { rows, recorder } = watch;
         let contact = recorder.contact.edges(edge) as f64;
-        let averages = if complete { rows.averages(world, edge, self.clock().period_s()) } else { None };
+        let window = if complete { rows.judged(world, edge, self.clock().period_s()) } else { None };
         let nets = self.wires.nets.iter().cloned().zip(&closed.uses).filter(|_| watched);
         let summary = Summary {
             complete,
@@ -93,7 +93,8 @@ impl DutSimulation<'_> {
             wall_s: began.seconds(),
             ticks: edge,
             output_changes: closed.output_changes,
-            averages,
+            averages: window.map(|(averages, _)| averages),
+            stays: window.map(|(_, stays)| stays),
             nets: nets.map(|(signal, &usage)| NetUse { signal, usage, losses_seen: false }).collect(),
             ..closed.world.summary()
         };

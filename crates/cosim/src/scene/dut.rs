@@ -6,7 +6,7 @@ use std::sync::Arc;
 use hpu_signal::Format;
 
 use super::head::{Head, has_head};
-use super::{Amplifier, Bridge, Device, Encoder, Faults, Hand, Model};
+use super::{Amplifier, Bridge, Device, Encoder, Faults, Hand, Model, Push, initial_angle_rad};
 
 /// One experiment of an axis whose loop is closed by a design of the user's own; in SI units.
 #[derive(Clone, PartialEq, Debug)]
@@ -25,6 +25,8 @@ pub struct DutScene {
     pub dut: Dut,
     /// The position of the wall that the design renders.
     pub wall_rad: f64,
+    /// Whether the wall may stand out of the range of a port that takes its count.
+    pub wraps: bool,
     /// Key of the generic or constant that makes the wall stiffer, if the scene names one.
     pub varies: Option<String>,
     /// The hand, which moves the device.
@@ -36,6 +38,37 @@ pub struct DutScene {
 }
 
 has_head!(DutScene);
+
+impl DutScene {
+    /// Returns the wall's count, from angle 0.
+    pub(crate) fn wall_count(&self) -> i64 {
+        self.encoder.nearest(self.wall_rad)
+    }
+
+    /// Returns what the wall gives at rest, at the least. Only its author knows the stiffness of a design, so a wall is
+    /// taken to be a tenth as stiff as the grip of the hand, or to give a tenth of a constant push; where nothing is
+    /// known of the hand, a hundredth of what the actuator can.
+    pub(crate) fn wall_push(&self) -> Push {
+        let full = match (&self.device, self.amplifier) {
+            (Device::Motor(motor), _) => motor.stall_nm(self.bridge),
+            (Device::Mass(_), amplifier) => amplifier.map_or(0.0, |amplifier| amplifier.full_scale_n),
+        };
+        match self.hand {
+            Hand::SpringDamper { stiffness_nm_per_rad, .. } if stiffness_nm_per_rad > 0.0 => {
+                Push { stiffness: 0.1 * stiffness_nm_per_rad, most: full }
+            }
+            Hand::ConstantTorque { torque_nm } => {
+                Push { stiffness: f64::INFINITY, most: full.min(0.1 * torque_nm.abs()) }
+            }
+            _ => Push { stiffness: f64::INFINITY, most: 0.01 * full },
+        }
+    }
+
+    /// Returns the count at which the device starts, from angle 0.
+    pub(crate) fn start_count(&self) -> i64 {
+        self.encoder.count(initial_angle_rad(&self.hand, &self.device))
+    }
+}
 
 /// A design.
 #[derive(Clone, PartialEq, Eq, Debug)]

@@ -12,6 +12,8 @@ hpu_signal::named! {
         LimitCycle = "limit_cycle",
         /// The motion oscillates ever wider.
         Diverged = "diverged",
+        /// The device is inside the wall, and the wall gives no torque.
+        NoWallTorque = "no_wall_torque",
         /// The device follows a moving target to the end.
         Tracking = "tracking",
         /// A drop test: the tip rests on the wall.

@@ -57,6 +57,7 @@ pub(super) fn dut_scene(file: &str, source: &Source, load: Load) -> Result<DutSc
         dut: if is_alone { Dut::pins() } else { dut(&root.section("dut")?, load)? },
         // A plant alone needs no wall; one in infinity is never touched.
         wall_rad: if is_alone && !root.has("wall") { f64::INFINITY } else { wall.read(&keys::wall::position)? },
+        wraps: wall.read(&keys::wall::wraps)?,
         varies: if is_alone { unvaried(&wall)? } else { varies(&wall)? },
         hand,
         faults: faults(&root, clock)?,

@@ -25,6 +25,7 @@ fn numbers(verdict: Verdict) -> [f64; 4] {
             [rms, 0.0, 0.0, 0.0]
         }
         Verdict::Tracking { rms_m, greatest_m } => [rms_m, greatest_m, 0.0, 0.0],
+        Verdict::NoWallTorque { effort, depth } => [effort, depth, 0.0, 0.0],
         Verdict::LimitCycle { rms_rad, amplitude_rad, frequency_hz } => [rms_rad, amplitude_rad, frequency_hz, 0.0],
         Verdict::Diverged { at_s, amplitude_rad } => [0.0, amplitude_rad, 0.0, at_s],
         Verdict::HighlyUnstable { at_s } => [0.0, 0.0, 0.0, at_s],

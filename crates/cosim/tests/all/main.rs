@@ -28,6 +28,7 @@ mod phantom_solvers;
 mod phantom_verdict;
 mod phantom_worlds;
 mod rail;
+mod reach;
 mod recurrence;
 mod resolved;
 mod scene_counts;

@@ -51,6 +51,7 @@ pub fn usual(outcome: OutcomeKind) -> Vec<Output> {
         OutcomeKind::LimitCycle => {
             vec![Output::Amplitude, Output::Frequency, Output::PeakPenetration, Output::Verdict]
         }
+        OutcomeKind::NoWallTorque => vec![Output::PeakPenetration, Output::Verdict],
         OutcomeKind::Passive | OutcomeKind::Tracking => vec![Output::Trace, Output::Rms, Output::Verdict],
         OutcomeKind::NonPassive => vec![Output::Rms, Output::Verdict],
         OutcomeKind::Diverged | OutcomeKind::HighlyUnstable => vec![Output::Verdict],

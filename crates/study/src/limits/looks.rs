@@ -141,10 +141,13 @@ fn between(seen: &BTreeMap<i128, u32>, phases: u32, looks: Looks) -> Vec<i128> {
     apart.map(|pair| pair[0].0 + (pair[1].0 - pair[0].0) / 2).collect()
 }
 
-/// Rows of a run that settled, of one that settled although its product wrapped, and of one that was cut short.
+/// Rows of a run that settled, of one that settled although its product wrapped, of one inside a wall without its
+/// torque, and of one that was cut short; and what a row ends with if the position counter wrapped.
 const SETTLED: &str = "settled";
 const WRAPPED: &str = "wrapped";
+const WITHOUT_TORQUE: &str = "without torque";
 const CUT_SHORT: &str = "cut short";
+const UNHELD: &str = ", unheld";
 
 /// Returns `count` words from the least to the greatest, evenly over their logarithm; all words if there are no more.
 fn spread(least: i128, most: i128, count: usize) -> Vec<i128> {
@@ -199,6 +202,8 @@ fn touched<'s>(
 struct Apart {
     cut_short: u32,
     wrapped: u32,
+    unheld: u32,
+    without_torque: u32,
 }
 
 /// The scenes to run, by phase and word.
@@ -252,7 +257,7 @@ impl Grid<'_> {
             if differ { pair[1].word - pair[0].word } else { 1 }
         };
         let finest = seen.windows(2).map(between).max().unwrap_or(1);
-        let Apart { cut_short, wrapped } = apart;
+        let Apart { cut_short, wrapped, unheld, without_torque } = apart;
         Ok(WordsSet {
             unit: self.unit,
             step: self.step,
@@ -264,6 +269,8 @@ impl Grid<'_> {
             finest,
             cut_short,
             wrapped,
+            unheld,
+            without_torque,
         })
     }
 
@@ -288,9 +295,16 @@ impl Grid<'_> {
             match Cell::run(&experiment, limits, control) {
                 Ok(None) => None,
                 Ok(Some(cell)) if cell.contact_share == Some(0.0) => Some(Err(untouched(&experiment))),
-                Ok(Some(cell)) if cell.outcome != OutcomeKind::Settled => Some(Ok(String::new())),
-                Ok(Some(cell)) if drops && cell.overflow_share > 0.0 => Some(Ok(WRAPPED.to_string())),
-                Ok(Some(_)) => Some(Ok(SETTLED.to_string())),
+                Ok(Some(cell)) => {
+                    let lost = cell.position_lost_share;
+                    let row = match cell.outcome {
+                        OutcomeKind::NoWallTorque => WITHOUT_TORQUE,
+                        OutcomeKind::Settled if drops && cell.overflow_share > lost => WRAPPED,
+                        OutcomeKind::Settled => SETTLED,
+                        _ => "",
+                    };
+                    Some(Ok(row.to_string() + if lost > 0.0 { UNHELD } else { "" }))
+                }
                 Err(why) if why == too_many => Some(Ok(CUT_SHORT.to_string())),
                 Err(why) => Some(Err(why)),
             }
@@ -298,6 +312,10 @@ impl Grid<'_> {
         let mut done = 0;
         let _ = run_some(&units, jobs, control, run, |unit, row| match row {
             Ok(row) => {
+                let held = row.strip_suffix(UNHELD);
+                apart.unheld += u32::from(held.is_some());
+                let row = held.unwrap_or(&row);
+                apart.without_torque += u32::from(row == WITHOUT_TORQUE);
                 *seen.entry(words[unit / phases]).or_default() += u32::from(row == SETTLED || row == WRAPPED);
                 apart.cut_short += u32::from(row == CUT_SHORT);
                 apart.wrapped += u32::from(row == WRAPPED);

@@ -50,6 +50,10 @@ pub struct WordsSet {
     /// Number of runs that settled although a product without its upper bits wrapped on the way: their hand may have
     /// come to rest beyond the wall.
     pub wrapped: u32,
+    /// Number of runs whose position counter wrapped under the device, settled or not: their loop read another place.
+    pub unheld: u32,
+    /// Number of runs whose device was inside a wall that gave no torque; they count as not settled.
+    pub without_torque: u32,
 }
 
 impl WordsSet {

@@ -36,10 +36,14 @@ pub struct Cell {
     pub displayed: Option<Displayed>,
     /// Share of the judged window in which the wall sees penetration; `None` for a motion that was aborted.
     pub contact_share: Option<f64>,
+    /// Share of the judged window in which the device itself is beyond the wall; `None` also for more than one axis.
+    pub device_contact_share: Option<f64>,
     /// How often the spring's product had wrapped when the motion came to rest in the wall: the hand is through it.
     pub product_wraps: Option<NonZeroU32>,
     /// Whether the device was past its wall in the judged window while the datapath saw no contact.
     pub contact_unseen: bool,
+    /// Share of the clock edges at which the position counter had wrapped under the device.
+    pub position_lost_share: f64,
     /// The stiffness that the fixed-point words realise divided by the stiffness that the scene asks for, less 1.
     pub stiffness_error: Option<f64>,
     /// Share of the clock edges at which the net that overflowed most had overflowed.
@@ -116,8 +120,10 @@ impl Cell {
             known(self.displayed.map(|displayed| displayed.stiffness)),
             known(self.displayed.map(|displayed| displayed.asked)),
             known(self.contact_share),
+            known(self.device_contact_share),
             self.product_wraps.map_or(String::new(), |wraps| wraps.to_string()),
             u8::from(self.contact_unseen).to_string(),
+            known(Some(self.position_lost_share)),
             known(self.stiffness_error),
             known(Some(self.overflow_share)),
             switching.map_or(String::new(), |switching| switching.count.to_string()),
@@ -141,8 +147,10 @@ impl Cell {
             displayed,
             asked,
             contact,
+            device_contact,
             wraps,
             unseen,
+            lost,
             error,
             overflow,
             switches,
@@ -164,8 +172,10 @@ impl Cell {
             dissipated_j: heat.parse().ok()?,
             displayed: known(displayed)?.zip(known(asked)?).map(|(stiffness, asked)| Displayed { stiffness, asked }),
             contact_share: known(contact)?,
+            device_contact_share: known(device_contact)?,
             product_wraps: if wraps.is_empty() { None } else { Some(wraps.parse().ok()?) },
             contact_unseen: unseen == "1",
+            position_lost_share: lost.parse().ok()?,
             stiffness_error: known(error)?,
             overflow_share: overflow.parse().ok()?,
             switching: match known(bump)? {
@@ -240,8 +250,10 @@ impl Cell {
             dissipated_j: summary.energy.dissipated_j,
             displayed,
             contact_share: summary.contact_share,
+            device_contact_share: summary.device_contact_share,
             product_wraps: wraps.and_then(|wraps| NonZeroU32::new(u32::try_from(wraps).unwrap_or(u32::MAX))),
             contact_unseen: unseen.is_some(),
+            position_lost_share: summary.unheld.map_or(0, |unheld| unheld.edges) as f64 / summary.edges.max(1) as f64,
             stiffness_error: stiffness_error(experiment),
             overflow_share: summary.nets.iter().map(|net| net.usage.overflowed).max().unwrap_or(0) as f64
                 / summary.edges.max(1) as f64,
@@ -272,7 +284,7 @@ fn numbers(verdict: Verdict) -> (Option<f64>, Option<f64>, Option<f64>) {
         Verdict::Passive { rms_m } | Verdict::NonPassive { rms_m } | Verdict::Tracking { rms_m, .. } => {
             (Some(rms_m), None, None)
         }
-        Verdict::HighlyUnstable { .. } => (None, None, None),
+        Verdict::HighlyUnstable { .. } | Verdict::NoWallTorque { .. } => (None, None, None),
     }
 }
 

@@ -18,6 +18,10 @@ pub enum Reason {
     Swings,
     /// The motion has not come to rest yet, and has no period.
     Wanders,
+    /// The position counter wraps under the device for a hundredth of the time or more.
+    CounterWraps,
+    /// The device is inside the wall, which gives no torque.
+    NoTorque,
 }
 
 /// Amplitude, in counts, up to which the encoder is the reason.
@@ -34,6 +38,8 @@ impl Reason {
             Self::Counts => "rattles between counts",
             Self::Swings => "swings",
             Self::Wanders => "wanders",
+            Self::CounterWraps => "wraps the position counter",
+            Self::NoTorque => "is inside without the wall's torque",
         }
     }
 
@@ -41,6 +47,8 @@ impl Reason {
     fn of(cell: &Cell, count: Option<f64>) -> Self {
         let counts = cell.amplitude.zip(count).map(|(amplitude, count)| amplitude / count);
         match cell.outcome {
+            OutcomeKind::NoWallTorque => Self::NoTorque,
+            _ if cell.position_lost_share >= OFTEN => Self::CounterWraps,
             OutcomeKind::Diverged | OutcomeKind::HighlyUnstable => Self::Grows,
             _ if counts.is_some_and(|counts| counts <= FEW_COUNTS) => Self::Counts,
             _ if cell.overflow_share >= OFTEN => Self::FullScale,

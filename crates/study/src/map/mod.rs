@@ -31,7 +31,7 @@ pub use axis::Axis;
 pub(crate) use cell::more_events;
 pub use cell::{Cell, CellLimits, Displayed, displayed_stiffness, outcome_name, product_wraps};
 pub use class::is_unseen;
-pub use class::{Class, class_name, classes, unseen, wrapped};
+pub use class::{Class, class_name, classes, unheld, unseen, wrapped};
 pub use curves::{Curve, Curves};
 pub use edges::{Edge, Reason, Share};
 pub use fill::Plan;

@@ -41,6 +41,7 @@ pub fn units_of(map: &Map) -> Vec<(String, String)> {
             "contact_share",
             "of the judged window, the last three tenths, in which the wall sees penetration; 0: not reached".into(),
         ),
+        ("device_contact_share", "of the same window, in which the device itself is beyond the wall".into()),
         (
             "product_wraps",
             "how often the spring's product has wrapped at rest in the wall: the hand is through it".into(),
@@ -48,6 +49,11 @@ pub fn units_of(map: &Map) -> Vec<(String, String)> {
         (
             "contact_unseen",
             "1 where the device was past its wall while the datapath saw no contact: its position counter wrapped"
+                .into(),
+        ),
+        (
+            "position_lost_share",
+            "of the edges, at which the position counter had wrapped under the device: the loop read another place"
                 .into(),
         ),
         ("stiffness_error", "stiffness that the words realise over what is asked for, less 1".into()),
@@ -96,9 +102,11 @@ pub fn fields<'a>(map: &'a Map, found: &'a [Found], replay: impl Fn(usize) -> St
         figure("displayed_stiffness", |cell| cell.displayed.map(|displayed| displayed.stiffness).into()),
         figure("displayed_ratio", |cell| cell.displayed.and_then(Displayed::ratio).into()),
         figure("contact_share", |cell| cell.contact_share.into()),
+        figure("device_contact_share", |cell| cell.device_contact_share.into()),
         of(Column::integer("product_wraps", ""), |cell| cell.product_wraps.map(NonZeroU32::get).into()),
         of(Column::flag("contact_unseen", "").only(&in_json), |cell| cell.contact_unseen.into()),
         of(Column::number("contact_unseen", "").only(&in_file), |cell| f64::from(u8::from(cell.contact_unseen)).into()),
+        figure("position_lost_share", |cell| cell.position_lost_share.into()),
         figure("stiffness_error", |cell| cell.stiffness_error.into()),
         figure("overflow_share", |cell| cell.overflow_share.into()),
         of(Column::integer("switches", ""), |cell| switching(cell).map(|of| of.count).into()),
@@ -166,8 +174,10 @@ pub fn schema(map: &Map) -> Schema {
         Column::number("displayed_stiffness", ""),
         Column::number("asked_stiffness", ""),
         Column::number("contact_share", ""),
+        Column::number("device_contact_share", ""),
         Column::integer("product_wraps", ""),
         Column::integer("contact_unseen", ""),
+        Column::number("position_lost_share", ""),
         Column::number("stiffness_error", ""),
         Column::number("overflow_share", ""),
         Column::integer("switches", ""),

@@ -150,8 +150,10 @@ fn a_cell_comes_back_from_its_line_as_it_was() {
         dissipated_j: 0.0,
         displayed: None,
         contact_share: Some(1.0 / 3.0),
+        device_contact_share: Some(3.0 / 7.0),
         product_wraps: std::num::NonZeroU32::new(3),
         contact_unseen: false,
+        position_lost_share: 1.0 / 16.0,
         stiffness_error: None,
         overflow_share: 0.125,
         switching: Some(Box::new(Switching { count: 12, bump_n: 2.0 / 7.0, switch_j: None })),
@@ -440,8 +442,8 @@ fn csv_and_parquet_hold_the_same_rows_with_units_in_their_heads() {
     let mut lines = csv.lines().skip_while(|line| line.starts_with('#'));
     assert!(csv.starts_with("# hpu map x\n# x: wall.stiffness in N.m/rad\n# y: wall.position in rad\n"));
     let head = "method,ix,iy,x,y,outcome,run,rms,amplitude,frequency_hz,hand_j,source_j,dissipated_j,\
-                displayed_stiffness,displayed_ratio,contact_share,product_wraps,contact_unseen,stiffness_error,\
-                overflow_share,switches,bump_n,switch_j,edges,reason,replay";
+                displayed_stiffness,displayed_ratio,contact_share,device_contact_share,product_wraps,contact_unseen,\
+                position_lost_share,stiffness_error,overflow_share,switches,bump_n,switch_j,edges,reason,replay";
     assert_eq!(lines.next(), Some(head));
     let lines: Vec<&str> = lines.collect();
     assert_eq!(lines.len(), 90);
@@ -465,11 +467,11 @@ fn csv_and_parquet_hold_the_same_rows_with_units_in_their_heads() {
                 field => field.to_string(),
             })
             .collect();
-        let mut expected: Vec<String> = lines[index].splitn(26, ',').map(str::to_string).collect();
+        let mut expected: Vec<String> = lines[index].splitn(28, ',').map(str::to_string).collect();
         for place in [3, 4] {
             expected[place] = format!("{:e}", expected[place].parse::<f64>().unwrap());
         }
-        expected[25] = replay(index);
+        expected[27] = replay(index);
         assert_eq!(fields, expected, "row {index}");
     }
 }

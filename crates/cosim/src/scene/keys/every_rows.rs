@@ -87,9 +87,11 @@ keys! { record_all: "record" of [];
 }
 
 keys! { expect: "expect" of ["axis", "dut"];
-    /// Verdict that the run must reach: the motion settles, keeps a limit cycle, or diverges.
+    /// Verdict that the run must reach: the motion settles, keeps a limit cycle, diverges, or is inside a wall that
+    /// gives no torque.
     outcome: Choice<OutcomeKind> = Choice::new(|| {
-        named(&[OutcomeKind::Settled, OutcomeKind::LimitCycle, OutcomeKind::Diverged], OutcomeKind::name)
+        use OutcomeKind::{Diverged, LimitCycle, NoWallTorque, Settled};
+        named(&[Settled, LimitCycle, Diverged, NoWallTorque], OutcomeKind::name)
     }, Said("not judged"));
     /// Angle or position at the end.
     final_angle: Expected = Expected::along(|axis| axis.position);

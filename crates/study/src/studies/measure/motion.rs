@@ -45,6 +45,7 @@ impl Made {
             }
             Some(Verdict::LimitCycle { .. }) => "moving to the end, without a period".into(),
             Some(Verdict::Diverged { at_s, .. }) => format!("diverges, watched since {at_s:.0} s"),
+            Some(Verdict::NoWallTorque { depth, .. }) => format!("is {} in the wall without its torque", size(depth)),
             Some(Verdict::NonPassive { rms_m }) => format!("is not passive, {} rms", length(rms_m)),
             Some(Verdict::HighlyUnstable { at_s }) => format!("aborted at {at_s:.2} s"),
             Some(Verdict::Tracking { rms_m, .. }) => format!("tracks its target, {} rms", length(rms_m)),
