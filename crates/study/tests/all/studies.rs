@@ -159,8 +159,8 @@ const PUSHED: &str = r#"
     title = "Own"
     [let]
     set = [
-        'device.damping=0', 'device.coulomb=0', 'wall.position=1', 'wall.stiffness=0', 'run.duration=100 ms',
-        'record.plant_rate=1 kHz',
+        'device.damping=0', 'device.coulomb=0', 'wall.position=1', 'wall.wraps=true', 'wall.stiffness=0',
+        'run.duration=100 ms', 'record.plant_rate=1 kHz',
     ]
     [[group]]
     name = "A pushed mass"
