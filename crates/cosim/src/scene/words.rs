@@ -224,8 +224,8 @@ impl Scene {
             None => "a coarser encoder, which 32 bits hold".into(),
         };
         let reason = format!(
-            "{} {unit} does not fit {bits} bits: it is {} counts from the start, and walls from {least} to {most} {unit} \
-             fit; write {wider}, or wall.wraps = true in a scene that shows how a counter wraps",
+            "{} {unit} does not fit {bits} bits: it is {} counts from the start, and walls from {least} to {most} \
+             {unit} fit; write {wider}, or wall.wraps = true in a scene that shows how a counter wraps",
             number(self.wall.position_rad),
             from_start.unsigned_abs(),
         );
