@@ -489,14 +489,19 @@ impl World for AxisWorld<'_> {
         }
     }
 
-    fn measured(&self, edge: u64, row: &mut Vec<f64>) {
-        let Kind::Axis { axis, .. } = &self.plant.kind else {
+    fn exact(&self, edge: u64) -> Self::Row {
+        self.device.as_ref().map_or([0.0; REALS.len()], |device| device.shown(&device.exact_state(edge)))
+    }
+
+    fn shown(&self, edge: u64, row: &mut Vec<f64>) {
+        let (Kind::Axis { axis, .. }, Some(device)) = (&self.plant.kind, &self.device) else {
             return row.resize(AXIS_ROW.len(), 0.0);
         };
-        let Some((device, measured)) = self.device.as_ref().and_then(|body| Some((body, body.measured(edge)?))) else {
-            return;
-        };
-        tell(axis, &measured, device.felt(edge), row);
+        let x = device.exact_state(edge);
+        row.extend(device.shown(&x));
+        if let Some(measured) = device.measured(edge, &x) {
+            tell(axis, &measured, device.felt(&x), row);
+        }
     }
 
     fn energy(&self, edge: u64) -> Energy {

@@ -341,6 +341,11 @@ impl Observe for Follow<'_> {
         self.trace.reals(cycle, values);
         self.observer.reals(cycle, values);
     }
+
+    fn row(&mut self, cycle: Cycle, judged: &[f64], shown: &[f64]) {
+        self.trace.reals(cycle, judged);
+        self.observer.row(cycle, judged, shown);
+    }
 }
 
 /// Returns the summary with verdict and figures from the trace of its run.
@@ -409,6 +414,12 @@ impl Observe for Recorder<'_> {
         self.trace.reals(cycle, values);
         if let Some(observer) = &mut self.observer {
             observer.reals(cycle, values);
+        }
+    }
+    fn row(&mut self, cycle: Cycle, judged: &[f64], shown: &[f64]) {
+        self.trace.reals(cycle, judged);
+        if let Some(observer) = &mut self.observer {
+            observer.row(cycle, judged, shown);
         }
     }
     #[inline]

@@ -96,13 +96,21 @@ pub trait World: Clone {
             observer.reals(Cycle(edge), self.reals(edge).as_ref());
         }
     }
-    /// Gathers, from edge 0 on, the figures that [`measured`](World::measured) appends to the rows at every
+    /// Gathers, from edge 0 on, the figures that [`shown`](World::shown) appends to the rows at every
     /// `stride` edges, as far as the observer reads them. A run whose observer does not ask for them must not pay for
     /// them.
     fn measure(&mut self, _stride: u64, _observer: &dyn Observe) {}
-    /// Appends to the row at an edge the columns beyond [`reals`](World::reals): means and extremes since the row
-    /// before, and what the hand feels.
-    fn measured(&self, _edge: u64, _row: &mut Vec<f64>) {}
+    /// Returns the continuous outputs at an edge that the world has not left yet, as observers and other programs are
+    /// shown them: each the exact state, rounded once. [`reals`](World::reals) costs less, may be off by some units in
+    /// the last place, and is what verdicts are made of.
+    fn exact(&self, edge: u64) -> Self::Row {
+        self.reals(edge)
+    }
+    /// Appends to a row the outputs at an edge, as [`exact`](World::exact) returns them, and what the world has
+    /// gathered: means and extremes since the row before, and what the hand feels.
+    fn shown(&self, edge: u64, row: &mut Vec<f64>) {
+        row.extend_from_slice(self.exact(edge).as_ref());
+    }
     /// Returns the energies exchanged since the start, with the integrals of current and position, at an edge that the
     /// world has not left yet. Only a world with one axis has them.
     fn energy(&self, _edge: u64) -> Energy {

@@ -1,5 +1,6 @@
 """The plant and the loop: motion against C, against a whole run, and handles that are misused."""
 
+import csv
 import os
 import subprocess
 import tempfile
@@ -9,6 +10,7 @@ import unittest
 from pathlib import Path
 
 import hpu
+from common import HPU, digest, options
 
 ROOT = Path(__file__).parents[3]
 # The folder of libhpu.
@@ -23,8 +25,11 @@ def limited(value, least, most):
     return max(least, min(most, value))
 
 
-def close(plant):
-    """Closes the hybrid wall around a plant, to the end of its scene, by the logic of crates/capi/examples/motor.c."""
+def close(plant, look=lambda: None):
+    """Closes the hybrid wall around a plant, to the end of its scene, by the logic of crates/capi/examples/motor.c.
+
+    Calls `look` at each clock edge once the device is driven.
+    """
     reference, stiffness, damping, period = (plant[name] for name in ("reference", "stiffness", "damping", "period"))
     fraction = next(signal.format[2] for signal in plant.inputs if signal.name == "damping")
     stage = lines = previous = settled = step = position = sampled = velocity = countdown = phase = held = 0
@@ -52,6 +57,7 @@ def close(plant):
                 settled += 1
             previous, lines, stage = lines, stage, 2 * a_pin + b_pin
             plant.drive(high_a, 1 - high_a, high_b, 1 - high_b)
+            look()
     except hpu.EndError:
         return position
 
@@ -79,6 +85,31 @@ class Plants(unittest.TestCase):
         self.assertEqual(mine, in_c)
         self.assertEqual(plant_edges(overrides), 200_000)
         self.assertNotEqual(mine["speed_rad_per_s"], 0.0)
+
+    def test_rows_of_a_run_are_the_states_of_the_plant_by_their_hash(self):
+        overrides = {"run.duration": "4 ms", "wall.position": "-0.05 rad"}
+        # Clock cycles between rows: 50 MHz over 10 kHz.
+        seen, stride = [], 5000
+        with hpu.Plant("hybrid-wall", overrides) as plant:
+            names = list(plant.states)
+
+            def look():
+                if plant.edge % stride == 0:
+                    seen.append(tuple(plant.states.values()))
+
+            look()
+            close(plant, look)
+        trace = hpu.run("hybrid-wall", overrides, trace=True).trace
+        rows = list(zip(*(trace[name] for name in names), strict=True))
+        self.assertEqual(len(seen), 41)
+        self.assertEqual(digest(rows), digest(seen))
+        for driver in ("events", "clock"):
+            with tempfile.TemporaryDirectory() as folder:
+                command = [HPU, "run", "hybrid-wall", *options(overrides), "--driver", driver]
+                subprocess.run([*command, "--no-plot", "-o", folder], capture_output=True, check=True)
+                with open(Path(folder, "trace.csv"), encoding="ascii") as file:
+                    told = [[float(row[name]) for name in names] for row in csv.DictReader(file)]
+            self.assertEqual(digest(told), digest(seen), driver)
 
     def test_a_plant_alone_moves_as_that_of_a_scene_with_a_method(self):
         alone = """

@@ -51,7 +51,8 @@ struct Shown<'s> {
     /// differed.
     words: Vec<i64>,
     ranges: Vec<(i64, i64)>,
-    reals: Vec<f64>,
+    /// The present row: as it is judged, and as it is shown.
+    row: [Vec<f64>; 2],
 }
 
 /// The result of a motion that was shown to its end.
@@ -135,7 +136,7 @@ impl<'s> Lockstep<'s> {
     pub(crate) fn show(&mut self, observer: &'s mut dyn Observe, stride: u64) {
         self.pair.measure(stride, observer);
         let ranges = vec![(i64::MAX, i64::MIN); self.nets.len() + 1];
-        self.shown = Some(Shown { observer, stride, words: Vec::new(), ranges, reals: Vec::new() });
+        self.shown = Some(Shown { observer, stride, words: Vec::new(), ranges, row: Default::default() });
     }
 
     /// Runs to the end of the comparison, or until a world that is shown ends the run. `ports` has the net of each port
@@ -292,8 +293,9 @@ impl<'s> Lockstep<'s> {
             shown.observer.nets(Cycle(self.edge), &shown.words);
         }
         if self.edge.is_multiple_of(shown.stride) {
-            self.pair.reals(self.edge, &mut shown.reals);
-            shown.observer.reals(Cycle(self.edge), &shown.reals);
+            self.pair.row(self.edge, &mut shown.row);
+            let [judged, row] = &shown.row;
+            shown.observer.row(Cycle(self.edge), judged, row);
         }
     }
 

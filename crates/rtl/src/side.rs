@@ -98,11 +98,13 @@ impl Pair<'_> {
         self.vhdl.world.measure(stride, observer);
     }
 
-    /// Returns in `values` the row of the VHDL's world at the present edge.
-    pub(crate) fn reals(&self, edge: u64, values: &mut Vec<f64>) {
-        values.clear();
-        self.vhdl.world.reals(edge, values);
-        self.vhdl.world.measured(edge, values);
+    /// Returns the row of the VHDL's world at the present edge: as it is judged, and as it is shown.
+    pub(crate) fn row(&self, edge: u64, [judged, shown]: &mut [Vec<f64>; 2]) {
+        judged.clear();
+        shown.clear();
+        self.vhdl.world.shown(edge, shown);
+        self.vhdl.world.reals(edge, judged);
+        judged.extend_from_slice(&shown[judged.len()..]);
     }
 
     /// Returns the reason why the VHDL's world cannot go on, if it cannot.

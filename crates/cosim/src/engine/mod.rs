@@ -137,14 +137,14 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
     pub(crate) fn show(&mut self, first: u64, stride: u64, observer: &dyn Observe) {
         self.world.measure(stride, observer);
         self.rows = Rows::new(stride);
-        (self.rows.next, self.rows.row) = (first, Some(Vec::new()));
+        (self.rows.next, self.rows.row) = (first, Some(Default::default()));
     }
 
     /// Returns the loop with the means and extremes in its rows that an observer reads.
     #[must_use]
     pub fn measured(mut self, observer: &dyn Observe) -> Self {
         self.world.measure(self.rows.stride, observer);
-        self.rows.row = Some(Vec::new());
+        self.rows.row = Some(Default::default());
         self
     }
 

@@ -15,8 +15,8 @@ pub(crate) struct Rows {
     before: Option<Energy>,
     /// Whether rows may be shown after the nets of later edges.
     pub(super) wait: bool,
-    /// The present row, if rows have means and extremes.
-    pub(super) row: Option<Vec<f64>>,
+    /// The present row, if rows have means and extremes: as it is shown, and as it is judged.
+    pub(super) row: Option<[Vec<f64>; 2]>,
     /// The rows that may be shown again, if any.
     tape: Option<Recorded>,
 }
@@ -62,7 +62,7 @@ impl Rows {
     /// `measured` is set, rows also have means and extremes.
     pub(crate) fn averaged(mut self, from: u64, measured: bool) -> Self {
         self.window = from;
-        self.row = measured.then(Vec::new);
+        self.row = measured.then(Default::default);
         self
     }
 
@@ -143,12 +143,14 @@ impl Rows {
         }
         // In most cases it is one row.
         let count = if edge - self.next < self.stride { 1 } else { (edge - self.next) / self.stride + 1 };
-        if let Some(row) = &mut self.row {
+        if let Some([shown, judged]) = &mut self.row {
             for edge in (0..count).map(|index| self.next + index * self.stride) {
-                row.clear();
-                row.extend_from_slice(world.reals(edge).as_ref());
-                world.measured(edge, row);
-                observer.reals(Cycle(edge), row);
+                shown.clear();
+                judged.clear();
+                world.shown(edge, shown);
+                judged.extend_from_slice(world.reals(edge).as_ref());
+                judged.extend_from_slice(&shown[judged.len()..]);
+                observer.row(Cycle(edge), judged, shown);
             }
         } else if let Some(Recorded { values, .. }) = &mut self.tape {
             world.rows(self.next, self.stride, count, &mut Tee { observer, values });
