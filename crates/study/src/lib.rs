@@ -15,6 +15,7 @@ pub mod quantities;
 pub mod studies;
 #[cfg(not(target_family = "wasm"))]
 pub mod sweep;
+pub mod timing;
 pub mod told;
 #[cfg(not(target_family = "wasm"))]
 pub mod trace_table;

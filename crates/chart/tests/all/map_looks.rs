@@ -253,7 +253,7 @@ fn race() -> Race {
 }
 
 fn speed_of(motion_per_wall: f64) -> Speed {
-    Speed { motion_s: motion_per_wall, wall_s: 1.0, edges: 50_000_000, runs: 1, timed_s: None }
+    Speed { motion_s: motion_per_wall, walls_s: vec![1.0], edges: 50_000_000, timed_s: None }
 }
 
 fn charted() -> Chart {
