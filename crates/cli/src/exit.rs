@@ -6,6 +6,7 @@ use std::path::Path;
 use hpu_cosim::scene::SceneError;
 use hpu_rtl::dut::DutError;
 use hpu_rtl::{CostError, GhdlError, ToolError};
+use hpu_study::map::{CellError, MapError};
 
 /// An exit code.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -28,6 +29,11 @@ pub enum Exit {
 }
 
 impl Exit {
+    /// Returns the failure with this code, if it is one that a command ends with by itself.
+    pub fn of(code: i32) -> Option<Self> {
+        [Self::Differs, Self::Usage, Self::NoTool, Self::BadFile].into_iter().find(|exit| *exit as i32 == code)
+    }
+
     /// Returns `Fine` if `holds`, else `Differs`.
     pub fn when(holds: bool) -> Self {
         if holds { Self::Fine } else { Self::Differs }
@@ -116,6 +122,26 @@ impl From<hpu_cosim::dut::Fault> for Failure {
                 error @ DutError::Io(..) => Self::file(error),
             },
             Err(fault) => Self::file(fault),
+        }
+    }
+}
+
+/// A study of scenes ends as a run of one of them does.
+impl From<CellError> for Failure {
+    fn from(error: CellError) -> Self {
+        match error {
+            CellError::Design(fault) => fault.into(),
+            CellError::Unjudged(why) | CellError::Other(why) => Self::file(why),
+        }
+    }
+}
+
+impl From<MapError> for Failure {
+    fn from(error: MapError) -> Self {
+        let said = error.to_string();
+        match error {
+            MapError::Method(_, why) => Self { message: said, ..why.into() },
+            _ => Self::usage(said),
         }
     }
 }

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use hpu_cosim::scene::Experiment;
 use hpu_rtl::dut::Simulators;
 use hpu_rtl::{Hdl, Setup};
 
@@ -33,7 +34,23 @@ pub struct Simulated {
     tool_timeout: Option<Duration>,
 }
 
+/// Refuses a time limit of tools for a scene without a design of the user's own, of which no tool runs.
+fn agree(timeout: Option<Duration>, scene: &Experiment, reads: &str) -> Result<(), Failure> {
+    match (timeout, scene) {
+        (None, _) | (_, Experiment::Dut(_)) => Ok(()),
+        _ => Err(Failure::usage(format!(
+            "--tool-timeout: {} does not read it, because no tool runs; a scene with a [dut] reads it{reads}",
+            scene.name
+        ))),
+    }
+}
+
 impl Simulated {
+    /// Refuses options that this scene does not read.
+    pub fn agree(&self, scene: &Experiment) -> Result<(), Failure> {
+        agree(self.tool_timeout, scene, "")
+    }
+
     /// Returns the simulators of designs of the user's own.
     pub fn simulators(&self) -> Result<Simulators, Failure> {
         simulators(Setup { hdl: Hdl::Carried, library: LIBRARY, timeout: self.tool_timeout })
@@ -51,6 +68,11 @@ fn seconds(text: &str) -> Result<Duration, String> {
 }
 
 impl Vhdl {
+    /// Refuses options that a run of this scene does not read, unless it is a run of VHDL.
+    pub fn agree(&self, scene: &Experiment) -> Result<(), Failure> {
+        agree(self.tool_timeout, scene, ", and so does --driver rtl")
+    }
+
     /// Returns the VHDL, the library and the time limit that these options ask for.
     pub fn setup(&self) -> Setup {
         let hdl = match &self.hdl {

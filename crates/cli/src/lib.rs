@@ -23,6 +23,7 @@ mod keys;
 mod limits;
 mod manual;
 mod map;
+mod modes;
 mod new;
 mod notation;
 mod page;
@@ -49,7 +50,7 @@ use std::env;
 use std::ffi::OsString;
 use std::process::ExitCode;
 
-use clap::{CommandFactory, Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use exit::{Exit, Failure};
 use hpu_study::quantities as units;
@@ -97,7 +98,7 @@ enum Verb {
 
 /// Runs the command whose arguments are those of this process.
 pub fn main() -> ExitCode {
-    let command = match Command::try_parse() {
+    let command = match parsed(env::args_os()) {
         Ok(command) => command,
         Err(refusal) if refusal.use_stderr() => refusal.exit(),
         // Help and the version are results like any other: a full disk is an error.
@@ -150,9 +151,22 @@ impl Verb {
     }
 }
 
+/// Returns the description of the command, with all verbs and options.
+pub fn description() -> clap::Command {
+    Command::command()
+}
+
+/// Reads a command. Options that its mode does not read are refused.
+fn parsed(words: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> Result<Command, clap::Error> {
+    let mut description = description();
+    let matches = description.try_get_matches_from_mut(words)?;
+    modes::check(&mut description, &matches)?;
+    Command::from_arg_matches(&matches)
+}
+
 /// Reads a command that a study's file makes, to be called later.
 fn again(words: &[String]) -> Result<study::Call, clap::Error> {
-    let command = Command::try_parse_from(words)?;
+    let command = parsed(words)?;
     Ok(Box::new(|| command.verb.call()))
 }
 

@@ -58,13 +58,13 @@ pub(crate) fn cell(request: &Request) -> Result<Value, Refusal> {
         return Err(format!("no cell {index}; the map has {}", map.len()).into());
     }
     let set = map.overrides(map.point(index));
-    let run = map.experiment(map.point(index)).map_err(|error| error.to_string());
+    let run = map.experiment(map.point(index)).map_err(|error| error.to_string().into());
     let run = run.and_then(|experiment| Cell::run(&experiment, CellLimits::default(), &Control::new()));
     let class = run.as_ref().ok().and_then(Option::as_ref).map(Class::of);
     let said = match &run {
         Ok(Some(cell)) => amplitude(cell, map.unit(&map.x).starts_with("N/m")),
         Ok(None) => String::new(),
-        Err(why) => why.clone(),
+        Err(why) => why.to_string(),
     };
     Ok(json!({ "cell": index, "class": class_name(class), "said": said, "set": set_options(&set) }))
 }

@@ -8,7 +8,7 @@ use hpu_chart as chart;
 use hpu_cosim::scene::{DutScene, Experiment, Scene};
 use hpu_cosim::{SceneFile, figure};
 use hpu_study::limits::{BoxSet, Limits, Looks, MOST_UNKNOWN, Unknown, WordsSet, World, hands_of, limits, usual_range};
-use hpu_study::map::SceneText;
+use hpu_study::map::{CellError, SceneText};
 use hpu_study::page::Page;
 use hpu_study::{ToldLimits, device};
 
@@ -106,6 +106,7 @@ fn find<'w, F>(
 ) -> Result<Option<(F, Answer)>, Failure> {
     let mut load = |file: &str| source.load(file);
     let read = SceneText::read((&source.name, &source.text), &args.set.set, &mut load).map_err(Failure::file)?;
+    args.hdl.agree(&read.1)?;
     if let Experiment::Dut(scene) = &read.1 {
         return of_design(args, &read.0, scene, open, watch);
     }
@@ -202,6 +203,11 @@ fn of_design<'w, F>(
     if watch.is_stopped() {
         return Ok(None);
     }
+    let in_words = match in_words {
+        Ok(set) => Ok(set),
+        Err(CellError::Unjudged(why)) => Err(why),
+        Err(error) => return Err(error.into()),
+    };
     let found = Limits {
         varied: Some(key.clone()),
         range: range.map(|end| end as f64),

@@ -378,6 +378,14 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let watch = interrupt::watch();
     let source = scene::source(name)?;
     let Some((loaded, fitted)) = load(&source, &set, args.edges, watch)? else { return Ok(Exit::Interrupted) };
+    if args.driver != Some(DriverArg::Rtl) {
+        args.hdl.agree(&loaded.scene)?;
+    }
+    let expect = &loaded.scene.expect;
+    if args.expect && expect.outcome.is_none() && expect.numbers.is_empty() {
+        let said = "expects nothing; write [expect], or --set expect.outcome=settled";
+        return Err(Failure::usage(format!("--expect: {} {said}", loaded.scene.name)));
+    }
     crate::show::tell_changed_defaults(&loaded.scene, &source, &set)?;
     let simulation = AnySimulation::new(&loaded.scene, &args.hdl.simulators()?, args.out.is_some())?;
     let other = args.beside.as_ref().map(|other| Loaded::new(other, &[], args.edges)).transpose()?;

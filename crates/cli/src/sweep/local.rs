@@ -67,7 +67,8 @@ fn one(planned: &Planned, index: u64, any_version: bool) -> Result<(), Failure> 
             return Ok(());
         }
         if let Some(code) = status.code().filter(|code| *code < 128) {
-            return Err(Failure::file(format!("shard {index} ended with exit code {code}")));
+            let exit = Exit::of(code).unwrap_or(Exit::BadFile);
+            return Err(Failure::new(exit, format!("shard {index} ended with exit code {code}")));
         }
         let now = rows();
         deaths = if now > before { 1 } else { deaths + 1 };
@@ -102,8 +103,11 @@ fn waited(child: &mut Child) -> Result<Option<std::process::ExitStatus>, Failure
 pub fn run(asked: &Asked, command: &Described, jobs: NonZeroUsize, how: How, json: bool) -> Result<Exit, Failure> {
     let what = Path::new(asked.study);
     let dir = match asked.out {
+        _ if what.is_dir() => {
+            asked.of_folder()?;
+            what
+        }
         Some(out) => out,
-        None if what.is_dir() => what,
         None => return Err(Failure::usage("write -o DIR: the folder of the sweep")),
     };
     if !what.is_dir() {

@@ -90,6 +90,7 @@ impl Size {
 pub fn run(asked: &Asked, command: &Command, json: bool) -> Result<Exit, Failure> {
     let what = Path::new(asked.study);
     let planned = if what.is_dir() {
+        asked.of_folder()?;
         let Some(planned) = next(what, asked.size, None)? else {
             let mut page = Page::default();
             page.fact("complete", "complete", true, "no wave is left");
@@ -115,6 +116,20 @@ pub struct Asked<'a> {
     pub out: Option<&'a Path>,
     /// The size of shards.
     pub size: Size,
+}
+
+impl Asked<'_> {
+    /// Refuses options that the folder of a sweep in the place of a study does not read.
+    pub fn of_folder(&self) -> Result<(), Failure> {
+        let given = [("--section", self.section.is_some()), ("--out", self.out.is_some())];
+        match given.into_iter().find(|(_, is_given)| *is_given) {
+            None => Ok(()),
+            Some((option, _)) => Err(Failure::usage(format!(
+                "{option}: {} is the folder of a sweep, which goes on there; a study's file reads it",
+                self.study
+            ))),
+        }
+    }
 }
 
 /// A wave, with the seconds that a point was measured to take.

@@ -7,6 +7,7 @@
 
 use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
+use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 use hpu_cosim::scene::{Datapath, Device, DutScene, Experiment, Hand, OutcomeKind, Realised, Scene};
@@ -14,7 +15,7 @@ use hpu_cosim::{Control, figure, judged_window_s};
 
 use super::unit;
 use super::words::{Group, Seen, WordsSet};
-use crate::map::{Cell, CellLimits, more_events};
+use crate::map::{Cell, CellError, CellLimits, more_events};
 use crate::units::run_some;
 
 /// How finely the stiffnesses of a scene in fixed-point words are examined.
@@ -97,7 +98,7 @@ impl WordsSet {
         let at = |phase: usize, word: i128| Ok(Experiment::Axis(at_word(&phases[phase], word)));
         let drops = !scene.method.saturate;
         let grid = Grid { at: &at, phases: phases.len() as u32, step, unit: unit(scene), drops };
-        let found = grid.look([least, most], looks, jobs, control)?;
+        let found = grid.look([least, most], looks, jobs, control).map_err(|error| error.to_string())?;
         Ok(Self { worlds: touched.len() as u32, untouched, ..found })
     }
 
@@ -107,15 +108,15 @@ impl WordsSet {
     ///
     /// # Errors
     ///
-    /// Returns the reason why there is no set: no free motion, no contact in a judged window, a run that cannot be
-    /// made, or that `control` stopped it.
+    /// Returns the reason why there is no set: no free motion, no contact in a judged window, a design that cannot be
+    /// built or run, or that `control` stopped it.
     pub fn of_design(
         at: &(dyn Fn(i128) -> Result<DutScene, String> + Sync),
         range: [i128; 2],
         looks: Looks,
         jobs: NonZeroUsize,
         control: &Control,
-    ) -> Result<Self, String> {
+    ) -> Result<Self, CellError> {
         const SPAN_S: f64 = 1e-3;
         if let Hand::Prescribed { .. } = at(range[0])?.hand {
             return Err("the hand imposes the motion".into());
@@ -185,7 +186,7 @@ fn touched<'s>(
     let limits = CellLimits { events: MOST_EVENTS, guard: Duration::MAX };
     let unit = |unit: usize, control: &Control| {
         let cell = Cell::run(&Experiment::Axis(at_word(&worlds[unit], softest)), limits, control).transpose()?;
-        Some(cell.map(|cell| (cell.contact_share != Some(0.0)).to_string()))
+        Some(cell.map(|cell| (cell.contact_share != Some(0.0)).to_string()).map_err(|error| error.to_string()))
     };
     let rows = crate::units::run(worlds.len(), jobs, BTreeMap::new(), control, unit, |_, _| Ok::<_, ()>(()));
     let rows = rows.unwrap_or_default().ok_or("stopped")?;
@@ -220,7 +221,7 @@ impl Grid<'_> {
         looks: Looks,
         jobs: NonZeroUsize,
         control: &Control,
-    ) -> Result<WordsSet, String> {
+    ) -> Result<WordsSet, CellError> {
         let all = self.phases;
         let mut seen: BTreeMap<i128, u32> = BTreeMap::new();
         let is_small = !looks.climbs && most - least < looks.most as i128;
@@ -274,25 +275,32 @@ impl Grid<'_> {
         jobs: NonZeroUsize,
         control: &Control,
         (seen, apart): (&mut BTreeMap<i128, u32>, &mut Apart),
-    ) -> Result<(), String> {
+    ) -> Result<(), CellError> {
         let limits = CellLimits { events: MOST_EVENTS, guard: Duration::MAX };
         let too_many = more_events(MOST_EVENTS);
         let (drops, phases) = (self.drops, self.phases as usize);
         let units: Vec<usize> = (0..words.len() * phases).collect();
         let mut failed = None;
+        // A row is text, which does not tell of what kind a failure is.
+        let failure = Mutex::new(None);
+        let keep = |error: CellError| {
+            let said = error.to_string();
+            failure.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+            Some(Err(said))
+        };
         let run = |unit: usize, control: &Control| {
             let experiment = match (self.at)(unit % phases, words[unit / phases]) {
                 Ok(experiment) => experiment,
-                Err(why) => return Some(Err(why)),
+                Err(why) => return keep(why.into()),
             };
             match Cell::run(&experiment, limits, control) {
                 Ok(None) => None,
-                Ok(Some(cell)) if cell.contact_share == Some(0.0) => Some(Err(untouched(&experiment))),
+                Ok(Some(cell)) if cell.contact_share == Some(0.0) => keep(CellError::Unjudged(untouched(&experiment))),
                 Ok(Some(cell)) if cell.outcome != OutcomeKind::Settled => Some(Ok(String::new())),
                 Ok(Some(cell)) if drops && cell.overflow_share > 0.0 => Some(Ok(WRAPPED.to_string())),
                 Ok(Some(_)) => Some(Ok(SETTLED.to_string())),
-                Err(why) if why == too_many => Some(Ok(CUT_SHORT.to_string())),
-                Err(why) => Some(Err(why)),
+                Err(CellError::Other(why)) if why == too_many => Some(Ok(CUT_SHORT.to_string())),
+                Err(error) => keep(error),
             }
         };
         let mut done = 0;
@@ -309,10 +317,11 @@ impl Grid<'_> {
                 Err(())
             }
         });
-        match failed {
-            Some(why) => Err(why),
-            None if done < units.len() => Err("stopped".into()),
-            None => Ok(()),
+        match (failure.into_inner().unwrap_or_else(PoisonError::into_inner), failed) {
+            (Some(error), _) => Err(error),
+            (None, Some(why)) => Err(why.into()),
+            (None, None) if done < units.len() => Err("stopped".into()),
+            (None, None) => Ok(()),
         }
     }
 }

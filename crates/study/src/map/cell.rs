@@ -1,5 +1,6 @@
 //! A cell: the scene, run and judged.
 
+use std::fmt;
 use std::num::NonZeroU32;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
@@ -93,6 +94,40 @@ impl Default for CellLimits {
     }
 }
 
+/// The reason why a cell has no result. Its kind decides the exit code of a verb that has no other result.
+#[derive(Debug)]
+pub enum CellError {
+    /// The scene's own design was not built or ended its simulation, or a tool for it is missing or failed.
+    Design(Fault),
+    /// The scene was run, and its run gives no verdict on the wall.
+    Unjudged(String),
+    /// Any other reason.
+    Other(String),
+}
+
+impl fmt::Display for CellError {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Self::Design(fault) => fault.fmt(f),
+            Self::Unjudged(why) | Self::Other(why) => f.write_str(why),
+        }
+    }
+}
+
+impl std::error::Error for CellError {}
+
+impl From<String> for CellError {
+    fn from(why: String) -> Self {
+        Self::Other(why)
+    }
+}
+
+impl From<&str> for CellError {
+    fn from(why: &str) -> Self {
+        Self::Other(why.into())
+    }
+}
+
 /// Returns the reason of a run that ended because it had too many events.
 pub(crate) fn more_events(most: u64) -> String {
     format!("more than {most} events")
@@ -183,13 +218,12 @@ impl Cell {
     /// # Errors
     ///
     /// Returns why the experiment could not be run to its end; too many events are such a reason.
-    pub fn run(experiment: &Experiment, limits: CellLimits, control: &Control) -> Result<Option<Self>, String> {
+    pub fn run(experiment: &Experiment, limits: CellLimits, control: &Control) -> Result<Option<Self>, CellError> {
         let simulation = any_simulation(experiment)?;
         let rows = simulation.edges() / simulation.stride();
         if rows > MOST_ROWS {
-            return Err(format!(
-                "{rows} rows would be recorded, a cell may have {MOST_ROWS}: lower record.plant_rate or run.duration"
-            ));
+            let most = format!("{rows} rows would be recorded, a cell may have {MOST_ROWS}");
+            return Err(format!("{most}: lower record.plant_rate or run.duration").into());
         }
         let mut trace = simulation.brief_trace();
         let CellLimits { events, guard } = limits;
@@ -203,13 +237,13 @@ impl Cell {
                 };
                 Ok(ours.run(Driver::Events, &mut trace, observer, own))
             }
-            AnySimulation::Dut(dut) => dut.run(false, &mut trace, &mut (), own).map_err(|fault| fault.to_string()),
+            AnySimulation::Dut(dut) => dut.run(false, &mut trace, &mut (), own).map_err(CellError::Design),
         };
         let (summary, late) = limited(Some(events), guard, control, run);
         let summary = summary?;
         if !summary.complete {
             let stopped = late || control.stop.load(Ordering::Relaxed);
-            return if stopped { Ok(None) } else { Err(more_events(events)) };
+            return if stopped { Ok(None) } else { Err(more_events(events).into()) };
         }
         let verdict = summary.verdict.ok_or("a recording has no verdict")?;
         let (rms, amplitude, frequency_hz) = numbers(verdict);
@@ -253,11 +287,13 @@ impl Cell {
 
 /// Returns any scene made ready to run. If it has a design of the user's own, this is built by what the program has
 /// provided.
-pub(super) fn any_simulation(experiment: &Experiment) -> Result<AnySimulation<'_>, String> {
-    let said = |error: Fault| error.to_string();
+pub(super) fn any_simulation(experiment: &Experiment) -> Result<AnySimulation<'_>, CellError> {
     match experiment {
-        Experiment::Dut(_) => AnySimulation::new(experiment, dut::provided().map_err(said)?, false).map_err(said),
-        ours => WiredSimulation::new(ours).map(AnySimulation::Ours).map_err(|error| error.to_string()),
+        Experiment::Dut(_) => {
+            let made = dut::provided().and_then(|designs| AnySimulation::new(experiment, designs, false));
+            made.map_err(CellError::Design)
+        }
+        ours => WiredSimulation::new(ours).map(AnySimulation::Ours).map_err(|error| error.to_string().into()),
     }
 }
 

@@ -120,7 +120,8 @@ fn in_words(scene: &Scene, looks: Looks, control: &Control) -> Result<WordsSet, 
 }
 
 fn cell(scene: &Scene, control: &Control) -> Result<Cell, String> {
-    Ok(Cell::run(&Experiment::Axis(scene.clone()), CellLimits::UNGUARDED, control)?.ok_or("stopped")?)
+    let cell = Cell::run(&Experiment::Axis(scene.clone()), CellLimits::UNGUARDED, control);
+    Ok(cell.map_err(|error| error.to_string())?.ok_or("stopped")?)
 }
 
 /// Gives the stiffness up to which all that were run settle at every phase (`all`) and beyond which none was seen to
