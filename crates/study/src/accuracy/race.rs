@@ -280,10 +280,11 @@ impl Race {
         let mut memory: Vec<Option<Trace>> = vec![None; entrants.len()];
         let mut timed_s: Vec<Option<f64>> = vec![None; entrants.len()];
         let enough_s = plan.enough.as_secs_f64();
+        let most = plan.repeats as usize;
         let goes_on = |index: usize, walls: &[Vec<f64>]| {
-            let (turns, is_scaled) = (walls[index].len(), entrants[index].is_scaled(enough_s));
-            turns < LEAST_TURNS
-                || !is_scaled && turns < plan.repeats as usize && walls[index].iter().sum::<f64>() < enough_s
+            let (turns, spent_s) = (walls[index].len(), walls[index].iter().sum::<f64>());
+            let is_scaled = entrants[index].is_scaled(enough_s);
+            turns < LEAST_TURNS.min(most) || !is_scaled && turns < most && spent_s < enough_s
         };
         let walls = in_turn(entrants.len(), goes_on, |index| {
             let (entrant, experiment) = (&entrants[index], &experiments[index]);
