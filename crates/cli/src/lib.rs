@@ -99,7 +99,7 @@ enum Verb {
 pub fn main() -> ExitCode {
     let command = match Command::try_parse() {
         Ok(command) => command,
-        Err(refusal) if refusal.use_stderr() => refusal.exit(),
+        Err(refusal) if refusal.use_stderr() => return ExitCode::from(terminal::refuse(&refusal)),
         // Help and the version are results like any other: a full disk is an error.
         Err(help) => return ended(terminal::print(&help.render().to_string()).map(|()| Exit::Fine)),
     };

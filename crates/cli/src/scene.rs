@@ -11,7 +11,7 @@ use serde_json::json;
 pub use hpu_study::command::{quoted, set_options};
 
 use crate::exit::{Exit, Failure};
-use crate::terminal::{print, print_json};
+use crate::terminal::{print, print_file, print_json};
 
 /// List the shipped scenes
 #[derive(Args)]
@@ -46,7 +46,7 @@ impl Template {
 /// Runs `hpu scenes`.
 pub fn scenes(args: &ListArgs) -> Result<Exit, Failure> {
     if let Some(template) = args.template {
-        print(template.text())?;
+        print_file(template.text())?;
         return Ok(Exit::Fine);
     }
     list(args.json)

@@ -1,5 +1,7 @@
 //! Numbers and excerpts of input as messages write them, and the error for input that is not text.
 
+use std::borrow::Cow;
+
 /// Characters of input that a message repeats.
 const MOST_REPEATED: usize = 60;
 
@@ -49,6 +51,47 @@ pub fn excerpt(text: &str) -> String {
         None => text.to_string(),
         Some((end, _)) => format!("{}...", &text[..end]),
     }
+}
+
+/// Returns whether a character shows nothing of its own, but may change what is around it: a control character (of C0,
+/// C1, or delete), a separator of lines, or a mark that changes the direction of text.
+pub(crate) fn is_unseen(c: char) -> bool {
+    c.is_control() || matches!(c, '\u{200e}' | '\u{200f}' | '\u{61c}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+}
+
+/// Returns text as a terminal may show it: characters that would steer the terminal, or turn the direction of text,
+/// are escaped as in `\u{1b}`. Lines and tabs stay.
+///
+/// # Example
+///
+/// ```
+/// use hpu_cosim::printable;
+/// assert_eq!(printable("a\u{1b}[2Jb\n"), "a\\u{1b}[2Jb\n");
+/// ```
+pub fn printable(text: &str) -> Cow<'_, str> {
+    let is_steering = |c: char| is_unseen(c) && !matches!(c, '\n' | '\t');
+    if !text.contains(is_steering) {
+        return Cow::Borrowed(text);
+    }
+    let mut shown = String::with_capacity(text.len() + 16);
+    for c in text.chars() {
+        if is_steering(c) {
+            shown.extend(c.escape_default());
+        } else {
+            shown.push(c);
+        }
+    }
+    Cow::Owned(shown)
+}
+
+/// Returns JSON as a terminal may show it: the characters that [`printable`] escapes are escaped as JSON has it.
+pub fn printable_json(json: &str) -> Cow<'_, str> {
+    let is_steering = |c: char| is_unseen(c) && c != '\n';
+    if !json.contains(is_steering) {
+        return Cow::Borrowed(json);
+    }
+    let shown = |c: char| if is_steering(c) { format!("\\u{:04x}", u32::from(c)) } else { c.to_string() };
+    Cow::Owned(json.chars().map(shown).collect())
 }
 
 /// Returns the end of a message about an unknown name, as `; did you mean stiffness?`; empty if no accepted name is

@@ -15,7 +15,7 @@ use crate::exit::{Exit, Failure};
 use crate::input::{read_stdin, read_text};
 use crate::notation::{Written, triple};
 use crate::page::show;
-use crate::terminal::{print, print_json};
+use crate::terminal::{print_file, print_json};
 
 use csv::Ticked;
 
@@ -147,6 +147,6 @@ fn tick(block: &mut dyn AnyBlock, file: &str, as_json: bool) -> Result<(), Failu
     if as_json {
         print_json(&json!({ "block": block.name(), "columns": table.columns, "rows": table.rows }))
     } else {
-        print(&table.to_csv())
+        print_file(&table.to_csv())
     }
 }

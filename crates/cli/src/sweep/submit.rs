@@ -18,7 +18,7 @@ use crate::exit::{Exit, Failure};
 use crate::interrupt;
 use crate::page::show;
 use crate::scene::quoted;
-use crate::terminal::print;
+use crate::terminal::print_file;
 
 /// Hand the shards that are not done to a scheduler
 ///
@@ -236,7 +236,7 @@ fn slurm(args: &Args, mut planned: Planned) -> Result<Exit, Failure> {
                 "\n# then, with --dependency=afterok of the array:\n{follower}\n# and the same after a failure of it\n"
             )
         };
-        print(&format!("{array}{rest}"))?;
+        print_file(&format!("{array}{rest}"))?;
         return Ok(Exit::Fine);
     }
     let known = |job| Ok::<_, Failure>(queued(&[job_name(&planned, job)])?.into_iter().next());
@@ -343,7 +343,7 @@ fn parallel(args: &Args, mut planned: Planned) -> Result<Exit, Failure> {
         let line = format!("{program} --quiet sweep task {dir} --wave {wave} --index {{}} --of {shards}{more}");
         let script = format!("seq 0 {} | parallel {jobs}{options}{}", shards.saturating_sub(1), quoted(&line));
         if args.dry_run {
-            print(&format!("#!/bin/sh\n{script}\n"))?;
+            print_file(&format!("#!/bin/sh\n{script}\n"))?;
             return Ok(Exit::Fine);
         }
         if !progress(&planned).left.is_empty() {
