@@ -69,7 +69,7 @@ pub use gimbal::{ERROR, FORCE, GIMBAL_REALS, GIMBAL_ROW, GimbalSimulation, RADIU
 pub use law_loop::{LawConfig, LawLoop};
 pub use linear::LinearLoop;
 pub use look::look;
-pub use message::{did_you_mean, excerpt, figure, number, printable, printable_json, utf8};
+pub use message::{Lines, did_you_mean, excerpt, figure, number, printable, printable_json, utf8};
 pub use method::AxisLoop;
 pub use outline::{Outline, Waves};
 pub use phantom::PhantomSimulation;

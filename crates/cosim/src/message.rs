@@ -126,6 +126,47 @@ fn letters_apart(one: &str, other: &str) -> usize {
     apart[one.len()][other.len()]
 }
 
+/// The lines and columns of a text. Asking for many places takes a time that is linear in the text, even where the text
+/// is one line.
+pub struct Lines<'t> {
+    text: &'t [u8],
+    /// Line and column, from 1, at every [`STRIDE`]th byte.
+    marks: Vec<(usize, usize)>,
+}
+
+/// Bytes between two marks, the most that are looked at for a place.
+const STRIDE: usize = 256;
+
+impl<'t> Lines<'t> {
+    /// Reads a text.
+    pub fn new(text: &'t str) -> Self {
+        let text = text.as_bytes();
+        let (mut marks, mut at) = (Vec::new(), (1, 1));
+        for chunk in text.chunks(STRIDE) {
+            marks.push(at);
+            at = after(at, chunk);
+        }
+        Self { text, marks }
+    }
+
+    /// Returns the line and the column of a byte, from 1; those of the end for a byte behind it.
+    pub fn place(&self, byte: usize) -> (usize, usize) {
+        let byte = byte.min(self.text.len());
+        let Some(last) = self.marks.len().checked_sub(1) else { return (1, 1) };
+        let mark = (byte / STRIDE).min(last);
+        after(self.marks[mark], &self.text[mark * STRIDE..byte])
+    }
+}
+
+/// Returns line and column after these bytes. Bytes that go on with a character have no column of their own.
+fn after(at: (usize, usize), bytes: &[u8]) -> (usize, usize) {
+    bytes.iter().fold(at, |(line, column), byte| match byte {
+        b'\n' => (line + 1, 1),
+        0x80..=0xbf => (line, column),
+        _ => (line, column + 1),
+    })
+}
+
 /// Returns input as text.
 ///
 /// # Errors
@@ -141,7 +182,7 @@ pub fn utf8(bytes: &[u8]) -> Result<&str, String> {
 
 #[cfg(test)]
 mod tests {
-    use super::{did_you_mean, excerpt, letters_apart, number, number_above, number_below};
+    use super::{Lines, did_you_mean, excerpt, letters_apart, number, number_above, number_below};
 
     #[test]
     fn a_name_is_near_to_those_that_two_letters_make_of_it() {
@@ -191,6 +232,20 @@ mod tests {
             let (below, above) = (read(number_below(value)), read(number_above(value)));
             assert!(below <= value && above >= value, "{below} {value} {above}");
             assert!(below > value * (1.0 - 3e-6) && above < value * (1.0 + 3e-6), "{below} {value} {above}");
+        }
+    }
+
+    #[test]
+    fn places_are_those_of_a_count_from_the_beginning() {
+        let long = "é".repeat(300) + "\n" + &"x".repeat(1000);
+        for text in ["", "\n", "a", "ab\ncd\n\n", "é\nüß€ x\n", &long, &"\n".repeat(600)] {
+            let lines = Lines::new(text);
+            for byte in (0..=text.len() + 3).filter(|byte| text.is_char_boundary((*byte).min(text.len()))) {
+                let before = &text[..byte.min(text.len())];
+                let line = before.matches('\n').count() + 1;
+                let column = before.rsplit('\n').next().map_or(0, |line| line.chars().count()) + 1;
+                assert_eq!(lines.place(byte), (line, column), "byte {byte}");
+            }
         }
     }
 

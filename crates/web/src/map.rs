@@ -81,7 +81,8 @@ fn amplitude(cell: &Cell, is_linear: bool) -> String {
 /// cells, each with the cell whose class it has. Nothing is wanted of a complete map.
 pub(crate) fn plan(request: &Request) -> Result<Value, Refusal> {
     let (columns, rows, classes) = (request.whole("columns")?, request.whole("rows")?, request.options("classes"));
-    if columns < 2 || rows < 2 || classes.len() != columns * rows {
+    // Both are numbers of the page, and their product may have no number.
+    if columns < 2 || rows < 2 || columns.checked_mul(rows) != Some(classes.len()) {
         return Err(format!("{} classes of {columns} by {rows} cells", classes.len()).into());
     }
     let mut grid = Refinement::new(columns, rows);

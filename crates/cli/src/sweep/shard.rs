@@ -18,10 +18,9 @@ use hpu_study::units::UnitResult;
 
 use super::files::{before, check, said};
 use super::manifest::{Planned, put};
-use super::work::of;
 use crate::exit::{Exit, Failure};
 use crate::page::show;
-use crate::terminal::print;
+use crate::terminal::print_file;
 use crate::work::{Rows, Work};
 use crate::{interrupt, journal};
 
@@ -69,7 +68,7 @@ struct Made {
 /// Makes the file of a shard; `None` when interrupted.
 fn finish(planned: &Planned, index: u64, program: &str) -> Result<Option<Made>, Failure> {
     let points: Vec<usize> = planned.manifest.shard(index).into_iter().map(|point| point as usize).collect();
-    let work = of(&planned.manifest)?;
+    let work = planned.manifest.work()?;
     let schema = work.schema();
     let done = Made { points: points.len(), fresh: false };
     if check(planned, index, schema.columns(), Some(program)).is_ok() {
@@ -245,7 +244,10 @@ fn read(said: &str) -> Option<Row> {
 /// Runs one point, and prints its row.
 pub fn point(dir: &Path, wave: Option<usize>, point: u64) -> Result<Exit, Failure> {
     let planned = planned(dir, wave)?;
-    let work = of(&planned.manifest)?;
+    let work = planned.manifest.work()?;
+    if let Some(count) = work.count().filter(|count| point >= *count) {
+        return Err(Failure::usage(format!("the sweep has {count} points, from 0 to {}", count.saturating_sub(1))));
+    }
     let mut found = None;
     work.run(before(&planned, &*work)?, &[point as usize], interrupt::heed(), &mut |_, row| {
         found = Some(row);
@@ -255,7 +257,7 @@ pub fn point(dir: &Path, wave: Option<usize>, point: u64) -> Result<Exit, Failur
         return Ok(Exit::Interrupted);
     }
     let [made, failed, not_run] = PRINTED;
-    print(&match found {
+    print_file(&match found {
         Some(Ok(row)) => format!("{made}{row}\n"),
         Some(Err(reason)) => format!("{failed}{reason}\n"),
         None => format!("{not_run}\n"),

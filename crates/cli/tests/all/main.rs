@@ -34,6 +34,7 @@ mod rtl_motion;
 mod run;
 mod signals;
 mod snapshots;
+mod stranger;
 mod study;
 mod sweep;
 mod tools;
