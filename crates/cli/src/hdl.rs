@@ -7,7 +7,6 @@ use hpu_rtl::dut::Simulators;
 use hpu_rtl::{Hdl, Setup};
 
 use crate::cache::cache_folder;
-use crate::exit::Failure;
 
 /// The shared library that GHDL calls in a closed loop. The build makes it before it compiles this program. It is empty
 /// when only this program's own code was checked (`cargo check`).
@@ -35,14 +34,13 @@ pub struct Simulated {
 
 impl Simulated {
     /// Returns the simulators of designs of the user's own.
-    pub fn simulators(&self) -> Result<Simulators, Failure> {
+    pub fn simulators(&self) -> Simulators {
         simulators(Setup { hdl: Hdl::Carried, library: LIBRARY, timeout: self.tool_timeout })
     }
 }
 
-fn simulators(setup: Setup) -> Result<Simulators, Failure> {
-    let cache = cache_folder("dut").ok_or_else(|| Failure::usage("no HOME to keep built models in"))?;
-    Ok(Simulators { cache, setup })
+fn simulators(setup: Setup) -> Simulators {
+    Simulators { cache: cache_folder("dut", "built models").with_programs(), setup }
 }
 
 fn seconds(text: &str) -> Result<Duration, String> {
@@ -61,7 +59,7 @@ impl Vhdl {
     }
 
     /// Returns the simulators of designs of the user's own.
-    pub fn simulators(&self) -> Result<Simulators, Failure> {
+    pub fn simulators(&self) -> Simulators {
         simulators(self.setup())
     }
 }

@@ -52,6 +52,7 @@ use std::process::ExitCode;
 use clap::{CommandFactory, Parser, Subcommand};
 
 use exit::{Exit, Failure};
+use hpu_rtl::temporary;
 use hpu_study::quantities as units;
 
 /// Cycle-accurate emulator of haptic FPGA datapaths.
@@ -103,6 +104,7 @@ pub fn main() -> ExitCode {
         // Help and the version are results like any other: a full disk is an error.
         Err(help) => return ended(terminal::print(&help.render().to_string()).map(|()| Exit::Fine)),
     };
+    hpu_rtl::tell_notes(terminal::tell);
     if !command.quiet {
         progress::begin(&named(env::args_os().skip(1)));
     }
@@ -165,6 +167,7 @@ fn ended(done: Result<Exit, Failure>) -> ExitCode {
         failure.exit()
     });
     progress::end();
+    temporary::remove_temporaries();
     ExitCode::from(if exit == Exit::Interrupted { interrupt::code() } else { exit as u8 })
 }
 

@@ -56,7 +56,8 @@ pub fn excerpt(text: &str) -> String {
 /// Returns whether a character shows nothing of its own, but may change what is around it: a control character (of C0,
 /// C1, or delete), a separator of lines, or a mark that changes the direction of text.
 pub(crate) fn is_unseen(c: char) -> bool {
-    c.is_control() || matches!(c, '\u{200e}' | '\u{200f}' | '\u{61c}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+    c.is_control()
+        || matches!(c, '\u{200e}' | '\u{200f}' | '\u{61c}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
 /// Returns text as a terminal may show it: characters that would steer the terminal, or turn the direction of text,

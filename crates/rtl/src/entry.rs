@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use sha2::{Digest, Sha256};
 
 use crate::ghdl::GhdlError;
+use crate::note::note;
 use crate::temporary::{self, Temporary, sweep_files};
 
 const FIRST: &str = "hpu entry 3";
@@ -69,24 +70,30 @@ impl Entries {
         Ok(Self(dir))
     }
 
-    /// Returns the result under a key, if there is one.
-    pub fn find<C: Content>(&self, key: &str) -> Result<Option<C>, GhdlError> {
+    /// Returns the result under a key, if there is one that can be read.
+    pub fn find<C: Content>(&self, key: &str) -> Option<C> {
         let place = self.place::<C>(key);
         match fs::read(&place) {
-            Ok(bytes) => Ok(std::str::from_utf8(&bytes).ok().and_then(|text| read(key, text))),
-            Err(error) if error.kind() == ErrorKind::NotFound => Ok(None),
-            Err(error) => Err(refused(&place, error)),
+            Ok(bytes) => std::str::from_utf8(&bytes).ok().and_then(|text| read(key, text)),
+            Err(error) if error.kind() == ErrorKind::NotFound => None,
+            Err(error) => {
+                note(format!("{}: {error}; it is made again", place.display()));
+                None
+            }
         }
     }
 
-    /// Writes a result under a key.
-    pub fn keep<C: Content>(&self, key: &str, about: &str, content: &C) -> Result<(), GhdlError> {
+    /// Writes a result under a key. A result that cannot be kept, as where the disk is full, is a result all the same.
+    pub fn keep<C: Content>(&self, key: &str, about: &str, content: &C) {
         let place = self.place::<C>(key);
         let written = Temporary::file(&self.0, key).and_then(|file| {
             file.open()?.write_all(write(key, about, content).as_bytes())?;
             temporary::place(vec![(file, place.clone())]).map_err(|(_, error)| error)
         });
-        written.map_err(|error| refused(&place, error))
+        if let Err(error) = written {
+            let folder = self.0.display();
+            note(format!("{folder}: {error}; the result is not kept, and is made again next time"));
+        }
     }
 
     fn place<C: Content>(&self, key: &str) -> PathBuf {

@@ -5,6 +5,7 @@
 
 mod around;
 mod around_law;
+mod cache_folder;
 mod check;
 mod closed_loop;
 mod cost;
@@ -21,6 +22,7 @@ mod junit;
 mod late;
 mod library;
 mod lockstep;
+mod note;
 mod package;
 mod postures;
 mod reader;
@@ -35,6 +37,7 @@ mod tool;
 mod vector;
 
 pub use around::around_in_file;
+pub use cache_folder::CacheFolder;
 pub use check::{Check, CheckOptions, check};
 pub use closed_loop::{LoopScene, closed_loop, run_vhdl};
 pub use cost::{
@@ -47,6 +50,7 @@ pub use hdl::{Hdl, Setup, differs_from_the_hardware};
 pub use hpu_wave::{Around, Column, ComparedRow};
 pub use junit::{Case, junit, junit_suite};
 pub use late::{Late, comparison_edges};
+pub use note::tell_notes;
 pub use package::package;
 pub use reader::{Problem, VectorError, stimuli_from_csv};
 pub use report::{CheckReport, CheckRow, Contact, Mismatch};

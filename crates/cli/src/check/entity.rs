@@ -174,7 +174,7 @@ pub fn failure(error: EntityError) -> Failure {
 /// Compares the blocks, and shows the table as it grows. Returns the report, and the name of the simulator of theirs.
 pub fn checked(args: &Args, shown: &mut Shown) -> Result<(CheckReport, String), Failure> {
     let entity = entity(args)?;
-    let simulators = args.hdl.simulators()?;
+    let simulators = args.hdl.simulators();
     let (mut report, mut engine) = (CheckReport::default(), String::new());
     for mut configuration in entity.configurations().map_err(failure)? {
         let compared = entity.compare(&mut configuration, &simulators).map_err(failure)?;

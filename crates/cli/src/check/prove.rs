@@ -14,7 +14,7 @@ use hpu_study::page::{Cell, Column, Field, Page, Table};
 use serde_json::{Value, json};
 
 use crate::block::find;
-use crate::cache::cache_folder;
+use crate::cache::{cache_folder, path};
 use crate::check::Args;
 use crate::check::entity;
 use crate::exit::{Exit, Failure};
@@ -77,8 +77,8 @@ fn prove<T>(
     let mut wanted: Vec<Wanted> =
         if args.blocks.is_empty() && !args.scenes.is_empty() { Vec::new() } else { listed.collect() };
     wanted.extend(of_scenes(args)?);
-    let folder = cache_folder("proofs").ok_or_else(|| Failure::usage("no HOME to remember proofs in"))?;
-    let proofs = Proofs::open(folder).map_err(failure)?;
+    let folder = cache_folder("proofs", "proofs");
+    let proofs = Proofs::open(path(&folder)?).map_err(failure)?;
     let prover = Prover::new(&setup, limit).remembering(proofs);
     let proved = |(name, label, set): &Wanted| {
         let block = match set {
@@ -116,7 +116,7 @@ fn of_scenes(args: &Args) -> Result<Vec<Wanted>, Failure> {
 /// `hpu check --formal --entity`.
 pub fn theirs(args: &Args) -> Result<Exit, Failure> {
     let entity = entity::entity(args)?;
-    let simulators = args.hdl.simulators()?;
+    let simulators = args.hdl.simulators();
     let limit = args.hdl.setup().timeout.unwrap_or(QUESTION);
     let configurations = || entity.configurations();
     let labels = configurations().map_err(entity::failure)?.into_iter().map(|(label, _)| label);

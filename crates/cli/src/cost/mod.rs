@@ -5,7 +5,7 @@ use std::sync::Mutex;
 
 use hpu_cosim::scene::{DutScene, Experiment};
 use hpu_rtl::dut::DutCost;
-use hpu_rtl::{Cost, CostError, Counts, HX8K_BRAM, HX8K_CELLS};
+use hpu_rtl::{CacheFolder, Cost, CostError, Counts, HX8K_BRAM, HX8K_CELLS};
 use hpu_study::page::{Cell, Column, Field, Page, Table};
 use hpu_study::units;
 use serde_json::{Value, json};
@@ -116,9 +116,9 @@ fn of_design(args: &Args, scene: &DutScene, folder: Option<Folder>) -> Result<Ex
 }
 
 fn design_cost(args: &Args, scene: &DutScene) -> Result<DutCost, Failure> {
-    let mut simulators = args.hdl.simulators()?;
+    let mut simulators = args.hdl.simulators();
     if let Some(cache) = &args.remember.cache {
-        simulators.cache.clone_from(cache);
+        simulators.cache = CacheFolder::new(Some(cache.clone()), "costs");
     }
     let control = interrupt::heed();
     let cost = with_progress(1, "designs placed", control, || simulators.cost(scene));

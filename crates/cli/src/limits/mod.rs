@@ -187,7 +187,7 @@ fn of_design<'w, F>(
     let range: [i128; 2] = ends.filter(|[a, b]| 0 < *a && a < b && *b < 1 << 32).ok_or_else(|| {
         usage(&format!("--range {range}: write whole numbers from 1 on, the smaller first, as in 1..1023"))
     })?;
-    hpu_cosim::dut::provide(args.hdl.simulators()?);
+    hpu_cosim::dut::provide(args.hdl.simulators());
     let opened = open()?;
     let at = |value: i128| {
         let set: Vec<_> = args.set.set.iter().cloned().chain([(key.clone(), value.to_string())]).collect();

@@ -45,7 +45,7 @@ impl SceneReport {
         // The keys tell more than the parameters.
         run.page.take_table("parameters");
         let keys = resolved(run.scene(), &source.name, &source.text, set).map_err(Failure::file)?;
-        let simulators = Vhdl::default().simulators()?;
+        let simulators = Vhdl::default().simulators();
         let simulation = AnySimulation::new(run.scene(), &simulators, false)?;
         let overflows = recorded.summary.nets.iter().any(|net| net.usage.overflowed > 0);
         let by_rows =

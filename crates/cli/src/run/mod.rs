@@ -299,7 +299,7 @@ fn observe<O: Observe, T>(
     observed: impl FnOnce(&AnySimulation) -> Result<O, Failure>,
     told: impl FnOnce(Ran) -> T,
 ) -> Result<Option<(T, O)>, Failure> {
-    let simulation = AnySimulation::new(&loaded.scene, &args.hdl.simulators()?, false)?;
+    let simulation = AnySimulation::new(&loaded.scene, &args.hdl.simulators(), false)?;
     let mut observer = observed(&simulation)?;
     let ran = simulate(&loaded.scene, &simulation, args, None, None, Recorder::Other(&mut observer), watch)?;
     if watch.is_stopped() {
@@ -340,7 +340,7 @@ impl Finished {
     ///
     /// As [`AnySimulation::new`].
     pub fn pictures<O>(&self, recorded: &Recorded<O>) -> Result<Vec<Picture>, Failure> {
-        let simulation = AnySimulation::new(&self.loaded.scene, &self.args.hdl.simulators()?, false)?;
+        let simulation = AnySimulation::new(&self.loaded.scene, &self.args.hdl.simulators(), false)?;
         let ran = Ran {
             driver: recorded.driver,
             solver: self.loaded.scene.setup().solver().name(),
@@ -379,7 +379,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let source = scene::source(name)?;
     let Some((loaded, fitted)) = load(&source, &set, args.edges, watch)? else { return Ok(Exit::Interrupted) };
     crate::show::tell_changed_defaults(&loaded.scene, &source, &set)?;
-    let simulation = AnySimulation::new(&loaded.scene, &args.hdl.simulators()?, args.out.is_some())?;
+    let simulation = AnySimulation::new(&loaded.scene, &args.hdl.simulators(), args.out.is_some())?;
     let other = args.beside.as_ref().map(|other| Loaded::new(other, &[], args.edges)).transpose()?;
     let drivers = args.compare.as_ref().is_some_and(Vec::is_empty);
     if let AnySimulation::Dut(_) = simulation
@@ -460,7 +460,7 @@ fn write(
         let command = format!("{command} -o {out}");
         pictures::write(ran, &command, folder)?;
         if let (Some(other), None) = (other, &ran.held) {
-            let simulation = AnySimulation::new(&other.scene, &args.hdl.simulators()?, false)?;
+            let simulation = AnySimulation::new(&other.scene, &args.hdl.simulators(), false)?;
             let command = format!("{command} --beside {}", other.scene.name);
             let vhdl = ran.rtl.as_ref().map(|_| (other.in_vhdl(other.scene.edges()), args.hdl.setup()));
             let beside =

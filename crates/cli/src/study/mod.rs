@@ -169,8 +169,9 @@ fn written_within(section: &Section, folder: Option<&Path>) -> Result<Section, V
         let refused = |why: String| vec![format!("{place}: {}.{key}: {why}", section.verb)];
         let folder = folder.ok_or_else(|| refused("it writes a file; write hpu study -o DIR".into()))?;
         for value in values {
-            let name: PlainName =
-                value.parse().map_err(|why| refused(format!("`{}` is {why}; its folder is that of -o", excerpt(value))))?;
+            let name: PlainName = value
+                .parse()
+                .map_err(|why| refused(format!("`{}` is {why}; its folder is that of -o", excerpt(value))))?;
             *value = folder.join(name.as_str()).display().to_string();
         }
     }

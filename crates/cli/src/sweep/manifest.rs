@@ -241,7 +241,8 @@ impl Planned {
         };
         let damaged =
             || Failure::at(&place, "is no manifest of a sweep, or is damaged or of an older hpu; plan the sweep again");
-        let manifest = Manifest::parse(&text).filter(|manifest| manifest.wave == wave && wave > 0).ok_or_else(damaged)?;
+        let manifest =
+            Manifest::parse(&text).filter(|manifest| manifest.wave == wave && wave > 0).ok_or_else(damaged)?;
         // The points may be somebody else's. What builds no work here, as under another build of hpu, runs none either.
         if let Some(count) = manifest.work().ok().and_then(|work| work.count())
             && manifest.points.end() > count

@@ -122,7 +122,8 @@ impl Sorted for [String; 3] {
 fn no_key_of_a_study_reaches_a_place_outside_of_its_folder() {
     let dir = repository("stranger-sections");
     let file = dir.join("repo/s.toml");
-    let verbs = ["run", "check", "limits", "map", "chart", "fit", "widths", "cost", "phantom-table-2", "phantom-ladder"];
+    let verbs =
+        ["run", "check", "limits", "map", "chart", "fit", "widths", "cost", "phantom-table-2", "phantom-ladder"];
     let elsewhere = dir.join("elsewhere").display().to_string();
     for verb in verbs {
         let head = format!("name = \"x\"\ntitle = \"x\"\n[{verb}]\n");
@@ -152,7 +153,9 @@ fn no_key_of_a_study_reaches_a_place_outside_of_its_folder() {
 fn a_report_of_a_study_lies_in_the_folder_of_its_section() {
     let dir = repository("stranger-junit");
     let section = |name: &str| {
-        format!("name = \"x\"\ntitle = \"x\"\n[run]\nscene = \"hybrid-wall\"\nedges = 1000\nno_plot = true\njunit = {name}\n")
+        format!(
+            "name = \"x\"\ntitle = \"x\"\n[run]\nscene = \"hybrid-wall\"\nedges = 1000\nno_plot = true\njunit = {name}\n"
+        )
     };
     let file = dir.join("repo/s.toml");
     for name in ["../x.xml", "/tmp/x.xml", ".x"] {
@@ -284,14 +287,19 @@ fn no_text_of_somebody_else_steers_a_terminal() {
     let dir = repository("stranger-steers");
     let scene = fs::read_to_string(format!("{ROOT}/testbench/scenes/hybrid-wall.toml")).expect("a scene");
     for evil in ["\u{1b}]0;owned\u{7}", "\u{9b}2J", "\u{8}\u{8}\r", "\u{202e}gnp.x", "\u{7f}", "\u{1b}[31m"] {
-        let about = scene.replacen("about = \"\"\"\n", &format!("about = \"\"\"\n{}. ", &quoted(evil)[1..quoted(evil).len() - 1]), 1);
+        let about = scene.replacen(
+            "about = \"\"\"\n",
+            &format!("about = \"\"\"\n{}. ", &quoted(evil)[1..quoted(evil).len() - 1]),
+            1,
+        );
         assert_ne!(about, scene);
         let file = format!("a{evil}b.toml");
         fs::write(dir.join("repo").join(&file), &about).expect("a scene");
         let title = study("x").replace("evil-package==6.6.6", &quoted(evil)[1..quoted(evil).len() - 1]);
         fs::write(dir.join("repo/s.toml"), title.replace("what = \"a\"", &format!("what = {}", quoted(evil))))
             .expect("a study");
-        fs::write(dir.join("repo/bad.toml"), format!("name = {}\n{} = 1\n", quoted(evil), quoted(evil))).expect("a study");
+        fs::write(dir.join("repo/bad.toml"), format!("name = {}\n{} = 1\n", quoted(evil), quoted(evil)))
+            .expect("a study");
         let sections = format!("name = \"x\"\ntitle = \"x\"\n[map]\nscene = {}\nx = {0}\n", quoted(evil));
         fs::write(dir.join("repo/sections.toml"), sections).expect("a study");
         let (set, key) = (format!("wall.stiffness={evil}"), format!("{evil}=1"));

@@ -39,7 +39,7 @@ impl Cache {
     ///
     /// # Errors
     ///
-    /// The errors of [`cost`](super::cost), and an error when the folder cannot be read or written.
+    /// The errors of [`cost`](super::cost).
     pub fn cost(&self, block: &dyn AnyBlock, setup: impl Into<Setup>) -> Result<Cost, CostError> {
         self.remembered(block, &setup.into(), |block, setup| super::cost(block, setup))
     }
@@ -73,12 +73,12 @@ impl Cache {
             block.generics().iter().map(|(name, value)| format!("{name}={}", literal(*value))).collect();
         let about = format!("{} {} by {}", block.name(), generics.join(" "), self.tools.join(", "));
         let key = self.key(block, &about, &vhdl(block.name(), &setup.hdl)?);
-        if let Some(found) = self.entries.find(&key)? {
+        if let Some(found) = self.entries.find(&key) {
             return Ok(found);
         }
         let found = measure(block, setup)?;
         self.measured.fetch_add(1, Ordering::Relaxed);
-        self.entries.keep(&key, &about, &found)?;
+        self.entries.keep(&key, &about, &found);
         Ok(found)
     }
 

@@ -53,34 +53,58 @@ impl Simulators {
         &self,
         model: &Model,
         tools: &str,
-        make: impl FnOnce(&Path) -> Result<(), DutError>,
+        make: impl Fn(&Path) -> Result<(), DutError>,
     ) -> Result<PathBuf, DutError> {
         let key = key(model, tools);
-        let folder = self.cache.join(&key);
+        let no_folder = |error| DutError::Io(std::env::temp_dir(), error);
+        let cache = self.cache.path().map_err(no_folder)?;
         // Threads that want the same model build it only once.
-        let turn = turn(key);
+        let turn = turn(key.clone());
         let _turn = turn.lock().unwrap_or_else(PoisonError::into_inner);
-        if folder.join(WHOLE).is_file() {
-            return Ok(folder);
-        }
-        let io = |path: &Path| {
-            let path = path.to_path_buf();
-            move |error| DutError::Io(path, error)
-        };
-        fs::create_dir_all(&self.cache).map_err(io(&self.cache))?;
-        let work = Temporary::folder_in(&self.cache).map_err(io(&self.cache))?;
-        make(work.path())?;
-        fs::write(work.path().join(WHOLE), tools).map_err(io(work.path()))?;
-        // Another program may have built the same model meanwhile; either result will do.
-        match fs::rename(work.path(), &folder) {
-            Err(_) if folder.join(WHOLE).is_file() => Ok(folder),
-            Err(_) if folder.exists() => {
-                // The folder is left from an incomplete build.
-                fs::remove_dir_all(&folder).map_err(io(&folder))?;
-                fs::rename(work.path(), &folder).map_err(io(&folder)).map(|()| folder)
+        let built = built_in(cache, &key, tools, &make);
+        // A cache that is full is no fault of the design.
+        let shortage = match &built {
+            Ok(_) => None,
+            Err(DutError::Io(place, error)) if place.starts_with(cache) => {
+                Some(io::Error::new(error.kind(), error.to_string()))
             }
-            moved => moved.map_err(io(&folder)).map(|()| folder),
+            Err(_) => self.cache.shortage(cache),
+        };
+        match shortage {
+            Some(why) => built_in(self.cache.instead(&why).map_err(no_folder)?, &key, tools, &make),
+            None => built,
         }
+    }
+}
+
+/// Returns the folder of a built model in a cache. Unless it is complete already, `make` builds the model first.
+fn built_in(
+    cache: &Path,
+    key: &str,
+    tools: &str,
+    make: &impl Fn(&Path) -> Result<(), DutError>,
+) -> Result<PathBuf, DutError> {
+    let folder = cache.join(key);
+    if folder.join(WHOLE).is_file() {
+        return Ok(folder);
+    }
+    let io = |path: &Path| {
+        let path = path.to_path_buf();
+        move |error| DutError::Io(path, error)
+    };
+    fs::create_dir_all(cache).map_err(io(cache))?;
+    let work = Temporary::folder_in(cache).map_err(io(cache))?;
+    make(work.path())?;
+    fs::write(work.path().join(WHOLE), tools).map_err(io(work.path()))?;
+    // Another program may have built the same model meanwhile; either result will do.
+    match fs::rename(work.path(), &folder) {
+        Err(_) if folder.join(WHOLE).is_file() => Ok(folder),
+        Err(_) if folder.exists() => {
+            // The folder is left from an incomplete build.
+            fs::remove_dir_all(&folder).map_err(io(&folder))?;
+            fs::rename(work.path(), &folder).map_err(io(&folder)).map(|()| folder)
+        }
+        moved => moved.map_err(io(&folder)).map(|()| folder),
     }
 }
 
@@ -121,6 +145,9 @@ pub(super) fn write_files(dut: &Dut, folder: &Path) -> Result<(), DutError> {
 /// Writes a file into a folder.
 pub(super) fn write(folder: &Path, name: &str, content: &[u8]) -> Result<(), DutError> {
     let path = folder.join(name);
+    if let Some(own) = path.parent() {
+        fs::create_dir_all(own).map_err(|error: io::Error| DutError::Io(own.to_path_buf(), error))?;
+    }
     fs::write(&path, content).map_err(|error: io::Error| DutError::Io(path, error))
 }
 

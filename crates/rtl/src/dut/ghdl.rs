@@ -23,6 +23,9 @@ use crate::tool::{Tool, run};
 const BENCH: &str = "hpu_dut_bench";
 const BRIDGE: &str = include_str!("../../../../testbench/vhdl/hpu_dut_bridge.vhd");
 
+/// The files of bridge and bench. They lie in a folder of their own, so that a design's file may have any name.
+const OWN: [&str; 2] = ["hpu/hpu_dut_bridge.vhd", "hpu/hpu_dut_bench.vhd"];
+
 /// A design that GHDL has analysed.
 pub(super) struct Analysed {
     folder: Temporary,
@@ -71,10 +74,10 @@ impl Simulators {
             return Err(refused(format!("port `{}` is {}; hpu takes in and out", port.name, port.mode)));
         }
         let bench = bench(BENCH, model, &interface);
-        write(folder.path(), "hpu_dut_bridge.vhd", bridge(dut.standard).as_bytes())?;
-        write(folder.path(), "hpu_dut_bench.vhd", bench.as_bytes())?;
+        write(folder.path(), OWN[0], bridge(dut.standard).as_bytes())?;
+        write(folder.path(), OWN[1], bench.as_bytes())?;
         let mut command = self.ghdl_command("-a", dut, folder.path());
-        command.args(["hpu_dut_bridge.vhd", "hpu_dut_bench.vhd"]);
+        command.args(OWN);
         let say = |error| DutError::of(&dut.top, error);
         run(Tool::Ghdl, "connect a design", command, self.limit()).map_err(say)?;
         place_library(&self.setup, folder.path()).map_err(|error| DutError::Ended(error.to_string()))?;

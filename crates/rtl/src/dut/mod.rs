@@ -19,6 +19,7 @@ use std::sync::Arc;
 use hpu_cosim::dut::{Design, Designs, Fault, Port};
 use hpu_cosim::scene::{DutScene, Engine, SourceFile};
 
+use crate::cache_folder::CacheFolder;
 use crate::hdl::Setup;
 use crate::tool::{Fault as ToolFault, Tool, ToolError};
 
@@ -111,7 +112,7 @@ impl DutError {
 #[derive(Clone, Debug)]
 pub struct Simulators {
     /// The folder in which built models are kept.
-    pub cache: PathBuf,
+    pub cache: CacheFolder,
     /// The shared library that GHDL calls, and the time limit of a tool.
     pub setup: Setup,
 }

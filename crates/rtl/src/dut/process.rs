@@ -148,11 +148,7 @@ impl RunningDesign for Process {
 ///
 /// The simulator runs code of somebody else, so an answer that does not fit the request is an error: each port changes
 /// once an edge at most, edges do not fall, and some edge is done.
-fn take_answer(
-    from: &mut impl Read,
-    (edges, ports): (u64, usize),
-    changes: &mut Vec<Change>,
-) -> io::Result<u64> {
+fn take_answer(from: &mut impl Read, (edges, ports): (u64, usize), changes: &mut Vec<Change>) -> io::Result<u64> {
     let fits = |fits: bool| if fits { Ok(()) } else { Err(io::Error::from(io::ErrorKind::InvalidData)) };
     let (done, count) = (take(from)?, take(from)?);
     fits(done <= edges && (done > 0) == (edges > 0) && count <= (done + 1).saturating_mul(ports as u64))?;

@@ -201,7 +201,8 @@ impl Simulators {
     /// long as a small design does.
     fn runtime(&self) -> Result<PathBuf, DutError> {
         let version = Tool::Verilator.version().map_err(DutError::Tool)?;
-        Ok(self.cache.join(format!("runtime-{}", key(&[&[&version, FLAGS], LEVELS.as_slice()].concat()))))
+        let cache = self.cache.path().map_err(|error| DutError::Io(std::env::temp_dir(), error))?;
+        Ok(cache.join(format!("runtime-{}", key(&[&[&version, FLAGS], LEVELS.as_slice()].concat()))))
     }
 
     /// Returns the names of the ports and signals that are signed numbers, from Verilator's XML of the design.

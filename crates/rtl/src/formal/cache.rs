@@ -58,17 +58,17 @@ impl Proofs {
     ///
     /// # Errors
     ///
-    /// As [`prove`], and when the folder cannot be read or written.
+    /// As [`prove`].
     pub fn prove(&self, block: &dyn AnyBlock, setup: &Setup, limit: Duration) -> Result<Verdict, ProofError> {
         let Some(equations) = block.equations() else { return prove(block, setup.clone(), limit) };
         let (key, about) = self.key(block, equations, setup)?;
-        if let Some(Solvers(by)) = self.entries.find(&key).map_err(CostError::from)? {
+        if let Some(Solvers(by)) = self.entries.find(&key) {
             self.remembered.fetch_add(1, Ordering::Relaxed);
             return Ok(Verdict::Proved(by));
         }
         let found = prove(block, setup.clone(), limit)?;
         if let Verdict::Proved(by) = &found {
-            self.entries.keep(&key, &about, &Solvers(by.clone())).map_err(CostError::from)?;
+            self.entries.keep(&key, &about, &Solvers(by.clone()));
         }
         Ok(found)
     }
@@ -77,11 +77,11 @@ impl Proofs {
     ///
     /// # Errors
     ///
-    /// [`ProofError`] when the folder cannot be read.
+    /// [`ProofError`] when the VHDL cannot be read.
     pub fn find(&self, block: &dyn AnyBlock, setup: &Setup) -> Result<Option<Vec<&'static str>>, ProofError> {
         let Some(equations) = block.equations() else { return Ok(None) };
         let (key, _) = self.key(block, equations, setup)?;
-        Ok(self.entries.find(&key).map_err(CostError::from)?.map(|Solvers(by)| by))
+        Ok(self.entries.find(&key).map(|Solvers(by)| by))
     }
 
     /// Returns the key of a proof, and the words about it.
