@@ -1,13 +1,17 @@
 //! Folders of built models. The name of a folder is the SHA-256 of everything that the model is built from.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+use std::ffi::OsStr;
+use std::fmt;
 use std::fs;
 use std::io;
+use std::ops::Deref;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use hpu_cosim::scene::{Dut, DutScene};
+use hpu_cosim::scene::{Dut, DutScene, SourceFile};
+use hpu_cosim::script::{Fits, Yosys};
 use hpu_signal::Clock;
 use sha2::{Digest, Sha256};
 
@@ -98,7 +102,7 @@ fn key(Model { dut, clock, settle }: &Model, tools: &str) -> String {
         hash.update((text.len() as u64).to_le_bytes());
         hash.update(text);
     };
-    [FLOW, tools, library, top].iter().for_each(|text| field(text.as_bytes()));
+    [FLOW, tools, &**library, &**top].iter().for_each(|text| field(text.as_bytes()));
     let frequency_hz = clock.frequency_hz();
     field(format!("{standard:?} {clocks:?} {reset:?} {generics:?} {settle} {frequency_hz}").as_bytes());
     for (name, content) in files {
@@ -109,13 +113,82 @@ fn key(Model { dut, clock, settle }: &Model, tools: &str) -> String {
 }
 
 /// Returns the name of a file without its folders.
-pub(super) fn base(name: &str) -> &str {
+fn base(name: &str) -> &str {
     name.rsplit('/').next().unwrap_or(name)
 }
 
-/// Writes the design's files into a folder.
+/// The name of a design's file in the folder of its tools: letters, digits, `_`, `-`, `+` and dots behind a letter, a
+/// digit or `_`. So no tool and no script reads the name as an option or as code.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub(super) struct PlainName(String);
+
+impl PlainName {
+    /// Returns the name of a file that hpu itself writes.
+    pub(super) fn fixed(name: &'static str) -> Self {
+        Self(name.to_string())
+    }
+
+    /// Returns a name without other characters than those of plain names.
+    fn of(name: &str) -> Self {
+        let is_plain = |c: char| c.is_ascii_alphanumeric() || "_-+.".contains(c);
+        let mut plain: String = name.chars().map(|c| if is_plain(c) { c } else { '_' }).collect();
+        if plain.starts_with(['-', '+', '.']) {
+            plain.insert(0, '_');
+        }
+        Self(plain)
+    }
+}
+
+impl Deref for PlainName {
+    type Target = str;
+
+    fn deref(&self) -> &str {
+        &self.0
+    }
+}
+
+impl AsRef<OsStr> for PlainName {
+    fn as_ref(&self) -> &OsStr {
+        self.0.as_ref()
+    }
+}
+
+impl fmt::Display for PlainName {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl Fits<Yosys> for PlainName {}
+
+/// Returns the plain name of each file of a design beside its own one, in their order. Both are the same where the own
+/// name is plain.
+pub(super) fn plain_names(dut: &Dut) -> Vec<(PlainName, &str)> {
+    let own: BTreeSet<&str> = dut.files.iter().map(|(name, _)| base(name)).collect();
+    let mut given = BTreeSet::new();
+    let named = |(name, _): &SourceFile| {
+        let name = base(name);
+        let mut plain = PlainName::of(name);
+        while *plain != *name && (own.contains(&*plain) || given.contains(&plain.0)) {
+            plain.0.insert(0, '_');
+        }
+        given.insert(plain.0.clone());
+        plain
+    };
+    let names: Vec<_> = dut.files.iter().map(named).collect();
+    names.into_iter().zip(dut.files.iter().map(|(name, _)| base(name))).collect()
+}
+
+/// Writes the design's files into a folder: under their own names, by which they include each other, and under the
+/// plain names, by which the tools are called.
 pub(super) fn write_files(dut: &Dut, folder: &Path) -> Result<(), DutError> {
-    dut.files.iter().try_for_each(|(name, content)| write(folder, base(name), content))
+    for ((plain, own), (_, content)) in plain_names(dut).iter().zip(&dut.files) {
+        write(folder, own, content)?;
+        if **plain != **own {
+            write(folder, plain, content)?;
+        }
+    }
+    Ok(())
 }
 
 /// Writes a file into a folder.

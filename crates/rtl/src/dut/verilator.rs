@@ -8,10 +8,11 @@ use std::process::Command;
 use std::time::Duration;
 
 use hpu_cosim::dut::{Change, Design, Fault, Port, RunningDesign};
-use hpu_cosim::scene::{Dut, Generic};
+use hpu_cosim::scene::{Dut, Generic, Identifier};
+use hpu_cosim::script::{Script, Verilog};
 use hpu_signal::Format;
 
-use super::build::{Model, base, carries_clock, common_cycle, write, write_files};
+use super::build::{Model, PlainName, carries_clock, common_cycle, plain_names, write, write_files};
 use super::process::{ANSWER, Process};
 use super::{DutError, Simulators};
 use crate::cost::verilog::{UNTOLD, repaired};
@@ -47,9 +48,9 @@ impl Simulators {
     pub(super) fn verilator(&self, model: &Model, inside: bool) -> Result<Verilated, DutError> {
         let dut = model.dut;
         let is_vhdl = super::is_vhdl(&dut.files);
-        let version = format!("Verilator {}", Tool::Verilator.version().map_err(DutError::Tool)?);
+        let version = format!("Verilator {}", Tool::Verilator.version(self.setup.timeout).map_err(DutError::Tool)?);
         let tools = if is_vhdl {
-            format!("{version}, of the Verilog of GHDL {}'s synthesis", Tool::Ghdl.version().map_err(DutError::Tool)?)
+            format!("{version}, of the Verilog of GHDL {}'s synthesis", Tool::Ghdl.version(self.setup.timeout).map_err(DutError::Tool)?)
         } else {
             version
         };
@@ -81,28 +82,28 @@ impl Simulators {
     }
 
     /// Returns the files of a VHDL design as Verilog, with the errors of GHDL's synthesis repaired.
-    pub(super) fn synthesised(&self, dut: &Dut, folder: &Path) -> Result<Vec<String>, DutError> {
+    pub(super) fn synthesised(&self, dut: &Dut, folder: &Path) -> Result<Vec<PlainName>, DutError> {
         self.analyse(dut, folder)?;
         let synth = |language: &str| -> Result<Said, DutError> {
             let mut command = self.ghdl_command("--synth", dut, folder);
             command.arg(format!("--work={}", dut.library));
             command.arg(format!("--out={language}"));
-            command.args(dut.generics.iter().map(|(name, value)| format!("-g{name}={value}"))).arg(&dut.top);
-            run(Tool::Ghdl, "synthesise a design", command, self.limit()).map_err(|error| DutError::of(&dut.top, error))
+            command.args(dut.generics.iter().map(|(name, value)| format!("-g{name}={value}"))).arg(&*dut.top);
+            run(Tool::Ghdl, "synthesise a design", command, self.limit()).map_err(|error| DutError::of(dut, error))
         };
         let text = synth("verilog")?.out;
-        let untold = || DutError::Refused { tool: Tool::Ghdl, top: dut.top.clone(), said: UNTOLD.to_string() };
+        let untold = || DutError::Refused { tool: Tool::Ghdl, top: dut.top.to_string(), said: UNTOLD.to_string() };
         let verilog = repaired(&text, || synth("vhdl").map(|said| said.out))?.ok_or_else(untold)?;
         write(folder, "synthesised.v", verilog.as_bytes())?;
-        Ok(vec!["synthesised.v".to_string()])
+        Ok(vec![PlainName::fixed("synthesised.v")])
     }
 
     /// Returns the ports of a design in Verilog, of which no program is made.
     pub(super) fn ports_of_verilog(&self, model: &Model) -> Result<Vec<Port>, DutError> {
-        Tool::Verilator.version().map_err(DutError::Tool)?;
+        Tool::Verilator.version(self.setup.timeout).map_err(DutError::Tool)?;
         let folder = Temporary::folder().map_err(|error| DutError::Io(std::env::temp_dir(), error))?;
         write_files(model.dut, folder.path())?;
-        let design = (folder.path(), &sources(model.dut)[..], model.dut.top.as_str());
+        let design = (folder.path(), &sources(model.dut)[..], &*model.dut.top);
         let (_, lines) = self.translated(model.dut, design, (true, false))?;
         Ok(lines.lines().filter_map(port).collect())
     }
@@ -112,10 +113,10 @@ impl Simulators {
     fn translated(
         &self,
         dut: &Dut,
-        (folder, sources, top): (&Path, &[String], &str),
+        (folder, sources, top): (&Path, &[PlainName], &str),
         (generics, inside): (bool, bool),
     ) -> Result<(Vec<Field>, String), DutError> {
-        let say = |error| DutError::of(&dut.top, error);
+        let say = |error| DutError::of(dut, error);
         let mut command = Command::new(Tool::Verilator.name());
         command.current_dir(folder);
         // Synthesised Verilog has X in choices that never occur; a designer writes X where a choice must not occur.
@@ -128,7 +129,7 @@ impl Simulators {
             command.arg("--public-flat-rw");
         }
         if generics {
-            command.args(dut.generics.iter().map(|(name, value)| format!("-G{name}={}", literal(value))));
+            command.args(parameters(dut));
         }
         command.args(sources).arg("main.cpp");
         run(Tool::Verilator, "read a design", command, self.limit()).map_err(say)?;
@@ -145,7 +146,7 @@ impl Simulators {
             if field.width > MOST_BITS {
                 let said =
                     format!("port `{}` has {} bits; hpu takes ports of at most {MOST_BITS}", field.name, field.width);
-                return Err(DutError::Refused { tool: Tool::Verilator, top: dut.top.clone(), said });
+                return Err(DutError::Refused { tool: Tool::Verilator, top: dut.top.to_string(), said });
             }
         }
         let lines = found.iter().map(|field| {
@@ -166,11 +167,11 @@ impl Simulators {
     fn verilate(
         &self,
         model: &Model,
-        (folder, sources, top): (&Path, &[String], &str),
+        (folder, sources, top): (&Path, &[PlainName], &str),
         made: (bool, bool),
     ) -> Result<(), DutError> {
         let dut = model.dut;
-        let say = |error| DutError::of(&dut.top, error);
+        let say = |error| DutError::of(dut, error);
         let (found, lines) = self.translated(dut, (folder, sources, top), made)?;
         let mut state = state(&read(&folder.join(ROOT))?);
         // Models whose state is not in one structure cannot be compared, so they are clocked side by side to the end.
@@ -200,7 +201,7 @@ impl Simulators {
     /// Returns the folder in the cache that keeps the parts of Verilator that every model has. Compiling them takes as
     /// long as a small design does.
     fn runtime(&self) -> Result<PathBuf, DutError> {
-        let version = Tool::Verilator.version().map_err(DutError::Tool)?;
+        let version = Tool::Verilator.version(self.setup.timeout).map_err(DutError::Tool)?;
         Ok(self.cache.join(format!("runtime-{}", key(&[&[&version, FLAGS], LEVELS.as_slice()].concat()))))
     }
 
@@ -209,7 +210,7 @@ impl Simulators {
         &self,
         dut: &Dut,
         folder: &Path,
-        sources: &[String],
+        sources: &[PlainName],
         top: &str,
         generics: bool,
     ) -> Result<Vec<String>, DutError> {
@@ -224,11 +225,11 @@ impl Simulators {
         ]);
         command.args(["-I.", "--top-module", top]);
         if generics {
-            command.args(dut.generics.iter().map(|(name, value)| format!("-G{name}={}", literal(value))));
+            command.args(parameters(dut));
         }
         command.args(sources);
         run(Tool::Verilator, "tell of a design", command, self.limit())
-            .map_err(|error| DutError::of(&dut.top, error))?;
+            .map_err(|error| DutError::of(dut, error))?;
         let xml = read(&folder.join("design.xml"))?;
         let signed: Vec<_> = xml
             .lines()
@@ -255,18 +256,15 @@ fn keep(objects: &Path, kept: &Path) {
 }
 
 /// Returns the files that are compiled. Headers are read where they are included.
-pub(super) fn sources(dut: &Dut) -> Vec<String> {
-    let names = dut.files.iter().map(|(name, _)| base(name).to_string());
+pub(super) fn sources(dut: &Dut) -> Vec<PlainName> {
+    let names = plain_names(dut).into_iter().map(|(name, _)| name);
     names.filter(|name| name.ends_with(".v") || name.ends_with(".sv")).collect()
 }
 
-/// Returns a parameter as Verilog writes it.
-pub(super) fn literal(value: &Generic) -> String {
-    match value {
-        Generic::Flag(flag) => i32::from(*flag).to_string(),
-        Generic::Integer(number) => number.to_string(),
-        Generic::Text(text) => format!("\"{text}\""),
-    }
+/// Returns Verilator's options that set the parameters of a design.
+fn parameters(dut: &Dut) -> impl Iterator<Item = String> {
+    let option = |(name, value): &(Identifier, Generic)| format!("-G{name}={}", Script::<Verilog>::literal(value));
+    dut.generics.iter().map(option)
 }
 
 fn read(path: &Path) -> Result<String, DutError> {
@@ -377,7 +375,7 @@ fn main_cpp(model: &Model, fields: &[Field], state: &State) -> String {
     let dut = model.dut;
     let timing = |field: &&Field| {
         let named =
-            |name: &String| *name == field.name || super::is_vhdl(&dut.files) && name.eq_ignore_ascii_case(&field.name);
+            |name: &str| *name == *field.name || super::is_vhdl(&dut.files) && name.eq_ignore_ascii_case(&field.name);
         dut.clocks.iter().any(|clock| named(&clock.port)) || dut.reset.iter().any(|reset| named(&reset.port))
     };
     let wires: Vec<_> = fields.iter().filter(|field| !timing(field)).collect();
