@@ -68,7 +68,9 @@ impl Kept {
         let locked = |file: &File| match file.try_lock() {
             // A file system without locks, as NFS can be, cannot tell of other processes.
             Ok(()) | Err(TryLockError::Error(_)) => Ok(()),
-            Err(TryLockError::WouldBlock) => Err(Failure::usage(format!("{}: another process is writing to it", path.display()))),
+            Err(TryLockError::WouldBlock) => {
+                Err(Failure::usage(format!("{}: another process is writing to it", path.display())))
+            }
         };
         locked(&file)?;
         let mut bytes = Vec::new();

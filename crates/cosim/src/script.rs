@@ -182,7 +182,11 @@ impl Script<Slurm> {
     /// For any other text.
     pub fn name(text: &str) -> Result<Self, Unwritable> {
         let is_plain = text.chars().all(|c| c.is_ascii_alphanumeric() || c == '-');
-        if is_plain { Ok(Self::made(text.to_string())) } else { Err(Unwritable(format!("`{}` is no name", excerpt(text)))) }
+        if is_plain {
+            Ok(Self::made(text.to_string()))
+        } else {
+            Err(Unwritable(format!("`{}` is no name", excerpt(text))))
+        }
     }
 }
 
@@ -299,8 +303,22 @@ mod tests {
 
     /// Texts with every character that a language may read as more than itself.
     const TEXTS: [&str; 16] = [
-        "plain", "a b", "it's", "\"q\"", "$(id) $HOME `id`", "-x", "#x;y&z|w", "a\nb", "%A %% %j", "{} {.} {#} {= 1 =}",
-        "é", "a\\b", "*?[x]", "~", "!x", "",
+        "plain",
+        "a b",
+        "it's",
+        "\"q\"",
+        "$(id) $HOME `id`",
+        "-x",
+        "#x;y&z|w",
+        "a\nb",
+        "%A %% %j",
+        "{} {.} {#} {= 1 =}",
+        "é",
+        "a\\b",
+        "*?[x]",
+        "~",
+        "!x",
+        "",
     ];
 
     #[test]
@@ -358,7 +376,10 @@ mod tests {
     fn a_text_of_vhdl_has_its_quotes_twice_and_an_expression_has_no_end() {
         let text = |text| Script::<Vhdl>::text(text).text;
         assert_eq!((text("a\"b"), text("")), ("\"a\"\"b\"".into(), "\"\"".into()));
-        assert_eq!(text("a\n\"é"), "\"\" & \"a\" & character'val(10) & \"\"\"\" & character'val(195) & character'val(169)");
+        assert_eq!(
+            text("a\n\"é"),
+            "\"\" & \"a\" & character'val(10) & \"\"\"\" & character'val(195) & character'val(169)"
+        );
         let is_one = |text| Script::<Vhdl>::expression(text).is_ok();
         for good in ["3", "'1'", "\"01;(\"", "f(2, ';') + integer'(3)", "5 ns", "-3", "a'length - 1"] {
             assert!(is_one(good), "{good}");

@@ -1,16 +1,17 @@
 //! A cache of tool results: a folder of small files. The key of an entry is the SHA-256 of everything that the result
 //! depends on.
 //!
-//! An entry says what it is about, and ends with a checksum over all of it. A file whose checksum is wrong, or that has
-//! another key, is ignored and replaced. Several programs may share a folder, because files appear whole.
+//! An entry says what it is about, and ends with a checksum over all of it. A file whose checksum is wrong, that has
+//! another key, or that another user can have written, is ignored and replaced. Several programs may share a folder,
+//! because files appear whole.
 
-use std::fs;
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
 
 use crate::ghdl::GhdlError;
+use crate::owned;
 use crate::temporary::{self, Temporary, sweep_files};
 
 const FIRST: &str = "hpu entry 3";
@@ -64,7 +65,7 @@ pub struct Entries(PathBuf);
 impl Entries {
     /// Opens a folder, and makes it when it is missing.
     pub fn open(dir: PathBuf) -> Result<Self, GhdlError> {
-        fs::create_dir_all(&dir).map_err(|error| refused(&dir, error))?;
+        owned::make_folders(&dir).map_err(|error| refused(&dir, error))?;
         sweep_files(&dir);
         Ok(Self(dir))
     }
@@ -72,7 +73,7 @@ impl Entries {
     /// Returns the result under a key, if there is one.
     pub fn find<C: Content>(&self, key: &str) -> Result<Option<C>, GhdlError> {
         let place = self.place::<C>(key);
-        match fs::read(&place) {
+        match owned::read(&place) {
             Ok(bytes) => Ok(std::str::from_utf8(&bytes).ok().and_then(|text| read(key, text))),
             Err(error) if error.kind() == ErrorKind::NotFound => Ok(None),
             Err(error) => Err(refused(&place, error)),

@@ -107,9 +107,8 @@ pub fn entity(args: &Args) -> Result<Entity, Failure> {
     let files = files(&args.blocks)?;
     let language = Language::of(&files);
     let named = |option: &str, made: Option<Identifier>, text: &str| {
-        let refused = || {
-            Failure::usage(format!("--{option}: `{}` is no identifier: {}", excerpt(text), language.identifiers()))
-        };
+        let refused =
+            || Failure::usage(format!("--{option}: `{}` is no identifier: {}", excerpt(text), language.identifiers()));
         made.ok_or_else(refused)
     };
     let unit = |option: &str, text: &str| named(option, Identifier::unit(language, text), text);

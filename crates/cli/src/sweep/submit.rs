@@ -243,9 +243,10 @@ fn follower(args: &Args, planned: &Planned, left: u64, job: Job) -> Result<Scrip
     let number = |name, number: Option<u64>| {
         number.map_or(Script::empty(), |number| script!(Shell: " --{} {}", Fixed(name), number))
     };
-    let seconds = args.tool_timeout.map_or(Script::empty(), |limit| {
-        script!(Shell: " --tool-timeout {}", Script::<Shell>::word(&limit.as_secs_f64().to_string()))
-    });
+    let seconds = args.tool_timeout.map_or(
+        Script::empty(),
+        |limit| script!(Shell: " --tool-timeout {}", Script::<Shell>::word(&limit.as_secs_f64().to_string())),
+    );
     let cores = args.cores.map(|cores| cores.get() as u64);
     let options = args.option.iter().map(|option| script!(Shell: " --option={}", Script::<Shell>::word(option)));
     let own = [args.any_version(), number("limit", args.limit), number("tasks", args.tasks), number("cores", cores)];

@@ -120,7 +120,8 @@ mod tests {
         for text in ["clk", "_x", "a__b$", "A9_"] {
             assert!(is(Language::Verilog, text), "{text}");
         }
-        let neither = ["", " ", "a b", "9a", "a\n", "-x", "a;b", "a\"b", "$(id)", "\\a b\\", "\\\\", "a\\", "é", "{}", "a%b"];
+        let neither =
+            ["", " ", "a b", "9a", "a\n", "-x", "a;b", "a\"b", "$(id)", "\\a b\\", "\\\\", "a\\", "é", "{}", "a%b"];
         for text in neither {
             assert!(!is(Language::Vhdl, text) && !is(Language::Verilog, text), "{text:?}");
         }

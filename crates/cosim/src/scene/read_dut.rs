@@ -140,7 +140,8 @@ fn dut(s: &Section, load: Load) -> Result<Dut, SceneError> {
     let language = Language::of(&files);
     let name = |key: &Key<Text>| -> Result<Identifier, SceneError> {
         let text = s.read(key)?;
-        let refused = || s.error(key.name, format!("`{}` is not {}: {}", excerpt(&text), key.value.0, language.identifiers()));
+        let refused =
+            || s.error(key.name, format!("`{}` is not {}: {}", excerpt(&text), key.value.0, language.identifiers()));
         Identifier::unit(language, &text).ok_or_else(refused)
     };
     let dut = Dut {

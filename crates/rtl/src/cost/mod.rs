@@ -214,7 +214,12 @@ fn timing(library: &Library, name: &str, seed: u32) -> Result<Placed, CostError>
 }
 
 /// Runs Yosys on a block. Returns the cells from the statistics that its script writes.
-fn yosys(library: &Library, name: &str, script: &Script<Yosys>, stat: &str) -> Result<BTreeMap<String, u64>, CostError> {
+fn yosys(
+    library: &Library,
+    name: &str,
+    script: &Script<Yosys>,
+    stat: &str,
+) -> Result<BTreeMap<String, u64>, CostError> {
     let said = run(library, Tool::Yosys, name, ["-q", "-p", script.as_str()])?;
     let path = library.dir().join(stat);
     match fs::read_to_string(&path) {

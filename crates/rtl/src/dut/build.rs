@@ -1,4 +1,5 @@
-//! Folders of built models. The name of a folder is the SHA-256 of everything that the model is built from.
+//! Folders of built models. The name of a folder is the SHA-256 of everything that the model is built from. A folder is
+//! [sealed](crate::sealed), so that no model runs and no cost is believed that is not as it was made.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::OsStr;
@@ -19,12 +20,10 @@ use super::{DutError, Simulators};
 use crate::entry::hexadecimal;
 use crate::temporary::Temporary;
 use crate::tool::TIMEOUT;
+use crate::{owned, sealed};
 
 /// Version of the build. Raise it when the same tools build something else from the same design.
-const FLOW: &str = "10";
-
-/// The file that marks a folder as complete.
-const WHOLE: &str = "whole";
+const FLOW: &str = "11";
 
 /// A design, and how it is clocked.
 pub(crate) struct Model<'a> {
@@ -51,41 +50,44 @@ impl Simulators {
         self.setup.timeout.unwrap_or(TIMEOUT)
     }
 
-    /// Returns the folder of a built model. Unless it is complete already, `make` builds the model in an empty folder
-    /// first. The key of the folder covers the design, its clocking, and `tools`.
+    /// Returns the folder of a built model. Unless it holds these `results` as they were built, `make` builds the model
+    /// in an empty folder first. The key of the folder covers the design, its clocking, and `tools`.
     pub(super) fn built(
         &self,
         model: &Model,
         tools: &str,
+        results: &[&str],
         make: impl FnOnce(&Path) -> Result<(), DutError>,
-    ) -> Result<PathBuf, DutError> {
+    ) -> Result<Built, DutError> {
         let key = key(model, tools);
         let folder = self.cache.join(&key);
         // Threads that want the same model build it only once.
         let turn = turn(key);
         let _turn = turn.lock().unwrap_or_else(PoisonError::into_inner);
-        if folder.join(WHOLE).is_file() {
-            return Ok(folder);
+        if sealed::holds(&folder, results) {
+            return Ok(Built { path: folder, own: None });
         }
         let io = |path: &Path| {
             let path = path.to_path_buf();
             move |error| DutError::Io(path, error)
         };
-        fs::create_dir_all(&self.cache).map_err(io(&self.cache))?;
+        owned::make_folders(&self.cache).map_err(io(&self.cache))?;
         let work = Temporary::folder_in(&self.cache).map_err(io(&self.cache))?;
         make(work.path())?;
-        fs::write(work.path().join(WHOLE), tools).map_err(io(work.path()))?;
-        // Another program may have built the same model meanwhile; either result will do.
-        match fs::rename(work.path(), &folder) {
-            Err(_) if folder.join(WHOLE).is_file() => Ok(folder),
-            Err(_) if folder.exists() => {
-                // The folder is left from an incomplete build.
-                fs::remove_dir_all(&folder).map_err(io(&folder))?;
-                fs::rename(work.path(), &folder).map_err(io(&folder)).map(|()| folder)
-            }
-            moved => moved.map_err(io(&folder)).map(|()| folder),
-        }
+        sealed::seal(work.path(), results, tools).map_err(io(work.path()))?;
+        Ok(match sealed::place(work, &folder, results) {
+            None => Built { path: folder, own: None },
+            Some(work) => Built { path: work.path().to_path_buf(), own: Some(work) },
+        })
     }
+}
+
+/// A folder with a built model.
+pub(super) struct Built {
+    pub(super) path: PathBuf,
+    /// The folder itself where it has no place in the cache; it is removed with this value.
+    #[expect(dead_code, reason = "it is kept, not read")]
+    own: Option<Temporary>,
 }
 
 /// Returns the lock that a thread must hold while it builds the model of this key.

@@ -60,14 +60,15 @@ impl Simulators {
         if is_vhdl(&dut.files) {
             tools.insert(0, Tool::Ghdl);
         }
-        let version = |tool: Tool| Ok(format!("{} {}", tool.name(), tool.version(self.setup.timeout).map_err(DutError::Tool)?));
+        let version =
+            |tool: Tool| Ok(format!("{} {}", tool.name(), tool.version(self.setup.timeout).map_err(DutError::Tool)?));
         let tools = tools.into_iter().map(version).collect::<Result<Vec<_>, DutError>>()?.join(", ");
-        let folder = self.built(&Model::of(scene), &format!("cost by {tools}"), |folder| {
+        let built = self.built(&Model::of(scene), &format!("cost by {tools}"), &[COST], |folder| {
             write_files(dut, folder)?;
             let cost = self.priced(dut, folder)?;
             write(folder, COST, line(&cost).as_bytes())
         })?;
-        let path = folder.join(COST);
+        let path = built.path.join(COST);
         let text = fs::read_to_string(&path).map_err(|error| DutError::Io(path.clone(), error))?;
         let cost = of_line(&text, &tools);
         cost.ok_or_else(|| DutError::Ended(format!("{}: no cost; remove this file's folder", path.display())))

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Duration;
@@ -12,11 +13,12 @@ use hpu_cosim::scene::{Dut, Generic, Identifier};
 use hpu_cosim::script::{Script, Verilog};
 use hpu_signal::Format;
 
-use super::build::{Model, PlainName, carries_clock, common_cycle, plain_names, write, write_files};
+use super::build::{Built, Model, PlainName, carries_clock, common_cycle, plain_names, write, write_files};
 use super::process::{ANSWER, Process};
 use super::{DutError, Simulators};
 use crate::cost::verilog::{UNTOLD, repaired};
 use crate::entry::key;
+use crate::sealed;
 use crate::temporary::Temporary;
 use crate::tool::{Said, Tool, run};
 
@@ -37,7 +39,7 @@ const MOST_BITS: u32 = 64;
 
 /// A design that was built.
 pub(super) struct Verilated {
-    folder: PathBuf,
+    built: Built,
     ports: Vec<Port>,
     is_vhdl: bool,
     engine: String,
@@ -50,12 +52,15 @@ impl Simulators {
         let is_vhdl = super::is_vhdl(&dut.files);
         let version = format!("Verilator {}", Tool::Verilator.version(self.setup.timeout).map_err(DutError::Tool)?);
         let tools = if is_vhdl {
-            format!("{version}, of the Verilog of GHDL {}'s synthesis", Tool::Ghdl.version(self.setup.timeout).map_err(DutError::Tool)?)
+            format!(
+                "{version}, of the Verilog of GHDL {}'s synthesis",
+                Tool::Ghdl.version(self.setup.timeout).map_err(DutError::Tool)?
+            )
         } else {
             version
         };
-        let built = if inside { format!("{tools}, with its inside") } else { tools.clone() };
-        let folder = self.built(model, &built, |folder| {
+        let kind = if inside { format!("{tools}, with its inside") } else { tools.clone() };
+        let built = self.built(model, &kind, &[MODEL, PORTS], |folder| {
             write_files(dut, folder)?;
             let (sources, top) = if is_vhdl {
                 (self.synthesised(dut, folder)?, dut.top.to_lowercase())
@@ -64,7 +69,7 @@ impl Simulators {
             };
             self.verilate(model, (folder, &sources, &top), (!is_vhdl, inside))
         })?;
-        let path = folder.join(PORTS);
+        let path = built.path.join(PORTS);
         let text = fs::read_to_string(&path).map_err(|error| DutError::Io(path, error))?;
         let mut ports: Vec<Port> = text.lines().filter_map(port).collect();
         if is_vhdl {
@@ -78,7 +83,7 @@ impl Simulators {
                 }
             }
         }
-        Ok(Verilated { folder, ports, is_vhdl, engine: tools, limit: self.setup.timeout.unwrap_or(ANSWER) })
+        Ok(Verilated { built, ports, is_vhdl, engine: tools, limit: self.setup.timeout.unwrap_or(ANSWER) })
     }
 
     /// Returns the files of a VHDL design as Verilog, with the errors of GHDL's synthesis repaired.
@@ -186,14 +191,15 @@ impl Simulators {
             run(Tool::Verilator, "compile a design with make and g++", make, self.limit()).map_err(say)
         };
         let (objects, kept) = (folder.join("obj"), self.runtime()?);
-        let is_lent = RUNTIME.iter().all(|part| fs::copy(kept.join(part), objects.join(part)).is_ok());
+        let lent = || RUNTIME.iter().all(|part| fs::copy(kept.join(part), objects.join(part)).is_ok());
+        let is_lent = sealed::holds(&kept, &RUNTIME) && lent();
         if !is_lent || make().is_err() {
             // Kept parts may be damaged, so the next attempt is without them.
             for part in RUNTIME.iter().flat_map(|part| [objects.join(part), kept.join(part)]) {
                 let _ = fs::remove_file(part);
             }
             make()?;
-            keep(&objects, &kept);
+            self.keep(&objects, &kept);
         }
         write(folder, PORTS, lines.as_bytes())
     }
@@ -203,6 +209,21 @@ impl Simulators {
     fn runtime(&self) -> Result<PathBuf, DutError> {
         let version = Tool::Verilator.version(self.setup.timeout).map_err(DutError::Tool)?;
         Ok(self.cache.join(format!("runtime-{}", key(&[&[&version, FLAGS], LEVELS.as_slice()].concat()))))
+    }
+
+    /// Keeps the parts that every model has for the next design. Where this fails, they are compiled again then.
+    fn keep(&self, objects: &Path, kept: &Path) {
+        let parts = || -> io::Result<Temporary> {
+            let made = Temporary::folder_in(&self.cache)?;
+            for part in RUNTIME {
+                fs::copy(objects.join(part), made.path().join(part))?;
+            }
+            sealed::seal(made.path(), &RUNTIME, "parts of Verilator that every model has")?;
+            Ok(made)
+        };
+        if let Ok(made) = parts() {
+            sealed::place(made, kept, &RUNTIME);
+        }
     }
 
     /// Returns the names of the ports and signals that are signed numbers, from Verilator's XML of the design.
@@ -228,8 +249,7 @@ impl Simulators {
             command.args(parameters(dut));
         }
         command.args(sources);
-        run(Tool::Verilator, "tell of a design", command, self.limit())
-            .map_err(|error| DutError::of(dut, error))?;
+        run(Tool::Verilator, "tell of a design", command, self.limit()).map_err(|error| DutError::of(dut, error))?;
         let xml = read(&folder.join("design.xml"))?;
         let signed: Vec<_> = xml
             .lines()
@@ -243,15 +263,6 @@ impl Simulators {
         let plain: BTreeSet<_> = all().filter(|line| !is_signed(line)).filter_map(name).collect();
         let names = all().filter(is_signed).filter_map(name).filter(|name| !plain.contains(name));
         Ok(names.map(str::to_string).collect())
-    }
-}
-
-/// Keeps the parts that every model has for the next design. Where this fails, they are compiled again then.
-fn keep(objects: &Path, kept: &Path) {
-    if fs::create_dir_all(kept).is_ok() {
-        for part in RUNTIME {
-            let _ = fs::hard_link(objects.join(part), kept.join(part));
-        }
     }
 }
 
@@ -445,7 +456,7 @@ impl Design for Verilated {
         drives: &[bool],
         changes: &mut Vec<Change>,
     ) -> Result<Box<dyn RunningDesign>, Fault> {
-        let command = Command::new(self.folder.join(MODEL));
+        let command = Command::new(self.built.path.join(MODEL));
         let process = Process::start(Tool::Verilator, command, self.limit, (words, drives), changes)?;
         Ok(Box::new(process))
     }

@@ -26,7 +26,8 @@ fn fast(name: &str, more: &[(&str, &str)]) -> LoopScene {
 }
 
 fn scene(options: &LoopScene) -> PhantomScene {
-    let shipped = shipped().iter().find(|scene| options.source.name == format!("{}.toml", scene.name)).expect("shipped");
+    let shipped =
+        shipped().iter().find(|scene| options.source.name == format!("{}.toml", scene.name)).expect("shipped");
     let scene = shipped.parse(&options.overrides).unwrap_or_else(|error| panic!("{error}"));
     scene.phantom().expect("a PHANToM")
 }
