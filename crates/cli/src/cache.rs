@@ -1,6 +1,7 @@
 //! The folders in the user's cache: costs, designs that were built, proofs.
 
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use hpu_rtl::{Cache, CacheFolder, CostError, GhdlError};
 
@@ -17,10 +18,11 @@ pub struct Remember {
 
 impl Remember {
     /// Opens the cache. The command ends with an error when a tool is missing, or when the folder cannot be made.
-    pub fn open(&self) -> Result<Cache, Failure> {
+    /// `limit` is the user's time limit of a tool, if there is one.
+    pub fn open(&self, limit: Option<Duration>) -> Result<Cache, Failure> {
         let users = cache_folder("cost", "costs");
         let dir = self.cache.as_deref().map_or_else(|| path(&users), Ok)?;
-        Cache::open(dir).map_err(|error| match error {
+        Cache::open(dir, limit).map_err(|error| match error {
             CostError::Ghdl(GhdlError::Io(..)) => Failure::usage(format!("{error}; write --cache DIR")),
             _ => error.into(),
         })

@@ -21,10 +21,8 @@ pub enum Exit {
     /// A bad scene, vector or data file, a file that could not be written to its end (a full disk), or a tool that
     /// failed.
     BadFile = 4,
-    /// Interrupted by SIGINT, or by an unknown signal.
+    /// Interrupted by SIGINT, or by a signal of another number.
     Interrupted = 130,
-    /// Interrupted by SIGTERM.
-    Terminated = 143,
 }
 
 impl Exit {
@@ -109,11 +107,12 @@ impl From<hpu_cosim::dut::Fault> for Failure {
         match fault.downcast::<DutError>() {
             Ok(error) => match *error {
                 DutError::Tool(error) => error.into(),
+                error @ DutError::Forbidden { .. } => Self::usage(error),
                 // A design that a tool refuses, or that ends its simulation, has not passed the check.
                 error @ (DutError::Refused { .. } | DutError::Lost { .. } | DutError::Ended(_)) => {
                     Self::new(Exit::Differs, error)
                 }
-                error @ DutError::Io(..) => Self::file(error),
+                error @ (DutError::Generic(..) | DutError::Io(..)) => Self::file(error),
             },
             Err(fault) => Self::file(fault),
         }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use hpu_rtl::dut::Simulators;
+use hpu_rtl::dut::{Simulators, is_forbidden};
 use hpu_rtl::{Hdl, Setup};
 
 use crate::cache::cache_folder;
@@ -43,7 +43,8 @@ fn simulators(setup: Setup) -> Simulators {
     Simulators { cache: cache_folder("dut", "built models").with_programs(), setup }
 }
 
-fn seconds(text: &str) -> Result<Duration, String> {
+/// Reads a time limit in seconds.
+pub fn seconds(text: &str) -> Result<Duration, String> {
     let seconds = text.parse().ok().filter(|seconds| (0.001..=1e9).contains(seconds));
     seconds.map(Duration::from_secs_f64).ok_or_else(|| "write a number of seconds from 0.001 to 1e9".to_string())
 }
@@ -53,6 +54,8 @@ impl Vhdl {
     pub fn setup(&self) -> Setup {
         let hdl = match &self.hdl {
             Some(folder) => Hdl::Folder(folder.clone()),
+            // VHDL where the command runs may be somebody else's.
+            None if is_forbidden() => Hdl::Carried,
             None => Hdl::of_folder_or_carried(Path::new("hdl")),
         };
         Setup { hdl, library: LIBRARY, timeout: self.tool_timeout }

@@ -3,7 +3,7 @@
 //! No other place writes one.
 
 use std::collections::BTreeMap;
-use std::fs::File;
+use std::fs::{File, TryLockError};
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 
@@ -66,8 +66,11 @@ impl Kept {
         let at = |error| Failure::at(&path, error);
         let mut file = File::options().read(true).append(true).create(true).open(&path).map_err(at)?;
         let locked = |file: &File| match file.try_lock() {
-            Ok(()) => Ok(()),
-            Err(_) => Err(Failure::usage(format!("{}: another process is writing to it", path.display()))),
+            // A file system without locks, as NFS can be, cannot tell of other processes.
+            Ok(()) | Err(TryLockError::Error(_)) => Ok(()),
+            Err(TryLockError::WouldBlock) => {
+                Err(Failure::usage(format!("{}: another process is writing to it", path.display())))
+            }
         };
         locked(&file)?;
         let mut bytes = Vec::new();

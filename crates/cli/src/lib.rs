@@ -59,13 +59,17 @@ use hpu_study::quantities as units;
 ///
 /// Exit codes: 0 fine; 1 a mismatch, an unmet expectation; 2 wrong usage, an output place that cannot be used; 3 a
 /// needed tool is missing or too old; 4 a bad scene, vector or data file, a write or a tool that failed; 130
-/// interrupted (SIGINT); 143 terminated (SIGTERM).
+/// interrupted (SIGINT); 143 terminated (SIGTERM), 129 and 131 likewise (SIGHUP, SIGQUIT).
 #[derive(Parser)]
 #[command(name = "hpu", version = env!("HPU_VERSION"), max_term_width = 100)]
 struct Command {
     /// Show no progress: no bar on a terminal, no line every 10 s elsewhere
     #[arg(short, long, global = true)]
     quiet: bool,
+    /// Refuse to simulate designs: a scene with a [dut] is code, which a simulation runs on this machine. So does
+    /// HPU_NO_DUT=1 in the environment
+    #[arg(long, global = true)]
+    no_dut: bool,
     #[command(subcommand)]
     verb: Verb,
 }
@@ -105,6 +109,9 @@ pub fn main() -> ExitCode {
         Err(help) => return ended(terminal::print(&help.render().to_string()).map(|()| Exit::Fine)),
     };
     hpu_rtl::tell_notes(terminal::tell);
+    if command.no_dut {
+        hpu_rtl::dut::forbid();
+    }
     if !command.quiet {
         progress::begin(&named(env::args_os().skip(1)));
     }

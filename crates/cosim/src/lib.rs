@@ -41,6 +41,7 @@ mod plant;
 mod random;
 mod scene_file;
 mod schedule;
+pub mod script;
 mod simulation;
 mod simulation_error;
 mod stepped;

@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use crate::note::note;
+use crate::owned;
 use crate::temporary::Temporary;
 
 /// Room that a folder must have to be no reason for a tool's failure: much more than a built model takes.
@@ -75,7 +76,7 @@ impl CacheFolder {
 
     /// Makes the folder, and tries whether it takes a file and, if asked for, lets programs run.
     fn usable(&self, dir: &Path) -> io::Result<()> {
-        fs::create_dir_all(dir)?;
+        owned::make_folders(dir)?;
         let probe = Temporary::file(dir, "probe")?;
         probe.open()?.write_all(&[0; 4096])?;
         if self.runs {

@@ -1,10 +1,10 @@
 //! A cache of tool results: a folder of small files. The key of an entry is the SHA-256 of everything that the result
 //! depends on.
 //!
-//! An entry says what it is about, and ends with a checksum over all of it. A file whose checksum is wrong, or that has
-//! another key, is ignored and replaced. Several programs may share a folder, because files appear whole.
+//! An entry says what it is about, and ends with a checksum over all of it. A file whose checksum is wrong, that has
+//! another key, or that another user can have written, is ignored and replaced. Several programs may share a folder,
+//! because files appear whole.
 
-use std::fs;
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
@@ -12,6 +12,7 @@ use sha2::{Digest, Sha256};
 
 use crate::ghdl::GhdlError;
 use crate::note::note;
+use crate::owned;
 use crate::temporary::{self, Temporary, sweep_files};
 
 const FIRST: &str = "hpu entry 3";
@@ -65,7 +66,7 @@ pub struct Entries(PathBuf);
 impl Entries {
     /// Opens a folder, and makes it when it is missing.
     pub fn open(dir: PathBuf) -> Result<Self, GhdlError> {
-        fs::create_dir_all(&dir).map_err(|error| refused(&dir, error))?;
+        owned::make_folders(&dir).map_err(|error| refused(&dir, error))?;
         sweep_files(&dir);
         Ok(Self(dir))
     }
@@ -73,7 +74,7 @@ impl Entries {
     /// Returns the result under a key, if there is one that can be read.
     pub fn find<C: Content>(&self, key: &str) -> Option<C> {
         let place = self.place::<C>(key);
-        match fs::read(&place) {
+        match owned::read(&place) {
             Ok(bytes) => std::str::from_utf8(&bytes).ok().and_then(|text| read(key, text)),
             Err(error) if error.kind() == ErrorKind::NotFound => None,
             Err(error) => {

@@ -19,7 +19,8 @@ type Proved = Result<BTreeMap<(String, String), String>, String>;
 /// blocks has no proof of its own there.
 pub fn proved(report: &CheckReport, setup: &Setup) -> Proved {
     let folder = cache_folder("proofs", "proofs");
-    let proofs = Proofs::open(folder.path().map_err(|error| error.to_string())?).map_err(|error| error.to_string())?;
+    let folder = folder.path().map_err(|error| error.to_string())?;
+    let proofs = Proofs::open(folder, setup.timeout).map_err(|error| error.to_string())?;
     let mut proved = BTreeMap::new();
     for (label, block) in variants_of(|name| report.rows.iter().any(|row| row.block == name)) {
         let name = (block.name().to_string(), label);

@@ -78,7 +78,7 @@ fn prove<T>(
         if args.blocks.is_empty() && !args.scenes.is_empty() { Vec::new() } else { listed.collect() };
     wanted.extend(of_scenes(args)?);
     let folder = cache_folder("proofs", "proofs");
-    let proofs = Proofs::open(path(&folder)?).map_err(failure)?;
+    let proofs = Proofs::open(path(&folder)?, setup.timeout).map_err(failure)?;
     let prover = Prover::new(&setup, limit).remembering(proofs);
     let proved = |(name, label, set): &Wanted| {
         let block = match set {
@@ -120,7 +120,7 @@ pub fn theirs(args: &Args) -> Result<Exit, Failure> {
     let limit = args.hdl.setup().timeout.unwrap_or(QUESTION);
     let configurations = || entity.configurations();
     let labels = configurations().map_err(entity::failure)?.into_iter().map(|(label, _)| label);
-    let wanted: Vec<_> = labels.map(|label| (entity.top.clone(), label, None)).collect();
+    let wanted: Vec<_> = labels.map(|label| (entity.top.to_string(), label, None)).collect();
     let proved = |(_, label, _): &Wanted| {
         let own = configurations()?.into_iter().find(|(own, _)| own == label).expect("it is wanted");
         entity.prove(&own, &simulators, limit)
@@ -179,7 +179,7 @@ fn proofs(
     show: &mut dyn FnMut(&ProofResult) -> Result<(), Failure>,
 ) -> Result<Option<Vec<ProofResult>>, Failure> {
     // A missing tool is reported before anything is shown.
-    hpu_rtl::formal::TOOLS.iter().try_for_each(|tool| tool.version().map(drop))?;
+    hpu_rtl::formal::TOOLS.iter().try_for_each(|tool| tool.version(args.hdl.setup().timeout).map(drop))?;
     let jobs = args.jobs.get().get().min(wanted.len().max(1));
     // For a block of the user's own, an impossible request is found only during the proof.
     if !args.theirs.is_asked() {

@@ -1,7 +1,7 @@
 //! The parts of a report that a scene's run makes.
 
 use hpu_chart::Diagram;
-use hpu_cosim::scene::{Resolved, ValueSource, resolved};
+use hpu_cosim::scene::{Experiment, Resolved, ValueSource, resolved};
 use hpu_cosim::{AnySimulation, SceneFile, Simulation, Wired, judged_window_s};
 use hpu_signal::Notation;
 use hpu_study::page::{Cell, Column, Page, Table, escaped};
@@ -186,6 +186,11 @@ pub fn document(all: &[SceneReport], parts: Vec<Vec<(Part, Content)>>) -> Docume
         page.line("hpu", env!("HPU_VERSION")).line("scene", name).line("SHA-256", report.sha256());
         for (key, value) in &report.set {
             page.line("changed", format!("{key} = {value}"));
+        }
+        if matches!(report.run.scene(), Experiment::Dut(_)) {
+            page.note(
+                "A scene with a [dut] is code: the verbs of hpu that simulate it run its design on your machine.",
+            );
         }
         Content::new(&report.command("report"), &page, &[])
     }));

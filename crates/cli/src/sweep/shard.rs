@@ -6,12 +6,15 @@
 //! single kill from outside therefore makes no point poison.
 
 use std::fs::{self, File};
-use std::io::Read;
 use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus, Stdio};
+use std::sync::atomic::AtomicBool;
+use std::time::Duration;
 
+use hpu_rtl::dut::is_forbidden;
 use hpu_rtl::temporary::{Temporary, sweep_files};
+use hpu_rtl::{Fault, output};
 use hpu_study::page::{Page, Parquet};
 use hpu_study::sweep::{FileRow, GROUP_ROWS, Row, SEAL, UNSEALED, append, seal};
 use hpu_study::units::UnitResult;
@@ -213,19 +216,34 @@ pub fn told(status: ExitStatus) -> String {
 }
 
 fn child(planned: &Planned, index: u64, point: usize) -> Result<(ExitStatus, String), Failure> {
+    let mut command = own_shard(planned, index)?;
+    command.args(["--any-version", "--point", &point.to_string()]);
+    let (said, ended) = output(&AtomicBool::new(false), command, Stdio::null(), Duration::MAX);
+    match ended {
+        Ok(status) => Ok((status, said.out)),
+        // The command is interrupted, which the caller finds.
+        Err(Fault::Stopped) => Ok((ExitStatus::default(), String::new())),
+        Err(fault) => Err(not_started(fault)),
+    }
+}
+
+/// Returns the command by which this program runs a shard in a process of its own.
+pub fn own_shard(planned: &Planned, index: u64) -> Result<Command, Failure> {
     let program = std::env::current_exe().map_err(|error| Failure::file(format!("this program: {error}")))?;
     let (index, wave) = (index.to_string(), planned.manifest.wave.to_string());
     let mut command = Command::new(program);
-    command.args(["--quiet", "sweep", "shard"]).arg(&planned.dir).args(["--index", &index, "--wave", &wave]);
-    command.args(["--any-version", "--point", &point.to_string()]);
-    let child = command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::null()).spawn();
-    let mut child = child.map_err(|error| Failure::file(format!("this program cannot start itself: {error}")))?;
-    let mut said = String::new();
-    // A process that died has said nothing that can be read.
-    let _ = child.stdout.take().expect("it is piped").read_to_string(&mut said);
-    let status =
-        child.wait().map_err(|error| Failure::file(format!("this program cannot wait for itself: {error}")))?;
-    Ok((status, said))
+    command.arg("--quiet").args(is_forbidden().then_some("--no-dut")).args(["sweep", "shard"]);
+    let dir = fs::canonicalize(&planned.dir).map_err(|error| Failure::at(&planned.dir, error))?;
+    command.arg(dir).args(["--index", &index, "--wave", &wave]);
+    Ok(command)
+}
+
+/// Returns the failure to start this program again.
+pub fn not_started(fault: Fault) -> Failure {
+    match fault {
+        Fault::Stopped => Failure::new(Exit::Interrupted, "interrupted"),
+        fault => Failure::file(format!("this program cannot start itself: {fault:?}")),
+    }
 }
 
 /// Words before a row, a reason and nothing, as a point's own process prints them.

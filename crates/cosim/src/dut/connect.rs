@@ -7,7 +7,7 @@ use hpu_signal::{Format, Signal};
 
 use super::{Design, Fault, Port};
 use crate::axis_encoder::AxisEncoder;
-use crate::scene::{Connection, Driving, DutScene, Line, SceneError};
+use crate::scene::{Connection, Driving, DutScene, Identifier, Line, SceneError};
 use crate::world::EncoderState;
 
 /// A port with its connection.
@@ -75,9 +75,9 @@ impl Wires {
     ///
     /// When the connections name no way to drive the device.
     pub fn of_scene(scene: &DutScene) -> Result<Self, SceneError> {
-        let port = |(name, connection): &(String, Connection)| Wire {
+        let port = |(name, connection): &(Identifier, Connection)| Wire {
             port: Port {
-                name: name.clone(),
+                name: name.to_string(),
                 is_input: connection.is_given(),
                 format: connection.format().unwrap_or(Format::signed(64)),
                 is_inside: false,

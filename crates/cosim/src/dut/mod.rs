@@ -140,7 +140,7 @@ impl<'s> DutSimulation<'s> {
         let design = designs.build(scene, inside)?;
         let wires = Wires::new(scene, &*design)?;
         let (device, count_rad) = (&scene.device, scene.encoder.count_rad());
-        let loop_of = (scene.dut.top.as_str(), wires.nets.clone());
+        let loop_of = (&*scene.dut.top, wires.nets.clone());
         let outline = Outline::of_axis(scene, (device, count_rad, scene.wall_rad), loop_of, Vec::new(), true);
         Ok(Self { plant: plant(scene)?, scene, design, wires, outline })
     }

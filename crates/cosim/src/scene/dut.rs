@@ -6,7 +6,7 @@ use std::sync::Arc;
 use hpu_signal::Format;
 
 use super::head::{Head, has_head};
-use super::{Amplifier, Bridge, Device, Encoder, Faults, Hand, Model};
+use super::{Amplifier, Bridge, Device, Encoder, Faults, Hand, Identifier, Model};
 
 /// One experiment of an axis whose loop is closed by a design of the user's own; in SI units.
 #[derive(Clone, PartialEq, Debug)]
@@ -43,9 +43,9 @@ pub struct Dut {
     /// Its files in the order in which they are compiled; none where a scene is that of the plant alone.
     pub files: Vec<SourceFile>,
     /// The VHDL library that they are compiled into.
-    pub library: String,
-    /// Its topmost entity or module.
-    pub top: String,
+    pub library: Identifier,
+    /// Its topmost entity or module; empty where a scene is that of the plant alone.
+    pub top: Identifier,
     /// The edition of VHDL that it is written in.
     pub standard: Standard,
     /// The simulator.
@@ -55,9 +55,9 @@ pub struct Dut {
     /// Its reset, if it has one.
     pub reset: Option<DutReset>,
     /// Generics or parameters, and their values as the language writes them.
-    pub generics: Vec<(String, Generic)>,
+    pub generics: Vec<(Identifier, Generic)>,
     /// Ports with their connections.
-    pub ports: Vec<(String, Connection)>,
+    pub ports: Vec<(Identifier, Connection)>,
     /// Whether a bridge leg is open, instead of braking, while `bridge.pwm` is 0.
     pub floats: bool,
 }
@@ -93,7 +93,7 @@ hpu_signal::named! {
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct DutClock {
     /// Its port.
-    pub port: String,
+    pub port: Identifier,
     /// Number of cycles of the scene's clock in one of its own.
     pub divide: u32,
 }
@@ -102,7 +102,7 @@ pub struct DutClock {
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct DutReset {
     /// Its port.
-    pub port: String,
+    pub port: Identifier,
     /// Whether it resets at 0.
     pub active_low: bool,
     /// Number of cycles of the slowest clock for which it is active before the run.
@@ -247,7 +247,7 @@ impl Dut {
     /// Returns the pins of a motor's plant alone, for a logic that no scene names: the lines of the encoder and the
     /// gates of the bridge, by the names that they have in this project's loops.
     pub fn pins() -> Self {
-        let line = |(name, line): (&str, Line)| (name.to_string(), Connection::Line(line, false));
+        let line = |(name, line): (&'static str, Line)| (Identifier::fixed(name), Connection::Line(line, false));
         let pins = [
             ("a_pin", Line::A),
             ("b_pin", Line::B),
@@ -258,8 +258,8 @@ impl Dut {
         ];
         Self {
             files: Vec::new(),
-            library: "work".into(),
-            top: String::new(),
+            library: Identifier::fixed("work"),
+            top: Identifier::default(),
             standard: Standard::Vhdl2008,
             engine: Engine::Auto,
             clocks: Vec::new(),

@@ -72,6 +72,7 @@ mod expect;
 mod faults;
 pub mod gimbal;
 mod head;
+mod identifier;
 pub mod keys;
 mod model;
 pub(crate) mod parameter;
@@ -104,6 +105,7 @@ pub use gimbal::{
     Servo, Shear, Target, TargetKind, Thresholds, along,
 };
 pub use head::Head;
+pub use identifier::{Identifier, Language};
 pub use model::{BridgeModel, Datapath, EncoderModel, Friction, Model, Solver, Winding};
 pub use parameter::{Origin, Parameter, ParameterValue};
 pub use parts::{

@@ -15,9 +15,10 @@ mod verilator;
 use std::fmt;
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use hpu_cosim::dut::{Design, Designs, Fault, Port};
-use hpu_cosim::scene::{DutScene, Engine, SourceFile};
+use hpu_cosim::scene::{Dut, DutScene, Engine, Language, SourceFile};
 
 use crate::cache_folder::CacheFolder;
 use crate::hdl::Setup;
@@ -30,9 +31,29 @@ pub(crate) use interface::interface;
 pub(crate) use process::{ANSWER, Process};
 pub(crate) use transition::{INVARIANT, Transition};
 
+/// Whether this program must simulate no design, because its caller has asked so.
+static FORBIDDEN: AtomicBool = AtomicBool::new(false);
+
+/// Makes this program refuse to simulate designs from here on.
+pub fn forbid() {
+    FORBIDDEN.store(true, Ordering::Relaxed);
+}
+
+/// Returns whether designs must not be simulated: after [`forbid`], and where the variable `HPU_NO_DUT` is set, unless
+/// it is empty or 0.
+pub fn is_forbidden() -> bool {
+    let is_set = || std::env::var_os("HPU_NO_DUT").is_some_and(|value| !value.is_empty() && value != "0");
+    FORBIDDEN.load(Ordering::Relaxed) || is_set()
+}
+
 /// Why a design could not be built or simulated.
 #[derive(Debug)]
 pub enum DutError {
+    /// Designs must not be simulated; see [`is_forbidden`].
+    Forbidden {
+        /// The design's topmost unit.
+        top: String,
+    },
     /// A tool is missing, or did not do its job.
     Tool(ToolError),
     /// A tool refused the design; its message is shortened.
@@ -44,6 +65,8 @@ pub enum DutError {
         /// The tool's message.
         said: String,
     },
+    /// The value of a generic of this name cannot be written in the design's language; the text says why.
+    Generic(String, String),
     /// The simulation ended, or did not answer.
     Lost {
         /// The fault.
@@ -60,8 +83,14 @@ pub enum DutError {
 impl fmt::Display for DutError {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self {
+            Self::Forbidden { top } => write!(
+                f,
+                "the design `{top}` is not simulated: a design is code that runs on this machine, and HPU_NO_DUT or \
+                 --no-dut forbids it; leave both out if you trust the design"
+            ),
             Self::Tool(error) => error.fmt(f),
             Self::Refused { tool, top, said } => write!(f, "{} refuses `{top}`:\n{}", tool.name(), said.trim_end()),
+            Self::Generic(name, why) => write!(f, "generic `{name}`: {why}"),
             Self::Ended(said) => f.write_str(said.trim_end()),
             Self::Lost { error: ToolError { tool, fault, said, .. }, edge } => {
                 let tool = tool.name();
@@ -98,13 +127,20 @@ impl From<Fault> for DutError {
     }
 }
 
+/// Refuses to simulate a design where that [is forbidden](is_forbidden).
+fn allowed(dut: &Dut) -> Result<(), DutError> {
+    if is_forbidden() { Err(DutError::Forbidden { top: dut.top.to_string() }) } else { Ok(()) }
+}
+
 impl DutError {
-    /// Returns the error of a tool that worked on a design: the tool refused the design, or failed by itself.
-    fn of(top: &str, error: ToolError) -> Self {
-        if error.refused() {
-            return Self::Refused { tool: error.tool, top: top.to_string(), said: error.said };
+    /// Returns the error of a tool that worked on a design: the tool refused the design, or failed by itself. Files
+    /// have their own names in it.
+    fn of(dut: &Dut, error: ToolError) -> Self {
+        if !error.refused() {
+            return Self::Tool(error);
         }
-        Self::Tool(error)
+        let said = build::plain_names(dut).iter().fold(error.said, |said, (plain, own)| said.replace(&**plain, own));
+        Self::Refused { tool: error.tool, top: dut.top.to_string(), said }
     }
 }
 
@@ -120,6 +156,7 @@ pub struct Simulators {
 impl Simulators {
     /// Builds a design that is compared with a block: VHDL in GHDL, which knows unknown bits, Verilog in Verilator.
     pub(crate) fn of_model(&self, model: &Model) -> Result<Box<dyn Design>, DutError> {
+        allowed(model.dut)?;
         if is_vhdl(&model.dut.files) {
             return Ok(Box::new(self.ghdl(model, "", false)?));
         }
@@ -138,6 +175,7 @@ impl Simulators {
 impl Designs for Simulators {
     fn build(&self, scene: &DutScene, inside: bool) -> Result<Arc<dyn Design>, Fault> {
         let (is_vhdl, model) = (is_vhdl(&scene.dut.files), Model::of(scene));
+        allowed(&scene.dut)?;
         let built: Result<Arc<dyn Design>, DutError> = match (scene.dut.engine, is_vhdl) {
             (Engine::Ghdl, false) => {
                 return Err(scene.error("dut.engine", "GHDL reads VHDL; write \"verilator\" or \"auto\"").into());
@@ -162,7 +200,10 @@ impl Designs for Simulators {
                 }
             },
         };
-        built.map_err(Into::into)
+        built.map_err(|error| match error {
+            DutError::Generic(name, why) => scene.error(&format!("dut.generics.{name}"), why).into(),
+            error => error.into(),
+        })
     }
 }
 
@@ -175,5 +216,5 @@ fn first_line(said: &str) -> String {
 
 /// Returns whether a design is VHDL.
 pub(crate) fn is_vhdl(files: &[SourceFile]) -> bool {
-    files.iter().any(|(name, _)| name.ends_with(".vhd") || name.ends_with(".vhdl"))
+    Language::of(files) == Language::Vhdl
 }

@@ -4,7 +4,7 @@ use std::io::{self, Read};
 use std::os::fd::AsRawFd;
 use std::os::unix::net::UnixStream;
 use std::os::unix::process::{CommandExt, ExitStatusExt};
-use std::process::Command;
+use std::process::{Command, Stdio};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
@@ -13,7 +13,8 @@ use hpu_cosim::dut::{Change, Fault, RunningDesign};
 use hpu_vhpi::{DESCRIPTOR, put, take};
 
 use super::DutError;
-use crate::tool::{Fault as ToolFault, Group, Tool, ToolError, is_stopping};
+use crate::group::{Group, is_stopping};
+use crate::tool::{Fault as ToolFault, Tool, ToolError};
 
 /// The longest time for an answer, unless the tools have another time limit. A request has at most some ten thousand
 /// edges.
@@ -63,6 +64,7 @@ impl Process {
         };
         // SAFETY: `given` calls nothing but `dup2` or `fcntl`, which are safe between fork and exec.
         unsafe { command.pre_exec(given) };
+        command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
         let mut group =
             Group::start(&mut command).map_err(|fault| DutError::Tool(ToolError::new(tool, SIMULATE, fault, "")))?;
         drop(theirs);
@@ -107,7 +109,7 @@ impl Process {
         } else {
             let start = Instant::now();
             let status = loop {
-                match self.group.child.try_wait() {
+                match self.group.ended() {
                     Ok(None) if start.elapsed() < LAST_WORDS => thread::sleep(Duration::from_millis(5)),
                     Ok(status) => break status,
                     Err(_) => break None,

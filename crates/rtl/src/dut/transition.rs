@@ -4,12 +4,14 @@ use std::collections::BTreeSet;
 use std::fs;
 
 use hpu_cosim::scene::Dut;
+use hpu_cosim::script;
+use hpu_cosim::script::{Fixed, Yosys};
 
 use super::build::{write, write_files};
 use super::{DutError, Simulators};
+use crate::cost::NO_DPI;
 use crate::formal::{FLAT, TRANSITION};
 use crate::temporary::Temporary;
-use crate::tool::Tool;
 
 /// A design in SMT-LIB, as Yosys writes it.
 pub(crate) struct Transition {
@@ -37,21 +39,25 @@ impl Simulators {
         write_files(dut, folder)?;
         let (mut source, top) = self.read_by_yosys(dut, folder)?;
         if !invariants.is_empty() {
-            let script = format!("{source}prep -top {top}; {FLAT}; write_verilog flat.v");
-            self.told(dut, folder, Tool::Yosys, "flatten a design", &["-q", "-p", &script])?;
+            let script = script!(Yosys: "{}prep -top {}; {}; write_verilog flat.v", source, top, Fixed(FLAT));
+            self.yosys(dut, folder, "flatten a design", &script)?;
             let verilog = read("flat.v")?;
             let all: Vec<_> = invariants.iter().map(|holds| format!("({holds})")).collect();
             let net = format!("(* keep *) wire {INVARIANT} = {};\nendmodule", all.join(" && "));
             // The file has one module, whose `endmodule` is the last.
             let (head, _) = verilog.rsplit_once("endmodule").unwrap_or((&verilog, ""));
             write(folder, "flat.v", format!("{head}{net}\n").as_bytes())?;
-            source = "read_verilog -noautowire flat.v; ".to_string();
+            source = script!(Yosys: "read_verilog{} -noautowire flat.v; ", NO_DPI);
         }
-        let script = format!(
-            "{source}prep -top {top}; {FLAT}; select -write clocks.txt t:$*ff* %ci1:+[CLK] w:* %i; \
-             {TRANSITION} -wires -stbv block.smt2"
+        let script = script!(
+            Yosys: "{}prep -top {}; {}; select -write clocks.txt t:$*ff* %ci1:+[CLK] w:* %i; \
+                    {} -wires -stbv block.smt2",
+            source,
+            top,
+            Fixed(FLAT),
+            Fixed(TRANSITION)
         );
-        self.told(dut, folder, Tool::Yosys, "write a design as a transition", &["-q", "-p", &script])?;
+        self.yosys(dut, folder, "write a design as a transition", &script)?;
         let text = read("block.smt2")?;
         let written = read("clocks.txt")?;
         let nets: BTreeSet<_> = written.lines().filter_map(|line| Some(line.split_once('/')?.1.to_string())).collect();
@@ -61,6 +67,6 @@ impl Simulators {
                 clocks.push(net.to_string());
             }
         }
-        Ok(Transition { text, top, clocks })
+        Ok(Transition { text, top: top.to_string(), clocks })
     }
 }

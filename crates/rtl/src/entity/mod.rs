@@ -12,7 +12,7 @@ mod wires;
 use std::time::Instant;
 
 use hpu_cosim::dut::{Design, Fault, Port};
-use hpu_cosim::scene::{self, Dut, DutClock, Engine, SourceFile, Standard};
+use hpu_cosim::scene::{self, Dut, DutClock, Engine, Identifier, SourceFile, Standard};
 use hpu_datapath::{AnyBlock, ConfigError, Generic, block_names, configured, variants_of};
 use hpu_signal::Clock;
 
@@ -35,23 +35,23 @@ pub struct Entity {
     /// Its files in the order in which they are compiled.
     pub files: Vec<SourceFile>,
     /// The VHDL library that they are compiled into.
-    pub library: String,
+    pub library: Identifier,
     /// Its topmost entity or module.
-    pub top: String,
+    pub top: Identifier,
     /// The VHDL standard of its files.
     pub standard: Standard,
     /// Its clock. Without a name it is the port `clk`, if there is one.
-    pub clock: Option<String>,
+    pub clock: Option<Identifier>,
     /// Its reset, and whether the reset is active at 0. Without a name it is the port `rst`, if there is one.
-    pub reset: Option<(String, bool)>,
+    pub reset: Option<(Identifier, bool)>,
     /// Its ports, and the ports of ours that they correspond to. A port with the same name as one of ours may be left
     /// out.
-    pub ports: Vec<(String, Link)>,
+    pub ports: Vec<(Identifier, Link)>,
     /// Outputs of ours that theirs does not have.
     pub without: Vec<String>,
     /// Its generics and their values: a value is the name of a generic of ours, such as `WIDTH`, or is written as in
     /// the language.
-    pub generics: Vec<(String, String)>,
+    pub generics: Vec<(Identifier, String)>,
     /// The name of our block.
     pub block: String,
     /// Labels of the configurations of ours to compare with. If empty, the configurations that differ in generics that
@@ -267,7 +267,7 @@ impl Entity {
                 _ => scene::Generic::Text(text.clone()),
             },
         };
-        let clock = self.clock.clone().unwrap_or_else(|| "clk".to_string());
+        let clock = self.clock.clone().unwrap_or_else(|| Identifier::fixed("clk"));
         Dut {
             files: self.files.clone(),
             library: self.library.clone(),

@@ -39,16 +39,17 @@ pub struct Proofs {
 }
 
 impl Proofs {
-    /// Opens the proofs in a folder, and makes the folder when it is missing.
+    /// Opens the proofs in a folder, and makes the folder when it is missing. `limit` is the user's time limit of a
+    /// tool, if there is one.
     ///
     /// # Errors
     ///
     /// [`ProofError`] when a tool is missing, because a proof counts only for the tools at hand; and when the folder
     /// cannot be made.
-    pub fn open(dir: impl Into<PathBuf>) -> Result<Self, ProofError> {
+    pub fn open(dir: impl Into<PathBuf>, limit: Option<Duration>) -> Result<Self, ProofError> {
         let mut tools = String::new();
         for tool in TOOLS {
-            let _ = write!(tools, "{} {}, ", tool.name(), tool.version()?);
+            let _ = write!(tools, "{} {}, ", tool.name(), tool.version(limit)?);
         }
         let entries = Entries::open(dir.into()).map_err(CostError::from)?;
         Ok(Self { entries, tools, remembered: AtomicU64::new(0) })

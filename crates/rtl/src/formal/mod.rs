@@ -119,8 +119,8 @@ pub const NOT_STRAIGHT: &str = "its clock edge is not told as equations; its vec
 /// [`ProofError`] when a tool is missing, the VHDL does not synthesise, or its registers are not those of the block.
 pub fn prove(block: &dyn AnyBlock, setup: impl Into<Setup>, limit: Duration) -> Result<Verdict, ProofError> {
     let Some(equations) = block.equations() else { return Ok(Verdict::Open(NOT_STRAIGHT.to_string())) };
-    solver::known()?;
     let setup = setup.into();
+    solver::known(setup.timeout)?;
     if tried::can_be(equations) {
         return tried::tried(equations, &setup, limit);
     }
