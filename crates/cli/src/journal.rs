@@ -11,6 +11,7 @@ use hpu_rtl::temporary::{self, Temporary};
 use hpu_study::units::{self, JournalError, UnitResult};
 
 use crate::exit::Failure;
+use crate::files::not_a_link;
 use crate::program;
 use crate::terminal;
 
@@ -64,6 +65,7 @@ impl Kept {
     /// stderr and removed, and their units are run again.
     fn open(path: PathBuf, header: &str, count: usize) -> Result<(Self, BTreeMap<usize, UnitResult>), Failure> {
         let at = |error| Failure::at(&path, error);
+        not_a_link(&path)?;
         let mut file = File::options().read(true).append(true).create(true).open(&path).map_err(at)?;
         let locked = |file: &File| match file.try_lock() {
             // A file system without locks, as NFS can be, cannot tell of other processes.

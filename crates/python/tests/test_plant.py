@@ -1,12 +1,15 @@
 """The plant and the loop: motion against C, against a whole run, and handles that are misused."""
 
 import os
+import signal
 import subprocess
 import tempfile
 import threading
 import time
 import unittest
 from pathlib import Path
+
+import numpy as np
 
 import hpu
 
@@ -191,6 +194,44 @@ class Plants(unittest.TestCase):
 def plant_edges(overrides):
     with hpu.Plant("hybrid-wall", overrides) as plant:
         return plant.edges
+
+
+class Signals(unittest.TestCase):
+    def answered_s(self, call):
+        """Returns the time from Ctrl-C to the exception: the shortest of some, as the machine may have other work."""
+        # Ignored in a job that a shell has begun in the background.
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        times, sent = [], []
+
+        def press():
+            sent.append(time.monotonic())
+            os.kill(os.getpid(), signal.SIGINT)
+
+        for _ in range(5):
+            threading.Timer(0.2, press).start()
+            with self.assertRaises(KeyboardInterrupt):
+                call()
+            times.append(time.monotonic() - sent[-1])
+        return min(times)
+
+    def test_ctrl_c_ends_an_advance_at_an_edge(self):
+        overrides = {"run.duration": "10000000 s", "hand.path": [["0 s", 0], ["1000000 s", 1000]]}
+        with hpu.Plant("hybrid-wall", overrides) as plant:
+            for advance in (lambda: plant.advance(4 * 10**14), lambda: plant.advance(ns=10**18)):
+                self.assertLess(self.answered_s(advance), 0.1)
+            reached = plant.edge
+            self.assertGreater(reached, 0)
+            # The plant goes on, and is where one that was never stopped is.
+            plant.advance(10**6)
+            with hpu.Plant("hybrid-wall", overrides) as other:
+                other.advance(reached + 10**6)
+                self.assertEqual((plant.states, plant.read()), (other.states, other.read()))
+
+    def test_ctrl_c_ends_the_ticks_of_a_block(self):
+        block = hpu.Block("truncating_multiplier")
+        words = np.full(200_000_000, 60)
+        self.assertLess(self.answered_s(lambda: block.tick(words, b=70)), 0.1)
+        self.assertEqual(block.tick(60, 70), {"product": 4095})
 
 
 class Loops(unittest.TestCase):

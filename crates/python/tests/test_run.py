@@ -185,6 +185,26 @@ class Refused(unittest.TestCase):
         with self.refused(KeyError, "no column angle", "angle_rad"):
             hpu.run("hybrid-wall", SHORT).trace["angle"]
 
+    def test_a_list_that_contains_itself_or_is_endlessly_deep_is_refused(self):
+        own, deep = [], []
+        own.extend([own] * 10)
+        for _ in range(100_000):
+            deep = [deep]
+        beyond = ([1], own)
+        for value in (own, deep, beyond, tuple([own])):
+            for call in (
+                lambda: hpu.run("hybrid-wall", {"hand.path": value}),
+                lambda: hpu.run("hybrid-wall", hand__path=value),
+                lambda: hpu.Plant("hybrid-wall", {"hand.path": value}),
+                lambda: hpu.Block("pwm", WIDTH=value),
+            ):
+                with self.assertRaises(TypeError):
+                    call()
+        # The same list twice is no list within itself.
+        point = [0, 0]
+        with self.refused(hpu.SceneError, "times must increase"):
+            hpu.run("hybrid-wall", {"hand.path": [point, point]})
+
     def test_a_trace_beyond_all_memory_is_refused(self):
         with self.refused(hpu.Error, "no memory for the trace", "lower record.plant_rate"):
             hpu.run("hybrid-wall", {"run.duration": "900000 s", "record.plant_rate": "50 MHz"}, trace=True)

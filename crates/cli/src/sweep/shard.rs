@@ -22,6 +22,7 @@ use hpu_study::units::UnitResult;
 use super::files::{before, check, said};
 use super::manifest::{Planned, put};
 use crate::exit::{Exit, Failure};
+use crate::files::not_a_link;
 use crate::page::show;
 use crate::terminal::print_file;
 use crate::work::{Rows, Work};
@@ -79,6 +80,10 @@ fn finish(planned: &Planned, index: u64, program: &str) -> Result<Option<Made>, 
         return Ok(Some(done));
     }
     let folder = planned.shards();
+    not_a_link(&folder)?;
+    for ending in ["journal", "alone"] {
+        not_a_link(&planned.shard(index, ending))?;
+    }
     fs::create_dir_all(&folder).map_err(|error| Failure::at(&folder, error))?;
     let kept = planned.shard(index, "journal");
     // Another process may be at the same shard, as one that a scheduler has given up. This process waits for it.

@@ -37,6 +37,7 @@ mod signals;
 mod snapshots;
 mod stranger;
 mod study;
+mod surroundings;
 mod sweep;
 mod tools;
 mod trust;

@@ -1,12 +1,12 @@
 //! Files of somebody else: names that would leave the folder of `-o`, and texts that would steer a terminal.
 
-use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Output;
-use std::time::SystemTime;
 
-use crate::common::{ROOT, assert_refused, code, hpu, json, names, scratch, stderr, stdout, text};
+use crate::common::{
+    ROOT, assert_refused, code, hpu, json, names, quoted, scratch, seen, stderr, stdout, steers, text,
+};
 
 /// Names that no file of a result may have.
 const HOSTILE: [&str; 14] = [
@@ -26,26 +26,6 @@ const HOSTILE: [&str; 14] = [
     "a\u{0}b",
 ];
 
-/// Returns everything in a folder but `out`, with size and time of its last change.
-fn seen(dir: &Path) -> BTreeMap<PathBuf, (u64, Option<SystemTime>)> {
-    let mut all = BTreeMap::new();
-    let mut left = vec![dir.to_path_buf()];
-    while let Some(folder) = left.pop() {
-        for entry in fs::read_dir(&folder).expect("a folder").flatten() {
-            let path = entry.path();
-            let found = fs::symlink_metadata(&path).expect("a file");
-            if found.is_dir() && path != dir.join("repo/out") {
-                left.push(path.clone());
-            }
-            // The time of a folder changes with its temporary files.
-            let time = if found.is_dir() { None } else { found.modified().ok() };
-            all.insert(path, (if found.is_dir() { 0 } else { found.len() }, time));
-        }
-    }
-    all.remove(&dir.join("repo/out"));
-    all
-}
-
 /// Makes a folder with a file beside the place where the command runs, and one above it.
 fn repository(test: &str) -> PathBuf {
     let dir = scratch(test);
@@ -58,21 +38,13 @@ fn repository(test: &str) -> PathBuf {
 
 /// Runs the command beside the files of a repository. Asserts that nothing has changed there but the folder `out`.
 fn run_in(dir: &Path, arguments: &[&str]) -> Output {
-    let before = seen(dir);
+    let above = || names(dir).into_iter().map(|name| fs::read(dir.join(name)).ok()).collect::<Vec<_>>();
+    let others = || (seen(&dir.join("repo")), above());
+    let before = others();
     let output = hpu().current_dir(dir.join("repo")).args(arguments).output().expect("the command starts");
-    assert_eq!(seen(dir), before, "{arguments:?}: {}", stderr(&output));
+    assert_eq!(others(), before, "{arguments:?}: {}", stderr(&output));
     assert!(output.status.code().is_some_and(|code| code != 101), "{arguments:?}: {}", stderr(&output));
     output
-}
-
-/// Returns a text in quotes, as TOML has it.
-fn quoted(text: &str) -> String {
-    let escaped = |c: char| match c {
-        '"' | '\\' => format!("\\{c}"),
-        c if c.is_control() => format!("\\u{:04x}", u32::from(c)),
-        c => c.to_string(),
-    };
-    format!("\"{}\"", text.chars().map(escaped).collect::<String>())
 }
 
 fn study(name: &str) -> String {
@@ -100,21 +72,10 @@ fn a_study_whose_name_would_leave_its_folder_is_refused_at_its_line() {
         fs::write(&file, study(name)).expect("a study");
         let output = run_in(&dir, &["-q", "study", "s.toml", "-o", "out"]);
         assert_eq!(code(&output), 0, "{name}: {}", stderr(&output));
-        let found = names(&dir.join("repo/out"));
-        assert_eq!(found, [format!("{name}.csv"), format!("{name}.txt"), "journal.txt".into()].sorted());
+        let mut expected = [format!("{name}.csv"), format!("{name}.txt"), "journal.txt".into()];
+        expected.sort();
+        assert_eq!(names(&dir.join("repo/out")), expected);
         fs::remove_dir_all(dir.join("repo/out")).expect("it was written");
-    }
-}
-
-trait Sorted {
-    fn sorted(self) -> Vec<String>;
-}
-
-impl Sorted for [String; 3] {
-    fn sorted(self) -> Vec<String> {
-        let mut all = self.to_vec();
-        all.sort();
-        all
     }
 }
 
@@ -272,14 +233,6 @@ fn a_study_with_sections_is_one_object_of_json() {
     assert_eq!(code(&output), 4, "{}", stderr(&output));
     let found = json(&output);
     assert_eq!((scenes(&found), &found["complete"]), (both.to_vec(), &false.into()));
-}
-
-/// Returns whether a text has a character that a terminal obeys, or that turns the direction of text.
-fn steers(text: &str) -> bool {
-    text.chars().any(|c| {
-        (c.is_control() && !matches!(c, '\n' | '\t'))
-            || matches!(c, '\u{200e}' | '\u{200f}' | '\u{61c}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
-    })
 }
 
 #[test]

@@ -6,6 +6,8 @@
 
 use std::fmt::Write as _;
 
+use hpu_cosim::printable;
+
 use super::cell::Cell;
 use super::table::{Kind, Place, Table};
 use super::{Page, Part, Value};
@@ -13,7 +15,7 @@ use super::{Page, Part, Value};
 /// Returns a text with the characters that mean something in HTML written as entities.
 pub fn escaped(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
-    for c in text.chars() {
+    for c in printable(text).chars() {
         match c {
             '&' => escaped.push_str("&amp;"),
             '<' => escaped.push_str("&lt;"),
