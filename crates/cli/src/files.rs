@@ -5,7 +5,7 @@ use std::fs::{self, File};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use hpu_cosim::{PlainName, excerpt};
+use hpu_cosim::{NotPlain, PlainName, excerpt};
 use hpu_rtl::temporary::{self, Temporary, sweep_files};
 
 use crate::exit::Failure;
@@ -34,8 +34,9 @@ impl Folder {
     /// Creates a file. `name` may have folders in front, which are created. Each part of it must be a plain name.
     pub fn create(&mut self, name: &str) -> Result<File, Failure> {
         for part in name.split('/') {
-            let plain: Result<PlainName, _> = part.parse();
-            plain.map_err(|why| Failure::usage(format!("`{}` is {why}", excerpt(name))))?;
+            if !PlainName::begins(part) {
+                return Err(Failure::usage(format!("`{}` is {NotPlain}", excerpt(name))));
+            }
         }
         self.stage(self.dir.join(name))
     }

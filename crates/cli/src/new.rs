@@ -69,8 +69,9 @@ type Given = Vec<(String, String)>;
 
 /// Runs `hpu new`.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
-    let name = args.name.strip_suffix(".toml").unwrap_or(&args.name);
-    let stem = Path::new(name).file_name().and_then(|stem| stem.to_str()).unwrap_or_default();
+    let name = args.name.trim_end_matches('/');
+    let name = name.strip_suffix(".toml").unwrap_or(name);
+    let stem = name.rsplit('/').next().unwrap_or(name);
     let plain: Result<PlainName, _> = stem.parse();
     if let Err(why) = plain {
         return Err(Failure::usage(format!("`{}` is no name of a scene: `{}` is {why}", args.name, excerpt(stem))));

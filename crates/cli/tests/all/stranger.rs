@@ -68,7 +68,7 @@ fn a_study_whose_name_would_leave_its_folder_is_refused_at_its_line() {
         fs::write(&file, format!("{varied}[let]\nown = {}\n", quoted(&name))).expect("a study");
         assert_refused(&run_in(&dir, &["-q", "study", "s.toml", "-o", "out"]), 4, &["a plain name"]);
     }
-    for name in ["own", "Knie, zweiter Versuch é", "$(touch canary)", "a'b\"c", "%{} &;", "a.b"] {
+    for name in ["own", "Knie, zweiter Versuch é", "`touch canary`", "a'b\"c", "% &;", "a.b"] {
         fs::write(&file, study(name)).expect("a study");
         let output = run_in(&dir, &["-q", "study", "s.toml", "-o", "out"]);
         assert_eq!(code(&output), 0, "{name}: {}", stderr(&output));
@@ -122,7 +122,7 @@ fn a_report_of_a_study_lies_in_the_folder_of_its_section() {
     for name in ["../x.xml", "/tmp/x.xml", ".x"] {
         fs::write(&file, section(&quoted(name))).expect("a study");
         let output = run_in(&dir, &["-q", "study", "s.toml", "-o", "out"]);
-        assert_refused(&output, 4, &["s.toml:3:1: run.junit: ", "a plain name"]);
+        assert_refused(&output, 4, &["s.toml:7:9: run.junit: ", "a plain name"]);
     }
     fs::write(&file, section("\"x.xml\"")).expect("a study");
     assert_refused(&run_in(&dir, &["-q", "study", "s.toml"]), 4, &["run.junit: it writes a file; write hpu study -o"]);
@@ -205,8 +205,8 @@ fn every_file_of_a_result_is_written_by_one_module() {
         }
     }
     found.sort();
-    // The others write files whose names are numbers, or their own: journals, manifests, shards.
-    assert_eq!(found, ["files.rs", "journal.rs", "sweep/manifest.rs", "sweep/shard.rs"]);
+    // The others write files whose names are numbers, or their own: journals, manifests, shards, input of Slurm's tools.
+    assert_eq!(found, ["files.rs", "journal.rs", "sweep/manifest.rs", "sweep/shard.rs", "sweep/submit.rs"]);
 }
 
 #[test]
@@ -215,7 +215,13 @@ fn a_study_with_sections_is_one_object_of_json() {
     let sections = "[[run]]\nscene = \"hybrid-wall\"\nedges = 1000\n[[run]]\nscene = \"free-motion\"\nedges = 10\n";
     fs::write(dir.join("repo/s.toml"), study("x") + sections).expect("a study");
     fs::write(dir.join("repo/only.toml"), format!("name = \"x\"\ntitle = \"x\"\n{sections}")).expect("a study");
-    fs::write(dir.join("repo/bad.toml"), study("x") + sections + "[map]\nscene = \"no-such\"\n").expect("a study");
+    fs::write(
+        dir.join("repo/bad.toml"),
+        study("x")
+            + sections
+            + "[map]\nscene = \"no-such\"\nx = \"wall.stiffness=1..2:2\"\ny = \"wall.damping=0..1:2\"\n",
+    )
+    .expect("a study");
     let found = json(&run_in(&dir, &["-q", "study", "s.toml", "--json"]));
     assert_eq!((&found["study"], &found["complete"]), (&"x".into(), &true.into()));
     assert_eq!(found["lines"][0]["what"], "a");
@@ -260,7 +266,7 @@ fn no_text_of_somebody_else_steers_a_terminal() {
             &["run", &file, "--edges", "1000"],
             &["run", &file, "--edges", "1000", "--json"],
             &["run", &file, "--edges", "1000", "--no-plot", "-o", "out"],
-            &["scene", &file, "--json"],
+            &["scene", "show", &file, "--json"],
             &["run", "hybrid-wall", "--set", &set],
             &["run", "hybrid-wall", "--set", &key],
             &["run", evil],
@@ -286,4 +292,49 @@ fn no_text_of_somebody_else_steers_a_terminal() {
             }
         }
     }
+}
+
+#[test]
+fn pages_pictures_and_reports_hold_no_code_and_no_control_character_of_somebody_else() {
+    let dir = repository("stranger-pages");
+    let scene = fs::read_to_string(format!("{ROOT}/testbench/scenes/hybrid-wall.toml")).expect("a scene");
+    let evil = "\"'></script><script>code()</script>&\u{1b}]0;x\u{7}\u{9b}2J\u{202e}|*_`[a](b)";
+    let about = scene.replacen("about = \"\"\"\n", &format!("about = \"\"\"\n{}. ", quoted(evil).trim_matches('"')), 1);
+    // A name of a file has no slash.
+    let file = format!("{}.toml", evil.replace('/', "-"));
+    fs::write(dir.join("repo").join(&file), about).expect("a scene");
+    fs::write(dir.join("repo/s.toml"), study("x").replace("evil-package==6.6.6", quoted(evil).trim_matches('"')))
+        .expect("a study");
+    let expect = ["--set", "expect.outcome=diverged"];
+    let commands: [&[&str]; 6] = [
+        &["run", &file, "-o", "out", "--junit", "out/run.xml", expect[0], expect[1]],
+        &["report", &file, "-o", "out/report.html"],
+        &["report", &file, "--with", "widths", "-o", "out/widths.html"],
+        &["map", &file, "--x", "wall.stiffness=1..2:2", "--y", "wall.damping=0..0.1 mN.m.s/rad:2", "-o", "out/map"],
+        &["study", "s.toml", "-o", "out/study"],
+        &["report", "out/map", "-o", "out/folder.html"],
+    ];
+    for arguments in commands {
+        let arguments = [&["-q"][..], arguments].concat();
+        let output = hpu().current_dir(dir.join("repo")).args(&arguments).output().expect("the command starts");
+        assert!(code(&output) < 2, "{arguments:?}: {}", stderr(&output));
+    }
+    let (mut read, mut left) = (0, vec![dir.join("repo/out")]);
+    while let Some(folder) = left.pop() {
+        for path in fs::read_dir(folder).expect("a folder").flatten().map(|entry| entry.path()) {
+            let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
+            if path.is_dir() {
+                left.push(path.clone());
+            }
+            if !["html", "svg", "xml"].contains(&ending) {
+                continue;
+            }
+            read += 1;
+            let text = fs::read_to_string(&path).expect("text");
+            assert!(!text.contains("<script>code"), "{} has code of somebody else", path.display());
+            let control = text.chars().find(|c| c.is_control() && !matches!(c, '\n' | '\t'));
+            assert_eq!(control, None, "{}", path.display());
+        }
+    }
+    assert!(read > 8, "{read} files");
 }
