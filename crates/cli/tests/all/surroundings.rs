@@ -44,7 +44,6 @@ fn without_a_home_everything_runs_and_a_design_says_why_it_is_built_again() {
         &["scenes"],
         &["scene", "show", "testbench/dut/knee.toml"],
         &["check", "saturator", "--rows", "10"],
-        &["widths", "hybrid-wall", "--set", "run.duration=1 ms"],
     ] {
         let output = homeless().arg("-q").args(arguments).output().expect("it starts");
         assert_eq!(code(&output), 0, "{arguments:?}: {}", stderr(&output));

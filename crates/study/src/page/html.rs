@@ -6,7 +6,7 @@
 
 use std::fmt::Write as _;
 
-use hpu_cosim::printable;
+use hpu_cosim::{printable, printable_json};
 
 use super::cell::Cell;
 use super::table::{Kind, Place, Table};
@@ -31,7 +31,7 @@ pub fn escaped(text: &str) -> String {
 /// Returns the attributes that carry a key and a value; none for a value without a place in the JSON.
 fn data(key: &str, value: &Value) -> String {
     let Some(json) = value.json().filter(|_| !key.is_empty()) else { return String::new() };
-    format!(r#" data-key="{}" data-value="{}""#, escaped(key), escaped(&json.to_string()))
+    format!(r#" data-key="{}" data-value="{}""#, escaped(key), escaped(&printable_json(&json.to_string())))
 }
 
 /// Returns a text whose lines end in `<br>`.
