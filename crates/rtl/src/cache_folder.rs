@@ -48,7 +48,7 @@ impl CacheFolder {
         let path = match users {
             None => {
                 note(format!("no HOME: {kept} stay with this command; set HOME or XDG_CACHE_HOME to keep them"));
-                self.own()?
+                own_folder()?.to_path_buf()
             }
             Some(users) => match self.usable(users) {
                 Ok(()) => users.clone(),
@@ -67,11 +67,7 @@ impl CacheFolder {
             "{place}: {why}; {} stay with this command; set XDG_CACHE_HOME to a folder that {wanted}, or mend this one",
             self.kept
         ));
-        Ok(own_folder()?.path())
-    }
-
-    fn own(&self) -> io::Result<PathBuf> {
-        Ok(own_folder()?.path().to_path_buf())
+        own_folder()
     }
 
     /// Makes the folder, and tries whether it takes a file and, if asked for, lets programs run.
@@ -97,14 +93,17 @@ impl CacheFolder {
     }
 }
 
-/// Returns the folder of this process in the place of a cache. It goes with the process.
-fn own_folder() -> io::Result<&'static Temporary> {
-    static OWN: OnceLock<Temporary> = OnceLock::new();
-    if let Some(own) = OWN.get() {
+/// Returns the folder of this process in the place of a cache. It lies within a temporary folder, which this process
+/// has locked, so that it can be locked itself, and goes with the process.
+fn own_folder() -> io::Result<&'static Path> {
+    static OWN: OnceLock<(Temporary, PathBuf)> = OnceLock::new();
+    if let Some((_, own)) = OWN.get() {
         return Ok(own);
     }
-    let made = Temporary::folder()?;
-    Ok(OWN.get_or_init(|| made))
+    let outer = Temporary::folder()?;
+    let own = outer.path().join("cache");
+    owned::make_folders(&own)?;
+    Ok(&OWN.get_or_init(|| (outer, own)).1)
 }
 
 /// Returns an error if the file system does not let a file run, as one that is mounted with `noexec`.

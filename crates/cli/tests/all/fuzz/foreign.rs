@@ -102,7 +102,8 @@ pub fn arguments(verb: &str, case: &Case, dir: &Path) -> Vec<String> {
             let text = "about = \"somebody's\"\ndevice = { kind = \"motor\", motor = \"vasudevan_2007\", \
                         wheel_ratio = 7 }\nclock = { frequency = \"10 MHz\" }\nrun = { duration = \"1 ms\" }\n\
                         wall = { position = \"1.5 rad\", stiffness = \"1 N.m/rad\", damping = \"0\" }\n\
-                        method = { kind = \"hybrid\", position_bits = 12 }\n";
+                        hand = { kind = \"none\" }\n\
+                        method = { kind = \"hybrid\", position_bits = 12, sample_rate = \"1 kHz\" }\n";
             let keys = ["about", "hand.file", "hand.kind", "method.kind", "wall.stiffness", "device.motor", "zzz"];
             let key = keys[choices.next(keys.len())];
             let text = text.to_string() + &format!("# {}\n", choices.text(2, "").replace('\n', " "));
@@ -165,13 +166,13 @@ fn design(choices: &mut Choices, given: &Path) -> Vec<String> {
          dir = \"bridge.direction\"\n[hand]\nkind = \"constant_torque\"\ntorque = \"1 mN.m\"\n",
         ["ghdl", "auto"][choices.next(2)],
         quoted(&file),
-        quoted(&choices.text(6, "top")),
-        quoted(&choices.text(6, "work")),
-        quoted(&choices.text(6, "clk")),
-        quoted(&choices.text(6, "rst")),
-        quoted(&choices.text(4, "NAME")),
+        quoted(&choices.text(15, "top")),
+        quoted(&choices.text(15, "work")),
+        quoted(&choices.text(15, "clk")),
+        quoted(&choices.text(15, "rst")),
+        quoted(&choices.text(8, "NAME")),
         quoted(&choices.text(2, "text")),
-        quoted(&choices.text(6, "pwm")),
+        quoted(&choices.text(15, "pwm")),
     );
     let scene = format!("given/{}", put(given, &(choices.text(3, "scene") + ".toml"), &scene));
     let all: [&[&str]; 6] = [
